@@ -1,0 +1,1 @@
+"""What crosses the network, with no I/O in it. Imports nothing of ours; everyone may import it."""

@@ -1,0 +1,119 @@
+"""The typed messages of the control channel between agent and tower (docs/wire-protocol.md, 2).
+
+Text messages are these structs as JSON, told apart by `type`. Unknown fields are ignored, so that either side may be
+newer; an unknown type is a MalformedMessage, which the receiver counts and answers by closing.
+"""
+
+from enum import StrEnum
+from typing import Final
+
+import msgspec
+
+PROTOCOL: Final = 1
+AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
+LARGEST_MESSAGE_BYTES: Final = 64 * 1024
+
+
+class MalformedMessage(ValueError):
+    """The other side sent something that is no message of this channel."""
+
+
+class HoldStep(StrEnum):
+    """The steps of a hold, in the order in which they can occur; the last three end it."""
+
+    ORDERED = "ordered"
+    STICKS_CENTRED = "sticks_centred"
+    MODE_REQUESTED = "mode_requested"
+    MODE_ACKNOWLEDGED = "mode_acknowledged"
+    CONFIRMED = "confirmed"
+    NOT_NEEDED = "not_needed"
+    UNCONFIRMED = "unconfirmed"
+
+    @property
+    def final(self) -> bool:
+        """Whether the hold has ended with this step."""
+        return self in (HoldStep.CONFIRMED, HoldStep.NOT_NEEDED, HoldStep.UNCONFIRMED)
+
+
+class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=True):
+    """Agent to tower, first. `public_key`: X25519, 32 bytes, base64 in JSON."""
+
+    agent_version: str
+    public_key: bytes
+    protocol: int = PROTOCOL
+
+
+class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_only=True):
+    """Tower to agent, the answer to hello. UDP goes to the host of the control channel, `udp_port`."""
+
+    drone_id: int
+    name: str
+    link_id: int
+    public_key: bytes
+    udp_port: int
+    epoch: int
+    holder: str | None
+    holder_present: bool = False
+
+
+class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_field="type", kw_only=True):
+    """Tower to agent: who has the controls. `holder_present`: they have a live connection."""
+
+    epoch: int
+    holder: str | None
+    holder_present: bool
+
+
+class HoldOrder(msgspec.Struct, frozen=True, tag="hold_order", tag_field="type", kw_only=True):
+    """Tower to agent: hold now. Frames of an epoch below `epoch` are refused from here on."""
+
+    order_id: int
+    epoch: int
+    reason: str
+
+
+class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="type", kw_only=True):
+    """Agent to tower: one step of a hold was done. `elapsed_ms` since the order came."""
+
+    order_id: int
+    epoch: int
+    step: HoldStep
+    detail: str
+    elapsed_ms: float
+
+
+class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_field="type", kw_only=True):
+    """Agent to tower, on each change: is the autopilot heard, armed, in the air."""
+
+    heard: bool
+    armed: bool
+    airborne: bool
+
+
+ToTower = Hello | HoldProgress | AutopilotState
+ToAgent = Welcome | ControlChanged | HoldOrder
+
+_encoder: Final = msgspec.json.Encoder()
+_to_tower: Final[msgspec.json.Decoder[ToTower]] = msgspec.json.Decoder(ToTower)
+_to_agent: Final[msgspec.json.Decoder[ToAgent]] = msgspec.json.Decoder(ToAgent)
+
+
+def encode_message(message: ToTower | ToAgent) -> str:
+    """The text message for the WebSocket."""
+    return _encoder.encode(message).decode()
+
+
+def decode_to_tower(text: str) -> ToTower:
+    """What an agent sent. Raises MalformedMessage."""
+    try:
+        return _to_tower.decode(text)
+    except msgspec.DecodeError as error:
+        raise MalformedMessage(str(error)) from None
+
+
+def decode_to_agent(text: str) -> ToAgent:
+    """What the tower sent. Raises MalformedMessage."""
+    try:
+        return _to_agent.decode(text)
+    except msgspec.DecodeError as error:
+        raise MalformedMessage(str(error)) from None

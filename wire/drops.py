@@ -1,0 +1,36 @@
+"""Why a datagram or a frame was not passed on. Every refusal on the wire has exactly one of these names."""
+
+from collections import Counter
+from enum import StrEnum
+
+
+class DropReason(StrEnum):
+    """In the order in which the checks are made (docs/wire-protocol.md, 3.1)."""
+
+    TOO_SHORT = "too_short"
+    TOO_LONG = "too_long"
+    BAD_VERSION = "bad_version"
+    UNKNOWN_LINK = "unknown_link"
+    NOT_AUTHENTIC = "not_authentic"
+    REPLAYED = "replayed"
+    BAD_CONTENT = "bad_content"
+    FOREIGN_TAG = "foreign_tag"
+    STALE_EPOCH = "stale_epoch"
+    BAD_FRAME = "bad_frame"
+    # frames from browsers
+    MALFORMED = "malformed"
+    UNKNOWN_DRONE = "unknown-drone"
+    NOT_IN_CONTROL = "not-in-control"
+    OFFLINE = "offline"
+
+
+class Dropped(Exception):
+    """Raised by a core that refuses what came from outside; carries nothing but the reason."""
+
+    def __init__(self, reason: DropReason) -> None:
+        super().__init__(reason.value)
+        self.reason = reason
+
+
+DropCounts = Counter[DropReason]
+"""How often each reason occurred."""

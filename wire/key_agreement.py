@@ -1,0 +1,49 @@
+"""From two public keys and the drone's credential to the two keys of the data channel.
+
+The exchange travels in the control channel (TLS). Fresh X25519 keys give each link keys of its own that nobody can
+work out later; the credential's hash as the salt means that somebody in the middle of the TLS would need it too.
+"""
+
+from typing import NamedTuple
+
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X25519PublicKey
+from cryptography.hazmat.primitives.hashes import SHA256
+from cryptography.hazmat.primitives.kdf.hkdf import HKDF
+from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat
+
+from wire.ids import LinkId
+
+
+class BadPublicKey(ValueError):
+    """The other side's public key is not a point that a secret can be made with."""
+
+
+class LinkKeys(NamedTuple):
+    """One 32-byte ChaCha20-Poly1305 key for each direction."""
+
+    agent_to_tower: bytes
+    tower_to_agent: bytes
+
+
+def public_bytes(private_key: X25519PrivateKey) -> bytes:
+    """The 32 bytes to send to the other side."""
+    return private_key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
+
+
+def agree(private_key: X25519PrivateKey, their_public_key: bytes, *, credential_hash: str, link_id: LinkId) -> LinkKeys:
+    """Both sides call this with their own private key and get the same keys.
+
+    `their_public_key` is 32 bytes; `credential_hash` the hexadecimal SHA-256 of the credential.
+    Raises BadPublicKey for anything that is not a usable X25519 public key.
+    """
+    try:
+        secret = private_key.exchange(X25519PublicKey.from_public_bytes(their_public_key))
+    except ValueError as error:
+        raise BadPublicKey(str(error)) from None
+    okm = HKDF(
+        algorithm=SHA256(),
+        length=64,
+        salt=bytes.fromhex(credential_hash),
+        info=b"tower data v1" + link_id.to_bytes(4, "little"),
+    ).derive(secret)
+    return LinkKeys(agent_to_tower=okm[:32], tower_to_agent=okm[32:])

@@ -1,0 +1,39 @@
+"""The anti-replay window: each counter is accepted once, and none that is older than the window.
+
+The rule of RFC 6479 and WireGuard, with one Python integer as the bitmap.
+"""
+
+from typing import Final
+
+WINDOW: Final = 1024
+"""Counters behind the newest that may still arrive late: seconds of traffic, more than any reordering."""
+
+_MASK: Final = (1 << WINDOW) - 1
+
+
+class ReplayWindow:
+    """Which counters have been seen. Call `accept` only for datagrams that have been authenticated."""
+
+    __slots__ = ("_newest", "_seen")
+
+    def __init__(self) -> None:
+        self._newest = -1
+        self._seen = 0
+
+    @property
+    def newest(self) -> int:
+        """The highest counter accepted, or -1."""
+        return self._newest
+
+    def accept(self, counter: int) -> bool:
+        """True the first time for a counter inside the window; False for a repeat or one that is too old."""
+        ahead = counter - self._newest
+        if ahead > 0:
+            self._seen = ((self._seen << ahead) & _MASK | 1) if ahead < WINDOW else 1
+            self._newest = counter
+            return True
+        behind = -ahead
+        if behind >= WINDOW or self._seen >> behind & 1:
+            return False
+        self._seen |= 1 << behind
+        return True

@@ -1,0 +1,46 @@
+"""Tagged frames: the binary messages between browser and tower. A tag (drone id, u32) before each frame."""
+
+from collections.abc import Iterable
+from struct import Struct
+from typing import Final
+
+from wire.frames import MalformedFrame, frame_length
+from wire.ids import DroneId
+
+LARGEST_UPWARD_MESSAGE_BYTES: Final = 16 * 1024
+"""What a browser may send in one message: sticks at 50 Hz and a mission item are far below it."""
+
+_TAG: Final = Struct("<I")
+TAG_BYTES: Final = _TAG.size
+
+
+def tag(drone_id: DroneId, frame: bytes) -> bytes:
+    """One tagged frame."""
+    return _TAG.pack(drone_id) + frame
+
+
+def join(tagged_frames: Iterable[bytes]) -> bytes:
+    """One binary message of tagged frames."""
+    return b"".join(tagged_frames)
+
+
+def split_tagged(message: bytes) -> list[tuple[DroneId, bytes]]:
+    """The tagged frames of a binary message, in order.
+
+    Raises MalformedFrame unless they fill the message to its last byte; an empty message is malformed.
+    """
+    parts: list[tuple[DroneId, bytes]] = []
+    offset = 0
+    end = len(message)
+    while True:
+        if end - offset <= TAG_BYTES:
+            raise MalformedFrame("a tag with no frame behind it")
+        (drone_id,) = _TAG.unpack_from(message, offset)
+        offset += TAG_BYTES
+        length = frame_length(message, offset)
+        if length == 0 or offset + length > end:
+            raise MalformedFrame("a frame is cut off")
+        parts.append((DroneId(drone_id), message[offset : offset + length]))
+        offset += length
+        if offset == end:
+            return parts
