@@ -1,0 +1,15 @@
+/** Time as the link layer sees it: passed in, so that tests own it. */
+
+export interface Clock {
+  nowMs(): number;
+  /** Calls back once after `delayMs`; the returned function cancels. */
+  after(delayMs: number, callback: () => void): () => void;
+}
+
+export const realClock: Clock = {
+  nowMs: () => Date.now(),
+  after(delayMs, callback) {
+    const handle = setTimeout(callback, delayMs);
+    return () => clearTimeout(handle);
+  },
+};

@@ -1,0 +1,123 @@
+/** One drone's telemetry as the numbers and words that people read; null where the drone has not said. */
+
+import { GPS_FIX_TYPE, MAV_LANDED_STATE, MAV_MODE_FLAG, MAV_STATE } from './generated/mavlink.gen';
+import { distanceM } from './geometry';
+import type { Place, Target } from './messages';
+import { modeName } from './modes';
+import type { Telemetry } from './telemetry';
+
+const HEARTBEAT_LIMIT_MS = 5_000;
+const AIRBORNE_ABOVE_M = 1.5;
+const UNKNOWN_U16 = 0xffff;
+
+/** In order of how much attention it wants. */
+export type DroneState = 'alert' | 'flying' | 'armed' | 'idle' | 'lost';
+
+export interface FlightValues {
+  readonly state: DroneState;
+  readonly heartbeatAgeMs: number | null;
+  readonly autopilot: number | null;
+  readonly customMode: number | null;
+  readonly mode: string | null;
+  readonly armed: boolean | null;
+  readonly airborne: boolean;
+  readonly landed: string | null;
+  readonly place: Place | null;
+  readonly headingDeg: number | null;
+  readonly altRelM: number | null;
+  readonly altAmslM: number | null;
+  readonly groundSpeedMps: number | null;
+  readonly climbMps: number | null;
+  readonly throttlePercent: number | null;
+  readonly batteryPercent: number | null;
+  readonly batteryV: number | null;
+  readonly gpsFix: string | null;
+  readonly satellites: number | null;
+  readonly rollDeg: number | null;
+  readonly pitchDeg: number | null;
+  readonly home: Place | null;
+  readonly homeDistanceM: number | null;
+  readonly targetDistanceM: number | null;
+}
+
+const GPS_WORDS: Record<number, string> = {
+  [GPS_FIX_TYPE.NO_GPS]: 'none',
+  [GPS_FIX_TYPE.NO_FIX]: 'no fix',
+  [GPS_FIX_TYPE._2D_FIX]: '2D',
+  [GPS_FIX_TYPE._3D_FIX]: '3D',
+  [GPS_FIX_TYPE.DGPS]: 'DGPS',
+  [GPS_FIX_TYPE.RTK_FLOAT]: 'RTK float',
+  [GPS_FIX_TYPE.RTK_FIXED]: 'RTK fixed',
+};
+
+const LANDED_WORDS: Record<number, string> = {
+  [MAV_LANDED_STATE.ON_GROUND]: 'on ground',
+  [MAV_LANDED_STATE.IN_AIR]: 'in air',
+  [MAV_LANDED_STATE.TAKEOFF]: 'taking off',
+  [MAV_LANDED_STATE.LANDING]: 'landing',
+};
+
+const degrees = (radians: number): number => (radians * 180) / Math.PI;
+const place = (latE7: number, lonE7: number): Place | null =>
+  latE7 === 0 && lonE7 === 0 ? null : { latDeg: latE7 / 1e7, lonDeg: lonE7 / 1e7 };
+
+export function flightValues(
+  telemetry: Telemetry,
+  about: { readonly online: boolean; readonly target: Target | null },
+  nowMs: number,
+): FlightValues {
+  const heartbeat = telemetry.newest('HEARTBEAT');
+  const position = telemetry.newest('GLOBAL_POSITION_INT')?.fields;
+  const hud = telemetry.newest('VFR_HUD')?.fields;
+  const gps = telemetry.newest('GPS_RAW_INT')?.fields;
+  const attitude = telemetry.newest('ATTITUDE')?.fields;
+  const system = telemetry.newest('SYS_STATUS')?.fields;
+  const homeAt = telemetry.newest('HOME_POSITION')?.fields;
+  const landedState = telemetry.newest('EXTENDED_SYS_STATE')?.fields.landed_state ?? MAV_LANDED_STATE.UNDEFINED;
+
+  const armed = heartbeat ? (heartbeat.fields.base_mode & MAV_MODE_FLAG.SAFETY_ARMED) !== 0 : null;
+  const altRelM = position ? position.relative_alt / 1000 : null;
+  const airborne =
+    armed === true &&
+    (landedState === MAV_LANDED_STATE.UNDEFINED
+      ? (altRelM ?? 0) > AIRBORNE_ABOVE_M
+      : landedState !== MAV_LANDED_STATE.ON_GROUND);
+  const here = position ? place(position.lat, position.lon) : null;
+  const home = homeAt ? place(homeAt.latitude, homeAt.longitude) : null;
+  const heartbeatAgeMs = heartbeat ? nowMs - heartbeat.atMs : null;
+  const isHeard = about.online && heartbeatAgeMs !== null && heartbeatAgeMs <= HEARTBEAT_LIMIT_MS;
+
+  return {
+    state: stateOf(isHeard, heartbeat?.fields.system_status ?? 0, armed === true, airborne),
+    heartbeatAgeMs,
+    autopilot: heartbeat?.fields.autopilot ?? null,
+    customMode: heartbeat?.fields.custom_mode ?? null,
+    mode: heartbeat ? modeName(heartbeat.fields.autopilot, heartbeat.fields.custom_mode) : null,
+    armed,
+    airborne,
+    landed: LANDED_WORDS[landedState] ?? null,
+    place: here,
+    headingDeg: position && position.hdg !== UNKNOWN_U16 ? position.hdg / 100 : (hud?.heading ?? null),
+    altRelM,
+    altAmslM: position ? position.alt / 1000 : null,
+    groundSpeedMps: hud ? hud.groundspeed : position ? Math.hypot(position.vx, position.vy) / 100 : null,
+    climbMps: hud ? hud.climb : position ? -position.vz / 100 : null,
+    throttlePercent: hud?.throttle ?? null,
+    batteryPercent: system && system.battery_remaining >= 0 ? system.battery_remaining : null,
+    batteryV: system && system.voltage_battery !== UNKNOWN_U16 ? system.voltage_battery / 1000 : null,
+    gpsFix: gps ? (GPS_WORDS[gps.fix_type] ?? 'other') : null,
+    satellites: gps && gps.satellites_visible !== 255 ? gps.satellites_visible : null,
+    rollDeg: attitude ? degrees(attitude.roll) : null,
+    pitchDeg: attitude ? degrees(attitude.pitch) : null,
+    home,
+    homeDistanceM: here && home ? distanceM(here, home) : null,
+    targetDistanceM: here && about.target ? distanceM(here, about.target) : null,
+  };
+}
+
+function stateOf(isHeard: boolean, systemStatus: number, armed: boolean, airborne: boolean): DroneState {
+  if (!isHeard) return 'lost';
+  if (systemStatus === MAV_STATE.CRITICAL || systemStatus === MAV_STATE.EMERGENCY) return 'alert';
+  if (airborne) return 'flying';
+  return armed ? 'armed' : 'idle';
+}

@@ -1,0 +1,118 @@
+/** What a pilot asks for, as steps with answers: arm, take off, go there, hold, return, land, change mode. */
+
+import type { Clock } from './clock';
+import type { Commands, Outcome } from './commands';
+import { MAV_MODE_FLAG } from './generated/mavlink.gen';
+import { armCommand, disarmCommand, goToCommand, setModeCommand, takeOffCommand, type Target } from './messages';
+import { modeSetOf, type Mode, type ModeSet } from './modes';
+import { Store, type Readable } from './store';
+import type { Telemetry } from './telemetry';
+
+const CONFIRM_LIMIT_MS = 3_000;
+
+const NOT_HEARD: Outcome = { kind: 'failed', why: 'its autopilot has not been heard yet' };
+const NOT_KNOWN: Outcome = { kind: 'failed', why: 'this console does not know how to do that with its autopilot' };
+
+export class Flying {
+  readonly #clock: Clock;
+  readonly #commands: Commands;
+  readonly #telemetry: Telemetry;
+  readonly #target = new Store<Target | null>(null);
+
+  constructor(clock: Clock, commands: Commands, telemetry: Telemetry) {
+    this.#clock = clock;
+    this.#commands = commands;
+    this.#telemetry = telemetry;
+    telemetry.onMessage((message) => {
+      // Out of guided mode the go-to is over, whoever ended it.
+      if (message.name !== 'HEARTBEAT' || !telemetry.isFromAutopilot(message)) return;
+      const guided = modeSetOf(message.fields.autopilot)?.guided;
+      if (guided && message.fields.custom_mode !== guided.customMode) this.#target.set(null);
+    });
+  }
+
+  /** Where we have sent it, while that holds. */
+  get target(): Readable<Target | null> {
+    return this.#target;
+  }
+
+  arm(): Promise<Outcome> {
+    return this.#commands.run(armCommand());
+  }
+
+  disarm(evenInFlight: boolean): Promise<Outcome> {
+    return this.#commands.run(disarmCommand(evenInFlight));
+  }
+
+  /** Believed when the autopilot has accepted it and its HEARTBEAT agrees. */
+  async setMode(mode: Mode): Promise<Outcome> {
+    const answer = await this.#commands.run(setModeCommand(mode.main, mode.sub));
+    if (answer.kind !== 'accepted') return answer;
+    const agreed = await this.#heartbeatSays((beat) => beat.custom_mode === mode.customMode);
+    return agreed ? answer : { kind: 'unconfirmed', detail: `its heartbeat does not show ${mode.name}` };
+  }
+
+  hold(): Promise<Outcome> {
+    return this.#toMode((set) => set.hold);
+  }
+
+  returnHome(): Promise<Outcome> {
+    return this.#toMode((set) => set.returns);
+  }
+
+  land(): Promise<Outcome> {
+    return this.#toMode((set) => set.land);
+  }
+
+  /** Guided mode, armed if it is not, then up to `heightM` above home. */
+  async takeOff(heightM: number): Promise<Outcome> {
+    const guided = this.#modes()?.guided;
+    if (!guided) return this.#telemetry.newest('HEARTBEAT') ? NOT_KNOWN : NOT_HEARD;
+    const inMode = await this.setMode(guided);
+    if (inMode.kind !== 'accepted') return inMode;
+    if (!this.#isArmed()) {
+      const armed = await this.arm();
+      if (armed.kind !== 'accepted') return armed;
+    }
+    return this.#commands.run(takeOffCommand(heightM));
+  }
+
+  async goTo(target: Target): Promise<Outcome> {
+    const answer = await this.#commands.run(goToCommand(target));
+    if (answer.kind === 'accepted') this.#target.set(target);
+    return answer;
+  }
+
+  #toMode(pick: (set: ModeSet) => Mode): Promise<Outcome> {
+    const set = this.#modes();
+    if (!set) return Promise.resolve(this.#telemetry.newest('HEARTBEAT') ? NOT_KNOWN : NOT_HEARD);
+    return this.setMode(pick(set));
+  }
+
+  #modes(): ModeSet | null {
+    const heartbeat = this.#telemetry.newest('HEARTBEAT');
+    return heartbeat && modeSetOf(heartbeat.fields.autopilot);
+  }
+
+  #isArmed(): boolean {
+    const heartbeat = this.#telemetry.newest('HEARTBEAT');
+    return heartbeat !== null && (heartbeat.fields.base_mode & MAV_MODE_FLAG.SAFETY_ARMED) !== 0;
+  }
+
+  #heartbeatSays(agrees: (fields: { custom_mode: number; base_mode: number }) => boolean): Promise<boolean> {
+    const newest = this.#telemetry.newest('HEARTBEAT');
+    if (newest && agrees(newest.fields)) return Promise.resolve(true);
+    return new Promise((resolve) => {
+      const finish = (result: boolean): void => {
+        cancel();
+        stopListening();
+        resolve(result);
+      };
+      const cancel = this.#clock.after(CONFIRM_LIMIT_MS, () => finish(false));
+      const stopListening = this.#telemetry.onMessage((message) => {
+        if (message.name !== 'HEARTBEAT' || !this.#telemetry.isFromAutopilot(message)) return;
+        if (agrees(message.fields)) finish(true);
+      });
+    });
+  }
+}

@@ -1,0 +1,182 @@
+/**
+ * The one WebSocket to the tower: opens, reconnects with back-off, says its own state, and re-issues what was
+ * subscribed. Nothing is queued while it is down: a flight command that waited for a connection and was
+ * carried out later has flown vehicles away.
+ */
+
+import type { Clock } from './clock';
+import { focusText, watchText } from './messages';
+import { Store, type Readable } from './store';
+import { readTowerEvent, type TowerEvent } from './wire_types';
+
+export const SUBPROTOCOL = 'tower.v1';
+export const CLOSE_SIGNED_OUT = 4401;
+
+const BACKOFF_FIRST_MS = 500;
+const BACKOFF_MOST_MS = 8_000;
+/** The tower says `link` each second for each drone online: with one online, silence means a dead socket. */
+const SILENCE_LIMIT_MS = 6_000;
+const WELCOME_LIMIT_MS = 10_000;
+
+export type LivePhase = 'stopped' | 'connecting' | 'open' | 'waiting' | 'signed-out';
+
+export interface LiveState {
+  readonly phase: LivePhase;
+  /** Failed attempts since it was last open. */
+  readonly failures: number;
+  /** When the next attempt begins, on the link clock; null when none is planned. */
+  readonly retryAtMs: number | null;
+}
+
+/** The part of WebSocket that is used; tests bring their own. */
+export interface SocketLike {
+  binaryType: string;
+  onmessage: ((event: { data: unknown }) => void) | null;
+  onclose: ((event: { code: number }) => void) | null;
+  send(data: string | Uint8Array<ArrayBuffer>): void;
+  close(): void;
+}
+
+export interface LiveOptions {
+  readonly clock: Clock;
+  readonly openSocket: () => SocketLike;
+  readonly onEvent: (event: TowerEvent) => void;
+  readonly onFrames: (message: Uint8Array) => void;
+  /** 0..1; spreads the reconnections of many browsers after a restart of the tower. */
+  readonly random?: () => number;
+}
+
+export function liveUrl(location: { protocol: string; host: string }): string {
+  return `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/api/v1/live`;
+}
+
+export class Live {
+  readonly #options: LiveOptions;
+  readonly #state = new Store<LiveState>({ phase: 'stopped', failures: 0, retryAtMs: null });
+  #socket: SocketLike | null = null;
+  #cancelTimer: () => void = () => undefined;
+  #rateHz: number | null = null;
+  #focus: number | null = null;
+  #expectsTraffic = false;
+
+  constructor(options: LiveOptions) {
+    this.#options = options;
+  }
+
+  get state(): Readable<LiveState> {
+    return this.#state;
+  }
+
+  start(): void {
+    const { phase } = this.#state.get();
+    if (phase === 'stopped' || phase === 'signed-out') this.#connect(0);
+  }
+
+  stop(): void {
+    this.#drop();
+    this.#state.set({ phase: 'stopped', failures: 0, retryAtMs: null });
+  }
+
+  /** The network is said to be back: do not wait for the back-off to end. */
+  retryNow(): void {
+    const { phase, failures } = this.#state.get();
+    if (phase === 'waiting') this.#connect(failures);
+  }
+
+  watch(rateHz: number): void {
+    this.#rateHz = rateHz;
+    if (this.#isOpen()) this.#socket?.send(watchText(rateHz));
+  }
+
+  focus(droneId: number | null): void {
+    this.#focus = droneId;
+    if (this.#isOpen()) this.#socket?.send(focusText(droneId));
+  }
+
+  /** Whether silence is suspicious: some drone is online. */
+  expectTraffic(expected: boolean): void {
+    this.#expectsTraffic = expected;
+    if (this.#isOpen()) this.#watchSilence();
+  }
+
+  /** False when there is no open connection: the frames are gone, and the caller says so. */
+  send(message: Uint8Array<ArrayBuffer>): boolean {
+    if (!this.#isOpen() || !this.#socket) return false;
+    this.#socket.send(message);
+    return true;
+  }
+
+  #isOpen(): boolean {
+    return this.#state.get().phase === 'open';
+  }
+
+  #connect(failures: number): void {
+    this.#drop();
+    this.#state.set({ phase: 'connecting', failures, retryAtMs: null });
+    let socket: SocketLike;
+    try {
+      socket = this.#options.openSocket();
+    } catch {
+      this.#lost(0);
+      return;
+    }
+    this.#socket = socket;
+    socket.binaryType = 'arraybuffer';
+    socket.onmessage = ({ data }) => this.#received(data);
+    socket.onclose = ({ code }) => this.#lost(code);
+    this.#after(WELCOME_LIMIT_MS, () => this.#lost(0));
+  }
+
+  #received(data: unknown): void {
+    if (typeof data === 'string') {
+      const event = readTowerEvent(data);
+      if (event?.type === 'welcome') this.#opened();
+      if (this.#isOpen()) this.#watchSilence();
+      if (event) this.#options.onEvent(event);
+    } else if (data instanceof ArrayBuffer && this.#isOpen()) {
+      this.#watchSilence();
+      this.#options.onFrames(new Uint8Array(data));
+    }
+  }
+
+  /** Only a welcome makes it open: before that we do not know that we are signed in. */
+  #opened(): void {
+    this.#cancelTimer();
+    this.#state.set({ phase: 'open', failures: 0, retryAtMs: null });
+    if (this.#rateHz !== null) this.#socket?.send(watchText(this.#rateHz));
+    if (this.#focus !== null) this.#socket?.send(focusText(this.#focus));
+  }
+
+  #watchSilence(): void {
+    this.#cancelTimer();
+    if (this.#expectsTraffic) this.#after(SILENCE_LIMIT_MS, () => this.#lost(0));
+  }
+
+  #lost(code: number): void {
+    const failures = this.#state.get().failures + 1;
+    this.#drop();
+    if (code === CLOSE_SIGNED_OUT) {
+      this.#state.set({ phase: 'signed-out', failures: 0, retryAtMs: null });
+      return;
+    }
+    const most = Math.min(BACKOFF_MOST_MS, BACKOFF_FIRST_MS * 2 ** Math.min(failures - 1, 10));
+    const delayMs = most * (0.5 + 0.5 * (this.#options.random ?? Math.random)());
+    this.#after(delayMs, () => this.#connect(failures));
+    this.#state.set({ phase: 'waiting', failures, retryAtMs: this.#options.clock.nowMs() + delayMs });
+  }
+
+  #drop(): void {
+    this.#cancelTimer();
+    const socket = this.#socket;
+    this.#socket = null;
+    if (!socket) return;
+    socket.onmessage = null;
+    socket.onclose = null;
+    socket.close();
+  }
+
+  #after(delayMs: number, callback: () => void): void {
+    this.#cancelTimer();
+    this.#cancelTimer = this.#options.clock.after(delayMs, callback);
+  }
+}

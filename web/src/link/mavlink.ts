@@ -1,0 +1,113 @@
+/**
+ * MAVLink frames: found in bytes, decoded, encoded. Reads version 1 and version 2, signed or not (the signature
+ * is carried, not checked: that is the autopilot's business); writes version 2, unsigned, zeros cut off.
+ *
+ * Nothing here throws on bytes from outside.
+ */
+
+import { CRC_START, crcAdd, crcOf } from './crc';
+import type { MessageFields, MessageName } from './generated/mavlink.gen';
+import { definitionById, definitionByName, readField, writeField, type FieldValue } from './mavlink_fields';
+
+const STX_V1 = 0xfe;
+const STX_V2 = 0xfd;
+const HEADER_V1 = 6;
+const HEADER_V2 = 10;
+const CHECKSUM_LENGTH = 2;
+const SIGNATURE_LENGTH = 13;
+const FLAG_SIGNED = 0x01;
+
+export interface Header {
+  readonly version: 1 | 2;
+  readonly signed: boolean;
+  readonly seq: number;
+  readonly sysid: number;
+  readonly compid: number;
+  readonly msgid: number;
+}
+
+/** A decoded frame; `name` tells which fields. */
+export type Message = {
+  [N in MessageName]: { readonly name: N; readonly header: Header; readonly fields: MessageFields[N] };
+}[MessageName];
+
+/** The length of the frame that begins at `at`, or null when no whole frame is there. */
+export function frameLengthAt(bytes: Uint8Array, at: number): number | null {
+  const left = bytes.length - at;
+  if (left < HEADER_V1 + CHECKSUM_LENGTH) return null;
+  let length: number;
+  if (bytes[at] === STX_V1) {
+    length = HEADER_V1 + bytes[at + 1]! + CHECKSUM_LENGTH;
+  } else if (bytes[at] === STX_V2) {
+    const signature = bytes[at + 2]! & FLAG_SIGNED ? SIGNATURE_LENGTH : 0;
+    length = HEADER_V2 + bytes[at + 1]! + CHECKSUM_LENGTH + signature;
+  } else {
+    return null;
+  }
+  return left >= length ? length : null;
+}
+
+/** Decodes one whole frame; null for an unknown message, a wrong checksum, or no frame at all. */
+export function decode(frame: Uint8Array): Message | null {
+  if (frameLengthAt(frame, 0) !== frame.length) return null;
+  const isV2 = frame[0] === STX_V2;
+  const headerLength = isV2 ? HEADER_V2 : HEADER_V1;
+  const payloadLength = frame[1]!;
+  const msgid = isV2 ? frame[7]! | (frame[8]! << 8) | (frame[9]! << 16) : frame[5]!;
+  const definition = definitionById.get(msgid);
+  if (!definition) return null;
+
+  const end = headerLength + payloadLength;
+  const crc = crcAdd(crcOf(frame, 1, end), definition.crcExtra);
+  if (frame[end] !== (crc & 0xff) || frame[end + 1] !== crc >>> 8) return null;
+
+  // Zeros that were cut off come back here; fields newer than our tables are left aside.
+  const payload = new Uint8Array(definition.size);
+  payload.set(frame.subarray(headerLength, Math.min(end, headerLength + definition.size)));
+  const view = new DataView(payload.buffer);
+  const fields: Record<string, FieldValue> = {};
+  for (const field of definition.fields) fields[field.name] = readField(view, field);
+  const header: Header = {
+    version: isV2 ? 2 : 1,
+    signed: isV2 && (frame[2]! & FLAG_SIGNED) !== 0,
+    seq: frame[isV2 ? 4 : 2]!,
+    sysid: frame[isV2 ? 5 : 3]!,
+    compid: frame[isV2 ? 6 : 4]!,
+    msgid,
+  };
+  return { name: definition.name, header, fields } as unknown as Message;
+}
+
+export interface Sender {
+  readonly sysid: number;
+  readonly compid: number;
+}
+
+/** One MAVLink 2 frame. Fields left out are zero. */
+export function encode<N extends MessageName>(
+  name: N,
+  fields: Partial<MessageFields[N]>,
+  sender: Sender,
+  seq: number,
+): Uint8Array {
+  const definition = definitionByName.get(name)!;
+  const payload = new Uint8Array(definition.size);
+  const view = new DataView(payload.buffer);
+  for (const field of definition.fields) {
+    const value = (fields as Record<string, FieldValue | undefined>)[field.name];
+    if (value !== undefined) writeField(view, field, value);
+  }
+  // MAVLink 2 sends at least one byte, even when all are zero.
+  let length = payload.length;
+  while (length > 1 && payload[length - 1] === 0) length--;
+
+  const end = HEADER_V2 + length;
+  const frame = new Uint8Array(end + CHECKSUM_LENGTH);
+  const { id } = definition;
+  frame.set([STX_V2, length, 0, 0, seq & 0xff, sender.sysid, sender.compid, id & 0xff, (id >> 8) & 0xff, id >> 16]);
+  frame.set(payload.subarray(0, length), HEADER_V2);
+  const crc = crcAdd(crcOf(frame, 1, end, CRC_START), definition.crcExtra);
+  frame[end] = crc & 0xff;
+  frame[end + 1] = crc >>> 8;
+  return frame;
+}

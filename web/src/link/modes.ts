@@ -1,0 +1,91 @@
+/** The flight modes of the autopilots we know: their names, numbers, and which of them does what. */
+
+import { COPTER_MODE, MAV_AUTOPILOT } from './generated/mavlink.gen';
+
+export interface Mode {
+  readonly name: string;
+  /** HEARTBEAT.custom_mode when it is active. */
+  readonly customMode: number;
+  /** Parameters 2 and 3 of DO_SET_MODE. */
+  readonly main: number;
+  readonly sub: number;
+}
+
+export interface ModeSet {
+  readonly modes: readonly Mode[];
+  readonly hold: Mode;
+  readonly returns: Mode;
+  readonly land: Mode;
+  readonly guided: Mode | null;
+  readonly brake: Mode | null;
+}
+
+const words = (name: string): string => name.replaceAll('_', ' ');
+
+function copter(name: keyof typeof COPTER_MODE): Mode {
+  return { name: words(name), customMode: COPTER_MODE[name], main: COPTER_MODE[name], sub: 0 };
+}
+
+const PX4_AUTO = 4;
+function px4(name: string, main: number, sub = 0): Mode {
+  return { name, customMode: ((main << 16) | (sub << 24)) >>> 0, main, sub };
+}
+
+const ARDUCOPTER: ModeSet = {
+  modes: (
+    [
+      'STABILIZE',
+      'ALT_HOLD',
+      'LOITER',
+      'POSHOLD',
+      'BRAKE',
+      'GUIDED',
+      'AUTO',
+      'CIRCLE',
+      'RTL',
+      'SMART_RTL',
+      'LAND',
+    ] as const
+  ).map(copter),
+  hold: copter('ALT_HOLD'),
+  returns: copter('RTL'),
+  land: copter('LAND'),
+  guided: copter('GUIDED'),
+  brake: copter('BRAKE'),
+};
+
+const PX4_MODES = {
+  manual: px4('MANUAL', 1),
+  altitude: px4('ALTITUDE', 2),
+  position: px4('POSITION', 3),
+  takeOff: px4('TAKEOFF', PX4_AUTO, 2),
+  loiter: px4('LOITER', PX4_AUTO, 3),
+  mission: px4('MISSION', PX4_AUTO, 4),
+  returns: px4('RETURN', PX4_AUTO, 5),
+  land: px4('LAND', PX4_AUTO, 6),
+  stabilized: px4('STABILIZED', 7),
+};
+
+const PX4: ModeSet = {
+  modes: Object.values(PX4_MODES),
+  hold: PX4_MODES.loiter,
+  returns: PX4_MODES.returns,
+  land: PX4_MODES.land,
+  guided: null,
+  brake: null,
+};
+
+/** Null for an autopilot that we cannot name modes of. */
+export function modeSetOf(autopilot: number): ModeSet | null {
+  if (autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA) return ARDUCOPTER;
+  if (autopilot === MAV_AUTOPILOT.PX4) return PX4;
+  return null;
+}
+
+export function modeName(autopilot: number, customMode: number): string {
+  const known = modeSetOf(autopilot)?.modes.find((mode) => mode.customMode === customMode);
+  if (known) return known.name;
+  const other = Object.entries(COPTER_MODE).find(([, number]) => number === customMode);
+  if (autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA && other) return words(other[0]);
+  return `MODE ${customMode}`;
+}

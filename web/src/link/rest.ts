@@ -1,0 +1,88 @@
+/** The tower's REST interface under /api/v1. Every failure is a `RestError` with words for people. */
+
+import type { Drone, User } from './wire_types';
+
+/** An RFC 9457 problem document, or what we can say when the tower gave none. */
+export class RestError extends Error {
+  constructor(
+    /** HTTP status; 0 when the tower could not be reached. */
+    readonly status: number,
+    readonly title: string,
+    readonly detail: string,
+    readonly type: string,
+  ) {
+    super(detail || title);
+    this.name = 'RestError';
+  }
+}
+
+export type ControlAction = 'acquire' | 'release' | 'take' | 'give';
+type Fetch = (path: string, init: RequestInit) => Promise<Response>;
+
+const BASE = '/api/v1';
+
+export class Rest {
+  readonly #fetch: Fetch;
+
+  constructor(fetcher: Fetch = (path, init) => fetch(path, init)) {
+    this.#fetch = fetcher;
+  }
+
+  signIn(name: string, password: string): Promise<User> {
+    return this.#call('POST', '/session', { name, password });
+  }
+
+  signOut(): Promise<void> {
+    return this.#call('DELETE', '/session');
+  }
+
+  me(): Promise<User> {
+    return this.#call('GET', '/me');
+  }
+
+  drones(): Promise<Drone[]> {
+    return this.#call('GET', '/drones');
+  }
+
+  drone(droneId: number): Promise<Drone> {
+    return this.#call('GET', `/drones/${droneId}`);
+  }
+
+  control(droneId: number, action: ControlAction, reason?: string): Promise<Drone> {
+    return this.#call('POST', `/drones/${droneId}/control/${action}`, reason ? { reason } : {});
+  }
+
+  async #call<T>(method: string, path: string, body?: unknown): Promise<T> {
+    const headers: Record<string, string> = { Accept: 'application/json, application/problem+json' };
+    if (body !== undefined) headers['Content-Type'] = 'application/json';
+    const init: RequestInit = { method, headers, credentials: 'same-origin' };
+    if (body !== undefined) init.body = JSON.stringify(body);
+    let answer: Response;
+    try {
+      answer = await this.#fetch(BASE + path, init);
+    } catch {
+      throw new RestError(0, 'No connection', 'The tower cannot be reached. Check the network and try again.', '');
+    }
+    if (!answer.ok) throw await problemOf(answer);
+    if (answer.status === 204) return undefined as T;
+    try {
+      return (await answer.json()) as T;
+    } catch {
+      throw new RestError(answer.status, 'Unexpected answer', 'The tower gave an answer that is not JSON.', '');
+    }
+  }
+}
+
+async function problemOf(answer: Response): Promise<RestError> {
+  let problem: Record<string, unknown> = {};
+  try {
+    const value: unknown = await answer.json();
+    if (typeof value === 'object' && value !== null) problem = value as Record<string, unknown>;
+  } catch {
+    // A proxy in between answers in HTML: the status says enough.
+  }
+  const words = (key: string): string => (typeof problem[key] === 'string' ? problem[key] : '');
+  const title = words('title') || answer.statusText || `Error ${answer.status}`;
+  const detail = words('detail') || `The tower answered with status ${answer.status}.`;
+  return new RestError(answer.status, title, detail, words('type'));
+}

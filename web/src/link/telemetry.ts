@@ -1,0 +1,71 @@
+/**
+ * What one drone last said: the newest of each message of its autopilot with the time it came, its track, and
+ * who to address. Gimbals, companions and other components of the drone are not taken for the autopilot.
+ */
+
+import { MAV_AUTOPILOT, type MessageFields, type MessageName } from './generated/mavlink.gen';
+import { distanceM } from './geometry';
+import { decode, type Message } from './mavlink';
+import { AUTOPILOT_COMPID, type Place } from './messages';
+
+const TRACK_POINTS = 600;
+const TRACK_STEP_M = 1;
+
+export interface Received<N extends MessageName> {
+  readonly fields: MessageFields[N];
+  readonly atMs: number;
+}
+
+export class Telemetry {
+  readonly #newest = new Map<MessageName, Received<MessageName>>();
+  readonly #listeners = new Set<(message: Message, nowMs: number) => void>();
+  readonly #track: Place[] = [];
+  /** MAVLink system id of the autopilot, once it was heard. */
+  sysid: number | null = null;
+
+  /** Takes one frame of this drone; null when it cannot be decoded. */
+  receive(frame: Uint8Array, nowMs: number): Message | null {
+    const message = decode(frame);
+    if (!message) return null;
+    if (this.#isAutopilot(message)) {
+      this.#newest.set(message.name, { fields: message.fields, atMs: nowMs });
+      if (message.name === 'GLOBAL_POSITION_INT') this.#follow(message.fields);
+    }
+    for (const listener of [...this.#listeners]) listener(message, nowMs);
+    return message;
+  }
+
+  newest<N extends MessageName>(name: N): Received<N> | null {
+    return (this.#newest.get(name) as Received<N> | undefined) ?? null;
+  }
+
+  /** Where it flew, oldest first. */
+  get track(): readonly Place[] {
+    return this.#track;
+  }
+
+  isFromAutopilot(message: Message): boolean {
+    return message.header.compid === AUTOPILOT_COMPID && message.header.sysid === this.sysid;
+  }
+
+  onMessage(listener: (message: Message, nowMs: number) => void): () => void {
+    this.#listeners.add(listener);
+    return () => this.#listeners.delete(listener);
+  }
+
+  #isAutopilot(message: Message): boolean {
+    const { sysid, compid } = message.header;
+    if (compid !== AUTOPILOT_COMPID) return false;
+    if (message.name === 'HEARTBEAT' && message.fields.autopilot !== MAV_AUTOPILOT.INVALID) this.sysid = sysid;
+    return sysid === this.sysid;
+  }
+
+  #follow(fields: MessageFields['GLOBAL_POSITION_INT']): void {
+    if (fields.lat === 0 && fields.lon === 0) return; // no position yet
+    const place = { latDeg: fields.lat / 1e7, lonDeg: fields.lon / 1e7 };
+    const last = this.#track.at(-1);
+    if (last && distanceM(last, place) < TRACK_STEP_M) return;
+    this.#track.push(place);
+    if (this.#track.length > TRACK_POINTS) this.#track.shift();
+  }
+}

@@ -1,0 +1,116 @@
+/** Everything the console knows and may do about one drone. */
+
+import type { Clock } from './clock';
+import { Commands, outcomeWords, type Outcome } from './commands';
+import { flightValues, type FlightValues } from './flight_values';
+import { Flying } from './flying';
+import { severityOf, type Entry } from './journal';
+import { encode } from './mavlink';
+import { AUTOPILOT_COMPID, CONSOLE, type Command } from './messages';
+import { StatusTextAssembler } from './status_texts';
+import { Store } from './store';
+import { tag } from './tagged_frames';
+import { Telemetry } from './telemetry';
+import type { Drone, LinkEvent } from './wire_types';
+
+/** Statements of the autopilot this long after an answer still belong to the action (arming: "PreArm: ..."). */
+export const REASON_WINDOW_MS = 2_000;
+
+export interface Action {
+  readonly key: number;
+  readonly label: string;
+  readonly beganMs: number;
+  readonly endedMs: number | null;
+  readonly outcome: Outcome | null;
+  readonly text: string;
+}
+
+export class Vehicle {
+  readonly telemetry = new Telemetry();
+  readonly drone: Store<Drone>;
+  readonly action = new Store<Action | null>(null);
+  link: LinkEvent | null = null;
+  /** On the link clock; null while not flying. */
+  airborneSinceMs: number | null = null;
+
+  readonly #clock: Clock;
+  readonly #send: (message: Uint8Array<ArrayBuffer>) => boolean;
+  readonly #record: (entry: Entry) => void;
+  readonly #texts = new StatusTextAssembler();
+  readonly #commands: Commands;
+  readonly flying: Flying;
+  #seq = 0;
+  #actions = 0;
+
+  constructor(
+    drone: Drone,
+    clock: Clock,
+    send: (message: Uint8Array<ArrayBuffer>) => boolean,
+    record: (entry: Entry) => void,
+  ) {
+    this.drone = new Store(drone);
+    this.#clock = clock;
+    this.#send = send;
+    this.#record = record;
+    this.#commands = new Commands(clock, (command, repeat) => this.#transmit(command, repeat));
+    this.flying = new Flying(clock, this.#commands, this.telemetry);
+  }
+
+  receive(frame: Uint8Array, nowMs: number): void {
+    const message = this.telemetry.receive(frame, nowMs);
+    if (!message) return;
+    if (message.name === 'STATUSTEXT') {
+      const entry = this.#texts.receive(message.header, message.fields, nowMs);
+      this.#record({
+        key: `text-${this.drone.get().id}-${entry.key}`,
+        atMs: entry.atMs,
+        droneId: this.drone.get().id,
+        source: 'autopilot',
+        severity: severityOf(entry.severity),
+        text: entry.text,
+      });
+    } else if (message.name === 'COMMAND_ACK' && this.telemetry.isFromAutopilot(message)) {
+      this.#commands.receive(message);
+    } else if (message.name === 'HEARTBEAT' || message.name === 'EXTENDED_SYS_STATE') {
+      const { airborne } = this.values(nowMs);
+      if (!airborne) this.airborneSinceMs = null;
+      else this.airborneSinceMs ??= nowMs;
+    }
+  }
+
+  values(nowMs: number): FlightValues {
+    const about = { online: this.drone.get().online, target: this.flying.target.get() };
+    return flightValues(this.telemetry, about, nowMs);
+  }
+
+  /** Runs one of `flying`'s deeds, shows it as the current action, and writes what came of it in the journal. */
+  async perform(label: string, deed: (flying: Flying) => Promise<Outcome>): Promise<Outcome> {
+    const key = ++this.#actions;
+    const beganMs = this.#clock.nowMs();
+    this.action.set({ key, label, beganMs, endedMs: null, outcome: null, text: `${label}: waiting for the answer` });
+    const outcome = await deed(this.flying);
+    const endedMs = this.#clock.nowMs();
+    const { id, name } = this.drone.get();
+    const text = `${label}: ${outcomeWords(name, outcome)}`;
+    if (this.action.get()?.key === key) this.action.set({ key, label, beganMs, endedMs, outcome, text });
+    const severity = outcome.kind === 'accepted' ? 'info' : 'error';
+    this.#record({ key: `action-${id}-${key}`, atMs: endedMs, droneId: id, source: 'command', severity, text });
+    return outcome;
+  }
+
+  abort(why: string): void {
+    this.#commands.abort(why);
+  }
+
+  #transmit(command: Command, repeat: number): boolean {
+    const { sysid } = this.telemetry;
+    if (sysid === null) return false;
+    const target = { target_system: sysid, target_component: AUTOPILOT_COMPID };
+    const seq = this.#seq++;
+    const frame =
+      command.form === 'COMMAND_LONG'
+        ? encode('COMMAND_LONG', { ...command.fields, ...target, confirmation: repeat }, CONSOLE, seq)
+        : encode('COMMAND_INT', { ...command.fields, ...target }, CONSOLE, seq);
+    return this.#send(tag(this.drone.get().id, frame));
+  }
+}

@@ -1,0 +1,108 @@
+/** A clock that tests turn by hand, and sockets that tests play the tower on. */
+
+import type { Clock } from '../../src/link/clock';
+import { encode } from '../../src/link/mavlink';
+import type { SocketLike } from '../../src/link/live';
+import type { MessageFields, MessageName } from '../../src/link/generated/mavlink.gen';
+
+export class FakeClock implements Clock {
+  #now = 1_000_000;
+  #timers: { dueMs: number; callback: () => void }[] = [];
+
+  nowMs(): number {
+    return this.#now;
+  }
+
+  after(delayMs: number, callback: () => void): () => void {
+    const timer = { dueMs: this.#now + delayMs, callback };
+    this.#timers.push(timer);
+    return () => {
+      this.#timers = this.#timers.filter((one) => one !== timer);
+    };
+  }
+
+  /** Lets time pass; what falls due runs in order, promises in between. */
+  async pass(ms: number): Promise<void> {
+    const end = this.#now + ms;
+    for (;;) {
+      const next = this.#timers.filter(({ dueMs }) => dueMs <= end).sort((a, b) => a.dueMs - b.dueMs)[0];
+      if (!next) break;
+      this.#timers = this.#timers.filter((one) => one !== next);
+      this.#now = next.dueMs;
+      next.callback();
+      await settled();
+    }
+    this.#now = end;
+    await settled();
+  }
+
+  get waiting(): number {
+    return this.#timers.length;
+  }
+}
+
+/** Lets promises that can go on do so. */
+export async function settled(): Promise<void> {
+  for (let turn = 0; turn < 20; turn++) await Promise.resolve();
+}
+
+export class FakeSocket implements SocketLike {
+  binaryType = '';
+  onmessage: ((event: { data: unknown }) => void) | null = null;
+  onclose: ((event: { code: number }) => void) | null = null;
+  readonly sent: (string | Uint8Array)[] = [];
+  closed = false;
+
+  send(data: string | Uint8Array<ArrayBuffer>): void {
+    this.sent.push(data);
+  }
+
+  close(): void {
+    this.closed = true;
+  }
+
+  says(event: object): void {
+    this.onmessage?.({ data: JSON.stringify(event) });
+  }
+
+  saysBytes(bytes: Uint8Array): void {
+    this.onmessage?.({ data: bytes.slice().buffer });
+  }
+}
+
+export const AUTOPILOT = { sysid: 7, compid: 1 };
+
+export function fromAutopilot<N extends MessageName>(
+  name: N,
+  fields: Partial<MessageFields[N]>,
+  from = AUTOPILOT,
+): Uint8Array {
+  return encode(name, fields, from, 0);
+}
+
+/** An ArduCopter heartbeat. */
+export function heartbeat(customMode: number, armed = false, from = AUTOPILOT): Uint8Array {
+  return fromAutopilot(
+    'HEARTBEAT',
+    {
+      custom_mode: customMode,
+      type: 2,
+      autopilot: 3,
+      base_mode: armed ? 209 : 81,
+      system_status: 4,
+      mavlink_version: 3,
+    },
+    from,
+  );
+}
+
+export const A_DRONE = {
+  id: 1,
+  name: 'Heron',
+  online: true,
+  owners: [{ id: 5, name: 'olga' }],
+  holder: null,
+  epoch: 1,
+  taken_from: null,
+  autopilot_heard: true,
+};
