@@ -1,0 +1,30 @@
+"""What accounts and fleet ask of whoever owns the live state (the hub). An interface only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol
+
+from server.accounts.tables import Role
+from server.fleet.snapshot import FleetSnapshot
+from server.fleet.views import DroneView
+from wire.ids import DroneId, UserId
+
+
+class LivePicture(Protocol):
+    """Every method is plain and returns at once: no lock, no waiting."""
+
+    def apply_fleet(self, snapshot: FleetSnapshot) -> None:
+        """Takes over who exists, who owns what and who may come in. Called with growing revisions only."""
+
+    def drone_views(self, user_id: UserId, role: Role) -> list[DroneView]:
+        """The squad of a user, in the order of the ids."""
+
+    def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
+        """One drone; None when it does not exist and, on purpose the same, when it is not theirs to see."""
+
+    def end_sessions(self, session_ids: Iterable[int]) -> None:
+        """Closes the live connections of these sessions."""
+
+    def end_user(self, user_id: UserId) -> None:
+        """Closes every live connection of a user."""

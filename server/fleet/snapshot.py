@@ -1,0 +1,94 @@
+"""The fleet as the database tells it at one moment: what the hub is fed with. Nothing live belongs here."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sqlalchemy import select, update
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.accounts.tables import Role, UserRow
+from server.control.tables import ControlLeaseRow
+from server.fleet.tables import DroneRow, FleetRevisionRow, OwnershipRow
+from wire.ids import DroneId, Epoch, UserId
+
+
+@dataclass(frozen=True)
+class UserRef:
+    id: UserId
+    name: str
+
+
+@dataclass(frozen=True)
+class UserRecord:
+    name: str
+    role: Role
+    disabled: bool
+
+
+@dataclass(frozen=True)
+class DroneRecord:
+    id: DroneId
+    name: str
+    owners: tuple[UserRef, ...]
+    """In the order of their ids."""
+    credential_hash: str
+    """SHA-256 of the credential's whole text, in hexadecimal digits."""
+    holder: UserRef | None
+    epoch: Epoch
+    taken_from: UserRef | None
+
+
+@dataclass(frozen=True)
+class FleetSnapshot:
+    revision: int
+    drones: tuple[DroneRecord, ...]
+    """In the order of their ids."""
+    users: Mapping[UserId, UserRecord]
+
+
+async def read_revision(session: AsyncSession) -> int:
+    return await session.scalar(select(FleetRevisionRow.revision)) or 0
+
+
+async def begin_fleet_change(session: AsyncSession) -> None:
+    """Counts a change of drones, ownerships or users. Comes first in the transaction that makes the change:
+    on PostgreSQL it is also what makes such transactions queue up, so that two cannot both demote the last admin.
+    """
+    await session.execute(
+        update(FleetRevisionRow).where(FleetRevisionRow.id == 1).values(revision=FleetRevisionRow.revision + 1)
+    )
+
+
+async def load_snapshot(session: AsyncSession) -> FleetSnapshot:
+    """Wants a session of `Database.reading()`: one consistent picture."""
+    revision = await read_revision(session)
+    users: dict[UserId, UserRecord] = {}
+    for user in await session.execute(select(UserRow.id, UserRow.name, UserRow.role, UserRow.disabled)):
+        users[UserId(user.id)] = UserRecord(user.name, Role(user.role), user.disabled)
+
+    def ref(user_id: int | None) -> UserRef | None:
+        return None if user_id is None else UserRef(UserId(user_id), users[UserId(user_id)].name)
+
+    owners: defaultdict[int, list[UserRef]] = defaultdict(list)
+    for own in await session.scalars(select(OwnershipRow).order_by(OwnershipRow.drone_id, OwnershipRow.user_id)):
+        owners[own.drone_id].append(UserRef(UserId(own.user_id), users[UserId(own.user_id)].name))
+    leases = {one.drone_id: one for one in await session.scalars(select(ControlLeaseRow))}
+
+    drones = []
+    for drone in await session.scalars(select(DroneRow).order_by(DroneRow.id)):
+        lease = leases.get(drone.id)
+        drones.append(
+            DroneRecord(
+                id=DroneId(drone.id),
+                name=drone.name,
+                owners=tuple(owners[drone.id]),
+                credential_hash=drone.credential_hash,
+                holder=ref(lease.holder_id) if lease else None,
+                epoch=Epoch(lease.epoch if lease else 0),
+                taken_from=ref(lease.taken_from_id) if lease else None,
+            )
+        )
+    return FleetSnapshot(revision=revision, drones=tuple(drones), users=users)

@@ -1,0 +1,40 @@
+"""How a drone looks from outside: the `Drone` of docs/wire-protocol.md, in REST answers and live messages alike."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from server.fleet.snapshot import UserRef
+
+
+class UserRefView(BaseModel):
+    """A user, as others see them."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: int
+    name: str
+
+    @classmethod
+    def of(cls, ref: UserRef) -> UserRefView:
+        return cls(id=ref.id, name=ref.name)
+
+
+class DroneView(BaseModel):
+    """One drone, with who owns it, who holds its controls, and whether it is there."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: int
+    name: str
+    online: Annotated[bool, Field(description="Its agent has a link to the tower")]
+    owners: list[UserRefView]
+    holder: Annotated[UserRefView | None, Field(description="Who has the controls now")]
+    epoch: Annotated[int, Field(description="Grows by one each time the holder changes")]
+    taken_from: Annotated[
+        UserRefView | None,
+        Field(description="An admin took the controls from them: they are shut out until given back"),
+    ]
+    autopilot_heard: Annotated[bool, Field(description="The agent hears its autopilot")]

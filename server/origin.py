@@ -1,0 +1,80 @@
+"""Refuses requests that another web site made a browser send: the Origin must be the tower's own.
+
+The session cookie is SameSite=Strict already; this is the second lock, and for WebSockets the first.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers
+from starlette.requests import HTTPConnection
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from server.problems import JSON_ONLY, WRONG_ORIGIN, problem
+
+_SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
+_DEFAULT_PORTS: Final = {"http": 80, "https": 443, "ws": 80, "wss": 443}
+
+
+def is_own_origin(connection: HTTPConnection, public_url: str = "") -> bool:
+    """True also without an Origin: then it was no browser, and no browser's cookies can be abused."""
+    return origin_matches(
+        origin=connection.headers.get("origin"),
+        host=connection.headers.get("host", ""),
+        public_url=public_url,
+    )
+
+
+def origin_matches(*, origin: str | None, host: str, public_url: str = "") -> bool:
+    if origin is None:
+        return True
+    came_from = _host_and_port(origin)
+    if came_from is None:
+        return False
+    scheme = urlsplit(origin).scheme
+    allowed = {_host_and_port(f"{scheme}://{host}")}
+    if public_url:
+        allowed.add(_host_and_port(public_url))
+    return came_from in allowed
+
+
+def _host_and_port(url: str) -> tuple[str, int] | None:
+    try:
+        parts = urlsplit(url)
+        port = parts.port
+    except ValueError:
+        return None
+    if not parts.hostname or parts.scheme not in _DEFAULT_PORTS:
+        return None
+    return parts.hostname, port if port is not None else _DEFAULT_PORTS[parts.scheme]
+
+
+class OriginCheck:
+    """Every unsafe request: own origin or none, and a JSON body or none. WebSockets ask `is_own_origin` themselves,
+    because a browser only learns a close code after the handshake.
+    """
+
+    def __init__(self, app: ASGIApp, *, public_url: str) -> None:
+        self._app = app
+        self._public_url = public_url
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http" or scope["method"] in _SAFE:
+            await self._app(scope, receive, send)
+            return
+        if not is_own_origin(HTTPConnection(scope), self._public_url):
+            await problem(WRONG_ORIGIN, instance=scope["path"])(scope, receive, send)
+        elif _has_body(headers := Headers(scope=scope)) and not _is_json(headers):
+            await problem(JSON_ONLY, instance=scope["path"])(scope, receive, send)
+        else:
+            await self._app(scope, receive, send)
+
+
+def _has_body(headers: Headers) -> bool:
+    return headers.get("content-length", "0") != "0" or "transfer-encoding" in headers
+
+
+def _is_json(headers: Headers) -> bool:
+    return headers.get("content-type", "").partition(";")[0].strip().lower() == "application/json"

@@ -1,0 +1,134 @@
+"""The one place that turns errors into HTTP: RFC 9457 problem documents. To add an error, add a line to the table.
+
+Nothing of a request's body is ever repeated in an answer: it may be a password.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from http import HTTPStatus
+from typing import Any, Final
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+
+from server.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.accounts.passwords import BadPassword, TooManySignIns
+from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
+from server.fleet.drones import DroneNameTaken
+from server.names import BadName
+from server.refusal import Refusal, RetryLater
+
+MEDIA_TYPE: Final = "application/problem+json"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """`field`: the member of the request's body that was at fault, if it was one."""
+
+    slug: str
+    status: int
+    title: str
+    field: str | None = None
+
+
+INVALID: Final = Kind("invalid-request", 422, "The request is not valid")
+MALFORMED_JSON: Final = Kind("malformed-json", 400, "The body is not JSON")
+JSON_ONLY: Final = Kind("json-only", 415, "Only JSON is taken")
+TOO_LARGE: Final = Kind("too-large", 413, "The body is too large")
+WRONG_ORIGIN: Final = Kind("wrong-origin", 403, "The request came from another site")
+INTERNAL: Final = Kind("internal-error", 500, "Something went wrong in the tower")
+
+PROBLEMS: Final[dict[type[Refusal], Kind]] = {
+    NotSignedIn: Kind("not-signed-in", 401, "Not signed in"),
+    SessionExpired: Kind("session-expired", 401, "The session has ended"),
+    WrongSignIn: Kind("wrong-sign-in", 401, "Wrong name or password"),
+    SignInThrottled: Kind("too-many-tries", 429, "Too many tries"),
+    TooManySignIns: Kind("busy", 503, "The tower is busy"),
+    AdminsOnly: Kind("admins-only", 403, "For admins only"),
+    UnknownDrone: Kind("unknown-drone", 404, "No such drone"),
+    UnknownUser: Kind("unknown-user", 404, "No such user"),
+    UserNameTaken: Kind("name-taken", 409, "The name is taken"),
+    DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
+    LastAdmin: Kind("last-admin", 409, "The last admin must stay"),
+    BadName: Kind(INVALID.slug, INVALID.status, INVALID.title, field="name"),
+    BadPassword: Kind(INVALID.slug, INVALID.status, INVALID.title, field="password"),
+}
+
+
+def problem(
+    kind: Kind,
+    *,
+    instance: str,
+    detail: str | None = None,
+    errors: Sequence[dict[str, str]] = (),
+    headers: dict[str, str] | None = None,
+) -> JSONResponse:
+    document: dict[str, Any] = {"type": f"/problems/{kind.slug}", "title": kind.title, "status": kind.status}
+    if detail:
+        document["detail"] = detail
+    document["instance"] = instance
+    if errors:
+        document["errors"] = list(errors)
+    return JSONResponse(document, status_code=kind.status, media_type=MEDIA_TYPE, headers=headers)
+
+
+def kind_of(refusal: Refusal) -> Kind:
+    for one in type(refusal).__mro__:
+        if one in PROBLEMS:
+            return PROBLEMS[one]
+    return INTERNAL
+
+
+def refusal_problem(refusal: Refusal, *, instance: str) -> JSONResponse:
+    kind = kind_of(refusal)
+    headers: dict[str, str] = {}
+    if isinstance(refusal, RetryLater):
+        headers["Retry-After"] = str(max(1, math.ceil(refusal.retry_after_s)))
+    if kind.status == HTTPStatus.UNAUTHORIZED:
+        headers["WWW-Authenticate"] = "Cookie"
+    errors = [{"in": "body", "field": kind.field, "message": refusal.message}] if kind.field else []
+    detail = refusal.message if kind is not INTERNAL else None
+    return problem(kind, instance=instance, detail=detail, errors=errors, headers=headers)
+
+
+def handle_problems(app: FastAPI) -> None:
+    app.add_exception_handler(Refusal, _on_refusal)
+    app.add_exception_handler(RequestValidationError, _on_invalid)
+    app.add_exception_handler(HTTPException, _on_http)
+
+
+async def _on_refusal(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, Refusal)
+    return refusal_problem(error, instance=request.url.path)
+
+
+async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    found = error.errors()
+    if any(one["type"] == "json_invalid" for one in found):
+        return problem(MALFORMED_JSON, instance=request.url.path)
+    errors = [
+        {
+            "in": str(one["loc"][0]) if one["loc"] else "body",
+            "field": ".".join(str(step) for step in one["loc"][1:]),
+            "message": one["msg"],
+        }
+        for one in found
+    ]
+    named = ", ".join(sorted({one["field"] for one in errors if one["field"]}))
+    detail = f"not valid: {named}" if named else "a JSON object is needed"
+    return problem(INVALID, instance=request.url.path, detail=detail, errors=errors)
+
+
+async def _on_http(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    if error.status_code == TOO_LARGE.status:
+        return problem(TOO_LARGE, instance=request.url.path)
+    status = HTTPStatus(error.status_code)
+    kind = Kind(status.phrase.lower().replace(" ", "-"), status.value, status.phrase)
+    return problem(kind, instance=request.url.path, headers=dict(error.headers or {}))

@@ -1,0 +1,137 @@
+"""The tower's settings: one frozen object, read once from the environment. `docs/settings.md` describes each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Final
+from urllib.parse import urlsplit
+
+_CHECKOUT: Final = Path(__file__).resolve().parent.parent
+_DAY_S: Final = 86_400
+_VAR: Final = Path("var")
+_WEB: Final = _CHECKOUT / "web" / "dist"
+
+
+class SettingsError(ValueError):
+    """A variable holds something that cannot be used. The message names it, and never shows its value."""
+
+    def __init__(self, variable: str, problem: str) -> None:
+        super().__init__(f"{variable} {problem}")
+        self.variable = variable
+
+
+def _number(least: float, most: float, kind: type[int] | type[float] = int) -> Callable[[str], Any]:
+    def read(text: str) -> int | float:
+        try:
+            value = kind(text)
+        except ValueError:
+            raise ValueError("must be a number" if kind is float else "must be a whole number") from None
+        if not least <= value <= most:
+            raise ValueError(f"must be between {least:g} and {most:g}")
+        return value
+
+    return read
+
+
+def _database_url(text: str) -> str:
+    """Takes the addresses people usually have at hand and names the asynchronous driver in them."""
+    scheme, separator, rest = text.partition("://")
+    drivers = {
+        "sqlite": "sqlite+aiosqlite",
+        "sqlite+aiosqlite": "sqlite+aiosqlite",
+        "postgres": "postgresql+asyncpg",
+        "postgresql": "postgresql+asyncpg",
+        "postgresql+asyncpg": "postgresql+asyncpg",
+    }
+    if not separator or scheme not in drivers:
+        raise ValueError("must begin with sqlite:// or postgresql://")
+    if drivers[scheme].startswith("sqlite") and rest in {"", "/", "/:memory:"}:
+        raise ValueError("must name a file: the tower's database cannot live in memory")
+    return f"{drivers[scheme]}://{rest}"
+
+
+def _public_url(text: str) -> str:
+    parts = urlsplit(text)
+    if parts.scheme not in {"http", "https"} or not parts.hostname or parts.path.strip("/"):
+        raise ValueError("must look like https://tower.example.org, without a path")
+    return f"{parts.scheme}://{parts.netloc}"
+
+
+def _host(text: str) -> str:
+    if not text or any(letter in text for letter in "/ "):
+        raise ValueError("must be a host name or an address")
+    return text
+
+
+def _log_format(text: str) -> str:
+    if text not in {"auto", "human", "json"}:
+        raise ValueError("must be auto, human or json")
+    return text
+
+
+def _from(variable: str, read: Callable[[str], Any]) -> dict[str, Any]:
+    return {"variable": variable, "read": read}
+
+
+def _setting(default: Any, variable: str, read: Callable[[str], Any]) -> Any:
+    return field(default=default, metadata=_from(variable, read))
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that can be set from outside. Each field's environment variable is in its metadata."""
+
+    host: str = _setting("127.0.0.1", "TOWER_HOST", _host)
+    port: int = _setting(8000, "TOWER_PORT", _number(0, 65_535))
+    udp_host: str = _setting("", "TOWER_UDP_HOST", _host)
+    """Where the data channel listens. Empty: the same as `host`."""
+    udp_port: int = _setting(14_650, "TOWER_UDP_PORT", _number(0, 65_535))
+    public_url: str = _setting("", "TOWER_PUBLIC_URL", _public_url)
+    """The address people type, where a proxy hides it. Empty: whatever the Host header says."""
+    var: Path = field(default=_VAR, metadata=_from("TOWER_VAR", Path))
+    database_url: str = _setting("", "DATABASE_URL", _database_url)
+    web: Path = field(default=_WEB, metadata=_from("TOWER_WEB", Path))
+    session_idle_s: float = _setting(float(_DAY_S), "TOWER_SESSION_IDLE_S", _number(60, 366 * _DAY_S, float))
+    session_lifetime_s: float = _setting(
+        float(7 * _DAY_S), "TOWER_SESSION_LIFETIME_S", _number(60, 366 * _DAY_S, float)
+    )
+    argon2_concurrency: int = _setting(2, "TOWER_ARGON2_CONCURRENCY", _number(1, 64))
+    argon2_memory_kib: int = _setting(65_536, "TOWER_ARGON2_MEMORY_KIB", _number(19_456, 4_194_304))
+    argon2_rounds: int = _setting(3, "TOWER_ARGON2_ROUNDS", _number(2, 100))
+    log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "var", self.var.absolute())
+        if not self.udp_host:
+            object.__setattr__(self, "udp_host", self.host)
+        if not self.database_url:
+            object.__setattr__(self, "database_url", f"sqlite+aiosqlite:///{self.var / 'tower.sqlite3'}")
+
+    @property
+    def is_sqlite(self) -> bool:
+        return self.database_url.startswith("sqlite")
+
+
+def variables() -> dict[str, str]:
+    """Field name -> environment variable."""
+    return {one.name: one.metadata["variable"] for one in fields(Settings)}
+
+
+def read_settings(environment: Mapping[str, str]) -> Settings:
+    """The settings in `environment`. An empty variable counts as not set. Raises SettingsError."""
+    values: dict[str, Any] = {}
+    for one in fields(Settings):
+        variable = one.metadata["variable"]
+        text = environment.get(variable, "").strip()
+        if not text:
+            continue
+        try:
+            values[one.name] = one.metadata["read"](text)
+        except ValueError as error:
+            raise SettingsError(variable, str(error)) from None
+    settings = Settings(**values)
+    if settings.session_idle_s > settings.session_lifetime_s:
+        raise SettingsError("TOWER_SESSION_IDLE_S", "must not be longer than TOWER_SESSION_LIFETIME_S")
+    return settings

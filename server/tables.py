@@ -1,0 +1,12 @@
+"""Every table of the tower, for whoever needs the whole picture: migrations and the start-up check."""
+
+from typing import Final
+
+from server.accounts import tables as accounts
+from server.audit import tables as audit
+from server.control import tables as control
+from server.database import Base
+from server.fleet import tables as fleet
+
+ALL: Final = (accounts, audit, control, fleet)
+METADATA: Final = Base.metadata
