@@ -1,2 +1,91 @@
-help:
-	@echo soon
+# The commands people and scripts rely on. `make` alone prints what there is.
+.DEFAULT_GOAL := help
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DELETE_ON_ERROR:
+
+PYTHON ?= python3
+BIN := .venv/bin
+SAY := printf '\033[1m==>\033[0m %s\n'
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+
+RUN_READY := .venv/.ready-to-run
+DEV_READY := .venv/.ready-to-develop
+WEB_READY := web/node_modules/.ready
+CONSOLE := web/dist/index.html
+WEB_SOURCES := $(shell find web -type f -not -path '*/node_modules/*' -not -path 'web/dist/*' 2>/dev/null)
+
+.PHONY: help
+help: ## print this
+	@printf 'Control Tower\n\n'
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+	@printf '\nSettings are environment variables: see docs/settings.md.\n'
+
+.PHONY: run
+run: $(RUN_READY) $(CONSOLE) ## build what is missing, then start the tower with a simulated squad
+	@$(BIN)/python deploy/run_local.py
+
+.PHONY: setup
+setup: $(DEV_READY) $(WEB_READY) $(CONSOLE) ## install everything into .venv and web/, start nothing
+
+.PHONY: check
+check: $(DEV_READY) $(WEB_READY) ## format, lint, types and import rules, of Python and of the console
+	@$(SAY) "Python: format, lint, types, import rules"
+	@$(BIN)/ruff format --check .
+	@$(BIN)/ruff check .
+	@$(BIN)/mypy
+	@$(BIN)/lint-imports
+	@$(SAY) "Console: format, lint, types"
+	@cd web && npm run --silent check
+
+.PHONY: test
+test: setup ## run every test: unit, integration, and the browser's
+	@PYTHON=$(BIN)/python deploy/install_test_parts.sh
+	@$(SAY) "Console: unit tests"
+	@cd web && npm test --silent
+	@$(SAY) "Unit, integration and browser tests"
+	@$(BIN)/python -m pytest
+
+.PHONY: format
+format: $(DEV_READY) $(WEB_READY) ## put every file into the house format
+	@$(BIN)/ruff format .
+	@$(BIN)/ruff check --fix .
+	@cd web && npm run --silent format
+
+.PHONY: lock
+lock: ## resolve the requirements again and write the pinned, hashed files (needs uv)
+	@requirements/lock.sh
+
+.PHONY: clean
+clean: ## remove what was built and installed; data in var/ stays
+	rm -rf .venv web/node_modules web/dist
+
+.venv/bin/python:
+	@$(SAY) "Making a virtual environment in .venv"
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	  || { echo "Control Tower needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) -V)." >&2; exit 1; }
+	@$(PYTHON) -m venv .venv
+
+$(RUN_READY): requirements/run.txt pyproject.toml | .venv/bin/python
+	@$(SAY) "Installing Python packages (about a minute, once)"
+	@$(PIP) install --require-hashes -r requirements/run.txt
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+$(DEV_READY): requirements/dev.txt pyproject.toml | .venv/bin/python
+	@$(SAY) "Installing Python packages for development (about a minute, once)"
+	@$(PIP) install --require-hashes -r requirements/dev.txt
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@ $(RUN_READY)
+
+$(WEB_READY): web/package-lock.json
+	@$(SAY) "Installing the console's packages (once)"
+	@node -e 'process.exit(+process.versions.node.split(".")[0] < 20)' \
+	  || { echo "Control Tower needs Node 20 or newer; this is $$(node -v)." >&2; exit 1; }
+	@cd web && npm ci --no-audit --no-fund --loglevel=error
+	@touch $@
+
+$(CONSOLE): $(WEB_READY) $(WEB_SOURCES)
+	@$(SAY) "Building the console"
+	@cd web && npm run --silent build
+	@touch $@

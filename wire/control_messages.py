@@ -5,13 +5,17 @@ newer; an unknown type is a MalformedMessage, which the receiver counts and answ
 """
 
 from enum import StrEnum
-from typing import Final
+from typing import Annotated, Final
 
 import msgspec
 
 PROTOCOL: Final = 1
 AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
 LARGEST_MESSAGE_BYTES: Final = 64 * 1024
+
+
+U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
+Port = Annotated[int, msgspec.Meta(ge=1, le=0xFFFF)]
 
 
 class MalformedMessage(ValueError):
@@ -46,12 +50,12 @@ class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=
 class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_only=True):
     """Tower to agent, the answer to hello. UDP goes to the host of the control channel, `udp_port`."""
 
-    drone_id: int
+    drone_id: U32
     name: str
-    link_id: int
+    link_id: U32
     public_key: bytes
-    udp_port: int
-    epoch: int
+    udp_port: Port
+    epoch: U32
     holder: str | None
     holder_present: bool = False
 
@@ -59,7 +63,7 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
 class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_field="type", kw_only=True):
     """Tower to agent: who has the controls. `holder_present`: they have a live connection."""
 
-    epoch: int
+    epoch: U32
     holder: str | None
     holder_present: bool
 
@@ -67,16 +71,16 @@ class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_fie
 class HoldOrder(msgspec.Struct, frozen=True, tag="hold_order", tag_field="type", kw_only=True):
     """Tower to agent: hold now. Frames of an epoch below `epoch` are refused from here on."""
 
-    order_id: int
-    epoch: int
+    order_id: U32
+    epoch: U32
     reason: str
 
 
 class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="type", kw_only=True):
     """Agent to tower: one step of a hold was done. `elapsed_ms` since the order came."""
 
-    order_id: int
-    epoch: int
+    order_id: U32
+    epoch: U32
     step: HoldStep
     detail: str
     elapsed_ms: float

@@ -22,6 +22,7 @@ class DropReason(StrEnum):
     UNKNOWN_DRONE = "unknown-drone"
     NOT_IN_CONTROL = "not-in-control"
     OFFLINE = "offline"
+    NOT_ALLOWED = "not-allowed"
 
 
 class Dropped(Exception):

@@ -1,0 +1,258 @@
+"""`make run`: a tower with a simulated squad on this machine, each drone behind a real agent process.
+
+It only starts programs and watches them: `tower`, `tower-sim` and one `tower-agent` per drone, which meet on the
+wire as they would in the field. Ctrl-C ends everything it started. What it knows from run to run is in
+`$TOWER_VAR/squad.json` (names, and the first passwords, readable by you alone).
+"""
+
+import json
+import os
+import secrets
+import signal
+import socket
+import sys
+import time
+import urllib.error
+import urllib.request
+from pathlib import Path
+from typing import Final, NoReturn
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from supervised import Program, ProgramFailed, StepFailed, end_all, run_once
+
+BIN: Final = Path(sys.executable).parent
+OPERATORS: Final = ("alice", "bob")
+DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobby", "Buzzard", "Falcon")
+HOME: Final = "47.3977,8.5456,488,0"
+READY_WITHIN_S: Final = 60.0
+
+
+class CannotRun(Exception):
+    """Something that the person at the keyboard has to change. One clear line."""
+
+
+def say(text: str) -> None:
+    """Progress, in the same shape as the Makefile's."""
+    print(f"\033[1m==>\033[0m {text}" if sys.stdout.isatty() else f"==> {text}", flush=True)
+
+
+def whole_number(variable: str, default: int, *, least: int, most: int) -> int:
+    """An environment variable as a number in a range. Raises CannotRun naming the variable."""
+    text = os.environ.get(variable, "").strip() or str(default)
+    if not text.isdecimal() or not least <= int(text) <= most:
+        raise CannotRun(f"{variable} must be a whole number from {least} to {most}")
+    return int(text)
+
+
+def check_port(kind: socket.SocketKind, host: str, port: int, variable: str) -> None:
+    """Raises CannotRun if nobody could listen there now."""
+    what = "TCP" if kind is socket.SOCK_STREAM else "UDP"
+    with socket.socket(socket.AF_INET, kind) as probe:
+        if kind is socket.SOCK_STREAM:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            raise CannotRun(
+                f"{what} port {port} cannot be used on {host} ({error.strerror}). "
+                f"End what uses it, or choose another port: {variable}={port + 1} make run"
+            ) from None
+
+
+def free_udp_ports(count: int) -> list[int]:
+    """Ports that the kernel says are free right now; the agents take them a moment later."""
+    probes = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
+    try:
+        for probe in probes:
+            probe.bind(("127.0.0.1", 0))
+        return [probe.getsockname()[1] for probe in probes]
+    finally:
+        for probe in probes:
+            probe.close()
+
+
+class Squad:
+    """Who and what exists in this data folder, kept in a file so that a second run starts at once."""
+
+    def __init__(self, var: Path) -> None:
+        self._file = var / "squad.json"
+        self.tokens = var / "tokens"
+        self.first_passwords: dict[str, str] = {}
+        self.drones: dict[str, str] = {}
+        """Drone name to its operator."""
+        if self._file.exists():
+            known = json.loads(self._file.read_text())
+            self.first_passwords, self.drones = known["first_passwords"], known["drones"]
+
+    def save(self) -> None:
+        """Written after each step, so that an interrupted first run is taken up where it was."""
+        draft = self._file.with_suffix(".new")
+        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+        with os.fdopen(descriptor, "w") as out:
+            json.dump({"first_passwords": self.first_passwords, "drones": self.drones}, out, indent=2)
+        draft.replace(self._file)
+
+    def token_file(self, drone: str) -> Path:
+        """Where the drone's credential is."""
+        return self.tokens / f"{drone.lower().replace(' ', '-')}.token"
+
+    def add_user(self, name: str, role: str, password: str) -> None:
+        """Unless there is one already."""
+        if name in self.first_passwords:
+            return
+        run_once(BIN / "tower", "user", "add", name, "--role", role, "--password-stdin", stdin=password)
+        self.first_passwords[name] = password
+        self.save()
+
+    def add_drone(self, name: str, operator: str) -> None:
+        """Unless there is one already."""
+        if name in self.drones:
+            return
+        self.tokens.mkdir(mode=0o700, exist_ok=True)
+        run_once(BIN / "tower", "drone", "add", name, "--owner", operator, "--token-file", self.token_file(name))
+        self.drones[name] = operator
+        self.save()
+
+
+def drone_name(number: int) -> str:
+    """Birds of prey first, numbers when they run out."""
+    return DRONE_NAMES[number] if number < len(DRONE_NAMES) else f"Drone {number + 1}"
+
+
+def prepare(var: Path, count: int) -> tuple[Squad, list[str]]:
+    """Database, accounts and drones. Returns the squad and the drones of this run."""
+    say("Preparing the database")
+    run_once(BIN / "tower", "migrate")
+    squad = Squad(var)
+    if "admin" not in squad.first_passwords:
+        say("Making the first accounts")
+    squad.add_user("admin", "admin", os.environ.get("TOWER_ADMIN_PASSWORD") or secrets.token_urlsafe(12))
+    for operator in OPERATORS:
+        squad.add_user(operator, "operator", secrets.token_urlsafe(12))
+    names = [drone_name(number) for number in range(count)]
+    # The two operators own the drones between them: the first half and the rest.
+    for number, name in enumerate(names):
+        squad.add_drone(name, OPERATORS[0] if number < (count + 1) // 2 else OPERATORS[1])
+    return squad, names
+
+
+def wait_for_tower(tower: Program, address: str) -> None:
+    """Until it answers. Raises ProgramFailed if it ends instead."""
+    deadline = time.monotonic() + READY_WITHIN_S
+    while time.monotonic() < deadline:
+        tower.check()
+        try:
+            with urllib.request.urlopen(f"{address}/api/v1/health", timeout=1) as answer:
+                if answer.status == 200:
+                    return
+        except (urllib.error.URLError, OSError):
+            time.sleep(0.1)
+    raise ProgramFailed(tower, "it did not answer in time")
+
+
+def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list[Program]:
+    """The agents, then the simulator that they listen to."""
+    ports = free_udp_ports(len(names))
+    started: list[Program] = []
+    for name, port in zip(names, ports, strict=True):
+        agent = Program(
+            f"agent of {name}",
+            [
+                *(BIN / "tower-agent", "run", "--tower", address, "--token", squad.token_file(name)),
+                *("--autopilot", f"udpin:127.0.0.1:{port}"),
+            ],
+            log / f"agent-{squad.token_file(name).stem}.log",
+        )
+        agent.start()
+        started.append(agent)
+    outs = [word for port in ports for word in ("--out", f"udp:127.0.0.1:{port}")]
+    simulator = Program(
+        "simulator",
+        [BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, *outs],
+        log / "simulator.log",
+    )
+    simulator.start()
+    return [*started, simulator]
+
+
+def print_welcome(address: str, squad: Squad, names: list[str], *, first: bool) -> None:
+    """The address, and who may sign in."""
+    owned = {
+        operator: ", ".join(name for name in names if squad.drones[name] == operator) or "no drone in this run"
+        for operator in OPERATORS
+    }
+    print(f"\n  Control Tower is running at  {address}\n")
+    print("  First passwords:" if first else "  First passwords (as long as you have not changed them):")
+    for user, password in squad.first_passwords.items():
+        flies = "sees and may take every drone" if user == "admin" else f"owns {owned[user]}"
+        print(f"    {user:<8} {password:<24} {flies}")
+    if os.environ.get("TOWER_ADMIN_PASSWORD", squad.first_passwords["admin"]) != squad.first_passwords["admin"]:
+        print("  TOWER_ADMIN_PASSWORD is only used at the first run; now: .venv/bin/tower user password admin")
+    print("\n  Ctrl-C ends it all.\n", flush=True)
+
+
+def run() -> None:
+    """From the first check to Ctrl-C."""
+    count = whole_number("SQUAD", 3, least=0, most=200)
+    port = whole_number("TOWER_PORT", 8000, least=1, most=65535)
+    udp_port = whole_number("TOWER_UDP_PORT", 14650, least=1, most=65535)
+    host = os.environ.get("TOWER_HOST", "").strip() or "127.0.0.1"
+    check_port(socket.SOCK_STREAM, host, port, "TOWER_PORT")
+    check_port(socket.SOCK_DGRAM, host, udp_port, "TOWER_UDP_PORT")
+    var = Path(os.environ.get("TOWER_VAR", "").strip() or "var").absolute()
+    log = var / "log"
+    try:
+        log.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CannotRun(f"TOWER_VAR: {var} cannot be made ({error.strerror})") from None
+    os.environ["TOWER_VAR"] = str(var)
+    first = not (var / "squad.json").exists()
+    squad, names = prepare(var, count)
+
+    shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
+    address = f"http://{shown}:{port}"
+    programs: list[Program] = []
+    try:
+        say("Starting the tower")
+        tower = Program("tower", [BIN / "tower", "serve"], log / "tower.log")
+        programs.append(tower)
+        tower.start()
+        wait_for_tower(tower, address)
+        if names:
+            say(f"Starting {len(names)} simulated drone{'s' if len(names) > 1 else ''}, each behind its own agent")
+            programs += start_squad(address, squad, names, log)
+        print_welcome(address, squad, names, first=first)
+        while True:
+            time.sleep(0.2)
+            for program in programs:
+                program.keep_alive(say)
+    finally:
+        end_all(programs)
+
+
+def stop(*_: object) -> NoReturn:
+    """SIGTERM and SIGHUP end it as Ctrl-C does."""
+    raise KeyboardInterrupt
+
+
+def main() -> int:
+    """The exit code: 0 after Ctrl-C, 1 if something failed, 2 if something has to be changed first."""
+    signal.signal(signal.SIGTERM, stop)
+    signal.signal(signal.SIGHUP, stop)
+    try:
+        run()
+    except KeyboardInterrupt:
+        print("\nEverything has been ended.", flush=True)
+        return 0
+    except CannotRun as error:
+        print(f"Cannot start: {error}", file=sys.stderr)
+        return 2
+    except (ProgramFailed, StepFailed) as error:
+        print(f"\n{error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,64 @@
+"""`/api/v1/drones/{id}/control/...`: REST's way to the control desk."""
+
+import time
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Path, Request
+from pydantic import BaseModel, Field
+
+from server.access import CurrentUser
+from server.accounts.sessions import Principal
+from server.control.lease import Event
+from server.fleet.views import DroneView
+from server.tower import address_of, tower_of
+from wire.ids import DroneId
+
+router = APIRouter(prefix="/api/v1/drones/{drone_id}/control", tags=["control"])
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+
+
+class ControlRequest(BaseModel):
+    """Why. Everybody concerned reads it, and so does the audit trail."""
+
+    reason: Annotated[str, Field(max_length=256)] = ""
+
+
+Reason = Annotated[ControlRequest | None, Body()]
+
+
+async def _change(
+    request: Request, principal: Principal, drone_id: int, event: Event, body: ControlRequest | None
+) -> DroneView:
+    return await tower_of(request).desk.change(
+        principal,
+        DroneId(drone_id),
+        event,
+        reason=body.reason.strip() if body else "",
+        address=address_of(request),
+        now=time.monotonic(),
+    )
+
+
+@router.post("/acquire", operation_id="acquire_control")
+async def acquire(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Take the controls of a drone of yours that nobody has."""
+    return await _change(request, principal, drone_id, Event.ACQUIRE, body)
+
+
+@router.post("/release", operation_id="release_control")
+async def release(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Give up the controls. A drone that is being flown by hand holds."""
+    return await _change(request, principal, drone_id, Event.RELEASE, body)
+
+
+@router.post("/take", operation_id="take_control")
+async def take(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Admin: take the controls. The drone holds; its operator is shut out until it is given back."""
+    return await _change(request, principal, drone_id, Event.TAKE, body)
+
+
+@router.post("/give", operation_id="give_control")
+async def give(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Admin: give the controls back to the operator they were taken from. The drone holds."""
+    return await _change(request, principal, drone_id, Event.GIVE, body)

@@ -1,0 +1,197 @@
+"""`/api/v1/agent`: the control channel of one agent. A thin shell: sign-in, key agreement, messages both ways."""
+
+import asyncio
+import hmac
+import ipaddress
+import secrets
+import time
+from typing import Final
+
+import structlog
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
+from starlette.responses import PlainTextResponse
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from server.relay.agent_link import AgentLink
+from server.relay.data_endpoint import DataEndpoint
+from server.relay.hub import Hub
+from server.relay.side_by_side import Ending, close_quietly, until_one_ends
+from wire.control_messages import (
+    AGENT_SUBPROTOCOL,
+    PROTOCOL,
+    AutopilotState,
+    Hello,
+    HoldProgress,
+    MalformedMessage,
+    ToAgent,
+    Welcome,
+    decode_to_tower,
+    encode_message,
+)
+from wire.credential import Credential, MalformedCredential, parse_credential
+from wire.ids import LinkId
+from wire.key_agreement import BadPublicKey, agree, public_bytes
+from wire.sealed_link import SealedLink
+
+HELLO_WITHIN_S: Final = 5.0
+MOST_WAITING: Final = 256
+"""Messages to an agent that does not read. Orders must not pile up and come late, so the channel is closed then."""
+
+BAD_MESSAGE: Final = 4400
+TOO_SLOW: Final = 4408
+
+_log = structlog.get_logger(__name__)
+
+
+class AgentRefused(Exception):
+    """Sign-in of an agent failed. Carries the HTTP status and words for whoever reads the agent's log."""
+
+    def __init__(self, status: int, words: str) -> None:
+        super().__init__(words)
+        self.status = status
+        self.words = words
+
+
+def is_private_path(websocket: WebSocket) -> bool:
+    """Whether nobody can listen: TLS (here or at our proxy), or a connection from this very machine."""
+    if websocket.url.scheme == "wss":
+        return True
+    try:
+        return websocket.client is not None and ipaddress.ip_address(websocket.client.host).is_loopback
+    except ValueError:
+        return False
+
+
+def sign_in(hub: Hub, websocket: WebSocket) -> Credential:
+    """The credential of the upgrade request, checked. Raises AgentRefused; never says which part was wrong."""
+    if not is_private_path(websocket):
+        raise AgentRefused(403, "agents must use https: a credential must not cross the network in the clear")
+    scheme, _, text = websocket.headers.get("authorization", "").partition(" ")
+    wrong = AgentRefused(401, "this credential is not known")
+    if scheme.lower() != "bearer":
+        raise AgentRefused(401, "an agent signs in with 'Authorization: Bearer <credential>'")
+    try:
+        credential = parse_credential(text)
+    except MalformedCredential as error:
+        raise AgentRefused(401, str(error)) from None
+    drone = hub.drone(credential.drone_id)
+    if drone is None or not hmac.compare_digest(drone.record.credential_hash, credential.hashed()):
+        raise wrong
+    return credential
+
+
+class AgentChannel:
+    """One agent's WebSocket, from the upgrade to its end."""
+
+    def __init__(self, websocket: WebSocket, hub: Hub, endpoint: DataEndpoint) -> None:
+        self._websocket = websocket
+        self._hub = hub
+        self._endpoint = endpoint
+        self._outgoing: asyncio.Queue[ToAgent] = asyncio.Queue(MOST_WAITING)
+        self._ending = Ending()
+
+    async def run(self) -> None:
+        """Until either side ends it."""
+        try:
+            credential = sign_in(self._hub, self._websocket)
+        except AgentRefused as refused:
+            _log.warning("agent_refused", status=refused.status, why=refused.words)
+            await self._deny(refused)
+            return
+        await self._websocket.accept(subprotocol=AGENT_SUBPROTOCOL)
+        try:
+            link = await self._welcome(credential)
+        except (MalformedMessage, BadPublicKey, TimeoutError) as error:
+            await close_quietly(self._websocket, BAD_MESSAGE, str(error) or "no hello in time")
+            return
+        except (WebSocketDisconnect, KeyError):
+            return
+        log = _log.bind(drone_id=link.drone_id)
+        log.info("link_up")
+        try:
+            await self._serve(link)
+        finally:
+            self._hub.detach_link(link)
+            log.info("link_down")
+
+    async def _deny(self, refused: AgentRefused) -> None:
+        headers = {"WWW-Authenticate": "Bearer"} if refused.status == 401 else None
+        await self._websocket.send_denial_response(
+            PlainTextResponse(refused.words, status_code=refused.status, headers=headers)
+        )
+
+    async def _welcome(self, credential: Credential) -> AgentLink:
+        hello = decode_to_tower(await asyncio.wait_for(self._websocket.receive_text(), HELLO_WITHIN_S))
+        if not isinstance(hello, Hello):
+            raise MalformedMessage("the first message must be a hello")
+        if hello.protocol != PROTOCOL:
+            raise MalformedMessage(f"this tower speaks protocol {PROTOCOL}, the agent {hello.protocol}")
+        link_id = self._free_link_id()
+        private_key = X25519PrivateKey.generate()
+        keys = agree(private_key, hello.public_key, credential_hash=credential.hashed(), link_id=link_id)
+        drone = self._hub.drone(credential.drone_id)
+        if drone is None:
+            raise MalformedMessage("the drone has been removed")
+        link = AgentLink(
+            sealed=SealedLink(
+                link_id=link_id,
+                drone_id=drone.drone_id,
+                send_key=keys.tower_to_agent,
+                receive_key=keys.agent_to_tower,
+                now=time.monotonic(),
+            ),
+            send_datagram=self._endpoint.send,
+            post=self._post,
+            close=self._ending.wish,
+        )
+        self._post(
+            Welcome(
+                drone_id=drone.drone_id,
+                name=drone.record.name,
+                link_id=link_id,
+                public_key=public_bytes(private_key),
+                udp_port=self._endpoint.port,
+                epoch=drone.lease.epoch,
+                holder=drone.lease.holder.name if drone.lease.holder else None,
+                holder_present=self._hub.holder_present(drone),
+            )
+        )
+        self._hub.attach_link(link)
+        return link
+
+    def _free_link_id(self) -> LinkId:
+        while True:
+            link_id = LinkId(secrets.randbits(32))
+            if not self._hub.has_link_id(link_id):
+                return link_id
+
+    def _post(self, message: ToAgent) -> None:
+        try:
+            self._outgoing.put_nowait(message)
+        except asyncio.QueueFull:
+            self._ending.wish(TOO_SLOW, "the agent does not read what it is sent")
+
+    async def _serve(self, link: AgentLink) -> None:
+        await until_one_ends(self._receive(link), self._send(), self._ending.wait())
+        if self._ending.wished:
+            await close_quietly(self._websocket, self._ending.code, self._ending.why)
+
+    async def _receive(self, link: AgentLink) -> None:
+        try:
+            while True:
+                message = decode_to_tower(await self._websocket.receive_text())
+                if isinstance(message, AutopilotState):
+                    self._hub.autopilot_state(link, message)
+                elif isinstance(message, HoldProgress):
+                    self._hub.hold_progress(link, message)
+        except WebSocketDisconnect:
+            return
+        except (MalformedMessage, KeyError):
+            self._ending.wish(BAD_MESSAGE, "not a message of this channel")
+
+    async def _send(self) -> None:
+        try:
+            while True:
+                await self._websocket.send_text(encode_message(await self._outgoing.get()))
+        except (WebSocketDisconnect, RuntimeError):
+            return

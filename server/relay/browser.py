@@ -1,0 +1,65 @@
+"""One signed-in browser as the hub sees it: who it is, what waits to be sent to it, how to wake and close it."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from server.accounts.sessions import Principal
+from server.relay.live_messages import Lost, Notice, ToBrowser
+from server.relay.message_classes import StateKey
+from server.relay.outbox import Outbox
+from server.relay.refusals import RefusalNotices
+from wire.drops import DropReason
+from wire.ids import DroneId
+
+MOST_EVENTS: Final = 2000
+"""Text messages waiting for one browser. One that lets so many pile up is closed: it has long stopped reading."""
+
+TOO_SLOW: Final = 4408
+
+
+class Browser:
+    """Owned by the hub while attached; the live channel empties it. `wake` is called when something is due at once."""
+
+    def __init__(
+        self,
+        number: int,
+        viewer: Principal,
+        now: float,
+        *,
+        wake: Callable[[], None],
+        close: Callable[[int, str], None],
+    ) -> None:
+        self.number = number
+        self.viewer = viewer
+        self.outbox = Outbox(now)
+        self.refusals = RefusalNotices()
+        self.close = close
+        self._wake = wake
+        self._events: deque[ToBrowser] = deque()
+
+    def tell(self, event: ToBrowser) -> None:
+        """Puts a text message in the queue."""
+        if len(self._events) >= MOST_EVENTS:
+            self.close(TOO_SLOW, "this browser does not read what it is sent")
+            return
+        self._events.append(event)
+        self._wake()
+
+    def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> None:
+        """Puts a tagged frame in the outbox."""
+        if self.outbox.offer(drone_id, key, tagged):
+            self._wake()
+
+    def refuse(self, reason: DropReason, drone_id: DroneId | None, name: str, now: float) -> None:
+        """Tells that a frame from here was refused, now or in the next sum."""
+        notice: Notice | None = self.refusals.refuse(reason, drone_id, name, now)
+        if notice is not None:
+            self.tell(notice)
+
+    def take_events(self) -> list[ToBrowser]:
+        """The text messages that wait, in order, with what was lost at the end."""
+        events = list(self._events)
+        self._events.clear()
+        events.extend(Lost(drone_id, count) for drone_id, count in self.outbox.take_lost().items())
+        return events

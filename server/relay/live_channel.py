@@ -1,0 +1,128 @@
+"""`/api/v1/live`: one browser's WebSocket. The thin shell: reads what it sends, writes what its outbox has due."""
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+from datetime import datetime
+from typing import Final
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from server.accounts.sessions import Principal
+from server.clock import Clock
+from server.relay.browser import Browser
+from server.relay.hub import SESSION_ENDED, Hub
+from server.relay.live_messages import Focus, MalformedRequest, Notice, decode_request, encode_event
+from server.relay.side_by_side import Ending, close_quietly, until_one_ends
+from wire.ids import DroneId
+
+BROWSER_SUBPROTOCOL: Final = "tower.v1"
+BAD_REQUEST: Final = 4400
+SESSION_CHECK_EVERY_S: Final = 1.0
+MOST_BAD_REQUESTS: Final = 20
+"""Text messages that make no sense before the channel is closed: a mistake is told, a flood is ended."""
+
+StillSignedIn = Callable[[datetime], Awaitable[Principal | None]]
+"""Asks the database whether the session still stands; called about once a minute, off the frame path."""
+
+ASK_DATABASE_EVERY_S: Final = 60.0
+
+
+class LiveChannel:
+    """From the accepted upgrade to the end."""
+
+    def __init__(
+        self,
+        websocket: WebSocket,
+        hub: Hub,
+        viewer: Principal,
+        *,
+        clock: Clock,
+        subprotocol: str | None,
+        still_signed_in: StillSignedIn,
+    ) -> None:
+        self._websocket = websocket
+        self._hub = hub
+        self._clock = clock
+        self._subprotocol = subprotocol
+        self._still_signed_in = still_signed_in
+        self._expires_at = viewer.expires_at
+        self._due = asyncio.Event()
+        self._ending = Ending()
+        self._bad_requests = 0
+        self._browser = Browser(
+            hub.next_browser_number(), viewer, time.monotonic(), wake=self._due.set, close=self._ending.wish
+        )
+
+    async def run(self) -> None:
+        """Until the browser goes or its session ends."""
+        await self._websocket.accept(subprotocol=self._subprotocol)
+        self._hub.attach_browser(self._browser, self._clock().isoformat(), time.monotonic())
+        try:
+            await until_one_ends(self._receive(), self._send(), self._watch_session(), self._ending.wait())
+        finally:
+            self._hub.detach_browser(self._browser, time.monotonic())
+        if self._ending.wished:
+            await close_quietly(self._websocket, self._ending.code, self._ending.why)
+
+    async def _receive(self) -> None:
+        try:
+            while True:
+                message = await self._websocket.receive()
+                if message["type"] == "websocket.disconnect":
+                    return
+                now = time.monotonic()
+                if (frames := message.get("bytes")) is not None:
+                    self._hub.frames_from_browser(self._browser, frames, now)
+                elif (text := message.get("text")) is not None:
+                    self._request(text, now)
+        except RuntimeError:
+            return
+
+    def _request(self, text: str, now: float) -> None:
+        try:
+            request = decode_request(text)
+        except MalformedRequest as error:
+            self._bad_requests += 1
+            if self._bad_requests >= MOST_BAD_REQUESTS:
+                self._ending.wish(BAD_REQUEST, "too many messages that make no sense")
+            self._browser.tell(Notice("warning", "malformed", f"Not understood: {error}", None, 1))
+            return
+        if isinstance(request, Focus):
+            drone_id = None if request.drone_id is None else DroneId(request.drone_id)
+            self._hub.focus(self._browser, drone_id, now)
+        else:
+            self._browser.outbox.set_watch_rate(request.rate_hz, now)
+
+    async def _send(self) -> None:
+        loop = asyncio.get_running_loop()
+        send_text, send_bytes = self._websocket.send_text, self._websocket.send_bytes
+        browser, outbox, due = self._browser, self._browser.outbox, self._due
+        try:
+            while True:
+                for event in browser.take_events():
+                    await send_text(encode_event(event))
+                if frames := outbox.take(time.monotonic()):
+                    await send_bytes(b"".join(frames))
+                    continue
+                beat = outbox.next_beat()
+                timer = None if beat is None else loop.call_later(max(0.0, beat - time.monotonic()), due.set)
+                await due.wait()
+                if timer is not None:
+                    timer.cancel()
+                due.clear()
+        except (WebSocketDisconnect, RuntimeError):
+            return
+
+    async def _watch_session(self) -> None:
+        asked = time.monotonic()
+        while True:
+            await asyncio.sleep(SESSION_CHECK_EVERY_S)
+            expired = self._clock() >= self._expires_at
+            if expired or time.monotonic() - asked >= ASK_DATABASE_EVERY_S:
+                asked = time.monotonic()
+                principal = await self._still_signed_in(self._clock())
+                if principal is None:
+                    self._ending.wish(SESSION_ENDED, "the session has ended")
+                    return
+                self._expires_at = principal.expires_at

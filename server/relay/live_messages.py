@@ -1,0 +1,124 @@
+"""The text messages of `/api/v1/live` (docs/wire-protocol.md, 1.2 and 1.3) as typed structs."""
+
+from typing import Annotated, Any, Final, Literal
+
+import msgspec
+
+from server.fleet.snapshot import UserRef
+from server.fleet.views import DroneView
+
+
+class User(msgspec.Struct, frozen=True):
+    """Who this browser is signed in as."""
+
+    id: int
+    name: str
+    role: str
+
+
+class WelcomeBrowser(msgspec.Struct, frozen=True, tag="welcome", tag_field="type"):
+    """First of all: the whole picture."""
+
+    user: User
+    drones: list[DroneView]
+    server_time: str
+
+
+class DroneChanged(msgspec.Struct, frozen=True, tag="drone", tag_field="type"):
+    """A drone appeared, or anything in it changed."""
+
+    drone: DroneView
+
+
+class DroneRemoved(msgspec.Struct, frozen=True, tag="drone_removed", tag_field="type"):
+    """A drone is no longer this browser's to see."""
+
+    drone_id: int
+
+
+class Control(msgspec.Struct, frozen=True, tag="control", tag_field="type"):
+    """Who has the controls has changed."""
+
+    drone_id: int
+    event: str
+    epoch: int
+    holder: UserRef | None
+    by: UserRef | None
+    reason: str
+
+
+class Hold(msgspec.Struct, frozen=True, tag="hold", tag_field="type"):
+    """One step of a hold."""
+
+    drone_id: int
+    epoch: int
+    step: str
+    detail: str
+    elapsed_ms: float
+
+
+class LinkQuality(msgspec.Struct, frozen=True, tag="link", tag_field="type"):
+    """Round trip in ms (None before the first measurement) and share of lost pings."""
+
+    drone_id: int
+    rtt_ms: float | None
+    loss: float
+
+
+class Notice(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
+    """An answer to something that this browser did."""
+
+    severity: Literal["info", "warning", "error"]
+    code: str
+    text: str
+    drone_id: int | None
+    count: int
+
+
+class Lost(msgspec.Struct, frozen=True, tag="lost", tag_field="type"):
+    """Transactional frames that this browser was too slow for."""
+
+    drone_id: int
+    count: int
+
+
+class Watch(msgspec.Struct, frozen=True, tag="watch", tag_field="type"):
+    """How often the newest state is wanted."""
+
+    rate_hz: Annotated[float, msgspec.Meta(ge=0.2, le=20.0)]
+
+
+class Focus(msgspec.Struct, frozen=True, tag="focus", tag_field="type"):
+    """Which drone's frames are wanted at once."""
+
+    drone_id: Annotated[int, msgspec.Meta(ge=1, le=0xFFFFFFFF)] | None
+
+
+ToBrowser = WelcomeBrowser | DroneChanged | DroneRemoved | Control | Hold | LinkQuality | Notice | Lost
+FromBrowser = Watch | Focus
+
+
+class MalformedRequest(ValueError):
+    """A text message that no browser of ours would send."""
+
+
+def _view(value: Any) -> Any:
+    """A DroneView is pydantic's, because REST answers it too."""
+    return value.model_dump() if isinstance(value, DroneView) else value
+
+
+_encoder: Final = msgspec.json.Encoder(enc_hook=_view)
+_decoder: Final[msgspec.json.Decoder[FromBrowser]] = msgspec.json.Decoder(FromBrowser)
+
+
+def encode_event(event: ToBrowser) -> str:
+    """The text message for the WebSocket."""
+    return _encoder.encode(event).decode()
+
+
+def decode_request(text: str) -> FromBrowser:
+    """What a browser asks for. Raises MalformedRequest, whose text says what is wrong with it."""
+    try:
+        return _decoder.decode(text)
+    except msgspec.DecodeError as error:
+        raise MalformedRequest(str(error)) from None

@@ -1,0 +1,63 @@
+"""Which messages are state, of which only the newest matters, and which must all arrive.
+
+A message that is not listed as state counts as transactional: what we do not know is never thrown away in silence.
+"""
+
+from typing import Final
+
+from wire.dialect import mavlink
+from wire.frames import MAGIC_V2, message_id, payload, source
+
+_STATE_NAMES: Final = (
+    "HEARTBEAT SYS_STATUS SYSTEM_TIME GPS_RAW_INT GPS2_RAW GPS_STATUS GPS_RTK GPS2_RTK RAW_IMU SCALED_IMU SCALED_IMU2 "
+    "SCALED_IMU3 RAW_PRESSURE SCALED_PRESSURE SCALED_PRESSURE2 SCALED_PRESSURE3 ATTITUDE ATTITUDE_QUATERNION "
+    "LOCAL_POSITION_NED LOCAL_POSITION_NED_COV GLOBAL_POSITION_INT GLOBAL_POSITION_INT_COV RC_CHANNELS "
+    "RC_CHANNELS_SCALED RC_CHANNELS_RAW SERVO_OUTPUT_RAW NAV_CONTROLLER_OUTPUT MISSION_CURRENT VFR_HUD "
+    "POSITION_TARGET_LOCAL_NED POSITION_TARGET_GLOBAL_INT ATTITUDE_TARGET HIGHRES_IMU OPTICAL_FLOW RADIO_STATUS "
+    "BATTERY_STATUS TERRAIN_REPORT ALTITUDE EKF_STATUS_REPORT ESTIMATOR_STATUS VIBRATION HOME_POSITION "
+    "EXTENDED_SYS_STATE ADSB_VEHICLE WIND WIND_COV MEMINFO HWSTATUS POWER_STATUS MCU_STATUS AHRS AHRS2 AHRS3 SIMSTATE "
+    "SIM_STATE DISTANCE_SENSOR RANGEFINDER RPM ESC_TELEMETRY_1_TO_4 ESC_TELEMETRY_5_TO_8 FENCE_STATUS "
+    "ODOMETRY WHEEL_DISTANCE BATTERY2 MOUNT_STATUS GIMBAL_DEVICE_ATTITUDE_STATUS GIMBAL_MANAGER_STATUS SENSOR_OFFSETS "
+    "LOCAL_POSITION_NED_SYSTEM_GLOBAL_OFFSET AOA_SSA DEEPSTALL PID_TUNING WINCH_STATUS GENERATOR_STATUS EFI_STATUS"
+)
+
+_WITHOUT_INSTANCE: Final = (0, 0)
+
+_INSTANCES: Final[dict[int, tuple[int, int]]] = {
+    msgid: (cls.instance_offset, 1) if getattr(cls, "instance_field", None) else _WITHOUT_INSTANCE
+    for msgid, cls in mavlink.mavlink_map.items()
+    if cls.msgname in _STATE_NAMES.split()
+} | {mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE: (0, 4)}
+"""Message id of a state message to where its instance number stands in the payload: (offset, bytes).
+
+An ADSB_VEHICLE has no instance in the dialect but is told apart by the four bytes of its address.
+"""
+
+StateKey = tuple[int, int, int, int]
+"""(sysid, compid, message id, instance): frames with one key replace each other."""
+
+
+def state_key(frame: bytes) -> StateKey | None:
+    """What a whole frame is the newest of, or None if it is transactional.
+
+    The instance tells apart, say, two batteries of one sender; it is 0 where the message has none.
+    """
+    msgid = message_id(frame)
+    place = _INSTANCES.get(msgid)
+    if place is None:
+        return None
+    offset, width = place
+    # Version 2 cuts trailing zeros off, so a missing byte is a zero.
+    instance = int.from_bytes(payload(frame)[offset : offset + width], "little") if width else 0
+    sysid, compid = source(frame)
+    return (sysid, compid, msgid, instance)
+
+
+def is_stick_frame(frame: bytes) -> bool:
+    """Whether a whole frame moves the drone by hand: MANUAL_CONTROL or RC_CHANNELS_OVERRIDE."""
+    if frame[0] == MAGIC_V2 and (frame[8] or frame[9]):
+        return False
+    return message_id(frame) in (
+        mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL,
+        mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE,
+    )

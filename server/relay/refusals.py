@@ -1,0 +1,65 @@
+"""Tells a browser what became of the frames that were refused: at once the first time, then once a second in sum.
+
+Refusals are never silent, and a flood of them must not become a flood of answers. Takes `now`, does no I/O.
+"""
+
+from collections.abc import Callable
+from typing import Final
+
+from server.relay.live_messages import Notice
+from wire.drops import DropReason
+from wire.ids import DroneId
+
+PERIOD_S: Final = 1.0
+
+MOST_OPEN: Final = 64
+"""Different refusals told apart at one time; a browser that invents drone ids gets one sum for the rest."""
+
+_TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
+    DropReason.MALFORMED: lambda _: "A message from this browser was not understood, so nothing of it was sent.",
+    DropReason.BAD_FRAME: lambda name: f"A frame for {name} was damaged and was not sent.",
+    DropReason.UNKNOWN_DRONE: lambda _: "There is no such drone in your squad.",
+    DropReason.NOT_IN_CONTROL: lambda name: f"You do not have the controls of {name}. Nothing was sent to it.",
+    DropReason.OFFLINE: lambda name: f"{name} is offline. Nothing was sent to it, and nothing will be sent later.",
+    DropReason.NOT_ALLOWED: lambda name: f"This kind of message may not be sent to {name} through the tower.",
+}
+
+_Key = tuple[DropReason, DroneId | None]
+
+
+class RefusalNotices:
+    """The refusals of one browser."""
+
+    def __init__(self) -> None:
+        self._open: dict[_Key, tuple[float, int, str]] = {}
+
+    def refuse(self, reason: DropReason, drone_id: DroneId | None, name: str, now: float) -> Notice | None:
+        """Counts one refusal. The notice to send now, or None if it goes into the next sum."""
+        key: _Key = (reason, drone_id)
+        if key not in self._open and len(self._open) >= MOST_OPEN:
+            key = (reason, None)
+        entry = self._open.get(key)
+        if entry is None:
+            self._open[key] = (now + PERIOD_S, 0, name)
+            return _notice(reason, key[1], name, 1)
+        due, count, _ = entry
+        self._open[key] = (due, count + 1, name)
+        return None
+
+    def due(self, now: float) -> list[Notice]:
+        """The sums whose second is over."""
+        notices: list[Notice] = []
+        for key, (due, count, name) in list(self._open.items()):
+            if now < due:
+                continue
+            if count:
+                notices.append(_notice(key[0], key[1], name, count))
+                self._open[key] = (now + PERIOD_S, 0, name)
+            else:
+                del self._open[key]
+        return notices
+
+
+def _notice(reason: DropReason, drone_id: DroneId | None, name: str, count: int) -> Notice:
+    severity: Final = "error" if reason in (DropReason.OFFLINE, DropReason.NOT_IN_CONTROL) else "warning"
+    return Notice(severity=severity, code=reason.value, text=_TEXTS[reason](name), drone_id=drone_id, count=count)

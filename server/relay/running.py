@@ -1,0 +1,36 @@
+"""The relay of one running tower: hub, UDP socket and heartbeat, opened and closed with the application."""
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Final
+
+from server.relay.data_endpoint import DataEndpoint, open_data_endpoint
+from server.relay.hub import Hub
+
+TICK_S: Final = 0.1
+LINK_QUALITY_EVERY_TICKS: Final = 10
+
+
+@asynccontextmanager
+async def running_relay(hub: Hub, *, host: str, port: int) -> AsyncIterator[DataEndpoint]:
+    """Opens the data channel's socket and keeps the hub's time. Raises OSError if the port is in use."""
+    endpoint = await open_data_endpoint(hub, host, port)
+    beating = asyncio.create_task(_beat(hub))
+    try:
+        yield endpoint
+    finally:
+        beating.cancel()
+        await asyncio.gather(beating, return_exceptions=True)
+        endpoint.close()
+
+
+async def _beat(hub: Hub) -> None:
+    ticks = 0
+    while True:
+        await asyncio.sleep(TICK_S)
+        hub.tick(time.monotonic())
+        ticks += 1
+        if ticks % LINK_QUALITY_EVERY_TICKS == 0:
+            hub.tell_link_quality()

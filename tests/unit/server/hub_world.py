@@ -1,0 +1,149 @@
+"""A small world around a hub: accounts, drones, agents and browsers without a socket."""
+
+from datetime import UTC, datetime
+
+from server.accounts.sessions import Principal
+from server.accounts.tables import Role
+from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
+from server.relay.agent_link import AgentLink
+from server.relay.browser import Browser
+from server.relay.hub import Hub
+from server.relay.live_messages import ToBrowser
+from wire.control_messages import ToAgent
+from wire.dialect import build, mavlink
+from wire.ids import DroneId, Epoch, LinkId, UserId
+from wire.sealed_link import SealedLink
+from wire.sealing import read_link_id
+
+NAMES = {1: "alice", 2: "bob", 9: "admin"}
+LATER = datetime(2100, 1, 1, tzinfo=UTC)
+
+
+def heartbeat(sequence: int = 0) -> bytes:
+    message = mavlink.MAVLink_heartbeat_message(2, 3, 81, 5, 4, 3)
+    return build(message, system_id=1, component_id=1, sequence=sequence)
+
+
+def command_ack(command: int = 400) -> bytes:
+    return build(mavlink.MAVLink_command_ack_message(command, 0), system_id=1, component_id=1, sequence=0)
+
+
+def command_long(command: int = 400, system_id: int = 255) -> bytes:
+    message = mavlink.MAVLink_command_long_message(1, 1, command, 0, 1, 0, 0, 0, 0, 0, 0)
+    return build(message, system_id=system_id, component_id=190, sequence=7)
+
+
+def sticks() -> bytes:
+    message = mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0)
+    return build(message, system_id=255, component_id=190, sequence=0)
+
+
+def record(
+    drone_id: int, owners: tuple[int, ...], *, holder: int | None = None, epoch: int = 0, credential: str = "c"
+) -> DroneRecord:
+    return DroneRecord(
+        id=DroneId(drone_id),
+        name=f"Drone {drone_id}",
+        owners=tuple(UserRef(UserId(owner), NAMES[owner]) for owner in owners),
+        credential_hash=credential,
+        holder=UserRef(UserId(holder), NAMES[holder]) if holder else None,
+        epoch=Epoch(epoch),
+        taken_from=None,
+    )
+
+
+class FakeAgent:
+    """The agent's end of a link, with the address from which its datagrams come."""
+
+    def __init__(self, hub: Hub, drone_id: int, *, link_id: int, now: float = 0.0) -> None:
+        self.hub = hub
+        self.address = ("198.51.100.1", 4000 + link_id)
+        self.sealed = _sealed(drone_id, link_id, send=b"a" * 32, receive=b"t" * 32, now=now)
+        self.sent_to: list[tuple[bytes, tuple[str, int]]] = []
+        self.posted: list[ToAgent] = []
+        self.closed: list[tuple[int, str]] = []
+        self.link = AgentLink(
+            sealed=_sealed(drone_id, link_id, send=b"t" * 32, receive=b"a" * 32, now=now),
+            send_datagram=lambda datagram, address: self.sent_to.append((datagram, address)),
+            post=self.posted.append,
+            close=lambda code, why: self.closed.append((code, why)),
+        )
+        hub.attach_link(self.link)
+
+    def send(self, *frames: bytes, now: float = 0.0) -> None:
+        for datagram in self.sealed.seal_frames(Epoch(0), frames):
+            self.deliver(datagram, now=now)
+
+    def deliver(self, datagram: bytes, *, now: float = 0.0, address: tuple[str, int] | None = None) -> None:
+        self.hub.datagram(datagram, read_link_id(datagram), address or self.address, now)
+
+    def received(self, now: float = 0.0) -> list[tuple[int, bytes]]:
+        """(epoch, frame) of everything that was sent to this agent since the last call."""
+        sent, self.sent_to = self.sent_to, []
+        frames = []
+        for datagram, _ in sent:
+            content = self.sealed.receive(datagram, now).frames
+            if content is not None:
+                frames += [(content.epoch, frame) for frame in content.frames]
+        return frames
+
+
+def _sealed(drone_id: int, link_id: int, *, send: bytes, receive: bytes, now: float) -> SealedLink:
+    return SealedLink(link_id=LinkId(link_id), drone_id=DroneId(drone_id), send_key=send, receive_key=receive, now=now)
+
+
+class FakeBrowser:
+    """A signed-in browser that reads at once."""
+
+    def __init__(self, hub: Hub, user_id: int, *, session_id: int = 0, now: float = 0.0) -> None:
+        self.hub = hub
+        self.closed: list[tuple[int, str]] = []
+        role = Role.ADMIN if user_id == 9 else Role.OPERATOR
+        principal = Principal(UserId(user_id), NAMES[user_id], role, session_id or user_id, LATER)
+        self.browser = Browser(
+            hub.next_browser_number(),
+            principal,
+            now,
+            wake=lambda: None,
+            close=lambda code, why: self.closed.append((code, why)),
+        )
+        hub.attach_browser(self.browser, "2026-01-01T00:00:00+00:00", now)
+
+    def events(self) -> list[ToBrowser]:
+        return self.browser.take_events()
+
+    def frames(self, now: float = 1e9) -> list[bytes]:
+        return self.browser.outbox.take(now)
+
+    def send(self, message: bytes, now: float = 0.0) -> None:
+        self.hub.frames_from_browser(self.browser, message, now)
+
+
+class HubWorld:
+    """alice owns drone 1, bob owns drone 2, the admin owns none; every drone is sysid 1."""
+
+    def __init__(self) -> None:
+        self.hub = Hub()
+        self.revision = 0
+        self.disabled: set[int] = set()
+        self.apply(record(1, (1,)), record(2, (2,)))
+
+    def apply(self, *records: DroneRecord) -> None:
+        self.revision += 1
+        users = {
+            UserId(number): UserRecord(name, Role.ADMIN if number == 9 else Role.OPERATOR, number in self.disabled)
+            for number, name in NAMES.items()
+        }
+        self.hub.apply_fleet(FleetSnapshot(self.revision, records, users))
+
+    def agent(self, drone_id: int, *, link_id: int = 0, heard: bool = True) -> FakeAgent:
+        agent = FakeAgent(self.hub, drone_id, link_id=link_id or 100 + drone_id)
+        if heard:
+            agent.send(heartbeat())
+        return agent
+
+    def browser(self, user_id: int, **more: int) -> FakeBrowser:
+        browser = FakeBrowser(self.hub, user_id, **more)
+        browser.events()
+        browser.frames()
+        return browser

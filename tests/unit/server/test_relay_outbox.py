@@ -1,0 +1,82 @@
+"""The outbox of one browser: bounded, newest state first served, nothing transactional lost in silence."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from server.relay.outbox import MOST_STATE_KINDS, MOST_TRANSACTIONAL, Outbox
+from wire.ids import DroneId
+
+ONE, TWO = DroneId(1), DroneId(2)
+ATTITUDE = (1, 1, 30, 0)
+POSITION = (1, 1, 33, 0)
+
+
+def test_of_watched_state_only_the_newest_goes_out_and_only_at_the_beat() -> None:
+    box = Outbox(0.0)
+    assert box.offer(ONE, ATTITUDE, b"a1")
+    assert box.take(0.0) == [b"a1"]
+    assert box.offer(ONE, ATTITUDE, b"a2")
+    assert not box.offer(ONE, ATTITUDE, b"a3")
+    assert box.take(0.1) == []
+    assert box.next_beat() == 0.2
+    assert box.take(0.2) == [b"a3"]
+    assert box.next_beat() is None
+
+
+def test_the_focused_drone_is_due_at_once() -> None:
+    box = Outbox(0.0)
+    box.take(0.0)
+    box.focus = ONE
+    assert box.offer(ONE, ATTITUDE, b"a")
+    box.offer(TWO, ATTITUDE, b"other")
+    assert box.take(0.01) == [b"a"]
+
+
+def test_transactional_frames_keep_their_order_and_come_before_state() -> None:
+    box = Outbox(0.0)
+    box.offer(ONE, ATTITUDE, b"state")
+    box.offer(ONE, None, b"ack 1")
+    box.offer(ONE, None, b"ack 2")
+    assert box.take(0.0) == [b"ack 1", b"ack 2", b"state"]
+
+
+def test_a_browser_that_does_not_read_is_told_what_it_lost() -> None:
+    box = Outbox(0.0)
+    for number in range(MOST_TRANSACTIONAL + 3):
+        box.offer(ONE, None, b"%d" % number)
+    assert box.take_lost() == {ONE: 3}
+    assert box.take_lost() == {}
+    taken = box.take(0.0)
+    assert len(taken) == MOST_TRANSACTIONAL
+    assert taken[0] == b"3"
+
+
+def test_forgetting_a_drone_leaves_nothing_of_it() -> None:
+    box = Outbox(0.0)
+    box.focus = ONE
+    box.offer(ONE, ATTITUDE, b"focused")
+    box.offer(ONE, None, b"ack")
+    box.offer(TWO, None, b"theirs")
+    box.forget(ONE)
+    assert box.take(1.0) == [b"theirs"]
+    assert box.focus is None
+
+
+def test_the_watch_rate_can_be_raised_without_waiting_for_the_old_beat() -> None:
+    box = Outbox(0.0)
+    box.set_watch_rate(0.2, 0.0)
+    box.take(0.0)
+    box.offer(ONE, ATTITUDE, b"a")
+    assert box.next_beat() == 5.0
+    box.set_watch_rate(10.0, 1.0)
+    assert box.next_beat() == 1.1
+
+
+@given(st.lists(st.tuples(st.integers(1, 3), st.one_of(st.none(), st.integers(0, 400)), st.floats(0, 100))))
+def test_memory_is_bounded_whatever_is_offered(offers: list[tuple[int, int | None, float]]) -> None:
+    box = Outbox(0.0)
+    drones = {drone for drone, _, _ in offers}
+    for drone, kind, _ in offers:
+        box.offer(DroneId(drone), None if kind is None else (1, 1, kind, 0), b"x")
+    assert len(box.take(1e6)) <= MOST_TRANSACTIONAL + len(drones) * MOST_STATE_KINDS
+    assert box.take(2e6) == []
