@@ -1,0 +1,6 @@
+"""The process on the drone: the link to the tower, the autopilot's port, and the failsafe between them."""
+
+from typing import Final
+
+VERSION: Final = "0.1.0"
+"""Told to the tower in the hello message."""

@@ -1,0 +1,135 @@
+"""Puts the parts together and runs them: port, link, and the decisions between. Only here all are known."""
+
+import asyncio
+import logging
+from collections import Counter
+from dataclasses import dataclass
+from typing import Final
+
+from onboard_agent.autopilot_port.port import AutopilotPort
+from onboard_agent.onboard import Onboard
+from onboard_agent.systemd import Systemd
+from onboard_agent.tower_link import TowerLink
+from onboard_agent.tower_url import TowerUrl
+from wire.content import Frames
+from wire.control_messages import ToAgent, Welcome
+from wire.credential import Credential
+from wire.frame_stream import FrameStream
+
+_log = logging.getLogger(__name__)
+
+TICK_S: Final = 0.025
+"""Half the interval of the centred sticks, the fastest thing the agent does by itself."""
+
+SUMMARY_S: Final = 60.0
+
+
+@dataclass(frozen=True)
+class AgentSettings:
+    """Read once, by the command line."""
+
+    tower: TowerUrl
+    credential: Credential
+    port: AutopilotPort
+
+
+class Agent:
+    """The process. Create it inside a running event loop."""
+
+    def __init__(self, settings: AgentSettings) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._port = settings.port
+        self._port.on_open = self._port_opened
+        self._onboard = Onboard(now=self._loop.time(), speaks_first=self._port.speaks_first)
+        self._link = TowerLink(settings.tower, settings.credential, self)
+        self._stream = FrameStream()
+        self._systemd = Systemd()
+        self._summarised: Counter[str] = Counter()
+
+    async def run(self) -> None:
+        """Works until cancelled. Raises Unusable (alone, in no group) for what a restart does not cure."""
+        _log.info("agent of drone %s: autopilot on %s", self._link.drone_id, self._port.name)
+        tasks = [
+            asyncio.create_task(self._port.run(self._from_port), name="port"),
+            asyncio.create_task(self._link.run(), name="link"),
+            asyncio.create_task(self._tick_for_ever(), name="tick"),
+            asyncio.create_task(self._summarise_for_ever(), name="summary"),
+        ]
+        self._systemd.ready()
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()
+            raise RuntimeError("a part of the agent ended by itself")
+        finally:
+            self._systemd.stopping()
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    # From the autopilot
+
+    def _port_opened(self) -> None:
+        self._stream = FrameStream()
+
+    def _from_port(self, data: bytes) -> None:
+        frames = self._stream.feed(data)
+        if not frames:
+            return
+        passed = self._onboard.from_autopilot(frames, self._loop.time())
+        if passed:
+            self._link.send_frames(self._onboard.downlink.epoch, passed)
+        self._flush()
+
+    # From the tower (LinkUser)
+
+    def link_up(self, welcome: Welcome) -> None:
+        self._onboard.welcomed(welcome, self._loop.time())
+        self._flush()
+
+    def link_down(self) -> None:
+        self._onboard.link_broken(self._loop.time())
+
+    def message(self, message: ToAgent) -> None:
+        self._onboard.message(message, self._loop.time())
+        self._tick()
+
+    def frames(self, frames: Frames) -> None:
+        self._onboard.from_tower(frames, self._loop.time())
+        self._flush()
+
+    def tower_heard(self) -> None:
+        self._onboard.tower_heard(self._loop.time())
+
+    # Time
+
+    async def _tick_for_ever(self) -> None:
+        due = self._loop.time()
+        while True:
+            self._tick()
+            self._systemd.alive(self._loop.time())
+            self._systemd.status(
+                f"tower {'linked' if self._link.up else 'not reached'}, "
+                f"autopilot {'heard' if self._onboard.autopilot.heard else 'silent'}"
+            )
+            due = max(due + TICK_S, self._loop.time())
+            await asyncio.sleep(due - self._loop.time())
+
+    def _tick(self) -> None:
+        self._onboard.tick(self._loop.time())
+        self._flush()
+
+    def _flush(self) -> None:
+        for frame in self._onboard.take_to_autopilot():
+            self._port.send(frame)
+        for message in self._onboard.take_to_tower(self._loop.time()):
+            self._link.send_message(message)
+
+    async def _summarise_for_ever(self) -> None:
+        while True:
+            await asyncio.sleep(SUMMARY_S)
+            totals = self._onboard.counts + self._onboard.downlink.counts + self._link.counts + self._port.counts
+            new = totals - self._summarised
+            self._summarised = totals
+            if new:
+                _log.info("not passed on in the last minute: %s", ", ".join(f"{n} {why}" for why, n in new.items()))

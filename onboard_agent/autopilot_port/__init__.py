@@ -1,0 +1,1 @@
+"""Where the autopilot is attached: one small class for each transport, behind one interface."""

@@ -1,0 +1,67 @@
+"""The table of ways to reach an autopilot: the parser and the help text are both made from it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from onboard_agent.autopilot_port.port import AutopilotPort
+from onboard_agent.autopilot_port.serial_line import DEFAULT_BAUD, SerialLine
+from onboard_agent.autopilot_port.tcp import TcpIn, TcpOut
+from onboard_agent.autopilot_port.udp import UdpIn, UdpOut
+from onboard_agent.unusable import Unusable
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """One transport: how it is written, what it means, and what makes it of (whole text, part after the scheme)."""
+
+    form: str
+    meaning: str
+    make: Callable[[str, str], AutopilotPort]
+
+
+def _host_and_port(name: str, rest: str) -> tuple[str, int]:
+    host, _, port_text = rest.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]")
+    if not host or not port_text.isdecimal() or int(port_text) > 65535:
+        raise Unusable(f"{name}: expected HOST:PORT after the scheme")
+    return host, int(port_text)
+
+
+def _network(kind: Callable[[str, str, int], AutopilotPort]) -> Callable[[str, str], AutopilotPort]:
+    return lambda name, rest: kind(name, *_host_and_port(name, rest))
+
+
+def _serial(name: str, rest: str) -> AutopilotPort:
+    device, colon, baud_text = rest.rpartition(":")
+    if not colon:
+        device, baud_text = rest, str(DEFAULT_BAUD)
+    if not device or not baud_text.isdecimal() or int(baud_text) == 0:
+        raise Unusable(f"{name}: expected DEVICE or DEVICE:BAUD after the scheme")
+    return SerialLine(name, device, int(baud_text))
+
+
+SCHEMES: Final[dict[str, Scheme]] = {
+    "udpin": Scheme("udpin:HOST:PORT", "wait for the autopilot on this UDP port", _network(UdpIn)),
+    "udpout": Scheme("udpout:HOST:PORT", "speak to an autopilot that listens on UDP", _network(UdpOut)),
+    "tcp": Scheme("tcp:HOST:PORT", "connect to an autopilot that listens on TCP", _network(TcpOut)),
+    "tcpin": Scheme("tcpin:HOST:PORT", "wait for the autopilot to connect over TCP", _network(TcpIn)),
+    "serial": Scheme("serial:DEVICE[:BAUD]", f"a serial line ({DEFAULT_BAUD} baud unless told)", _serial),
+}
+
+FORMS: Final = " | ".join(scheme.form for scheme in SCHEMES.values())
+
+
+def help_text() -> str:
+    """One sentence for each transport."""
+    return "; ".join(f"{scheme.form}: {scheme.meaning}" for scheme in SCHEMES.values())
+
+
+def make_port(text: str) -> AutopilotPort:
+    """The port that `text` names, not opened yet. Raises Unusable."""
+    name = text.strip()
+    scheme, _, rest = name.partition(":")
+    found = SCHEMES.get(scheme)
+    if found is None:
+        raise Unusable(f"the autopilot {name!r} is of no known kind; known: {FORMS}")
+    return found.make(name, rest)

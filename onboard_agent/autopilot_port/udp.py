@@ -1,0 +1,133 @@
+"""The autopilot over UDP: `udpin` waits for it on a port, `udpout` speaks to a known one."""
+
+import asyncio
+import errno
+import logging
+import socket
+from typing import Any, Final
+
+from onboard_agent.autopilot_port.peer import PeerChoice
+from onboard_agent.autopilot_port.port import AutopilotPort, OnBytes
+from onboard_agent.backoff import Backoff
+from onboard_agent.unusable import Unusable
+
+_log = logging.getLogger(__name__)
+
+_CURED_BY_TIME: Final = (errno.EADDRNOTAVAIL, errno.ENETUNREACH, errno.EHOSTUNREACH, socket.EAI_AGAIN)
+
+
+class _Packets(asyncio.DatagramProtocol):
+    """Hands packets on; everything else that can happen to a UDP socket is no event for us."""
+
+    def __init__(self, port: "UdpIn | UdpOut", received: OnBytes) -> None:
+        self._port = port
+        self._received = received
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        if self._port.is_from_autopilot(data, addr):
+            self._received(data)
+
+
+async def _open(
+    port: "UdpIn | UdpOut",
+    received: OnBytes,
+    *,
+    local: tuple[str, int] | None = None,
+    remote: tuple[str, int] | None = None,
+) -> asyncio.DatagramTransport:
+    """The socket. Waits for networks and names that are not there yet, as right after boot. Raises Unusable."""
+    loop = asyncio.get_running_loop()
+    backoff = Backoff()
+    told = False
+    while True:
+        try:
+            transport, _ = await loop.create_datagram_endpoint(
+                lambda: _Packets(port, received), local_addr=local, remote_addr=remote
+            )
+            return transport
+        except OSError as error:
+            if error.errno == errno.EADDRINUSE:
+                raise Unusable(f"{port.name}: this UDP port is used by another program") from None
+            if error.errno not in _CURED_BY_TIME:
+                raise Unusable(f"{port.name}: cannot be opened: {error.strerror or error}") from None
+            if not told:
+                _log.error("%s: cannot be opened yet (%s); trying on", port.name, error.strerror or error)
+                told = True
+        await asyncio.sleep(backoff.next_delay_s())
+
+
+class UdpIn(AutopilotPort):
+    """Bound to an address; answers the one autopilot that writes to it."""
+
+    def __init__(self, name: str, host: str, port: int) -> None:
+        super().__init__(name)
+        self._host = host
+        self._port = port
+        self._peer = PeerChoice()
+        self._transport: asyncio.DatagramTransport | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+
+    @property
+    def bound_port(self) -> int:
+        """The port in use: for port 0 the one that the kernel picked; 0 while closed."""
+        if self._transport is None:
+            return 0
+        return int(self._transport.get_extra_info("sockname")[1])
+
+    async def run(self, received: OnBytes) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._transport = await _open(self, received, local=(self._host, self._port))
+        self.on_open()
+        try:
+            await asyncio.Event().wait()
+        finally:
+            self._transport.close()
+            self._transport = None
+
+    def is_from_autopilot(self, data: bytes, addr: Any) -> bool:
+        """Whether a packet is to be believed; learns whom to answer."""
+        assert self._loop is not None
+        before = self._peer.address
+        if not self._peer.accepts((addr[0], addr[1]), data, self._loop.time()):
+            self.counts["from another peer"] += 1
+            return False
+        if self._peer.address != before:
+            self.on_open()
+        return True
+
+    def send(self, data: bytes) -> None:
+        if self._transport is None or self._peer.address is None:
+            self.counts["autopilot not there"] += 1
+            return
+        self._transport.sendto(data, self._peer.address)
+
+
+class UdpOut(AutopilotPort):
+    """Connected to the autopilot's address; hears nobody else. The first packet tells it where we are."""
+
+    speaks_first = True
+
+    def __init__(self, name: str, host: str, port: int) -> None:
+        super().__init__(name)
+        self._host = host
+        self._port = port
+        self._transport: asyncio.DatagramTransport | None = None
+
+    async def run(self, received: OnBytes) -> None:
+        self._transport = await _open(self, received, remote=(self._host, self._port))
+        self.on_open()
+        try:
+            await asyncio.Event().wait()
+        finally:
+            self._transport.close()
+            self._transport = None
+
+    def is_from_autopilot(self, data: bytes, addr: Any) -> bool:
+        """The kernel lets only the connected peer through."""
+        return True
+
+    def send(self, data: bytes) -> None:
+        if self._transport is None:
+            self.counts["autopilot not there"] += 1
+            return
+        self._transport.sendto(data)

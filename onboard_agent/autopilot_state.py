@@ -1,0 +1,136 @@
+"""What the agent knows of its autopilot: is it there, armed, in the air, in which mode. No I/O.
+
+Only the autopilot component counts (compid 1): gimbals, cameras and companions on the same line have heartbeats too.
+"""
+
+from enum import StrEnum
+from typing import Any, Final
+
+from wire.control_messages import AutopilotState
+from wire.dialect import mavlink
+from wire.ids import SystemId
+
+HEARD_WITHIN_S: Final = 3.0
+"""Silence after which the autopilot counts as not heard: three heartbeats."""
+
+FORGOTTEN_AFTER_S: Final = 5.0
+"""Silence after which it is taken for rebooted, and another sysid may be it."""
+
+CLOCK_STEP_BACK_MS: Final = 2_000
+"""A boot clock that goes back this far has begun anew; less is packets out of order."""
+
+AIRBORNE_ABOVE_M: Final = 1.0
+
+_STATE_IS_FRESH_S: Final = 3.0
+_ARMED: Final = 0x80
+_ON_GROUND: Final = 1
+
+
+class AutopilotEvent(StrEnum):
+    """What a message or the passing of time has changed."""
+
+    HEARD = "heard"
+    LOST = "lost"
+    REBOOTED = "rebooted"
+
+
+class AutopilotView:
+    """Feed it decoded messages of the autopilot and the time; read what it has understood."""
+
+    def __init__(self) -> None:
+        self.system_id: SystemId | None = None
+        self.kind = 0
+        """MAV_AUTOPILOT of the last heartbeat."""
+        self.vehicle_type = 0
+        self.armed = False
+        self.custom_mode = 0
+        self.heard = False
+        self._heard_at = 0.0
+        self._boot_ms = 0
+        self._landed_state = 0
+        self._landed_state_at: float | None = None
+        self._alt_rel_m = 0.0
+        self._told: AutopilotState | None = None
+
+    def is_autopilot(self, system_id: int, component_id: int) -> bool:
+        """Whether this sender is the autopilot that we have found."""
+        return component_id == mavlink.MAV_COMP_ID_AUTOPILOT1 and system_id == self.system_id
+
+    def anything_heard(self, now: float) -> None:
+        """A frame of the autopilot came, whatever it says."""
+        if self.heard:
+            self._heard_at = now
+
+    def heartbeat(self, message: Any, system_id: int, component_id: int, now: float) -> AutopilotEvent | None:
+        """A HEARTBEAT came, from whomever. Finds the autopilot among them."""
+        if (
+            component_id != mavlink.MAV_COMP_ID_AUTOPILOT1
+            or message.autopilot == mavlink.MAV_AUTOPILOT_INVALID
+            or message.type == mavlink.MAV_TYPE_GCS
+        ):
+            return None
+        silent_s = now - self._heard_at
+        first = self.system_id is None
+        if not first and system_id != self.system_id and silent_s < FORGOTTEN_AFTER_S:
+            return None
+        long_gone = not first and silent_s >= FORGOTTEN_AFTER_S
+        if long_gone or system_id != self.system_id:
+            self._boot_ms = 0
+            self._landed_state_at = None
+        was_heard = self.heard
+        self.system_id = SystemId(system_id)
+        self.kind = message.autopilot
+        self.vehicle_type = message.type
+        self.armed = bool(message.base_mode & _ARMED)
+        self.custom_mode = message.custom_mode
+        self.heard = True
+        self._heard_at = now
+        if long_gone:
+            return AutopilotEvent.REBOOTED
+        return None if was_heard else AutopilotEvent.HEARD
+
+    def extended_sys_state(self, message: Any, now: float) -> None:
+        """EXTENDED_SYS_STATE of the autopilot came."""
+        self._landed_state = message.landed_state
+        self._landed_state_at = now
+
+    def global_position(self, message: Any) -> AutopilotEvent | None:
+        """GLOBAL_POSITION_INT of the autopilot came: its height, and its clock."""
+        self._alt_rel_m = message.relative_alt / 1000.0
+        went_back = message.time_boot_ms + CLOCK_STEP_BACK_MS < self._boot_ms
+        if went_back or message.time_boot_ms > self._boot_ms:
+            self._boot_ms = message.time_boot_ms
+        return AutopilotEvent.REBOOTED if went_back else None
+
+    def tick(self, now: float) -> AutopilotEvent | None:
+        """Time has passed."""
+        if self.heard and now - self._heard_at >= HEARD_WITHIN_S:
+            self.heard = False
+            return AutopilotEvent.LOST
+        return None
+
+    def airborne(self, now: float) -> bool:
+        """Armed, and off the ground as the autopilot says, or by its height where it does not say."""
+        if not self.armed:
+            return False
+        if (
+            self._landed_state_at is not None
+            and now - self._landed_state_at < _STATE_IS_FRESH_S
+            and self._landed_state != mavlink.MAV_LANDED_STATE_UNDEFINED
+        ):
+            return self._landed_state != _ON_GROUND
+        return self._alt_rel_m > AIRBORNE_ABOVE_M
+
+    def changed(self, now: float) -> AutopilotState | None:
+        """What to tell the tower, where it differs from what was told last."""
+        state = AutopilotState(
+            heard=self.heard, armed=self.heard and self.armed, airborne=self.heard and self.airborne(now)
+        )
+        if state == self._told:
+            return None
+        self._told = state
+        return state
+
+    def tell_again(self) -> None:
+        """A new tower link knows nothing: the state is due again."""
+        self._told = None

@@ -1,0 +1,30 @@
+"""How long to wait before the next attempt. No I/O; randomness is passed in.
+
+The longest wait is 2 s, so that after a restart of the tower every agent is back within 3 s; the jitter keeps a squad
+from knocking all at the same moment.
+"""
+
+import random
+from collections.abc import Callable
+from typing import Final
+
+FIRST_S: Final = 0.25
+LONGEST_S: Final = 2.0
+
+
+class Backoff:
+    """At once, then 0.25 s, doubling up to 2 s, each shortened at random by up to a half."""
+
+    def __init__(self, fraction: Callable[[], float] = random.random) -> None:
+        self._fraction = fraction
+        self._wait_s = 0.0
+
+    def next_delay_s(self) -> float:
+        """Seconds to wait before the attempt that comes now."""
+        delay_s = self._wait_s * (1.0 - self._fraction() / 2.0)
+        self._wait_s = min(LONGEST_S, self._wait_s * 2.0) if self._wait_s else FIRST_S
+        return delay_s
+
+    def reset(self) -> None:
+        """An attempt has succeeded: the next failure is answered at once."""
+        self._wait_s = 0.0

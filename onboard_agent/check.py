@@ -1,0 +1,87 @@
+"""`tower-agent check`: tries each part on its own and says in words what works."""
+
+import asyncio
+import contextlib
+from pathlib import Path
+from typing import Final
+
+import typer
+
+from onboard_agent.autopilot_port.port import AutopilotPort
+from onboard_agent.autopilot_port.schemes import make_port
+from onboard_agent.control_channel import CredentialRefused, NoLink, upgrade
+from onboard_agent.onboard import Onboard
+from onboard_agent.token_file import read_token, token_file_warning
+from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.unusable import Unusable
+from wire.frame_stream import FrameStream
+
+LISTEN_S: Final = 5.0
+"""An autopilot says something at least once a second."""
+
+
+async def check_all(tower: str, token: Path, autopilot: str) -> bool:
+    """Prints one line for each part; True if all of them work. Raises Unusable where no part can be tried."""
+    url, port = parse_tower_url(tower), make_port(autopilot)
+    credential = read_token(token)
+    warning = token_file_warning(token)
+    _say(warning is None, warning or f"the token file is that of drone {credential.drone_id}")
+    good = True
+    try:
+        # No hello is said, so that an agent that is flying right now keeps its link.
+        connection = await upgrade(url, credential)
+        await connection.close()
+        _say(True, f"{url} accepts the credential")
+    except CredentialRefused as error:
+        good = _say(False, str(error))
+    except NoLink as error:
+        good = _say(False, str(error))
+    try:
+        heard = await _listen(port)
+        good = _say(heard is not None, heard or f"no heartbeat on {port.name} within {LISTEN_S:.0f} s") and good
+    except Unusable as error:
+        good = _say(False, f"{error} (is the agent running?)")
+    return good
+
+
+async def _listen(port: AutopilotPort) -> str | None:
+    loop = asyncio.get_running_loop()
+    onboard = Onboard(now=loop.time(), speaks_first=port.speaks_first)
+    stream = FrameStream()
+    heard = asyncio.Event()
+
+    def received(data: bytes) -> None:
+        onboard.from_autopilot(stream.feed(data), loop.time())
+        if onboard.autopilot.heard:
+            heard.set()
+
+    running = asyncio.create_task(port.run(received))
+    waiting = asyncio.create_task(heard.wait())
+    greeting = asyncio.create_task(_greet(port, onboard)) if port.speaks_first else None
+    try:
+        await asyncio.wait({running, waiting}, timeout=LISTEN_S, return_when=asyncio.FIRST_COMPLETED)
+        if running.done():
+            running.result()
+    finally:
+        for task in (running, waiting, greeting):
+            if task is not None:
+                task.cancel()
+                with contextlib.suppress(asyncio.CancelledError, Unusable):
+                    await task
+    view = onboard.autopilot
+    return f"the autopilot is heard: system {view.system_id}, kind {view.kind}" if view.heard else None
+
+
+async def _greet(port: AutopilotPort, onboard: Onboard) -> None:
+    """An autopilot that waits for the first packet gets our heartbeat, and nothing else is asked of it."""
+    loop = asyncio.get_running_loop()
+    while not onboard.autopilot.heard:
+        onboard.tick(loop.time())
+        for frame in onboard.take_to_autopilot():
+            port.send(frame)
+        await asyncio.sleep(0.2)
+
+
+def _say(good: bool, text: str) -> bool:
+    typer.echo(f"{'ok ' if good else '!! '} {text}")
+    return good

@@ -1,0 +1,99 @@
+"""The command `tower-agent`: reads its settings, says in one line what is wrong with them, and runs."""
+
+import asyncio
+import logging
+import os
+import signal
+import sys
+from collections.abc import Coroutine
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from onboard_agent.agent import Agent, AgentSettings
+from onboard_agent.autopilot_port.schemes import help_text, make_port
+from onboard_agent.check import check_all
+from onboard_agent.token_file import read_token, token_file_warning
+from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.unusable import Unusable
+
+_log = logging.getLogger("onboard_agent")
+
+UNUSABLE_EXIT_CODE: Final = 2
+"""systemd does not restart the agent after this one (RestartPreventExitStatus)."""
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, help="The agent on a drone's companion computer.")
+
+Tower = Annotated[
+    str, typer.Option("--tower", envvar="TOWER_AGENT_TOWER", help="https://HOST[:PORT]; http:// for loopback only.")
+]
+Token = Annotated[Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="File with the drone's credential.")]
+Autopilot = Annotated[str, typer.Option("--autopilot", envvar="TOWER_AGENT_AUTOPILOT", help=help_text())]
+LogLevel = Annotated[
+    str, typer.Option("--log-level", envvar="TOWER_AGENT_LOG_LEVEL", help="debug, info, warning or error.")
+]
+
+
+@app.command()
+def run(tower: Tower, token: Token, autopilot: Autopilot, log_level: LogLevel = "info") -> None:
+    """Link an autopilot with the tower, until told to stop."""
+    try:
+        _set_up_logging(log_level)
+        settings = AgentSettings(tower=parse_tower_url(tower), credential=read_token(token), port=make_port(autopilot))
+        warning = token_file_warning(token)
+        if warning:
+            _log.warning("%s", warning)
+        _run(_until_told_to_stop(settings))
+    except Unusable as error:
+        typer.echo(f"tower-agent: {error}", err=True)
+        raise typer.Exit(UNUSABLE_EXIT_CODE) from None
+
+
+@app.command()
+def check(tower: Tower, token: Token, autopilot: Autopilot, log_level: LogLevel = "error") -> None:
+    """Say what works: the token, the tower, the credential, the autopilot."""
+    try:
+        _set_up_logging(log_level)
+        if not _run(check_all(tower, token, autopilot)):
+            raise typer.Exit(1)
+    except Unusable as error:
+        typer.echo(f"tower-agent: {error}", err=True)
+        raise typer.Exit(UNUSABLE_EXIT_CODE) from None
+
+
+async def _until_told_to_stop(settings: AgentSettings) -> None:
+    """Runs the agent; SIGTERM and SIGINT end it at once and cleanly."""
+    loop = asyncio.get_running_loop()
+    running = asyncio.create_task(Agent(settings).run())
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, running.cancel)
+    try:
+        await running
+    except asyncio.CancelledError:
+        _log.info("told to stop")
+
+
+def _run(main: Coroutine[Any, Any, Any]) -> Any:
+    """On uvloop where there is one: a sixth of the cost of a datagram."""
+    try:
+        from uvloop import new_event_loop
+    except ImportError:
+        return asyncio.run(main)
+    with asyncio.Runner(loop_factory=new_event_loop) as runner:
+        return runner.run(main)
+
+
+def _set_up_logging(level: str) -> None:
+    number = logging.getLevelNamesMapping().get(level.upper())
+    if number is None:
+        raise Unusable(f"the log level {level!r} is none of debug, info, warning, error")
+    # journald puts the time in front by itself
+    form = "%(levelname)s %(message)s" if os.environ.get("JOURNAL_STREAM") else "%(asctime)s %(levelname)s %(message)s"
+    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format=form)
+    _log.setLevel(number)
+
+
+def main() -> None:
+    """The console script."""
+    app()

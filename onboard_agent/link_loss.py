@@ -1,0 +1,53 @@
+"""Whether the tower was lost while a human flew by hand: then the agent itself must hold. No I/O.
+
+A link that breaks and is back within the time-out is not yet safe: the pilot's sticks must be back as well. So once the
+link has broken, only sticks, or a command to fly without them, call the alarm off.
+"""
+
+from typing import Final
+
+LOST_AFTER_S: Final = 2.0
+BY_HAND_WITHIN_S: Final = 1.0
+"""Sticks that came this shortly before the loss mean that a hand was on them."""
+
+
+class LinkLoss:
+    """Tell it of everything that comes from the tower; ask `lost_by_hand` at each tick."""
+
+    def __init__(self, now: float) -> None:
+        self._heard_at = now
+        self._sticks_at: float | None = None
+        self._broken_at: float | None = None
+
+    def tower_heard(self, now: float) -> None:
+        """An authentic datagram came."""
+        self._heard_at = now
+
+    def sticks_passed(self, now: float) -> None:
+        """Sticks of the holder went to the autopilot."""
+        self._sticks_at = now
+        self._broken_at = None
+
+    def flies_without_sticks(self) -> None:
+        """The holder has commanded something that needs no hands, or a hold has taken over."""
+        self._sticks_at = None
+        self._broken_at = None
+
+    def link_broken(self, now: float) -> None:
+        """The association with the tower ended."""
+        if self._broken_at is None and self._sticks_at is not None:
+            self._broken_at = min(now, self._heard_at)
+
+    def silent_s(self, now: float) -> float:
+        """Seconds since the tower was heard."""
+        return now - self._heard_at
+
+    def lost_by_hand(self, now: float) -> bool:
+        """True once, when the time-out has passed after a loss that took the sticks out of a hand."""
+        if self.silent_s(now) >= LOST_AFTER_S:
+            self.link_broken(now)
+        if self._broken_at is None or self._sticks_at is None or now - self._broken_at < LOST_AFTER_S:
+            return False
+        by_hand = self._sticks_at >= self._broken_at - BY_HAND_WITHIN_S
+        self._sticks_at = self._broken_at = None
+        return by_hand

@@ -1,0 +1,115 @@
+"""Which messages we want from the autopilot and how often, and the asking for them. No I/O.
+
+ArduPilot sends little but its heartbeat until it is asked, and forgets what it was asked when it reboots.
+"""
+
+from typing import Any, Final, NamedTuple
+
+from onboard_agent.asking import Asking
+from onboard_agent.own_frames import FrameMaker, agent_sender, request_message, set_message_interval
+from wire.dialect import mavlink
+
+ANSWER_WITHIN_S: Final = 0.5
+TRIES: Final = 3
+IN_PROGRESS_WAIT_S: Final = 2.0
+
+MISSED_FOR_S: Final = 5.0
+"""The autopilot is there, but the fastest message that it granted is not: it was told otherwise, or has rebooted."""
+
+ASK_AGAIN_AFTER_S: Final = 30.0
+"""At most this often for that reason, so that two who disagree do not fight."""
+
+
+class Wish(NamedTuple):
+    """A message, and its rate in Hz; 0 for once."""
+
+    message_id: int
+    rate_hz: float
+
+
+WISHES: Final[tuple[Wish, ...]] = (
+    Wish(mavlink.MAVLINK_MSG_ID_ATTITUDE, 10),
+    Wish(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 5),
+    Wish(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_VFR_HUD, 4),
+    Wish(mavlink.MAVLINK_MSG_ID_SYS_STATUS, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, 0.5),
+    Wish(mavlink.MAVLINK_MSG_ID_HOME_POSITION, 0.2),
+    Wish(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_RC_CHANNELS, 2),
+    Wish(mavlink.MAVLINK_MSG_ID_WIND, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0),
+)
+
+WATCHED: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
+
+
+class Rates:
+    """Call `ask_all` when the autopilot appears or has rebooted, `due` at each tick, `acknowledged` for each ACK."""
+
+    def __init__(self, maker: FrameMaker) -> None:
+        self._maker = maker
+        self._asking: Asking[Wish] = Asking(timeout_s=ANSWER_WITHIN_S, tries=TRIES)
+        self._unsupported: set[Wish] = set()
+        self._watched_granted = False
+        self._watched_at = 0.0
+        self._asked_all_at = 0.0
+
+    @property
+    def unsupported(self) -> frozenset[int]:
+        """Messages that this autopilot has refused; they are not asked for again."""
+        return frozenset(wish.message_id for wish in self._unsupported)
+
+    def ask_all(self, now: float) -> None:
+        """From the beginning of the table."""
+        self._asked_all_at = now
+        self._watched_granted = False
+        self._asking.ask(wish for wish in WISHES if wish not in self._unsupported)
+
+    def watched_came(self, now: float) -> None:
+        """The message by which we see that the rates are still in force."""
+        self._watched_at = now
+
+    def due(self, now: float, *, vehicle_system_id: int) -> bytes | None:
+        """A request to send now."""
+        if (
+            self._watched_granted
+            and now - self._watched_at > MISSED_FOR_S
+            and now - self._asked_all_at > ASK_AGAIN_AFTER_S
+        ):
+            self.ask_all(now)
+        question = self._asking.due(now)
+        if question is None:
+            return None
+        wish, asked = question
+        if wish.rate_hz:
+            message = set_message_interval(
+                vehicle_system_id, wish.message_id, round(1e6 / wish.rate_hz), confirmation=asked
+            )
+        else:
+            message = request_message(vehicle_system_id, wish.message_id, confirmation=asked)
+        return self._maker.make(message, agent_sender(vehicle_system_id))
+
+    def acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK of the autopilot that is meant for us."""
+        wish = self._asking.current
+        if wish is None:
+            return
+        command = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL if wish.rate_hz else mavlink.MAV_CMD_REQUEST_MESSAGE
+        if ack.command != command:
+            return
+        if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
+            self._asking.wait_longer(now, IN_PROGRESS_WAIT_S)
+        elif ack.result == mavlink.MAV_RESULT_TEMPORARILY_REJECTED:
+            self._asking.wait_longer(now, ANSWER_WITHIN_S)
+        else:
+            if ack.result in (mavlink.MAV_RESULT_UNSUPPORTED, mavlink.MAV_RESULT_DENIED):
+                self._unsupported.add(wish)
+            elif wish.message_id == WATCHED and ack.result == mavlink.MAV_RESULT_ACCEPTED:
+                self._watched_granted = True
+                self._watched_at = now
+            self._asking.answered()

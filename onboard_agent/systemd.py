@@ -1,0 +1,40 @@
+"""What the agent tells systemd: ready, alive, and in words how it is. Silent where systemd did not start us."""
+
+import os
+
+from sdnotify import SystemdNotifier
+
+
+class Systemd:
+    """Wraps the notification socket and the watchdog's interval."""
+
+    def __init__(self) -> None:
+        self._notifier = SystemdNotifier() if os.environ.get("NOTIFY_SOCKET") else None
+        self._status = ""
+        watchdog_us = os.environ.get("WATCHDOG_USEC", "")
+        self._beat_s = int(watchdog_us) / 3e6 if watchdog_us.isdecimal() and int(watchdog_us) else None
+        self._next_beat = 0.0
+
+    def _notify(self, text: str) -> None:
+        if self._notifier is not None:
+            self._notifier.notify(text)
+
+    def ready(self) -> None:
+        """The settings are right and the agent works; whether the tower answers is another matter."""
+        self._notify("READY=1")
+
+    def stopping(self) -> None:
+        """The end has begun."""
+        self._notify("STOPPING=1")
+
+    def alive(self, now: float) -> None:
+        """Call it from the loop that must not hang."""
+        if self._beat_s is not None and now >= self._next_beat:
+            self._next_beat = now + self._beat_s
+            self._notify("WATCHDOG=1")
+
+    def status(self, text: str) -> None:
+        """One line for `systemctl status`; told on change only."""
+        if text != self._status:
+            self._status = text
+            self._notify(f"STATUS={text}")

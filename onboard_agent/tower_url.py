@@ -1,0 +1,60 @@
+"""The tower's address as people write it, and the two addresses the agent makes of it."""
+
+from dataclasses import dataclass
+from ipaddress import ip_address
+from typing import Final
+from urllib.parse import urlsplit
+
+from onboard_agent.unusable import Unusable
+
+_CHANNEL_PATH: Final = "/api/v1/agent"
+_DEFAULT_PORTS: Final = {"https": 443, "http": 80}
+
+
+@dataclass(frozen=True)
+class TowerUrl:
+    """Where the tower is. `secure`: TLS; without it only loopback addresses may be connected to."""
+
+    host: str
+    port: int
+    secure: bool
+
+    @property
+    def channel(self) -> str:
+        """The control channel's WebSocket address."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{'wss' if self.secure else 'ws'}://{host}:{self.port}{_CHANNEL_PATH}"
+
+    def __str__(self) -> str:
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{'https' if self.secure else 'http'}://{host}:{self.port}"
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host's name or address never leaves this machine."""
+    if host == "localhost":
+        return True
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def parse_tower_url(text: str) -> TowerUrl:
+    """`https://HOST[:PORT]`, or `http://` with a loopback host. Raises Unusable with the reason."""
+    try:
+        parts = urlsplit(text.strip())
+        port = parts.port
+    except ValueError as error:
+        raise Unusable(f"the tower's address {text!r} is not an address: {error}") from None
+    if parts.scheme not in _DEFAULT_PORTS or not parts.hostname:
+        raise Unusable(f"the tower's address {text!r} must look like https://tower.example.org")
+    if parts.path not in ("", "/") or parts.query or parts.fragment or "@" in parts.netloc:
+        raise Unusable(f"the tower's address {text!r} must be only https://HOST or https://HOST:PORT")
+    secure = parts.scheme == "https"
+    if not secure and not is_loopback(parts.hostname):
+        raise Unusable(
+            f"the tower's address {text!r} is plain http: the drone's credential would cross the network readable; "
+            "use https (plain http is for a tower on this same machine)"
+        )
+    return TowerUrl(parts.hostname, _DEFAULT_PORTS[parts.scheme] if port is None else port, secure)
