@@ -3,88 +3,129 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Coroutine
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
-from typing import Final
+from importlib.metadata import version
+from typing import Any, Final
 
 from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 
+from server import health
+from server.accounts import session_routes, user_routes
 from server.accounts.passwords import Passwords
 from server.accounts.sessions import Sessions
+from server.accounts.sign_in import Door
 from server.accounts.throttle import SignInThrottle
+from server.audit import routes as audit_routes
 from server.clock import Clock, utc_now
+from server.console import serve_console
+from server.control import routes as control_routes
+from server.control.desk import ControlDesk
 from server.database import open_database
-from server.fleet.live_picture import LivePicture
+from server.fleet import routes as fleet_routes
 from server.fleet.roster import Roster
 from server.guards import SecurityHeaders, UnexpectedErrors
+from server.listening import CannotListen
 from server.origin import OriginCheck
+from server.problem_docs import describe_problems
 from server.problems import handle_problems
+from server.relay import routes as relay_routes
+from server.relay.hub import Hub
+from server.relay.running import running_relay
 from server.schema import check_schema
 from server.settings import Settings
 from server.tower import Tower
 
-API: Final = "/api/v1"
 LARGEST_BODY_BYTES: Final = 64 * 1024
 """No request of the API comes near; whatever does is a mistake or an attack."""
 
+ROUTERS: Final[tuple[APIRouter, ...]] = (
+    session_routes.router,
+    fleet_routes.router,
+    control_routes.router,
+    relay_routes.router,
+    user_routes.router,
+    audit_routes.router,
+    health.router,
+)
+_TAGS: Final = (
+    {"name": "session", "description": "Signing in and out."},
+    {"name": "drones", "description": "The squad, and its administration."},
+    {"name": "control", "description": "Who has the controls of a drone."},
+    {"name": "users", "description": "Users administration, for admins."},
+    {"name": "audit", "description": "Who did what, for admins."},
+    {"name": "health", "description": "Whether the tower is well."},
+)
 
-def create_app(settings: Settings, *, live_picture: LivePicture, clock: Clock = utc_now) -> FastAPI:
-    tower = _compose(settings, live_picture, clock)
 
-    @asynccontextmanager
-    async def lifespan(_app: FastAPI) -> AsyncIterator[None]:
-        async with AsyncExitStack() as stack:
-            stack.push_async_callback(tower.database.close)
-            await check_schema(tower.database)
-            await tower.passwords.warm_up()
-            await tower.roster.refresh()
-            await stack.enter_async_context(_in_background(tower.roster.follow()))
-            # The relay opens its UDP endpoint here, as the last thing: from then on agents are answered.
-            yield
-
+def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
+    tower = _compose(settings, clock)
     app = FastAPI(
         title="Control Tower",
-        lifespan=lifespan,
-        docs_url=None,
+        version=version("control-tower"),
+        description="Fly and watch drones through the internet. Live data is on the WebSocket `/api/v1/live`.",
+        openapi_tags=[dict(one) for one in _TAGS],
+        lifespan=_lifespan,
+        docs_url=None,  # the usual pages load scripts from elsewhere
         redoc_url=None,
-        openapi_url=f"{API}/openapi.json",
+        openapi_url="/api/v1/openapi.json",
         redirect_slashes=False,
         max_body_size=LARGEST_BODY_BYTES,
         generate_unique_id_function=_operation_id,
     )
     app.state.tower = tower
     handle_problems(app)
-    for router in _routers():
-        app.include_router(router, prefix=API)
+    describe_problems(app)
+    for router in ROUTERS:
+        app.include_router(router)
+    serve_console(app, settings.web)
     # The last one added is the outermost.
-    app.add_middleware(OriginCheck, public_url=settings.public_url)
+    app.add_middleware(OriginCheck, settings=settings)
     app.add_middleware(UnexpectedErrors)
     app.add_middleware(SecurityHeaders, api_prefix="/api/")
     return app
 
 
-def _routers() -> list[APIRouter]:
-    """Every capability's routes. The relay (live, agent) and control hang theirs in here."""
-    return []
-
-
-def _compose(settings: Settings, live_picture: LivePicture, clock: Clock) -> Tower:
+def _compose(settings: Settings, clock: Clock) -> Tower:
     database = open_database(settings.database_url)
+    passwords = Passwords(
+        concurrency=settings.argon2_concurrency,
+        memory_kib=settings.argon2_memory_kib,
+        rounds=settings.argon2_rounds,
+    )
+    sessions = Sessions(database, idle_s=settings.session_idle_s, lifetime_s=settings.session_lifetime_s)
+    hub = Hub()
     return Tower(
         settings=settings,
         clock=clock,
         database=database,
-        passwords=Passwords(
-            concurrency=settings.argon2_concurrency,
-            memory_kib=settings.argon2_memory_kib,
-            rounds=settings.argon2_rounds,
-        ),
-        sessions=Sessions(database, idle_s=settings.session_idle_s, lifetime_s=settings.session_lifetime_s),
-        throttle=SignInThrottle(),
-        picture=live_picture,
-        roster=Roster(database, live_picture),
+        passwords=passwords,
+        sessions=sessions,
+        door=Door(database, passwords, sessions, SignInThrottle()),
+        hub=hub,
+        desk=ControlDesk(database, hub, clock),
+        roster=Roster(database, hub),
     )
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    tower: Tower = app.state.tower
+    settings = tower.settings
+    async with AsyncExitStack() as stack:
+        stack.push_async_callback(tower.database.close)
+        await check_schema(tower.database)
+        await tower.passwords.warm_up()
+        await tower.roster.refresh()
+        await stack.enter_async_context(_in_background(tower.roster.follow()))
+        # Last: from here on agents are answered.
+        try:
+            relay = running_relay(tower.hub, host=settings.udp_host, port=settings.udp_port)
+            app.state.data_endpoint = await stack.enter_async_context(relay)
+        except OSError as error:
+            raise CannotListen("TOWER_UDP_PORT", settings.udp_host, settings.udp_port, error) from error
+        yield
 
 
 def _operation_id(route: APIRoute) -> str:
@@ -92,8 +133,8 @@ def _operation_id(route: APIRoute) -> str:
 
 
 @asynccontextmanager
-async def _in_background(work: object) -> AsyncIterator[None]:
-    task = asyncio.ensure_future(work)  # type: ignore[call-overload]
+async def _in_background(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
+    task = asyncio.create_task(work)
     try:
         yield
     finally:

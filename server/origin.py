@@ -13,17 +13,18 @@ from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from server.problems import JSON_ONLY, WRONG_ORIGIN, problem
+from server.settings import Settings
 
 _SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
 _DEFAULT_PORTS: Final = {"http": 80, "https": 443, "ws": 80, "wss": 443}
 
 
-def is_own_origin(connection: HTTPConnection, public_url: str = "") -> bool:
+def origin_allowed(connection: HTTPConnection, settings: Settings) -> bool:
     """True also without an Origin: then it was no browser, and no browser's cookies can be abused."""
     return origin_matches(
         origin=connection.headers.get("origin"),
         host=connection.headers.get("host", ""),
-        public_url=public_url,
+        public_url=settings.public_url,
     )
 
 
@@ -52,19 +53,19 @@ def _host_and_port(url: str) -> tuple[str, int] | None:
 
 
 class OriginCheck:
-    """Every unsafe request: own origin or none, and a JSON body or none. WebSockets ask `is_own_origin` themselves,
+    """Every unsafe request: own origin or none, and a JSON body or none. WebSockets ask `origin_allowed` themselves,
     because a browser only learns a close code after the handshake.
     """
 
-    def __init__(self, app: ASGIApp, *, public_url: str) -> None:
+    def __init__(self, app: ASGIApp, *, settings: Settings) -> None:
         self._app = app
-        self._public_url = public_url
+        self._settings = settings
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http" or scope["method"] in _SAFE:
             await self._app(scope, receive, send)
             return
-        if not is_own_origin(HTTPConnection(scope), self._public_url):
+        if not origin_allowed(HTTPConnection(scope), self._settings):
             await problem(WRONG_ORIGIN, instance=scope["path"])(scope, receive, send)
         elif _has_body(headers := Headers(scope=scope)) and not _is_json(headers):
             await problem(JSON_ONLY, instance=scope["path"])(scope, receive, send)

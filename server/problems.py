@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from http import HTTPStatus
 from typing import Any, Final
 
@@ -19,6 +19,7 @@ from starlette.exceptions import HTTPException
 from server.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
 from server.accounts.passwords import BadPassword, TooManySignIns
 from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
+from server.control.desk import ControlRefused
 from server.fleet.drones import DroneNameTaken
 from server.names import BadName
 from server.refusal import Refusal, RetryLater
@@ -54,10 +55,14 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     UnknownUser: Kind("unknown-user", 404, "No such user"),
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
+    ControlRefused: Kind("control-refused", 409, "The controls did not change hands"),
     LastAdmin: Kind("last-admin", 409, "The last admin must stay"),
     BadName: Kind(INVALID.slug, INVALID.status, INVALID.title, field="name"),
     BadPassword: Kind(INVALID.slug, INVALID.status, INVALID.title, field="password"),
 }
+
+NOT_ALLOWED: Final = frozenset({"admins-only", "not-an-owner"})
+"""The codes of control that are about who asks, not about what is going on."""
 
 
 def problem(
@@ -78,10 +83,12 @@ def problem(
 
 
 def kind_of(refusal: Refusal) -> Kind:
-    for one in type(refusal).__mro__:
-        if one in PROBLEMS:
-            return PROBLEMS[one]
-    return INTERNAL
+    kind = next((PROBLEMS[one] for one in type(refusal).__mro__ if one in PROBLEMS), INTERNAL)
+    if isinstance(refusal, ControlRefused):
+        # The table of control has a code for each answer; programs want to tell them apart.
+        status = 403 if refusal.code in NOT_ALLOWED else kind.status
+        return replace(kind, slug=refusal.code, status=status)
+    return kind
 
 
 def refusal_problem(refusal: Refusal, *, instance: str) -> JSONResponse:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from starlette.requests import HTTPConnection
 
-from server.accounts.passwords import Passwords
-from server.accounts.sessions import Sessions
-from server.accounts.throttle import SignInThrottle
-from server.clock import Clock
-from server.database import Database
-from server.fleet.live_picture import LivePicture
-from server.fleet.roster import Roster
-from server.settings import Settings
+if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not import them in earnest
+    from server.accounts.passwords import Passwords
+    from server.accounts.sessions import Sessions
+    from server.accounts.sign_in import Door
+    from server.clock import Clock
+    from server.control.desk import ControlDesk
+    from server.database import Database
+    from server.fleet.roster import Roster
+    from server.relay.hub import Hub
+    from server.settings import Settings
 
 
 @dataclass(frozen=True)
@@ -25,8 +27,9 @@ class Tower:
     database: Database
     passwords: Passwords
     sessions: Sessions
-    throttle: SignInThrottle
-    picture: LivePicture
+    door: Door
+    hub: Hub
+    desk: ControlDesk
     roster: Roster
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
     """Run, in order, while connections are still open: the place to say good-bye on them."""

@@ -6,7 +6,6 @@ Every function takes a session of `Database.writing()`, so that a rule and its a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import datetime
 from typing import Any
 
 from sqlalchemy import func, select
@@ -14,7 +13,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.sessions import end_sessions_of
 from server.accounts.tables import Role, UserRow
-from server.audit.trail import Actor, record
+from server.audit.deed import Deed
 from server.fleet.snapshot import begin_fleet_change
 from server.names import clean_name, name_key
 from server.refusal import Refusal, RetryLater
@@ -71,9 +70,7 @@ async def list_users(session: AsyncSession) -> list[UserRow]:
     return list(await session.scalars(select(UserRow).order_by(UserRow.id)))
 
 
-async def create_user(
-    session: AsyncSession, *, name: str, role: Role, password_hash: str, now: datetime, actor: Actor
-) -> UserRow:
+async def create_user(session: AsyncSession, *, name: str, role: Role, password_hash: str, deed: Deed) -> UserRow:
     name = clean_name(name)
     await begin_fleet_change(session)
     if await find_user(session, name) is not None:
@@ -84,17 +81,15 @@ async def create_user(
         role=role.value,
         password_hash=password_hash,
         disabled=False,
-        created_at=now,
+        created_at=deed.at,
     )
     session.add(row)
     await session.flush()
-    record(session, at=now, actor=actor, action="user.created", user_id=row.id, user=name, role=role.value)
+    deed.record(session, "user.created", user_id=row.id, user=name, role=role.value)
     return row
 
 
-async def change_user(
-    session: AsyncSession, *, user_id: int, change: UserChange, now: datetime, actor: Actor
-) -> UserRow:
+async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, deed: Deed) -> UserRow:
     """Signs the user out everywhere when disabled or given a new password."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
@@ -103,24 +98,24 @@ async def change_user(
         await _keep_an_admin(session, row)
     if change.role is not None and change.role.value != row.role:
         row.role = change.role.value
-        record(session, at=now, actor=actor, action="user.role_changed", **_about(row), role=row.role)
+        deed.record(session, "user.role_changed", **_about(row), role=row.role)
     if change.disabled is not None and change.disabled != row.disabled:
         row.disabled = change.disabled
         action = "user.disabled" if change.disabled else "user.enabled"
-        record(session, at=now, actor=actor, action=action, **_about(row))
+        deed.record(session, action, **_about(row))
     if change.password_hash is not None:
         row.password_hash = change.password_hash
-        record(session, at=now, actor=actor, action="user.password_changed", **_about(row))
+        deed.record(session, "user.password_changed", **_about(row))
     if change.disabled or change.password_hash is not None:
         await end_sessions_of(session, row.id)
     return row
 
 
-async def delete_user(session: AsyncSession, *, user_id: int, now: datetime, actor: Actor) -> None:
+async def delete_user(session: AsyncSession, *, user_id: int, deed: Deed) -> None:
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     await _keep_an_admin(session, row)
-    record(session, at=now, actor=actor, action="user.deleted", **_about(row))
+    deed.record(session, "user.deleted", **_about(row))
     await session.delete(row)
 
 

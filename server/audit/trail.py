@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.audit.tables import AuditEventRow
+
+
+class Doer(Protocol):
+    """Anything with a user's id and name: an `Actor`, or the `Principal` of a request."""
+
+    @property
+    def user_id(self) -> int | None: ...
+
+    @property
+    def name(self) -> str: ...
 
 
 @dataclass(frozen=True)
@@ -17,7 +28,6 @@ class Actor:
 
     user_id: int | None
     name: str
-    address: str = ""
 
 
 COMMAND_LINE: Final = Actor(None, "tower command")
@@ -29,10 +39,11 @@ def record(
     session: AsyncSession,
     *,
     at: datetime,
-    actor: Actor,
+    actor: Doer,
     action: str,
+    address: str = "",
     drone_id: int | None = None,
-    **detail: Any,
+    detail: Mapping[str, Any] | None = None,
 ) -> None:
     """Actions are named `noun.verb` in the past tense, like `user.created`."""
     session.add(
@@ -42,7 +53,7 @@ def record(
             actor_name=actor.name[:64],
             action=action,
             drone_id=drone_id,
-            detail=detail,
-            address=actor.address[:64],
+            detail=dict(detail or {}),
+            address=address[:64],
         )
     )

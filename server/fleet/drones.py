@@ -6,14 +6,13 @@ Every function takes a session of `Database.writing()`, so that a rule and its a
 from __future__ import annotations
 
 import secrets
-from datetime import datetime
 
 from sqlalchemy import select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.access import UnknownDrone
 from server.accounts.users import get_user
-from server.audit.trail import Actor, record
+from server.audit.deed import Deed
 from server.fleet.snapshot import begin_fleet_change
 from server.fleet.tables import DroneRow, OwnershipRow
 from server.names import clean_name, name_key
@@ -42,21 +41,21 @@ async def list_drones(session: AsyncSession) -> list[DroneRow]:
     return list(await session.scalars(select(DroneRow).order_by(DroneRow.id)))
 
 
-async def create_drone(session: AsyncSession, *, name: str, now: datetime, actor: Actor) -> tuple[DroneRow, Credential]:
+async def create_drone(session: AsyncSession, *, name: str, deed: Deed) -> tuple[DroneRow, Credential]:
     """The credential is told here and never again: the database keeps its hash only."""
     name = clean_name(name)
     await begin_fleet_change(session)
     if await find_drone(session, name) is not None:
         raise DroneNameTaken
-    row = DroneRow(name=name, name_key=name_key(name), credential_hash="", created_at=now)
+    row = DroneRow(name=name, name_key=name_key(name), credential_hash="", created_at=deed.at)
     session.add(row)
     await session.flush()  # the id is a part of the credential
     credential = _new_credential(row)
-    record(session, at=now, actor=actor, action="drone.created", drone_id=row.id, drone=name)
+    deed.record(session, "drone.created", drone_id=row.id, drone=name)
     return row, credential
 
 
-async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, now: datetime, actor: Actor) -> DroneRow:
+async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, deed: Deed) -> DroneRow:
     name = clean_name(name)
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
@@ -64,41 +63,37 @@ async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, now: 
     if namesake is not None and namesake.id != row.id:
         raise DroneNameTaken
     if name != row.name:
-        record(session, at=now, actor=actor, action="drone.renamed", drone_id=row.id, drone=name, before=row.name)
+        deed.record(session, "drone.renamed", drone_id=row.id, drone=name, before=row.name)
         row.name, row.name_key = name, name_key(name)
     return row
 
 
-async def delete_drone(session: AsyncSession, *, drone_id: int, now: datetime, actor: Actor) -> None:
+async def delete_drone(session: AsyncSession, *, drone_id: int, deed: Deed) -> None:
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
-    record(session, at=now, actor=actor, action="drone.deleted", drone_id=row.id, drone=row.name)
+    deed.record(session, "drone.deleted", drone_id=row.id, drone=row.name)
     await session.delete(row)
 
 
-async def rotate_credential(
-    session: AsyncSession, *, drone_id: int, now: datetime, actor: Actor
-) -> tuple[DroneRow, Credential]:
+async def rotate_credential(session: AsyncSession, *, drone_id: int, deed: Deed) -> tuple[DroneRow, Credential]:
     """The old credential is worth nothing from the commit on."""
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
     credential = _new_credential(row)
-    record(session, at=now, actor=actor, action="drone.credential_rotated", drone_id=row.id, drone=row.name)
+    deed.record(session, "drone.credential_rotated", drone_id=row.id, drone=row.name)
     return row, credential
 
 
-async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, now: datetime, actor: Actor) -> None:
+async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: Deed) -> None:
     """Adding an owner twice changes nothing."""
     await begin_fleet_change(session)
     drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
     if await session.get(OwnershipRow, (drone.id, user.id)) is not None:
         return
     session.add(OwnershipRow(drone_id=drone.id, user_id=user.id))
-    record(
+    deed.record(
         session,
-        at=now,
-        actor=actor,
-        action="drone.owner_added",
+        "drone.owner_added",
         drone_id=drone.id,
         drone=drone.name,
         user_id=user.id,
@@ -106,7 +101,7 @@ async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, now: 
     )
 
 
-async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, now: datetime, actor: Actor) -> None:
+async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: Deed) -> None:
     """Removing somebody who owns nothing changes nothing."""
     await begin_fleet_change(session)
     drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
@@ -114,11 +109,9 @@ async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, no
     if ownership is None:
         return
     await session.delete(ownership)
-    record(
+    deed.record(
         session,
-        at=now,
-        actor=actor,
-        action="drone.owner_removed",
+        "drone.owner_removed",
         drone_id=drone.id,
         drone=drone.name,
         user_id=user.id,

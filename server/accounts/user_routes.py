@@ -1,0 +1,83 @@
+"""`/api/v1/users`: users administration, for admins."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Request
+
+from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
+from server.accounts import users
+from server.accounts.passwords import check_password
+from server.accounts.sessions import Principal
+from server.accounts.users import LastAdmin, UnknownUser, UserChange, UserNameTaken
+from server.accounts.views import AccountView, NewUser, UserPatch
+from server.audit.deed import Deed
+from server.names import clean_name
+from server.problem_docs import answers
+from server.tower import address_of, tower_of
+from wire.ids import UserId
+
+router = APIRouter(prefix="/api/v1/users", tags=["users"], responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
+
+UserPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
+
+
+def _deed(request: Request, admin: Principal) -> Deed:
+    return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
+
+
+@router.get("")
+async def list_users(request: Request, admin: Admin) -> list[AccountView]:
+    """Every user, in the order of their ids."""
+    async with tower_of(request).database.reading() as session:
+        return [AccountView.of(row) for row in await users.list_users(session)]
+
+
+@router.post("", status_code=201, responses=answers(UserNameTaken))
+async def create_user(request: Request, admin: Admin, body: NewUser) -> AccountView:
+    """Creates a user who can sign in at once. Names differ by more than upper and lower case."""
+    tower = tower_of(request)
+    clean_name(body.name)
+    check_password(body.password)
+    password_hash = await tower.passwords.hash(body.password)
+    async with tower.database.writing() as session:
+        row = await users.create_user(
+            session, name=body.name, role=body.role, password_hash=password_hash, deed=_deed(request, admin)
+        )
+    await tower.roster.refresh()
+    return AccountView.of(row)
+
+
+@router.get("/{user_id}", responses=answers(UnknownUser))
+async def get_user(request: Request, admin: Admin, user_id: UserPath) -> AccountView:
+    """One user."""
+    async with tower_of(request).database.reading() as session:
+        return AccountView.of(await users.get_user(session, user_id))
+
+
+@router.patch("/{user_id}", responses=answers(UnknownUser, LastAdmin))
+async def change_user(request: Request, admin: Admin, user_id: UserPath, body: UserPatch) -> AccountView:
+    """Changes role, password or whether the user may sign in. A new password signs out everywhere."""
+    tower = tower_of(request)
+    password_hash = None
+    if body.password is not None:
+        check_password(body.password)
+        password_hash = await tower.passwords.hash(body.password)
+    change = UserChange(role=body.role, disabled=body.disabled, password_hash=password_hash)
+    async with tower.database.writing() as session:
+        row = await users.change_user(session, user_id=user_id, change=change, deed=_deed(request, admin))
+    await tower.roster.refresh()
+    if body.disabled or password_hash is not None:
+        tower.hub.end_user(UserId(user_id))
+    return AccountView.of(row)
+
+
+@router.delete("/{user_id}", status_code=204, responses=answers(UnknownUser, LastAdmin))
+async def delete_user(request: Request, admin: Admin, user_id: UserPath) -> None:
+    """Deletes a user, their sessions and ownerships. The audit trail keeps the name."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        await users.delete_user(session, user_id=user_id, deed=_deed(request, admin))
+    await tower.roster.refresh()
+    tower.hub.end_user(UserId(user_id))

@@ -1,0 +1,91 @@
+"""The `tower` command. Every error is one line on standard error: what is wrong and what to do."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+from sqlalchemy.exc import DBAPIError
+
+from server.commands import drones, users
+from server.commands.session import CommandError, settings_now
+from server.database import open_database
+from server.listening import CannotListen, address_in_words, listen
+from server.refusal import Refusal
+from server.schema import DatabaseNotReady, migrate, newest_revision
+from server.settings import SettingsError
+
+app = typer.Typer(
+    name="tower",
+    help="The control tower: serve it, and look after its users and drones.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(users.app, name="user")
+app.add_typer(drones.app, name="drone")
+
+
+@app.callback()
+def tower(
+    show_version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
+) -> None:
+    if show_version:
+        typer.echo(version("control-tower"))
+        raise typer.Exit
+
+
+@app.command("serve")
+def serve() -> None:
+    """Run the tower until it is told to stop. Settings come from the environment: see docs/settings.md."""
+    from server.app import create_app  # half a second of imports that the other commands do not need
+    from server.log import configure_log
+    from server.serving import run
+
+    settings = settings_now()
+    configure_log(settings.log_format)
+    listener = listen(settings.host, settings.port)
+    address = settings.public_url or address_in_words(listener)
+    with listener:
+        run(
+            create_app(settings),
+            listener,
+            on_listening=lambda: print(f"Control Tower is at {address}", flush=True),
+        )
+
+
+@app.command("migrate")
+def migrate_database() -> None:
+    """Create the database, or bring it up to this version."""
+    settings = settings_now()
+
+    async def work() -> None:
+        database = open_database(settings.database_url)
+        try:
+            await migrate(database)
+        finally:
+            await database.close()
+
+    asyncio.run(work())
+    typer.echo(f"the database is at revision {newest_revision()}")
+
+
+def main() -> None:
+    try:
+        app()
+    except SettingsError as error:
+        _fail(str(error), 2)
+    except (CommandError, Refusal, DatabaseNotReady, CannotListen) as error:
+        _fail(str(error), 1)
+    except DBAPIError as error:
+        _fail(f"the database refused: {str(error.orig).splitlines()[0]}", 1)
+    except OSError as error:
+        _fail(f"cannot go on: {error}", 1)
+
+
+def _fail(words: str, code: int) -> None:
+    print(f"tower: {words}", file=sys.stderr)
+    raise SystemExit(code)

@@ -1,0 +1,58 @@
+"""What every subcommand that touches the database needs: settings, an open database that is ready, clear errors."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+from collections.abc import Awaitable, Callable
+from datetime import UTC, datetime
+from typing import Any, TypeVar
+
+from server.accounts.passwords import Passwords
+from server.audit.deed import Deed
+from server.audit.trail import COMMAND_LINE
+from server.database import Database, open_database
+from server.schema import check_schema
+from server.settings import Settings, read_settings
+
+Answer = TypeVar("Answer")
+
+
+class CommandError(Exception):
+    """Something the person at the keyboard can put right. One line."""
+
+
+def settings_now() -> Settings:
+    return read_settings(os.environ)
+
+
+def deed_now() -> Deed:
+    return Deed(by=COMMAND_LINE, at=datetime.now(UTC))
+
+
+def passwords_of(settings: Settings) -> Passwords:
+    return Passwords(concurrency=1, memory_kib=settings.argon2_memory_kib, rounds=settings.argon2_rounds)
+
+
+def with_database(work: Callable[[Database, Settings], Awaitable[Answer]]) -> Answer:
+    """Runs `work` on the database of the settings, which has to be at the newest revision."""
+    settings = settings_now()
+
+    async def go() -> Answer:
+        database = open_database(settings.database_url)
+        try:
+            await check_schema(database)
+            return await work(database, settings)
+        finally:
+            await database.close()
+
+    return asyncio.run(go())
+
+
+def as_table(headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:
+    """Columns that line up, for people and for `awk` alike."""
+    lines = [headings, *[tuple(str(cell) for cell in row) for row in rows]]
+    widths = [max(len(line[column]) for line in lines) for column in range(len(headings))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in lines
+    )

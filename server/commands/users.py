@@ -1,0 +1,108 @@
+"""`tower user ...`: accounts from the command line. A running tower notices within a second."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from server.accounts import users
+from server.accounts.passwords import check_password, generate_password
+from server.accounts.tables import Role, UserRow
+from server.accounts.users import UserChange
+from server.commands.session import CommandError, as_table, deed_now, passwords_of, with_database
+from server.database import Database
+from server.settings import Settings
+
+app = typer.Typer(no_args_is_help=True, help="Users: who may sign in.")
+
+Name = Annotated[str, typer.Argument(help="The user's name; upper and lower case do not count.", metavar="NAME")]
+FromStdin = Annotated[
+    bool, typer.Option("--password-stdin", help="Read the password from standard input instead of making one up.")
+]
+
+
+@app.command("add")
+def add_user(
+    name: Name,
+    role: Annotated[Role, typer.Option(help="admin or operator.")] = Role.OPERATOR,
+    password_stdin: FromStdin = False,
+) -> None:
+    """Add a user, and print the generated password."""
+    password = _password(from_stdin=password_stdin)
+
+    async def work(database: Database, settings: Settings) -> UserRow:
+        password_hash = await passwords_of(settings).hash(password)
+        async with database.writing() as session:
+            return await users.create_user(session, name=name, role=role, password_hash=password_hash, deed=deed_now())
+
+    row = with_database(work)
+    typer.echo(f"added {row.role} {row.name} (id {row.id})")
+    if not password_stdin:
+        typer.echo(f"password: {password}")
+
+
+@app.command("list")
+def list_users() -> None:
+    """List every user."""
+
+    async def work(database: Database, _settings: Settings) -> list[UserRow]:
+        async with database.reading() as session:
+            return await users.list_users(session)
+
+    rows = [(one.id, one.name, one.role, "disabled" if one.disabled else "") for one in with_database(work)]
+    typer.echo(as_table(("ID", "NAME", "ROLE", "STATE"), rows))
+
+
+@app.command("password")
+def set_password(name: Name, password_stdin: FromStdin = False) -> None:
+    """Give a user another password. Signs them out everywhere."""
+    password = _password(from_stdin=password_stdin)
+
+    async def work(database: Database, settings: Settings) -> None:
+        password_hash = await passwords_of(settings).hash(password)
+        await _change(database, name, UserChange(password_hash=password_hash))
+
+    with_database(work)
+    typer.echo(f"{name} has another password and is signed out everywhere")
+    if not password_stdin:
+        typer.echo(f"password: {password}")
+
+
+@app.command("disable")
+def disable_user(name: Name) -> None:
+    """Keep a user from signing in. Signs them out everywhere."""
+
+    async def work(database: Database, _settings: Settings) -> None:
+        await _change(database, name, UserChange(disabled=True))
+
+    with_database(work)
+    typer.echo(f"{name} is disabled")
+
+
+@app.command("enable")
+def enable_user(name: Name) -> None:
+    """Let a disabled user sign in again."""
+
+    async def work(database: Database, _settings: Settings) -> None:
+        await _change(database, name, UserChange(disabled=False))
+
+    with_database(work)
+    typer.echo(f"{name} may sign in again")
+
+
+async def _change(database: Database, name: str, change: UserChange) -> None:
+    async with database.writing() as session:
+        found = await users.find_user(session, name)
+        if found is None:
+            raise CommandError(f"there is no user named {name}")
+        await users.change_user(session, user_id=found.id, change=change, deed=deed_now())
+
+
+def _password(*, from_stdin: bool) -> str:
+    if not from_stdin:
+        return generate_password()
+    password = sys.stdin.readline().rstrip("\r\n")
+    check_password(password)
+    return password

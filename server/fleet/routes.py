@@ -1,0 +1,125 @@
+"""`/api/v1/drones`: the squad for everybody, answered from the live picture, and drones administration for admins."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Request
+from pydantic import BaseModel, ConfigDict, Field
+
+from server.access import Admin, AdminsOnly, CurrentUser, NotSignedIn, SessionExpired, UnknownDrone
+from server.accounts.sessions import Principal
+from server.accounts.users import UnknownUser
+from server.audit.deed import Deed
+from server.fleet import drones
+from server.fleet.drones import DroneNameTaken
+from server.fleet.views import DroneView
+from server.problem_docs import answers
+from server.tower import address_of, tower_of
+from wire.credential import Credential
+from wire.ids import DroneId
+
+router = APIRouter(prefix="/api/v1/drones", tags=["drones"], responses=answers(NotSignedIn, SessionExpired))
+
+DronePath = Annotated[int, Path(ge=1, le=2**31 - 1)]
+UserPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
+
+
+class DroneName(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    name: Annotated[str, Field(description="1 to 64 printable characters")]
+
+
+class DroneWithCredential(BaseModel):
+    """The only answer that ever contains the credential."""
+
+    drone: DroneView
+    credential: Annotated[str, Field(description="For the agent's token file. The tower keeps only its hash")]
+
+
+def _deed(request: Request, admin: Principal) -> Deed:
+    return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
+
+
+def _view(request: Request, principal: Principal, drone_id: int) -> DroneView:
+    found = tower_of(request).hub.drone_view(DroneId(drone_id), principal.user_id, principal.role)
+    if found is None:
+        raise UnknownDrone
+    return found
+
+
+@router.get("")
+async def list_drones(request: Request, principal: CurrentUser) -> list[DroneView]:
+    """The squad: an operator's own drones, or every drone for an admin."""
+    return tower_of(request).hub.drone_views(principal.user_id, principal.role)
+
+
+@router.post("", status_code=201, responses=answers(AdminsOnly, DroneNameTaken))
+async def create_drone(request: Request, admin: Admin, body: DroneName) -> DroneWithCredential:
+    """Creates a drone and tells its credential, once."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        row, credential = await drones.create_drone(session, name=body.name, deed=_deed(request, admin))
+    return await _with_credential(request, admin, row.id, credential)
+
+
+@router.get("/{drone_id}", responses=answers(UnknownDrone))
+async def get_drone(request: Request, principal: CurrentUser, drone_id: DronePath) -> DroneView:
+    """One drone of the squad. One that is somebody else's does not exist."""
+    return _view(request, principal, drone_id)
+
+
+@router.patch("/{drone_id}", responses=answers(AdminsOnly, UnknownDrone, DroneNameTaken))
+async def rename_drone(request: Request, admin: Admin, drone_id: DronePath, body: DroneName) -> DroneView:
+    """Gives a drone another name."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        await drones.rename_drone(session, drone_id=drone_id, name=body.name, deed=_deed(request, admin))
+    await tower.roster.refresh()
+    return _view(request, admin, drone_id)
+
+
+@router.delete("/{drone_id}", status_code=204, responses=answers(AdminsOnly, UnknownDrone))
+async def delete_drone(request: Request, admin: Admin, drone_id: DronePath) -> None:
+    """Deletes a drone; its agent is turned away from then on. Its id is never used again."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        await drones.delete_drone(session, drone_id=drone_id, deed=_deed(request, admin))
+    await tower.roster.refresh()
+
+
+@router.post("/{drone_id}/credential", responses=answers(AdminsOnly, UnknownDrone))
+async def rotate_credential(request: Request, admin: Admin, drone_id: DronePath) -> DroneWithCredential:
+    """Makes a new credential and tells it, once. The old one is worth nothing from then on."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        row, credential = await drones.rotate_credential(session, drone_id=drone_id, deed=_deed(request, admin))
+    return await _with_credential(request, admin, row.id, credential)
+
+
+@router.put("/{drone_id}/owners/{user_id}", responses=answers(AdminsOnly, UnknownDrone, UnknownUser))
+async def add_owner(request: Request, admin: Admin, drone_id: DronePath, user_id: UserPath) -> DroneView:
+    """Lets a user see and fly the drone. Doing it twice changes nothing."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        await drones.add_owner(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
+    await tower.roster.refresh()
+    return _view(request, admin, drone_id)
+
+
+@router.delete("/{drone_id}/owners/{user_id}", responses=answers(AdminsOnly, UnknownDrone, UnknownUser))
+async def remove_owner(request: Request, admin: Admin, drone_id: DronePath, user_id: UserPath) -> DroneView:
+    """The drone disappears from the user's squad at once."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        await drones.remove_owner(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
+    await tower.roster.refresh()
+    return _view(request, admin, drone_id)
+
+
+async def _with_credential(
+    request: Request, admin: Principal, drone_id: int, credential: Credential
+) -> DroneWithCredential:
+    await tower_of(request).roster.refresh()
+    return DroneWithCredential(drone=_view(request, admin, drone_id), credential=str(credential))

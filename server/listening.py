@@ -1,0 +1,44 @@
+"""Opening the tower's TCP port, with an error that a person can act on."""
+
+from __future__ import annotations
+
+import errno
+import socket
+
+
+class CannotListen(Exception):
+    """A port cannot be had. The message names it, and the variable that chooses another."""
+
+    def __init__(self, variable: str, host: str, port: int, error: OSError) -> None:
+        if error.errno == errno.EADDRINUSE:
+            words = f"port {port} on {host} is in use: set {variable} to another one"
+        elif error.errno == errno.EACCES:
+            words = f"port {port} on {host} needs privileges: set {variable} to one above 1023"
+        else:
+            words = f"cannot listen on {host} port {port} ({variable}): {error.strerror or error}"
+        super().__init__(words)
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """A listening TCP socket; port 0 lets the kernel choose. Raises CannotListen."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        opened = socket.socket(family, kind, protocol)
+        try:
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            opened.bind(address)
+            opened.listen(1024)
+        except OSError:
+            opened.close()
+            raise
+    except OSError as error:
+        raise CannotListen("TOWER_PORT", host, port, error) from error
+    return opened
+
+
+def address_in_words(opened: socket.socket) -> str:
+    """The URL people type for a listening socket."""
+    host, port = opened.getsockname()[:2]
+    if host in {"0.0.0.0", "::"}:  # noqa: S104 - recognised here, not bound
+        host = "localhost"
+    return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"

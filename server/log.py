@@ -1,0 +1,39 @@
+"""How the tower logs: lines for people on a terminal, JSON lines otherwise. Edges only, never frames, never secrets."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from typing import Final
+
+import structlog
+
+_SHARED: Final[tuple[structlog.typing.Processor, ...]] = (
+    structlog.contextvars.merge_contextvars,
+    structlog.processors.add_log_level,
+    structlog.processors.TimeStamper(fmt="iso", utc=True),
+)
+
+
+def configure_log(log_format: str = "auto") -> None:
+    """Everything goes to standard error, the server's and the libraries' lines too."""
+    human = log_format == "human" or (log_format == "auto" and sys.stderr.isatty())
+    renderer: tuple[structlog.typing.Processor, ...] = (
+        (structlog.dev.ConsoleRenderer(),)
+        if human
+        else (structlog.processors.format_exc_info, structlog.processors.JSONRenderer())
+    )
+    structlog.configure(
+        processors=[*_SHARED, *renderer],
+        wrapper_class=structlog.make_filtering_bound_logger(logging.INFO),
+        logger_factory=structlog.PrintLoggerFactory(file=sys.stderr),
+        cache_logger_on_first_use=False,
+    )
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(
+        structlog.stdlib.ProcessorFormatter(
+            foreign_pre_chain=_SHARED,
+            processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, *renderer],
+        )
+    )
+    logging.basicConfig(handlers=[handler], level=logging.WARNING, force=True)

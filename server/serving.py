@@ -1,0 +1,88 @@
+"""Runs the application on a listening socket: uvicorn, with the tower's own beginning and end.
+
+The application's lifespan is entered here and not by uvicorn, so that what goes wrong at start-up arrives as the
+exception that it is, and so that good-byes are said while connections are still open.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final
+
+import uvicorn
+from fastapi import FastAPI
+
+from server.tower import Tower
+
+LARGEST_MESSAGE_BYTES: Final = 64 * 1024
+"""Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is for telling why it was refused."""
+GRACE_S: Final = 2
+
+
+class TowerServer(uvicorn.Server):
+    """One application on one socket. `started` (of uvicorn) is true once connections are accepted."""
+
+    def __init__(self, app: FastAPI, *, on_listening: Callable[[], None] = lambda: None) -> None:
+        super().__init__(
+            uvicorn.Config(
+                app,
+                lifespan="off",
+                ws="websockets-sansio",
+                ws_max_size=LARGEST_MESSAGE_BYTES,
+                ws_per_message_deflate=False,  # telemetry hardly shrinks, and every message would cost more
+                timeout_graceful_shutdown=GRACE_S,
+                proxy_headers=True,
+                forwarded_allow_ips="127.0.0.1,::1",
+                access_log=False,
+                log_config=None,
+                server_header=False,
+            )
+        )
+        self._app = app
+        self._on_listening = on_listening
+
+    async def run_on(self, listener: socket.socket) -> None:
+        """Serves until told to stop. Raises what the start of the application raises."""
+        async with self._app.router.lifespan_context(self._app):
+            await self.serve(sockets=[listener])
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Leaves signals alone (see `run`): uvicorn would raise them again before the application has ended."""
+        yield
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        self._on_listening()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        tower: Tower = self._app.state.tower
+        for say_goodbye in tower.before_shutdown:
+            await say_goodbye()
+        await super().shutdown(sockets)
+
+
+def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], None]) -> None:
+    """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody."""
+    server = TowerServer(app, on_listening=on_listening)
+
+    async def until_told_to_stop() -> None:
+        loop = asyncio.get_running_loop()
+        for one in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(one, server.handle_exit, one, None)
+        await server.run_on(listener)
+
+    with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+        runner.run(until_told_to_stop())
+
+
+def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
+    try:
+        import uvloop
+    except ImportError:  # not on every platform
+        return None
+    return uvloop.new_event_loop
