@@ -147,8 +147,10 @@ def _take_taken(lease: Lease, actor: Actor) -> Outcome:
         return Refused("admins-only", "only an admin can take the controls from somebody")
     if lease.holder == actor.user_id:
         return Refused("already-yours", "you already have the controls")
-    # From one admin to another: it is still owed to the operator it was taken from first.
-    return Changed(_next(lease, holder=actor.user_id, taken_from=lease.taken_from), (Order.HOLD,))
+    # From one admin to another it is still owed to the operator it was taken from first, unless that is who takes it
+    # now, having been made an admin meanwhile.
+    owed_to = lease.taken_from if lease.taken_from != actor.user_id else None
+    return Changed(_next(lease, holder=actor.user_id, taken_from=owed_to), (Order.HOLD,))
 
 
 def _give_taken(lease: Lease, actor: Actor) -> Outcome:

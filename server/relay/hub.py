@@ -7,8 +7,8 @@ Its laws:
 - A frame goes to those who may see its drone, and from the holder to the drone. Anything else is dropped and counted.
 """
 
-from collections.abc import Iterable
-from typing import Final, Protocol
+from collections.abc import Callable, Iterable
+from typing import Final
 
 from server.accounts.sessions import Principal
 from server.accounts.tables import Role
@@ -17,13 +17,13 @@ from server.fleet.views import DroneView
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
+from server.relay.downward import NEVER_FORWARDED, check_downward
 from server.relay.live_drone import LeaseView, LiveDrone, lease_of
 from server.relay.message_classes import is_stick_frame, state_key
 from wire.content import Frames
 from wire.control_messages import AutopilotState, ControlChanged, HoldOrder, HoldProgress
-from wire.dialect import mavlink
 from wire.drops import DropCounts, Dropped, DropReason
-from wire.frames import MalformedFrame, checksum_holds, is_known, message_id
+from wire.frames import MalformedFrame, message_id
 from wire.ids import DroneId, LinkId, UserId
 from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_tagged, tag
 
@@ -34,22 +34,13 @@ CREDENTIAL_GONE: Final = 4401
 MANUAL_FOR_S: Final = 3.0
 """A drone counts as flown by hand for so long after the last stick frame: RC_OVERRIDE_TIME of the autopilots."""
 
-NEVER_FORWARDED: Final = frozenset({mavlink.MAVLINK_MSG_ID_SETUP_SIGNING})
-"""SETUP_SIGNING carries a key in the clear."""
-
-
-class HoldListener(Protocol):
-    """Whoever keeps a record of holds."""
-
-    def __call__(self, drone_id: DroneId, progress: HoldProgress) -> None: ...
-
 
 class Hub:
     """See the module's laws. `now` is monotonic seconds everywhere."""
 
     def __init__(self) -> None:
         self.drops: DropCounts = DropCounts()
-        self.on_hold_progress: HoldListener = lambda drone_id, progress: None
+        self.on_hold_progress: Callable[[DroneId, HoldProgress], None] = lambda drone_id, progress: None
         self._drones: dict[DroneId, LiveDrone] = {}
         self._links: dict[LinkId, AgentLink] = {}
         self._browsers: dict[int, Browser] = {}
@@ -79,7 +70,6 @@ class Hub:
         if drone is None:
             drone = self._drones[drone_id] = LiveDrone(record, lease_of(record))
             self._admit_watchers(drone)
-            self._tell_drone(drone)
             return
         before = drone.view()
         if drone.link is not None and record.credential_hash != drone.record.credential_hash:
@@ -92,9 +82,9 @@ class Hub:
             drone.lease = lease_of(record)
             if newer:
                 self._tell_agent_who_holds(drone)
-        self._admit_watchers(drone)
         if drone.view() != before:
-            self._tell_drone(drone)
+            self._tell_watchers_who_still_may_see(drone)
+        self._admit_watchers(drone)
 
     def _remove_drone(self, drone_id: DroneId) -> None:
         drone = self._drones.pop(drone_id)
@@ -229,16 +219,9 @@ class Hub:
 
     def _frame_down(self, browser: Browser, drone_id: DroneId, frame: bytes, now: float) -> None:
         drone = self._drones.get(drone_id)
-        if drone is None or browser.number not in drone.watchers:
-            raise Dropped(DropReason.UNKNOWN_DRONE)
-        if is_known(frame) and not checksum_holds(frame):
-            raise Dropped(DropReason.BAD_FRAME)
-        if message_id(frame) in NEVER_FORWARDED:
-            raise Dropped(DropReason.NOT_ALLOWED)
-        if drone.holder_id != browser.viewer.user_id:
-            raise Dropped(DropReason.NOT_IN_CONTROL)
-        if drone.link is None or not drone.link.is_heard(now):
-            raise Dropped(DropReason.OFFLINE)
+        check_downward(drone, browser, frame, now)
+        assert drone is not None
+        assert drone.link is not None
         if not drone.link.send_frames(drone.lease.epoch, (frame,)):
             raise Dropped(DropReason.OFFLINE)
         if is_stick_frame(frame):
@@ -349,6 +332,11 @@ class Hub:
     def _tell_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
         for browser in drone.watchers.values():
             browser.tell(event)
+
+    def _tell_watchers_who_still_may_see(self, drone: LiveDrone) -> None:
+        for browser in drone.watchers.values():
+            if self._may_see(browser.viewer, drone):
+                browser.tell(live.DroneChanged(drone.view()))
 
     def _tell_drone(self, drone: LiveDrone) -> None:
         self._tell_watchers(drone, live.DroneChanged(drone.view()))
