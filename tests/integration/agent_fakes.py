@@ -1,0 +1,268 @@
+"""A tower and an autopilot for the agent's tests: real sockets on ports that the kernel picks, and nothing else."""
+
+import asyncio
+import contextlib
+import http
+import time
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
+from websockets.asyncio.server import Server, ServerConnection, serve
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from onboard_agent.agent import Agent, AgentSettings
+from onboard_agent.autopilot_port.port import AutopilotPort
+from onboard_agent.tower_url import parse_tower_url
+from wire.control_messages import (
+    AGENT_SUBPROTOCOL,
+    Hello,
+    HoldProgress,
+    ToAgent,
+    ToTower,
+    Welcome,
+    decode_to_tower,
+    encode_message,
+)
+from wire.credential import parse_credential
+from wire.dialect import build, decode, mavlink
+from wire.drops import Dropped
+from wire.frame_stream import FrameStream
+from wire.ids import DroneId, Epoch, LinkId
+from wire.key_agreement import agree, public_bytes
+from wire.sealed_link import SealedLink
+
+CREDENTIAL = parse_credential("twd_7_" + "c" * 43)
+DRONE = CREDENTIAL.drone_id
+
+
+async def until(condition: Callable[[], Any], timeout_s: float = 5.0, what: str = "") -> Any:
+    """Waits for a condition, with a deadline; returns what it returned."""
+    deadline = time.monotonic() + timeout_s
+    while not (found := condition()):
+        if time.monotonic() > deadline:
+            raise AssertionError(f"not within {timeout_s} s: {what}")
+        await asyncio.sleep(0.005)
+    return found
+
+
+class FakeTower(asyncio.DatagramProtocol):
+    """Signs agents in and speaks sealed datagrams with the newest of them."""
+
+    def __init__(self) -> None:
+        self.port = 0
+        self.udp_port = 0
+        self.epoch = 1
+        self.holder_present = False
+        self.deaf_on_udp = False
+        self.hellos: list[Hello] = []
+        self.messages: list[ToTower] = []
+        self.frames: list[bytes] = []
+        self.epochs_seen: list[int] = []
+        self.addresses: list[Any] = []
+        self.connection: ServerConnection | None = None
+        self.sealed: SealedLink | None = None
+        self._server: Server | None = None
+        self._udp: asyncio.DatagramTransport | None = None
+
+    async def start(self, port: int = 0) -> None:
+        loop = asyncio.get_running_loop()
+        self._udp, _ = await loop.create_datagram_endpoint(lambda: self, local_addr=("127.0.0.1", self.udp_port))
+        self.udp_port = self._udp.get_extra_info("sockname")[1]
+        self._server = await serve(
+            self._agent,
+            "127.0.0.1",
+            port,
+            subprotocols=[AGENT_SUBPROTOCOL],  # type: ignore[list-item]
+            process_request=self._sign_in,
+            compression=None,
+        )
+        self.port = next(iter(self._server.sockets)).getsockname()[1]
+
+    async def die(self) -> None:
+        """Every connection is cut without a goodbye, as by kill -9."""
+        if self.connection is not None:
+            self.connection.transport.abort()
+        if self._udp is not None:
+            self._udp.close()
+        if self._server is not None:
+            self._server.close()
+            await self._server.wait_closed()
+        self.connection = self.sealed = None
+
+    def _sign_in(self, connection: ServerConnection, request: Request) -> Response | None:
+        if request.headers.get("Authorization") != f"Bearer {CREDENTIAL}":
+            return connection.respond(http.HTTPStatus.UNAUTHORIZED, "no\n")
+        return None
+
+    async def _agent(self, connection: ServerConnection) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            hello = decode_to_tower(str(await connection.recv()))
+            assert isinstance(hello, Hello)
+            private_key = X25519PrivateKey.generate()
+            link_id = LinkId(len(self.hellos) + 1)
+            keys = agree(private_key, hello.public_key, credential_hash=CREDENTIAL.hashed(), link_id=link_id)
+            self.sealed = SealedLink(
+                link_id=link_id,
+                drone_id=DRONE,
+                send_key=keys.tower_to_agent,
+                receive_key=keys.agent_to_tower,
+                now=time.monotonic(),
+            )
+            self.addresses = []
+            self.connection = connection
+            welcome = Welcome(
+                drone_id=DRONE,
+                name="kestrel",
+                link_id=link_id,
+                public_key=public_bytes(private_key),
+                udp_port=self.udp_port,
+                epoch=self.epoch,
+                holder=None,
+                holder_present=self.holder_present,
+            )
+            await connection.send(encode_message(welcome))
+            self.hellos.append(hello)
+            async for text in connection:
+                self.messages.append(decode_to_tower(str(text)))
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        if self.deaf_on_udp or self.sealed is None or self._udp is None:
+            if addr not in self.addresses:
+                self.addresses.append(addr)
+            return
+        try:
+            received = self.sealed.receive(data, time.monotonic())
+        except Dropped:
+            return
+        if addr not in self.addresses:
+            self.addresses.append(addr)
+        if received.frames is not None:
+            self.frames += received.frames.frames
+            self.epochs_seen.append(received.frames.epoch)
+        for datagram in self.sealed.datagrams_to_send(time.monotonic()):
+            self._udp.sendto(datagram, addr)
+
+    async def linked(self, times: int = 1, timeout_s: float = 5.0) -> None:
+        """Waits until the agent has signed in so often, and its datagrams are here."""
+        await until(lambda: len(self.hellos) >= times and self.addresses, timeout_s, f"link {times}")
+
+    async def tell(self, message: ToAgent) -> None:
+        assert self.connection is not None
+        await self.connection.send(encode_message(message))
+
+    def send_frames(self, *frames: bytes, epoch: int | None = None, drone_id: int = DRONE) -> None:
+        assert self.sealed is not None and self._udp is not None
+        self.sealed.drone_id = DroneId(drone_id)
+        for datagram in self.sealed.seal_frames(Epoch(self.epoch if epoch is None else epoch), frames):
+            self._udp.sendto(datagram, self.addresses[-1])
+        self.sealed.drone_id = DRONE
+
+    def send_raw(self, datagram: bytes) -> None:
+        assert self._udp is not None
+        self._udp.sendto(datagram, self.addresses[-1])
+
+    def hold_steps(self, order_id: int) -> list[str]:
+        return [str(m.step) for m in self.messages if isinstance(m, HoldProgress) and m.order_id == order_id]
+
+
+class FakeAutopilot(asyncio.DatagramProtocol):
+    """ArduCopter as far as the agent sees it: heartbeats, mode changes, message intervals."""
+
+    def __init__(self, *, armed: bool = False, custom_mode: int = 5) -> None:
+        self.armed = armed
+        self.custom_mode = custom_mode
+        self.obeys_mode = True
+        self.frames: list[bytes] = []
+        self.port = 0
+        self._stream = FrameStream()
+        self._sequence = 0
+        self._transport: asyncio.DatagramTransport | None = None
+        self._beating: asyncio.Task[None] | None = None
+
+    async def start(self, agent_port: int) -> None:
+        loop = asyncio.get_running_loop()
+        self._transport, _ = await loop.create_datagram_endpoint(
+            lambda: self, local_addr=("127.0.0.1", 0), remote_addr=("127.0.0.1", agent_port)
+        )
+        self.port = self._transport.get_extra_info("sockname")[1]
+        self._beating = asyncio.create_task(self._beat())
+
+    def stop(self) -> None:
+        assert self._transport is not None and self._beating is not None
+        self._beating.cancel()
+        self._transport.close()
+
+    def say(self, message: Any) -> bytes:
+        frame = build(message, system_id=1, component_id=1, sequence=self._sequence)
+        self._sequence += 1
+        self.send(frame)
+        return frame
+
+    def send(self, data: bytes) -> None:
+        assert self._transport is not None
+        self._transport.sendto(data)
+
+    def heartbeat(self) -> None:
+        mode = 0x80 if self.armed else 0
+        self.say(mavlink.MAVLink_heartbeat_message(2, 3, mode | 1, self.custom_mode, 4, 3))
+
+    async def _beat(self) -> None:
+        while True:
+            self.heartbeat()
+            await asyncio.sleep(0.1)
+
+    def datagram_received(self, data: bytes, addr: Any) -> None:
+        for frame in self._stream.feed(data):
+            self.frames.append(frame)
+            message = decode(frame)
+            if message is None or message.get_type() != "COMMAND_LONG":
+                continue
+            if message.command == mavlink.MAV_CMD_DO_SET_MODE and self.obeys_mode:
+                self.custom_mode = int(message.param2)
+            result = 0 if self.obeys_mode or message.command != mavlink.MAV_CMD_DO_SET_MODE else 4
+            self.say(
+                mavlink.MAVLink_command_ack_message(
+                    message.command, result, 0, 0, message.get_srcSystem(), message.get_srcComponent()
+                )
+            )
+            if message.command == mavlink.MAV_CMD_DO_SET_MODE:
+                self.heartbeat()
+
+    def heard(self, kind: str) -> list[Any]:
+        """The messages of this type that have come, decoded."""
+        return [m for m in map(decode, self.frames) if m is not None and m.get_type() == kind]
+
+
+@contextlib.asynccontextmanager
+async def running_tower() -> AsyncIterator[FakeTower]:
+    tower = FakeTower()
+    await tower.start()
+    try:
+        yield tower
+    finally:
+        await tower.die()
+
+
+@contextlib.asynccontextmanager
+async def running_agent(tower: FakeTower, port: AutopilotPort) -> AsyncIterator[Agent]:
+    url = parse_tower_url(f"http://127.0.0.1:{tower.port}")
+    agent = Agent(AgentSettings(tower=url, credential=CREDENTIAL, port=port))
+    task = asyncio.create_task(agent.run())
+    try:
+        yield agent
+    finally:
+        task.cancel()
+        with contextlib.suppress(asyncio.CancelledError):
+            await task
+
+
+@contextlib.asynccontextmanager
+async def running_autopilot(agent_port: int, *, armed: bool = False) -> AsyncIterator[FakeAutopilot]:
+    autopilot = FakeAutopilot(armed=armed)
+    await autopilot.start(agent_port)
+    try:
+        yield autopilot
+    finally:
+        autopilot.stop()

@@ -1,0 +1,73 @@
+"""The formats, byte by byte, against committed hexadecimal and against the layout written out a second time here."""
+
+import hashlib
+import hmac
+import struct
+from pathlib import Path
+
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
+from cryptography.hazmat.primitives.ciphers.aead import ChaCha20Poly1305
+
+from wire.content import Frames, Ping, Pong, decode_content, encode_frames, encode_keepalive
+from wire.dialect import build, mavlink
+from wire.ids import DroneId, Epoch, LinkId
+from wire.key_agreement import agree, public_bytes
+from wire.sealing import Opener, Sealer
+from wire.tagged import join, split_tagged, tag
+
+KEY = bytes(range(32))
+LINK = LinkId(0xA1B2C3D4)
+HEARTBEAT = build(mavlink.MAVLink_heartbeat_message(2, 3, 81, 5, 4, 3), system_id=1, component_id=1, sequence=7)
+ATTITUDE = build(
+    mavlink.MAVLink_attitude_message(1000, 0.5, -0.25, 1.0, 0, 0, 0), system_id=1, component_id=1, sequence=8
+)
+
+
+def golden(name: str) -> bytes:
+    return bytes.fromhex((Path(__file__).parent / "golden" / f"{name}.hex").read_text())
+
+
+def test_frames_are_as_they_were() -> None:
+    assert golden("heartbeat_frame") == HEARTBEAT
+    assert golden("attitude_frame") == ATTITUDE
+
+
+def test_tagged_frames() -> None:
+    message = join([tag(DroneId(1), HEARTBEAT), tag(DroneId(0x01020304), ATTITUDE)])
+    assert message == golden("tagged_frames")
+    assert message == b"\x01\0\0\0" + HEARTBEAT + b"\x04\x03\x02\x01" + ATTITUDE
+    assert split_tagged(message) == [(1, HEARTBEAT), (0x01020304, ATTITUDE)]
+
+
+def test_sealed_datagrams() -> None:
+    sealer = Sealer(KEY, LINK)
+    (content,) = encode_frames(DroneId(7), Epoch(3), [HEARTBEAT, ATTITUDE])
+    ping = encode_keepalive(Ping(1, 2_000_000))
+    pong = encode_keepalive(Pong(1, 2_000_000))
+    assert sealer.seal(content) == golden("sealed_frames")
+    assert sealer.seal(ping) == golden("sealed_ping")
+    assert sealer.seal(pong) == golden("sealed_pong")
+
+
+def test_a_golden_datagram_opens_by_the_written_layout_alone() -> None:
+    datagram = golden("sealed_frames")
+    assert datagram[:14] == struct.pack("<BBIQ", 1, 0, LINK, 0)
+    content = ChaCha20Poly1305(KEY).decrypt(bytes(4) + datagram[6:14], datagram[14:], datagram[:14])
+    assert content == struct.pack("<BII", 1, 7, 3) + HEARTBEAT + ATTITUDE
+
+
+def test_golden_datagrams_open() -> None:
+    opener = Opener(KEY, LINK)
+    contents = [decode_content(opener.open(golden(f"sealed_{n}")).content) for n in ("frames", "ping", "pong")]
+    assert contents == [Frames(DroneId(7), Epoch(3), [HEARTBEAT, ATTITUDE]), Ping(1, 2_000_000), Pong(1, 2_000_000)]
+
+
+def test_link_keys_are_hkdf_sha256_as_written() -> None:
+    agent, tower = (X25519PrivateKey.from_private_bytes(bytes([n]) * 32) for n in (0x11, 0x22))
+    keys = agree(agent, public_bytes(tower), credential_hash="ab" * 32, link_id=LinkId(5))
+    assert keys.agent_to_tower + keys.tower_to_agent == golden("link_keys")
+    extracted = hmac.digest(b"\xab" * 32, agent.exchange(tower.public_key()), hashlib.sha256)
+    information = b"tower data v1" + (5).to_bytes(4, "little")
+    first = hmac.digest(extracted, information + b"\x01", hashlib.sha256)
+    second = hmac.digest(extracted, first + information + b"\x02", hashlib.sha256)
+    assert keys == (first, second)
