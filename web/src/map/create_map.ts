@@ -1,0 +1,59 @@
+/** A MapLibre map with the embedded basemap: coastlines and borders, all served by the tower. */
+
+import {
+  Map as MapLibreMap,
+  NavigationControl,
+  ScaleControl,
+  setWorkerUrl,
+  type StyleSpecification,
+} from 'maplibre-gl';
+import workerUrl from 'maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url';
+import 'maplibre-gl/dist/maplibre-gl.css';
+
+import { readTheme, type MapTheme } from './theme';
+
+setWorkerUrl(new URL(workerUrl, import.meta.url).href);
+
+const MOST_ZOOM = 21;
+
+function basemap(theme: MapTheme): StyleSpecification {
+  const served = (name: string): string => new URL(`basemap/${name}.json`, document.baseURI).href;
+  // Natural Earth is coarse: beyond this zoom its tiles are only stretched.
+  const source = (name: string) => ({ type: 'geojson' as const, data: served(name), maxzoom: 8, tolerance: 0.3 });
+  return {
+    version: 8,
+    sources: { land: source('land'), borders: source('borders') },
+    layers: [
+      { id: 'sea', type: 'background', paint: { 'background-color': theme.sea } },
+      { id: 'land', type: 'fill', source: 'land', paint: { 'fill-color': theme.land } },
+      { id: 'borders', type: 'line', source: 'borders', paint: { 'line-color': theme.border, 'line-width': 1 } },
+      { id: 'coast', type: 'line', source: 'land', paint: { 'line-color': theme.coast, 'line-width': 1 } },
+    ],
+  };
+}
+
+export function createMap(container: HTMLElement): MapLibreMap {
+  const map = new MapLibreMap({
+    container,
+    style: basemap(readTheme()),
+    center: [8, 47],
+    zoom: 3,
+    maxZoom: MOST_ZOOM,
+    attributionControl: false,
+    dragRotate: false,
+    pitchWithRotate: false,
+    touchPitch: false,
+    fadeDuration: 0,
+    renderWorldCopies: true,
+    locale: { 'Map.Title': 'Map. Arrow keys move it, plus and minus zoom.' },
+  });
+  map.touchZoomRotate.disableRotation();
+  map.keyboard.disableRotation();
+  map.addControl(new NavigationControl({ showCompass: false }), 'top-right');
+  map.addControl(new ScaleControl({ maxWidth: 120, unit: 'metric' }), 'bottom-right');
+  return map;
+}
+
+export function applyTheme(map: MapLibreMap): void {
+  map.setStyle(basemap(readTheme()), { diff: true });
+}

@@ -1,0 +1,119 @@
+/** How one drone is drawn: an outline that turns with its heading, a shape and a colour for its state, its name. */
+
+import type { DroneState } from '../link/flight_values';
+import type { MapTheme } from './theme';
+
+export const MARKER_RADIUS_PX = 12;
+
+type Pen = CanvasRenderingContext2D;
+
+/** Points to the north; the caller has turned the canvas. */
+const OUTLINES: Record<DroneState, (pen: Pen, r: number) => void> = {
+  // A full dart.
+  flying(pen, r) {
+    pen.moveTo(0, -r);
+    pen.lineTo(r * 0.78, r * 0.85);
+    pen.lineTo(0, r * 0.42);
+    pen.lineTo(-r * 0.78, r * 0.85);
+    pen.closePath();
+  },
+  // A triangle.
+  armed(pen, r) {
+    pen.moveTo(0, -r);
+    pen.lineTo(r * 0.8, r * 0.7);
+    pen.lineTo(-r * 0.8, r * 0.7);
+    pen.closePath();
+  },
+  // A disc with a nose.
+  idle(pen, r) {
+    const half = 0.5;
+    pen.arc(0, 0, r * 0.62, -Math.PI / 2 + half, -Math.PI / 2 - half + 2 * Math.PI);
+    pen.lineTo(0, -r);
+    pen.closePath();
+  },
+  // A square, and a cross over it.
+  lost(pen, r) {
+    pen.rect(-r * 0.6, -r * 0.6, r * 1.2, r * 1.2);
+    pen.moveTo(-r * 0.6, -r * 0.6);
+    pen.lineTo(r * 0.6, r * 0.6);
+    pen.moveTo(r * 0.6, -r * 0.6);
+    pen.lineTo(-r * 0.6, r * 0.6);
+  },
+  // A diamond.
+  alert(pen, r) {
+    pen.moveTo(0, -r);
+    pen.lineTo(r * 0.75, 0);
+    pen.lineTo(0, r);
+    pen.lineTo(-r * 0.75, 0);
+    pen.closePath();
+  },
+};
+
+/** Of the states, those that are drawn filled. */
+const FILLED: ReadonlySet<DroneState> = new Set(['flying', 'armed', 'alert']);
+
+export interface MarkerLook {
+  readonly state: DroneState;
+  readonly headingDeg: number;
+  readonly name: string;
+  readonly detail: string;
+  readonly isSelected: boolean;
+}
+
+export function drawMarker(pen: Pen, theme: MapTheme, x: number, y: number, look: MarkerLook): void {
+  const colour = theme.states[look.state];
+  pen.save();
+  pen.translate(x, y);
+  if (look.isSelected) {
+    pen.beginPath();
+    pen.arc(0, 0, MARKER_RADIUS_PX + 6, 0, 2 * Math.PI);
+    pen.strokeStyle = theme.accent;
+    pen.lineWidth = 2;
+    pen.stroke();
+  }
+  pen.rotate((look.headingDeg * Math.PI) / 180);
+  pen.beginPath();
+  OUTLINES[look.state](pen, MARKER_RADIUS_PX);
+  pen.lineJoin = 'round';
+  pen.strokeStyle = theme.halo;
+  pen.lineWidth = 5;
+  pen.stroke();
+  pen.fillStyle = FILLED.has(look.state) ? colour : theme.halo;
+  pen.fill();
+  pen.strokeStyle = colour;
+  pen.lineWidth = 2;
+  pen.stroke();
+  pen.restore();
+  drawLabel(pen, theme, x + MARKER_RADIUS_PX + 8, y, look);
+}
+
+function drawLabel(pen: Pen, theme: MapTheme, x: number, y: number, { name, detail }: MarkerLook): void {
+  pen.textBaseline = 'middle';
+  pen.textAlign = 'left';
+  pen.lineJoin = 'round';
+  haloText(pen, theme, name, x, detail ? y - 7 : y, `600 12px ${fontOf(pen)}`, theme.text);
+  if (detail) haloText(pen, theme, detail, x, y + 8, `500 11px ${fontOf(pen)}`, theme.gridText);
+}
+
+export function haloText(
+  pen: Pen,
+  theme: MapTheme,
+  text: string,
+  x: number,
+  y: number,
+  font: string,
+  colour: string,
+): void {
+  pen.font = font;
+  pen.strokeStyle = theme.halo;
+  pen.lineWidth = 3.5;
+  pen.strokeText(text, x, y);
+  pen.fillStyle = colour;
+  pen.fillText(text, x, y);
+}
+
+let family = '';
+export function fontOf(pen: Pen): string {
+  family ||= getComputedStyle(pen.canvas).fontFamily || 'sans-serif';
+  return family;
+}

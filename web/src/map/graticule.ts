@@ -1,0 +1,73 @@
+/** The grid of latitude and longitude: position and scale where the basemap has nothing to show. */
+
+import type { Map as MapLibreMap } from 'maplibre-gl';
+
+import { fontOf, haloText } from './drone_marker';
+import type { MapTheme } from './theme';
+
+const WANTED_SPACING_PX = 150;
+const STEPS = [45, 30, 15, 10, 5, 2, 1];
+const MOST_LINES = 60;
+
+export interface GridStep {
+  readonly stepDeg: number;
+  readonly decimals: number;
+}
+
+/** A round step near the one wanted: whole degrees, then 0.5, 0.2, 0.1, 0.05, ... */
+export function gridStep(wantedDeg: number): GridStep {
+  const whole = STEPS.find((step) => step <= wantedDeg);
+  if (whole) return { stepDeg: whole, decimals: 0 };
+  const decimals = Math.min(7, Math.ceil(-Math.log10(wantedDeg)));
+  const unit = 10 ** -decimals;
+  const times = wantedDeg >= 5 * unit ? 5 : wantedDeg >= 2 * unit ? 2 : 1;
+  return { stepDeg: times * unit, decimals };
+}
+
+/** Multiples of the step from `low` to `high`, without the creep of repeated addition. */
+export function gridLines(low: number, high: number, { stepDeg }: GridStep): number[] {
+  const first = Math.ceil(low / stepDeg);
+  const last = Math.min(Math.floor(high / stepDeg), first + MOST_LINES);
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => (first + index) * stepDeg);
+}
+
+const hemisphere = (value: number, plus: string, minus: string, decimals: number): string =>
+  `${Math.abs(value).toFixed(decimals)}°${Math.abs(value) < 1e-9 ? '' : value > 0 ? plus : minus}`;
+
+export function drawGraticule(pen: CanvasRenderingContext2D, map: MapLibreMap, theme: MapTheme): void {
+  const { clientWidth: width, clientHeight: height } = map.getContainer();
+  const bounds = map.getBounds();
+  const [west, east, south, north] = [bounds.getWest(), bounds.getEast(), bounds.getSouth(), bounds.getNorth()];
+  const step = gridStep(((east - west) / Math.max(1, width)) * WANTED_SPACING_PX);
+  const font = `500 10px ${fontOf(pen)}`;
+
+  const meridians = gridLines(west, east, step).map((lon) => ({ lon, x: map.project([lon, south]).x }));
+  const parallels = gridLines(Math.max(-85, south), Math.min(85, north), step).map((lat) => ({
+    lat,
+    y: map.project([west, lat]).y,
+  }));
+
+  pen.beginPath();
+  for (const { x } of meridians) {
+    pen.moveTo(Math.round(x) + 0.5, 0);
+    pen.lineTo(Math.round(x) + 0.5, height);
+  }
+  for (const { y } of parallels) {
+    pen.moveTo(0, Math.round(y) + 0.5);
+    pen.lineTo(width, Math.round(y) + 0.5);
+  }
+  pen.strokeStyle = theme.grid;
+  pen.lineWidth = 1;
+  pen.stroke();
+
+  pen.textAlign = 'left';
+  pen.textBaseline = 'top';
+  for (const { lon, x } of meridians) {
+    const around = ((((lon + 180) % 360) + 360) % 360) - 180;
+    haloText(pen, theme, hemisphere(around, 'E', 'W', step.decimals), x + 4, 6, font, theme.gridText);
+  }
+  pen.textBaseline = 'bottom';
+  for (const { lat, y } of parallels) {
+    if (y > 34) haloText(pen, theme, hemisphere(lat, 'N', 'S', step.decimals), 6, y - 3, font, theme.gridText);
+  }
+}

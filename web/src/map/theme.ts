@@ -1,0 +1,49 @@
+/** The map's colours, read from the design tokens: a canvas cannot use CSS variables by itself. */
+
+import type { DroneState } from '../link/flight_values';
+
+export interface MapTheme {
+  readonly sea: string;
+  readonly land: string;
+  readonly coast: string;
+  readonly border: string;
+  readonly grid: string;
+  readonly gridText: string;
+  readonly halo: string;
+  readonly text: string;
+  readonly home: string;
+  readonly target: string;
+  readonly accent: string;
+  readonly states: Readonly<Record<DroneState, string>>;
+}
+
+export function readTheme(): MapTheme {
+  const style = getComputedStyle(document.documentElement);
+  const token = (name: string): string => style.getPropertyValue(`--${name}`).trim();
+  return {
+    sea: token('map-sea'),
+    land: token('map-land'),
+    coast: token('map-coast'),
+    border: token('map-border'),
+    grid: token('map-grid'),
+    gridText: token('map-grid-text'),
+    halo: token('map-halo'),
+    text: token('text'),
+    home: token('map-home'),
+    target: token('map-target'),
+    accent: token('accent'),
+    states: {
+      alert: token('state-alert'),
+      flying: token('state-flying'),
+      armed: token('state-armed'),
+      idle: token('state-idle'),
+      lost: token('state-lost'),
+    },
+  };
+}
+
+export function onThemeChange(listener: () => void): () => void {
+  const media = window.matchMedia('(prefers-color-scheme: light)');
+  media.addEventListener('change', listener);
+  return () => media.removeEventListener('change', listener);
+}
