@@ -1,0 +1,137 @@
+"""The quadrotor as a rigid body: four motors with lag, thrust, drag, gravity and the ground.
+
+World axes are north, east, down (metres); body axes are forward, right, down. The ground is flat at
+down = 0. Nothing here knows about flight modes or MAVLink: motor commands in, motion out.
+"""
+
+from __future__ import annotations
+
+import math
+
+GRAVITY_MSS = 9.80665
+MASS_KG = 1.5
+MOTOR_MAX_N = 8.2
+"""Each motor at full command and full battery: a thrust to weight ratio of 2.2."""
+MOTOR_LAG_S = 0.03
+ARM_M = 0.177
+"""Distance of each motor from the roll and the pitch axis (an X frame)."""
+YAW_TORQUE_M = 0.016
+"""Newton metres of reaction torque for each newton of thrust."""
+INERTIA_XY = 0.020
+INERTIA_Z = 0.036
+DRAG_LINEAR = 0.08
+DRAG_QUADRATIC = 0.020
+ROTATION_DRAG = 0.4
+
+WEIGHT_N = MASS_KG * GRAVITY_MSS
+HOVER_COMMAND = WEIGHT_N / (4.0 * MOTOR_MAX_N)
+
+Commands = tuple[float, float, float, float]
+"""Motors 1 to 4 as ArduPilot numbers them (front right, rear left, front left, rear right), 0..1."""
+
+
+class Airframe:
+    """Where the vehicle is and how it moves; `step` moves it on by `dt_s`."""
+
+    def __init__(self, yaw_rad: float = 0.0) -> None:
+        self.north_m = self.east_m = self.down_m = 0.0
+        self.vn_mps = self.ve_mps = self.vd_mps = 0.0
+        self.qw, self.qx, self.qy, self.qz = math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)
+        self.p_rps = self.q_rps = self.r_rps = 0.0
+        self.thrust_n = [0.0, 0.0, 0.0, 0.0]
+        self.motor_health = [1.0, 1.0, 1.0, 1.0]
+        self.on_ground = True
+        self.impact_mps = 0.0
+        self.force_body_mss = (0.0, 0.0, -GRAVITY_MSS)
+        """What an accelerometer would read."""
+        self._roll_pitch_yaw = (0.0, 0.0, yaw_rad)
+
+    @property
+    def alt_m(self) -> float:
+        return 0.0 - self.down_m
+
+    def attitude(self) -> tuple[float, float, float]:
+        """Roll, pitch and yaw, radians."""
+        return self._roll_pitch_yaw
+
+    def ground_speed_mps(self) -> float:
+        return math.hypot(self.vn_mps, self.ve_mps)
+
+    def turn_to(self, yaw_rad: float) -> None:
+        """Stand level with this heading."""
+        self.qw, self.qx, self.qy, self.qz = math.cos(yaw_rad / 2), 0.0, 0.0, math.sin(yaw_rad / 2)
+        self._roll_pitch_yaw = (0.0, 0.0, yaw_rad)
+
+    def step(self, commands: Commands, dt_s: float, wind_mps: tuple[float, float, float], power: float) -> None:
+        """`power` is what the battery's sag leaves of the full thrust, 0..1."""
+        blend = dt_s / (MOTOR_LAG_S + dt_s)
+        thrust, health = self.thrust_n, self.motor_health
+        full_n = MOTOR_MAX_N * power
+        for i in range(4):
+            thrust[i] += (commands[i] * full_n * health[i] - thrust[i]) * blend
+        f1, f2, f3, f4 = thrust
+        total_n = f1 + f2 + f3 + f4
+        if self.on_ground and total_n < 0.2 * WEIGHT_N and self.vn_mps == 0.0 and self.ve_mps == 0.0:
+            return  # parked: nothing can move, so nothing is worth computing
+        self._rotate(ARM_M * (f2 + f3 - f1 - f4), ARM_M * (f1 + f3 - f2 - f4), f1 + f2 - f3 - f4, dt_s)
+        self._translate(total_n, dt_s, wind_mps)
+        self._touch_ground(total_n)
+        self._roll_pitch_yaw = self._euler()
+
+    def _rotate(self, roll_nm: float, pitch_nm: float, yaw_n: float, dt_s: float) -> None:
+        p, q, r = self.p_rps, self.q_rps, self.r_rps
+        gyroscopic = (INERTIA_Z - INERTIA_XY) / INERTIA_XY
+        p += (roll_nm / INERTIA_XY - gyroscopic * q * r - ROTATION_DRAG * p) * dt_s
+        q += (pitch_nm / INERTIA_XY + gyroscopic * p * r - ROTATION_DRAG * q) * dt_s
+        r += (yaw_n * YAW_TORQUE_M / INERTIA_Z - ROTATION_DRAG * r) * dt_s
+        self.p_rps, self.q_rps, self.r_rps = p, q, r
+        w, x, y, z = self.qw, self.qx, self.qy, self.qz
+        h = 0.5 * dt_s
+        nw = w - h * (x * p + y * q + z * r)
+        nx = x + h * (w * p + y * r - z * q)
+        ny = y + h * (w * q + z * p - x * r)
+        nz = z + h * (w * r + x * q - y * p)
+        k = 1.0 / math.sqrt(nw * nw + nx * nx + ny * ny + nz * nz)
+        self.qw, self.qx, self.qy, self.qz = nw * k, nx * k, ny * k, nz * k
+
+    def _translate(self, total_n: float, dt_s: float, wind_mps: tuple[float, float, float]) -> None:
+        w, x, y, z = self.qw, self.qx, self.qy, self.qz
+        lift = total_n / MASS_KG
+        vn, ve, vd = self.vn_mps - wind_mps[0], self.ve_mps - wind_mps[1], self.vd_mps - wind_mps[2]
+        drag = DRAG_LINEAR + DRAG_QUADRATIC * math.sqrt(vn * vn + ve * ve + vd * vd)
+        an = -2.0 * (x * z + w * y) * lift - drag * vn
+        ae = -2.0 * (y * z - w * x) * lift - drag * ve
+        ad = -(1.0 - 2.0 * (x * x + y * y)) * lift - drag * vd + GRAVITY_MSS
+        self.force_body_mss = (-drag * vn, -drag * ve, -lift)
+        self.vn_mps += an * dt_s
+        self.ve_mps += ae * dt_s
+        self.vd_mps += ad * dt_s
+        self.north_m += self.vn_mps * dt_s
+        self.east_m += self.ve_mps * dt_s
+        self.down_m += self.vd_mps * dt_s
+
+    def _touch_ground(self, total_n: float) -> None:
+        if self.down_m < 0.0:
+            self.on_ground = False
+            return
+        if not self.on_ground:
+            self.impact_mps = self.vd_mps
+        self.on_ground = True
+        self.down_m = 0.0
+        self.vd_mps = min(self.vd_mps, 0.0)
+        grip = 0.8 if total_n < WEIGHT_N else 0.95
+        self.vn_mps *= grip
+        self.ve_mps *= grip
+        if math.hypot(self.vn_mps, self.ve_mps) < 0.01:
+            self.vn_mps = self.ve_mps = 0.0
+        # The landing gear stands level: only the heading survives the touch.
+        self.p_rps = self.q_rps = self.r_rps = 0.0
+        self.turn_to(self._euler()[2])
+        self.force_body_mss = (0.0, 0.0, -GRAVITY_MSS)
+
+    def _euler(self) -> tuple[float, float, float]:
+        w, x, y, z = self.qw, self.qx, self.qy, self.qz
+        roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+        pitch = math.asin(max(-1.0, min(1.0, 2.0 * (w * y - z * x))))
+        yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        return roll, pitch, yaw

@@ -1,0 +1,98 @@
+"""From a wanted attitude and thrust to four motor commands: angle, rate and mixing."""
+
+from __future__ import annotations
+
+import math
+
+from simulator.airframe import ARM_M, INERTIA_XY, INERTIA_Z, MOTOR_MAX_N, YAW_TORQUE_M, Airframe, Commands
+from simulator.geodesy import clamp, wrap_pi
+
+ANGLE_P = 6.0
+RATE_P = 14.0
+RATE_I = 10.0
+RATE_I_MAX = 25.0
+YAW_ANGLE_P = 3.0
+YAW_RATE_P = 4.0
+RATE_MAX_RPS = math.radians(220.0)
+YAW_RATE_MAX_RPS = math.radians(90.0)
+LEAN_SMOOTHING_S = 0.12
+"""Pilots' and the position controller's wishes are rounded off by this, as ATC_INPUT_TC does."""
+IDLE_COMMAND = 0.06
+"""Armed motors never stop in flight (MOT_SPIN_ARM)."""
+
+
+class AttitudeControl:
+    def __init__(self) -> None:
+        self.yaw_target_rad = 0.0
+        self._roll_rad = 0.0
+        self._pitch_rad = 0.0
+        self._integral = [0.0, 0.0, 0.0]
+
+    def reset(self, yaw_rad: float) -> None:
+        self.yaw_target_rad = yaw_rad
+        self._roll_rad = self._pitch_rad = 0.0
+        self._integral = [0.0, 0.0, 0.0]
+
+    def turn(self, rate_rps: float, dt_s: float) -> None:
+        """Move the wanted heading on: a pilot's yaw stick."""
+        self.yaw_target_rad = wrap_pi(self.yaw_target_rad + rate_rps * dt_s)
+
+    def turn_towards(self, yaw_rad: float, rate_rps: float, dt_s: float) -> None:
+        error = wrap_pi(yaw_rad - self.yaw_target_rad)
+        step = rate_rps * dt_s
+        self.yaw_target_rad = wrap_pi(self.yaw_target_rad + clamp(error, -step, step))
+
+    def commands(self, body: Airframe, lean: tuple[float, float], thrust_n: float, dt_s: float) -> Commands:
+        """`lean` is roll and pitch in radians; `thrust_n` what all motors together shall give."""
+        blend = dt_s / (LEAN_SMOOTHING_S + dt_s)
+        self._roll_rad += (lean[0] - self._roll_rad) * blend
+        self._pitch_rad += (lean[1] - self._pitch_rad) * blend
+        error_x, error_y, error_z = self._error(body)
+        rate_x = clamp(ANGLE_P * error_x, -RATE_MAX_RPS, RATE_MAX_RPS)
+        rate_y = clamp(ANGLE_P * error_y, -RATE_MAX_RPS, RATE_MAX_RPS)
+        rate_z = clamp(YAW_ANGLE_P * error_z, -YAW_RATE_MAX_RPS, YAW_RATE_MAX_RPS)
+        turn_x = self._wanted_acceleration(0, rate_x - body.p_rps, RATE_P, dt_s)
+        turn_y = self._wanted_acceleration(1, rate_y - body.q_rps, RATE_P, dt_s)
+        turn_z = self._wanted_acceleration(2, rate_z - body.r_rps, YAW_RATE_P, dt_s)
+        return mix(thrust_n, turn_x * INERTIA_XY, turn_y * INERTIA_XY, turn_z * INERTIA_Z)
+
+    def _wanted_acceleration(self, axis: int, error_rps: float, gain: float, dt_s: float) -> float:
+        integral = clamp(self._integral[axis] + RATE_I * error_rps * dt_s, -RATE_I_MAX, RATE_I_MAX)
+        self._integral[axis] = integral
+        return gain * error_rps + integral
+
+    def _error(self, body: Airframe) -> tuple[float, float, float]:
+        """The rotation still to make, as an axis in body frame times an angle."""
+        cr, sr = math.cos(self._roll_rad / 2), math.sin(self._roll_rad / 2)
+        cp, sp = math.cos(self._pitch_rad / 2), math.sin(self._pitch_rad / 2)
+        cy, sy = math.cos(self.yaw_target_rad / 2), math.sin(self.yaw_target_rad / 2)
+        tw = cr * cp * cy + sr * sp * sy
+        tx = sr * cp * cy - cr * sp * sy
+        ty = cr * sp * cy + sr * cp * sy
+        tz = cr * cp * sy - sr * sp * cy
+        w, x, y, z = body.qw, -body.qx, -body.qy, -body.qz
+        ew = w * tw - x * tx - y * ty - z * tz
+        sign = 2.0 if ew >= 0.0 else -2.0
+        ex = w * tx + x * tw + y * tz - z * ty
+        ey = w * ty - x * tz + y * tw + z * tx
+        ez = w * tz + x * ty - y * tx + z * tw
+        return sign * ex, sign * ey, sign * ez
+
+
+def mix(thrust_n: float, roll_nm: float, pitch_nm: float, yaw_nm: float) -> Commands:
+    """Roll and pitch come first, then thrust, then yaw: a vehicle that cannot stay level falls."""
+    full = 4.0 * MOTOR_MAX_N
+    level = clamp(thrust_n / full, IDLE_COMMAND, 1.0)
+    roll = clamp(roll_nm / (ARM_M * full), -0.35, 0.35)
+    pitch = clamp(pitch_nm / (ARM_M * full), -0.35, 0.35)
+    tilt = (-roll + pitch, roll - pitch, roll + pitch, -roll - pitch)
+    spread = max(tilt)  # tilt is symmetric: the lowest motor is at -spread
+    level = clamp(level, min(spread + IDLE_COMMAND * 0.5, 0.5), max(1.0 - spread, 0.5))
+    room = max(0.0, min(level - spread, 1.0 - level - spread))
+    yaw = clamp(yaw_nm / (YAW_TORQUE_M * full), -room, room)
+    return (
+        clamp(level + tilt[0] + yaw, 0.0, 1.0),
+        clamp(level + tilt[1] + yaw, 0.0, 1.0),
+        clamp(level + tilt[2] - yaw, 0.0, 1.0),
+        clamp(level + tilt[3] - yaw, 0.0, 1.0),
+    )

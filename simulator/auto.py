@@ -1,0 +1,246 @@
+"""AUTO: fly the stored mission, item by item."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from simulator.behaviours import Behaviour
+from simulator.flight_constants import TICK_S
+from simulator.guided import TURN_RATE_RPS, look_ahead
+from simulator.homing import ReturnToLaunch, descend
+from simulator.mission_plan import Frame, Item, PlanKind
+from simulator.notices import Severity
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+WAYPOINT, LOITER_FOREVER, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = 16, 17, 18, 19, 20, 21, 22
+SPLINE, DELAY = 82, 93
+CONDITION_DELAY, CONDITION_YAW, JUMP, CHANGE_SPEED = 112, 115, 177, 178
+
+NAVIGATION = frozenset({WAYPOINT, LOITER_FOREVER, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF, SPLINE, DELAY})
+NAMES = {
+    WAYPOINT: "WP",
+    LOITER_FOREVER: "LoitUnlim",
+    LOITER_TURNS: "LoitTurns",
+    LOITER_TIME: "LoitTime",
+    RETURN: "RTL",
+    LAND: "Land",
+    TAKE_OFF: "Takeoff",
+    SPLINE: "SplineWP",
+    DELAY: "Delay",
+}
+JUMP_FOREVER = -1
+STEPS_PER_TICK_MAX = 100
+"""A mission of nothing but jumps must not hang the vehicle."""
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far the item that is being flown has come."""
+
+    destination: tuple[float, float, float]
+    reached_since_s: float | None = None
+    started_s: float = 0.0
+
+
+class Auto(Behaviour):
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self._progress: Progress | None = None
+        self._flown: int | None = None
+        self._jumps_left: dict[int, int] = {}
+        self._paused = False
+        self._take_off_allowed = False
+        self._homing = ReturnToLaunch(flight)
+        self._ended = False
+        self._plan_version = 0
+
+    @property
+    def disarms_on_landing(self) -> bool:
+        item = self._item()
+        if self._ended or (item is not None and item.command == LAND and self._progress is not None):
+            return True
+        return item is not None and item.command == RETURN and self._homing.disarms_on_landing
+
+    @property
+    def waits_to_take_off(self) -> bool:
+        item = self._item()
+        return self._take_off_allowed and item is not None and item.command == TAKE_OFF
+
+    def why_not(self) -> str | None:
+        plans, flight = self.flight.plans, self.flight
+        if not plans.has_mission:
+            return "init failed"
+        if flight.landed and flight.armed:
+            first = next((i for i in plans.mission[1:] if i.command in NAVIGATION), None)
+            if first is None or first.command != TAKE_OFF:
+                flight.say(Severity.CRITICAL, "Auto: Missing Takeoff Cmd")
+                return "init failed"
+        return None
+
+    def enter(self) -> None:
+        plans = self.flight.plans
+        restart = self.flight.parameters.whole("MIS_RESTART") == 1
+        if restart or not 0 < plans.current < len(plans.mission):
+            plans.current = 1
+        self._progress, self._flown = None, None
+        self._jumps_left, self._paused, self._ended = {}, False, False
+        self._take_off_allowed = not self.flight.landed
+
+    def start(self) -> None:
+        """MAV_CMD_MISSION_START: leave to take off without a raised throttle."""
+        self._take_off_allowed = True
+
+    def jump_to(self, seq: int) -> None:
+        self.flight.plans.current = seq
+        self._progress, self._ended = None, False
+
+    def pause(self) -> bool:
+        self._paused = True
+        return True
+
+    def resume(self) -> bool:
+        self._paused = False
+        return True
+
+    def run(self) -> None:
+        flight = self.flight
+        if flight.landed:
+            self._take_off_allowed |= flight.sticks.throttle > flight.sticks.throttle_mid
+            item = self._item()
+            if not self._take_off_allowed or item is None or self._ended:
+                flight.rest()
+                return
+        for _ in range(STEPS_PER_TICK_MAX):
+            if not self._advance():
+                break
+        if self._ended or self._paused or self._progress is None:
+            if flight.landed:
+                flight.rest()
+                return
+            limits = flight.limits()
+            flight.target.climb_with(0.0, limits, TICK_S)
+            flight.target.fly_with(0.0, 0.0, limits, TICK_S)
+            flight.fly()
+            return
+        self._fly_item(self._progress)
+
+    def _item(self) -> Item | None:
+        plans = self.flight.plans
+        return plans.mission[plans.current] if 0 < plans.current < len(plans.mission) else None
+
+    def _advance(self) -> bool:
+        """Begin the current item if it has not begun, or go on to the next if it is done; True if one was passed."""
+        flight, plans = self.flight, self.flight.plans
+        if self._ended:
+            return False
+        item = self._item()
+        if item is None:
+            self._ended = True
+            flight.say(Severity.INFO, "Mission complete")
+            return False
+        version = plans.changes[PlanKind.MISSION]
+        if self._progress is None or self._flown != plans.current or self._plan_version != version:
+            self._plan_version = version
+            self._begin(item)
+        if not self._done(item):
+            return False
+        if item.command in NAVIGATION:
+            flight.on_item_reached(plans.current)
+            flight.say(Severity.INFO, f"Reached command #{plans.current}")
+        plans.current = self._next_after(item)
+        self._progress = None
+        return True
+
+    def _next_after(self, item: Item) -> int:
+        plans = self.flight.plans
+        if item.command != JUMP:
+            return plans.current + 1
+        left = self._jumps_left.setdefault(plans.current, int(item.params[1]))
+        if left == 0 or not 0 < int(item.params[0]) < len(plans.mission):
+            return plans.current + 1
+        if left != JUMP_FOREVER:
+            self._jumps_left[plans.current] = left - 1
+        return int(item.params[0])
+
+    def _begin(self, item: Item) -> None:
+        flight, plans = self.flight, self.flight.plans
+        self._flown = plans.current
+        self._progress = Progress(self._destination(item), started_s=flight.now_s)
+        if item.command in NAVIGATION:
+            flight.say(Severity.INFO, f"Mission: {plans.current} {NAMES[item.command]}")
+            flight.yaw_override_rad = None
+        if item.command == TAKE_OFF and flight.landed:
+            flight.lift_off()
+        elif item.command == RETURN:
+            self._homing.enter()
+        elif item.command == CHANGE_SPEED and item.params[0] in (0.0, 1.0) and item.params[1] > 0:
+            flight.speed_override_mps = item.params[1]
+        elif item.command == CONDITION_YAW:
+            base = flight.body.attitude()[2] if item.params[3] else 0.0
+            sign = -1.0 if item.params[3] and item.params[2] < 0 else 1.0
+            flight.yaw_override_rad = base + sign * math.radians(item.params[0])
+
+    def _destination(self, item: Item) -> tuple[float, float, float]:
+        flight, target = self.flight, self.flight.target
+        north_m, east_m = target.north_m, target.east_m
+        if item.has_place and item.command != TAKE_OFF:
+            north_m, east_m = flight.origin.to_local(item.x * 1e-7, item.y * 1e-7)
+        if item.frame in (Frame.GLOBAL, Frame.GLOBAL_INT):
+            alt_m = item.z - flight.origin.origin.alt_amsl_m
+        else:
+            alt_m = item.z + flight.home_local()[2]
+        if item.command in (LOITER_FOREVER, LOITER_TIME, LOITER_TURNS, DELAY) and item.z == 0.0:
+            alt_m = target.alt_m
+        return north_m, east_m, alt_m
+
+    def _done(self, item: Item) -> bool:
+        flight, progress = self.flight, self._progress
+        if progress is None or item.command in (LOITER_FOREVER, RETURN):
+            return False
+        if item.command == LAND:
+            return flight.landed
+        if item.command == CONDITION_DELAY:
+            return flight.now_s - progress.started_s >= item.params[0]
+        if item.command == DELAY:
+            return flight.now_s - progress.started_s >= max(item.params[0], 0.0)
+        if item.command not in NAVIGATION:
+            return True
+        north_m, east_m, alt_m = progress.destination
+        body, radius = flight.body, flight.parameters["WPNAV_RADIUS"] / 100.0
+        near = math.hypot(north_m - body.north_m, east_m - body.east_m) <= max(radius, 0.5)
+        if item.command == TAKE_OFF:
+            near = True
+        if near and abs(alt_m - body.alt_m) < 0.5 and progress.reached_since_s is None:
+            progress.reached_since_s = flight.now_s
+        if progress.reached_since_s is None:
+            return False
+        stay_s = item.params[0] if item.command in (WAYPOINT, SPLINE, LOITER_TIME) else 0.0
+        if item.command == LOITER_TURNS:
+            # Flown as a wait on the spot for as long as the turns would take.
+            stay_s = abs(item.params[0]) * 360.0 / max(abs(flight.parameters["CIRCLE_RATE"]), 1.0)
+        return flight.now_s - progress.reached_since_s >= stay_s
+
+    def _fly_item(self, progress: Progress) -> None:
+        flight, item = self.flight, self._item()
+        north_m, east_m, alt_m = progress.destination
+        if item is not None and item.command == RETURN:
+            self._homing.run()
+            return
+        body = flight.body
+        if item is not None and item.command == LAND:
+            if math.hypot(north_m - body.north_m, east_m - body.east_m) < 1.0 or flight.landed:
+                descend(self)
+                return
+            alt_m = max(flight.target.alt_m, 1.0)
+        limits = flight.limits()
+        flight.target.climb_to(alt_m, limits, TICK_S)
+        flight.target.fly_to(north_m, east_m, limits, body, TICK_S)
+        if flight.yaw_override_rad is not None:
+            flight.attitude.turn_towards(flight.yaw_override_rad, TURN_RATE_RPS, TICK_S)
+        else:
+            look_ahead(self, north_m, east_m)
+        flight.fly()

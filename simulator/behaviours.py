@@ -1,0 +1,45 @@
+"""What a flight mode is: one object that sets the motor commands, tick by tick, while it is the mode."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+
+class Behaviour:
+    """One flight mode. `enter` and `run` are only called while it is the vehicle's mode."""
+
+    def __init__(self, flight: Flight) -> None:
+        self.flight = flight
+
+    @property
+    def disarms_on_landing(self) -> bool:
+        return False
+
+    @property
+    def waits_to_take_off(self) -> bool:
+        """On the ground with a take-off under way: must not be disarmed for want of throttle."""
+        return False
+
+    def why_not(self) -> str | None:
+        """A reason of this mode's own not to be entered."""
+        return None
+
+    def enter(self) -> None:
+        """The target starts at the vehicle, with its velocity."""
+
+    def run(self) -> None:
+        """Fly one tick: set the motor commands."""
+        raise NotImplementedError
+
+    def take_off(self, alt_over_home_m: float) -> bool:
+        del alt_over_home_m
+        return False
+
+    def pause(self) -> bool:
+        return False
+
+    def resume(self) -> bool:
+        return False

@@ -1,0 +1,174 @@
+"""The autopilot's own failsafes: radio, ground station, battery, position estimate.
+
+Each is an edge: it acts once when it sets in. When the cause goes away the flag clears and the mode stays.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simulator.modes import RULES, Mode
+from simulator.notices import Severity
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+CONTINUE_AUTO_ON_RADIO_LOSS = 1
+CONTINUE_AUTO_ON_GCS_LOSS = 2
+CONTINUE_GUIDED_ON_RADIO_LOSS = 4
+CONTINUE_LANDING = 8
+CONTINUE_PILOTED_ON_GCS_LOSS = 16
+
+
+class Failsafes:
+    def __init__(self) -> None:
+        self.radio = False
+        self.ground_station = False
+        self.battery_low = False
+        self.battery_critical = False
+        self.position = False
+        self.ground_station_seen_s: float | None = None
+        """Last heartbeat or stick message of SYSID_MYGCS; None: never seen, so never missed."""
+        self._low_since_s: float | None = None
+        self._critical_since_s: float | None = None
+
+    @property
+    def any(self) -> bool:
+        return self.radio or self.ground_station or self.battery_low or self.battery_critical or self.position
+
+    def update(self, flight: Flight) -> None:
+        self._update_radio(flight)
+        self._update_ground_station(flight)
+        self._update_battery(flight)
+        self._update_position(flight)
+
+    def _update_radio(self, flight: Flight) -> None:
+        parameters, sticks = flight.parameters, flight.sticks
+        enabled = parameters.whole("FS_THR_ENABLE")
+        silent = sticks.silent_for_s(flight.now_s) > parameters["RC_FS_TIMEOUT"]
+        concerns = flight.armed or sticks.ever_heard
+        if self.radio and (not silent or not enabled):
+            self.radio = False
+            flight.say(Severity.WARNING, "Radio Failsafe Cleared")
+        elif not self.radio and enabled and silent and concerns:
+            self.radio = True
+            self._act_on_radio(flight, enabled)
+
+    def _act_on_radio(self, flight: Flight, enabled: int) -> None:
+        options = flight.parameters.whole("FS_OPTIONS")
+        if not flight.armed:
+            flight.say(Severity.WARNING, "Radio Failsafe")
+            return
+        if _may_disarm(flight):
+            flight.say(Severity.WARNING, "Radio Failsafe - Disarming")
+            flight.disarm()
+            return
+        continues = (
+            (flight.mode is Mode.AUTO and (enabled == 2 or options & CONTINUE_AUTO_ON_RADIO_LOSS))
+            or (flight.mode is Mode.GUIDED and options & CONTINUE_GUIDED_ON_RADIO_LOSS)
+            or (flight.mode is Mode.LAND and options & CONTINUE_LANDING)
+        )
+        if continues:
+            flight.say(Severity.WARNING, f"Radio Failsafe - Continuing {flight.mode.name.title()} Mode")
+            return
+        flight.say(Severity.WARNING, "Radio Failsafe")
+        _leave(flight, {3: Mode.LAND, 7: Mode.BRAKE}.get(enabled, Mode.RTL))
+
+    def _update_ground_station(self, flight: Flight) -> None:
+        parameters = flight.parameters
+        enabled, seen = parameters.whole("FS_GCS_ENABLE"), self.ground_station_seen_s
+        lost = enabled > 0 and seen is not None and flight.now_s - seen > parameters["FS_GCS_TIMEOUT"]
+        if self.ground_station and not lost:
+            self.ground_station = False
+            flight.say(Severity.WARNING, "GCS Failsafe Cleared")
+        elif lost and not self.ground_station:
+            self.ground_station = True
+            self._act_on_ground_station(flight, enabled)
+
+    def _act_on_ground_station(self, flight: Flight, enabled: int) -> None:
+        flight.sticks.clear_overrides()
+        options = flight.parameters.whole("FS_OPTIONS")
+        if not flight.armed:
+            flight.say(Severity.WARNING, "GCS Failsafe")
+            return
+        if _may_disarm(flight):
+            flight.say(Severity.WARNING, "GCS Failsafe - Disarming")
+            flight.disarm()
+            return
+        piloted = RULES[flight.mode].pilot_controlled and not self.radio
+        if (
+            (flight.mode is Mode.AUTO and options & CONTINUE_AUTO_ON_GCS_LOSS)
+            or (piloted and options & CONTINUE_PILOTED_ON_GCS_LOSS)
+            or (flight.mode is Mode.LAND and options & CONTINUE_LANDING)
+        ):
+            flight.say(Severity.WARNING, f"GCS Failsafe - Continuing {flight.mode.name.title()} Mode")
+            return
+        flight.say(Severity.WARNING, "GCS Failsafe")
+        _leave(flight, {5: Mode.LAND, 7: Mode.BRAKE}.get(enabled, Mode.RTL))
+
+    def _update_battery(self, flight: Flight) -> None:
+        parameters, battery = flight.parameters, flight.battery
+        wait_s = parameters["BATT_LOW_TIMER"]
+        left_mah = battery.capacity_mah - battery.used_mah
+
+        def below(level: str) -> bool:
+            volts, mah = parameters[f"BATT_{level}_VOLT"], parameters[f"BATT_{level}_MAH"]
+            return (volts > 0 and battery.voltage_v < volts) or (mah > 0 and left_mah < mah)
+
+        self._critical_since_s = _since(self._critical_since_s, below("CRT"), flight.now_s)
+        self._low_since_s = _since(self._low_since_s, below("LOW"), flight.now_s)
+        if not self.battery_critical and _lasted(self._critical_since_s, flight.now_s, wait_s):
+            self.battery_critical = True
+            self._act_on_battery(flight, "critical", parameters.whole("BATT_FS_CRT_ACT"))
+        elif not self.battery_low and _lasted(self._low_since_s, flight.now_s, wait_s):
+            self.battery_low = True
+            self._act_on_battery(flight, "low", parameters.whole("BATT_FS_LOW_ACT"))
+
+    def _act_on_battery(self, flight: Flight, level: str, action: int) -> None:
+        battery = flight.battery
+        flight.say(
+            Severity.WARNING,
+            f"Battery 1 is {level} {battery.voltage_v:.2f}V used {battery.used_mah:.0f} mAh",
+        )
+        if not flight.armed or action == 0:
+            return
+        flight.say(Severity.WARNING, "Battery Failsafe")
+        if _may_disarm(flight):
+            flight.disarm()
+        elif flight.mode is not Mode.LAND:
+            _leave(flight, Mode.LAND if action in (1, 4) else Mode.RTL)
+
+    def _update_position(self, flight: Flight) -> None:
+        lost = flight.armed and not flight.estimator.position_ok and flight.estimator_was_ready
+        if self.position and not lost:
+            self.position = False
+        elif lost and not self.position:
+            self.position = True
+            flight.say(Severity.CRITICAL, "EKF variance: position estimate lost")
+        if lost and not flight.landed and RULES[flight.mode].needs_position:
+            flight.say(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
+            flight.set_mode(Mode.LAND)
+
+
+def _since(since_s: float | None, holds: bool, now_s: float) -> float | None:
+    if not holds:
+        return None
+    return now_s if since_s is None else since_s
+
+
+def _lasted(since_s: float | None, now_s: float, wait_s: float) -> bool:
+    return since_s is not None and now_s - since_s >= wait_s
+
+
+def _may_disarm(flight: Flight) -> bool:
+    if RULES[flight.mode].manual_throttle and flight.sticks.throttle <= 0.0:
+        return True
+    return flight.landed
+
+
+def _leave(flight: Flight, mode: Mode) -> None:
+    """Change to the failsafe's mode; where that needs a position nobody has, land."""
+    if flight.mode is mode or (flight.mode is Mode.LAND and mode is Mode.RTL and flight.failsafes.position):
+        return
+    if not flight.set_mode(mode):
+        flight.set_mode(Mode.LAND)

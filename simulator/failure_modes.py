@@ -1,0 +1,35 @@
+"""Ways to go wrong on purpose, by name: in tests, and with `tower-sim --fail NAME[@SECONDS]`."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Failure(StrEnum):
+    FIRST_MISSION_REQUEST_IGNORED = "first-mission-request-ignored"
+    """The first MISSION_COUNT, MISSION_REQUEST_LIST and MISSION_REQUEST(_INT) get no answer."""
+    MISSION_FINAL_ACK_MISSING = "mission-final-ack-missing"
+    """The mission is stored but the MISSION_ACK never comes."""
+    MISSION_FULL = "mission-full"
+    """MISSION_COUNT is answered with MAV_MISSION_NO_SPACE."""
+    OLD_MISSION_REQUESTS = "old-mission-requests"
+    """Items are asked for with MISSION_REQUEST instead of MISSION_REQUEST_INT."""
+    COMMAND_ACK_MISSING = "command-ack-missing"
+    """Commands are carried out, but nobody is told."""
+    MODE_CHANGE_IGNORED = "mode-change-ignored"
+    """A mode change is acknowledged as accepted and does not happen."""
+    PARAMETERS_DROPPED = "parameters-dropped"
+    """Every seventh value is missing from a parameter list."""
+    DROP_EVERY_TENTH = "drop-every-tenth"
+    """Each tenth frame that the vehicle sends is lost."""
+    SILENT = "silent"
+    """The vehicle sends nothing at all, but flies on."""
+    NEVER_READY = "never-ready"
+    """The position estimate never comes: arming is refused for ever."""
+    GPS_LOST = "gps-lost"
+    RADIO_LOST = "radio-lost"
+    """The receiver on board hears no transmitter (overrides still count)."""
+    MOTOR_WEAK = "motor-weak"
+    """Motor 1 gives seven tenths of its thrust."""
+    BATTERY_LOW = "battery-low"
+    """The battery is at 12 % from one moment to the next."""

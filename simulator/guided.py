@@ -1,0 +1,124 @@
+"""GUIDED: fly where, or as fast as, a ground station says."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from simulator.behaviours import Behaviour
+from simulator.flight_constants import TICK_S
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+TURN_RATE_RPS = math.radians(60.0)
+
+
+@dataclass(frozen=True, slots=True)
+class GoTo:
+    """A place over the origin, metres. `yaw_rad` None: look where you fly."""
+
+    north_m: float
+    east_m: float
+    alt_m: float
+    yaw_rad: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FlyWith:
+    """A velocity, metres per second, that lapses GUID_TIMEOUT after `since_s`."""
+
+    vn_mps: float
+    ve_mps: float
+    climb_mps: float
+    since_s: float
+    yaw_rad: float | None = None
+    yaw_rate_rps: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TakeOff:
+    alt_m: float
+
+
+class Guided(Behaviour):
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self.wish: GoTo | FlyWith | TakeOff | None = None
+        self._paused = False
+
+    @property
+    def waits_to_take_off(self) -> bool:
+        return isinstance(self.wish, TakeOff)
+
+    def enter(self) -> None:
+        self.wish = None
+        self._paused = False
+
+    def take_off(self, alt_over_home_m: float) -> bool:
+        self.wish = TakeOff(alt_over_home_m + self.flight.home_local()[2])
+        self.flight.lift_off()
+        return True
+
+    def go(self, wish: GoTo | FlyWith) -> None:
+        self._paused = False
+        if not self.flight.landed:  # on the ground nothing but a take-off leaves it
+            self.wish = wish
+
+    def pause(self) -> bool:
+        self._paused = True
+        return True
+
+    def resume(self) -> bool:
+        self._paused = False
+        return True
+
+    def run(self) -> None:
+        flight, target, wish = self.flight, self.flight.target, self.wish
+        if flight.landed:
+            flight.rest()
+            return
+        limits = flight.limits()
+        if self._paused or wish is None:
+            target.climb_with(0.0, limits, TICK_S)
+            target.fly_with(0.0, 0.0, limits, TICK_S)
+        elif isinstance(wish, TakeOff):
+            target.climb_to(wish.alt_m, limits, TICK_S)
+            target.fly_with(0.0, 0.0, limits, TICK_S)
+            if abs(flight.body.alt_m - wish.alt_m) < 0.1 and abs(flight.body.vd_mps) < 0.1:
+                self.wish = GoTo(target.north_m, target.east_m, wish.alt_m)
+        elif isinstance(wish, GoTo):
+            target.climb_to(wish.alt_m, limits, TICK_S)
+            target.fly_to(wish.north_m, wish.east_m, limits, flight.body, TICK_S)
+        else:
+            self._fly_with(wish)
+        self._turn()
+        flight.fly()
+
+    def _fly_with(self, wish: FlyWith) -> None:
+        flight, limits = self.flight, self.flight.limits()
+        if flight.now_s - wish.since_s > flight.parameters["GUID_TIMEOUT"]:
+            wish = FlyWith(0.0, 0.0, 0.0, wish.since_s)
+        climb = max(-limits.descent_mps, min(wish.climb_mps, limits.climb_mps))
+        flight.target.climb_with(climb, limits, TICK_S)
+        flight.target.fly_with(wish.vn_mps, wish.ve_mps, limits, TICK_S)
+        if wish.yaw_rate_rps is not None:
+            flight.attitude.turn(wish.yaw_rate_rps, TICK_S)
+
+    def _turn(self) -> None:
+        flight, wish = self.flight, self.wish
+        if flight.yaw_override_rad is not None:
+            flight.attitude.turn_towards(flight.yaw_override_rad, TURN_RATE_RPS, TICK_S)
+        elif isinstance(wish, GoTo | FlyWith) and wish.yaw_rad is not None:
+            flight.attitude.turn_towards(wish.yaw_rad, TURN_RATE_RPS, TICK_S)
+        elif isinstance(wish, GoTo):
+            look_ahead(self, wish.north_m, wish.east_m)
+
+
+def look_ahead(behaviour: Behaviour, north_m: float, east_m: float) -> None:
+    """Turn towards a place that is far enough away to have a direction."""
+    flight = behaviour.flight
+    gap_n, gap_e = north_m - flight.body.north_m, east_m - flight.body.east_m
+    if math.hypot(gap_n, gap_e) > 2.0 and flight.parameters.whole("WP_YAW_BEHAVIOR"):
+        flight.attitude.turn_towards(math.atan2(gap_e, gap_n), TURN_RATE_RPS, TICK_S)

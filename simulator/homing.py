@@ -1,0 +1,121 @@
+"""LAND and RTL: the way down, and the way home."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+from typing import TYPE_CHECKING
+
+from simulator.behaviours import Behaviour
+from simulator.flight_constants import TICK_S
+from simulator.notices import Severity
+from simulator.piloted import lean_of_sticks, turn_with_stick
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+RTL_MIN_CONE_SLOPE = 0.5
+ARRIVED_M = 1.0
+
+
+def descend(behaviour: Behaviour) -> None:
+    """One tick of landing on the spot; with no position, level (or as the pilot leans)."""
+    flight = behaviour.flight
+    if flight.landed:
+        flight.rest()
+        return
+    parameters, limits = flight.parameters, flight.limits()
+    slow = max(parameters["LAND_SPEED"] / 100.0, 0.3)
+    fast = parameters["LAND_SPEED_HIGH"] / 100.0 or limits.descent_mps
+    high_m = flight.alt_over_home_m() - parameters["LAND_ALT_LOW"] / 100.0
+    wanted = max(slow, min(fast, slow + max(high_m, 0.0)))
+    flight.target.climb_with(-wanted, limits, TICK_S)
+    if flight.body.on_ground:
+        flight.target.alt_m = max(flight.target.alt_m, flight.body.alt_m - 0.5)
+    flight.target.fly_with(0.0, 0.0, limits, TICK_S)
+    if flight.estimator.position_ok:
+        flight.fly()
+    elif flight.failsafes.radio:
+        flight.fly((0.0, 0.0))
+    else:
+        turn_with_stick(behaviour)
+        flight.fly(lean_of_sticks(behaviour))
+
+
+class Land(Behaviour):
+    @property
+    def disarms_on_landing(self) -> bool:
+        return True
+
+    def run(self) -> None:
+        descend(self)
+
+
+class Leg(Enum):
+    CLIMB = auto()
+    RETURN = auto()
+    WAIT = auto()
+    DESCEND = auto()
+
+
+class ReturnToLaunch(Behaviour):
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self.leg = Leg.CLIMB
+        self._alt_m = 0.0
+        self._start = (0.0, 0.0)
+        self._waiting_since_s = 0.0
+
+    @property
+    def disarms_on_landing(self) -> bool:
+        return self.leg is Leg.DESCEND
+
+    def enter(self) -> None:
+        flight, parameters = self.flight, self.flight.parameters
+        home_n, home_e, home_alt = flight.home_local()
+        alt = flight.alt_over_home_m()
+        distance = math.hypot(home_n - flight.body.north_m, home_e - flight.body.east_m)
+        least = max(2.0, alt + max(parameters["RTL_CLIMB_MIN"] / 100.0, 0.0))
+        wanted = max(parameters["RTL_ALT"] / 100.0, least)
+        slope = parameters["RTL_CONE_SLOPE"]
+        if slope >= RTL_MIN_CONE_SLOPE:
+            wanted = max(alt, min(wanted, max(distance * slope, least)))
+        self._alt_m = wanted + home_alt
+        self._start = (flight.body.north_m, flight.body.east_m)
+        self.leg = Leg.CLIMB
+
+    def run(self) -> None:
+        flight, target = self.flight, self.flight.target
+        if flight.landed:
+            flight.rest()
+            return
+        if self.leg is Leg.DESCEND:
+            descend(self)
+            return
+        limits = flight.limits()
+        if flight.parameters["RTL_SPEED"] > 0:
+            limits.speed_mps = flight.parameters["RTL_SPEED"] / 100.0
+        target.climb_to(self._alt_m, limits, TICK_S)
+        home_n, home_e, _ = flight.home_local()
+        if self.leg is Leg.CLIMB:
+            target.fly_with(0.0, 0.0, limits, TICK_S)
+            if abs(flight.body.alt_m - self._alt_m) < 0.3:
+                self.leg = Leg.RETURN
+        else:
+            gap_n, gap_e = home_n - flight.body.north_m, home_e - flight.body.east_m
+            target.fly_to(home_n, home_e, limits, flight.body, TICK_S)
+            if math.hypot(gap_n, gap_e) > 2.0 and flight.parameters.whole("WP_YAW_BEHAVIOR") == 1:
+                flight.attitude.turn_towards(math.atan2(gap_e, gap_n), math.radians(60.0), TICK_S)
+            self._count_arrival(math.hypot(gap_n, gap_e))
+        flight.fly()
+
+    def _count_arrival(self, distance_m: float) -> None:
+        flight = self.flight
+        slow = flight.body.ground_speed_mps() < 0.5
+        if self.leg is Leg.RETURN and distance_m < ARRIVED_M and slow:
+            self.leg, self._waiting_since_s = Leg.WAIT, flight.now_s
+        elif self.leg is Leg.WAIT:
+            wait_s = flight.parameters["RTL_LOIT_TIME"] / 1000.0
+            if flight.now_s - self._waiting_since_s >= wait_s:
+                self.leg = Leg.DESCEND
+                flight.say(Severity.INFO, "RTL: landing")

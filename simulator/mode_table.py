@@ -1,0 +1,30 @@
+"""Which class flies which mode."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simulator.auto import Auto
+from simulator.behaviours import Behaviour
+from simulator.guided import Guided
+from simulator.homing import Land, ReturnToLaunch
+from simulator.modes import Mode
+from simulator.piloted import AltHold, Brake, Circle, Loiter, Stabilize
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+
+def make_behaviours(flight: Flight) -> dict[Mode, Behaviour]:
+    return {
+        Mode.STABILIZE: Stabilize(flight),
+        Mode.ALT_HOLD: AltHold(flight),
+        Mode.AUTO: Auto(flight),
+        Mode.GUIDED: Guided(flight),
+        Mode.LOITER: Loiter(flight),
+        Mode.RTL: ReturnToLaunch(flight),
+        Mode.CIRCLE: Circle(flight),
+        Mode.LAND: Land(flight),
+        Mode.POSHOLD: Loiter(flight),
+        Mode.BRAKE: Brake(flight),
+    }

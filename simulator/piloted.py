@@ -1,0 +1,162 @@
+"""The modes in which sticks fly: STABILIZE, ALT_HOLD, LOITER (and POSHOLD), and BRAKE and CIRCLE beside them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from simulator.airframe import MOTOR_MAX_N, WEIGHT_N
+from simulator.behaviours import Behaviour
+from simulator.flight_constants import TICK_S
+from simulator.position_control import Limits
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+
+class Stabilize(Behaviour):
+    """Angles from the sticks, thrust straight from the throttle; the middle is about hover."""
+
+    def run(self) -> None:
+        flight = self.flight
+        throttle = flight.sticks.throttle
+        if flight.landed and throttle <= 0.0:
+            flight.rest()
+            return
+        turn_with_stick(self)
+        middle = max(flight.sticks.throttle_mid, 1.0)
+        if throttle <= middle:
+            thrust_n = WEIGHT_N * throttle / middle
+        else:
+            thrust_n = WEIGHT_N + (4 * MOTOR_MAX_N - WEIGHT_N) * (throttle - middle) / (1000.0 - middle)
+        flight.target.reset(flight.body)
+        flight.fly_by_thrust(lean_of_sticks(self), thrust_n)
+        if not flight.body.on_ground:
+            flight.landed = False
+
+
+class AltHold(Behaviour):
+    """Height is held, place is not: the wind carries the vehicle away."""
+
+    def run(self) -> None:
+        flight = self.flight
+        if not climb_with_stick(self):
+            return
+        turn_with_stick(self)
+        flight.fly(lean_of_sticks(self))
+
+
+class Loiter(Behaviour):
+    """Sticks move the target; centred, the target stays and so does the vehicle."""
+
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self._take_off_m: float | None = None
+
+    @property
+    def waits_to_take_off(self) -> bool:
+        return self._take_off_m is not None
+
+    def enter(self) -> None:
+        self._take_off_m = None
+
+    def take_off(self, alt_over_home_m: float) -> bool:
+        self._take_off_m = alt_over_home_m + self.flight.home_local()[2]
+        self.flight.lift_off()
+        return True
+
+    def run(self) -> None:
+        flight, target = self.flight, self.flight.target
+        if self._take_off_m is not None:
+            target.climb_to(self._take_off_m, flight.limits(), TICK_S)
+            if flight.sticks.climb_mps > 0.0 or abs(flight.body.alt_m - self._take_off_m) < 0.1:
+                self._take_off_m = None
+        elif not climb_with_stick(self):
+            return
+        turn_with_stick(self)
+        parameters = flight.parameters
+        speed = parameters["LOIT_SPEED"] / 100.0
+        forward, right = -flight.sticks.pitch * speed, flight.sticks.roll * speed
+        pushing = forward != 0.0 or right != 0.0
+        accel = parameters["LOIT_ACC_MAX"] / 100.0 if pushing else parameters["LOIT_BRK_ACCEL"] / 100.0
+        yaw = flight.body.attitude()[2]
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        limits = Limits(speed, 2.5, 2.5, accel)
+        target.fly_with(forward * cos - right * sin, forward * sin + right * cos, limits, TICK_S)
+        flight.fly()
+
+
+class Brake(Behaviour):
+    """Stop as hard as the tilt allows and stay; no stick does anything."""
+
+    def run(self) -> None:
+        flight = self.flight
+        if flight.landed:
+            flight.rest()
+            return
+        flight.target.climb_with(0.0, flight.limits(), TICK_S)
+        flight.target.fly_with(0.0, 0.0, Limits(1.0, 1.0, 1.0, 5.0), TICK_S)
+        flight.fly()
+
+
+class Circle(Behaviour):
+    """Round a centre that lies CIRCLE_RADIUS ahead of where the mode was entered, nose inwards."""
+
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self._centre = (0.0, 0.0)
+        self._angle = 0.0
+
+    def enter(self) -> None:
+        body = self.flight.body
+        yaw, radius = body.attitude()[2], self._radius_m()
+        self._centre = (body.north_m + radius * math.cos(yaw), body.east_m + radius * math.sin(yaw))
+        self._angle = yaw + math.pi
+
+    def _radius_m(self) -> float:
+        return max(self.flight.parameters["CIRCLE_RADIUS"] / 100.0, 1.0)
+
+    def run(self) -> None:
+        flight, radius = self.flight, self._radius_m()
+        if not climb_with_stick(self):
+            return
+        limits = flight.limits()
+        fastest = min(limits.speed_mps, math.sqrt(limits.acceleration_mss * radius)) / radius
+        rate = math.radians(flight.parameters["CIRCLE_RATE"])
+        self._angle += max(-fastest, min(rate, fastest)) * TICK_S
+        north = self._centre[0] + radius * math.cos(self._angle)
+        east = self._centre[1] + radius * math.sin(self._angle)
+        flight.target.fly_to(north, east, limits, flight.body, TICK_S)
+        flight.attitude.turn_towards(self._angle + math.pi, math.radians(60.0), TICK_S)
+        flight.fly()
+
+
+def lean_of_sticks(behaviour: Behaviour) -> tuple[float, float]:
+    """Roll and pitch, radians; both sticks at full lean no farther than one."""
+    flight = behaviour.flight
+    roll, pitch = flight.sticks.roll, flight.sticks.pitch
+    size = math.hypot(roll, pitch)
+    most = flight.lean_max_rad() / max(size, 1.0)
+    return roll * most, pitch * most
+
+
+def turn_with_stick(behaviour: Behaviour) -> None:
+    flight = behaviour.flight
+    rate = math.radians(min(flight.parameters["PILOT_Y_RATE"], 90.0))
+    flight.attitude.turn(flight.sticks.yaw * rate, TICK_S)
+
+
+def climb_with_stick(behaviour: Behaviour) -> bool:
+    """Move the target's height with the throttle; False while the vehicle stands on the ground and rests."""
+    flight = behaviour.flight
+    climb = 0.0 if flight.failsafes.radio else flight.sticks.climb_mps
+    if flight.landed:
+        if climb <= 0.0:
+            flight.rest()
+            return False
+        flight.lift_off()
+    limits = Limits(1.0, 1.0, 1.0, 2.5, flight.parameters["PILOT_ACCEL_Z"] / 100.0)
+    flight.target.climb_with(climb, limits, TICK_S)
+    if flight.body.on_ground:
+        flight.target.alt_m = max(flight.target.alt_m, flight.body.alt_m - 0.5)
+    return True

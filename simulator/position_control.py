@@ -1,0 +1,126 @@
+"""From a moving target to a lean angle and a thrust: position, velocity and acceleration loops."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from simulator.airframe import GRAVITY_MSS, MASS_KG, MOTOR_MAX_N, Airframe
+from simulator.geodesy import clamp
+
+POSITION_P = 1.0
+VELOCITY_P = 2.0
+VELOCITY_I = 0.8
+CLIMB_POSITION_P = 1.2
+CLIMB_P = 5.0
+CLIMB_I = 2.5
+CLIMB_ACCELERATION_MAX = 5.0
+LEASH_M = 4.0
+"""A target that runs farther ahead of the vehicle than this waits for it."""
+
+
+@dataclass(slots=True)
+class Limits:
+    """How fast a target may travel."""
+
+    speed_mps: float
+    climb_mps: float
+    descent_mps: float
+    acceleration_mss: float = 2.5
+    climb_acceleration_mss: float = 2.0
+
+
+class Target:
+    """Where the vehicle should be at this instant, and how fast that place itself moves."""
+
+    def __init__(self) -> None:
+        self.north_m = self.east_m = self.alt_m = 0.0
+        self.vn_mps = self.ve_mps = self.climb_mps = 0.0
+
+    def reset(self, body: Airframe) -> None:
+        """Start from the vehicle as it flies now, so that a mode change gives no jerk."""
+        self.north_m, self.east_m, self.alt_m = body.north_m, body.east_m, body.alt_m
+        self.vn_mps, self.ve_mps, self.climb_mps = body.vn_mps, body.ve_mps, -body.vd_mps
+
+    def fly_with(self, vn_mps: float, ve_mps: float, limits: Limits, dt_s: float) -> None:
+        """Take on a horizontal velocity, no faster than the acceleration allows."""
+        dn, de = vn_mps - self.vn_mps, ve_mps - self.ve_mps
+        change = math.hypot(dn, de)
+        most = limits.acceleration_mss * dt_s
+        share = 1.0 if change <= most else most / change
+        self.vn_mps += dn * share
+        self.ve_mps += de * share
+        self.north_m += self.vn_mps * dt_s
+        self.east_m += self.ve_mps * dt_s
+
+    def climb_with(self, climb_mps: float, limits: Limits, dt_s: float) -> None:
+        most = limits.climb_acceleration_mss * dt_s
+        self.climb_mps += clamp(climb_mps - self.climb_mps, -most, most)
+        self.alt_m += self.climb_mps * dt_s
+
+    def fly_to(self, north_m: float, east_m: float, limits: Limits, body: Airframe, dt_s: float) -> None:
+        """Travel straight to a place and stop there."""
+        dn, de = north_m - self.north_m, east_m - self.east_m
+        distance = math.hypot(dn, de)
+        lag_m = math.hypot(self.north_m - body.north_m, self.east_m - body.east_m)
+        speed = approach_speed(distance, limits.speed_mps, limits.acceleration_mss)
+        speed *= clamp(2.0 * (1.0 - lag_m / LEASH_M), 0.0, 1.0)
+        if distance < 1e-6:
+            self.fly_with(0.0, 0.0, limits, dt_s)
+        else:
+            self.fly_with(dn / distance * speed, de / distance * speed, limits, dt_s)
+
+    def climb_to(self, alt_m: float, limits: Limits, dt_s: float) -> None:
+        gap = alt_m - self.alt_m
+        fastest = limits.climb_mps if gap > 0.0 else limits.descent_mps
+        speed = approach_speed(abs(gap), fastest, limits.climb_acceleration_mss)
+        self.climb_with(math.copysign(speed, gap), limits, dt_s)
+
+
+def approach_speed(distance_m: float, fastest_mps: float, braking_mss: float) -> float:
+    """The speed from which one can still stop in `distance_m`; linear close in, so that it never chatters."""
+    braking = 0.7 * braking_mss
+    linear_m = braking  # where the root and the straight line (1 m/s for each metre) have one slope
+    if distance_m <= linear_m:
+        return min(distance_m, fastest_mps)
+    return min(math.sqrt(2.0 * braking * (distance_m - linear_m / 2.0)), fastest_mps)
+
+
+class PositionControl:
+    def __init__(self) -> None:
+        self._push_n = self._push_e = 0.0
+        self._lift = 0.0
+
+    def reset(self) -> None:
+        self._push_n = self._push_e = self._lift = 0.0
+
+    def reset_horizontal(self) -> None:
+        self._push_n = self._push_e = 0.0
+
+    def thrust_n(self, body: Airframe, target: Target, dt_s: float) -> float:
+        climb = target.climb_mps + clamp(CLIMB_POSITION_P * (target.alt_m - body.alt_m), -2.5, 2.5)
+        error = climb + body.vd_mps
+        self._lift = clamp(self._lift + CLIMB_I * error * dt_s, -4.0, 8.0)
+        wanted = clamp(CLIMB_P * error, -CLIMB_ACCELERATION_MAX, CLIMB_ACCELERATION_MAX) + self._lift
+        roll, pitch, _ = body.attitude()
+        upright = max(math.cos(roll) * math.cos(pitch), 0.5)
+        return clamp(MASS_KG * (GRAVITY_MSS + wanted) / upright, 0.0, 4.0 * MOTOR_MAX_N)
+
+    def lean(self, body: Airframe, target: Target, lean_max_rad: float, dt_s: float) -> tuple[float, float]:
+        """Roll and pitch, radians, that bring the vehicle to the target and keep it there in wind."""
+        error_n = target.vn_mps - body.vn_mps + POSITION_P * clamp(target.north_m - body.north_m, -8.0, 8.0)
+        error_e = target.ve_mps - body.ve_mps + POSITION_P * clamp(target.east_m - body.east_m, -8.0, 8.0)
+        most = GRAVITY_MSS * math.tan(lean_max_rad)
+        accel_n = VELOCITY_P * error_n + self._push_n
+        accel_e = VELOCITY_P * error_e + self._push_e
+        size = math.hypot(accel_n, accel_e)
+        if size > most:
+            accel_n, accel_e = accel_n * most / size, accel_e * most / size
+        else:  # only learn the wind while there is lean to spare, else the push winds up
+            self._push_n += VELOCITY_I * error_n * dt_s
+            self._push_e += VELOCITY_I * error_e * dt_s
+        yaw = body.attitude()[2]
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        forward, right = accel_n * cos + accel_e * sin, accel_e * cos - accel_n * sin
+        pitch = -math.atan(forward / GRAVITY_MSS)
+        return math.atan(right * math.cos(pitch) / GRAVITY_MSS), pitch

@@ -1,0 +1,227 @@
+"""Telemetry about what the vehicle is and how it fares: heartbeat, sensors, battery, estimate, home, radio."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from simulator.dialect import Message, mavlink
+from simulator.flight import Flight
+from simulator.geodesy import e7
+from simulator.modes import RULES, Mode
+from simulator.reports_common import int16, milli, ms, us
+
+BOOT_UNIX_US = 1_767_225_600_000_000
+"""The GPS clock at switch-on, always the same, so that runs can be repeated byte for byte."""
+
+VERSION = (4 << 24) | (6 << 16) | (2 << 8) | 255
+"""4.6.2, official release."""
+
+CAPABILITIES = (
+    mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
+    | mavlink.MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION
+)
+
+_SENSORS = (
+    mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
+    | mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL
+    | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG
+    | mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
+    | mavlink.MAV_SYS_STATUS_SENSOR_GPS
+    | mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
+    | mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+    | mavlink.MAV_SYS_STATUS_AHRS
+    | mavlink.MAV_SYS_STATUS_SENSOR_BATTERY
+    | mavlink.MAV_SYS_STATUS_PREARM_CHECK
+)
+
+
+def heartbeat(flight: Flight) -> Message:
+    base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
+    base |= mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+    if RULES[flight.mode].counts_as_guided:
+        base |= mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
+    if flight.armed:
+        base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
+    if flight.armed and (flight.failsafes.radio or flight.failsafes.battery_low or flight.failsafes.position):
+        state = mavlink.MAV_STATE_CRITICAL
+    else:
+        state = mavlink.MAV_STATE_STANDBY if flight.landed else mavlink.MAV_STATE_ACTIVE
+    return mavlink.MAVLink_heartbeat_message(
+        mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA, base, int(flight.mode), state, 3
+    )
+
+
+def sys_status(flight: Flight) -> Message:
+    battery, health = flight.battery, _SENSORS
+    if not flight.estimator.gps_fix:
+        health &= ~mavlink.MAV_SYS_STATUS_SENSOR_GPS
+    if not flight.estimator.attitude_ok:
+        health &= ~mavlink.MAV_SYS_STATUS_AHRS
+    if not flight.estimator.position_ok:
+        health &= ~(mavlink.MAV_SYS_STATUS_PREARM_CHECK | mavlink.MAV_SYS_STATUS_AHRS)
+    if flight.failsafes.radio or not flight.sticks.ever_heard:
+        health &= ~mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+    return mavlink.MAVLink_sys_status_message(
+        _SENSORS,
+        _SENSORS if flight.armed else _SENSORS & ~mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS,
+        health,
+        180,
+        milli(max(battery.voltage_v, 0.0)),
+        int16(battery.current_a * 100),
+        round(battery.left * 100),
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+    )
+
+
+def battery_status(flight: Flight) -> Message:
+    battery = flight.battery
+    voltages = [milli(max(battery.voltage_v, 0.0)), *([65535] * 9)]
+    left_s = battery.left * battery.capacity_mah * 3.6 / max(battery.current_a, 0.1)
+    return mavlink.MAVLink_battery_status_message(
+        0,
+        0,
+        mavlink.MAV_BATTERY_TYPE_LIPO,
+        32767,
+        voltages,
+        int16(battery.current_a * 100),
+        round(battery.used_mah),
+        round(battery.used_mah * 3.6 * battery.voltage_v / 100.0),
+        round(battery.left * 100),
+        round(left_s),
+        mavlink.MAV_BATTERY_CHARGE_STATE_LOW if flight.failsafes.battery_low else mavlink.MAV_BATTERY_CHARGE_STATE_OK,
+    )
+
+
+def ekf_status(flight: Flight) -> Message:
+    flags = 0
+    if flight.estimator.attitude_ok:
+        flags |= mavlink.EKF_ATTITUDE | mavlink.EKF_VELOCITY_VERT | mavlink.EKF_POS_VERT_ABS
+    if flight.estimator.position_ok:
+        flags |= (
+            mavlink.EKF_VELOCITY_HORIZ
+            | mavlink.EKF_POS_HORIZ_REL
+            | mavlink.EKF_POS_HORIZ_ABS
+            | mavlink.EKF_PRED_POS_HORIZ_REL
+            | mavlink.EKF_PRED_POS_HORIZ_ABS
+        )
+    elif flight.estimator.attitude_ok:
+        flags |= mavlink.EKF_CONST_POS_MODE
+    variance = 0.02 if flight.estimator.position_ok else 1.2
+    return mavlink.MAVLink_ekf_status_report_message(flags, variance, variance, 0.02, 0.02, 0.0)
+
+
+def extended_state(flight: Flight) -> Message:
+    if flight.landed:
+        state = mavlink.MAV_LANDED_STATE_ON_GROUND
+    elif flight.mode is Mode.LAND or flight.behaviour(flight.mode).disarms_on_landing:
+        state = mavlink.MAV_LANDED_STATE_LANDING
+    elif flight.behaviour(flight.mode).waits_to_take_off:
+        state = mavlink.MAV_LANDED_STATE_TAKEOFF
+    else:
+        state = mavlink.MAV_LANDED_STATE_IN_AIR
+    return mavlink.MAVLink_extended_sys_state_message(mavlink.MAV_VTOL_STATE_UNDEFINED, state)
+
+
+def home_position(flight: Flight) -> Message | None:
+    if flight.home is None:
+        return None
+    north, east, alt = flight.home_local()
+    return mavlink.MAVLink_home_position_message(
+        e7(flight.home.lat_deg),
+        e7(flight.home.lon_deg),
+        milli(flight.home.alt_amsl_m),
+        north,
+        east,
+        -alt,
+        [1.0, 0.0, 0.0, 0.0],
+        0.0,
+        0.0,
+        0.0,
+        us(flight),
+    )
+
+
+def origin(flight: Flight) -> Message | None:
+    if not flight.estimator_was_ready:
+        return None
+    place = flight.origin.origin
+    return mavlink.MAVLink_gps_global_origin_message(
+        e7(place.lat_deg), e7(place.lon_deg), milli(place.alt_amsl_m), us(flight)
+    )
+
+
+def autopilot_version(_flight: Flight) -> Message:
+    return mavlink.MAVLink_autopilot_version_message(
+        CAPABILITIES, VERSION, 0, 0, 0, list(b"simulate"), [0] * 8, [0] * 8, 0, 0, 0
+    )
+
+
+def rc_channels(flight: Flight) -> Message:
+    pwm = flight.sticks.pwm
+    return mavlink.MAVLink_rc_channels_message(ms(flight), 16, *pwm, 255)
+
+
+def servo_outputs(flight: Flight) -> Message:
+    motors = [round(1000 + 1000 * command) for command in flight.commands]
+    return mavlink.MAVLink_servo_output_raw_message(us(flight) & 0xFFFFFFFF, 0, *motors, 0, 0, 0, 0)
+
+
+def mission_current(flight: Flight) -> Message:
+    plans = flight.plans
+    if not plans.has_mission:
+        state = mavlink.MISSION_STATE_NO_MISSION
+    elif flight.mode is Mode.AUTO:
+        state = mavlink.MISSION_STATE_ACTIVE
+    else:
+        state = mavlink.MISSION_STATE_NOT_STARTED
+    total = max(len(plans.mission) - 1, 0)
+    return mavlink.MAVLink_mission_current_message(plans.current, total, state, 1 if flight.mode is Mode.AUTO else 2)
+
+
+def system_time(flight: Flight) -> Message:
+    unix = BOOT_UNIX_US + us(flight) if flight.estimator.gps_fix else 0
+    return mavlink.MAVLink_system_time_message(unix, ms(flight))
+
+
+def vibration(flight: Flight) -> Message:
+    size = 3.0 if flight.armed else 0.02
+    return mavlink.MAVLink_vibration_message(us(flight), size, size, size, 0, 0, 0)
+
+
+def power_status(_flight: Flight) -> Message:
+    return mavlink.MAVLink_power_status_message(5000, 5000, 0)
+
+
+def meminfo(_flight: Flight) -> Message:
+    return mavlink.MAVLink_meminfo_message(0, 65535, 131072)
+
+
+HEALTH_REPORTS: dict[int, Callable[[Flight], Message | None]] = {
+    0: heartbeat,
+    1: sys_status,
+    2: system_time,
+    36: servo_outputs,
+    42: mission_current,
+    49: origin,
+    65: rc_channels,
+    125: power_status,
+    147: battery_status,
+    148: autopilot_version,
+    152: meminfo,
+    193: ekf_status,
+    241: vibration,
+    242: home_position,
+    245: extended_state,
+}

@@ -1,0 +1,85 @@
+"""The asyncio shell: keeps the vehicles' clocks going and carries their bytes. No autopilot logic in here."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import signal
+from dataclasses import dataclass
+
+from simulator.flight_constants import TICK_S
+from simulator.links import Endpoint, Link, open_link
+from simulator.vehicle import Vehicle
+
+BEHIND_MAX_S = 0.25
+"""Wall time by which the simulation may lag before it gives up catching up and runs late instead."""
+LATE_REPORT_S = 10.0
+
+log = logging.getLogger("simulator")
+
+
+@dataclass(slots=True)
+class Berth:
+    """A vehicle and the link that it talks on."""
+
+    vehicle: Vehicle
+    link: Link
+
+
+class Clock:
+    """Simulated seconds, `speed` times as fast as the loop's own clock."""
+
+    def __init__(self, speed: float) -> None:
+        self.speed = speed
+        self._loop = asyncio.get_running_loop()
+        self._origin_s = self._loop.time()
+
+    def now_s(self) -> float:
+        return (self._loop.time() - self._origin_s) * self.speed
+
+    def fall_back(self, simulated_s: float) -> None:
+        """Pretend that less time has passed."""
+        self._origin_s += simulated_s / self.speed
+
+
+async def fly(vehicles: list[Vehicle], endpoints: list[Endpoint], speed: float) -> None:
+    """Until SIGINT or SIGTERM."""
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop.set)
+    clock = Clock(speed)
+    berths: list[Berth] = []
+    try:
+        for vehicle, endpoint in zip(vehicles, endpoints, strict=True):
+            berths.append(Berth(vehicle, await _berth(vehicle, endpoint, clock)))
+        await _keep_time(berths, clock, stop)
+    finally:
+        for berth in berths:
+            berth.link.close()
+
+
+async def _berth(vehicle: Vehicle, endpoint: Endpoint, clock: Clock) -> Link:
+    return await open_link(endpoint, lambda data: vehicle.receive(data, clock.now_s()))
+
+
+async def _keep_time(berths: list[Berth], clock: Clock, stop: asyncio.Event) -> None:
+    loop = asyncio.get_running_loop()
+    next_s, stepped_s, late_s, report_s = loop.time(), 0.0, 0.0, loop.time() + LATE_REPORT_S
+    while not stop.is_set():
+        behind_s = clock.now_s() - stepped_s - BEHIND_MAX_S * clock.speed
+        if behind_s > 0.0:
+            clock.fall_back(behind_s)
+            late_s += behind_s
+        stepped_s = clock.now_s()
+        for berth in berths:
+            berth.vehicle.step(stepped_s)
+            frames = berth.vehicle.datagrams_to_send()
+            if frames:
+                berth.link.send(frames)
+        if loop.time() >= report_s:
+            if late_s > 0.0:
+                log.warning("this machine is too slow: %.1f simulated seconds lost", late_s)
+            late_s, report_s = 0.0, loop.time() + LATE_REPORT_S
+        next_s = max(next_s + TICK_S, loop.time())
+        await asyncio.sleep(next_s - loop.time())

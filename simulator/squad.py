@@ -1,0 +1,81 @@
+"""A squad of vehicles around a home: where each stands, and how each is set up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+from simulator.failure_modes import Failure
+from simulator.geodesy import LocalFrame, Place
+from simulator.links import Endpoint
+from simulator.vehicle import Vehicle, VehicleSettings
+
+SPACING_M = 20.0
+
+
+def standing_places() -> Iterator[tuple[float, float]]:
+    """North and east of home for vehicle after vehicle: home itself, then rings of 6, 12, 18, ... about 20 m apart."""
+    yield 0.0, 0.0
+    ring = 1
+    while True:
+        for i in range(6 * ring):
+            angle = 2.0 * math.pi * i / (6 * ring)
+            yield ring * SPACING_M * math.cos(angle), ring * SPACING_M * math.sin(angle)
+        ring += 1
+
+
+def make_squad(count: int, settings: VehicleSettings) -> list[Vehicle]:
+    """Each vehicle with a place and a seed of its own; all else, the sysid too, is the same for all."""
+    frame = LocalFrame(settings.flight.place)
+    vehicles = []
+    for index, (north_m, east_m) in zip(range(count), standing_places(), strict=False):
+        flight = replace(settings.flight, place=frame.to_place(north_m, east_m, 0.0), seed=settings.flight.seed + index)
+        vehicles.append(Vehicle(replace(settings, flight=flight)))
+    return vehicles
+
+
+def spread_endpoints(outs: list[Endpoint], count: int) -> list[Endpoint]:
+    """One for each vehicle; a single one stands for as many as needed, on the ports that follow."""
+    if len(outs) == 1:
+        return [outs[0].moved(index) for index in range(count)]
+    if len(outs) != count:
+        raise ValueError(f"{len(outs)} times --out for {count} vehicles: give one, or one for each")
+    return outs
+
+
+def parse_home(text: str) -> tuple[Place, float]:
+    """`LAT,LON[,ALT[,HEADING]]`: the place, and the heading in degrees."""
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if not 2 <= len(numbers) <= 4 or abs(numbers[0]) > 90 or abs(numbers[1]) > 180:
+        raise ValueError(f"{text!r} is not LAT,LON[,ALT[,HEADING]]")
+    lat, lon, alt, heading = (*numbers, *(0.0, 0.0, 0.0, 0.0)[len(numbers) :])
+    return Place(lat, lon, alt), heading
+
+
+def parse_failure(text: str) -> tuple[float, Failure]:
+    """`NAME` or `NAME@SECONDS`."""
+    name, _, at = text.partition("@")
+    try:
+        return (float(at) if at else 0.0), Failure(name)
+    except ValueError:
+        raise ValueError(f"{text!r} is not NAME[@SECONDS] with NAME one of {', '.join(Failure)}") from None
+
+
+def parse_parameter(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name.strip().upper(), float(value)
+    except ValueError:
+        raise ValueError(f"{text!r} is not NAME=NUMBER") from None
+
+
+def parse_wind(text: str) -> tuple[float, float]:
+    speed, _, from_deg = text.partition(",")
+    try:
+        return max(float(speed), 0.0), float(from_deg or 0.0)
+    except ValueError:
+        raise ValueError(f"{text!r} is not SPEED,FROM_DEG") from None

@@ -1,0 +1,172 @@
+"""Where stick positions come from: the radio on board, RC_CHANNELS_OVERRIDE, MANUAL_CONTROL.
+
+Laws (AUTOPILOTS.md): only the configured ground station's sysid may move sticks, in silence for all others;
+each overridden channel lapses by itself; what lapses goes back to the radio's value, or, with no receiver,
+stays as it was until the radio failsafe comes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from simulator.geodesy import clamp
+from simulator.parameters import Parameters
+
+CHANNELS = 18
+IGNORE = 65535
+RELEASE_HIGH = 65534
+"""Gives back channels 9 to 18; on channels 1 to 8 it is 0 that does."""
+AXIS_INVALID = 32767
+
+RADIO_AT_REST = (1500, 1500, 1000, 1500, 1800, 1000, 1000, 1800)
+"""What the transmitter on the bench sends: throttle down, mode switch in its last position."""
+
+PWM_VALID = range(900, 2201)
+
+
+class Sticks:
+    def __init__(self, parameters: Parameters, *, has_radio: bool) -> None:
+        self._parameters = parameters
+        self.has_radio = has_radio
+        self.radio_pwm: list[int] = [*RADIO_AT_REST, *([0] * (CHANNELS - len(RADIO_AT_REST)))]
+        self.pwm = list(self.radio_pwm) if has_radio else [0] * CHANNELS
+        self.ever_heard = has_radio
+        self.last_input_s: float | None = None
+        """When there was last a stick position worth believing."""
+        self._override: dict[int, tuple[int, float]] = {}
+
+    def accepts(self, sender_sysid: int) -> bool:
+        return sender_sysid == self._parameters.whole("SYSID_MYGCS")
+
+    @property
+    def overridden(self) -> bool:
+        return bool(self._override)
+
+    def clear_overrides(self) -> None:
+        self._override.clear()
+
+    def override(self, channels: Sequence[int], now_s: float) -> None:
+        """RC_CHANNELS_OVERRIDE from a sender that `accepts`; `channels` are the raw values of 1 to 18."""
+        for index, value in enumerate(channels[:CHANNELS]):
+            if value == IGNORE or (index >= 8 and value == 0):
+                continue
+            if value == (0 if index < 8 else RELEASE_HIGH):
+                self._override.pop(index, None)
+            else:
+                self._set(index, value, now_s)
+
+    def manual_control(self, *, x: int, y: int, z: int, r: int, now_s: float) -> None:
+        """MANUAL_CONTROL: x forward, y right, r clockwise -1000..1000; z throttle 0..1000 with 500 the middle."""
+        for axis, value, low, high in (
+            ("ROLL", y, -1000, 1000),
+            ("PITCH", -x if x != AXIS_INVALID else x, -1000, 1000),
+            ("THROTTLE", z, 0, 1000),
+            ("YAW", r, -1000, 1000),
+        ):
+            if value == AXIS_INVALID:
+                continue
+            channel = self._channel(axis)
+            lowest, highest = self._range(channel)
+            share = clamp((value - low) / (high - low), 0.0, 1.0)
+            self._set(channel - 1, round(lowest + share * (highest - lowest)), now_s)
+
+    def _set(self, index: int, pwm: int, now_s: float) -> None:
+        if self._parameters["RC_OVERRIDE_TIME"] == 0:
+            return
+        self._override[index] = (pwm, now_s)
+        self.ever_heard = True
+
+    def update(self, now_s: float, *, transmitter_lost: bool) -> None:
+        """Let overrides lapse and settle what each channel reads now."""
+        lasts_s = self._parameters["RC_OVERRIDE_TIME"]
+        if self._override and lasts_s >= 0:
+            for index in [i for i, (_, since) in self._override.items() if now_s - since >= lasts_s]:
+                del self._override[index]
+        transmitter_heard = self.has_radio and not transmitter_lost
+        if transmitter_heard:
+            self.pwm[:] = self.radio_pwm
+        elif self.has_radio:
+            self.pwm[: len(RADIO_AT_REST)] = self.radio_pwm[: len(RADIO_AT_REST)]
+        for index, (value, _) in self._override.items():
+            self.pwm[index] = value
+        if transmitter_heard or self._override:
+            self.last_input_s = now_s
+
+    def silent_for_s(self, now_s: float) -> float:
+        return now_s - self.last_input_s if self.last_input_s is not None else now_s
+
+    # What the pilot wants, as the flight modes read it.
+
+    @property
+    def roll(self) -> float:
+        """-1 left .. 1 right."""
+        return self._centred("ROLL")
+
+    @property
+    def pitch(self) -> float:
+        """-1 forward (nose down) .. 1 back."""
+        return self._centred("PITCH")
+
+    @property
+    def yaw(self) -> float:
+        return self._centred("YAW")
+
+    @property
+    def throttle(self) -> float:
+        """0..1000; 0 is the bottom of the stick, dead zone included."""
+        channel = self._channel("THROTTLE")
+        pwm = self.pwm[channel - 1]
+        return self._throttle_of(channel, pwm) if pwm in PWM_VALID else 0.0
+
+    @property
+    def throttle_mid(self) -> float:
+        channel = self._channel("THROTTLE")
+        low, high = self._range(channel)
+        return self._throttle_of(channel, (low + high) / 2)
+
+    @property
+    def climb_mps(self) -> float:
+        """What the throttle stick asks for in modes that hold height."""
+        throttle, middle, zone = self.throttle, self.throttle_mid, self._parameters["THR_DZ"]
+        up = self._parameters["PILOT_SPEED_UP"] / 100.0
+        down = self._parameters["PILOT_SPEED_DN"] / 100.0 or up
+        if throttle > middle + zone:
+            return up * (throttle - middle - zone) / (1000.0 - middle - zone)
+        if throttle < middle - zone:
+            return -down * (middle - zone - throttle) / (middle - zone)
+        return 0.0
+
+    @property
+    def mode_switch(self) -> int | None:
+        """1..6, the position of the mode switch, or None where there is no valid signal."""
+        channel = self._parameters.whole("FLTMODE_CH")
+        pwm = self.pwm[channel - 1] if 1 <= channel <= CHANNELS else 0
+        if pwm not in PWM_VALID:
+            return None
+        return 1 + sum(pwm > edge for edge in (1230, 1360, 1490, 1620, 1749))
+
+    def _channel(self, axis: str) -> int:
+        return min(max(self._parameters.whole(f"RCMAP_{axis}"), 1), 16)
+
+    def _range(self, channel: int) -> tuple[float, float]:
+        return self._parameters[f"RC{channel}_MIN"], self._parameters[f"RC{channel}_MAX"]
+
+    def _throttle_of(self, channel: int, pwm: float) -> float:
+        low, high = self._range(channel)
+        low += self._parameters[f"RC{channel}_DZ"]
+        return clamp(1000.0 * (pwm - low) / max(high - low, 1.0), 0.0, 1000.0)
+
+    def _centred(self, axis: str) -> float:
+        channel = self._channel(axis)
+        pwm = self.pwm[channel - 1]
+        if pwm not in PWM_VALID:
+            return 0.0
+        low, high = self._range(channel)
+        trim, zone = self._parameters[f"RC{channel}_TRIM"], self._parameters[f"RC{channel}_DZ"]
+        if pwm > trim + zone:
+            value = (pwm - trim - zone) / max(high - trim - zone, 1.0)
+        elif pwm < trim - zone:
+            value = (pwm - trim + zone) / max(trim - zone - low, 1.0)
+        else:
+            return 0.0
+        return clamp(value, -1.0, 1.0) * (-1.0 if self._parameters[f"RC{channel}_REVERSED"] else 1.0)

@@ -1,0 +1,83 @@
+"""Which message is sent how often. Nobody asks, nothing comes but heartbeats, texts and now and then a TIMESYNC."""
+
+from __future__ import annotations
+
+from simulator.dialect import Message, mavlink
+from simulator.flight import Flight
+from simulator.flight_constants import TICK_S
+from simulator.reports_health import HEALTH_REPORTS
+from simulator.reports_motion import MOTION_REPORTS
+
+REPORTS = {**HEALTH_REPORTS, **MOTION_REPORTS}
+HEARTBEAT = 0
+HEARTBEAT_S = 1.0
+TIMESYNC = 111
+TIMESYNC_S = 10.0
+
+STREAMS: dict[int, tuple[int, ...]] = {
+    mavlink.MAV_DATA_STREAM_RAW_SENSORS: (27, 29),
+    mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (1, 24, 42, 62, 87, 125, 152),
+    mavlink.MAV_DATA_STREAM_RC_CHANNELS: (36, 65),
+    mavlink.MAV_DATA_STREAM_POSITION: (32, 33),
+    mavlink.MAV_DATA_STREAM_EXTRA1: (30,),
+    mavlink.MAV_DATA_STREAM_EXTRA2: (74,),
+    mavlink.MAV_DATA_STREAM_EXTRA3: (2, 147, 168, 193, 241),
+}
+
+
+class Telemetry:
+    def __init__(self) -> None:
+        self._interval_s: dict[int, float] = {HEARTBEAT: HEARTBEAT_S}
+        self._due_s: dict[int, float] = {HEARTBEAT: HEARTBEAT_S}
+        self._timesync_due_s = TIMESYNC_S
+
+    def knows(self, message_id: int) -> bool:
+        return message_id in REPORTS
+
+    def interval_us(self, message_id: int) -> int:
+        """-1 where it is not being sent."""
+        interval = self._interval_s.get(message_id)
+        return -1 if interval is None else round(interval * 1e6)
+
+    def set_interval(self, message_id: int, interval_us: float, now_s: float) -> bool:
+        """0 asks for the default (heartbeats only), -1 switches off; False where there is no such message."""
+        if message_id not in REPORTS:
+            return False
+        if interval_us == 0 and message_id == HEARTBEAT:
+            interval_us = HEARTBEAT_S * 1e6
+        if interval_us <= 0:
+            self._interval_s.pop(message_id, None)
+            self._due_s.pop(message_id, None)
+            return True
+        interval_s = max(interval_us * 1e-6, TICK_S)
+        self._interval_s[message_id] = interval_s
+        self._due_s[message_id] = now_s + TICK_S
+        return True
+
+    def set_stream(self, stream: int, rate_hz: float, now_s: float) -> None:
+        """REQUEST_DATA_STREAM: 0 is all groups; a rate of 0 stops."""
+        groups = STREAMS.values() if stream == 0 else [STREAMS.get(stream, ())]
+        for group in groups:
+            for message_id in group:
+                self.set_interval(message_id, 1e6 / rate_hz if rate_hz > 0 else -1, now_s)
+
+    def report(self, message_id: int, flight: Flight) -> Message | None:
+        builder = REPORTS.get(message_id)
+        return builder(flight) if builder is not None else None
+
+    def due(self, flight: Flight) -> list[Message]:
+        messages = []
+        now_s = flight.now_s + 1e-9
+        for message_id, due_s in self._due_s.items():
+            if now_s < due_s:
+                continue
+            interval_s = self._interval_s[message_id]
+            # A whole number of intervals on, so that the average rate is exact and a backlog never builds up.
+            self._due_s[message_id] = due_s + interval_s * (1 + int((now_s - due_s) / interval_s))
+            message = self.report(message_id, flight)
+            if message is not None:
+                messages.append(message)
+        if now_s >= self._timesync_due_s:
+            self._timesync_due_s += TIMESYNC_S
+            messages.append(mavlink.MAVLink_timesync_message(0, round(flight.now_s * 1e9)))
+        return messages

@@ -1,0 +1,284 @@
+"""One simulated vehicle: bytes in, bytes out, time passed in.
+
+`receive` only queues; everything happens in `step`, tick by tick on a grid of TICK_S, so that the bytes that come
+out depend on what was received when, and not on how often `step` was called. Time is in seconds since the vehicle
+was switched on and never goes back.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from simulator.commands import ACCEPTED, FAILED, UNSUPPORTED, Command, carry_out, read_command
+from simulator.commands_flight import jump_to_item, set_mode_number
+from simulator.dialect import Codec, Message, mavlink
+from simulator.failure_modes import Failure
+from simulator.flight import Flight, FlightSettings
+from simulator.flight_constants import TICK_S
+from simulator.missions import MissionServer
+from simulator.notices import Notice, Severity
+from simulator.parameter_protocol import ParameterServer
+from simulator.parameters import Parameters
+from simulator.setpoints import receive_setpoint
+from simulator.telemetry import Telemetry
+
+INBOX_MAX = 512
+"""Datagrams waiting for the next tick; a flood loses its newest, as a full serial buffer does."""
+OUTBOX_MAX = 4096
+"""Frames nobody has fetched; the oldest go first."""
+TEXT_MAX = 50
+BANNER = ("ArduCopter V4.6.2 (simulated)", "Frame: QUAD/X")
+REBOOT_AFTER_S = 0.2
+SET_MODE_FLAG = 1
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleSettings:
+    flight: FlightSettings
+    system_id: int = 1
+    parameters: tuple[tuple[str, float], ...] = ()
+    parameter_count: int = 0
+    failures: tuple[tuple[float, Failure], ...] = field(default=())
+    """Failures that set in by themselves, each with the second at which it does."""
+
+
+class Vehicle:
+    def __init__(self, settings: VehicleSettings, failures: Iterable[Failure] = ()) -> None:
+        self.settings = settings
+        self.failures: set[Failure] = set(failures)
+        self._planned = sorted(settings.failures)
+        overrides = (
+            ("SYSID_THISMAV", float(settings.system_id)),
+            ("BATT_CAPACITY", settings.flight.battery_mah),
+            *settings.parameters,
+        )
+        self.parameters = Parameters(overrides, settings.parameter_count)
+        self._codec = Codec(settings.system_id)
+        self._inbox: deque[tuple[float, bytes]] = deque()
+        self._outbox: deque[bytes] = deque(maxlen=OUTBOX_MAX)
+        self._ticks = 0
+        self._boot_tick = 0
+        self._reboot_tick: int | None = None
+        self._sent = 0
+        self._text_id = 0
+        self._owed: list[int] = []
+        self.overflowed = 0
+        self._boot()
+
+    def _boot(self) -> None:
+        self.flight = Flight(self.settings.flight, self.parameters, self.failures)
+        self.flight.on_mode_change = self._owe_heartbeat
+        self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
+        self._telemetry = Telemetry()
+        self._missions = MissionServer(self.flight, self._send)
+        self._parameter_server = ParameterServer(self.parameters, self._send)
+        self._say(Severity.INFO, BANNER[0])
+
+    # The outside.
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        if len(self._inbox) >= INBOX_MAX:
+            self.overflowed += 1
+        else:
+            self._inbox.append((now_s, data))
+
+    def step(self, now_s: float) -> None:
+        """Live on until `now_s`."""
+        last = int(now_s / TICK_S + 1e-6)
+        while self._ticks < last:
+            self._ticks += 1
+            self._tick(self._ticks * TICK_S)
+
+    def datagrams_to_send(self) -> list[bytes]:
+        """One frame each, in order; they are handed out once."""
+        datagrams = list(self._outbox)
+        self._outbox.clear()
+        return datagrams
+
+    # One tick.
+
+    def _tick(self, now_s: float) -> None:
+        flight = self.flight
+        while self._planned and self._planned[0][0] <= now_s:
+            self.failures.add(self._planned.pop(0)[1])
+        flight.now_s = (self._ticks - self._boot_tick) * TICK_S
+        while self._inbox and self._inbox[0][0] <= now_s + 1e-9:
+            for message in self._codec.decode(self._inbox.popleft()[1]):
+                self._handle(message)
+        flight.tick(flight.now_s)
+        self._missions.tick()
+        self._parameter_server.drop_every_seventh = Failure.PARAMETERS_DROPPED in self.failures
+        self._parameter_server.tick()
+        while flight.notices:
+            self._speak(flight.notices.popleft())
+        for message in self._telemetry.due(flight):
+            self._send(message)
+        for message_id in self._owed:
+            self._send_report(message_id)
+        self._owed.clear()
+        if self._reboot_tick is not None and self._ticks >= self._reboot_tick:
+            self._reboot()
+
+    def _owe_heartbeat(self) -> None:
+        """A mode change is told at once: at the end of this tick, and so after the acknowledgement."""
+        self._owed.append(mavlink.MAVLINK_MSG_ID_HEARTBEAT)
+
+    def _reboot(self) -> None:
+        old = self.flight
+        self._reboot_tick = None
+        self._boot_tick = self._ticks
+        self._boot()
+        body = self.flight.body
+        body.north_m, body.east_m = old.body.north_m, old.body.east_m
+        body.turn_to(old.body.attitude()[2])
+        self.flight.plans = old.plans
+        self.flight.restart_controllers()
+
+    # Messages in.
+
+    def _handle(self, message: Message) -> None:
+        name = message.get_type()
+        sender = (message.get_srcSystem(), message.get_srcComponent())
+        target = getattr(message, "target_system", 0)
+        if target not in (0, self.settings.system_id):
+            return
+        flight = self.flight
+        if name == "HEARTBEAT":
+            self._ground_station_seen(sender[0])
+        elif name in ("COMMAND_LONG", "COMMAND_INT"):
+            self._handle_command(read_command(message), sender)
+        elif name in ("RC_CHANNELS_OVERRIDE", "MANUAL_CONTROL"):
+            self._handle_sticks(message, sender[0])
+        elif name.startswith("MISSION_"):
+            self._handle_mission(message, sender)
+        elif name.startswith("PARAM_"):
+            self._handle_parameter(message)
+        elif name.startswith("SET_POSITION_TARGET_"):
+            receive_setpoint(flight, message)
+        elif name == "SET_MODE":
+            if message.base_mode & SET_MODE_FLAG:
+                set_mode_number(flight, message.custom_mode)
+        elif name == "REQUEST_DATA_STREAM":
+            rate = message.req_message_rate if message.start_stop else 0
+            self._telemetry.set_stream(message.req_stream_id, rate, flight.now_s)
+        elif name == "TIMESYNC":
+            if message.tc1 == 0:
+                self._send(mavlink.MAVLink_timesync_message(round(flight.now_s * 1e9), message.ts1))
+        elif name == "PING" and message.target_system == 0 and message.target_component == 0:
+            self._send(mavlink.MAVLink_ping_message(message.time_usec, message.seq, *sender))
+
+    def _ground_station_seen(self, system_id: int) -> None:
+        if self.flight.sticks.accepts(system_id):
+            self.flight.failsafes.ground_station_seen_s = self.flight.now_s
+
+    def _handle_sticks(self, message: Message, system_id: int) -> None:
+        sticks, now_s = self.flight.sticks, self.flight.now_s
+        if not sticks.accepts(system_id):
+            return
+        if message.get_type() == "RC_CHANNELS_OVERRIDE":
+            sticks.override([getattr(message, f"chan{n}_raw") for n in range(1, 19)], now_s)
+        elif message.target == self.settings.system_id:
+            sticks.manual_control(x=message.x, y=message.y, z=message.z, r=message.r, now_s=now_s)
+        else:
+            return
+        self._ground_station_seen(system_id)
+
+    def _handle_mission(self, message: Message, sender: tuple[int, int]) -> None:
+        name = message.get_type()
+        if name == "MISSION_SET_CURRENT":
+            if jump_to_item(self.flight, message.seq):
+                self._send_report(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT)
+        elif hasattr(message, "mission_type") and hasattr(message, "target_system"):
+            self._missions.receive(message, sender)
+
+    def _handle_parameter(self, message: Message) -> None:
+        name = message.get_type()
+        if name == "PARAM_REQUEST_LIST":
+            for line in BANNER:
+                self._say(Severity.INFO, line)
+            self._parameter_server.list_all()
+        elif name == "PARAM_REQUEST_READ":
+            self._parameter_server.read(str(message.param_id), message.param_index)
+        elif name == "PARAM_SET":
+            self._parameter_server.set(str(message.param_id), message.param_value)
+
+    # Commands.
+
+    def _handle_command(self, command: Command, sender: tuple[int, int]) -> None:
+        result = self._carry_out(command)
+        if Failure.COMMAND_ACK_MISSING not in self.failures:
+            ack = mavlink.MAVLink_command_ack_message(command.number, result, 0, 0, *sender)
+            self._send(ack)
+
+    def _carry_out(self, command: Command) -> int:
+        flight, first = self.flight, int(command.params[0])
+        number = command.number
+        if number == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
+            if self._telemetry.set_interval(first, command.params[1], flight.now_s):
+                return ACCEPTED
+            self._say(Severity.INFO, f"No ap_message for mavlink id ({first})")
+            return int(mavlink.MAV_RESULT_DENIED)
+        if number == mavlink.MAV_CMD_GET_MESSAGE_INTERVAL:
+            if not self._telemetry.knows(first):
+                return FAILED
+            interval = self._telemetry.interval_us(first)
+            self._send(mavlink.MAVLink_message_interval_message(first, interval))
+            return ACCEPTED
+        if number == mavlink.MAV_CMD_REQUEST_MESSAGE:
+            return self._promise(first)
+        if number == mavlink.MAV_CMD_GET_HOME_POSITION:
+            return self._promise(mavlink.MAVLINK_MSG_ID_HOME_POSITION)
+        if number == mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES:
+            return self._promise(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+        if number == mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
+            return self._plan_reboot(first)
+        if number == mavlink.MAV_CMD_DO_SET_MODE and Failure.MODE_CHANGE_IGNORED in self.failures:
+            return ACCEPTED
+        return carry_out(flight, command)
+
+    def _plan_reboot(self, what: int) -> int:
+        if self.flight.armed:
+            return FAILED
+        if what not in (1, 3):
+            return UNSUPPORTED
+        self._reboot_tick = self._ticks + round(REBOOT_AFTER_S / TICK_S)
+        return ACCEPTED
+
+    # Messages out.
+
+    def _promise(self, message_id: int) -> int:
+        """The report goes out at the end of this tick, after the acknowledgement."""
+        if self._telemetry.report(message_id, self.flight) is None:
+            return FAILED
+        self._owed.append(message_id)
+        return ACCEPTED
+
+    def _send_report(self, message_id: int) -> None:
+        message = self._telemetry.report(message_id, self.flight)
+        if message is not None:
+            self._send(message)
+
+    def _say(self, severity: Severity, text: str) -> None:
+        self._speak(Notice(severity, text))
+
+    def _speak(self, notice: Notice) -> None:
+        """Long texts go out in numbered pieces of one text."""
+        text = notice.text.encode("ascii", "replace")
+        pieces = [text[i : i + TEXT_MAX] for i in range(0, len(text), TEXT_MAX)]
+        number = 0
+        if len(pieces) > 1:
+            self._text_id = self._text_id % 65535 + 1
+            number = self._text_id
+        for sequence, piece in enumerate(pieces):
+            self._send(mavlink.MAVLink_statustext_message(int(notice.severity), piece, number, sequence))
+
+    def _send(self, message: Message) -> None:
+        self._sent += 1
+        frame = self._codec.encode(message)
+        if Failure.SILENT in self.failures:
+            return
+        if Failure.DROP_EVERY_TENTH in self.failures and self._sent % 10 == 0:
+            return
+        self._outbox.append(frame)
