@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wire.content import Frames, Ping, Pong, decode_content, encode_frames, encode_keepalive
+from wire.content import Frames, Pong, decode_content, encode_frames, encode_keepalive
 from wire.dialect import build, mavlink
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId

@@ -1,0 +1,228 @@
+"""Rates, parameters and heartbeats: what is asked of the autopilot, when, and how often."""
+
+from typing import Any
+
+import pytest
+
+from onboard_agent.asking import Asking
+from onboard_agent.backoff import Backoff
+from onboard_agent.own_frames import FrameMaker, Sender
+from onboard_agent.parameters import NAMES, Parameters
+from onboard_agent.presence import Presence
+from onboard_agent.rates import ASK_AGAIN_AFTER_S, MISSED_FOR_S, WISHES, Rates
+from wire.dialect import decode, mavlink
+
+
+def ack(command: int, result: int = 0) -> Any:
+    return mavlink.MAVLink_command_ack_message(command, result)
+
+
+def test_one_question_at_a_time_each_given_up_after_its_tries() -> None:
+    asking: Asking[str] = Asking(timeout_s=1.0, tries=2)
+    assert asking.due(0.0) is None
+    asking.ask(["a", "b"])
+    assert asking.due(0.0) == ("a", 0)
+    assert asking.due(0.9) is None
+    assert asking.due(1.0) == ("a", 1)
+    assert asking.due(2.0) == ("b", 0)
+    asking.answered()
+    assert asking.current is None
+    assert asking.due(3.0) is None
+
+
+def test_an_answer_makes_the_next_question_due_at_once() -> None:
+    asking: Asking[str] = Asking(timeout_s=1.0, tries=2)
+    asking.ask(["a", "b"])
+    asking.due(0.0)
+    asking.answered()
+    assert asking.due(0.01) == ("b", 0)
+
+
+class RatesBench:
+    def __init__(self) -> None:
+        self.rates = Rates(FrameMaker())
+        self.rates.ask_all(0.0)
+
+    def ask(self, now: float) -> Any:
+        frame = self.rates.due(now, vehicle_system_id=1)
+        return None if frame is None else decode(frame)
+
+    def grant_all(self, now: float, refuse: int | None = None) -> list[int]:
+        asked = []
+        while (message := self.ask(now)) is not None:
+            asked.append(int(message.param1))
+            self.rates.acknowledged(ack(message.command, 3 if message.param1 == refuse else 0), now)
+        return asked
+
+
+def test_the_whole_table_is_asked_for_in_order() -> None:
+    assert RatesBench().grant_all(0.0) == [wish.message_id for wish in WISHES]
+
+
+def test_the_interval_is_in_microseconds_and_the_version_is_asked_once() -> None:
+    bench = RatesBench()
+    first = bench.ask(0.0)
+    assert (first.command, first.param1, first.param2) == (511, 30, 100_000)
+    assert (first.target_system, first.target_component) == (1, 1)
+    assert (first.get_srcSystem(), first.get_srcComponent()) == (1, 191)
+    bench.rates.acknowledged(ack(511), 0.0)
+    messages = []
+    while (message := bench.ask(0.0)) is not None:
+        messages.append(message)
+        bench.rates.acknowledged(ack(message.command), 0.0)
+    assert (messages[-1].command, messages[-1].param1) == (512, 148)
+
+
+def test_a_repeat_carries_a_higher_confirmation_and_then_the_next_is_asked() -> None:
+    bench = RatesBench()
+    asked = [bench.ask(n * 0.5) for n in range(4)]
+    assert [(m.param1, m.confirmation) for m in asked] == [(30, 0), (30, 1), (30, 2), (33, 0)]
+
+
+def test_what_is_unsupported_is_not_asked_again() -> None:
+    bench = RatesBench()
+    bench.grant_all(0.0, refuse=mavlink.MAVLINK_MSG_ID_WIND)
+    assert bench.rates.unsupported == {mavlink.MAVLINK_MSG_ID_WIND}
+    bench.rates.ask_all(10.0)
+    assert mavlink.MAVLINK_MSG_ID_WIND not in bench.grant_all(10.0)
+
+
+def test_an_answer_to_another_command_is_not_ours() -> None:
+    bench = RatesBench()
+    bench.ask(0.0)
+    bench.rates.acknowledged(ack(400), 0.1)
+    bench.rates.acknowledged(ack(512), 0.1)
+    assert bench.ask(0.5).param1 == 30
+
+
+@pytest.mark.parametrize("result", [5, 1], ids=["in progress", "temporarily rejected"])
+def test_not_now_means_wait(result: int) -> None:
+    bench = RatesBench()
+    bench.ask(0.0)
+    bench.rates.acknowledged(ack(511, result), 0.1)
+    assert bench.ask(0.4) is None
+    assert bench.ask(2.2).param1 == 30
+
+
+def test_rates_that_were_forgotten_are_asked_for_again_but_not_too_often() -> None:
+    bench = RatesBench()
+    bench.grant_all(0.0)
+    bench.rates.watched_came(20.0)
+    assert bench.ask(20.0 + MISSED_FOR_S) is None, "the last request is too recent"
+    bench.rates.watched_came(ASK_AGAIN_AFTER_S)
+    assert bench.ask(ASK_AGAIN_AFTER_S + 1.0) is None, "it still comes"
+    later = ASK_AGAIN_AFTER_S + MISSED_FOR_S + 0.1
+    assert len(bench.grant_all(later)) == len(WISHES)
+    assert bench.ask(later + MISSED_FOR_S + 1.0) is None
+
+
+def value(name: str, number: float) -> Any:
+    return mavlink.MAVLink_param_value_message(name.encode(), number, 9, 900, 1)
+
+
+class ParametersBench:
+    def __init__(self, known: dict[str, float]) -> None:
+        self.parameters = Parameters(FrameMaker())
+        self.parameters.ask_all()
+        self.asked: list[str] = []
+        for n in range(40):
+            frame = self.parameters.due(n * 1.0, vehicle_system_id=1)
+            if frame is None:
+                continue
+            name = decode(frame).param_id
+            self.asked.append(name)
+            if name in known:
+                self.parameters.value(decode_again(value(name, known[name])))
+
+
+def decode_again(message: Any) -> Any:
+    return decode(FrameMaker().make(message, Sender(1, 1)))
+
+
+def test_the_ground_stations_id_by_its_old_name() -> None:
+    bench = ParametersBench({"SYSID_MYGCS": 245, "RC3_MIN": 1100, "RC3_MAX": 1900, "RC1_TRIM": 1510})
+    assert bench.parameters.ground_station_system_id == 245
+    assert "MAV_GCS_SYSID" not in bench.asked
+    assert bench.parameters.channel_middles_us == (1510, 1500, 1500, 1500)
+
+
+def test_the_ground_stations_id_by_its_new_name() -> None:
+    bench = ParametersBench({"MAV_GCS_SYSID": 250, "RC3_MIN": 1000, "RC3_MAX": 1800})
+    assert bench.parameters.ground_station_system_id == 250
+    assert bench.asked.count("SYSID_MYGCS") == 3
+    assert bench.parameters.channel_middles_us[2] == 1400
+
+
+def test_an_autopilot_that_answers_nothing_is_asked_for_a_while_only() -> None:
+    bench = ParametersBench({})
+    assert len(bench.asked) == 3 * len(NAMES)
+    assert bench.parameters.ground_station_system_id == 255
+    assert bench.parameters.channel_middles_us == (1500, 1500, 1500, 1500)
+
+
+@pytest.mark.parametrize("number", [0.0, -1.0, 256.0, float("nan"), float("inf")])
+def test_an_impossible_ground_station_id_is_not_believed(number: float) -> None:
+    parameters = Parameters(FrameMaker())
+    parameters.value(decode_again(value("SYSID_MYGCS", number)))
+    assert parameters.ground_station_system_id == 255
+
+
+def beats(presence: Presence, now: float, **changes: Any) -> list[tuple[int, int, int]]:
+    situation = {
+        "vehicle_system_id": 3,
+        "ground_station_system_id": 255,
+        "holder_present": True,
+        "tower_silent_s": 0.1,
+    } | changes
+    frames = presence.due(now, **situation)
+    return [(m.get_srcSystem(), m.get_srcComponent(), m.type) for m in map(decode, frames) if m is not None]
+
+
+OWN = (3, 191, 18)
+GROUND_STATION = (255, 190, 6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, [OWN, GROUND_STATION]),
+        ({"holder_present": False}, [OWN]),
+        ({"tower_silent_s": 2.0}, [OWN]),
+        ({"ground_station_system_id": 245}, [OWN, (245, 190, 6)]),
+        ({"vehicle_system_id": None}, []),
+    ],
+)
+def test_who_beats(changes: dict[str, Any], expected: list[tuple[int, int, int]]) -> None:
+    assert beats(Presence(FrameMaker(), speaks_first=False), 5.0, **changes) == expected
+
+
+def test_beats_are_a_second_apart() -> None:
+    presence = Presence(FrameMaker(), speaks_first=False)
+    assert sum(len(beats(presence, n * 0.025)) for n in range(400)) == 20
+
+
+def test_who_must_be_spoken_to_first_is_greeted() -> None:
+    assert beats(Presence(FrameMaker(), speaks_first=True), 0.0, vehicle_system_id=None) == [(1, 191, 18)]
+
+
+def test_each_sender_has_its_own_sequence() -> None:
+    presence = Presence(FrameMaker(), speaks_first=False)
+    sequences = []
+    for n in range(3):
+        frames = presence.due(
+            float(n), vehicle_system_id=3, ground_station_system_id=255, holder_present=True, tower_silent_s=0.0
+        )
+        sequences.append([frame[4] for frame in frames])
+    assert sequences == [[0, 0], [1, 1], [2, 2]]
+
+
+def test_the_backoff_begins_at_once_and_ends_at_two_seconds() -> None:
+    backoff = Backoff(fraction=lambda: 0.0)
+    assert [backoff.next_delay_s() for _ in range(6)] == [0.0, 0.25, 0.5, 1.0, 2.0, 2.0]
+    backoff.reset()
+    assert backoff.next_delay_s() == 0.0
+
+
+def test_the_jitter_only_shortens() -> None:
+    backoff = Backoff(fraction=lambda: 1.0)
+    assert [backoff.next_delay_s() for _ in range(4)] == [0.0, 0.125, 0.25, 0.5]

@@ -1,0 +1,266 @@
+"""The hold as a state machine: each law of `onboard_agent/hold.py`, and the table itself."""
+
+from typing import Any
+
+import pytest
+
+from onboard_agent.flight_modes import HoldMode, hold_mode
+from onboard_agent.hold import BOUND_S, DEADLINE_S, STICKS_INTERVAL_S, Hold, HoldCause
+from onboard_agent.hold_table import NEXT, HoldEvent, HoldPhase
+from onboard_agent.own_frames import FrameMaker
+from wire.control_messages import HoldStep
+from wire.dialect import decode, mavlink
+
+ALT_HOLD = 2
+STEP_S = 0.025
+
+
+class Bench:
+    """A hold with a clock that is wound by hand; keeps what was sent and what was reported."""
+
+    def __init__(self, *, cause: HoldCause = HoldCause.ORDER, needed: bool = True, mode: Any = "default") -> None:
+        self.now = 100.0
+        self.hold = Hold(FrameMaker())
+        self.sent: list[Any] = []
+        self.steps: list[HoldStep] = []
+        self.details: list[str] = []
+        self.tower_silent_s = 0.0
+        chosen: HoldMode | None = hold_mode(3, 2) if mode == "default" else mode
+        self.hold.begin(cause=cause, order_id=9, epoch=4, mode=chosen, needed=needed, now=self.now)
+        self.collect()
+
+    def collect(self) -> None:
+        for progress in self.hold.take_progress():
+            assert (progress.order_id, progress.epoch) == (9, 4)
+            self.steps.append(progress.step)
+            self.details.append(progress.detail)
+
+    def pass_time(self, for_s: float) -> None:
+        end = self.now + for_s
+        while self.now < end:
+            frames = self.hold.tick(
+                self.now, vehicle_system_id=1, ground_station_system_id=255, tower_silent_s=self.tower_silent_s
+            )
+            self.sent += [decode(frame) for frame in frames]
+            self.now += STEP_S
+        self.collect()
+
+    def ack(self, result: int) -> None:
+        self.hold.acknowledged(mavlink.MAVLink_command_ack_message(176, result), self.now)
+        self.collect()
+
+    def heartbeat(self, custom_mode: int, *, armed: bool = True) -> None:
+        self.hold.heartbeat(armed=armed, custom_mode=custom_mode, now=self.now)
+        self.collect()
+
+    def take_sent(self, kind: str) -> list[Any]:
+        found = [m for m in self.sent if m.get_type() == kind]
+        self.sent = []
+        return found
+
+
+def test_the_straight_way() -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(ALT_HOLD)
+    assert bench.steps == ["sticks_centred", "mode_requested", "mode_acknowledged", "confirmed"]
+    assert bench.hold.phase is HoldPhase.CONFIRMED
+    assert bench.hold.sticks_on
+
+
+def test_sticks_are_centred_at_20_hz_as_the_ground_station() -> None:
+    bench = Bench()
+    bench.pass_time(2.0)
+    sticks = [m for m in bench.sent if m.get_type() == "MANUAL_CONTROL"]
+    assert len(sticks) == pytest.approx(2.0 / STICKS_INTERVAL_S, abs=1)
+    assert {(m.x, m.y, m.z, m.r, m.buttons, m.target) for m in sticks} == {(0, 0, 500, 0, 0, 1)}
+    assert {(m.get_srcSystem(), m.get_srcComponent()) for m in sticks} == {(255, 190)}
+
+
+def test_the_mode_is_asked_for_again_with_a_growing_confirmation() -> None:
+    bench = Bench()
+    bench.pass_time(1.1)
+    asked = bench.take_sent("COMMAND_LONG")
+    assert [m.confirmation for m in asked] == [0, 1, 2, 3, 4]
+    assert {(m.command, m.param1, m.param2, m.target_system, m.target_component) for m in asked} == {(176, 1, 2, 1, 1)}
+    assert {(m.get_srcSystem(), m.get_srcComponent()) for m in asked} == {(1, 191)}
+
+
+def test_an_acknowledgement_alone_confirms_nothing() -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(5)
+    bench.pass_time(DEADLINE_S)
+    assert bench.steps[-2:] == ["mode_acknowledged", "unconfirmed"]
+    assert "heartbeat does not show" in bench.details[-1]
+
+
+def test_a_heartbeat_alone_confirms_nothing() -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.heartbeat(ALT_HOLD)
+    assert bench.steps[-1] == "mode_requested"
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    assert bench.steps[-2:] == ["mode_acknowledged", "confirmed"]
+
+
+def test_after_the_deadline_it_is_tried_more_slowly_and_may_still_succeed() -> None:
+    bench = Bench()
+    bench.pass_time(DEADLINE_S + 0.05)
+    assert bench.steps[-1] == "unconfirmed"
+    assert bench.details[-1] == "no answer from the autopilot"
+    bench.sent = []
+    bench.pass_time(5.0)
+    assert 4 <= len(bench.take_sent("COMMAND_LONG")) <= 6
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(ALT_HOLD)
+    assert bench.steps[-2:] == ["mode_acknowledged", "confirmed"]
+    assert bench.steps.count(HoldStep.UNCONFIRMED) == 1
+
+
+def test_a_refusal_is_named() -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.ack(mavlink.MAV_RESULT_DENIED)
+    bench.pass_time(DEADLINE_S)
+    assert bench.details[-1] == "the autopilot refuses ALT_HOLD: DENIED"
+
+
+def test_in_progress_means_wait_longer() -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.ack(mavlink.MAV_RESULT_IN_PROGRESS)
+    bench.sent = []
+    bench.pass_time(0.9)
+    assert bench.take_sent("COMMAND_LONG") == []
+
+
+def test_a_disarmed_drone_needs_none() -> None:
+    bench = Bench(needed=False)
+    bench.pass_time(1.0)
+    assert bench.steps == ["not_needed"]
+    assert bench.sent == []
+
+
+def test_disarming_ends_it() -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.heartbeat(5, armed=False)
+    assert bench.steps[-1] == "not_needed"
+    bench.sent = []
+    bench.pass_time(1.0)
+    assert bench.sent == []
+
+
+def test_nothing_goes_on_past_the_bound() -> None:
+    bench = Bench()
+    bench.pass_time(BOUND_S + 0.1)
+    bench.sent = []
+    bench.pass_time(5.0)
+    assert bench.sent == []
+    assert bench.hold.phase is HoldPhase.IDLE
+
+
+def test_a_process_that_was_stopped_does_not_wake_up_steering() -> None:
+    bench = Bench()
+    bench.now += 3600.0
+    bench.pass_time(1.0)
+    assert bench.sent == []
+    assert bench.steps == ["unconfirmed"]
+
+
+def test_an_ordered_hold_stops_the_sticks_when_the_tower_is_gone_but_still_wants_the_mode() -> None:
+    bench = Bench()
+    bench.pass_time(0.5)
+    bench.tower_silent_s = 2.0
+    bench.sent = []
+    bench.pass_time(1.0)
+    kinds = {m.get_type() for m in bench.sent}
+    assert kinds == {"COMMAND_LONG"}
+
+
+def test_a_hold_for_want_of_the_tower_goes_on_without_it() -> None:
+    bench = Bench(cause=HoldCause.LINK_LOST)
+    bench.tower_silent_s = 2.0
+    bench.pass_time(BOUND_S - 1.0)
+    assert bench.hold.sticks_on
+    assert bench.steps[0] == "ordered"
+    bench.tower_silent_s = 31.0
+    bench.pass_time(1.1)
+    assert not bench.hold.sticks_on
+
+
+def test_the_new_holders_sticks_end_ours_but_not_the_wish_for_the_mode() -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.hold.sticks_taken_over()
+    bench.sent = []
+    bench.pass_time(0.5)
+    assert {m.get_type() for m in bench.sent} == {"COMMAND_LONG"}
+
+
+@pytest.mark.parametrize(("needs_sticks", "still"), [(False, set()), (True, {"MANUAL_CONTROL"})])
+def test_the_new_holders_command_wins(needs_sticks: bool, still: set[str]) -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.hold.overruled(needs_sticks=needs_sticks, now=bench.now)
+    bench.sent = []
+    bench.pass_time(1.0)
+    assert {m.get_type() for m in bench.sent} == still
+    assert bench.steps[-1] == "unconfirmed"
+    assert bench.details[-1] == "the holder has commanded otherwise"
+
+
+def test_a_vehicle_without_such_a_mode_gets_sticks_and_the_truth() -> None:
+    bench = Bench(mode=None)
+    bench.pass_time(DEADLINE_S + 0.1)
+    assert {m.get_type() for m in bench.sent} == {"MANUAL_CONTROL"}
+    assert bench.details[-1] == "no altitude-hold mode is known for this vehicle"
+
+
+def test_a_second_order_begins_anew() -> None:
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(ALT_HOLD)
+    bench.hold.begin(cause=HoldCause.ORDER, order_id=9, epoch=4, mode=hold_mode(3, 2), needed=True, now=bench.now)
+    bench.pass_time(0.1)
+    assert bench.steps[-2:] == ["sticks_centred", "mode_requested"]
+
+
+def test_a_late_acknowledgement_after_the_end_means_nothing() -> None:
+    bench = Bench(needed=False)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(ALT_HOLD)
+    assert bench.steps == ["not_needed"]
+
+
+@pytest.mark.parametrize("phase", [p for p in HoldPhase if p is not HoldPhase.IDLE])
+def test_the_table_leads_out_of_every_phase(phase: HoldPhase) -> None:
+    for event in (HoldEvent.BOUND_PASSED, HoldEvent.DISARMED, HoldEvent.OVERRULED):
+        assert NEXT[phase, event][0] is HoldPhase.IDLE
+
+
+def test_the_table_reports_confirmed_only_where_both_have_been_seen() -> None:
+    to_confirmed = [key for key, (phase, _) in NEXT.items() if phase is HoldPhase.CONFIRMED]
+    assert to_confirmed == [(HoldPhase.ACKNOWLEDGED, HoldEvent.MODE_SHOWN)]
+    assert all((step is HoldStep.CONFIRMED) == (phase is HoldPhase.CONFIRMED) for phase, step in NEXT.values())
+
+
+@pytest.mark.parametrize(
+    ("kind", "vehicle", "name"),
+    [
+        (3, 2, "ALT_HOLD"),
+        (3, 13, "ALT_HOLD"),
+        (12, 2, "ALTCTL"),
+        (3, 1, None),
+        (12, 1, None),
+        (8, 2, None),
+        (0, 0, None),
+    ],
+)
+def test_which_mode_holds(kind: int, vehicle: int, name: str | None) -> None:
+    mode = hold_mode(kind, vehicle)
+    assert (mode.name if mode else None) == name

@@ -1,0 +1,279 @@
+"""The decisions together: what happens to frames, orders and heartbeats that meet."""
+
+from typing import Any
+
+from onboard_agent.onboard import PROGRESS_KEPT, Onboard
+from wire.content import Frames
+from wire.control_messages import AutopilotState, ControlChanged, HoldOrder, HoldProgress, Welcome
+from wire.dialect import build, decode, mavlink
+from wire.frames import message_id
+from wire.ids import DroneId, Epoch
+
+STEP_S = 0.025
+LOITER, RTL, ALT_HOLD = 5, 6, 2
+
+
+def frame(message: Any, *, system_id: int = 1, component_id: int = 1) -> bytes:
+    return build(message, system_id=system_id, component_id=component_id, sequence=0)
+
+
+def sticks(x: int) -> bytes:
+    return frame(mavlink.MAVLink_manual_control_message(1, x, 0, 500, 0, 0), system_id=255, component_id=190)
+
+
+def set_mode(mode: int) -> bytes:
+    message = mavlink.MAVLink_command_long_message(1, 1, 176, 0, 1, mode, 0, 0, 0, 0, 0)
+    return frame(message, system_id=255, component_id=190)
+
+
+class World:
+    """An Onboard that is linked, with an armed copter in LOITER, and a clock that is wound by hand."""
+
+    def __init__(self, *, armed: bool = True, mode: int = LOITER, heard: bool = True) -> None:
+        self.now = 50.0
+        self.onboard = Onboard(now=self.now, speaks_first=False)
+        self.armed, self.mode, self.heard = armed, mode, heard
+        self.tower_there = True
+        self.sent: list[bytes] = []
+        self.told: list[Any] = []
+        self.link_up()
+        self.pass_time(0.2)
+        self.sent.clear()
+
+    def link_up(self, epoch: int = 5) -> None:
+        welcome = Welcome(
+            drone_id=7, name="kestrel", link_id=1, public_key=b"k" * 32, udp_port=1, epoch=epoch, holder="ada"
+        )
+        self.onboard.welcomed(welcome, self.now)
+
+    def beat(self) -> None:
+        message = mavlink.MAVLink_heartbeat_message(2, 3, 0x81 if self.armed else 1, self.mode, 4, 3)
+        self.onboard.from_autopilot([frame(message)], self.now)
+
+    def pass_time(self, for_s: float) -> None:
+        end = self.now + for_s
+        while self.now < end:
+            if self.heard:
+                self.beat()
+            if self.tower_there:
+                self.onboard.tower_heard(self.now)
+            self.onboard.tick(self.now)
+            self.collect()
+            self.now += STEP_S
+
+    def collect(self) -> None:
+        self.sent += self.onboard.take_to_autopilot()
+        self.told += self.onboard.take_to_tower(self.now)
+
+    def tower_sends(self, *frames: bytes, epoch: int = 5) -> None:
+        self.onboard.from_tower(Frames(DroneId(7), Epoch(epoch), list(frames)), self.now)
+        self.collect()
+
+    def ack(self, command: int, *, target: tuple[int, int] = (1, 191)) -> None:
+        self.onboard.from_autopilot([frame(mavlink.MAVLink_command_ack_message(command, 0, 0, 0, *target))], self.now)
+        self.collect()
+
+    def steps(self) -> list[str]:
+        return [str(message.step) for message in self.told if isinstance(message, HoldProgress)]
+
+    def messages(self, kind: str) -> list[Any]:
+        found = [m for m in map(decode, self.sent) if m is not None and m.get_type() == kind]
+        self.sent.clear()
+        return found
+
+
+def order(order_id: int = 1, epoch: int = 6) -> HoldOrder:
+    return HoldOrder(order_id=order_id, epoch=epoch, reason="taken")
+
+
+def test_an_order_fences_centres_and_confirms() -> None:
+    world = World()
+    world.onboard.message(order(), world.now)
+    world.pass_time(0.1)
+    world.tower_sends(sticks(900), epoch=5)
+    assert sticks(900) not in world.sent
+    world.ack(176)
+    world.mode = ALT_HOLD
+    world.pass_time(0.1)
+    assert world.steps() == ["sticks_centred", "mode_requested", "mode_acknowledged", "confirmed"]
+
+
+def test_the_answer_to_somebody_elses_mode_change_does_not_count() -> None:
+    world = World()
+    world.onboard.message(order(), world.now)
+    world.pass_time(0.1)
+    world.ack(176, target=(255, 190))
+    assert "mode_acknowledged" not in world.steps()
+    world.ack(176, target=(0, 0))
+    assert "mode_acknowledged" in world.steps()
+
+
+def test_a_gimbals_heartbeat_does_not_confirm() -> None:
+    world = World()
+    world.onboard.message(order(), world.now)
+    world.pass_time(0.1)
+    world.ack(176)
+    gimbal = frame(mavlink.MAVLink_heartbeat_message(26, 3, 0x81, ALT_HOLD, 4, 3), component_id=154)
+    world.onboard.from_autopilot([gimbal], world.now)
+    world.collect()
+    assert "confirmed" not in world.steps()
+
+
+def test_the_same_order_again_changes_nothing() -> None:
+    world = World()
+    world.onboard.message(order(), world.now)
+    world.pass_time(0.1)
+    world.onboard.message(order(), world.now)
+    world.pass_time(0.1)
+    assert world.steps() == ["sticks_centred", "mode_requested"]
+
+
+def test_uncentred_sticks_wait_and_centred_ones_take_over() -> None:
+    world = World()
+    world.onboard.message(order(), world.now)
+    world.pass_time(0.1)
+    world.sent.clear()
+    world.tower_sends(sticks(700), epoch=6)
+    assert world.sent == []
+    world.tower_sends(sticks(10), sticks(700), epoch=6)
+    assert world.sent == [sticks(10), sticks(700)]
+    world.sent.clear()
+    world.pass_time(0.5)
+    assert not world.messages("MANUAL_CONTROL")
+    assert world.onboard.counts["sticks not centred after a hold"] == 1
+
+
+def test_the_gate_stays_shut_even_past_the_bound() -> None:
+    world = World()
+    world.onboard.message(order(), world.now)
+    world.pass_time(31.0)
+    world.sent.clear()
+    world.tower_sends(sticks(700), epoch=6)
+    assert sticks(700) not in world.sent
+
+
+def test_a_command_of_the_new_holder_takes_over() -> None:
+    world = World()
+    world.onboard.message(order(), world.now)
+    world.pass_time(0.1)
+    world.tower_sends(set_mode(RTL), epoch=6)
+    assert set_mode(RTL) in world.sent
+    world.sent.clear()
+    world.pass_time(1.0)
+    assert {message_id(f) for f in world.sent} <= {0, 20, mavlink.MAVLINK_MSG_ID_COMMAND_LONG}
+    assert not [m for m in world.messages("COMMAND_LONG") if m.command == 176]
+
+
+def test_a_command_of_the_old_holder_does_not() -> None:
+    world = World()
+    world.onboard.message(order(), world.now)
+    world.pass_time(0.1)
+    world.tower_sends(set_mode(RTL), epoch=5)
+    world.sent.clear()
+    world.pass_time(0.5)
+    assert world.messages("MANUAL_CONTROL")
+
+
+def test_losing_the_tower_in_the_hand_holds() -> None:
+    world = World()
+    world.tower_sends(sticks(300))
+    assert world.messages("MANUAL_CONTROL")
+    world.onboard.link_broken(world.now)
+    world.tower_there = False
+    world.pass_time(1.9)
+    assert not world.messages("MANUAL_CONTROL")
+    world.pass_time(0.3)
+    assert world.messages("MANUAL_CONTROL")
+    assert world.steps() == [], "there is nobody to tell yet"
+    world.link_up()
+    world.pass_time(0.1)
+    assert world.steps()[:3] == ["ordered", "sticks_centred", "mode_requested"]
+
+
+def test_losing_the_tower_in_an_autonomous_mode_leaves_the_mission_alone() -> None:
+    world = World(mode=RTL)
+    world.tower_sends(sticks(300))
+    assert world.messages("MANUAL_CONTROL")
+    world.tower_there = False
+    world.pass_time(5.0)
+    assert not world.messages("MANUAL_CONTROL")
+
+
+def test_losing_the_tower_on_the_ground_does_nothing() -> None:
+    world = World(armed=False)
+    world.tower_sends(sticks(300))
+    assert world.messages("MANUAL_CONTROL")
+    world.tower_there = False
+    world.pass_time(5.0)
+    assert not world.messages("MANUAL_CONTROL")
+
+
+def test_an_order_for_an_autopilot_that_is_silent_is_tried_and_told() -> None:
+    world = World(heard=False)
+    world.onboard.message(order(), world.now)
+    world.pass_time(3.1)
+    assert world.steps()[-1] == "unconfirmed"
+    assert world.messages("MANUAL_CONTROL")
+
+
+def test_progress_waits_for_a_link_within_a_bound() -> None:
+    world = World(armed=False)
+    world.onboard.link_broken(world.now)
+    for n in range(PROGRESS_KEPT + 20):
+        world.onboard.message(order(order_id=n), world.now)
+        world.collect()
+    assert world.steps() == []
+    world.link_up()
+    world.collect()
+    assert len(world.steps()) == PROGRESS_KEPT
+
+
+def test_the_state_is_told_on_change_and_to_each_new_link() -> None:
+    world = World()
+    states = [m for m in world.told if isinstance(m, AutopilotState)]
+    assert states[-1] == AutopilotState(heard=True, armed=True, airborne=False)
+    world.told.clear()
+    world.pass_time(1.0)
+    assert world.told == []
+    world.link_up()
+    world.collect()
+    assert world.told == [AutopilotState(heard=True, armed=True, airborne=False)]
+
+
+def test_a_ground_station_beats_while_the_holder_is_there_and_the_tower_heard() -> None:
+    world = World()
+
+    def ground_station_beats(for_s: float) -> int:
+        world.sent.clear()
+        world.pass_time(for_s)
+        return sum(m.type == mavlink.MAV_TYPE_GCS for m in world.messages("HEARTBEAT"))
+
+    assert ground_station_beats(3.0) == 0
+    world.onboard.message(ControlChanged(epoch=5, holder="ada", holder_present=True), world.now)
+    assert ground_station_beats(3.0) == 3
+    world.tower_there = False
+    assert 1 <= ground_station_beats(10.0) <= 2
+    world.tower_there = True
+    assert ground_station_beats(3.0) == 3
+    world.onboard.link_broken(world.now)
+    assert ground_station_beats(3.0) == 0
+
+
+def test_rates_and_parameters_are_asked_again_after_a_reboot() -> None:
+    world = World()
+    world.pass_time(60.0)
+    world.sent.clear()
+    for boot_ms in (50_000, 900):
+        position = mavlink.MAVLink_global_position_int_message(boot_ms, 0, 0, 0, 0, 0, 0, 0, 0)
+        world.onboard.from_autopilot([frame(position)], world.now)
+    world.pass_time(1.0)
+    kinds = {message_id(f) for f in world.sent}
+    assert mavlink.MAVLINK_MSG_ID_COMMAND_LONG in kinds
+    assert mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ in kinds
+
+
+def test_a_frame_that_cannot_be_read_still_goes_to_the_tower() -> None:
+    world = World()
+    strange = frame(mavlink.MAVLink_heartbeat_message(2, 3, 1, 5, 4, 3), component_id=77)
+    unknown = bytes([0xFD, 1, 0, 0, 1, 1, 1, 0x60, 0xEA, 0, 5, 9, 9])
+    assert world.onboard.from_autopilot([strange, unknown], world.now) == [strange, unknown]
