@@ -1,0 +1,228 @@
+"""A world of real programs: `tower`, `tower-agent` and `tower-sim` as processes, on ports that the kernel picks.
+
+Each test brings its own folder, and with it its own database, credentials and logs. Waiting is always for a condition
+with a deadline.
+"""
+
+import http.cookiejar
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+BIN: Final = Path(sys.executable).parent
+CHECKOUT: Final = Path(__file__).resolve().parents[2]
+PASSWORD: Final = "correct horse battery"
+DEADLINE_S: Final = 60.0
+
+Found = TypeVar("Found")
+
+
+def wait_for(what: str, look: Callable[[], Found | None], *, timeout_s: float = DEADLINE_S) -> Found:
+    """The first thing that `look` finds which is not None or False. Fails naming `what` after the deadline."""
+    deadline = time.monotonic() + timeout_s
+    while time.monotonic() < deadline:
+        found = look()
+        if found is not None and found is not False:
+            return found
+        time.sleep(0.02)
+    raise AssertionError(f"waited {timeout_s:g} s in vain for {what}")
+
+
+@dataclass
+class Answer:
+    """An HTTP answer."""
+
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.body)
+
+
+class Visitor:
+    """Somebody with a cookie jar who talks to the tower's REST API."""
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        self._cookies = http.cookiejar.CookieJar()
+        self._opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(self._cookies))
+
+    def ask(self, method: str, path: str, body: Any = None) -> Answer:
+        data = None if body is None else json.dumps(body).encode()
+        request = urllib.request.Request(self.address + "/api/v1" + path, data=data, method=method)
+        if data is not None:
+            request.add_header("Content-Type", "application/json")
+        try:
+            with self._opener.open(request, timeout=10) as answer:
+                return Answer(answer.status, dict(answer.headers), answer.read())
+        except urllib.error.HTTPError as error:
+            with error:
+                return Answer(error.code, dict(error.headers), error.read())
+
+    def sign_in(self, name: str, password: str = PASSWORD) -> "Visitor":
+        answer = self.ask("POST", "/session", {"name": name, "password": password})
+        assert answer.status == 200, answer.body
+        return self
+
+    def drone(self, drone_id: int) -> Any:
+        return self.ask("GET", f"/drones/{drone_id}").json
+
+    @property
+    def cookie(self) -> str:
+        return "; ".join(f"{one.name}={one.value}" for one in self._cookies)
+
+
+@dataclass
+class World:
+    """Programs in one folder. Use as a context manager: everything is ended at the end, by its own pid."""
+
+    folder: Path
+    prepared: bool = False
+    """Whether the folder holds a database already."""
+    port: int = 0
+    udp_port: int = 0
+    _running: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    _logs: int = 0
+
+    def __enter__(self) -> "World":
+        if not self.prepared:
+            self.tower_command("migrate")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in reversed(self._running):
+            if process.poll() is None:
+                process.terminate()
+        for process in reversed(self._running):
+            try:
+                process.wait(10)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    @property
+    def environment(self) -> dict[str, str]:
+        return {
+            **os.environ,
+            "TOWER_VAR": str(self.folder),
+            "TOWER_PORT": str(self.port),
+            "TOWER_UDP_PORT": str(self.udp_port),
+            "TOWER_ARGON2_MEMORY_KIB": "19456",
+            "TOWER_ARGON2_ROUNDS": "2",
+        }
+
+    def tower_command(self, *words: str, stdin: str = "") -> str:
+        done = subprocess.run(
+            [str(BIN / "tower"), *words],
+            input=stdin,
+            capture_output=True,
+            text=True,
+            env=self.environment,
+            cwd=CHECKOUT,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    def add_user(self, name: str, role: str = "operator") -> None:
+        self.tower_command("user", "add", name, "--role", role, "--password-stdin", stdin=PASSWORD)
+
+    def add_drone(self, name: str, *owners: str) -> int:
+        owned = [word for owner in owners for word in ("--owner", owner)]
+        said = self.tower_command("drone", "add", name, *owned, "--token-file", str(self.token_file(name)))
+        found = re.search(r"\(id (\d+)\)", said)
+        assert found, said
+        return int(found[1])
+
+    def token_file(self, drone: str) -> Path:
+        return self.folder / f"{drone}.token"
+
+    def log_of(self, name: str) -> str:
+        return (self.folder / f"{name}.log").read_text(errors="replace")
+
+    def start(self, name: str, *command: str) -> subprocess.Popen[bytes]:
+        with (self.folder / f"{name}.log").open("ab") as log:
+            process = subprocess.Popen(
+                [str(BIN / command[0]), *command[1:]],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env=self.environment,
+                cwd=CHECKOUT,
+            )
+        self._running.append(process)
+        return process
+
+    def start_tower(self) -> subprocess.Popen[bytes]:
+        """Until it answers. A second call, after the first one was killed, takes the same port again."""
+        self._logs += 1
+        name = f"tower-{self._logs}"
+        process = self.start(name, "tower", "serve")
+
+        def listening() -> int | None:
+            assert process.poll() is None, self.log_of(name)
+            found = re.search(r"http://127\.0\.0\.1:(\d+)", self.log_of(name))
+            return int(found[1]) if found else None
+
+        self.port = wait_for("the tower to listen", listening)
+        return process
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    def start_agent(self, drone: str, autopilot: str) -> subprocess.Popen[bytes]:
+        token = str(self.token_file(drone))
+        return self.start(
+            f"agent-{drone}", "tower-agent", "run", "--tower", self.address, "--token", token, "--autopilot", autopilot
+        )
+
+    def start_simulated(self, *drones: str, options: tuple[str, ...] = ()) -> None:
+        """An agent for each drone, and one simulator that flies them all."""
+        ports = free_udp_ports(len(drones))
+        for drone, port in zip(drones, ports, strict=True):
+            self.start_agent(drone, f"udpin:127.0.0.1:{port}")
+        outs = [word for port in ports for word in ("--out", f"udp:127.0.0.1:{port}")]
+        home = ("--home", "47.3977,8.5456,488,0")
+        self.start("simulator", "tower-sim", "--count", str(len(drones)), *home, *outs, *options)
+
+    def visitor(self, name: str) -> Visitor:
+        return Visitor(self.address).sign_in(name)
+
+    def wait_until_online(self, visitor: Visitor, *drone_ids: int, timeout_s: float = DEADLINE_S) -> None:
+        wait_for(
+            f"drones {drone_ids} to be online",
+            lambda: all(visitor.drone(drone_id).get("online") for drone_id in drone_ids),
+            timeout_s=timeout_s,
+        )
+
+
+def kill_9(process: subprocess.Popen[bytes]) -> None:
+    """As the kernel does when memory runs out: no good-bye."""
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+
+
+def free_udp_ports(count: int) -> list[int]:
+    """Ports that the kernel just picked; whoever they are for takes them a moment later."""
+    probes = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
+    try:
+        for probe in probes:
+            probe.bind(("127.0.0.1", 0))
+        return [probe.getsockname()[1] for probe in probes]
+    finally:
+        for probe in probes:
+            probe.close()
