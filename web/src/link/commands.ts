@@ -49,7 +49,7 @@ const RESULT_WORDS: Record<number, string> = {
 export function outcomeWords(droneName: string, outcome: Outcome): string {
   switch (outcome.kind) {
     case 'accepted':
-      return `${droneName}: done`;
+      return `${droneName} accepted it`;
     case 'refused':
       return `${droneName} ${RESULT_WORDS[outcome.result] ?? `refused it (result ${outcome.result})`}`;
     case 'no-answer':

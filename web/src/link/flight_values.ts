@@ -1,5 +1,6 @@
 /** One drone's telemetry as the numbers and words that people read; null where the drone has not said. */
 
+import type { LinkEvent } from './wire_types';
 import { GPS_FIX_TYPE, MAV_LANDED_STATE, MAV_MODE_FLAG, MAV_STATE } from './generated/mavlink.gen';
 import { distanceM } from './geometry';
 import type { Place, Target } from './messages';
@@ -38,6 +39,17 @@ export interface FlightValues {
   readonly home: Place | null;
   readonly homeDistanceM: number | null;
   readonly targetDistanceM: number | null;
+  readonly airborneMs: number | null;
+  readonly linkRttMs: number | null;
+  readonly linkLossPercent: number | null;
+}
+
+/** What is known about the drone beside its telemetry. */
+export interface Beside {
+  readonly online: boolean;
+  readonly target: Target | null;
+  readonly link: LinkEvent | null;
+  readonly airborneSinceMs: number | null;
 }
 
 const GPS_WORDS: Record<number, string> = {
@@ -47,7 +59,7 @@ const GPS_WORDS: Record<number, string> = {
   [GPS_FIX_TYPE._3D_FIX]: '3D',
   [GPS_FIX_TYPE.DGPS]: 'DGPS',
   [GPS_FIX_TYPE.RTK_FLOAT]: 'RTK float',
-  [GPS_FIX_TYPE.RTK_FIXED]: 'RTK fixed',
+  [GPS_FIX_TYPE.RTK_FIXED]: 'RTK',
 };
 
 const LANDED_WORDS: Record<number, string> = {
@@ -61,11 +73,7 @@ const degrees = (radians: number): number => (radians * 180) / Math.PI;
 const place = (latE7: number, lonE7: number): Place | null =>
   latE7 === 0 && lonE7 === 0 ? null : { latDeg: latE7 / 1e7, lonDeg: lonE7 / 1e7 };
 
-export function flightValues(
-  telemetry: Telemetry,
-  about: { readonly online: boolean; readonly target: Target | null },
-  nowMs: number,
-): FlightValues {
+export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number): FlightValues {
   const heartbeat = telemetry.newest('HEARTBEAT');
   const position = telemetry.newest('GLOBAL_POSITION_INT')?.fields;
   const hud = telemetry.newest('VFR_HUD')?.fields;
@@ -85,7 +93,7 @@ export function flightValues(
   const here = position ? place(position.lat, position.lon) : null;
   const home = homeAt ? place(homeAt.latitude, homeAt.longitude) : null;
   const heartbeatAgeMs = heartbeat ? nowMs - heartbeat.atMs : null;
-  const isHeard = about.online && heartbeatAgeMs !== null && heartbeatAgeMs <= HEARTBEAT_LIMIT_MS;
+  const isHeard = beside.online && heartbeatAgeMs !== null && heartbeatAgeMs <= HEARTBEAT_LIMIT_MS;
 
   return {
     state: stateOf(isHeard, heartbeat?.fields.system_status ?? 0, armed === true, airborne),
@@ -111,7 +119,10 @@ export function flightValues(
     pitchDeg: attitude ? degrees(attitude.pitch) : null,
     home,
     homeDistanceM: here && home ? distanceM(here, home) : null,
-    targetDistanceM: here && about.target ? distanceM(here, about.target) : null,
+    targetDistanceM: here && beside.target ? distanceM(here, beside.target) : null,
+    airborneMs: beside.airborneSinceMs === null ? null : nowMs - beside.airborneSinceMs,
+    linkRttMs: beside.online ? (beside.link?.rtt_ms ?? null) : null,
+    linkLossPercent: beside.online && beside.link ? beside.link.loss * 100 : null,
   };
 }
 

@@ -79,8 +79,9 @@ export class Vehicle {
   }
 
   values(nowMs: number): FlightValues {
-    const about = { online: this.drone.get().online, target: this.flying.target.get() };
-    return flightValues(this.telemetry, about, nowMs);
+    const { link, airborneSinceMs } = this;
+    const beside = { online: this.drone.get().online, target: this.flying.target.get(), link, airborneSinceMs };
+    return flightValues(this.telemetry, beside, nowMs);
   }
 
   /** Runs one of `flying`'s deeds, shows it as the current action, and writes what came of it in the journal. */

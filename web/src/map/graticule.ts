@@ -8,6 +8,10 @@ import type { MapTheme } from './theme';
 const WANTED_SPACING_PX = 150;
 const STEPS = [45, 30, 15, 10, 5, 2, 1];
 const MOST_LINES = 60;
+/** Where the map's buttons and its read-out are: no labels there. */
+const BUTTONS_PX = 180;
+const READOUT_PX = 36;
+const TOP_LABELS_PX = 34;
 
 export interface GridStep {
   readonly stepDeg: number;
@@ -64,10 +68,12 @@ export function drawGraticule(pen: CanvasRenderingContext2D, map: MapLibreMap, t
   pen.textBaseline = 'top';
   for (const { lon, x } of meridians) {
     const around = ((((lon + 180) % 360) + 360) % 360) - 180;
+    if (x > width - BUTTONS_PX) continue;
     haloText(pen, theme, hemisphere(around, 'E', 'W', step.decimals), x + 4, 6, font, theme.gridText);
   }
   pen.textBaseline = 'bottom';
   for (const { lat, y } of parallels) {
-    if (y > 34) haloText(pen, theme, hemisphere(lat, 'N', 'S', step.decimals), 6, y - 3, font, theme.gridText);
+    if (y < TOP_LABELS_PX || y > height - READOUT_PX) continue;
+    haloText(pen, theme, hemisphere(lat, 'N', 'S', step.decimals), 6, y - 3, font, theme.gridText);
   }
 }

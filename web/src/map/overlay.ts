@@ -137,22 +137,22 @@ export class Overlay {
     const { x, y } = this.#at(home);
     const pen = this.#pen;
     // Rings of distance round home.
-    pen.setLineDash([2, 5]);
-    pen.strokeStyle = this.#theme.gridText;
-    pen.lineWidth = 1;
     for (const radiusM of ringsM(this.#map, home)) {
       const edge = this.#at(offsetBy(home, radiusM, 0));
+      pen.setLineDash([2, 5]);
+      pen.strokeStyle = this.#theme.gridText;
+      pen.lineWidth = 1;
       pen.globalAlpha = 0.6;
       pen.beginPath();
       pen.arc(x, y, Math.abs(edge.y - y), 0, 2 * Math.PI);
       pen.stroke();
       pen.globalAlpha = 1;
+      pen.setLineDash([]);
       const label = radiusM >= 1000 ? `${radiusM / 1000} km` : `${radiusM} m`;
       pen.textAlign = 'center';
       pen.textBaseline = 'middle';
       haloText(pen, this.#theme, label, x, edge.y, `500 10px ${fontOf(pen)}`, this.#theme.gridText);
     }
-    pen.setLineDash([]);
     // A house.
     pen.beginPath();
     pen.moveTo(x, y - 8);

@@ -1,0 +1,73 @@
+import { describe, expect, it } from 'vitest';
+
+import { Rest, RestError } from '../../src/link/rest';
+
+function answering(status: number, body: string | null): { rest: Rest; calls: [string, RequestInit][] } {
+  const calls: [string, RequestInit][] = [];
+  const rest = new Rest((path, init) => {
+    calls.push([path, init]);
+    return Promise.resolve(new Response(body, { status }));
+  });
+  return { rest, calls };
+}
+
+const failure = async (promise: Promise<unknown>): Promise<RestError> => {
+  const error: unknown = await promise.then(
+    () => null,
+    (reason: unknown) => reason,
+  );
+  expect(error).toBeInstanceOf(RestError);
+  return error as RestError;
+};
+
+describe('the REST client', () => {
+  it('signs in with a JSON body', async () => {
+    const user = { id: 1, name: 'olga', role: 'operator' };
+    const { rest, calls } = answering(200, JSON.stringify(user));
+    expect(await rest.signIn('olga', 'secret')).toEqual(user);
+    const [path, init] = calls[0]!;
+    expect(path).toBe('/api/v1/session');
+    expect(init).toMatchObject({
+      method: 'POST',
+      body: '{"name":"olga","password":"secret"}',
+      credentials: 'same-origin',
+    });
+  });
+
+  it('sends a reason only where there is one', async () => {
+    const { rest, calls } = answering(200, '{}');
+    await rest.control(4, 'take', 'storm');
+    await rest.control(4, 'acquire');
+    expect(calls.map(([path, { body }]) => [path, body])).toEqual([
+      ['/api/v1/drones/4/control/take', '{"reason":"storm"}'],
+      ['/api/v1/drones/4/control/acquire', '{}'],
+    ]);
+  });
+
+  it('takes an empty answer for signing out', async () => {
+    const { rest } = answering(204, null);
+    expect(await rest.signOut()).toBeUndefined();
+  });
+
+  it('turns a problem document into an error with its words', async () => {
+    const document = { type: 'about:blank', title: 'Held', status: 409, detail: 'olga has the controls.' };
+    const error = await failure(answering(409, JSON.stringify(document)).rest.control(1, 'acquire'));
+    expect(error).toMatchObject({ status: 409, title: 'Held', detail: 'olga has the controls.' });
+    expect(error.message).toBe('olga has the controls.');
+  });
+
+  it.each(['<html>Bad gateway</html>', '[]', 'null', '{"detail": 5}'])('has words of its own for %s', async (body) => {
+    const error = await failure(answering(502, body).rest.me());
+    expect(error.status).toBe(502);
+    expect(error.message).toContain('502');
+  });
+
+  it('says so when the tower cannot be reached', async () => {
+    const rest = new Rest(() => Promise.reject(new TypeError('Failed to fetch')));
+    expect(await failure(rest.me())).toMatchObject({ status: 0, title: 'No connection' });
+  });
+
+  it('does not take a page for an answer', async () => {
+    expect(await failure(answering(200, '<html>').rest.me())).toMatchObject({ title: 'Unexpected answer' });
+  });
+});

@@ -1,0 +1,165 @@
+import { beforeEach, describe, expect, it } from 'vitest';
+
+import { MAV_RESULT } from '../../src/link/generated/mavlink.gen';
+import { Rest } from '../../src/link/rest';
+import { tag } from '../../src/link/tagged_frames';
+import { Tower } from '../../src/link/tower';
+import { A_DRONE, FakeClock, FakeSocket, fromAutopilot, heartbeat, settled } from './fakes';
+
+const OLGA = { id: 5, name: 'olga', role: 'operator' };
+const HERON = A_DRONE;
+const SWIFT = { ...A_DRONE, id: 2, name: 'Swift' };
+
+let clock: FakeClock;
+let sockets: FakeSocket[];
+let tower: Tower;
+let answers: Record<string, [number, unknown]>;
+const socket = (): FakeSocket => sockets.at(-1)!;
+const texts = (): string[] => tower.journal.entries.get().map(({ text }) => text);
+const vehicle = (id: number) => tower.vehicles.get().get(id)!;
+
+beforeEach(async () => {
+  clock = new FakeClock();
+  sockets = [];
+  answers = { '/api/v1/session': [200, OLGA], '/api/v1/me': [200, OLGA] };
+  const rest = new Rest((path) => {
+    const [status, body] = answers[path] ?? [404, { title: 'Not found', detail: 'There is no such thing.' }];
+    return Promise.resolve(new Response(status === 204 ? null : JSON.stringify(body), { status }));
+  });
+  const openSocket = (): FakeSocket => {
+    const made = new FakeSocket();
+    sockets.push(made);
+    return made;
+  };
+  tower = new Tower({ clock, rest, openSocket });
+  await tower.signIn('olga', 'secret');
+  socket().says({ type: 'welcome', user: OLGA, drones: [SWIFT, HERON], server_time: '' });
+});
+
+describe('the squad', () => {
+  it('is what the welcome says, in a steady order', () => {
+    expect([...tower.vehicles.get().keys()]).toEqual([1, 2]);
+  });
+
+  it('keeps what was heard of a drone when the connection comes back', async () => {
+    const before = vehicle(1);
+    socket().onclose?.({ code: 1006 });
+    await clock.pass(600);
+    socket().says({ type: 'welcome', user: OLGA, drones: [HERON], server_time: '' });
+    expect([...tower.vehicles.get().values()]).toEqual([before]);
+  });
+
+  it('takes changes, and no older epoch over a newer one', () => {
+    socket().says({ type: 'drone', drone: { ...HERON, epoch: 5, holder: OLGA } });
+    socket().says({ type: 'drone', drone: { ...HERON, epoch: 4, holder: null } });
+    expect(vehicle(1).drone.get().holder).toEqual(OLGA);
+    socket().says({ type: 'drone_removed', drone_id: 2 });
+    expect([...tower.vehicles.get().keys()]).toEqual([1]);
+  });
+
+  it('of drones that all have the same system id is kept apart', () => {
+    const message = new Uint8Array([...tag(1, heartbeat(4)), ...tag(2, heartbeat(6)), ...tag(99, heartbeat(9))]);
+    socket().saysBytes(message);
+    expect(vehicle(1).values(clock.nowMs()).mode).toBe('GUIDED');
+    expect(vehicle(2).values(clock.nowMs()).mode).toBe('RTL');
+  });
+
+  it('does not trust a message that does not parse to its end', () => {
+    socket().saysBytes(new Uint8Array([...tag(1, heartbeat(4)), 1, 2, 3]));
+    expect(vehicle(1).values(clock.nowMs()).mode).toBeNull();
+  });
+});
+
+describe('commands', () => {
+  beforeEach(() => socket().saysBytes(tag(1, heartbeat(4))));
+
+  it('go through the socket and their answers come back', async () => {
+    const result = vehicle(1).perform('Arm', (flying) => flying.arm());
+    expect(socket().sent).toHaveLength(1);
+    socket().saysBytes(tag(2, fromAutopilot('COMMAND_ACK', { command: 400, result: MAV_RESULT.FAILED })));
+    socket().saysBytes(tag(1, fromAutopilot('COMMAND_ACK', { command: 400, result: MAV_RESULT.ACCEPTED })));
+    expect(await result).toEqual({ kind: 'accepted' });
+  });
+
+  it('end at once when the tower refuses our frames, with its words', async () => {
+    const result = vehicle(1).perform('Arm', (flying) => flying.arm());
+    socket().says({
+      type: 'notice',
+      severity: 'warning',
+      code: 'not-in-control',
+      text: 'Not yours.',
+      drone_id: 1,
+      count: 3,
+    });
+    expect(await result).toEqual({ kind: 'failed', why: 'Not yours.' });
+    expect(texts()).toContain('Not yours. (3 times)');
+  });
+
+  it('end when the connection breaks, and are not sent again later', async () => {
+    const result = vehicle(1).perform('Arm', (flying) => flying.arm());
+    socket().onclose?.({ code: 1006 });
+    expect((await result).kind).toBe('failed');
+    await clock.pass(600);
+    socket().says({ type: 'welcome', user: OLGA, drones: [HERON], server_time: '' });
+    await clock.pass(10_000);
+    expect(socket().sent).toEqual([]);
+  });
+
+  it('end when an admin takes the controls', async () => {
+    const result = vehicle(1).perform('Arm', (flying) => flying.arm());
+    const boss = { id: 1, name: 'boss' };
+    socket().says({ type: 'control', drone_id: 1, event: 'taken', epoch: 2, holder: boss, by: boss, reason: 'storm' });
+    expect((await result).kind).toBe('failed');
+    expect(texts()).toContain('boss TOOK the controls of Heron: storm');
+  });
+});
+
+describe('the session', () => {
+  it('that has ended leaves nothing on screen for the next user', async () => {
+    socket().onclose?.({ code: 4401 });
+    expect(tower.user.get()).toBeNull();
+    expect(tower.vehicles.get().size).toBe(0);
+    expect(tower.journal.entries.get()).toEqual([]);
+  });
+
+  it('is asked for when the tower refuses the upgrade', async () => {
+    answers['/api/v1/me'] = [401, {}];
+    socket().onclose?.({ code: 1006 });
+    await settled();
+    expect(tower.user.get()).toBeNull();
+    await clock.pass(60_000);
+    expect(sockets).toHaveLength(1);
+  });
+
+  it('ends at the tower when signing out', async () => {
+    answers['/api/v1/session'] = [204, null];
+    await tower.signOut();
+    expect(socket().closed).toBe(true);
+    expect(tower.user.get()).toBeNull();
+  });
+});
+
+describe('events', () => {
+  it('are put in words, with the drone they are about', () => {
+    socket().says({
+      type: 'hold',
+      drone_id: 1,
+      epoch: 2,
+      step: 'unconfirmed',
+      detail: 'no answer',
+      elapsed_ms: 2000.4,
+    });
+    socket().says({ type: 'lost', drone_id: 2, count: 12 });
+    const entries = tower.journal.entries.get().map(({ droneId, severity, text }) => [droneId, severity, text]);
+    expect(entries).toEqual([
+      [1, 'error', 'Hold NOT CONFIRMED after 2000 ms: no answer'],
+      [2, 'warning', '12 messages of this drone were lost: this browser is too slow'],
+    ]);
+  });
+
+  it('are kept in a bounded number', () => {
+    for (let count = 0; count < 500; count++) socket().says({ type: 'lost', drone_id: 2, count });
+    expect(tower.journal.entries.get()).toHaveLength(200);
+    expect(texts().at(-1)).toMatch(/^499 /);
+  });
+});
