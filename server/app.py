@@ -18,6 +18,7 @@ from server.accounts.sessions import Sessions
 from server.accounts.sign_in import Door
 from server.accounts.throttle import SignInThrottle
 from server.audit import routes as audit_routes
+from server.body import BodyCheck
 from server.clock import Clock, utc_now
 from server.console import serve_console
 from server.control import routes as control_routes
@@ -36,9 +37,6 @@ from server.relay.running import running_relay
 from server.schema import check_schema
 from server.settings import Settings
 from server.tower import Tower
-
-LARGEST_BODY_BYTES: Final = 64 * 1024
-"""No request of the API comes near; whatever does is a mistake or an attack."""
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
@@ -71,7 +69,6 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
         redirect_slashes=False,
-        max_body_size=LARGEST_BODY_BYTES,
         generate_unique_id_function=_operation_id,
     )
     app.state.tower = tower
@@ -81,6 +78,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
         app.include_router(router)
     serve_console(app, settings.web)
     # The last one added is the outermost.
+    app.add_middleware(BodyCheck)
     app.add_middleware(OriginCheck, settings=settings)
     app.add_middleware(UnexpectedErrors)
     app.add_middleware(SecurityHeaders, api_prefix="/api/")

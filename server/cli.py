@@ -49,12 +49,11 @@ def serve() -> None:
     configure_log(settings.log_format)
     listener = listen(settings.host, settings.port)
     address = settings.public_url or address_in_words(listener)
-    with listener:
-        run(
-            create_app(settings),
-            listener,
-            on_listening=lambda: print(f"Control Tower is at {address}", flush=True),
-        )
+    run(
+        create_app(settings),
+        listener,
+        on_listening=lambda: print(f"Control Tower is at {address}", flush=True),
+    )
 
 
 @app.command("migrate")

@@ -10,13 +10,23 @@ class CannotListen(Exception):
     """A port cannot be had. The message names it, and the variable that chooses another."""
 
     def __init__(self, variable: str, host: str, port: int, error: OSError) -> None:
-        if error.errno == errno.EADDRINUSE:
+        number = _errno(error)
+        if number == errno.EADDRINUSE:
             words = f"port {port} on {host} is in use: set {variable} to another one"
-        elif error.errno == errno.EACCES:
+        elif number == errno.EACCES:
             words = f"port {port} on {host} needs privileges: set {variable} to one above 1023"
         else:
             words = f"cannot listen on {host} port {port} ({variable}): {error.strerror or error}"
         super().__init__(words)
+
+
+def _errno(error: BaseException | None) -> int | None:
+    """Event loops like to wrap the system's own error in one that only has words."""
+    while error is not None:
+        if isinstance(error, OSError) and error.errno is not None:
+            return error.errno
+        error = error.__cause__ or error.__context__
+    return None
 
 
 def listen(host: str, port: int) -> socket.socket:

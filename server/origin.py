@@ -8,11 +8,10 @@ from __future__ import annotations
 from typing import Final
 from urllib.parse import urlsplit
 
-from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from server.problems import JSON_ONLY, WRONG_ORIGIN, problem
+from server.problems import WRONG_ORIGIN, problem
 from server.settings import Settings
 
 _SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
@@ -53,7 +52,7 @@ def _host_and_port(url: str) -> tuple[str, int] | None:
 
 
 class OriginCheck:
-    """Every unsafe request: own origin or none, and a JSON body or none. WebSockets ask `origin_allowed` themselves,
+    """Every unsafe request: own origin or none. WebSockets ask `origin_allowed` themselves,
     because a browser only learns a close code after the handshake.
     """
 
@@ -67,15 +66,5 @@ class OriginCheck:
             return
         if not origin_allowed(HTTPConnection(scope), self._settings):
             await problem(WRONG_ORIGIN, instance=scope["path"])(scope, receive, send)
-        elif _has_body(headers := Headers(scope=scope)) and not _is_json(headers):
-            await problem(JSON_ONLY, instance=scope["path"])(scope, receive, send)
         else:
             await self._app(scope, receive, send)
-
-
-def _has_body(headers: Headers) -> bool:
-    return headers.get("content-length", "0") != "0" or "transfer-encoding" in headers
-
-
-def _is_json(headers: Headers) -> bool:
-    return headers.get("content-type", "").partition(";")[0].strip().lower() == "application/json"

@@ -46,9 +46,10 @@ class TowerServer(uvicorn.Server):
         self._on_listening = on_listening
 
     async def run_on(self, listener: socket.socket) -> None:
-        """Serves until told to stop. Raises what the start of the application raises."""
-        async with self._app.router.lifespan_context(self._app):
-            await self.serve(sockets=[listener])
+        """Serves until told to stop, then closes the socket. Raises what the start of the application raises."""
+        with listener:
+            async with self._app.router.lifespan_context(self._app):
+                await self.serve(sockets=[listener])
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:

@@ -1,0 +1,159 @@
+"""The `tower` command as people use it: a process, its output, its exit code."""
+
+import asyncio
+import os
+import re
+import signal
+import socket
+import stat
+import sys
+from pathlib import Path
+
+import httpx
+import pytest
+
+TOWER = Path(sys.executable).with_name("tower")
+
+
+class Shell:
+    """Runs `tower` with an environment of its own."""
+
+    def __init__(self, var: Path) -> None:
+        kept = {name: os.environ[name] for name in ("PATH", "HOME", "LANG") if name in os.environ}
+        self.environment = kept | {
+            "TOWER_VAR": str(var),
+            "TOWER_PORT": "0",
+            "TOWER_UDP_PORT": "0",
+            "TOWER_ARGON2_MEMORY_KIB": "19456",
+            "TOWER_ARGON2_ROUNDS": "2",
+        }
+
+    async def run(self, *arguments: str, stdin: str = "", code: int = 0, **environment: str) -> str:
+        """Standard output, or standard error where a failure is expected."""
+        process = await asyncio.create_subprocess_exec(
+            TOWER,
+            *arguments,
+            env=self.environment | environment,
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+        )
+        out, err = await asyncio.wait_for(process.communicate(stdin.encode()), 30)
+        assert process.returncode == code, (out, err)
+        assert b"Traceback" not in err
+        return (err if code else out).decode()
+
+
+@pytest.fixture
+async def shell(tmp_path: Path) -> Shell:
+    shell = Shell(tmp_path / "var")
+    await shell.run("migrate")
+    return shell
+
+
+async def test_before_migrate_every_command_says_what_to_run(tmp_path: Path) -> None:
+    shell = Shell(tmp_path / "var")
+    for arguments in (("serve",), ("user", "list"), ("drone", "list")):
+        error = await shell.run(*arguments, code=1)
+        assert error == "tower: the database is empty: run `tower migrate` first\n"
+    for _ in range(2):
+        assert "revision" in await shell.run("migrate")
+    assert (tmp_path / "var").stat().st_mode & 0o077 == 0
+
+
+async def test_users(shell: Shell) -> None:
+    out = await shell.run("user", "add", "Root", "--role", "admin")
+    assert re.search(r"^password: \S{20,}$", out, re.MULTILINE)
+    out = await shell.run("user", "add", "Anna", "--password-stdin", stdin="eight888\n")
+    assert "eight888" not in out
+    assert "password" not in out
+    listed = (await shell.run("user", "list")).splitlines()
+    assert [line.split() for line in listed] == [
+        ["ID", "NAME", "ROLE", "STATE"],
+        ["1", "Root", "admin"],
+        ["2", "Anna", "operator"],
+    ]
+    await shell.run("user", "disable", "anna")
+    assert "disabled" in (await shell.run("user", "list")).splitlines()[2]
+    await shell.run("user", "enable", "anna")
+    assert "password: " in await shell.run("user", "password", "anna")
+
+
+MISTAKES = (
+    (("user", "add", "ROOT"), "", "another user has this name"),
+    (("user", "add", "Eve", "--password-stdin"), "short\n", "a password has at least 8 characters"),
+    (("user", "add", " "), "", "a name must not be empty"),
+    (("user", "disable", "Root"), "", "the last admin"),
+    (("user", "disable", "Nobody"), "", "there is no user named Nobody"),
+    (("drone", "add", "kite", "--owner", "Nobody"), "", "there is no user named Nobody"),
+    (("drone", "add", "kite", "--token-file", "/proc/none/token"), "", "cannot write /proc/none/token"),
+    (("drone", "assign", "none", "Root"), "", "there is no drone none"),
+    (("drone", "credential", "7"), "", "there is no drone 7"),
+)
+
+
+async def test_mistakes_are_told_in_one_line_and_change_nothing(shell: Shell) -> None:
+    await shell.run("user", "add", "Root", "--role", "admin")
+    for arguments, stdin, words in MISTAKES:
+        error = await shell.run(*arguments, stdin=stdin, code=1)
+        assert error.startswith("tower: ")
+        assert words in error
+        assert error.count("\n") == 1
+    assert len((await shell.run("user", "list")).splitlines()) == 2
+    assert len((await shell.run("drone", "list")).splitlines()) == 1
+
+
+async def test_drones(shell: Shell, tmp_path: Path) -> None:
+    token = tmp_path / "tokens" / "hawk"
+    await shell.run("user", "add", "Anna")
+    await shell.run("user", "add", "Ben")
+    out = await shell.run("drone", "add", "hawk", "--owner", "anna", "--owner", "Ben", "--token-file", str(token))
+    assert "twd_" not in out
+    assert re.fullmatch(r"twd_1_[A-Za-z0-9_-]{43}\n", token.read_text())
+    assert stat.S_IMODE(token.stat().st_mode) == 0o600
+    assert re.search(r"credential: twd_2_\S{43}$", await shell.run("drone", "add", "kite"), re.MULTILINE)
+    await shell.run("drone", "unassign", "1", "ben")
+    await shell.run("drone", "assign", "kite", "ben")
+    listed = (await shell.run("drone", "list")).splitlines()
+    assert [line.split() for line in listed[1:]] == [["1", "hawk", "Anna"], ["2", "kite", "Ben"]]
+    before = token.read_text()
+    await shell.run("drone", "credential", "hawk", "--token-file", str(token))
+    assert token.read_text() != before
+    assert [path.name for path in token.parent.iterdir()] == ["hawk"]
+
+
+async def test_bad_settings_are_named_and_not_shown(shell: Shell) -> None:
+    error = await shell.run("serve", code=2, TOWER_PORT="secret-value")
+    assert error == "tower: TOWER_PORT must be a whole number\n"
+
+
+async def test_serve_tells_its_address_and_stops_quietly(shell: Shell) -> None:
+    await shell.run("user", "add", "Root", "--role", "admin", "--password-stdin", stdin="password of root\n")
+    process = await asyncio.create_subprocess_exec(
+        TOWER, "serve", env=shell.environment, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE
+    )
+    assert process.stdout is not None
+    try:
+        line = (await asyncio.wait_for(process.stdout.readline(), 30)).decode()
+        assert line.startswith("Control Tower is at http://127.0.0.1:")
+        address = line.split()[-1]
+        async with httpx.AsyncClient(base_url=address, trust_env=False) as client:
+            credentials = {"name": "root", "password": "password of root"}
+            assert (await client.post("/api/v1/session", json=credentials)).status_code == 200
+        port = httpx.URL(address).port
+        error = await shell.run("serve", code=1, TOWER_PORT=str(port))
+        assert f"port {port} on 127.0.0.1 is in use: set TOWER_PORT to another one" in error
+    finally:
+        process.send_signal(signal.SIGTERM)
+    _, err = await asyncio.wait_for(process.communicate(), 10)
+    assert process.returncode == 0, err
+    assert b"Traceback" not in err
+    assert b"password of root" not in err
+
+
+async def test_a_udp_port_in_use_is_one_line(shell: Shell) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        error = await shell.run("serve", code=1, TOWER_UDP_PORT=str(port))
+    assert f"tower: port {port} on 127.0.0.1 is in use: set TOWER_UDP_PORT to another one\n" in error

@@ -1,0 +1,220 @@
+"""A tower of a test's own: a fresh database, a port from the kernel, real sockets, a clock that can be moved."""
+
+from __future__ import annotations
+
+import asyncio
+import atexit
+import shutil
+import socket
+import tempfile
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import httpx
+from fastapi import FastAPI
+
+from server.accounts.tables import Role
+from server.accounts.users import create_user
+from server.app import create_app
+from server.audit.deed import Deed
+from server.audit.trail import COMMAND_LINE
+from server.database import Database, open_database
+from server.fleet.drones import add_owner, create_drone
+from server.listening import address_in_words, listen
+from server.schema import migrate
+from server.serving import TowerServer
+from server.settings import Settings
+from server.tower import Tower
+
+PASSWORD = "correct horse battery"
+"""Of every user that a world makes."""
+START_WITHIN_S = 10.0
+
+
+def assert_problem(answer: httpx.Response, status: int, slug: str) -> dict[str, Any]:
+    """The answer is a whole problem document of this kind. Returns it."""
+    assert answer.status_code == status, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    document: dict[str, Any] = answer.json()
+    assert document["type"] == f"/problems/{slug}"
+    assert document["status"] == status
+    assert document["title"]
+    assert document["instance"] == answer.request.url.path
+    return document
+
+
+class MovableClock:
+    """The time of day, plus whatever a test has moved it by."""
+
+    def __init__(self) -> None:
+        self._ahead = timedelta()
+
+    def __call__(self) -> datetime:
+        return datetime.now(UTC) + self._ahead
+
+    def advance(self, seconds: float) -> None:
+        self._ahead += timedelta(seconds=seconds)
+
+
+@dataclass(frozen=True)
+class Person:
+    id: int
+    name: str
+    role: Role
+
+
+@dataclass(frozen=True)
+class NewDrone:
+    id: int
+    name: str
+    credential: str
+
+
+@dataclass
+class TowerWorld:
+    base_url: str
+    settings: Settings
+    clock: MovableClock
+    app: FastAPI
+    _stack: AsyncExitStack = field(repr=False)
+
+    @property
+    def tower(self) -> Tower:
+        return self.app.state.tower
+
+    @property
+    def database(self) -> Database:
+        return self.tower.database
+
+    @property
+    def udp_port(self) -> int:
+        return self.app.state.data_endpoint.port
+
+    @property
+    def live_url(self) -> str:
+        return self.base_url.replace("http", "ws", 1) + "/api/v1/live"
+
+    @property
+    def agent_url(self) -> str:
+        return self.base_url.replace("http", "ws", 1) + "/api/v1/agent"
+
+    async def add_user(self, name: str, role: Role = Role.OPERATOR) -> Person:
+        """Straight into the database; the password is PASSWORD."""
+        password_hash = await self.tower.passwords.hash(PASSWORD)
+        async with self.database.writing() as session:
+            row = await create_user(session, name=name, role=role, password_hash=password_hash, deed=self._deed())
+        await self.tower.roster.refresh()
+        return Person(row.id, row.name, Role(row.role))
+
+    async def add_drone(self, name: str, *owners: Person) -> NewDrone:
+        async with self.database.writing() as session:
+            row, credential = await create_drone(session, name=name, deed=self._deed())
+            for one in owners:
+                await add_owner(session, drone_id=row.id, user_id=one.id, deed=self._deed())
+        await self.tower.roster.refresh()
+        return NewDrone(row.id, row.name, str(credential))
+
+    async def client(self, **options: Any) -> httpx.AsyncClient:
+        """A browser that has not signed in. Closed with the world."""
+        opened = httpx.AsyncClient(base_url=self.base_url, trust_env=False, timeout=20, **options)
+        return await self._stack.enter_async_context(opened)
+
+    async def signed_in(self, person: Person | str) -> httpx.AsyncClient:
+        """A browser that has signed in."""
+        client = await self.client()
+        name = person if isinstance(person, str) else person.name
+        answer = await client.post("/api/v1/session", json={"name": name, "password": PASSWORD})
+        assert answer.status_code == 200, answer.text
+        return client
+
+    def cookie_header(self, client: httpx.AsyncClient) -> dict[str, str]:
+        """For opening a WebSocket with the session of a client."""
+        return {"Cookie": f"tower_session={client.cookies['tower_session']}"}
+
+    def _deed(self) -> Deed:
+        return Deed(by=COMMAND_LINE, at=self.clock())
+
+
+@asynccontextmanager
+async def start_tower(tmp_path: Path, **settings: Any) -> AsyncIterator[TowerWorld]:
+    """A running tower. `settings` replace the defaults, which are for speed and solitude, not for production."""
+    var = tmp_path / "var"
+    var.mkdir(exist_ok=True)
+    values: dict[str, Any] = {
+        "port": 0,
+        "udp_port": 0,
+        "var": var,
+        "web": tmp_path / "no-console",
+        "argon2_memory_kib": 64,
+        "argon2_rounds": 1,
+    } | settings
+    chosen = Settings(**values)
+    if chosen.is_sqlite and not (var / "tower.sqlite3").exists():
+        shutil.copyfile(_migrated(), var / "tower.sqlite3")
+    clock = MovableClock()
+    app = create_app(chosen, clock=clock)
+    async with serving(app, listen("127.0.0.1", chosen.port)) as base_url, AsyncExitStack() as stack:
+        yield TowerWorld(base_url, chosen, clock, app, stack)
+
+
+@asynccontextmanager
+async def serving(app: FastAPI, listener: socket.socket) -> AsyncIterator[str]:
+    """Runs an application on a socket in this very loop. Gives its address."""
+    base_url = address_in_words(listener)
+    listening = asyncio.Event()
+    server = TowerServer(app, on_listening=listening.set)
+    running = asyncio.create_task(server.run_on(listener))
+    waiting = asyncio.create_task(listening.wait())
+    try:
+        await asyncio.wait({running, waiting}, timeout=START_WITHIN_S, return_when=asyncio.FIRST_COMPLETED)
+        if running.done():
+            await running  # raises what went wrong
+        assert listening.is_set(), "the tower did not start in time"
+        yield base_url
+    finally:
+        waiting.cancel()
+        server.should_exit = True
+        if not running.done():
+            await running
+
+
+@cache
+def _migrated() -> Path:
+    """An empty database at the newest revision: migrating once is enough for all tests of a run."""
+    folder = Path(tempfile.mkdtemp(prefix="tower-test-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    path = folder / "empty.sqlite3"
+
+    async def work() -> None:
+        database = open_database(f"sqlite+aiosqlite:///{path}")
+        await migrate(database)
+        async with database.engine.connect() as connection:
+            await connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
+        await database.close()
+
+    _in_its_own_loop(work())
+    return path
+
+
+def _in_its_own_loop(work: Any) -> None:
+    """The caller is inside a running loop, so this takes a thread."""
+    from threading import Thread
+
+    failed: list[BaseException] = []
+
+    def go() -> None:
+        try:
+            asyncio.run(work)
+        except BaseException as error:
+            failed.append(error)
+
+    thread = Thread(target=go)
+    thread.start()
+    thread.join()
+    if failed:
+        raise failed[0]
