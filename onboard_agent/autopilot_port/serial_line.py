@@ -29,6 +29,16 @@ class SerialLine(AutopilotPort):
         self._backlog = b""
         self._gone: asyncio.Future[str] | None = None
 
+    @property
+    def is_open(self) -> bool:
+        """Whether the device is there and ours."""
+        return self._line is not None
+
+    @property
+    def backlog_bytes(self) -> int:
+        """What waits for the line."""
+        return len(self._backlog)
+
     async def run(self, received: OnBytes) -> None:
         loop = asyncio.get_running_loop()
         backoff = Backoff()

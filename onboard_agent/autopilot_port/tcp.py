@@ -64,6 +64,11 @@ class _TcpPort(AutopilotPort):
             self._stream = self._transport = None
             _log.warning("%s: connection closed", self.name)
 
+    @property
+    def backlog_bytes(self) -> int:
+        """What waits for the connection."""
+        return self._transport.get_write_buffer_size() if self._transport is not None else 0
+
     def send(self, data: bytes) -> None:
         transport = self._transport
         if transport is None or transport.is_closing():
