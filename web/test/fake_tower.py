@@ -171,8 +171,8 @@ class FakeDrone:
 
     def arm(self, wanted: bool, *, force: bool) -> int:
         if wanted and self.name == "Kestrel":
-            self.say(2, "PreArm: Battery 1 below minimum arming capacity: 62", 5, 0)
-            self.say(2, " percent are wanted", 5, 1)
+            self.say(2, "PreArm: Battery 1 below minimum arming capacity; 6", 5, 0)
+            self.say(2, "2 percent are wanted", 5, 1)
             return 4
         if not wanted and self.alt > 0.5 and not force:
             return 4

@@ -14,6 +14,8 @@ import { readTheme, type MapTheme } from './theme';
 
 const HIT_RADIUS_PX = MARKER_RADIUS_PX + 8;
 const LABEL_MARGIN_PX = 160;
+/** The grid has its labels there. */
+const GRID_LABELS_PX = 28;
 
 export interface SceneDrone {
   readonly id: number;
@@ -148,6 +150,7 @@ export class Overlay {
       pen.stroke();
       pen.globalAlpha = 1;
       pen.setLineDash([]);
+      if (edge.y < GRID_LABELS_PX) continue;
       const label = radiusM >= 1000 ? `${radiusM / 1000} km` : `${radiusM} m`;
       pen.textAlign = 'center';
       pen.textBaseline = 'middle';
