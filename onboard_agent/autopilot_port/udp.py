@@ -4,6 +4,7 @@ import asyncio
 import errno
 import logging
 import socket
+from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
 from onboard_agent.autopilot_port.peer import PeerChoice
@@ -13,7 +14,7 @@ from onboard_agent.unusable import Unusable
 
 _log = logging.getLogger(__name__)
 
-_CURED_BY_TIME: Final = (errno.EADDRNOTAVAIL, errno.ENETUNREACH, errno.EHOSTUNREACH, socket.EAI_AGAIN)
+_NOT_CURED_BY_TIME: Final = (errno.EACCES, errno.EPERM, errno.EAFNOSUPPORT, socket.EAI_NONAME)
 
 
 class _Packets(asyncio.DatagramProtocol):
@@ -28,28 +29,20 @@ class _Packets(asyncio.DatagramProtocol):
             self._received(data)
 
 
-async def _open(
-    port: "UdpIn | UdpOut",
-    received: OnBytes,
-    *,
-    local: tuple[str, int] | None = None,
-    remote: tuple[str, int] | None = None,
+async def _until_open(
+    port: "UdpIn | UdpOut", opening: Callable[[], Awaitable[asyncio.DatagramTransport]]
 ) -> asyncio.DatagramTransport:
     """The socket. Waits for networks and names that are not there yet, as right after boot. Raises Unusable."""
-    loop = asyncio.get_running_loop()
     backoff = Backoff()
     told = False
     while True:
         try:
-            transport, _ = await loop.create_datagram_endpoint(
-                lambda: _Packets(port, received), local_addr=local, remote_addr=remote
-            )
-            return transport
+            return await opening()
         except OSError as error:
             if error.errno == errno.EADDRINUSE:
                 raise Unusable(f"{port.name}: this UDP port is used by another program") from None
-            if error.errno not in _CURED_BY_TIME:
-                raise Unusable(f"{port.name}: cannot be opened: {error.strerror or error}") from None
+            if error.errno in _NOT_CURED_BY_TIME:
+                raise Unusable(f"{port.name}: cannot be opened: {error.strerror}") from None
             if not told:
                 _log.error("%s: cannot be opened yet (%s); trying on", port.name, error.strerror or error)
                 told = True
@@ -76,13 +69,27 @@ class UdpIn(AutopilotPort):
 
     async def run(self, received: OnBytes) -> None:
         self._loop = asyncio.get_running_loop()
-        self._transport = await _open(self, received, local=(self._host, self._port))
+        self._transport = await _until_open(self, lambda: self._bind(received))
         self.on_open()
         try:
             await asyncio.Event().wait()
         finally:
             self._transport.close()
             self._transport = None
+
+    async def _bind(self, received: OnBytes) -> asyncio.DatagramTransport:
+        loop = asyncio.get_running_loop()
+        found = await loop.getaddrinfo(self._host, self._port, type=socket.SOCK_DGRAM)
+        family, kind, protocol, _, address = found[0]
+        sock = socket.socket(family, kind, protocol)
+        try:
+            sock.setblocking(False)
+            sock.bind(address)  # here, because not every event loop says why it could not
+        except OSError:
+            sock.close()
+            raise
+        transport, _ = await loop.create_datagram_endpoint(lambda: _Packets(self, received), sock=sock)
+        return transport
 
     def is_from_autopilot(self, data: bytes, addr: Any) -> bool:
         """Whether a packet is to be believed; learns whom to answer."""
@@ -114,13 +121,19 @@ class UdpOut(AutopilotPort):
         self._transport: asyncio.DatagramTransport | None = None
 
     async def run(self, received: OnBytes) -> None:
-        self._transport = await _open(self, received, remote=(self._host, self._port))
+        self._transport = await _until_open(self, lambda: self._connect(received))
         self.on_open()
         try:
             await asyncio.Event().wait()
         finally:
             self._transport.close()
             self._transport = None
+
+    async def _connect(self, received: OnBytes) -> asyncio.DatagramTransport:
+        transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
+            lambda: _Packets(self, received), remote_addr=(self._host, self._port)
+        )
+        return transport
 
     def is_from_autopilot(self, data: bytes, addr: Any) -> bool:
         """The kernel lets only the connected peer through."""
