@@ -36,11 +36,14 @@ class Target:
     def __init__(self) -> None:
         self.north_m = self.east_m = self.alt_m = 0.0
         self.vn_mps = self.ve_mps = self.climb_mps = 0.0
+        self.an_mss = self.ae_mss = 0.0
+        """How fast its velocity changes: flown at once, so that the vehicle need not fall behind first."""
 
     def reset(self, body: Airframe) -> None:
         """Start from the vehicle as it flies now, so that a mode change gives no jerk."""
         self.north_m, self.east_m, self.alt_m = body.north_m, body.east_m, body.alt_m
         self.vn_mps, self.ve_mps, self.climb_mps = body.vn_mps, body.ve_mps, -body.vd_mps
+        self.an_mss = self.ae_mss = 0.0
 
     def fly_with(self, vn_mps: float, ve_mps: float, limits: Limits, dt_s: float) -> None:
         """Take on a horizontal velocity, no faster than the acceleration allows."""
@@ -48,6 +51,7 @@ class Target:
         change = math.hypot(dn, de)
         most = limits.acceleration_mss * dt_s
         share = 1.0 if change <= most else most / change
+        self.an_mss, self.ae_mss = dn * share / dt_s, de * share / dt_s
         self.vn_mps += dn * share
         self.ve_mps += de * share
         self.north_m += self.vn_mps * dt_s
@@ -111,8 +115,8 @@ class PositionControl:
         error_n = target.vn_mps - body.vn_mps + POSITION_P * clamp(target.north_m - body.north_m, -8.0, 8.0)
         error_e = target.ve_mps - body.ve_mps + POSITION_P * clamp(target.east_m - body.east_m, -8.0, 8.0)
         most = GRAVITY_MSS * math.tan(lean_max_rad)
-        accel_n = VELOCITY_P * error_n + self._push_n
-        accel_e = VELOCITY_P * error_e + self._push_e
+        accel_n = target.an_mss + VELOCITY_P * error_n + self._push_n
+        accel_e = target.ae_mss + VELOCITY_P * error_e + self._push_e
         size = math.hypot(accel_n, accel_e)
         if size > most:
             accel_n, accel_e = accel_n * most / size, accel_e * most / size
