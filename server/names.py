@@ -26,6 +26,15 @@ def clean_name(text: str) -> str:
     return name
 
 
+def is_name(text: str) -> bool:
+    """Whether anything can have this name. What cannot need not be looked for, and some databases choke on it."""
+    try:
+        clean_name(text)
+    except BadName:
+        return False
+    return True
+
+
 def name_key(name: str) -> str:
     """Two names are the same when their keys are: upper and lower case, wide and narrow letters do not count.
 

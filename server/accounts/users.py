@@ -15,7 +15,7 @@ from server.accounts.sessions import end_sessions_of
 from server.accounts.tables import Role, UserRow
 from server.audit.deed import Deed
 from server.fleet.snapshot import begin_fleet_change
-from server.names import clean_name, name_key
+from server.names import clean_name, is_name, name_key
 from server.refusal import Refusal, RetryLater
 
 
@@ -56,7 +56,9 @@ class UserChange:
 
 
 async def find_user(session: AsyncSession, name: str) -> UserRow | None:
-    return await session.scalar(select(UserRow).where(UserRow.name_key == name_key(name.strip())))
+    if not is_name(name):
+        return None
+    return await session.scalar(select(UserRow).where(UserRow.name_key == name_key(clean_name(name))))
 
 
 async def get_user(session: AsyncSession, user_id: int) -> UserRow:

@@ -15,7 +15,7 @@ from server.accounts.users import get_user
 from server.audit.deed import Deed
 from server.fleet.snapshot import begin_fleet_change
 from server.fleet.tables import DroneRow, OwnershipRow
-from server.names import clean_name, name_key
+from server.names import clean_name, is_name, name_key
 from server.refusal import Refusal
 from wire.credential import Credential
 from wire.ids import DroneId
@@ -27,7 +27,9 @@ class DroneNameTaken(Refusal):
 
 
 async def find_drone(session: AsyncSession, name: str) -> DroneRow | None:
-    return await session.scalar(select(DroneRow).where(DroneRow.name_key == name_key(name.strip())))
+    if not is_name(name):
+        return None
+    return await session.scalar(select(DroneRow).where(DroneRow.name_key == name_key(clean_name(name))))
 
 
 async def get_drone(session: AsyncSession, drone_id: int) -> DroneRow:

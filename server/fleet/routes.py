@@ -9,12 +9,14 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from server.access import Admin, AdminsOnly, CurrentUser, NotSignedIn, SessionExpired, UnknownDrone
 from server.accounts.sessions import Principal
-from server.accounts.users import UnknownUser
+from server.accounts.tables import Role
+from server.accounts.users import UnknownUser, get_user
 from server.audit.deed import Deed
 from server.fleet import drones
 from server.fleet.drones import DroneNameTaken
 from server.fleet.views import DroneView
 from server.problem_docs import answers
+from server.revoking import revoke_controls_of
 from server.tower import address_of, tower_of
 from wire.credential import Credential
 from wire.ids import DroneId
@@ -114,7 +116,17 @@ async def remove_owner(request: Request, admin: Admin, drone_id: DronePath, user
     tower = tower_of(request)
     async with tower.database.writing() as session:
         await drones.remove_owner(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
+        is_admin = (await get_user(session, user_id)).role == Role.ADMIN
     await tower.roster.refresh()
+    if not is_admin:
+        await revoke_controls_of(
+            tower,
+            user_id,
+            drone_id=drone_id,
+            by=admin,
+            reason="no longer an owner",
+            address=address_of(request),
+        )
     return _view(request, admin, drone_id)
 
 

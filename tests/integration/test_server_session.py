@@ -186,3 +186,13 @@ async def test_a_hash_of_yesterdays_costs_is_renewed(tmp_path: Path) -> None:
         await world.signed_in("Anna")
     assert "t=1" in before
     assert "t=2" in after
+
+
+@pytest.mark.parametrize("text", ["\\u0000", "\\ud800", "a\\udfffb", "\\u202e", "x" * 5000])
+async def test_odd_characters_are_answered_and_break_nothing(world: TowerWorld, anna: Person, text: str) -> None:
+    client = await world.client(headers={"content-type": "application/json"})
+    for name, password in ((text, PASSWORD), ("Anna", text * 2), (text, text)):
+        body = f'{{"name": "{name}", "password": "{password}"}}'
+        answer = await client.post(SESSION, content=body)
+        assert answer.status_code in {401, 422}, answer.text
+        assert answer.headers["content-type"] == "application/problem+json"
