@@ -39,7 +39,7 @@ class HoldCause(StrEnum):
     """Who began it."""
 
     ORDER = "order"
-    LINK_LOST = "link lost"
+    PILOT_LOST = "pilot lost"
 
 
 class Hold:
@@ -67,11 +67,6 @@ class Hold:
         """Whether there is anything left to do."""
         return self.sticks_on or self.phase in (HoldPhase.REQUESTING, HoldPhase.ACKNOWLEDGED, HoldPhase.UNCONFIRMED)
 
-    @property
-    def order_id(self) -> int:
-        """The order that is, or was last, carried out; 0 for a hold of our own."""
-        return self._order_id
-
     def begin(
         self, *, cause: HoldCause, order_id: int, epoch: int, mode: HoldMode | None, needed: bool, now: float
     ) -> None:
@@ -87,8 +82,8 @@ class Hold:
         self._last_answer = "no answer from the autopilot"
         self.phase = HoldPhase.IDLE
         self.sticks_on = False
-        if cause is HoldCause.LINK_LOST:
-            self._report(HoldStep.ORDERED, "the link to the tower was lost while the drone was flown by hand", now)
+        if cause is HoldCause.PILOT_LOST:
+            self._report(HoldStep.ORDERED, "the pilot was lost while flying by hand", now)
         if not needed:
             self._report(HoldStep.NOT_NEEDED, "the drone is disarmed", now)
             return

@@ -1,4 +1,4 @@
-"""Whether the tower was lost while a human flew by hand: then the agent itself must hold. No I/O.
+"""Whether the pilot was lost while flying by hand: then the agent itself must hold. No I/O.
 
 A link that breaks and is back within the time-out is not yet safe: the pilot's sticks must be back as well. So once the
 link has broken, only sticks, or a command to fly without them, call the alarm off.
@@ -33,8 +33,8 @@ class LinkLoss:
         self._sticks_at = None
         self._broken_at = None
 
-    def link_broken(self, now: float) -> None:
-        """The association with the tower ended."""
+    def pilot_cut_off(self, now: float) -> None:
+        """The link ended, or the tower says that the holder's own connection to it has."""
         if self._broken_at is None and self._sticks_at is not None:
             self._broken_at = min(now, self._heard_at)
 
@@ -45,7 +45,7 @@ class LinkLoss:
     def lost_by_hand(self, now: float) -> bool:
         """True once, when the time-out has passed after a loss that took the sticks out of a hand."""
         if self.silent_s(now) >= LOST_AFTER_S:
-            self.link_broken(now)
+            self.pilot_cut_off(now)
         if self._broken_at is None or self._sticks_at is None or now - self._broken_at < LOST_AFTER_S:
             return False
         by_hand = self._sticks_at >= self._broken_at - BY_HAND_WITHIN_S

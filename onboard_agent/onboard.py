@@ -137,7 +137,7 @@ class Onboard:
         """The link is down, whoever ended it."""
         self._linked = False
         self._holder_present = False
-        self._loss.link_broken(now)
+        self._loss.pilot_cut_off(now)
 
     def tower_heard(self, now: float) -> None:
         """An authentic datagram of the tower came."""
@@ -148,10 +148,11 @@ class Onboard:
         if isinstance(message, ControlChanged):
             self.downlink.raise_epoch(message.epoch)
             self._holder_present = message.holder_present
+            if not message.holder_present:
+                # The tower orders a hold too when it comes to it; two who watch are better than one.
+                self._loss.pilot_cut_off(now)
         elif isinstance(message, HoldOrder):
             self.downlink.raise_epoch(message.epoch)
-            if self.hold.active and self.hold.order_id == message.order_id:
-                return
             _log.warning("hold ordered: %s", message.reason)
             self._begin_hold(HoldCause.ORDER, message.order_id, now)
 
@@ -185,8 +186,8 @@ class Onboard:
         """Time has passed: every 25 ms or so."""
         self._autopilot_event(self.autopilot.tick(now), now)
         if self._loss.lost_by_hand(now) and self._flown_by_hand():
-            _log.warning("the tower was lost while the drone was flown by hand: holding")
-            self._begin_hold(HoldCause.LINK_LOST, 0, now)
+            _log.warning("the pilot was lost while flying by hand: holding")
+            self._begin_hold(HoldCause.PILOT_LOST, 0, now)
         tower_silent_s = self._loss.silent_s(now)
         system_id = self.autopilot.system_id
         out = self._to_autopilot

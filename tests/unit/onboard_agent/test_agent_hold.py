@@ -182,7 +182,7 @@ def test_an_ordered_hold_stops_the_sticks_when_the_tower_is_gone_but_still_wants
 
 
 def test_a_hold_for_want_of_the_tower_goes_on_without_it() -> None:
-    bench = Bench(cause=HoldCause.LINK_LOST)
+    bench = Bench(cause=HoldCause.PILOT_LOST)
     bench.tower_silent_s = 2.0
     bench.pass_time(BOUND_S - 1.0)
     assert bench.hold.sticks_on

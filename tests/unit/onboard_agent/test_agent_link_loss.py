@@ -55,7 +55,7 @@ def test_no_alarm_where_the_drone_flies_by_command() -> None:
 
 def test_a_link_that_is_back_without_the_pilot_is_not_safe() -> None:
     loss = flown_until(10.0)
-    loss.link_broken(10.5)
+    loss.pilot_cut_off(10.5)
     loss.tower_heard(10.8)
     for n in range(10):
         loss.tower_heard(11.0 + n / 5)
@@ -66,7 +66,7 @@ def test_a_link_that_is_back_without_the_pilot_is_not_safe() -> None:
 
 def test_a_link_that_is_back_with_the_pilot_is() -> None:
     loss = flown_until(10.0)
-    loss.link_broken(10.5)
+    loss.pilot_cut_off(10.5)
     loss.tower_heard(10.8)
     loss.sticks_passed(11.0)
     loss.tower_heard(12.9)

@@ -119,13 +119,14 @@ def test_a_gimbals_heartbeat_does_not_confirm() -> None:
     assert "confirmed" not in world.steps()
 
 
-def test_the_same_order_again_changes_nothing() -> None:
+def test_a_tower_that_was_restarted_may_count_its_orders_from_one_again() -> None:
     world = World()
-    world.onboard.message(order(), world.now)
+    world.onboard.message(order(order_id=1, epoch=6), world.now)
     world.pass_time(0.1)
-    world.onboard.message(order(), world.now)
+    world.link_up(epoch=6)
+    world.onboard.message(order(order_id=1, epoch=7), world.now)
     world.pass_time(0.1)
-    assert world.steps() == ["sticks_centred", "mode_requested"]
+    assert world.steps() == ["sticks_centred", "mode_requested"] * 2
 
 
 def test_uncentred_sticks_wait_and_centred_ones_take_over() -> None:
@@ -188,6 +189,29 @@ def test_losing_the_tower_in_the_hand_holds() -> None:
     world.link_up()
     world.pass_time(0.1)
     assert world.steps()[:3] == ["ordered", "sticks_centred", "mode_requested"]
+
+
+def test_losing_the_holder_while_the_tower_lives_holds_too() -> None:
+    world = World()
+    world.tower_sends(sticks(300))
+    assert world.messages("MANUAL_CONTROL")
+    world.onboard.message(ControlChanged(epoch=5, holder="ada", holder_present=False), world.now)
+    world.pass_time(1.9)
+    assert not world.messages("MANUAL_CONTROL")
+    world.pass_time(0.3)
+    assert world.messages("MANUAL_CONTROL")
+
+
+def test_a_holder_who_is_back_in_time_flies_on() -> None:
+    world = World()
+    world.tower_sends(sticks(300))
+    world.onboard.message(ControlChanged(epoch=5, holder="ada", holder_present=False), world.now)
+    world.pass_time(1.0)
+    world.onboard.message(ControlChanged(epoch=5, holder="ada", holder_present=True), world.now)
+    world.tower_sends(sticks(300))
+    world.sent.clear()
+    world.pass_time(3.0)
+    assert not world.messages("MANUAL_CONTROL")
 
 
 def test_losing_the_tower_in_an_autonomous_mode_leaves_the_mission_alone() -> None:
