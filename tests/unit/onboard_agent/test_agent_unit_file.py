@@ -1,0 +1,39 @@
+"""The systemd unit agrees with the program that it starts."""
+
+from configparser import ConfigParser
+from pathlib import Path
+
+import pytest
+
+from onboard_agent.cli import UNUSABLE_EXIT_CODE
+
+UNIT = Path(__file__).parents[3] / "deploy" / "tower-agent.service"
+
+
+@pytest.fixture
+def service() -> dict[str, str]:
+    unit = ConfigParser(strict=False, interpolation=None)
+    unit.optionxform = str  # type: ignore[assignment,method-assign]
+    unit.read_string(UNIT.read_text())
+    return dict(unit["Service"])
+
+
+def test_what_a_restart_does_not_cure_is_not_restarted(service: dict[str, str]) -> None:
+    assert service["Restart"] == "always"
+    assert service["RestartPreventExitStatus"] == str(UNUSABLE_EXIT_CODE)
+
+
+def test_the_agent_tells_systemd_how_it_is(service: dict[str, str]) -> None:
+    assert service["Type"] == "notify"
+    assert int(service["WatchdogSec"]) >= 5
+
+
+def test_the_credential_comes_by_a_private_copy(service: dict[str, str]) -> None:
+    assert service["LoadCredential"].startswith("token:")
+    assert service["ExecStart"].endswith("run --token ${CREDENTIALS_DIRECTORY}/token")
+
+
+@pytest.mark.parametrize("name", ["DynamicUser", "NoNewPrivileges", "ProtectHome", "MemoryDenyWriteExecute"])
+def test_it_is_locked_in(service: dict[str, str], name: str) -> None:
+    assert service[name] == "yes"
+    assert service["ProtectSystem"] == "strict"
