@@ -343,7 +343,7 @@ def test_the_agents_are_back_within_3_s_of_a_killed_towers_restart(
     world, _, _ = two_drones
     alice = world.visitor("alice")
     before = alice.ask("POST", "/drones/1/control/acquire").json
-    kill_9(world._running[0])
+    kill_9(world.tower)
     wait_for_vain_tries(world.port, 10)
     world.start_tower()
     restarted = time.monotonic()

@@ -94,6 +94,8 @@ class World:
     """Whether the folder holds a database already."""
     port: int = 0
     udp_port: int = 0
+    tower: subprocess.Popen[bytes] = field(init=False)
+    """The newest one."""
     _running: list[subprocess.Popen[bytes]] = field(default_factory=list)
     _logs: int = 0
 
@@ -178,6 +180,7 @@ class World:
             return int(found[1]) if found else None
 
         self.port = wait_for("the tower to listen", listening)
+        self.tower = process
         return process
 
     @property

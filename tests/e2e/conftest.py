@@ -1,0 +1,79 @@
+"""A real Chromium and a real squad for the browser tests."""
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+from console_page import ConsolePage
+from playwright.sync_api import Browser, expect, sync_playwright
+from worlds.processes import World
+
+FLAGS: Final = (
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if Path(__file__).parent in item.path.parents:
+            item.add_marker("browser")
+
+
+@pytest.fixture(scope="session")
+def chromium(chromium_path: str, console: Path) -> Iterator[Browser]:
+    expect.set_options(timeout=20_000)  # a deadline for a machine that is busy, not a time to wait
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium_path, args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def prepared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """alice owns Kestrel (1), bob owns Merlin (2), and there is an admin."""
+    folder = tmp_path_factory.mktemp("prepared")
+    with World(folder) as world:
+        for operator in ("alice", "bob"):
+            world.add_user(operator)
+        world.add_user("admin", "admin")
+        assert world.add_drone("Kestrel", "alice") == 1
+        assert world.add_drone("Merlin", "bob") == 2
+    return folder
+
+
+@pytest.fixture
+def world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
+    """A tower and two simulated drones, both sysid 1, online."""
+    shutil.copytree(prepared_folder, tmp_path, dirs_exist_ok=True)
+    with World(tmp_path, prepared=True) as world:
+        world.start_tower()
+        world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
+        world.wait_until_online(world.visitor("admin"), 1, 2)
+        yield world
+
+
+@pytest.fixture
+def somebody(chromium: Browser, world: World) -> Iterator[Callable[[], ConsolePage]]:
+    """Opens the console in a browser profile of its own, so that several people can be signed in at once."""
+    contexts = []
+
+    def come() -> ConsolePage:
+        context = chromium.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+        contexts.append(context)
+        page = ConsolePage(context.new_page(), world.address)
+        page.open()
+        return page
+
+    yield come
+    for context in contexts:
+        context.close()

@@ -1,0 +1,82 @@
+"""The console as a test sees it: the page of one signed-in person, with what they would look at and press."""
+
+import math
+import time
+from collections.abc import Callable
+from typing import Final
+
+from playwright.sync_api import Locator, Page, WebSocket, expect
+from worlds.processes import PASSWORD
+
+from wire.tagged import split_tagged
+
+FLIGHT_TIMEOUT_S: Final = 90.0
+METRES_PER_DEGREE: Final = 111_195.0
+
+
+class ConsolePage:
+    """Keeps what came through the live channel and what the console complained about, besides the page itself."""
+
+    def __init__(self, page: Page, address: str) -> None:
+        self.page = page
+        self.address = address
+        self.drones_heard: set[int] = set()
+        self.complaints: list[str] = []
+        page.on("websocket", self._watch)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
+
+    def _watch(self, socket: WebSocket) -> None:
+        def received(message: str | bytes) -> None:
+            if isinstance(message, bytes):
+                self.drones_heard |= {drone_id for drone_id, _ in split_tagged(message)}
+
+        socket.on("framereceived", received)
+
+    def part(self, testid: str) -> Locator:
+        return self.page.get_by_test_id(testid)
+
+    def open(self, path: str = "/") -> None:
+        self.page.goto(self.address + path)
+
+    def sign_in(self, name: str, password: str = PASSWORD) -> None:
+        self.page.get_by_label("Name").fill(name)
+        self.page.get_by_label("Password").fill(password)
+        self.page.get_by_role("button", name="Sign in").click()
+
+    def squad(self) -> list[str]:
+        return [row.get_attribute("data-drone-id") or "" for row in self.part("squad-row").all()]
+
+    def confirm(self, drone: str) -> None:
+        """Every dangerous action is confirmed once, in a dialog that names the drone."""
+        dialog = self.page.get_by_role("dialog")
+        expect(dialog).to_contain_text(drone)
+        dialog.get_by_test_id("confirm-button").click()
+        expect(dialog).to_have_count(0)
+
+    def word(self, name: str) -> str:
+        return self.part(f"value-{name}").get_attribute("data-value") or ""
+
+    def number(self, name: str) -> float:
+        text = self.word(name)
+        return float(text) if text else math.nan
+
+    def wait(self, what: str, condition: Callable[[], bool], *, timeout_s: float = FLIGHT_TIMEOUT_S) -> None:
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            seen = {name: self.word(name) for name in ("mode", "armed", "altitude", "speed", "latitude", "longitude")}
+            assert time.monotonic() < deadline, f"waited {timeout_s:g} s in vain for {what}; the page shows {seen}"
+            self.page.wait_for_timeout(50)
+
+    def wait_for_frames(self, drones: int = 1, *, timeout_s: float = 20.0) -> None:
+        """Until frames of so many drones have come."""
+        deadline = time.monotonic() + timeout_s
+        while len(self.drones_heard) < drones:
+            assert time.monotonic() < deadline, f"heard {self.drones_heard} in {timeout_s:g} s"
+            self.page.wait_for_timeout(50)
+
+    def distance_m(self, lat_deg: float, lon_deg: float) -> float:
+        """From where the page shows the drone."""
+        north = (self.number("latitude") - lat_deg) * METRES_PER_DEGREE
+        east = (self.number("longitude") - lon_deg) * METRES_PER_DEGREE * math.cos(math.radians(lat_deg))
+        return math.hypot(north, east)

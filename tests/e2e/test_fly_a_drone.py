@@ -1,0 +1,162 @@
+"""The whole product through the eyes of its users: an operator flies, a stranger sees nothing, the admin sees all."""
+
+from collections.abc import Callable
+
+from console_page import ConsolePage
+from playwright.sync_api import expect
+from worlds.processes import World, kill_9
+
+Somebody = Callable[[], ConsolePage]
+
+
+def signed_in(somebody: Somebody, name: str) -> ConsolePage:
+    console = somebody()
+    console.sign_in(name)
+    expect(console.part("squad-row").first).to_be_visible()
+    return console
+
+
+def open_own_drone(console: ConsolePage, name: str) -> None:
+    console.page.get_by_role("link", name=f"Open {name}").click()
+    expect(console.part("value-mode")).to_be_visible()
+
+
+def take_controls(console: ConsolePage, name: str) -> None:
+    console.part("control-acquire").click()
+    expect(console.part("blocked-reason")).to_contain_text(f"You fly {name}")
+
+
+def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> None:
+    alice = signed_in(somebody, "alice")
+    assert alice.squad() == ["1"]
+    open_own_drone(alice, "Kestrel")
+    alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") != 0)
+    # Nothing can be pressed before the controls are taken.
+    expect(alice.part("action-arm")).to_be_disabled()
+    take_controls(alice, "Kestrel")
+    home = (alice.number("latitude"), alice.number("longitude"))
+
+    # Arming by hand in GUIDED, then take-off.
+    alice.part("mode-select").select_option(label="GUIDED")
+    alice.part("action-mode").click()
+    alice.wait("GUIDED", lambda: alice.word("mode") == "GUIDED")
+    alice.part("action-arm").click()
+    alice.confirm("Kestrel")
+    alice.wait("motors armed", lambda: alice.word("armed") == "true")
+    alice.part("takeoff-height").fill("10")
+    alice.part("action-takeoff").click()
+    alice.confirm("Kestrel")
+    alice.wait("10 m", lambda: abs(alice.number("altitude") - 10) < 0.5)
+
+    # Go-to by a click on the map, some way off the middle where the drone is.
+    alice.part("action-goto").click()
+    box = alice.part("map").bounding_box()
+    assert box is not None
+    alice.page.mouse.click(box["x"] + box["width"] * 0.62, box["y"] + box["height"] * 0.35)
+    dialog = alice.page.get_by_role("dialog")
+    expect(dialog).to_contain_text("Fly Kestrel to")
+    target = (float(alice.part("goto-lat").input_value()), float(alice.part("goto-lon").input_value()))
+    assert alice.distance_m(*target) > 10
+    alice.part("goto-confirm").click()
+    alice.wait("arrival", lambda: alice.distance_m(*target) < 2 and alice.number("speed") < 0.5)
+    assert abs(alice.number("altitude") - 10) < 1
+
+    alice.part("action-return").click()
+    alice.confirm("Kestrel")
+    alice.wait("RTL", lambda: alice.word("mode") == "RTL")
+    alice.wait("landing", lambda: alice.word("armed") == "false")
+    assert alice.distance_m(*home) < 2
+    assert abs(alice.number("altitude")) < 0.5
+    assert alice.drones_heard == {1}
+    # The one complaint allowed is the question "who am I" of the sign-in page, answered with 401.
+    assert [said for said in alice.complaints if "401" not in said] == []
+
+
+def test_take_off_and_land_from_one_button_each(somebody: Somebody) -> None:
+    bob = signed_in(somebody, "bob")
+    open_own_drone(bob, "Merlin")
+    take_controls(bob, "Merlin")
+    bob.wait("a position", lambda: bob.number("latitude") > 40)
+    bob.part("takeoff-height").fill("6")
+    bob.part("action-takeoff").click()
+    bob.confirm("Merlin")
+    bob.wait("6 m", lambda: abs(bob.number("altitude") - 6) < 0.5)
+    bob.part("action-hold").click()
+    bob.wait("ALT_HOLD", lambda: bob.word("mode") == "ALT_HOLD")
+    bob.part("action-land").click()
+    bob.confirm("Merlin")
+    bob.wait("landing", lambda: bob.word("armed") == "false")
+
+
+def test_a_stranger_sees_neither_the_drone_nor_its_frames(somebody: Somebody) -> None:
+    bob = signed_in(somebody, "bob")
+    assert bob.squad() == ["2"]
+    answers = []
+    for path in ("/#/drone/1", "/#/drone/4711"):
+        bob.open(path)
+        answers.append(bob.part("no-such-drone").inner_text())
+    assert answers[0] == answers[1]
+    assert "Kestrel" not in bob.page.content()
+    open_path = f"{bob.address}/api/v1/drones/"
+    theirs, nobodys = (bob.page.request.get(open_path + number) for number in ("1", "4711"))
+    assert theirs.status == nobodys.status == 404
+    assert {**theirs.json(), "instance": ""} == {**nobodys.json(), "instance": ""}
+    bob.open("/#/")
+    bob.wait_for_frames()
+    assert bob.drones_heard == {2}
+
+
+def test_the_admin_sees_all_and_takes_and_gives(somebody: Somebody) -> None:
+    alice = signed_in(somebody, "alice")
+    open_own_drone(alice, "Kestrel")
+    take_controls(alice, "Kestrel")
+    admin = signed_in(somebody, "admin")
+    assert admin.squad() == ["1", "2"]
+    admin.wait_for_frames(2)
+    open_own_drone(admin, "Kestrel")
+    admin.part("control-take").click()
+    admin.part("confirm-reason").fill("airspace closed")
+    admin.confirm("Kestrel")
+    expect(alice.part("taken-banner")).to_contain_text("airspace closed")
+    expect(alice.part("action-arm")).to_be_disabled()
+    expect(alice.part("action-takeoff")).to_be_disabled()
+    admin.part("control-give").click()
+    admin.confirm("Kestrel")
+    expect(alice.part("taken-banner")).to_have_count(0)
+    expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
+
+
+def test_a_rejected_arming_is_explained(somebody: Somebody, world: World) -> None:
+    alice = signed_in(somebody, "alice")
+    open_own_drone(alice, "Kestrel")
+    take_controls(alice, "Kestrel")
+    alice.part("mode-select").select_option(label="RTL")
+    alice.part("action-mode").click()
+    alice.wait("RTL", lambda: alice.word("mode") == "RTL")
+    alice.part("action-arm").click()
+    alice.confirm("Kestrel")
+    expect(alice.part("action-report")).to_contain_text("Arm: ")
+    expect(alice.part("messages")).to_contain_text("Arm")
+    assert alice.word("armed") == "false"
+
+
+def test_a_wrong_password_says_so_and_not_which_part(somebody: Somebody) -> None:
+    console = somebody()
+    texts = []
+    for name, password in (("alice", "wrong password"), ("nobody", "wrong password")):
+        console.sign_in(name, password)
+        expect(console.part("sign-in-problem")).not_to_be_empty()
+        texts.append(console.part("sign-in-problem").inner_text())
+        console.open()
+    assert texts[0] == texts[1]
+
+
+def test_the_console_says_that_the_tower_is_gone_and_comes_back_by_itself(somebody: Somebody, world: World) -> None:
+    alice = signed_in(somebody, "alice")
+    expect(alice.part("connection-state")).to_contain_text("Connected")
+    kill_9(world.tower)
+    expect(alice.part("connection-state")).not_to_contain_text("Connected")
+    world.start_tower()
+    expect(alice.part("connection-state")).to_contain_text("Connected", timeout=15_000)
+    alice.drones_heard.clear()
+    alice.wait_for_frames()
