@@ -174,3 +174,23 @@ async def test_a_refused_credential_is_said_clearly(caplog: pytest.LogCaptureFix
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await task
+
+
+async def test_nonsense_on_the_control_channel_ends_the_link_and_a_new_one_is_made(world: World) -> None:
+    assert world.tower.connection is not None
+    await world.tower.connection.send('{"type": "self_destruct"}')
+    await world.tower.linked(2)
+    assert world.tower.connection is not None
+    await world.tower.connection.send(b"\x00\x01")
+    await world.tower.linked(3)
+    world.tower.send_frames(attitude(60))
+    await until(lambda: attitude(60) in world.autopilot.frames)
+
+
+async def test_being_replaced_is_said_and_not_fought_over(world: World, caplog: pytest.LogCaptureFixture) -> None:
+    assert world.tower.connection is not None
+    await world.tower.connection.close(4409, "replaced")
+    await until(lambda: "another agent has signed in" in caplog.text)
+    beats = len(world.autopilot.heard("HEARTBEAT"))
+    await until(lambda: len(world.autopilot.heard("HEARTBEAT")) >= beats + 2, what="two seconds of the agent's beats")
+    assert len(world.tower.hellos) == 1
