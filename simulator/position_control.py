@@ -15,6 +15,9 @@ CLIMB_POSITION_P = 1.2
 CLIMB_P = 5.0
 CLIMB_I = 2.5
 CLIMB_ACCELERATION_MAX = 5.0
+TILT_LAG_S = 0.3
+"""How long the vehicle takes to lean over: the target's velocity follows its acceleration as late as that,
+while the acceleration itself is flown at once, so that the two meet and nothing overshoots."""
 LEASH_M = 4.0
 """A target that runs farther ahead of the vehicle than this waits for it."""
 
@@ -37,23 +40,28 @@ class Target:
         self.north_m = self.east_m = self.alt_m = 0.0
         self.vn_mps = self.ve_mps = self.climb_mps = 0.0
         self.an_mss = self.ae_mss = 0.0
-        """How fast its velocity changes: flown at once, so that the vehicle need not fall behind first."""
+        self._vn_ahead = self._ve_ahead = 0.0
+        """The velocity that the target is about to have."""
 
     def reset(self, body: Airframe) -> None:
         """Start from the vehicle as it flies now, so that a mode change gives no jerk."""
         self.north_m, self.east_m, self.alt_m = body.north_m, body.east_m, body.alt_m
         self.vn_mps, self.ve_mps, self.climb_mps = body.vn_mps, body.ve_mps, -body.vd_mps
         self.an_mss = self.ae_mss = 0.0
+        self._vn_ahead, self._ve_ahead = self.vn_mps, self.ve_mps
 
     def fly_with(self, vn_mps: float, ve_mps: float, limits: Limits, dt_s: float) -> None:
         """Take on a horizontal velocity, no faster than the acceleration allows."""
-        dn, de = vn_mps - self.vn_mps, ve_mps - self.ve_mps
+        dn, de = vn_mps - self._vn_ahead, ve_mps - self._ve_ahead
         change = math.hypot(dn, de)
         most = limits.acceleration_mss * dt_s
         share = 1.0 if change <= most else most / change
         self.an_mss, self.ae_mss = dn * share / dt_s, de * share / dt_s
-        self.vn_mps += dn * share
-        self.ve_mps += de * share
+        self._vn_ahead += dn * share
+        self._ve_ahead += de * share
+        blend = dt_s / (TILT_LAG_S + dt_s)
+        self.vn_mps += (self._vn_ahead - self.vn_mps) * blend
+        self.ve_mps += (self._ve_ahead - self.ve_mps) * blend
         self.north_m += self.vn_mps * dt_s
         self.east_m += self.ve_mps * dt_s
 
