@@ -21,6 +21,8 @@ export type Outcome =
   /** Nobody can say whether it was carried out, or it was not sent at all: `why` says. */
   | { readonly kind: 'failed'; readonly why: string };
 
+export const REPLACED: Outcome = { kind: 'failed', why: 'a newer command took its place' };
+
 /** Sends the command (repeat = 0 at first, then 1); false when nothing could be sent. */
 export type Transmit = (command: Command, repeat: number) => boolean;
 
@@ -73,7 +75,10 @@ export class Commands {
 
   run(command: Command): Promise<Outcome> {
     // COMMAND_ACK names the command only: two of one kind under way could not be told apart.
-    if (this.#pending.has(command.command)) {
+    const older = this.#pending.get(command.command);
+    if (older && command.replaces) {
+      older.settle(REPLACED);
+    } else if (older) {
       return Promise.resolve({ kind: 'failed', why: 'the same command is still waiting for its answer' });
     }
     return new Promise((resolve) => {

@@ -1,7 +1,7 @@
 /** What a pilot asks for, as steps with answers: arm, take off, go there, hold, return, land, change mode. */
 
 import type { Clock } from './clock';
-import type { Commands, Outcome } from './commands';
+import { REPLACED, type Commands, type Outcome } from './commands';
 import { MAV_MODE_FLAG } from './generated/mavlink.gen';
 import { armCommand, disarmCommand, goToCommand, setModeCommand, takeOffCommand, type Target } from './messages';
 import { modeSetOf, type Mode, type ModeSet } from './modes';
@@ -18,6 +18,8 @@ export class Flying {
   readonly #commands: Commands;
   readonly #telemetry: Telemetry;
   readonly #target = new Store<Target | null>(null);
+  /** Counts what was asked for: a deed of several steps ends where a newer one begins. */
+  #deeds = 0;
 
   constructor(clock: Clock, commands: Commands, telemetry: Telemetry) {
     this.#clock = clock;
@@ -37,15 +39,22 @@ export class Flying {
   }
 
   arm(): Promise<Outcome> {
+    this.#deeds++;
     return this.#commands.run(armCommand());
   }
 
   disarm(evenInFlight: boolean): Promise<Outcome> {
+    this.#deeds++;
     return this.#commands.run(disarmCommand(evenInFlight));
   }
 
   /** Believed when the autopilot has accepted it and its HEARTBEAT agrees. */
-  async setMode(mode: Mode): Promise<Outcome> {
+  setMode(mode: Mode): Promise<Outcome> {
+    this.#deeds++;
+    return this.#changeMode(mode);
+  }
+
+  async #changeMode(mode: Mode): Promise<Outcome> {
     const answer = await this.#commands.run(setModeCommand(mode.main, mode.sub));
     if (answer.kind !== 'accepted') return answer;
     const agreed = await this.#heartbeatSays((beat) => beat.custom_mode === mode.customMode);
@@ -68,18 +77,22 @@ export class Flying {
   async takeOff(heightM: number): Promise<Outcome> {
     const guided = this.#modes()?.guided;
     if (!guided) return this.#telemetry.newest('HEARTBEAT') ? NOT_KNOWN : NOT_HEARD;
-    const inMode = await this.setMode(guided);
+    const deed = ++this.#deeds;
+    const inMode = await this.#changeMode(guided);
     if (inMode.kind !== 'accepted') return inMode;
+    if (deed !== this.#deeds) return REPLACED;
     if (!this.#isArmed()) {
-      const armed = await this.arm();
+      const armed = await this.#commands.run(armCommand());
       if (armed.kind !== 'accepted') return armed;
+      if (deed !== this.#deeds) return REPLACED;
     }
     return this.#commands.run(takeOffCommand(heightM));
   }
 
   async goTo(target: Target): Promise<Outcome> {
+    const deed = ++this.#deeds;
     const answer = await this.#commands.run(goToCommand(target));
-    if (answer.kind === 'accepted') this.#target.set(target);
+    if (answer.kind === 'accepted' && deed === this.#deeds) this.#target.set(target);
     return answer;
   }
 

@@ -20,6 +20,8 @@ interface Common {
   readonly command: number;
   /** Whether it may be sent again when no answer comes. */
   readonly repeatable: boolean;
+  /** A newer one may take the place of one that still waits: something else than the answer confirms it. */
+  readonly replaces?: boolean;
 }
 export type Command =
   | (Common & { readonly form: 'COMMAND_LONG'; readonly fields: Partial<MessageFields['COMMAND_LONG']> })
@@ -39,7 +41,10 @@ export const disarmCommand = (evenInFlight: boolean): Command =>
   long(MAV_CMD.COMPONENT_ARM_DISARM, [0, evenInFlight ? FORCE_DISARM : 0]);
 
 /** `main` and `sub` as the autopilot numbers its modes; sub is PX4's alone. */
-export const setModeCommand = (main: number, sub = 0): Command => long(MAV_CMD.DO_SET_MODE, [CUSTOM_MODE, main, sub]);
+export const setModeCommand = (main: number, sub = 0): Command => ({
+  ...long(MAV_CMD.DO_SET_MODE, [CUSTOM_MODE, main, sub]),
+  replaces: true,
+});
 
 /** Never repeated: an answer that was lost must not lead to a second take-off. */
 export const takeOffCommand = (heightM: number): Command =>

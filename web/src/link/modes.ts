@@ -9,26 +9,46 @@ export interface Mode {
   /** Parameters 2 and 3 of DO_SET_MODE. */
   readonly main: number;
   readonly sub: number;
+  /** It does what the sticks say: with nobody at them, what a radio at rest says (throttle down: it sinks). */
+  readonly obeysSticks: boolean;
 }
 
 export interface ModeSet {
   readonly modes: readonly Mode[];
+  /**
+   * Stays where it is, with nobody at the sticks. Not ALT_HOLD: without a stream of centred sticks that falls
+   * back to the radio's values, and with the throttle at rest the drone descends into the ground (measured).
+   */
   readonly hold: Mode;
   readonly returns: Mode;
   readonly land: Mode;
   readonly guided: Mode | null;
-  readonly brake: Mode | null;
 }
 
 const words = (name: string): string => name.replaceAll('_', ' ');
 
+const COPTER_STICK_MODES: ReadonlySet<string> = new Set([
+  'STABILIZE',
+  'ACRO',
+  'ALT_HOLD',
+  'LOITER',
+  'POSHOLD',
+  'CIRCLE',
+]);
+
 function copter(name: keyof typeof COPTER_MODE): Mode {
-  return { name: words(name), customMode: COPTER_MODE[name], main: COPTER_MODE[name], sub: 0 };
+  return {
+    name: words(name),
+    customMode: COPTER_MODE[name],
+    main: COPTER_MODE[name],
+    sub: 0,
+    obeysSticks: COPTER_STICK_MODES.has(name),
+  };
 }
 
 const PX4_AUTO = 4;
 function px4(name: string, main: number, sub = 0): Mode {
-  return { name, customMode: ((main << 16) | (sub << 24)) >>> 0, main, sub };
+  return { name, customMode: ((main << 16) | (sub << 24)) >>> 0, main, sub, obeysSticks: main !== PX4_AUTO };
 }
 
 const ARDUCOPTER: ModeSet = {
@@ -47,11 +67,10 @@ const ARDUCOPTER: ModeSet = {
       'LAND',
     ] as const
   ).map(copter),
-  hold: copter('ALT_HOLD'),
+  hold: copter('BRAKE'),
   returns: copter('RTL'),
   land: copter('LAND'),
   guided: copter('GUIDED'),
-  brake: copter('BRAKE'),
 };
 
 const PX4_MODES = {
@@ -72,7 +91,6 @@ const PX4: ModeSet = {
   returns: PX4_MODES.returns,
   land: PX4_MODES.land,
   guided: null,
-  brake: null,
 };
 
 /** Null for an autopilot that we cannot name modes of. */

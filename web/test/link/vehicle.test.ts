@@ -1,8 +1,9 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
-import { MAV_RESULT, type MessageFields } from '../../src/link/generated/mavlink.gen';
+import { MAV_AUTOPILOT, MAV_RESULT, type MessageFields } from '../../src/link/generated/mavlink.gen';
 import type { Entry } from '../../src/link/journal';
 import { decode } from '../../src/link/mavlink';
+import { modeSetOf } from '../../src/link/modes';
 import { splitTagged } from '../../src/link/tagged_frames';
 import { Vehicle } from '../../src/link/vehicle';
 import { A_DRONE, AUTOPILOT, FakeClock, fromAutopilot, heartbeat, settled } from './fakes';
@@ -94,7 +95,13 @@ describe('a mode change', () => {
     hears(heartbeat(0));
     await clock.pass(2_000);
     expect(await result).toMatchObject({ kind: 'unconfirmed' });
-    expect(vehicle.action.get()?.text).toContain('Heron accepted it, but its heartbeat does not show ALT HOLD');
+    expect(vehicle.action.get()?.text).toContain('Heron accepted it, but its heartbeat does not show BRAKE');
+  });
+
+  it('to hold is one that needs nobody at the sticks', () => {
+    for (const autopilot of [MAV_AUTOPILOT.ARDUPILOTMEGA, MAV_AUTOPILOT.PX4]) {
+      expect(modeSetOf(autopilot)?.hold.obeysSticks).toBe(false);
+    }
   });
 
   it('uses the numbers of PX4 where PX4 flies', async () => {
@@ -133,6 +140,37 @@ describe('take-off', () => {
     ack(176);
     await settled();
     expect(commandsSent().map(({ command }) => command)).toEqual([176, 22]);
+  });
+
+  it('ends where a newer command begins: hold while it arms means no take-off', async () => {
+    hears(heartbeat(4));
+    const takeOff = vehicle.perform('Take off', (flying) => flying.takeOff(10));
+    await settled();
+    ack(176);
+    await settled();
+    const hold = vehicle.perform('Hold', (flying) => flying.hold());
+    await settled();
+    ack(400);
+    expect((await takeOff).kind).toBe('failed');
+    ack(176);
+    await settled();
+    hears(heartbeat(17, true));
+    expect(await hold).toEqual({ kind: 'accepted' });
+    expect(commandsSent().map(({ command }) => command)).toEqual([176, 400, 176]);
+    expect(vehicle.action.get()?.label).toBe('Hold');
+  });
+
+  it('does not make hold wait for the answer to its mode change', async () => {
+    hears(heartbeat(2));
+    const takeOff = vehicle.flying.takeOff(10);
+    await settled();
+    const hold = vehicle.flying.hold();
+    expect((await takeOff).kind).toBe('failed');
+    ack(176);
+    await settled();
+    hears(heartbeat(17));
+    expect(await hold).toEqual({ kind: 'accepted' });
+    expect(commandsSent().map(({ fields }) => (fields as MessageFields['COMMAND_LONG']).param2)).toEqual([4, 17]);
   });
 
   it('ends where it is refused, and the reason is in the journal', async () => {
