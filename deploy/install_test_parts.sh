@@ -1,16 +1,21 @@
 #!/usr/bin/env bash
-# Installs the parts of the tests that are not Python or npm packages: Chromium, and fonts for its screenshots.
+# Installs the parts of the tests that are neither Python nor npm packages: Chromium (with a font for its pages) and PostgreSQL.
 # Only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
 set -euo pipefail
 
-have_browser() { command -v chromium || command -v chromium-browser || command -v google-chrome; } >/dev/null 2>&1
+wanted=()
+for browser in chromium chromium-browser google-chrome; do
+  command -v "$browser" >/dev/null 2>&1 && found=1
+done
+[ -n "${found:-}" ] || wanted+=(chromium fonts-dejavu-core)
+ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/null 2>&1 || wanted+=(postgresql)
 
-if have_browser; then exit 0; fi
+[ ${#wanted[@]} -gt 0 ] || exit 0
 if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
-  echo "Chromium is not installed: the browser tests will be skipped (Debian: apt-get install chromium)." >&2
+  echo "Not installed: ${wanted[*]}. The tests that need them will be skipped." >&2
   exit 0
 fi
-printf '\033[1m==>\033[0m %s\n' "Installing Chromium for the browser tests"
+printf '\033[1m==>\033[0m %s\n' "Installing for the tests: ${wanted[*]}"
 export DEBIAN_FRONTEND=noninteractive
 apt-get update -qq
-apt-get install -y -qq --no-install-recommends chromium fonts-dejavu-core >/dev/null
+apt-get install -y -qq --no-install-recommends "${wanted[@]}" >/dev/null

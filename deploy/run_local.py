@@ -203,7 +203,8 @@ def run() -> None:
     var = Path(os.environ.get("TOWER_VAR", "").strip() or "var").absolute()
     log = var / "log"
     try:
-        log.mkdir(parents=True, exist_ok=True)
+        var.mkdir(mode=0o700, parents=True, exist_ok=True)
+        log.mkdir(exist_ok=True)
     except OSError as error:
         raise CannotRun(f"TOWER_VAR: {var} cannot be made ({error.strerror})") from None
     os.environ["TOWER_VAR"] = str(var)

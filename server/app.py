@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from importlib.metadata import version
 from typing import Any, Final
@@ -123,7 +123,15 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
             app.state.data_endpoint = await stack.enter_async_context(relay)
         except OSError as error:
             raise CannotListen("TOWER_UDP_PORT", settings.udp_host, settings.udp_port, error) from error
+        tower.before_shutdown.append(_good_bye(tower))
         yield
+
+
+def _good_bye(tower: Tower) -> Callable[[], Awaitable[None]]:
+    async def say_good_bye() -> None:
+        tower.hub.say_good_bye()
+
+    return say_good_bye
 
 
 def _operation_id(route: APIRoute) -> str:

@@ -27,6 +27,7 @@ class TowerServer(uvicorn.Server):
     """One application on one socket. `started` (of uvicorn) is true once connections are accepted."""
 
     def __init__(self, app: FastAPI, *, on_listening: Callable[[], None] = lambda: None) -> None:
+        tower: Tower = app.state.tower
         super().__init__(
             uvicorn.Config(
                 app,
@@ -36,7 +37,7 @@ class TowerServer(uvicorn.Server):
                 ws_per_message_deflate=False,  # telemetry hardly shrinks, and every message would cost more
                 timeout_graceful_shutdown=GRACE_S,
                 proxy_headers=True,
-                forwarded_allow_ips="127.0.0.1,::1",
+                forwarded_allow_ips=tower.settings.trusted_proxies,
                 access_log=False,
                 log_config=None,
                 server_header=False,

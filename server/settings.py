@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -65,6 +66,17 @@ def _host(text: str) -> str:
     return text
 
 
+def _addresses(text: str) -> str:
+    """Addresses and networks, with commas between."""
+    parts = [part.strip() for part in text.split(",")]
+    for part in parts:
+        try:
+            ipaddress.ip_network(part)
+        except ValueError:
+            raise ValueError("must be addresses or networks (172.28.5.0/24), with commas between") from None
+    return ",".join(parts)
+
+
 def _log_format(text: str) -> str:
     if text not in {"auto", "human", "json"}:
         raise ValueError("must be auto, human or json")
@@ -90,6 +102,8 @@ class Settings:
     udp_port: int = _setting(14_650, "TOWER_UDP_PORT", _number(0, 65_535))
     public_url: str = _setting("", "TOWER_PUBLIC_URL", _public_url)
     """The address people type, where a proxy hides it. Empty: whatever the Host header says."""
+    trusted_proxies: str = _setting("127.0.0.1,::1", "TOWER_TRUSTED_PROXIES", _addresses)
+    """Who may say for whom they speak and that it came over TLS (X-Forwarded-For, X-Forwarded-Proto)."""
     var: Path = field(default=_VAR, metadata=_from("TOWER_VAR", Path))
     database_url: str = _setting("", "DATABASE_URL", _database_url)
     web: Path = field(default=_WEB, metadata=_from("TOWER_WEB", Path))

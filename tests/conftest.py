@@ -1,12 +1,16 @@
 """For all tests: a part that is missing is a failure in CI, and a skip with the reason elsewhere."""
 
+import asyncio
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Final
+from uuid import uuid4
 
+import asyncpg
 import pytest
+from worlds.postgres import postgres_programs, temporary_postgres
 
 CHROMIUM_NAMES: Final = ("chromium", "chromium-browser", "google-chrome")
 CONSOLE: Final = Path(__file__).resolve().parent.parent / "web" / "dist" / "index.html"
@@ -40,3 +44,30 @@ def console(missing: Callable[[str], None]) -> Path:
     if not CONSOLE.exists():
         missing("the console, built (make setup)")
     return CONSOLE
+
+
+@pytest.fixture(scope="session")
+def postgres_server(missing: Callable[[str], None], tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """The address of a PostgreSQL server of our own."""
+    programs = postgres_programs()
+    if programs is None:
+        missing("PostgreSQL (Debian: apt-get install postgresql)")
+    assert programs is not None
+    with temporary_postgres(programs, tmp_path_factory.mktemp("postgres")) as address:
+        yield address
+
+
+@pytest.fixture
+def postgres_url(postgres_server: str) -> str:
+    """An empty database on it."""
+    name = f"test_{uuid4().hex}"
+
+    async def create() -> None:
+        connection = await asyncpg.connect(f"{postgres_server}/postgres")
+        try:
+            await connection.execute(f"CREATE DATABASE {name}")
+        finally:
+            await connection.close()
+
+    asyncio.run(create())
+    return f"{postgres_server}/{name}"

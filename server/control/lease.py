@@ -154,7 +154,7 @@ def _take_taken(lease: Lease, actor: Actor) -> Outcome:
 
 
 def _give_taken(lease: Lease, actor: Actor) -> Outcome:
-    if lease.holder != actor.user_id:
+    if lease.holder != actor.user_id or not actor.is_admin:
         return Refused("not-the-holder", "only the admin who took the controls can give them back")
     if not actor.operator_may_fly:
         return Refused("cannot-receive", "the operator cannot fly this drone now; release the controls instead")

@@ -10,7 +10,6 @@ Its laws:
 from collections.abc import Callable, Iterable
 from typing import Final
 
-from server.accounts.sessions import Principal
 from server.accounts.tables import Role
 from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRef
 from server.fleet.views import DroneView
@@ -28,6 +27,7 @@ from wire.ids import DroneId, LinkId, UserId
 from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_tagged, tag
 
 SESSION_ENDED: Final = 4401
+GOING_DOWN: Final = 1001
 LINK_REPLACED: Final = 4409
 CREDENTIAL_GONE: Final = 4401
 
@@ -97,7 +97,7 @@ class Hub:
 
     def _admit_watchers(self, drone: LiveDrone) -> None:
         for browser in self._browsers.values():
-            allowed = self._may_see(browser.viewer, drone)
+            allowed = drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role)
             if allowed and browser.number not in drone.watchers:
                 drone.watchers[browser.number] = browser
                 browser.tell(live.DroneChanged(drone.view()))
@@ -125,11 +125,11 @@ class Hub:
     def drone_for(self, drone_id: DroneId, user_id: UserId, role: Role) -> LiveDrone | None:
         """The drone, or None both where it does not exist and where this user may not see it."""
         drone = self._drones.get(drone_id)
-        return drone if drone is not None and _may_see(user_id, role, drone) else None
+        return drone if drone is not None and drone.may_be_seen_by(user_id, role) else None
 
     def drones_for(self, user_id: UserId, role: Role) -> list[LiveDrone]:
         """What one user may see, by number."""
-        return [drone for _, drone in sorted(self._drones.items()) if _may_see(user_id, role, drone)]
+        return [drone for _, drone in sorted(self._drones.items()) if drone.may_be_seen_by(user_id, role)]
 
     def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
         """`drone_for`, as it is told to the outside."""
@@ -184,6 +184,13 @@ class Hub:
         """Closes every browser of an account."""
         for browser in [one for one in self._browsers.values() if one.viewer.user_id == user_id]:
             self._close_browser(browser)
+
+    def say_good_bye(self) -> None:
+        """The tower is going down: everybody is told, so that they come back instead of wondering."""
+        for browser in self._browsers.values():
+            browser.close(GOING_DOWN, "the tower is going down")
+        for link in self._links.values():
+            link.close(GOING_DOWN, "the tower is going down")
 
     def _close_browser(self, browser: Browser) -> None:
         # Nothing more goes out or comes in from this instant; the socket's own end is only a formality.
@@ -326,16 +333,13 @@ class Hub:
 
     # -- telling ---------------------------------------------------------------------------------------------
 
-    def _may_see(self, viewer: Principal, drone: LiveDrone) -> bool:
-        return _may_see(viewer.user_id, viewer.role, drone)
-
     def _tell_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
         for browser in drone.watchers.values():
             browser.tell(event)
 
     def _tell_watchers_who_still_may_see(self, drone: LiveDrone) -> None:
         for browser in drone.watchers.values():
-            if self._may_see(browser.viewer, drone):
+            if drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role):
                 browser.tell(live.DroneChanged(drone.view()))
 
     def _tell_drone(self, drone: LiveDrone) -> None:
@@ -392,7 +396,3 @@ class Hub:
             keepalive = drone.link.sealed.keepalive
             rtt_ms = None if keepalive.rtt_s is None else round(keepalive.rtt_s * 1000, 1)
             self._tell_watchers(drone, live.LinkQuality(drone.drone_id, rtt_ms, round(keepalive.loss, 3)))
-
-
-def _may_see(user_id: UserId, role: str, drone: LiveDrone) -> bool:
-    return role is Role.ADMIN or any(owner.id == user_id for owner in drone.record.owners)

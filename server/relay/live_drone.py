@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from server.accounts.tables import Role
 from server.fleet.snapshot import DroneRecord, UserRef
 from server.fleet.views import DroneView, UserRefView
 from server.relay.agent_link import AgentLink
@@ -49,6 +50,10 @@ class LiveDrone:
     @property
     def holder_id(self) -> UserId | None:
         return self.lease.holder.id if self.lease.holder else None
+
+    def may_be_seen_by(self, user_id: UserId, role: Role) -> bool:
+        """Admins see every drone, operators their own."""
+        return role is Role.ADMIN or any(owner.id == user_id for owner in self.record.owners)
 
     def view(self) -> DroneView:
         """As the console is told. The same for everybody who may see the drone."""

@@ -156,6 +156,10 @@ async def start_tower(tmp_path: Path, **settings: Any) -> AsyncIterator[TowerWor
     chosen = Settings(**values)
     if chosen.is_sqlite and not (var / "tower.sqlite3").exists():
         shutil.copyfile(_migrated(), var / "tower.sqlite3")
+    elif not chosen.is_sqlite:
+        database = open_database(chosen.database_url)
+        await migrate(database)
+        await database.close()
     clock = MovableClock()
     app = create_app(chosen, clock=clock)
     async with serving(app, listen("127.0.0.1", chosen.port)) as base_url, AsyncExitStack() as stack:
