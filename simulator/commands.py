@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from simulator import commands_flight as fly
 from simulator.dialect import Message, mavlink
 from simulator.flight import Flight
+from simulator.geodesy import clamp
 from simulator.modes import Mode
 
 ACCEPTED = int(mavlink.MAV_RESULT_ACCEPTED)
@@ -20,6 +21,8 @@ TEMPORARILY_REJECTED = int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
 DENIED = int(mavlink.MAV_RESULT_DENIED)
 UNSUPPORTED = int(mavlink.MAV_RESULT_UNSUPPORTED)
 FAILED = int(mavlink.MAV_RESULT_FAILED)
+
+ALT_MAX_M = 50_000.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,15 +52,20 @@ def read_command(message: Message) -> Command:
     first = tuple(_finite(value) for value in params)
     four = (first[0], first[1], first[2], first[3])
     if message.get_type() == "COMMAND_INT":
-        return Command(message.command, four, message.x, message.y, _finite(message.z), message.frame, four)
+        return Command(message.command, four, message.x, message.y, _altitude(message.z), message.frame, four)
     seven = (*four, *(_finite(v) for v in (message.param5, message.param6, message.param7)))
     lat_e7, lon_e7 = (round(v * 1e7) if abs(v) <= 360.0 else 2**31 - 1 for v in seven[4:6])
     relative = int(mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT)
-    return Command(message.command, four, lat_e7, lon_e7, seven[6], relative, seven)
+    return Command(message.command, four, lat_e7, lon_e7, _altitude(seven[6]), relative, seven)
 
 
 def _finite(value: float) -> float:
     return value if math.isfinite(value) else 0.0
+
+
+def _altitude(value: float) -> float:
+    """Kept where it can be computed with and told in millimetres."""
+    return clamp(_finite(value), -ALT_MAX_M, ALT_MAX_M)
 
 
 Handler = Callable[[Flight, Command], int]

@@ -181,11 +181,11 @@ class Flight:
         parameters = self.parameters
         speed = self.speed_override_mps or parameters["WPNAV_SPEED"] / 100.0
         return Limits(
-            max(speed, 0.2),
+            speed,
             parameters["WPNAV_SPEED_UP"] / 100.0,
             parameters["WPNAV_SPEED_DN"] / 100.0,
-            max(parameters["WPNAV_ACCEL"] / 100.0, 0.5),
-            max(parameters["WPNAV_ACCEL_Z"] / 100.0, 0.5),
+            parameters["WPNAV_ACCEL"] / 100.0,
+            parameters["WPNAV_ACCEL_Z"] / 100.0,
         )
 
     def lean_max_rad(self) -> float:

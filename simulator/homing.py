@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.geodesy import clamp
 from simulator.notices import Severity
 from simulator.piloted import lean_of_sticks, turn_with_stick
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from simulator.flight import Flight
 
 RTL_MIN_CONE_SLOPE = 0.5
+RTL_ALT_MAX_M = 3000.0
 ARRIVED_M = 1.0
 
 
@@ -76,7 +78,7 @@ class ReturnToLaunch(Behaviour):
         alt = flight.alt_over_home_m()
         distance = math.hypot(home_n - flight.body.north_m, home_e - flight.body.east_m)
         least = max(2.0, alt + max(parameters["RTL_CLIMB_MIN"] / 100.0, 0.0))
-        wanted = max(parameters["RTL_ALT"] / 100.0, least)
+        wanted = max(min(parameters["RTL_ALT"] / 100.0, RTL_ALT_MAX_M), least)
         slope = parameters["RTL_CONE_SLOPE"]
         if slope >= RTL_MIN_CONE_SLOPE:
             wanted = max(alt, min(wanted, max(distance * slope, least)))
@@ -94,7 +96,7 @@ class ReturnToLaunch(Behaviour):
             return
         limits = flight.limits()
         if flight.parameters["RTL_SPEED"] > 0:
-            limits.speed_mps = flight.parameters["RTL_SPEED"] / 100.0
+            limits.speed_mps = clamp(flight.parameters["RTL_SPEED"] / 100.0, 0.2, 50.0)
         target.climb_to(self._alt_m, limits, TICK_S)
         home_n, home_e, _ = flight.home_local()
         if self.leg is Leg.CLIMB:

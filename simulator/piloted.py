@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from simulator.airframe import MOTOR_MAX_N, WEIGHT_N
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.geodesy import clamp
 from simulator.position_control import Limits
 
 if TYPE_CHECKING:
@@ -75,7 +76,7 @@ class Loiter(Behaviour):
             return
         turn_with_stick(self)
         parameters = flight.parameters
-        speed = parameters["LOIT_SPEED"] / 100.0
+        speed = clamp(parameters["LOIT_SPEED"] / 100.0, 0.2, 50.0)
         forward, right = -flight.sticks.pitch * speed, flight.sticks.roll * speed
         pushing = forward != 0.0 or right != 0.0
         accel = parameters["LOIT_ACC_MAX"] / 100.0 if pushing else parameters["LOIT_BRK_ACCEL"] / 100.0
@@ -114,7 +115,7 @@ class Circle(Behaviour):
         self._angle = yaw + math.pi
 
     def _radius_m(self) -> float:
-        return max(self.flight.parameters["CIRCLE_RADIUS"] / 100.0, 1.0)
+        return clamp(self.flight.parameters["CIRCLE_RADIUS"] / 100.0, 1.0, 2000.0)
 
     def run(self) -> None:
         flight, radius = self.flight, self._radius_m()
@@ -123,7 +124,7 @@ class Circle(Behaviour):
         limits = flight.limits()
         fastest = min(limits.speed_mps, math.sqrt(limits.acceleration_mss * radius)) / radius
         rate = math.radians(flight.parameters["CIRCLE_RATE"])
-        self._angle += max(-fastest, min(rate, fastest)) * TICK_S
+        self._angle += clamp(rate, -fastest, fastest) * TICK_S
         north = self._centre[0] + radius * math.cos(self._angle)
         east = self._centre[1] + radius * math.sin(self._angle)
         flight.target.fly_to(north, east, limits, flight.body, TICK_S)
@@ -142,14 +143,14 @@ def lean_of_sticks(behaviour: Behaviour) -> tuple[float, float]:
 
 def turn_with_stick(behaviour: Behaviour) -> None:
     flight = behaviour.flight
-    rate = math.radians(min(flight.parameters["PILOT_Y_RATE"], 90.0))
+    rate = math.radians(clamp(flight.parameters["PILOT_Y_RATE"], 0.0, 90.0))
     flight.attitude.turn(flight.sticks.yaw * rate, TICK_S)
 
 
 def climb_with_stick(behaviour: Behaviour) -> bool:
     """Move the target's height with the throttle; False while the vehicle stands on the ground and rests."""
     flight = behaviour.flight
-    climb = 0.0 if flight.failsafes.radio else flight.sticks.climb_mps
+    climb = 0.0 if flight.failsafes.radio else clamp(flight.sticks.climb_mps, -20.0, 20.0)
     if flight.landed:
         if climb <= 0.0:
             flight.rest()

@@ -24,13 +24,20 @@ LEASH_M = 4.0
 
 @dataclass(slots=True)
 class Limits:
-    """How fast a target may travel."""
+    """How fast a target may travel. Whatever the parameters say, no faster than a quadrotor can follow."""
 
     speed_mps: float
     climb_mps: float
     descent_mps: float
     acceleration_mss: float = 2.5
     climb_acceleration_mss: float = 2.0
+
+    def __post_init__(self) -> None:
+        self.speed_mps = clamp(self.speed_mps, 0.2, 50.0)
+        self.climb_mps = clamp(self.climb_mps, 0.1, 20.0)
+        self.descent_mps = clamp(self.descent_mps, 0.1, 20.0)
+        self.acceleration_mss = clamp(self.acceleration_mss, 0.5, 15.0)
+        self.climb_acceleration_mss = clamp(self.climb_acceleration_mss, 0.5, 10.0)
 
 
 class Target:

@@ -10,6 +10,9 @@ from simulator.guided import FlyWith, GoTo, Guided
 from simulator.mission_plan import Frame
 from simulator.modes import Mode
 
+FARTHEST = 50_000.0
+"""Metres, or metres a second: beyond it a set-point is nonsense and is dropped."""
+
 NO_POSITION = 0b000000000111
 NO_VELOCITY = 0b000000111000
 NO_YAW = 1 << 10
@@ -29,7 +32,7 @@ def receive_setpoint(flight: Flight, message: Message) -> None:
     mask = message.type_mask
     is_global = message.get_type().endswith("GLOBAL_INT")
     numbers += [message.alt] if is_global else [message.x, message.y, message.z]
-    if not all(math.isfinite(number) for number in numbers):
+    if not all(math.isfinite(number) and abs(number) < FARTHEST for number in numbers):
         return
     yaw = None if mask & NO_YAW else message.yaw
     if mask & NO_POSITION != NO_POSITION:

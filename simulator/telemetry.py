@@ -11,6 +11,8 @@ from simulator.reports_motion import MOTION_REPORTS
 REPORTS = {**HEALTH_REPORTS, **MOTION_REPORTS}
 HEARTBEAT = 0
 HEARTBEAT_S = 1.0
+INTERVAL_MAX_S = 2000.0
+"""What MESSAGE_INTERVAL can still tell, in microseconds."""
 TIMESYNC = 111
 TIMESYNC_S = 10.0
 
@@ -49,7 +51,7 @@ class Telemetry:
             self._interval_s.pop(message_id, None)
             self._due_s.pop(message_id, None)
             return True
-        interval_s = max(interval_us * 1e-6, TICK_S)
+        interval_s = min(max(interval_us * 1e-6, TICK_S), INTERVAL_MAX_S)
         self._interval_s[message_id] = interval_s
         self._due_s[message_id] = now_s + TICK_S
         return True
