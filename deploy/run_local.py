@@ -239,8 +239,9 @@ def stop(*_: object) -> NoReturn:
 
 def main() -> int:
     """The exit code: 0 after Ctrl-C, 1 if something failed, 2 if something has to be changed first."""
-    signal.signal(signal.SIGTERM, stop)
-    signal.signal(signal.SIGHUP, stop)
+    # SIGINT too: a script that starts this in the background has it ignored otherwise.
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, stop)
     try:
         run()
     except KeyboardInterrupt:

@@ -6,20 +6,10 @@ from pathlib import Path
 from typing import Final
 
 import pytest
-from console_page import ConsolePage
+from console_page import FLAGS, ConsolePage
 from playwright.sync_api import Browser, expect, sync_playwright
 from worlds.processes import World
 
-FLAGS: Final = (
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
 SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3")
 
 

@@ -10,6 +10,18 @@ from worlds.processes import PASSWORD
 
 from wire.tagged import split_tagged
 
+FLAGS: Final = (
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+"""Of a headless Chromium that draws in software and calls nobody."""
+
 FLIGHT_TIMEOUT_S: Final = 90.0
 METRES_PER_DEGREE: Final = 111_195.0
 

@@ -1,0 +1,84 @@
+"""Makes the pictures in docs/screenshots/ from the running product: `.venv/bin/python docs/make_screenshots.py`.
+
+It starts a tower with three simulated drones of its own in a temporary folder, flies them through the console, and
+looks.
+"""
+
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import Final
+
+CHECKOUT: Final = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(CHECKOUT / "tests"), str(CHECKOUT / "tests" / "e2e")]
+
+from console_page import FLAGS, ConsolePage  # noqa: E402
+from playwright.sync_api import Browser, expect, sync_playwright  # noqa: E402
+from worlds.processes import World  # noqa: E402
+
+PICTURES: Final = CHECKOUT / "docs" / "screenshots"
+SIZE: Final = {"width": 1280, "height": 800}
+FLEET: Final = {"Kestrel": "alice", "Merlin": "alice", "Osprey": "bob"}
+
+
+def come(browser: Browser, world: World, name: str) -> ConsolePage:
+    context = browser.new_context(viewport=SIZE, color_scheme="dark", reduced_motion="reduce")
+    console = ConsolePage(context.new_page(), world.address)
+    console.open()
+    console.sign_in(name)
+    expect(console.part("squad-row").first).to_be_visible()
+    return console
+
+
+def fly(console: ConsolePage, drone: str, height_m: int, click: tuple[float, float]) -> None:
+    """Takes the controls, takes off, and sends the drone towards a point of the map (as shares of its size)."""
+    console.open("/#/")
+    console.page.get_by_role("link", name=f"Open {drone}").click()
+    console.part("control-acquire").click()
+    console.wait("a position", lambda: console.number("latitude") > 40)
+    console.part("takeoff-height").fill(str(height_m))
+    console.part("action-takeoff").click()
+    console.confirm(drone)
+    console.wait("height", lambda: console.number("altitude") > height_m - 1)
+    console.part("action-goto").click()
+    box = console.part("map").bounding_box()
+    assert box is not None
+    console.page.mouse.click(box["x"] + box["width"] * click[0], box["y"] + box["height"] * click[1])
+    console.part("goto-confirm").click()
+
+
+def main() -> None:
+    shutil.rmtree(PICTURES, ignore_errors=True)
+    PICTURES.mkdir(parents=True)
+    expect.set_options(timeout=30_000)
+    with tempfile.TemporaryDirectory() as folder, World(Path(folder)) as world, sync_playwright() as playwright:
+        for operator in ("alice", "bob"):
+            world.add_user(operator)
+        world.add_user("admin", "admin")
+        numbers = [world.add_drone(name, owner) for name, owner in FLEET.items()]
+        world.start_tower()
+        world.start_simulated(*FLEET, options=("--boot-s", "2", "--seed", "7", "--wind", "3,250"))
+        world.wait_until_online(world.visitor("admin"), *numbers)
+        path = shutil.which("chromium") or shutil.which("google-chrome")
+        browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
+
+        console = ConsolePage(browser.new_context(viewport=SIZE, color_scheme="dark").new_page(), world.address)
+        console.open()
+        expect(console.part("sign-in-button")).to_be_visible()
+        console.page.screenshot(path=PICTURES / "sign-in.png")
+
+        alice, bob = come(browser, world, "alice"), come(browser, world, "bob")
+        fly(alice, "Kestrel", 12, (0.7, 0.3))
+        fly(bob, "Osprey", 20, (0.3, 0.65))
+        alice.page.wait_for_timeout(6000)
+        alice.page.screenshot(path=PICTURES / "control.png")
+        admin = come(browser, world, "admin")
+        admin.page.wait_for_timeout(3000)
+        admin.page.screenshot(path=PICTURES / "monitor.png")
+        browser.close()
+    print(f"{len(list(PICTURES.iterdir()))} pictures in {PICTURES.relative_to(CHECKOUT)}")
+
+
+if __name__ == "__main__":
+    main()
