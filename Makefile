@@ -7,7 +7,7 @@ SHELL := /bin/bash
 PYTHON ?= python3
 BIN := .venv/bin
 SAY := printf '\033[1m==>\033[0m %s\n'
-PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 
 RUN_READY := .venv/.ready-to-run
 DEV_READY := .venv/.ready-to-develop
@@ -80,7 +80,7 @@ $(DEV_READY): requirements/dev.txt pyproject.toml | .venv/bin/python
 
 $(WEB_READY): web/package-lock.json
 	@$(SAY) "Installing the console's packages (once)"
-	@node -e 'process.exit(+process.versions.node.split(".")[0] < 20)' \
+	@node -e 'process.exit(parseInt(process.versions.node) < 20 ? 1 : 0)' \
 	  || { echo "Control Tower needs Node 20 or newer; this is $$(node -v)." >&2; exit 1; }
 	@cd web && npm ci --no-audit --no-fund --loglevel=error
 	@touch $@
