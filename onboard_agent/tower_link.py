@@ -201,7 +201,7 @@ class TowerLink:
         if self._opened is None or self._data is None:
             self.counts["no link"] += len(frames)
             return
-        for datagram in self._opened.sealed.seal_frames(epoch, frames):
+        for datagram in self._opened.sealed.seal_frames(epoch, frames, self._loop.time()):
             self._data.send(datagram)
 
     def send_message(self, message: ToTower) -> None:

@@ -13,15 +13,19 @@ _FRAMES: Final = 1
 _PING: Final = 2
 _PONG: Final = 3
 
-_FRAMES_HEADER: Final = Struct("<BII")
+_FRAMES_HEADER: Final = Struct("<BIII")
 _KEEPALIVE: Final = Struct("<BIQ")
 
 
 class Frames(NamedTuple):
-    """Whole MAVLink frames of one drone, in order, and the epoch that the sender knew."""
+    """Whole MAVLink frames of one drone, in order, the epoch that the sender knew, and when it sent them.
+
+    `sent_ms` is the sender's monotonic clock, milliseconds modulo 2**32 (`wire.lateness`).
+    """
 
     drone_id: DroneId
     epoch: Epoch
+    sent_ms: int
     frames: list[bytes]
 
 
@@ -48,9 +52,9 @@ def encode_keepalive(content: Ping | Pong) -> bytes:
     return _KEEPALIVE.pack(kind, content.sequence, content.clock_us)
 
 
-def encode_frames(drone_id: DroneId, epoch: Epoch, frames: Sequence[bytes]) -> list[bytes]:
+def encode_frames(drone_id: DroneId, epoch: Epoch, sent_ms: int, frames: Sequence[bytes]) -> list[bytes]:
     """As few contents as the frames fit into, in order. Each frame (280 bytes at most) stays whole."""
-    header = _FRAMES_HEADER.pack(_FRAMES, drone_id, epoch)
+    header = _FRAMES_HEADER.pack(_FRAMES, drone_id, epoch, sent_ms)
     contents: list[bytes] = []
     parts = [header]
     size = len(header)
@@ -72,12 +76,12 @@ def decode_content(content: bytes) -> Content:
     if kind == _FRAMES:
         if len(content) <= _FRAMES_HEADER.size:
             raise Dropped(DropReason.BAD_CONTENT)
-        _, drone_id, epoch = _FRAMES_HEADER.unpack_from(content)
+        _, drone_id, epoch, sent_ms = _FRAMES_HEADER.unpack_from(content)
         try:
             frames = split_frames(content, _FRAMES_HEADER.size)
         except MalformedFrame:
             raise Dropped(DropReason.BAD_FRAME) from None
-        return Frames(DroneId(drone_id), Epoch(epoch), frames)
+        return Frames(DroneId(drone_id), Epoch(epoch), sent_ms, frames)
     if kind in (_PING, _PONG) and len(content) == _KEEPALIVE.size:
         _, sequence, clock_us = _KEEPALIVE.unpack(content)
         return Ping(sequence, clock_us) if kind == _PING else Pong(sequence, clock_us)

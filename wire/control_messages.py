@@ -76,6 +76,62 @@ class HoldOrder(msgspec.Struct, frozen=True, tag="hold_order", tag_field="type",
     reason: str
 
 
+class LostAction(StrEnum):
+    """What the agent does when the tower stays lost."""
+
+    RETURN = "return"
+    LAND = "land"
+    CONTINUE = "continue"
+    """A mission goes on; anything else stays in the hold."""
+    NOTHING = "nothing"
+    """The autopilot's own failsafe decides."""
+
+
+class HoldCause(StrEnum):
+    """Who or what made the drone hold."""
+
+    ORDER = "order"
+    """The tower: a change of control, or a trigger that the tower watches."""
+    PILOT_LOST = "pilot-lost"
+    """The tower, or the holder's connection to it, is gone."""
+    STICKS_STALE = "sticks-stale"
+    """The holder's sticks stopped, or came too late, while flying by hand."""
+
+
+class SafetySettings(msgspec.Struct, frozen=True, tag="safety_settings", tag_field="type", kw_only=True):
+    """Tower to agent, after the welcome and on each change: how this drone holds.
+
+    `hold_ladder`: mode names, tried in order; altitude hold is always the last rung, whether named or not.
+    Times in seconds.
+    """
+
+    hold_ladder: tuple[str, ...] = ()
+    hold_bound_s: float = 30.0
+    sticks_stale_s: float = 0.5
+    sticks_late_s: float = 0.5
+    """Stick frames that are late by more than this are discarded."""
+    commands_late_s: float = 2.0
+    """Commands that are late by more than this are never executed."""
+    lost_hold_s: float = 2.0
+    lost_action: LostAction = LostAction.RETURN
+    lost_action_s: float = 30.0
+    """After the loss of the tower, not after the hold."""
+
+
+class LossParameters(msgspec.Struct, frozen=True, tag="loss_parameters", tag_field="type", kw_only=True):
+    """Agent to tower, when read and on each change: the parameters that decide what the autopilot does on a loss.
+
+    `values` holds those that the autopilot has, by their own names. `complete`: every one was answered or given up.
+    `has_radio`: whether RC input from a receiver is seen (None: not known).
+    """
+
+    autopilot: str
+    """`ardupilot`, `px4`, or empty for another."""
+    values: dict[str, float]
+    complete: bool
+    has_radio: bool | None = None
+
+
 class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="type", kw_only=True):
     """Agent to tower: one step of a hold was done. `elapsed_ms` since the order came."""
 
@@ -84,6 +140,7 @@ class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="
     step: HoldStep
     detail: str
     elapsed_ms: float
+    cause: HoldCause = HoldCause.ORDER
 
 
 class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_field="type", kw_only=True):
@@ -94,8 +151,8 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     airborne: bool
 
 
-ToTower = Hello | HoldProgress | AutopilotState
-ToAgent = Welcome | ControlChanged | HoldOrder
+ToTower = Hello | HoldProgress | AutopilotState | LossParameters
+ToAgent = Welcome | ControlChanged | HoldOrder | SafetySettings
 
 _encoder: Final = msgspec.json.Encoder()
 _to_tower: Final[msgspec.json.Decoder[ToTower]] = msgspec.json.Decoder(ToTower)

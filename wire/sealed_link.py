@@ -10,6 +10,7 @@ from typing import NamedTuple
 from wire.content import Frames, Ping, Pong, decode_content, encode_frames, encode_keepalive
 from wire.ids import DroneId, Epoch, LinkId
 from wire.keepalive import Keepalive
+from wire.lateness import stamp_ms
 from wire.sealing import Opener, Sealer
 
 
@@ -44,10 +45,10 @@ class SealedLink:
             self.keepalive.pong(decoded, now)
         return Received(None, newest)
 
-    def seal_frames(self, epoch: Epoch, frames: Sequence[bytes]) -> list[bytes]:
-        """Datagrams with the frames in order, each as full as it may be."""
+    def seal_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> list[bytes]:
+        """Datagrams with the frames in order, each as full as it may be, stamped with `now`."""
         seal = self._sealer.seal
-        return [seal(content) for content in encode_frames(self.drone_id, epoch, frames)]
+        return [seal(content) for content in encode_frames(self.drone_id, epoch, stamp_ms(now), frames)]
 
     def datagrams_to_send(self, now: float) -> list[bytes]:
         """Answers to pings, and a ping of our own where one is due."""

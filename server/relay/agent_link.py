@@ -42,11 +42,11 @@ class AgentLink:
         """Whether the data channel works: something authentic came, and not too long ago."""
         return self.address is not None and self.sealed.keepalive.silent_for(now) <= SILENT_AFTER_S
 
-    def send_frames(self, epoch: Epoch, frames: Sequence[bytes]) -> bool:
+    def send_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> bool:
         """Seals frames and sends them. False if there is no address to send them to."""
         if self.address is None:
             return False
-        for datagram in self.sealed.seal_frames(epoch, frames):
+        for datagram in self.sealed.seal_frames(epoch, frames, now):
             self._send_datagram(datagram, self.address)
         return True
 

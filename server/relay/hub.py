@@ -229,7 +229,7 @@ class Hub:
         check_downward(drone, browser, frame, now)
         assert drone is not None
         assert drone.link is not None
-        if not drone.link.send_frames(drone.lease.epoch, (frame,)):
+        if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
             raise Dropped(DropReason.OFFLINE)
         if is_stick_frame(frame):
             drone.sticks_at = now

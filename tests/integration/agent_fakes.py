@@ -155,7 +155,9 @@ class FakeTower(asyncio.DatagramProtocol):
     def send_frames(self, *frames: bytes, epoch: int | None = None, drone_id: int = DRONE) -> None:
         assert self.sealed is not None and self._udp is not None
         self.sealed.drone_id = DroneId(drone_id)
-        for datagram in self.sealed.seal_frames(Epoch(self.epoch if epoch is None else epoch), frames):
+        for datagram in self.sealed.seal_frames(
+            Epoch(self.epoch if epoch is None else epoch), frames, time.monotonic()
+        ):
             self._udp.sendto(datagram, self.addresses[-1])
         self.sealed.drone_id = DRONE
 

@@ -111,7 +111,7 @@ async def test_what_must_not_reach_the_autopilot_does_not(world: World) -> None:
     stranger = SealedLink(
         link_id=LinkId(1), drone_id=DroneId(DRONE), send_key=b"x" * 32, receive_key=b"y" * 32, now=0.0
     )
-    for datagram in stranger.seal_frames(1, [attitude(4)]):  # type: ignore[arg-type]
+    for datagram in stranger.seal_frames(1, [attitude(4)], 0.0):  # type: ignore[arg-type]
         tower.send_raw(datagram)
     tower.send_raw(b"")
     tower.send_raw(b"\x01\x00\x01")

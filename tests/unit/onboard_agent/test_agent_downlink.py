@@ -21,7 +21,7 @@ def linked(epoch: int = 5) -> Downlink:
 
 
 def frames(*which: bytes, drone_id: int = 7, epoch: int = 5) -> Frames:
-    return Frames(DroneId(drone_id), Epoch(epoch), list(which))
+    return Frames(DroneId(drone_id), Epoch(epoch), 0, list(which))
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ class World:
         self.told += self.onboard.take_to_tower(self.now)
 
     def tower_sends(self, *frames: bytes, epoch: int = 5) -> None:
-        self.onboard.from_tower(Frames(DroneId(7), Epoch(epoch), list(frames)), self.now)
+        self.onboard.from_tower(Frames(DroneId(7), Epoch(epoch), int(self.now * 1000), list(frames)), self.now)
         self.collect()
 
     def ack(self, command: int, *, target: tuple[int, int] = (1, 191)) -> None:

@@ -71,7 +71,7 @@ class FakeAgent:
         hub.attach_link(self.link)
 
     def send(self, *frames: bytes, now: float = 0.0) -> None:
-        for datagram in self.sealed.seal_frames(Epoch(0), frames):
+        for datagram in self.sealed.seal_frames(Epoch(0), frames, now):
             self.deliver(datagram, now=now)
 
     def deliver(self, datagram: bytes, *, now: float = 0.0, address: tuple[str, int] | None = None) -> None:

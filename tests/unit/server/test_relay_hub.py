@@ -243,7 +243,7 @@ def test_the_newest_link_of_a_drone_counts(world: HubWorld) -> None:
 
 def test_the_address_is_followed_on_the_newest_datagram_only(world: HubWorld) -> None:
     agent = world.agent(1)
-    early, late = (agent.sealed.seal_frames(Epoch(0), [heartbeat(n)])[0] for n in (1, 2))
+    early, late = (agent.sealed.seal_frames(Epoch(0), [heartbeat(n)], 0.0)[0] for n in (1, 2))
     moved, stale = ("203.0.113.9", 1), ("203.0.113.66", 2)
     agent.deliver(late, address=moved)
     agent.deliver(early, address=stale)

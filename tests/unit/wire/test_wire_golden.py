@@ -41,7 +41,7 @@ def test_tagged_frames() -> None:
 
 def test_sealed_datagrams() -> None:
     sealer = Sealer(KEY, LINK)
-    (content,) = encode_frames(DroneId(7), Epoch(3), [HEARTBEAT, ATTITUDE])
+    (content,) = encode_frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT, ATTITUDE])
     ping = encode_keepalive(Ping(1, 2_000_000))
     pong = encode_keepalive(Pong(1, 2_000_000))
     assert sealer.seal(content) == golden("sealed_frames")
@@ -53,13 +53,17 @@ def test_a_golden_datagram_opens_by_the_written_layout_alone() -> None:
     datagram = golden("sealed_frames")
     assert datagram[:14] == struct.pack("<BBIQ", 1, 0, LINK, 0)
     content = ChaCha20Poly1305(KEY).decrypt(bytes(4) + datagram[6:14], datagram[14:], datagram[:14])
-    assert content == struct.pack("<BII", 1, 7, 3) + HEARTBEAT + ATTITUDE
+    assert content == struct.pack("<BIII", 1, 7, 3, 5000) + HEARTBEAT + ATTITUDE
 
 
 def test_golden_datagrams_open() -> None:
     opener = Opener(KEY, LINK)
     contents = [decode_content(opener.open(golden(f"sealed_{n}")).content) for n in ("frames", "ping", "pong")]
-    assert contents == [Frames(DroneId(7), Epoch(3), [HEARTBEAT, ATTITUDE]), Ping(1, 2_000_000), Pong(1, 2_000_000)]
+    assert contents == [
+        Frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT, ATTITUDE]),
+        Ping(1, 2_000_000),
+        Pong(1, 2_000_000),
+    ]
 
 
 def test_link_keys_are_hkdf_sha256_as_written() -> None:

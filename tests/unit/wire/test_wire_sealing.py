@@ -127,7 +127,7 @@ def test_bad_contents(case: str) -> None:
 
 @given(st.lists(st.sampled_from([FRAME, LONG_FRAME]), max_size=30))
 def test_frames_are_packed_whole_in_order_and_within_the_limit(frames: list[bytes]) -> None:
-    contents = encode_frames(DroneId(4), Epoch(2), frames)
+    contents = encode_frames(DroneId(4), Epoch(2), 99, frames)
     decoded = [decode_content(content) for content in contents]
     assert [frame for part in decoded for frame in part.frames] == frames  # type: ignore[union-attr]
     assert all(0 < len(content) <= LARGEST_CONTENT_BYTES for content in contents)
@@ -174,8 +174,8 @@ def links() -> tuple[SealedLink, SealedLink]:
 
 def test_a_link_carries_frames_and_measures_itself() -> None:
     agent, tower = links()
-    for datagram in agent.seal_frames(Epoch(5), [FRAME]):
-        assert tower.receive(datagram, 0.1).frames == Frames(DroneId(1), Epoch(5), [FRAME])
+    for datagram in agent.seal_frames(Epoch(5), [FRAME], 1.5):
+        assert tower.receive(datagram, 0.1).frames == Frames(DroneId(1), Epoch(5), 1500, [FRAME])
     (ping,) = agent.datagrams_to_send(1.0)
     assert tower.receive(ping, 1.02).frames is None
     pong = tower.datagrams_to_send(1.02)[0]
@@ -186,7 +186,7 @@ def test_a_link_carries_frames_and_measures_itself() -> None:
 
 def test_a_link_does_not_hear_itself() -> None:
     agent, _ = links()
-    (datagram,) = agent.seal_frames(Epoch(0), [FRAME])
+    (datagram,) = agent.seal_frames(Epoch(0), [FRAME], 0.0)
     with pytest.raises(Dropped) as caught:
         agent.receive(datagram, 0.0)
     assert caught.value.reason is DropReason.NOT_AUTHENTIC

@@ -1,0 +1,47 @@
+"""Lateness: what was held up shows, the length of the way and differing clocks do not."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from wire.lateness import CLOCK_MS, WINDOW_S, Lateness, stamp_ms
+
+
+def test_a_steady_way_is_never_late_however_long_it_is() -> None:
+    meter = Lateness()
+    assert all(meter.late_by(stamp_ms(7_000 + n * 0.02), n * 0.02 + 0.3) < 0.001 for n in range(500))
+
+
+def test_what_was_held_up_is_late_by_as_much() -> None:
+    meter = Lateness()
+    for n in range(50):
+        meter.late_by(1000 + n * 20, n * 0.02)
+    # A stall of 1 s: the backlog comes at once, the oldest latest.
+    late = [meter.late_by(2000 + n * 20, 2.0) for n in range(50)]
+    assert abs(late[0] - 1.0) < 0.001
+    assert abs(late[-1] - 0.02) < 0.001
+
+
+def test_the_clock_may_wrap() -> None:
+    meter = Lateness()
+    near = CLOCK_MS - 100
+    assert [round(meter.late_by((near + n * 20) % CLOCK_MS, n * 0.02), 6) for n in range(20)] == [0.0] * 20
+
+
+def test_a_way_that_became_longer_is_the_new_measure_after_the_window() -> None:
+    meter = Lateness()
+    meter.late_by(0, 0.0)
+    assert abs(meter.late_by(1000, 1.4) - 0.4) < 0.001
+    last = 0.0
+    for n in range(2, int(WINDOW_S) + 5):
+        last = meter.late_by(n * 1000, n + 0.4)
+    assert last < 0.001
+
+
+@given(st.lists(st.tuples(st.integers(0, CLOCK_MS - 1), st.floats(0, 10)), max_size=200))
+def test_any_stamps_give_a_lateness_and_bounded_memory(stamps: list[tuple[int, float]]) -> None:
+    meter = Lateness()
+    now = 0.0
+    for stamp, pause in stamps:
+        now += pause
+        assert meter.late_by(stamp, now) >= 0.0
+    assert len(meter._least) <= WINDOW_S + 2

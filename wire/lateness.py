@@ -1,0 +1,55 @@
+"""How late something comes, told by stamps of the sender's own clock. No I/O; takes `now`.
+
+The two clocks need not agree: the least difference between arrival and stamp over the last while is taken for "not late
+at all" (the shortest way through the network), and what comes later than that by so much was held up by so much. A
+queue on the way, a stalled TCP connection, a replayed backlog all show; the plain length of the way does not (the
+keep-alive measures that).
+"""
+
+from collections import deque
+from typing import Final
+
+WINDOW_S: Final = 30.0
+"""Long enough to have seen the way free; short enough that clocks drifting apart (some 50 ppm) do not matter: 3 ms."""
+
+BUCKET_S: Final = 1.0
+CLOCK_MS: Final = 1 << 32
+"""Stamps are milliseconds modulo this: 49 days."""
+
+
+def stamp_ms(now: float) -> int:
+    """`now` (seconds) as a stamp."""
+    return int(now * 1000.0) % CLOCK_MS
+
+
+class Lateness:
+    """Feed it every stamp of one sender; it answers how late each was."""
+
+    def __init__(self) -> None:
+        self._first: tuple[int, float] | None = None
+        self._least: deque[tuple[float, float]] = deque()
+        """(beginning of the bucket, least offset in it), oldest first."""
+
+    def late_by(self, stamp: int, now: float) -> float:
+        """Seconds by which this stamp is late, 0 or more. The first one of a sender is never late."""
+        if self._first is None:
+            self._first = (stamp, now)
+        first_stamp, first_now = self._first
+        # Signed difference modulo 2**32, so that a wrap of the sender's clock is nothing special.
+        sent_s = ((stamp - first_stamp + CLOCK_MS // 2) % CLOCK_MS - CLOCK_MS // 2) / 1000.0
+        offset = (now - first_now) - sent_s
+        if abs(sent_s) > CLOCK_MS / 4000.0:
+            # Twelve days on: begin anew long before the difference could wrap.
+            self._first = (stamp, now)
+            self._least.clear()
+            self._least.append((now, 0.0))
+            return 0.0
+        buckets = self._least
+        while buckets and now - buckets[0][0] > WINDOW_S:
+            buckets.popleft()
+        if buckets and now - buckets[-1][0] < BUCKET_S:
+            start, least = buckets[-1]
+            buckets[-1] = (start, min(least, offset))
+        else:
+            buckets.append((now, offset))
+        return max(0.0, offset - min(least for _, least in buckets))
