@@ -19,7 +19,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("browser")
 
 
-@pytest.fixture(scope="session")
+# Not for the session: Playwright keeps an event loop running in this thread, and the asyncio tests want one of their own.
+@pytest.fixture(scope="module")
 def chromium(chromium_path: str, console: Path) -> Iterator[Browser]:
     expect.set_options(timeout=20_000)  # a deadline for a machine that is busy, not a time to wait
     with sync_playwright() as playwright:
