@@ -23,6 +23,10 @@ class DropReason(StrEnum):
     NOT_IN_CONTROL = "not-in-control"
     OFFLINE = "offline"
     NOT_ALLOWED = "not-allowed"
+    ASSISTED = "assisted"
+    ASK_TWICE = "ask-twice"
+    LOSS_CHECK = "loss-check"
+    LATE = "late"
 
 
 class Dropped(Exception):

@@ -39,6 +39,11 @@ class DroneRecord:
     holder: UserRef | None
     epoch: Epoch
     taken_from: UserRef | None
+    offered: bool = False
+    """Given back to `taken_from`, who has not accepted yet."""
+    assistant: UserRef | None = None
+    blind: bool = False
+    """`taken_from` may not watch either."""
 
 
 @dataclass(frozen=True)

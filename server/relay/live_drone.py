@@ -17,11 +17,24 @@ class LeaseView:
     holder: UserRef | None
     taken_from: UserRef | None
     epoch: Epoch
+    offered: bool = False
+    """Given back to `taken_from`, who has not accepted yet."""
+    assistant: UserRef | None = None
+    """An admin whose commands win for as long as they come."""
+    blind: bool = False
+    """`taken_from` may not watch either."""
 
 
 def lease_of(record: DroneRecord) -> LeaseView:
     """The lease that a database record tells of."""
-    return LeaseView(holder=record.holder, taken_from=record.taken_from, epoch=record.epoch)
+    return LeaseView(
+        holder=record.holder,
+        taken_from=record.taken_from,
+        epoch=record.epoch,
+        offered=record.offered,
+        assistant=record.assistant,
+        blind=record.blind,
+    )
 
 
 @dataclass

@@ -19,7 +19,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker("browser")
 
 
-# Not for the session: Playwright keeps an event loop running in this thread, and the asyncio tests want one of their own.
+# Not for the session: Playwright keeps an event loop running in this thread; the asyncio tests want one of their own.
 @pytest.fixture(scope="module")
 def chromium(chromium_path: str, console: Path) -> Iterator[Browser]:
     expect.set_options(timeout=20_000)  # a deadline for a machine that is busy, not a time to wait

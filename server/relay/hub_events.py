@@ -1,0 +1,86 @@
+"""What the hub notices and somebody else has to act on, past tense. The hub tells; it never waits for what comes of it."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from wire.control_messages import HoldProgress, LossParameters
+from wire.ids import DroneId, UserId
+
+
+@dataclass(frozen=True)
+class HolderGone:
+    """The holder was flying by hand and has had no live browser for `for_s` seconds."""
+
+    drone_id: DroneId
+    user_id: UserId
+    for_s: float
+
+
+@dataclass(frozen=True)
+class HolderExpired:
+    """The holder has had no live browser for the whole grace time."""
+
+    drone_id: DroneId
+    user_id: UserId
+
+
+@dataclass(frozen=True)
+class RightLost:
+    """An account that has a part in the lease may not have it any more: disabled, no longer an owner, signed out."""
+
+    drone_id: DroneId
+    user_id: UserId
+    whose: Literal["holder", "taken_from", "assistant"]
+    reason: str
+
+
+@dataclass(frozen=True)
+class TurnWanted:
+    """While an admin assists: whose frames are to pass from now on."""
+
+    drone_id: DroneId
+    whose: Literal["holder", "assistant"]
+
+
+@dataclass(frozen=True)
+class OfferLapsed:
+    """Nobody accepted the controls in time."""
+
+    drone_id: DroneId
+
+
+@dataclass(frozen=True)
+class RttTooLong:
+    """The round trip from the flying browser to the drone has been above the drone's limit for longer than its limit."""
+
+    drone_id: DroneId
+    rtt_ms: float
+
+
+@dataclass(frozen=True)
+class HoldStepReported:
+    """The agent tells how a hold goes on. `reason` is that of the order, or empty for the agent's own holds."""
+
+    drone_id: DroneId
+    progress: HoldProgress
+    reason: str
+
+
+@dataclass(frozen=True)
+class LossParametersReported:
+    """The agent has read what decides on a loss."""
+
+    drone_id: DroneId
+    parameters: LossParameters
+
+
+HubEvent = (
+    HolderGone
+    | HolderExpired
+    | RightLost
+    | TurnWanted
+    | OfferLapsed
+    | RttTooLong
+    | HoldStepReported
+    | LossParametersReported
+)
