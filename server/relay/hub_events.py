@@ -1,4 +1,4 @@
-"""What the hub notices and somebody else has to act on, past tense. The hub tells; it never waits for what comes of it."""
+"""What the hub notices and somebody else has to act on, past tense. The hub tells, and never waits."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -51,7 +51,7 @@ class OfferLapsed:
 
 @dataclass(frozen=True)
 class RttTooLong:
-    """The round trip from the flying browser to the drone has been above the drone's limit for longer than its limit."""
+    """The round trip from the flying browser to the drone was above the drone's limit for too long."""
 
     drone_id: DroneId
     rtt_ms: float
