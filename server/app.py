@@ -23,6 +23,7 @@ from server.clock import Clock, utc_now
 from server.console import serve_console
 from server.control import routes as control_routes
 from server.control.desk import ControlDesk
+from server.control.lease_store import DatabaseLeaseStore
 from server.database import open_database
 from server.fleet import routes as fleet_routes
 from server.fleet.roster import Roster
@@ -102,7 +103,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         sessions=sessions,
         door=Door(database, passwords, sessions, SignInThrottle()),
         hub=hub,
-        desk=ControlDesk(database, hub, clock),
+        desk=ControlDesk(DatabaseLeaseStore(database, clock), hub),
         roster=Roster(database, hub),
     )
 

@@ -1,40 +1,42 @@
-"""The control desk: carries a decision of the table into the database, the hub and the drone, in that order.
+"""The control desk: carries a decision of the table into the store, the hub and the drone, in that order.
 
-The decision is made on the row as it stands inside the writing transaction and written with a compare-and-set on
-the epoch, so of two towers or two admins at the same moment one wins and the other is told so.
+Where the controls are to be taken from somebody, the hub's fence comes down before the store is asked: from that
+instant nobody's commands pass until it is decided. Of two who ask at the same moment the store lets one win.
 """
 
-from dataclasses import dataclass
-from typing import Final, cast
-
-from sqlalchemy import CursorResult, select, update
-from sqlalchemy.exc import IntegrityError
-from sqlalchemy.ext.asyncio import AsyncSession
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final, Literal
 
 from server.access import UnknownDrone
 from server.accounts.sessions import Principal
-from server.accounts.tables import Role, UserRow
-from server.audit.trail import record
-from server.clock import Clock
-from server.control.lease import Actor, Changed, Event, Lease, Order, Outcome, Refused, decide
-from server.control.tables import ControlLeaseRow
-from server.database import Database
+from server.accounts.tables import Role
+from server.control.lease import Event, Order, Refused
+from server.control.lease_store import Ask, Committed, LeaseStore
 from server.fleet.snapshot import UserRef
-from server.fleet.tables import OwnershipRow
 from server.fleet.views import DroneView
 from server.refusal import Refusal
 from server.relay.hub import Hub
-from server.relay.live_drone import LeaseView
-from wire.ids import DroneId, Epoch, UserId
+from server.relay.live_drone import LeaseView, LiveDrone
+from wire.ids import DroneId, UserId
 
 TOLD_AS: Final = {
     Event.ACQUIRE: "acquired",
     Event.RELEASE: "released",
     Event.TAKE: "taken",
     Event.GIVE: "given",
+    Event.ACCEPT: "accepted",
+    Event.ASSIST: "assisting",
+    Event.ASSIST_END: "assist_ended",
+    Event.TURN: "turn",
     Event.REVOKE: "revoked",
+    Event.FORGET: "revoked",
+    Event.OFFER_LAPSED: "taken",
+    Event.EXPIRE: "expired",
 }
-"""The past tense in which everybody hears of an event."""
+"""The past tense in which everybody hears of an event (docs/wire-protocol.md, 1.2)."""
 
 
 class ControlRefused(Refusal):
@@ -45,28 +47,27 @@ class ControlRefused(Refusal):
         self.code = refused.code
 
 
-_MOVED: Final = Refused("control-changed", "who has the controls has just changed; look again")
-_HOLDS_ANOTHER: Final = Refused("holds-another", "release the drone that you are flying first")
-
-
-@dataclass(frozen=True)
-class _Committed:
-    changed: Changed
-    lease: LeaseView
-
-
 class ControlDesk:
-    """One for a tower. `change` is the only way in which a lease changes."""
+    """One for a tower. `change` and `system_change` are the only ways in which a lease changes."""
 
-    def __init__(self, database: Database, hub: Hub, clock: Clock) -> None:
-        self._database = database
+    def __init__(self, store: LeaseStore, hub: Hub) -> None:
+        self._store = store
         self._hub = hub
-        self._clock = clock
+        self._fences: Counter[DroneId] = Counter()
 
     async def change(
-        self, principal: Principal, drone_id: DroneId, event: Event, *, reason: str, address: str, now: float
+        self,
+        principal: Principal,
+        drone_id: DroneId,
+        event: Event,
+        *,
+        reason: str,
+        address: str,
+        now: float,
+        watch: bool = True,
+        sticks_centred: bool = False,
     ) -> DroneView:
-        """Does what `event` asks for and returns the drone as it is then.
+        """Does what `event` asks for and returns the drone as it is then, as this user may see it.
 
         `reason` is free text for people, `now` monotonic seconds. Raises UnknownDrone for a drone that
         is not there or not theirs to see, ControlRefused with the table's answer.
@@ -74,117 +75,101 @@ class ControlDesk:
         live_drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
         if live_drone is None:
             raise UnknownDrone
-        by_hand = self._hub.flown_by_hand(live_drone, now)
-        try:
-            async with self._database.writing() as session:
-                committed = await self._commit(session, principal, drone_id, event, reason, address)
-        except IntegrityError:
-            # Somebody wrote the drone's first lease, or gave this operator another drone, at the same moment.
-            raise ControlRefused(_HOLDS_ANOTHER if event is Event.ACQUIRE else _MOVED) from None
-        # No await from here on: the refusal of the old holder and the order to hold are one step.
-        self._hub.apply_lease(
-            drone_id,
-            committed.lease,
-            event=TOLD_AS[event],
-            by=UserRef(principal.user_id, principal.name),
+        ask = Ask(
+            drone_id=drone_id,
+            event=event,
+            by=principal,
             reason=reason,
-            now=now,
+            began_at=time.perf_counter(),
+            address=address,
+            watch=watch,
+            sticks_centred=sticks_centred,
         )
-        orders = committed.changed.orders
-        if Order.HOLD in orders or (Order.HOLD_IF_FLOWN_BY_HAND in orders and by_hand):
-            self._hub.order_hold(drone_id, reason or f"controls {TOLD_AS[event]} by {principal.name}")
+        takes = event is Event.TAKE and principal.role is Role.ADMIN and live_drone.holder_id != principal.user_id
+        by = UserRef(principal.user_id, principal.name)
+        await self._carry_out(ask, live_drone, fenced=takes, by=by, now=now)
         view = self._hub.drone_view(drone_id, principal.user_id, principal.role)
         if view is None:
             raise UnknownDrone
         return view
 
-    async def _commit(
+    async def system_change(
         self,
-        session: AsyncSession,
-        principal: Principal,
         drone_id: DroneId,
         event: Event,
+        *,
         reason: str,
-        address: str,
-    ) -> _Committed:
-        row = await session.get(ControlLeaseRow, drone_id, with_for_update=True)
-        lease = Lease()
-        if row is not None:
-            lease = Lease(_user_id(row.holder_id), _user_id(row.taken_from_id), Epoch(row.epoch))
-        actor = await self._actor(session, principal, drone_id, lease)
-        outcome: Outcome = decide(lease, event, actor)
-        if isinstance(outcome, Refused):
-            raise ControlRefused(outcome)
-        after = outcome.lease
-        users = {
-            user.id: user
-            for user in await session.scalars(select(UserRow).where(UserRow.id.in_({after.holder, after.taken_from})))
-        }
-        holder = users.get(after.holder) if after.holder is not None else None
-        values = {
-            "holder_id": after.holder,
-            "operator_holder_id": after.holder if holder is not None and holder.role == Role.OPERATOR else None,
-            "taken_from_id": after.taken_from,
-            "epoch": after.epoch,
-            "changed_at": self._clock(),
-            "reason": reason,
-        }
-        if row is None:
-            session.add(ControlLeaseRow(drone_id=drone_id, **values))
-        else:
-            written = await session.execute(
-                update(ControlLeaseRow)
-                .where(ControlLeaseRow.drone_id == drone_id, ControlLeaseRow.epoch == lease.epoch)
-                .values(**values)
-            )
-            if cast("CursorResult[object]", written).rowcount != 1:
-                raise ControlRefused(_MOVED)
-        record(
-            session,
-            at=self._clock(),
-            actor=principal,
-            action=f"control.{event.value}",
+        now: float,
+        by: Principal | None = None,
+        about: UserId | None = None,
+        turn_of: Literal["holder", "assistant"] | None = None,
+    ) -> LeaseView:
+        """An event of the tower's own. `about`: whose part in the lease it ends; refused if it is another's by now.
+
+        `by` is whoever caused it, for the audit trail and for everybody to read. `turn_of` goes with TURN: everybody
+        is told as `by` whose frames pass. Raises UnknownDrone and ControlRefused.
+        """
+        live_drone = self._hub.drone(drone_id)
+        if live_drone is None:
+            raise UnknownDrone
+        ask = Ask(
             drone_id=drone_id,
-            detail={"epoch": after.epoch, "reason": reason, "holder": holder.name if holder else None},
-            address=address,
+            event=event,
+            by=by,
+            reason=reason,
+            began_at=time.perf_counter(),
+            as_tower=True,
+            about=about,
         )
-        await session.flush()
-        return _Committed(
-            outcome,
-            LeaseView(holder=_ref(users, after.holder), taken_from=_ref(users, after.taken_from), epoch=after.epoch),
-        )
+        told_by = UserRef(by.user_id, by.name) if by else None
+        fenced = event in (Event.REVOKE, Event.EXPIRE) and about in (None, live_drone.holder_id)
+        committed = await self._carry_out(ask, live_drone, fenced=fenced, by=told_by, now=now, turn_of=turn_of)
+        return committed.view
 
-    async def _actor(self, session: AsyncSession, principal: Principal, drone_id: DroneId, lease: Lease) -> Actor:
-        owners = set(await session.scalars(select(OwnershipRow.user_id).where(OwnershipRow.drone_id == drone_id)))
-        flying_elsewhere = set(
-            await session.scalars(
-                select(ControlLeaseRow.operator_holder_id).where(
-                    ControlLeaseRow.operator_holder_id.is_not(None), ControlLeaseRow.drone_id != drone_id
-                )
-            )
-        )
-        may_fly = True
-        if lease.taken_from is not None:
-            operator = await session.get(UserRow, lease.taken_from)
-            may_fly = (
-                operator is not None
-                and not operator.disabled
-                and lease.taken_from in owners
-                and lease.taken_from not in flying_elsewhere
-            )
-        return Actor(
-            user_id=principal.user_id,
-            is_admin=principal.role is Role.ADMIN,
-            is_owner=principal.user_id in owners,
-            holds_another=principal.user_id in flying_elsewhere,
-            operator_may_fly=may_fly,
-        )
+    async def _carry_out(
+        self,
+        ask: Ask,
+        live_drone: LiveDrone,
+        *,
+        fenced: bool,
+        by: UserRef | None,
+        now: float,
+        turn_of: Literal["holder", "assistant"] | None = None,
+    ) -> Committed:
+        by_hand = live_drone.flown_by_hand(now)
+        with self._fence(ask.drone_id, wanted=fenced):
+            outcome = await self._store.commit(ask)
+            if isinstance(outcome, Refused):
+                raise ControlRefused(outcome)
+            # No await from here on: the refusal of the old holder and the order to hold are one step.
+            view, event, now = outcome.view, TOLD_AS[ask.event], now + time.perf_counter() - ask.began_at
+            if turn_of is not None:
+                by = view.assistant if turn_of == "assistant" else view.holder
+            self._hub.apply_lease(ask.drone_id, view, event=event, by=by, reason=ask.reason, now=now)
+        orders = outcome.changed.orders
+        if (
+            Order.HOLD in orders
+            or (Order.HOLD_IF_FLOWN_BY_HAND in orders and by_hand)
+            or (Order.HOLD_IF_AIRBORNE in orders and live_drone.airborne)
+        ):
+            name = by.name if by else "the tower"
+            self._hub.order_hold(ask.drone_id, ask.reason or f"controls {event} by {name}")
+        return outcome
 
-
-def _user_id(value: int | None) -> UserId | None:
-    return None if value is None else UserId(value)
-
-
-def _ref(users: dict[int, UserRow], user_id: UserId | None) -> UserRef | None:
-    user = users.get(user_id) if user_id is not None else None
-    return UserRef(UserId(user.id), user.name) if user is not None else None
+    @contextmanager
+    def _fence(self, drone_id: DroneId, *, wanted: bool) -> Iterator[None]:
+        """Two admins may reach for a drone at once: its fence stays down until the last of them has an answer."""
+        if not wanted:
+            yield
+            return
+        self._fences[drone_id] += 1
+        self._hub.fence(drone_id)
+        try:
+            yield
+        finally:
+            self._fences[drone_id] -= 1
+            if self._fences[drone_id]:
+                self._hub.fence(drone_id)  # the hub lifts it with each lease that it is told of
+            else:
+                del self._fences[drone_id]
+                self._hub.unfence(drone_id)

@@ -1,16 +1,19 @@
-"""The table of control: one lease for each drone that anybody ever held."""
+"""The tables of control: who has each drone, how it holds, and who has read what a loss would do to it."""
 
 from __future__ import annotations
 
 from datetime import datetime
+from typing import Any
 
-from sqlalchemy import BigInteger, ForeignKey, String
+from sqlalchemy import JSON, BigInteger, ForeignKey, String
 from sqlalchemy.orm import Mapped, mapped_column
 
 from server.database import Base, UtcDateTime
 
 
 class ControlLeaseRow(Base):
+    """One for each drone that anybody ever held."""
+
     __tablename__ = "control_leases"
 
     drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
@@ -20,5 +23,29 @@ class ControlLeaseRow(Base):
     epoch: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
     """0..2**32-1, so too large for PostgreSQL's ordinary integer."""
     taken_from_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
+    offered: Mapped[bool] = mapped_column(default=False)
+    assistant_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
+    blind: Mapped[bool] = mapped_column(default=False)
     changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
     reason: Mapped[str] = mapped_column(String(256), default="", server_default="")
+
+
+class DroneSettingsRow(Base):
+    """How a drone holds, where an admin wants it other than usual: only what was set, by name."""
+
+    __tablename__ = "drone_settings"
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    chosen: Mapped[dict[str, Any]] = mapped_column(JSON)
+    changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
+
+
+class LossAcknowledgementRow(Base):
+    """Which set of dangerous parameters of a drone a user has said they know about; the newest only."""
+
+    __tablename__ = "loss_acknowledgements"
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), primary_key=True)
+    findings_hash: Mapped[str] = mapped_column(String(64))
+    acknowledged_at: Mapped[datetime] = mapped_column(UtcDateTime)

@@ -1,0 +1,140 @@
+"""The words of the lease table: phases, events, orders, the lease itself and whoever asks. No rule stands here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Final
+
+from wire.ids import Epoch, UserId
+
+
+class Phase(StrEnum):
+    """Read off a lease."""
+
+    FREE = "free"
+    """Nobody has the controls."""
+    HELD = "held"
+    """Somebody has them, perhaps with an admin who assists."""
+    TAKEN = "taken"
+    """An admin has them and took them away from somebody, who is shut out."""
+    OFFERED = "offered"
+    """The same, and they are offered back: that somebody has not said yet that they have control."""
+
+
+class Event(StrEnum):
+    """What somebody asks for, or what has come to pass."""
+
+    ACQUIRE = "acquire"
+    RELEASE = "release"
+    TAKE = "take"
+    GIVE = "give"
+    ACCEPT = "accept"
+    ASSIST = "assist"
+    ASSIST_END = "assist-end"
+    TURN = "turn"
+    """The frames of the other one of holder and assistant pass from now on."""
+    REVOKE = "revoke"
+    FORGET = "forget"
+    """Whoever the controls were taken from has no right to them any more."""
+    OFFER_LAPSED = "offer-lapsed"
+    EXPIRE = "expire"
+    """The holder's browsers have been gone for the whole grace time."""
+
+
+class Order(StrEnum):
+    """What has to be done beside the change itself."""
+
+    HOLD = "hold"
+    HOLD_IF_FLOWN_BY_HAND = "hold-if-flown-by-hand"
+    HOLD_IF_AIRBORNE = "hold-if-airborne"
+
+
+NO_EPOCH: Final = Epoch(0)
+"""Of a drone that nobody ever held."""
+
+
+@dataclass(frozen=True)
+class Actor:
+    """Whoever asks, what they say with it, and what the decision depends on beside the lease itself."""
+
+    user_id: UserId | None
+    is_admin: bool = False
+    is_owner: bool = False
+    is_tower: bool = False
+    """The tower acts by itself: there is no user behind it."""
+    holds_another: bool = False
+    """An operator who has the controls of a different drone."""
+    operator_may_fly: bool = True
+    """The one it was taken from is still an owner with an account, and does not hold a different drone."""
+    watch: bool = True
+    """With TAKE: whoever is shut out may go on watching."""
+    sticks_centred: bool = False
+    """With ACCEPT: they say that their sticks are in the middle."""
+    about: UserId | None = None
+    """Of the tower: whom the event is about. If it is somebody else's turn by now, the event has come too late."""
+
+
+TOWER: Final = Actor(None, is_tower=True)
+
+
+@dataclass(frozen=True)
+class Lease:
+    """`taken_from` is set only while an admin holds what they took; that user is shut out until it is given back.
+
+    `blind`: that user gets no frames either. `assistant`: an admin whose frames win while they come.
+    """
+
+    holder: UserId | None = None
+    taken_from: UserId | None = None
+    offered: bool = False
+    assistant: UserId | None = None
+    blind: bool = False
+    epoch: Epoch = NO_EPOCH
+
+    @property
+    def phase(self) -> Phase:
+        if self.holder is None:
+            return Phase.FREE
+        if self.taken_from is None:
+            return Phase.HELD
+        return Phase.OFFERED if self.offered else Phase.TAKEN
+
+    def next(
+        self,
+        *,
+        holder: UserId | None,
+        taken_from: UserId | None = None,
+        offered: bool = False,
+        assistant: UserId | None = None,
+        blind: bool = False,
+    ) -> "Lease":
+        """The lease that follows this one: what is not named is gone."""
+        return replace(
+            self,
+            holder=holder,
+            taken_from=taken_from,
+            offered=offered,
+            assistant=assistant,
+            blind=blind,
+            epoch=Epoch(self.epoch + 1),
+        )
+
+
+@dataclass(frozen=True)
+class Changed:
+    """The new lease, with what has to be done."""
+
+    lease: Lease
+    orders: tuple[Order, ...] = ()
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Why not. `code` is for programs, `words` for people."""
+
+    code: str
+    words: str
+
+
+Outcome = Changed | Refused
+Rule = Callable[[Lease, Actor], Outcome]

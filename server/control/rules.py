@@ -1,0 +1,218 @@
+"""The rules of the lease table, one function for each kind of cell. Pure: `lease.py` says which cell has which rule."""
+
+from dataclasses import replace
+
+from server.control.lease_types import Actor, Changed, Lease, Order, Outcome, Refused
+from wire.ids import Epoch
+
+_ADMINS_ONLY_TAKE = Refused("admins-only", "only an admin can take the controls from somebody")
+_ALREADY_YOURS = Refused("already-yours", "you already have the controls")
+_HOLDS_ANOTHER = Refused("holds-another", "release the drone that you are flying first")
+_TOO_LATE = Refused("moved-on", "the controls have changed hands meanwhile")
+_TOWER_ONLY = Refused("tower-only", "the tower itself decides this")
+
+
+# -- refusals that fill whole cells --------------------------------------------------------------------------
+
+
+def nobody_holds(lease: Lease, actor: Actor) -> Outcome:
+    return Refused("not-the-holder", "nobody has the controls")
+
+
+def nothing_to_give(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_admin:
+        return Refused("admins-only", "only an admin who took the controls can give them back")
+    return Refused("nothing-to-give", "the controls were not taken from anybody")
+
+
+def nothing_offered(lease: Lease, actor: Actor) -> Outcome:
+    return Refused("nothing-offered", "nobody has offered you these controls")
+
+
+def already_offered(lease: Lease, actor: Actor) -> Outcome:
+    if lease.holder != actor.user_id:
+        return Refused("not-the-holder", "only the admin who took the controls can give them back")
+    return Refused("already-offered", "the controls are offered already; wait until they are accepted")
+
+
+def nobody_to_assist(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_admin:
+        return Refused("admins-only", "only an admin can assist")
+    return Refused("nobody-to-assist", "nobody has the controls, so there is nobody to assist")
+
+
+def admin_holds(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_admin:
+        return Refused("admins-only", "only an admin can assist")
+    return Refused("cannot-assist", "an admin has taken the controls; only their usual holder can be assisted")
+
+
+def nobody_assists(lease: Lease, actor: Actor) -> Outcome:
+    return Refused("nobody-assists", "nobody assists")
+
+
+def nothing_taken(lease: Lease, actor: Actor) -> Outcome:
+    return Refused("nothing-taken", "the controls were not taken from anybody")
+
+
+# -- acquire, release ----------------------------------------------------------------------------------------
+
+
+def acquire_free(lease: Lease, actor: Actor) -> Outcome:
+    if not (actor.is_owner or actor.is_admin):
+        return Refused("not-an-owner", "only an owner of this drone can take its controls")
+    if actor.holds_another:
+        return _HOLDS_ANOTHER
+    return Changed(lease.next(holder=actor.user_id))
+
+
+def acquire_held(lease: Lease, actor: Actor) -> Outcome:
+    if lease.holder == actor.user_id:
+        return _ALREADY_YOURS
+    return Refused("held-by-other", "somebody else has the controls")
+
+
+def acquire_taken(lease: Lease, actor: Actor) -> Outcome:
+    if lease.taken_from == actor.user_id:
+        return Refused("taken-away", "an admin has taken the controls; wait until they are given back")
+    return acquire_held(lease, actor)
+
+
+def acquire_offered(lease: Lease, actor: Actor) -> Outcome:
+    if lease.taken_from == actor.user_id:
+        return Refused("offered", "the controls are offered to you: accept them")
+    return acquire_held(lease, actor)
+
+
+def release(lease: Lease, actor: Actor) -> Outcome:
+    if lease.holder != actor.user_id:
+        return Refused("not-the-holder", "only the holder can release the controls")
+    return Changed(lease.next(holder=None), (Order.HOLD_IF_FLOWN_BY_HAND,))
+
+
+# -- take, give, accept --------------------------------------------------------------------------------------
+
+
+def take_free(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_admin:
+        return _ADMINS_ONLY_TAKE
+    # Nobody flies it, so nobody is shut out; but a drone that nobody holds may be in the air, so it holds first.
+    return Changed(lease.next(holder=actor.user_id), (Order.HOLD,))
+
+
+def take_held(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_admin:
+        return _ADMINS_ONLY_TAKE
+    if lease.holder == actor.user_id:
+        return _ALREADY_YOURS
+    taken = lease.next(holder=actor.user_id, taken_from=lease.holder, blind=not actor.watch)
+    return Changed(taken, (Order.HOLD,))
+
+
+def take_taken(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_admin:
+        return _ADMINS_ONLY_TAKE
+    if lease.holder == actor.user_id:
+        return _ALREADY_YOURS
+    # From one admin to another it is still owed to the operator it was taken from first, unless that is who takes it
+    # now, having been made an admin meanwhile.
+    if lease.taken_from == actor.user_id:
+        return Changed(lease.next(holder=actor.user_id), (Order.HOLD,))
+    taken = lease.next(holder=actor.user_id, taken_from=lease.taken_from, blind=not actor.watch)
+    return Changed(taken, (Order.HOLD,))
+
+
+def take_offered(lease: Lease, actor: Actor) -> Outcome:
+    if actor.is_admin and lease.holder == actor.user_id:
+        # The offer is withdrawn. The drone holds since it was made, and its holder has not changed.
+        return Changed(lease.next(holder=lease.holder, taken_from=lease.taken_from, blind=lease.blind))
+    return take_taken(lease, actor)
+
+
+def give(lease: Lease, actor: Actor) -> Outcome:
+    if lease.holder != actor.user_id or not actor.is_admin:
+        return Refused("not-the-holder", "only the admin who took the controls can give them back")
+    if not actor.operator_may_fly:
+        return Refused("cannot-receive", "the operator cannot fly this drone now; release the controls instead")
+    offered = lease.next(holder=lease.holder, taken_from=lease.taken_from, offered=True, blind=lease.blind)
+    return Changed(offered, (Order.HOLD,))
+
+
+def accept(lease: Lease, actor: Actor) -> Outcome:
+    if lease.taken_from != actor.user_id:
+        return Refused("not-offered-to-you", "the controls are offered to somebody else")
+    if actor.holds_another:
+        return _HOLDS_ANOTHER
+    if not actor.operator_may_fly:
+        return Refused("not-an-owner", "only an owner of this drone can take its controls")
+    if not actor.sticks_centred:
+        return Refused("sticks-not-centred", "centre your sticks, then say that you have control")
+    return Changed(lease.next(holder=lease.taken_from), (Order.HOLD,))
+
+
+def offer_lapsed(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_tower:
+        return _TOWER_ONLY
+    return Changed(lease.next(holder=lease.holder, taken_from=lease.taken_from, blind=lease.blind))
+
+
+# -- assist --------------------------------------------------------------------------------------------------
+
+
+def assist(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_admin:
+        return Refused("admins-only", "only an admin can assist")
+    if lease.holder == actor.user_id:
+        return _ALREADY_YOURS
+    if lease.assistant == actor.user_id:
+        return Refused("already-assisting", "you assist already")
+    if lease.assistant is not None:
+        return Refused("assisted-by-other", "another admin assists already")
+    return Changed(lease.next(holder=lease.holder, assistant=actor.user_id))
+
+
+def assist_end(lease: Lease, actor: Actor) -> Outcome:
+    if lease.assistant is None:
+        return nobody_assists(lease, actor)
+    if actor.is_tower:
+        if actor.about not in (None, lease.assistant):
+            return _TOO_LATE
+    elif not actor.is_admin and lease.assistant != actor.user_id:
+        return Refused("admins-only", "only an admin can end the assistance")
+    return Changed(lease.next(holder=lease.holder))
+
+
+def turn(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_tower:
+        return _TOWER_ONLY
+    if lease.assistant is None:
+        return nobody_assists(lease, actor)
+    # Nothing but the epoch: sticks of two people never pass in one.
+    return Changed(replace(lease, epoch=Epoch(lease.epoch + 1)))
+
+
+# -- rights and presence that are lost -----------------------------------------------------------------------
+
+
+def revoke(lease: Lease, actor: Actor) -> Outcome:
+    if not (actor.is_tower or actor.is_admin):
+        return Refused("admins-only", "only an admin can revoke the controls")
+    if actor.about not in (None, lease.holder):
+        return _TOO_LATE
+    return Changed(lease.next(holder=None), (Order.HOLD,))
+
+
+def forget(lease: Lease, actor: Actor) -> Outcome:
+    if not (actor.is_tower or actor.is_admin):
+        return Refused("admins-only", "only an admin can decide this")
+    if actor.about not in (None, lease.taken_from):
+        return _TOO_LATE
+    return Changed(lease.next(holder=lease.holder))
+
+
+def expire(lease: Lease, actor: Actor) -> Outcome:
+    if not actor.is_tower:
+        return _TOWER_ONLY
+    if actor.about not in (None, lease.holder):
+        return _TOO_LATE
+    return Changed(lease.next(holder=None), (Order.HOLD_IF_AIRBORNE,))
