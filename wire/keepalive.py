@@ -60,6 +60,11 @@ class Keepalive:
         sample = max(0.0, now - sent)
         self.rtt_s = sample if self.rtt_s is None else self.rtt_s + (sample - self.rtt_s) / 4
 
+    def rtt_now_s(self, now: float) -> float:
+        """The round trip, or how long the oldest answer is overdue if that is longer; 0 before anything is known."""
+        waiting = now - min(self._waiting.values()) if self._waiting else 0.0
+        return max(self.rtt_s or 0.0, waiting if waiting > PING_INTERVAL_S else 0.0)
+
     def silent_for(self, now: float) -> float:
         """Seconds since the other side was last heard."""
         return now - self._last_heard

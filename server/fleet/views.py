@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.fleet.snapshot import UserRef
+from wire.control_messages import LostAction
 
 
 class UserRefView(BaseModel):
@@ -38,3 +39,12 @@ class DroneView(BaseModel):
         Field(description="An admin took the controls from them: they are shut out until given back"),
     ]
     autopilot_heard: Annotated[bool, Field(description="The agent hears its autopilot")]
+    armed: Annotated[bool, Field(description="As the agent says")] = False
+    airborne: Annotated[bool, Field(description="As the agent says")] = False
+    offered: Annotated[bool, Field(description="Given back to `taken_from`, who has not accepted yet")] = False
+    assistant: Annotated[UserRefView | None, Field(description="An admin who assists the holder")] = None
+    may_watch: Annotated[bool, Field(description="False for an operator from whom the view was taken as well")] = True
+    lost_action: Annotated[LostAction, Field(description="What the agent does when the tower stays lost")] = (
+        LostAction.RETURN
+    )
+    lost_action_s: Annotated[float, Field(description="After so many seconds")] = 30.0

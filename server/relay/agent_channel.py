@@ -22,6 +22,7 @@ from wire.control_messages import (
     AutopilotState,
     Hello,
     HoldProgress,
+    LossParameters,
     MalformedMessage,
     ToAgent,
     Welcome,
@@ -153,7 +154,7 @@ class AgentChannel:
                 udp_port=self._endpoint.port,
                 epoch=drone.lease.epoch,
                 holder=drone.lease.holder.name if drone.lease.holder else None,
-                holder_present=self._hub.holder_present(drone),
+                holder_present=drone.somebody_flies(),
             )
         )
         self._hub.attach_link(link)
@@ -184,6 +185,8 @@ class AgentChannel:
                     self._hub.autopilot_state(link, message)
                 elif isinstance(message, HoldProgress):
                     self._hub.hold_progress(link, message)
+                elif isinstance(message, LossParameters):
+                    self._hub.loss_parameters(link, message)
         except WebSocketDisconnect:
             return
         except (MalformedMessage, KeyError):

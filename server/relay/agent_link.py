@@ -28,6 +28,8 @@ class AgentLink:
         """Puts a message onto the control channel. Never blocks; a channel that cannot take it is closed."""
         self.close = close
         """Closes the control channel with a code and a reason."""
+        self.mute_until = float("-inf")
+        """A rehearsal: nothing is sent on the data channel until then."""
         self._send_datagram = send_datagram
 
     @property
@@ -46,13 +48,15 @@ class AgentLink:
         """Seals frames and sends them. False if there is no address to send them to."""
         if self.address is None:
             return False
+        if now < self.mute_until:
+            return True
         for datagram in self.sealed.seal_frames(epoch, frames, now):
             self._send_datagram(datagram, self.address)
         return True
 
     def send_keepalives(self, now: float) -> None:
         """Sends what the keep-alive has to say, if there is somewhere to send it."""
-        if self.address is None:
+        if self.address is None or now < self.mute_until:
             return
         for datagram in self.sealed.datagrams_to_send(now):
             self._send_datagram(datagram, self.address)

@@ -8,9 +8,12 @@ from server.accounts.sessions import Principal
 from server.relay.live_messages import Lost, Notice, ToBrowser
 from server.relay.message_classes import StateKey
 from server.relay.outbox import Outbox
+from server.relay.policy import AskTwice
 from server.relay.refusals import RefusalNotices
+from server.relay.trip_meter import TripMeter
 from wire.drops import DropReason
 from wire.ids import DroneId
+from wire.lateness import Lateness
 
 MOST_EVENTS: Final = 2000
 """Text messages waiting for one browser. One that lets so many pile up is closed: it has long stopped reading."""
@@ -34,6 +37,11 @@ class Browser:
         self.viewer = viewer
         self.outbox = Outbox(now)
         self.refusals = RefusalNotices()
+        self.ask_twice = AskTwice()
+        self.lateness = Lateness()
+        """How late its messages come."""
+        self.trip = TripMeter()
+        """How long the way to it and back is."""
         self.close = close
         self._wake = wake
         self._events: deque[ToBrowser] = deque()

@@ -4,149 +4,163 @@ Its laws:
 - Every method is a plain `def`: nothing can happen between reading and writing, so there are no locks.
 - It knows no database. What it believes of users, drones and leases is handed to it, newest wins.
 - It never waits for anybody: what a browser or an agent cannot take at once waits in a bounded place of its own.
-- A frame goes to those who may see its drone, and from the holder to the drone. Anything else is dropped and counted.
+- A frame goes to those who may see its drone, and from whoever has the controls to the drone. Anything else is dropped,
+  counted and answered.
+- What it notices and cannot decide, it tells (`on_event`), and goes on.
+
+The parts: `live_state` (the dictionaries), `fleet_changes`, `frame_paths`, `safety_watch`.
 """
 
 from collections.abc import Callable, Iterable
 from typing import Final
 
 from server.accounts.tables import Role
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRef
+from server.fleet.snapshot import FleetSnapshot, UserRef
 from server.fleet.views import DroneView
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
-from server.relay.downward import NEVER_FORWARDED, check_downward
-from server.relay.live_drone import LeaseView, LiveDrone, lease_of
-from server.relay.message_classes import is_stick_frame, state_key
-from wire.content import Frames
-from wire.control_messages import AutopilotState, ControlChanged, HoldOrder, HoldProgress
+from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
+from server.relay.frame_paths import FramePaths
+from server.relay.hub_events import HoldStepReported, HubEvent, LossParametersReported, RightLost
+from server.relay.live_drone import LeaseView, LiveDrone
+from server.relay.live_state import LiveState
+from server.relay.safety_watch import SafetyWatch
+from wire.control_messages import AutopilotState, HoldOrder, HoldProgress, LossParameters, SafetySettings
 from wire.drops import DropCounts, Dropped, DropReason
-from wire.frames import MalformedFrame, message_id
 from wire.ids import DroneId, LinkId, UserId
-from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_tagged, tag
 
-SESSION_ENDED: Final = 4401
 GOING_DOWN: Final = 1001
 LINK_REPLACED: Final = 4409
-CREDENTIAL_GONE: Final = 4401
+MOST_ORDERS_OPEN: Final = 8
 
-MANUAL_FOR_S: Final = 3.0
-"""A drone counts as flown by hand for so long after the last stick frame: RC_OVERRIDE_TIME of the autopilots."""
+__all__ = ["GOING_DOWN", "LINK_REPLACED", "SESSION_ENDED", "Hub"]
 
 
 class Hub:
     """See the module's laws. `now` is monotonic seconds everywhere."""
 
     def __init__(self) -> None:
-        self.drops: DropCounts = DropCounts()
-        self.on_hold_progress: Callable[[DroneId, HoldProgress], None] = lambda drone_id, progress: None
-        self._drones: dict[DroneId, LiveDrone] = {}
-        self._links: dict[LinkId, AgentLink] = {}
-        self._browsers: dict[int, Browser] = {}
+        self._state = LiveState()
+        self._fleet = FleetChanges(self._state)
+        self._paths = FramePaths(self._state)
+        self._safety = SafetyWatch(self._state)
         self._next_browser = 0
         self._next_order = 0
-        self._revision = -1
+
+    @property
+    def drops(self) -> DropCounts:
+        """What was not passed on, by reason."""
+        return self._state.drops
+
+    @property
+    def on_event(self) -> Callable[[HubEvent], None]:
+        """Whoever acts on what the hub notices."""
+        return self._state.on_event
+
+    @on_event.setter
+    def on_event(self, listener: Callable[[HubEvent], None]) -> None:
+        self._state.on_event = listener
 
     # -- what the database says ------------------------------------------------------------------------------
 
     def apply_fleet(self, snapshot: FleetSnapshot) -> None:
         """Takes over drones, owners, accounts and leases. A snapshot older than the last one is ignored."""
-        if snapshot.revision < self._revision:
-            return
-        self._revision = snapshot.revision
-        records = {record.id: record for record in snapshot.drones}
-        for drone_id in [known for known in self._drones if known not in records]:
-            self._remove_drone(drone_id)
-        for drone_id, record in records.items():
-            self._put_drone(drone_id, record)
-        for browser in list(self._browsers.values()):
-            account = snapshot.users.get(browser.viewer.user_id)
-            if account is None or account.disabled or account.role != browser.viewer.role:
-                self._close_browser(browser)
-
-    def _put_drone(self, drone_id: DroneId, record: DroneRecord) -> None:
-        drone = self._drones.get(drone_id)
-        if drone is None:
-            drone = self._drones[drone_id] = LiveDrone(record, lease_of(record))
-            self._admit_watchers(drone)
-            return
-        before = drone.view()
-        if drone.link is not None and record.credential_hash != drone.record.credential_hash:
-            drone.link.close(CREDENTIAL_GONE, "the drone has been given a new credential")
-            self.detach_link(drone.link)
-        drone.record = record
-        # The lease in a snapshot may have been read before a change that has been applied meanwhile.
-        if record.epoch >= drone.lease.epoch:
-            newer = record.epoch > drone.lease.epoch
-            drone.lease = lease_of(record)
-            if newer:
-                self._tell_agent_who_holds(drone)
-        if drone.view() != before:
-            self._tell_watchers_who_still_may_see(drone)
-        self._admit_watchers(drone)
-
-    def _remove_drone(self, drone_id: DroneId) -> None:
-        drone = self._drones.pop(drone_id)
-        if drone.link is not None:
-            drone.link.close(CREDENTIAL_GONE, "the drone has been removed")
-            self._links.pop(drone.link.link_id, None)
-        for browser in drone.watchers.values():
-            browser.outbox.forget(drone_id)
-            browser.tell(live.DroneRemoved(drone_id))
-
-    def _admit_watchers(self, drone: LiveDrone) -> None:
-        for browser in self._browsers.values():
-            allowed = drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role)
-            if allowed and browser.number not in drone.watchers:
-                drone.watchers[browser.number] = browser
-                browser.tell(live.DroneChanged(drone.view()))
-            elif not allowed and drone.watchers.pop(browser.number, None) is not None:
-                browser.outbox.forget(drone.drone_id)
-                browser.tell(live.DroneRemoved(drone.drone_id))
+        self._fleet.apply(snapshot)
 
     def apply_lease(
         self, drone_id: DroneId, lease: LeaseView, *, event: str, by: UserRef | None, reason: str, now: float
     ) -> None:
         """Takes over a lease that has been committed. From this call on the old holder's frames are refused."""
-        drone = self._drones.get(drone_id)
+        drone = self._state.drones.get(drone_id)
         # The epoch may be known already, if a snapshot was read between the commit and this call.
         if drone is None or lease.epoch < drone.lease.epoch:
             return
+        before = drone.lease
         drone.lease = lease
-        drone.sticks_at = float("-inf")
-        self._note_holder_presence(drone, now)
-        self._tell_agent_who_holds(drone)
-        self._tell_drone(drone)
-        self._tell_watchers(drone, live.Control(drone_id, event, lease.epoch, lease.holder, by, reason))
+        drone.fenced = False
+        waiting: list[bytes] = []
+        if event == "turn":
+            waiting = drone.turn.changed(now)
+        else:
+            drone.turn.reset()
+        if before.holder != lease.holder:
+            drone.sticks_at = float("-inf")
+            drone.holder_watch.present()
+        self._safety.note_presence(drone, now)
+        self._state.tell_agent_who_holds(drone)
+        if waiting and drone.link is not None:
+            drone.link.send_frames(lease.epoch, waiting, now)
+        self._state.tell_drone(drone)
+        if event == "turn":
+            flying = lease.assistant if drone.turn.whose == "assistant" else lease.holder
+            if flying is not None:
+                self._state.tell_watchers(drone, live.Turn(drone_id, flying))
+            return
+        self._state.tell_watchers(drone, live.Control(drone_id, event, lease.epoch, lease.holder, by, reason))
+
+    def fence(self, drone_id: DroneId) -> None:
+        """A change of control is about to be decided: until `apply_lease` or `unfence` nobody's commands pass."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            drone.fenced = True
+
+    def unfence(self, drone_id: DroneId) -> None:
+        """The change was refused: the holder goes on."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            drone.fenced = False
+
+    def apply_safety(
+        self, drone_id: DroneId, settings: SafetySettings, *, rtt_limit_ms: float, rtt_limit_s: float
+    ) -> None:
+        """How a drone holds, from now on; its agent is told."""
+        drone = self._state.drones.get(drone_id)
+        if drone is None:
+            return
+        changed = drone.safety != settings
+        drone.safety, drone.rtt_limit_ms, drone.rtt_limit_s = settings, rtt_limit_ms, rtt_limit_s
+        if changed:
+            self._state.tell_agent(drone, settings)
+            self._state.tell_drone(drone)
+
+    def set_loss_check(self, drone_id: DroneId, *, dangerous: bool, acknowledged: bool) -> None:
+        """Whether arming has to wait until the holder has read what a loss would do."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            drone.loss_check_open = dangerous and not acknowledged
 
     # -- what others ask -------------------------------------------------------------------------------------
 
     def drone_for(self, drone_id: DroneId, user_id: UserId, role: Role) -> LiveDrone | None:
         """The drone, or None both where it does not exist and where this user may not see it."""
-        drone = self._drones.get(drone_id)
+        drone = self._state.drones.get(drone_id)
         return drone if drone is not None and drone.may_be_seen_by(user_id, role) else None
 
     def drones_for(self, user_id: UserId, role: Role) -> list[LiveDrone]:
-        """What one user may see, by number."""
-        return [drone for _, drone in sorted(self._drones.items()) if drone.may_be_seen_by(user_id, role)]
+        """By number."""
+        return [drone for _, drone in sorted(self._state.drones.items()) if drone.may_be_seen_by(user_id, role)]
 
     def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
         """`drone_for`, as it is told to the outside."""
         drone = self.drone_for(drone_id, user_id, role)
-        return drone.view() if drone else None
+        return drone.view_for(user_id) if drone else None
 
     def drone_views(self, user_id: UserId, role: Role) -> list[DroneView]:
         """`drones_for`, as it is told to the outside."""
-        return [drone.view() for drone in self.drones_for(user_id, role)]
+        return [drone.view_for(user_id) for drone in self.drones_for(user_id, role)]
 
     def drone(self, drone_id: DroneId) -> LiveDrone | None:
         """Any drone, for those who have to act on it whoever asked."""
-        return self._drones.get(drone_id)
+        return self._state.drones.get(drone_id)
+
+    def drone_ids(self) -> list[DroneId]:
+        """Of every drone there is."""
+        return sorted(self._state.drones)
 
     def flown_by_hand(self, drone: LiveDrone, now: float) -> bool:
-        """Whether the holder's sticks have moved this drone within the last seconds."""
-        return now - drone.sticks_at < MANUAL_FOR_S
+        """Whether sticks have moved this drone within the last seconds."""
+        return drone.flown_by_hand(now)
 
     # -- browsers --------------------------------------------------------------------------------------------
 
@@ -157,242 +171,194 @@ class Hub:
 
     def attach_browser(self, browser: Browser, server_time: str, now: float) -> None:
         """From here on the browser gets the frames of the drones it may see; the whole picture comes first."""
-        self._browsers[browser.number] = browser
+        self._state.browsers[browser.number] = browser
         viewer = browser.viewer
         seen = self.drones_for(viewer.user_id, viewer.role)
         for drone in seen:
             drone.watchers[browser.number] = browser
         user = live.User(viewer.user_id, viewer.name, viewer.role)
-        browser.tell(live.WelcomeBrowser(user, [drone.view() for drone in seen], server_time))
-        self._note_presence_of(viewer.user_id, now)
+        browser.tell(live.WelcomeBrowser(user, [drone.view_for(viewer.user_id) for drone in seen], server_time))
+        self._safety.note_presence_of(viewer.user_id, now)
 
     def detach_browser(self, browser: Browser, now: float) -> None:
         """The browser is gone. Harmless if it was gone already."""
-        if self._browsers.pop(browser.number, None) is None:
+        if self._state.browsers.pop(browser.number, None) is None:
             return
-        for drone in self._drones.values():
+        for drone in self._state.drones.values():
             drone.watchers.pop(browser.number, None)
-        self._note_presence_of(browser.viewer.user_id, now)
+        self._safety.note_presence_of(browser.viewer.user_id, now)
 
     def end_sessions(self, session_ids: Iterable[int]) -> None:
-        """Closes the browsers of sessions that have ended."""
+        """Closes the browsers of sessions that have ended. Who has no other loses the controls at once."""
         ended = set(session_ids)
-        for browser in [one for one in self._browsers.values() if one.viewer.session_id in ended]:
-            self._close_browser(browser)
+        users = set()
+        for browser in [one for one in self._state.browsers.values() if one.viewer.session_id in ended]:
+            self._fleet.close_browser(browser)
+            users.add(browser.viewer.user_id)
+        for user_id in users:
+            self._report_signed_out(user_id)
 
     def end_user(self, user_id: UserId) -> None:
         """Closes every browser of an account."""
-        for browser in [one for one in self._browsers.values() if one.viewer.user_id == user_id]:
-            self._close_browser(browser)
+        for browser in [one for one in self._state.browsers.values() if one.viewer.user_id == user_id]:
+            self._fleet.close_browser(browser)
+        self._report_signed_out(user_id)
+
+    def _report_signed_out(self, user_id: UserId) -> None:
+        if self._state.has_browser(user_id):
+            return
+        for drone in list(self._state.drones.values()):
+            if drone.holder_id == user_id:
+                self.on_event(RightLost(drone.drone_id, user_id, "holder", "the holder's session has ended"))
+            if drone.lease.assistant is not None and drone.lease.assistant.id == user_id:
+                self.on_event(RightLost(drone.drone_id, user_id, "assistant", "the session has ended"))
 
     def say_good_bye(self) -> None:
         """The tower is going down: everybody is told, so that they come back instead of wondering."""
-        for browser in self._browsers.values():
+        for browser in self._state.browsers.values():
             browser.close(GOING_DOWN, "the tower is going down")
-        for link in self._links.values():
+        for link in self._state.links.values():
             link.close(GOING_DOWN, "the tower is going down")
-
-    def _close_browser(self, browser: Browser) -> None:
-        # Nothing more goes out or comes in from this instant; the socket's own end is only a formality.
-        self._browsers.pop(browser.number, None)
-        for drone in self._drones.values():
-            drone.watchers.pop(browser.number, None)
-        browser.close(SESSION_ENDED, "signed out")
 
     def focus(self, browser: Browser, drone_id: DroneId | None, now: float) -> None:
         """The browser wants the frames of one drone at once."""
-        drone = self._drones.get(drone_id) if drone_id is not None else None
+        drone = self._state.drones.get(drone_id) if drone_id is not None else None
         if drone_id is not None and (drone is None or browser.number not in drone.watchers):
-            self._refuse(browser, DropReason.UNKNOWN_DRONE, drone_id, now)
+            self._state.refuse(browser, DropReason.UNKNOWN_DRONE, drone_id, now)
             return
         browser.outbox.focus = drone_id
 
     def frames_from_browser(self, browser: Browser, message: bytes, now: float) -> None:
-        """A binary message: checks each frame in turn and passes on those of a holder to their own drone."""
-        if browser.number not in self._browsers:
-            return
-        try:
-            if len(message) > LARGEST_UPWARD_MESSAGE_BYTES:
-                raise MalformedFrame("too long")
-            parts = split_tagged(message)
-        except MalformedFrame:
-            self._refuse(browser, DropReason.MALFORMED, None, now)
-            return
-        for drone_id, frame in parts:
-            try:
-                self._frame_down(browser, drone_id, frame, now)
-            except Dropped as dropped:
-                self._refuse(browser, dropped.reason, drone_id, now)
-
-    def _frame_down(self, browser: Browser, drone_id: DroneId, frame: bytes, now: float) -> None:
-        drone = self._drones.get(drone_id)
-        check_downward(drone, browser, frame, now)
-        assert drone is not None
-        assert drone.link is not None
-        if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
-            raise Dropped(DropReason.OFFLINE)
-        if is_stick_frame(frame):
-            drone.sticks_at = now
-
-    def _refuse(self, browser: Browser, reason: DropReason, drone_id: DroneId | None, now: float) -> None:
-        self.drops[reason] += 1
-        drone = self._drones.get(drone_id) if drone_id is not None else None
-        # The name of a drone that this browser may not see must not get into the answer.
-        name = drone.record.name if drone is not None and browser.number in drone.watchers else ""
-        browser.refuse(reason, drone_id, name, now)
+        """A binary message: checks each frame in turn and passes on what may pass."""
+        if browser.number in self._state.browsers:
+            self._paths.down(browser, message, now)
 
     # -- agents ----------------------------------------------------------------------------------------------
 
     def attach_link(self, link: AgentLink) -> None:
         """An agent signed in. A link that its drone already had is closed: the newest one counts."""
-        drone = self._drones[link.drone_id]
+        drone = self._state.drones[link.drone_id]
         if drone.link is not None:
             drone.link.close(LINK_REPLACED, "the same drone has signed in again")
             self.detach_link(drone.link)
         drone.link = link
-        self._links[link.link_id] = link
+        self._state.links[link.link_id] = link
+        link.post(drone.safety)
 
     def detach_link(self, link: AgentLink) -> None:
         """The link is gone. Harmless if it was gone already or has been replaced."""
-        self._links.pop(link.link_id, None)
-        drone = self._drones.get(link.drone_id)
+        self._state.links.pop(link.link_id, None)
+        drone = self._state.drones.get(link.drone_id)
         if drone is not None and drone.link is link:
-            drone.link = None
-            drone.autopilot_heard = drone.armed = drone.airborne = False
-            drone.online = False
-            self._tell_drone(drone)
+            drone.forget_link()
+            self._state.tell_drone(drone)
 
     def has_link_id(self, link_id: LinkId) -> bool:
         """Whether a live link has this number."""
-        return link_id in self._links
+        return link_id in self._state.links
 
     def datagram(self, datagram: bytes, link_id: LinkId, address: tuple[str, int], now: float) -> None:
         """A datagram that claims to be of `link_id`. Raises Dropped with the check that it failed."""
-        link = self._links.get(link_id)
+        link = self._state.links.get(link_id)
         if link is None:
             raise Dropped(DropReason.UNKNOWN_LINK)
         received = link.sealed.receive(datagram, now)
         if received.newest:
             link.address = address
         link.send_keepalives(now)
-        drone = self._drones[link.drone_id]
+        drone = self._state.drones[link.drone_id]
         if not drone.online:
             drone.online = True
-            self._tell_drone(drone)
+            self._state.tell_drone(drone)
         if received.frames is not None:
-            self._frames_up(drone, received.frames)
-
-    def _frames_up(self, drone: LiveDrone, content: Frames) -> None:
-        if content.drone_id != drone.drone_id:
-            raise Dropped(DropReason.FOREIGN_TAG)
-        drone_id = drone.drone_id
-        watchers = drone.watchers.values()
-        for frame in content.frames:
-            if message_id(frame) in NEVER_FORWARDED:
-                self.drops[DropReason.NOT_ALLOWED] += 1
-                continue
-            key = state_key(frame)
-            tagged = tag(drone_id, frame)
-            for browser in watchers:
-                browser.offer(drone_id, key, tagged)
+            self._paths.up(drone, received.frames)
 
     def autopilot_state(self, link: AgentLink, state: AutopilotState) -> None:
         """The agent tells what its autopilot is doing."""
-        drone = self._drones.get(link.drone_id)
-        if drone is None or drone.link is not link:
+        drone = self._linked(link)
+        if drone is None:
             return
-        drone.armed, drone.airborne = state.armed, state.airborne
-        if drone.autopilot_heard != state.heard:
-            drone.autopilot_heard = state.heard
-            self._tell_drone(drone)
+        before = (drone.autopilot_heard, drone.armed, drone.airborne)
+        drone.autopilot_heard, drone.armed, drone.airborne = state.heard, state.armed, state.airborne
+        if before != (state.heard, state.armed, state.airborne):
+            self._state.tell_drone(drone)
 
-    # -- holds -----------------------------------------------------------------------------------------------
+    def loss_parameters(self, link: AgentLink, parameters: LossParameters) -> None:
+        """The agent has read what decides on a loss."""
+        drone = self._linked(link)
+        if drone is None:
+            return
+        drone.loss_parameters = parameters
+        self.on_event(LossParametersReported(drone.drone_id, parameters))
+
+    def _linked(self, link: AgentLink) -> LiveDrone | None:
+        drone = self._state.drones.get(link.drone_id)
+        return drone if drone is not None and drone.link is link else None
+
+    # -- holds and rehearsals --------------------------------------------------------------------------------
 
     def order_hold(self, drone_id: DroneId, reason: str) -> bool:
         """Tells the agent to hold, and everybody that it was ordered. False if there is no agent to tell."""
-        drone = self._drones.get(drone_id)
+        drone = self._state.drones.get(drone_id)
         if drone is None:
             return False
         epoch = drone.lease.epoch
         if drone.link is None:
-            self._tell_watchers(drone, live.Hold(drone_id, epoch, "unconfirmed", "the drone is offline", 0.0))
+            told = live.Hold(drone_id, epoch, "unconfirmed", "the drone is offline", 0.0, "order")
+            self._state.tell_watchers(drone, told)
             return False
         self._next_order += 1
+        if len(drone.orders) >= MOST_ORDERS_OPEN:
+            del drone.orders[min(drone.orders)]
+        drone.orders[self._next_order] = reason
         drone.link.post(HoldOrder(order_id=self._next_order, epoch=epoch, reason=reason))
-        self._tell_watchers(drone, live.Hold(drone_id, epoch, "ordered", reason, 0.0))
+        self._state.tell_watchers(drone, live.Hold(drone_id, epoch, "ordered", reason, 0.0, "order"))
         return True
 
     def hold_progress(self, link: AgentLink, progress: HoldProgress) -> None:
         """The agent tells how a hold goes on."""
-        drone = self._drones.get(link.drone_id)
-        if drone is None or drone.link is not link:
+        drone = self._linked(link)
+        if drone is None:
             return
-        told = live.Hold(drone.drone_id, progress.epoch, progress.step, progress.detail, progress.elapsed_ms)
-        self._tell_watchers(drone, told)
-        self.on_hold_progress(drone.drone_id, progress)
-
-    # -- telling ---------------------------------------------------------------------------------------------
-
-    def _tell_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
-        for browser in drone.watchers.values():
-            browser.tell(event)
-
-    def _tell_watchers_who_still_may_see(self, drone: LiveDrone) -> None:
-        for browser in drone.watchers.values():
-            if drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role):
-                browser.tell(live.DroneChanged(drone.view()))
-
-    def _tell_drone(self, drone: LiveDrone) -> None:
-        self._tell_watchers(drone, live.DroneChanged(drone.view()))
-
-    def _tell_agent_who_holds(self, drone: LiveDrone) -> None:
-        if drone.link is None:
-            return
-        drone.link.post(
-            ControlChanged(
-                epoch=drone.lease.epoch,
-                holder=drone.lease.holder.name if drone.lease.holder else None,
-                holder_present=self.holder_present(drone),
-            )
+        told = live.Hold(
+            drone.drone_id, progress.epoch, progress.step, progress.detail, progress.elapsed_ms, progress.cause
         )
+        self._state.tell_watchers(drone, told)
+        self.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))
 
-    # -- presence and time -----------------------------------------------------------------------------------
+    def rehearse_operator_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
+        """The holder counts as gone for so long."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            drone.holder_deaf_until = now + for_s
+            self._safety.note_presence(drone, now)
+            # A rehearsal is there to see the hold, so it counts as flown by hand.
+            drone.holder_watch.by_hand = True
 
-    def holder_present(self, drone: LiveDrone) -> bool:
-        """Whether the holder has a live browser."""
-        return any(browser.viewer.user_id == drone.holder_id for browser in drone.watchers.values())
+    def rehearse_tower_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
+        """Nothing is sent to this agent on the data channel for so long."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None and drone.link is not None:
+            drone.link.mute_until = now + for_s
 
-    def _note_presence_of(self, user_id: UserId, now: float) -> None:
-        for drone in self._drones.values():
-            if drone.holder_id == user_id:
-                self._note_holder_presence(drone, now)
-                self._tell_agent_who_holds(drone)
+    def tell_rehearsal(self, drone_id: DroneId, what: str, phase: str, hold_ms: float | None, text: str) -> None:
+        """How a rehearsal goes on."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            self._state.tell_watchers(drone, live.Rehearsal(drone_id, what, phase, hold_ms, text))
 
-    def _note_holder_presence(self, drone: LiveDrone, now: float) -> None:
-        if drone.holder_id is None or self.holder_present(drone):
-            drone.holder_missing_since = None
-        elif drone.holder_missing_since is None:
-            drone.holder_missing_since = now
+    # -- time ------------------------------------------------------------------------------------------------
 
     def tick(self, now: float) -> None:
-        """Several times a second: keep-alives, silence, and sums of refusals."""
-        for drone in self._drones.values():
-            link = drone.link
-            if link is None:
-                continue
-            link.send_keepalives(now)
-            if drone.online and not link.is_heard(now):
-                drone.online = False
-                self._tell_drone(drone)
-        for browser in self._browsers.values():
-            for notice in browser.refusals.due(now):
-                browser.tell(notice)
+        """Several times a second: everything that time alone can change."""
+        self._safety.tick(now)
 
     def tell_link_quality(self) -> None:
         """Once a second: round trip and loss of every drone that is online."""
-        for drone in self._drones.values():
+        for drone in self._state.drones.values():
             if drone.link is None or not drone.online:
                 continue
             keepalive = drone.link.sealed.keepalive
             rtt_ms = None if keepalive.rtt_s is None else round(keepalive.rtt_s * 1000, 1)
-            self._tell_watchers(drone, live.LinkQuality(drone.drone_id, rtt_ms, round(keepalive.loss, 3)))
+            quality = live.LinkQuality(drone.drone_id, rtt_ms, round(keepalive.loss, 3))
+            self._state.tell_watchers(drone, quality)

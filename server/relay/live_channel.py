@@ -12,7 +12,7 @@ from server.accounts.sessions import Principal
 from server.clock import Clock
 from server.relay.browser import Browser
 from server.relay.hub import SESSION_ENDED, Hub
-from server.relay.live_messages import Focus, MalformedRequest, Notice, decode_request, encode_event
+from server.relay.live_messages import Focus, MalformedRequest, Notice, Pong, decode_request, encode_event
 from server.relay.side_by_side import Ending, close_quietly, until_one_ends
 from wire.ids import DroneId
 
@@ -91,6 +91,8 @@ class LiveChannel:
         if isinstance(request, Focus):
             drone_id = None if request.drone_id is None else DroneId(request.drone_id)
             self._hub.focus(self._browser, drone_id, now)
+        elif isinstance(request, Pong):
+            self._browser.trip.pong(request.sequence, now)
         else:
             self._browser.outbox.set_watch_rate(request.rate_hz, now)
 
@@ -123,6 +125,7 @@ class LiveChannel:
                 asked = time.monotonic()
                 principal = await self._still_signed_in(self._clock())
                 if principal is None:
+                    self._hub.end_sessions([self._browser.viewer.session_id])
                     self._ending.wish(SESSION_ENDED, "the session has ended")
                     return
                 self._expires_at = principal.expires_at

@@ -1,18 +1,29 @@
-"""One drone as the hub knows it right now: record, holder, link, watchers. State only; the rules are in the hub."""
+"""One drone as the hub knows it right now: record, holder, link, watchers. State and questions about it; no rules."""
 
 from dataclasses import dataclass, field
+from typing import Final
 
 from server.accounts.tables import Role
 from server.fleet.snapshot import DroneRecord, UserRef
 from server.fleet.views import DroneView, UserRefView
 from server.relay.agent_link import AgentLink
+from server.relay.assist_turn import AssistTurn
 from server.relay.browser import Browser
+from server.relay.holder_watch import HolderWatch
+from server.relay.policy import Standing
+from server.relay.trip_meter import TooLong
+from wire.control_messages import LossParameters, SafetySettings
 from wire.ids import DroneId, Epoch, UserId
+
+MANUAL_FOR_S: Final = 3.0
+"""A drone counts as flown by hand for so long after the last stick frame: RC_OVERRIDE_TIME of the autopilots."""
+
+NEVER: Final = float("-inf")
 
 
 @dataclass(frozen=True)
 class LeaseView:
-    """Who has the controls, as the database last said. `taken_from` is shut out until the controls are given back."""
+    """Who has the controls, as the database last said. `taken_from` is shut out until they accept them back."""
 
     holder: UserRef | None
     taken_from: UserRef | None
@@ -39,7 +50,7 @@ def lease_of(record: DroneRecord) -> LeaseView:
 
 @dataclass
 class LiveDrone:
-    """Mutable; touched by the hub only, and never across an await."""
+    """Mutable; touched by the hub and its parts only, and never across an await."""
 
     record: DroneRecord
     lease: LeaseView
@@ -49,10 +60,26 @@ class LiveDrone:
     autopilot_heard: bool = False
     armed: bool = False
     airborne: bool = False
-    sticks_at: float = float("-inf")
-    """When the holder's last stick frame was passed on."""
-    holder_missing_since: float | None = None
-    """Since when the holder has had no live browser; None while there is one, or no holder."""
+    fenced: bool = False
+    """A change of control is on its way to the database: until it is decided nobody's commands pass."""
+    sticks_at: float = NEVER
+    """When the last stick frame was passed on."""
+    sticks_from: int = 0
+    """The browser it came from."""
+    safety: SafetySettings = field(default_factory=SafetySettings)
+    rtt_limit_ms: float = 500.0
+    rtt_limit_s: float = 1.0
+    loss_parameters: LossParameters | None = None
+    loss_check_open: bool = False
+    """A loss would be dangerous, and the holder has not said that they know."""
+    holder_watch: HolderWatch = field(default_factory=HolderWatch)
+    rtt_watch: TooLong = field(default_factory=TooLong)
+    turn: AssistTurn = field(default_factory=AssistTurn)
+    offered_since: float | None = None
+    holder_deaf_until: float = NEVER
+    """A rehearsal: the holder counts as gone until then."""
+    orders: dict[int, str] = field(default_factory=dict)
+    """Reasons of the orders to hold that have not ended yet, by order id."""
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
 
@@ -68,8 +95,49 @@ class LiveDrone:
         """Admins see every drone, operators their own."""
         return role is Role.ADMIN or any(owner.id == user_id for owner in self.record.owners)
 
+    def frame_watchers(self) -> list[Browser]:
+        """Browsers that get its frames: all who may see it, but for somebody from whom the view was taken too."""
+        blind_id = self.blind_user_id
+        return [browser for browser in self.watchers.values() if browser.viewer.user_id != blind_id]
+
+    @property
+    def blind_user_id(self) -> UserId | None:
+        return self.lease.taken_from.id if self.lease.blind and self.lease.taken_from else None
+
+    def standing_of(self, user_id: UserId) -> Standing:
+        """How a sender stands to this drone."""
+        assistant = self.lease.assistant
+        return Standing(
+            has_turn=user_id == self.holder_id or (assistant is not None and user_id == assistant.id),
+            armed=self.armed,
+            airborne=self.airborne,
+            loss_check_open=self.loss_check_open,
+        )
+
+    def is_deaf_to_holder(self, user_id: UserId, now: float) -> bool:
+        """Whether a rehearsal makes the holder's frames be refused."""
+        return user_id == self.holder_id and now < self.holder_deaf_until
+
+    def flown_by_hand(self, now: float) -> bool:
+        """Whether sticks have moved this drone within the last seconds."""
+        return now - self.sticks_at < MANUAL_FOR_S
+
+    def holder_present(self) -> bool:
+        """Whether the holder has a live browser."""
+        return any(browser.viewer.user_id == self.holder_id for browser in self.watchers.values())
+
+    def somebody_flies(self) -> bool:
+        """Whether there is a holder, with a live browser, who is not being rehearsed away."""
+        return self.holder_watch.missing_since is None and self.holder_present()
+
+    def forget_link(self) -> None:
+        """The agent is gone."""
+        self.link = None
+        self.online = self.autopilot_heard = self.armed = self.airborne = False
+        self.orders.clear()
+
     def view(self) -> DroneView:
-        """As the console is told. The same for everybody who may see the drone."""
+        """As the outside is told. The same for everybody who may see the drone, but for `may_watch`."""
         return DroneView(
             id=self.record.id,
             name=self.record.name,
@@ -79,7 +147,19 @@ class LiveDrone:
             epoch=self.lease.epoch,
             taken_from=_view_of(self.lease.taken_from),
             autopilot_heard=self.autopilot_heard,
+            armed=self.armed,
+            airborne=self.airborne,
+            offered=self.lease.offered,
+            assistant=_view_of(self.lease.assistant),
+            may_watch=True,
+            lost_action=self.safety.lost_action,
+            lost_action_s=self.safety.lost_action_s,
         )
+
+    def view_for(self, user_id: UserId) -> DroneView:
+        """As one user is told."""
+        view = self.view()
+        return view.model_copy(update={"may_watch": False}) if user_id == self.blind_user_id else view
 
 
 def _view_of(ref: UserRef | None) -> UserRefView | None:

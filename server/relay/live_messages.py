@@ -55,6 +55,30 @@ class Hold(msgspec.Struct, frozen=True, tag="hold", tag_field="type"):
     step: str
     detail: str
     elapsed_ms: float
+    cause: str
+
+
+class Ping(msgspec.Struct, frozen=True, tag="ping", tag_field="type"):
+    """To be answered with a Pong at once."""
+
+    sequence: int
+
+
+class Turn(msgspec.Struct, frozen=True, tag="turn", tag_field="type"):
+    """While an admin assists: whose frames pass now."""
+
+    drone_id: int
+    user: UserRef
+
+
+class Rehearsal(msgspec.Struct, frozen=True, tag="rehearsal", tag_field="type"):
+    """How a loss made on purpose goes on. `hold_ms`: from the loss to the confirmed hold."""
+
+    drone_id: int
+    what: str
+    phase: str
+    hold_ms: float | None
+    text: str
 
 
 class LinkQuality(msgspec.Struct, frozen=True, tag="link", tag_field="type"):
@@ -94,8 +118,26 @@ class Focus(msgspec.Struct, frozen=True, tag="focus", tag_field="type"):
     drone_id: Annotated[int, msgspec.Meta(ge=1, le=0xFFFFFFFF)] | None
 
 
-ToBrowser = WelcomeBrowser | DroneChanged | DroneRemoved | Control | Hold | LinkQuality | Notice | Lost
-FromBrowser = Watch | Focus
+class Pong(msgspec.Struct, frozen=True, tag="pong", tag_field="type"):
+    """The answer to a Ping."""
+
+    sequence: Annotated[int, msgspec.Meta(ge=0, le=1 << 53)]
+
+
+ToBrowser = (
+    WelcomeBrowser
+    | DroneChanged
+    | DroneRemoved
+    | Control
+    | Hold
+    | Ping
+    | Turn
+    | Rehearsal
+    | LinkQuality
+    | Notice
+    | Lost
+)
+FromBrowser = Watch | Focus | Pong
 
 
 class MalformedRequest(ValueError):

@@ -7,7 +7,10 @@ from collections.abc import Callable
 from typing import Final
 
 from server.relay.live_messages import Notice
+from server.relay.policy import CommandSeen
+from wire.dialect import build, mavlink
 from wire.drops import DropReason
+from wire.frames import source
 from wire.ids import DroneId
 
 PERIOD_S: Final = 1.0
@@ -22,7 +25,37 @@ _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
     DropReason.NOT_IN_CONTROL: lambda name: f"You do not have the controls of {name}. Nothing was sent to it.",
     DropReason.OFFLINE: lambda name: f"{name} is offline. Nothing was sent to it, and nothing will be sent later.",
     DropReason.NOT_ALLOWED: lambda name: f"This kind of message may not be sent to {name} through the tower.",
+    DropReason.ASSISTED: lambda name: f"An admin is assisting {name}: your commands wait until they have finished.",
+    DropReason.ASK_TWICE: lambda name: (
+        f"This would make {name} fall. Send it again within 5 s if that is what you want."
+    ),
+    DropReason.LOSS_CHECK: lambda name: f"Read what a loss would do to {name}, and say so, before arming it.",
+    DropReason.LATE: lambda name: f"Your link was stalled; what came late was not sent to {name}.",
 }
+
+NOT_IN_CONTROL: Final = 10
+"""MAV_RESULT_NOT_IN_CONTROL of common.xml, newer than the dialect that is installed."""
+
+_TOWER_SEQUENCE: Final = 0
+
+
+def denied_command(frame: bytes, command: CommandSeen, reason: DropReason) -> bytes:
+    """A COMMAND_ACK that refuses a command, as if the drone's own component had answered it."""
+    foreign = reason in (DropReason.NOT_IN_CONTROL, DropReason.ASSISTED)
+    asker_system, asker_component = source(frame)
+    ack = mavlink.MAVLink_command_ack_message(
+        command.command,
+        NOT_IN_CONTROL if foreign else mavlink.MAV_RESULT_DENIED,
+        target_system=asker_system,
+        target_component=asker_component,
+    )
+    return build(
+        ack,
+        system_id=command.target_system or 1,
+        component_id=command.target_component or mavlink.MAV_COMP_ID_AUTOPILOT1,
+        sequence=_TOWER_SEQUENCE,
+    )
+
 
 _Key = tuple[DropReason, DroneId | None]
 

@@ -298,14 +298,14 @@ def test_hold_progress_reaches_those_who_watch(world: HubWorld) -> None:
     agent, alice, bob = world.agent(1), world.browser(1), world.browser(2)
     progress = HoldProgress(order_id=1, epoch=0, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=9.5)
     world.hub.hold_progress(agent.link, progress)
-    assert alice.events() == [live.Hold(1, 0, "confirmed", "ALT_HOLD", 9.5)]
+    assert alice.events() == [live.Hold(1, 0, "confirmed", "ALT_HOLD", 9.5, "order")]
     assert bob.events() == []
 
 
 def test_a_hold_of_a_drone_that_is_offline_is_said_to_be_unconfirmed(world: HubWorld) -> None:
     alice = world.browser(1)
     assert not world.hub.order_hold(ONE, "weather")
-    assert alice.events() == [live.Hold(1, 0, "unconfirmed", "the drone is offline", 0.0)]
+    assert alice.events() == [live.Hold(1, 0, "unconfirmed", "the drone is offline", 0.0, "order")]
 
 
 def test_the_autopilot_being_heard_is_told(world: HubWorld) -> None:

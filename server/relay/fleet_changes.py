@@ -1,0 +1,111 @@
+"""What the database says, brought into the live state: drones, owners, accounts. The newest wins."""
+
+from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord
+from server.relay import live_messages as live
+from server.relay.browser import Browser
+from server.relay.hub_events import RightLost
+from server.relay.live_drone import LiveDrone, lease_of
+from server.relay.live_state import LiveState
+from wire.ids import DroneId, UserId
+
+CREDENTIAL_GONE = 4401
+SESSION_ENDED = 4401
+
+
+class FleetChanges:
+    """Takes snapshots over. One older than the last is ignored."""
+
+    def __init__(self, state: LiveState) -> None:
+        self._state = state
+        self._revision = -1
+
+    def apply(self, snapshot: FleetSnapshot) -> None:
+        """Drones, owners, accounts and leases as the database knows them."""
+        if snapshot.revision < self._revision:
+            return
+        self._revision = snapshot.revision
+        state = self._state
+        records = {record.id: record for record in snapshot.drones}
+        for drone_id in [known for known in state.drones if known not in records]:
+            self._remove(drone_id)
+        for record in records.values():
+            self._put(record)
+        for browser in list(state.browsers.values()):
+            account = snapshot.users.get(browser.viewer.user_id)
+            if account is None or account.disabled or account.role != browser.viewer.role:
+                self.close_browser(browser)
+        for drone in state.drones.values():
+            self._report_lost_rights(drone, snapshot)
+
+    def _put(self, record: DroneRecord) -> None:
+        state = self._state
+        drone = state.drones.get(record.id)
+        if drone is None:
+            drone = state.drones[record.id] = LiveDrone(record, lease_of(record))
+            self.admit_watchers(drone)
+            return
+        before = drone.view()
+        if drone.link is not None and record.credential_hash != drone.record.credential_hash:
+            drone.link.close(CREDENTIAL_GONE, "the drone has been given a new credential")
+            state.links.pop(drone.link.link_id, None)
+            drone.forget_link()
+        drone.record = record
+        # The lease in a snapshot may have been read before a change that has been applied meanwhile.
+        if record.epoch >= drone.lease.epoch:
+            newer = record.epoch > drone.lease.epoch
+            drone.lease = lease_of(record)
+            if newer:
+                drone.turn.reset()
+                state.tell_agent_who_holds(drone)
+        if drone.view() != before:
+            for browser in drone.watchers.values():
+                if drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role):
+                    browser.tell(live.DroneChanged(drone.view_for(browser.viewer.user_id)))
+        self.admit_watchers(drone)
+
+    def _remove(self, drone_id: DroneId) -> None:
+        drone = self._state.drones.pop(drone_id)
+        if drone.link is not None:
+            drone.link.close(CREDENTIAL_GONE, "the drone has been removed")
+            self._state.links.pop(drone.link.link_id, None)
+        for browser in drone.watchers.values():
+            browser.outbox.forget(drone_id)
+            browser.tell(live.DroneRemoved(drone_id))
+
+    def admit_watchers(self, drone: LiveDrone) -> None:
+        """Browsers that may see the drone now do, the others no longer."""
+        for browser in self._state.browsers.values():
+            allowed = drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role)
+            if allowed and browser.number not in drone.watchers:
+                drone.watchers[browser.number] = browser
+                browser.tell(live.DroneChanged(drone.view_for(browser.viewer.user_id)))
+            elif not allowed and drone.watchers.pop(browser.number, None) is not None:
+                browser.outbox.forget(drone.drone_id)
+                browser.tell(live.DroneRemoved(drone.drone_id))
+
+    def close_browser(self, browser: Browser) -> None:
+        """Nothing more goes out or comes in from this instant; the socket's own end is only a formality."""
+        self._state.browsers.pop(browser.number, None)
+        for drone in self._state.drones.values():
+            drone.watchers.pop(browser.number, None)
+        browser.close(SESSION_ENDED, "signed out")
+
+    def _report_lost_rights(self, drone: LiveDrone, snapshot: FleetSnapshot) -> None:
+        lease = drone.lease
+        owners = {owner.id for owner in drone.record.owners}
+
+        def account(user_id: UserId) -> UserRecord | None:
+            found = snapshot.users.get(user_id)
+            return None if found is None or found.disabled else found
+
+        def lost(user_id: UserId, *, admin_only: bool) -> bool:
+            found = account(user_id)
+            return found is None or not (found.role == "admin" or (not admin_only and user_id in owners))
+
+        report = self._state.on_event
+        if lease.holder is not None and lost(lease.holder.id, admin_only=lease.taken_from is not None):
+            report(RightLost(drone.drone_id, lease.holder.id, "holder", "the right to fly this drone was withdrawn"))
+        if lease.taken_from is not None and lost(lease.taken_from.id, admin_only=False):
+            report(RightLost(drone.drone_id, lease.taken_from.id, "taken_from", "no longer an owner"))
+        if lease.assistant is not None and lost(lease.assistant.id, admin_only=True):
+            report(RightLost(drone.drone_id, lease.assistant.id, "assistant", "no longer an admin"))

@@ -1,0 +1,120 @@
+"""The two ways of a frame through the tower: from the agent to those who watch, from whoever flies to the agent."""
+
+from typing import Final
+
+from server.relay.browser import Browser
+from server.relay.hub_events import TurnWanted
+from server.relay.live_drone import LiveDrone
+from server.relay.live_state import LiveState
+from server.relay.message_classes import state_key
+from server.relay.policy import CommandSeen, Kind, Leave, command_in, ends_the_flight, kind_of, leave_for, refusal_of
+from server.relay.refusals import denied_command
+from wire.content import Frames
+from wire.dialect import mavlink
+from wire.drops import Dropped, DropReason
+from wire.frames import MalformedFrame, checksum_holds, is_known, message_id
+from wire.ids import DroneId
+from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
+
+_SETUP_SIGNING: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
+
+
+class FramePaths:
+    """No state of its own: all of it is in the drones and the browsers."""
+
+    def __init__(self, state: LiveState) -> None:
+        self._state = state
+
+    def up(self, drone: LiveDrone, content: Frames) -> None:
+        """Frames of the drone's own link. Raises Dropped for a tag of another drone."""
+        if content.drone_id != drone.drone_id:
+            raise Dropped(DropReason.FOREIGN_TAG)
+        drone_id = drone.drone_id
+        watchers = drone.frame_watchers()
+        for frame in content.frames:
+            if message_id(frame) == _SETUP_SIGNING:
+                self._state.drops[DropReason.NOT_ALLOWED] += 1
+                continue
+            key = state_key(frame)
+            tagged = tag(drone_id, frame)
+            for browser in watchers:
+                browser.offer(drone_id, key, tagged)
+
+    def down(self, browser: Browser, message: bytes, now: float) -> None:
+        """A binary message of a browser: checks each frame in turn, passes on what may pass, answers the rest."""
+        try:
+            if len(message) > LARGEST_UPWARD_MESSAGE_BYTES:
+                raise MalformedFrame("too long")
+            sent_ms, tagged = split_stamp(message)
+            parts = split_tagged(tagged)
+        except MalformedFrame:
+            self._state.refuse(browser, DropReason.MALFORMED, None, now)
+            return
+        late_s = 0.0 if sent_ms is None else browser.lateness.late_by(sent_ms, now)
+        for drone_id, frame in parts:
+            try:
+                self._frame_down(browser, drone_id, frame, late_s, now)
+            except Dropped as dropped:
+                self._state.refuse(browser, dropped.reason, drone_id, now)
+                self._answer(browser, drone_id, frame, dropped.reason)
+
+    def _frame_down(self, browser: Browser, drone_id: DroneId, frame: bytes, late_s: float, now: float) -> None:
+        drone = self._state.drones.get(drone_id)
+        # One that is not there and one that is not theirs fail the same check, before anything else is looked at.
+        if drone is None or browser.number not in drone.watchers:
+            raise Dropped(DropReason.UNKNOWN_DRONE)
+        if is_known(frame) and not checksum_holds(frame):
+            raise Dropped(DropReason.BAD_FRAME)
+        command = command_in(frame)
+        user_id = browser.viewer.user_id
+        standing = drone.standing_of(user_id)
+        reason = refusal_of(frame, command, standing)
+        if reason is not None:
+            raise Dropped(reason)
+        kind = kind_of(frame)
+        safety = drone.safety
+        if late_s > (safety.sticks_late_s if kind is Kind.STICKS else safety.commands_late_s):
+            raise Dropped(DropReason.LATE)
+        if drone.link is None or not drone.link.is_heard(now):
+            raise Dropped(DropReason.OFFLINE)
+        reads_only = leave_for(frame, command) is Leave.WATCHER
+        if not reads_only:
+            if drone.fenced or drone.is_deaf_to_holder(user_id, now):
+                raise Dropped(DropReason.NOT_IN_CONTROL)
+            if command is not None and ends_the_flight(command, standing):
+                self._ask_twice(browser, drone_id, command, now)
+            if drone.lease.assistant is not None and not self._turn_allows(drone, user_id, frame, now):
+                return
+        if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
+            raise Dropped(DropReason.OFFLINE)
+        if kind is Kind.STICKS:
+            drone.sticks_at = now
+            drone.sticks_from = browser.number
+
+    @staticmethod
+    def _ask_twice(browser: Browser, drone_id: DroneId, command: CommandSeen, now: float) -> None:
+        if not browser.ask_twice.confirms(drone_id, command, now):
+            raise Dropped(DropReason.ASK_TWICE)
+
+    def _turn_allows(self, drone: LiveDrone, user_id: int, frame: bytes, now: float) -> bool:
+        """While an admin assists. False: the frame waits for the turn. Raises Dropped for the holder out of turn."""
+        turn = drone.turn
+        assistant = drone.lease.assistant
+        if assistant is not None and user_id == assistant.id:
+            before = turn.wanted
+            if turn.assistant_frame(frame, now):
+                return True
+            if before != turn.wanted:
+                self._state.on_event(TurnWanted(drone.drone_id, "assistant"))
+            return False
+        if turn.whose != "holder" or turn.wanted != "holder":
+            raise Dropped(DropReason.ASSISTED)
+        return True
+
+    def _answer(self, browser: Browser, drone_id: DroneId, frame: bytes, reason: DropReason) -> None:
+        """A refused command is answered in MAVLink too, so that any program sees it. Only for drones they may see."""
+        drone = self._state.drones.get(drone_id)
+        command = command_in(frame)
+        if drone is None or command is None or browser.number not in drone.watchers:
+            return
+        browser.offer(drone_id, None, tag(drone_id, denied_command(frame, command, reason)))

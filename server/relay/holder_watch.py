@@ -1,0 +1,49 @@
+"""Whether the holder is there, and for how long they have not been. No I/O; takes `now`.
+
+Gone means: no live browser. Two seconds of it while flying by hand is a reason to hold; the grace time ends the lease.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+GONE_AFTER_S: Final = 2.0
+GRACE_S: Final = 30.0
+
+
+@dataclass
+class HolderWatch:
+    """One for each drone. `missing_since` is None while the holder is there, or there is no holder."""
+
+    missing_since: float | None = None
+    by_hand: bool = False
+    """Whether the drone was flown by hand when the holder went."""
+    _gone_told: bool = False
+    _expired_told: bool = False
+
+    def present(self) -> None:
+        """The holder is there, or there is none."""
+        self.missing_since = None
+        self._gone_told = self._expired_told = False
+
+    def missing(self, *, by_hand: bool, now: float) -> None:
+        """The holder has no live browser. Only the first call counts until they are back."""
+        if self.missing_since is None:
+            self.missing_since = now
+            self.by_hand = by_hand
+
+    def gone(self, now: float) -> bool:
+        """True once, when somebody who flew by hand has been gone for too long."""
+        if self._gone_told or not self.by_hand or not self._missing_for(GONE_AFTER_S, now):
+            return False
+        self._gone_told = True
+        return True
+
+    def expired(self, now: float) -> bool:
+        """True once, when the grace time is over."""
+        if self._expired_told or not self._missing_for(GRACE_S, now):
+            return False
+        self._expired_told = True
+        return True
+
+    def _missing_for(self, seconds: float, now: float) -> bool:
+        return self.missing_since is not None and now - self.missing_since >= seconds

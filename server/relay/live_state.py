@@ -1,0 +1,66 @@
+"""What is live right now: drones, links, browsers, and telling them things. Held by the hub, shared with its parts.
+
+Nothing here decides anything. Every method is plain and returns at once.
+"""
+
+from collections.abc import Callable
+
+from server.relay import live_messages as live
+from server.relay.agent_link import AgentLink
+from server.relay.browser import Browser
+from server.relay.hub_events import HubEvent
+from server.relay.live_drone import LiveDrone
+from wire.control_messages import ControlChanged, ToAgent
+from wire.drops import DropCounts, DropReason
+from wire.ids import DroneId, LinkId, UserId
+
+
+class LiveState:
+    """The dictionaries of the hub."""
+
+    def __init__(self) -> None:
+        self.drones: dict[DroneId, LiveDrone] = {}
+        self.links: dict[LinkId, AgentLink] = {}
+        self.browsers: dict[int, Browser] = {}
+        self.drops: DropCounts = DropCounts()
+        self.on_event: Callable[[HubEvent], None] = lambda event: None
+        """Whoever acts on what the hub notices."""
+
+    def tell_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
+        """To everybody who may see the drone."""
+        for browser in drone.watchers.values():
+            browser.tell(event)
+
+    def tell_drone(self, drone: LiveDrone) -> None:
+        """The drone as it is now."""
+        for browser in drone.watchers.values():
+            browser.tell(live.DroneChanged(drone.view_for(browser.viewer.user_id)))
+
+    def tell_agent(self, drone: LiveDrone, message: ToAgent) -> None:
+        """If there is one."""
+        if drone.link is not None:
+            drone.link.post(message)
+
+    def tell_agent_who_holds(self, drone: LiveDrone) -> None:
+        """Epoch, holder, and whether they are there."""
+        holder = drone.lease.holder
+        self.tell_agent(
+            drone,
+            ControlChanged(
+                epoch=drone.lease.epoch,
+                holder=holder.name if holder else None,
+                holder_present=drone.somebody_flies(),
+            ),
+        )
+
+    def refuse(self, browser: Browser, reason: DropReason, drone_id: DroneId | None, now: float) -> None:
+        """Counts a frame that may not pass, and answers whoever sent it."""
+        self.drops[reason] += 1
+        drone = self.drones.get(drone_id) if drone_id is not None else None
+        # The name of a drone that this browser may not see must not get into the answer.
+        name = drone.record.name if drone is not None and browser.number in drone.watchers else ""
+        browser.refuse(reason, drone_id, name, now)
+
+    def has_browser(self, user_id: UserId) -> bool:
+        """Whether this user has any live browser."""
+        return any(browser.viewer.user_id == user_id for browser in self.browsers.values())

@@ -1,0 +1,171 @@
+"""What a frame may do: one table from a message to who may send it. Pure; knows no socket and no drone.
+
+The table is short on purpose. Reading is for whoever may watch, a few things are for nobody, and all the rest, known or
+not, is for whoever has the controls: a message that this file has never heard of flies a drone for all we know.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from struct import Struct
+from typing import Final
+
+from wire.dialect import mavlink
+from wire.drops import DropReason
+from wire.frames import message_id, payload
+
+
+class Leave(StrEnum):
+    """Who may send a message."""
+
+    WATCHER = "watcher"
+    """Read-only: whoever may watch the drone."""
+    HOLDER = "holder"
+    """Whoever has the controls, or the turn of an assistant."""
+    NOBODY = "nobody"
+
+
+class Kind(StrEnum):
+    """What a message is for the failsafes."""
+
+    STICKS = "sticks"
+    COMMAND = "command"
+    OTHER = "other"
+
+
+_M: Final = mavlink
+
+MESSAGES: Final[Mapping[int, Leave]] = {
+    _M.MAVLINK_MSG_ID_SETUP_SIGNING: Leave.NOBODY,  # a signing key in the clear
+    _M.MAVLINK_MSG_ID_CHANGE_OPERATOR_CONTROL: Leave.NOBODY,  # who has the controls is the tower's to say
+    _M.MAVLINK_MSG_ID_AUTH_KEY: Leave.NOBODY,
+    _M.MAVLINK_MSG_ID_PING: Leave.WATCHER,
+    _M.MAVLINK_MSG_ID_TIMESYNC: Leave.WATCHER,
+    _M.MAVLINK_MSG_ID_PARAM_REQUEST_READ: Leave.WATCHER,
+    _M.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: Leave.WATCHER,
+    _M.MAVLINK_MSG_ID_MISSION_REQUEST_LIST: Leave.WATCHER,
+    _M.MAVLINK_MSG_ID_MISSION_REQUEST_INT: Leave.WATCHER,
+    _M.MAVLINK_MSG_ID_MISSION_REQUEST: Leave.WATCHER,
+    _M.MAVLINK_MSG_ID_LOG_REQUEST_LIST: Leave.WATCHER,
+}
+"""Message id to who may send it; what is not here is the holder's."""
+
+COMMANDS: Final[Mapping[int, Leave]] = {
+    _M.MAV_CMD_REQUEST_MESSAGE: Leave.WATCHER,
+    _M.MAV_CMD_GET_HOME_POSITION: Leave.WATCHER,
+    _M.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Leave.WATCHER,
+}
+"""MAV_CMD to who may send it; what is not here is the holder's."""
+
+FORCE_DISARM: Final = 21196.0
+"""param2 of MAV_CMD_COMPONENT_ARM_DISARM by which ArduPilot and PX4 disarm whatever the drone is doing."""
+
+ASK_AGAIN_WITHIN_S: Final = 5.0
+"""A command that ends a flight must be sent a second time, as a new one, within this time."""
+
+_COMMAND: Final = Struct("<fffffffHBBB")
+"""COMMAND_LONG as it travels: seven parameters, command, target system, target component, confirmation."""
+
+_COMMAND_IDS: Final = (_M.MAVLINK_MSG_ID_COMMAND_LONG, _M.MAVLINK_MSG_ID_COMMAND_INT)
+_STICK_IDS: Final = (_M.MAVLINK_MSG_ID_MANUAL_CONTROL, _M.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE)
+
+
+@dataclass(frozen=True)
+class CommandSeen:
+    """The head of a COMMAND_LONG or COMMAND_INT. `repeat`: it says itself that it was sent before."""
+
+    command: int
+    param1: float
+    param2: float
+    target_system: int
+    target_component: int
+    repeat: bool
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How the sender and the drone stand to each other at this moment."""
+
+    has_turn: bool
+    """The holder, or the assistant while it is their turn."""
+    armed: bool
+    airborne: bool
+    loss_check_open: bool
+    """A loss would be dangerous as the drone is set up, and the holder has not said that they know."""
+
+
+def kind_of(frame: bytes) -> Kind:
+    """What a whole frame is for the failsafes. Anything that is neither sticks nor read-only counts as a command."""
+    msgid = message_id(frame)
+    if msgid in _STICK_IDS:
+        return Kind.STICKS
+    return Kind.OTHER if MESSAGES.get(msgid) is Leave.WATCHER else Kind.COMMAND
+
+
+def command_in(frame: bytes) -> CommandSeen | None:
+    """The command in a whole frame, or None where it is another message."""
+    msgid = message_id(frame)
+    if msgid not in _COMMAND_IDS:
+        return None
+    fields = _COMMAND.unpack_from(payload(frame).ljust(_COMMAND.size, b"\0"))
+    is_long = msgid == _M.MAVLINK_MSG_ID_COMMAND_LONG
+    return CommandSeen(
+        command=fields[7],
+        param1=fields[0],
+        param2=fields[1],
+        target_system=fields[8],
+        target_component=fields[9],
+        # In COMMAND_INT another field (the frame) stands where COMMAND_LONG counts its repeats.
+        repeat=is_long and fields[10] > 0,
+    )
+
+
+def leave_for(frame: bytes, command: CommandSeen | None) -> Leave:
+    """Who may send a whole frame."""
+    if command is not None:
+        return COMMANDS.get(command.command, Leave.HOLDER)
+    return MESSAGES.get(message_id(frame), Leave.HOLDER)
+
+
+def ends_the_flight(command: CommandSeen, standing: Standing) -> bool:
+    """Whether it makes the drone fall: flight termination, or disarming in the air."""
+    if command.command == _M.MAV_CMD_DO_FLIGHTTERMINATION:
+        return command.param1 > 0.5
+    return command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and command.param1 < 0.5 and standing.airborne
+
+
+def arms(command: CommandSeen) -> bool:
+    """Whether it starts the motors."""
+    return command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and command.param1 >= 0.5
+
+
+def refusal_of(frame: bytes, command: CommandSeen | None, standing: Standing) -> DropReason | None:
+    """Why a frame may not pass, or None. What has to be asked twice is not decided here (`AskTwice`)."""
+    leave = leave_for(frame, command)
+    if leave is Leave.NOBODY:
+        return DropReason.NOT_ALLOWED
+    if leave is Leave.WATCHER:
+        return None
+    if not standing.has_turn:
+        return DropReason.NOT_IN_CONTROL
+    if command is not None and arms(command) and standing.loss_check_open and not standing.armed:
+        return DropReason.LOSS_CHECK
+    return None
+
+
+class AskTwice:
+    """Remembers the first time that something was asked which must be asked twice. One for each browser."""
+
+    def __init__(self) -> None:
+        self._first: tuple[int, int, float] | None = None
+
+    def confirms(self, drone_id: int, command: CommandSeen, now: float) -> bool:
+        """True for the second of two within ASK_AGAIN_WITHIN_S. A repeat of the first is not a second asking."""
+        if command.repeat:
+            return False
+        first = self._first
+        if first is not None and first[:2] == (drone_id, command.command) and now - first[2] <= ASK_AGAIN_WITHIN_S:
+            self._first = None
+            return True
+        self._first = (drone_id, command.command, now)
+        return False

@@ -1,0 +1,100 @@
+"""What the hub watches with the clock: holders gone, round trips too long, turns and offers over.
+
+Called several times a second with `now`. It decides nothing about the lease: it tells what it noticed (hub_events).
+"""
+
+from typing import Final
+
+from server.relay import live_messages as live
+from server.relay.hub_events import HolderExpired, HolderGone, OfferLapsed, RttTooLong, TurnWanted
+from server.relay.live_drone import LiveDrone
+from server.relay.live_state import LiveState
+from wire.ids import UserId
+
+OFFER_LAPSES_AFTER_S: Final = 60.0
+
+
+class SafetyWatch:
+    """One for the hub."""
+
+    def __init__(self, state: LiveState) -> None:
+        self._state = state
+
+    def tick(self, now: float) -> None:
+        """Everything that time alone can change."""
+        for drone in list(self._state.drones.values()):
+            self._watch_link(drone, now)
+            self.note_presence(drone, now)
+            self._watch_holder(drone, now)
+            self._watch_round_trip(drone, now)
+            self._watch_turn_and_offer(drone, now)
+        flying = {
+            user.id
+            for drone in self._state.drones.values()
+            for user in (drone.lease.holder, drone.lease.assistant)
+            if user is not None
+        }
+        for browser in list(self._state.browsers.values()):
+            for notice in browser.refusals.due(now):
+                browser.tell(notice)
+            if browser.viewer.user_id in flying:
+                sequence = browser.trip.ping_due(now)
+                if sequence is not None:
+                    browser.tell(live.Ping(sequence))
+
+    def note_presence(self, drone: LiveDrone, now: float) -> None:
+        """Looks whether the holder is there, and tells the agent when that has changed."""
+        watch = drone.holder_watch
+        was_missing = watch.missing_since is not None
+        deaf = now < drone.holder_deaf_until
+        if drone.holder_id is None or (drone.holder_present() and not deaf):
+            watch.present()
+        else:
+            watch.missing(by_hand=drone.flown_by_hand(now), now=now)
+        if was_missing != (watch.missing_since is not None):
+            self._state.tell_agent_who_holds(drone)
+
+    def note_presence_of(self, user_id: UserId, now: float) -> None:
+        """A browser of this user came or went: the agents of what they hold are told at once."""
+        for drone in self._state.drones.values():
+            if drone.holder_id == user_id:
+                self.note_presence(drone, now)
+
+    def _watch_link(self, drone: LiveDrone, now: float) -> None:
+        if drone.link is None:
+            return
+        drone.link.send_keepalives(now)
+        if drone.online and not drone.link.is_heard(now):
+            drone.online = False
+            self._state.tell_drone(drone)
+
+    def _watch_holder(self, drone: LiveDrone, now: float) -> None:
+        holder_id = drone.holder_id
+        watch = drone.holder_watch
+        if holder_id is None or watch.missing_since is None:
+            return
+        if watch.gone(now):
+            self._state.on_event(HolderGone(drone.drone_id, holder_id, now - watch.missing_since))
+        if watch.expired(now):
+            self._state.on_event(HolderExpired(drone.drone_id, holder_id))
+
+    def _watch_round_trip(self, drone: LiveDrone, now: float) -> None:
+        browser = drone.watchers.get(drone.sticks_from)
+        if browser is None or drone.link is None or not drone.flown_by_hand(now):
+            drone.rtt_watch.check(0.0, limit=1.0, for_s=0.0, now=now)
+            return
+        keepalive = drone.link.sealed.keepalive
+        rtt_ms = 1000.0 * (browser.trip.rtt_s(now) + keepalive.rtt_now_s(now))
+        if drone.rtt_watch.check(rtt_ms, limit=drone.rtt_limit_ms, for_s=drone.rtt_limit_s, now=now):
+            self._state.on_event(RttTooLong(drone.drone_id, rtt_ms))
+
+    def _watch_turn_and_offer(self, drone: LiveDrone, now: float) -> None:
+        if drone.lease.assistant is not None and drone.turn.over(now):
+            self._state.on_event(TurnWanted(drone.drone_id, "holder"))
+        if not drone.lease.offered:
+            drone.offered_since = None
+        elif drone.offered_since is None:
+            drone.offered_since = now
+        elif now - drone.offered_since >= OFFER_LAPSES_AFTER_S:
+            drone.offered_since = now
+            self._state.on_event(OfferLapsed(drone.drone_id))
