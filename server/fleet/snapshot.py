@@ -94,6 +94,9 @@ async def load_snapshot(session: AsyncSession) -> FleetSnapshot:
                 holder=ref(lease.holder_id) if lease else None,
                 epoch=Epoch(lease.epoch if lease else 0),
                 taken_from=ref(lease.taken_from_id) if lease else None,
+                offered=lease.offered if lease else False,
+                assistant=ref(lease.assistant_id) if lease else None,
+                blind=lease.blind if lease else False,
             )
         )
     return FleetSnapshot(revision=revision, drones=tuple(drones), users=users)

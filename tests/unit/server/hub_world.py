@@ -77,6 +77,12 @@ class FakeAgent:
     def deliver(self, datagram: bytes, *, now: float = 0.0, address: tuple[str, int] | None = None) -> None:
         self.hub.datagram(datagram, read_link_id(datagram), address or self.address, now)
 
+    def answer_pings(self, now: float) -> None:
+        """What the sealed link has to say by itself goes to the tower at once."""
+        self.received(now)
+        for datagram in self.sealed.datagrams_to_send(now):
+            self.deliver(datagram, now=now)
+
     def received(self, now: float = 0.0) -> list[tuple[int, bytes]]:
         """(epoch, frame) of everything that was sent to this agent since the last call."""
         sent, self.sent_to = self.sent_to, []

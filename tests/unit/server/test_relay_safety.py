@@ -1,0 +1,298 @@
+"""What the hub watches for safety: holders who go, turns of an assistant, round trips, lateness, fences, rehearsals."""
+
+from dataclasses import replace
+
+import pytest
+from hub_world import FakeAgent, FakeBrowser, HubWorld, command_ack, command_long, heartbeat, record, sticks
+
+from server.fleet.snapshot import UserRef
+from server.relay import live_messages as live
+from server.relay.hub_events import (
+    HolderExpired,
+    HolderGone,
+    HoldStepReported,
+    HubEvent,
+    LossParametersReported,
+    OfferLapsed,
+    RightLost,
+    RttTooLong,
+    TurnWanted,
+)
+from server.relay.live_drone import LeaseView
+from wire.control_messages import (
+    AutopilotState,
+    ControlChanged,
+    HoldProgress,
+    HoldStep,
+    LossParameters,
+    SafetySettings,
+)
+from wire.dialect import decode, mavlink
+from wire.drops import DropReason
+from wire.ids import DroneId, Epoch, UserId
+from wire.tagged import split_tagged, stamp, tag
+
+ONE = DroneId(1)
+ALICE, BOB, ADMIN = UserRef(UserId(1), "alice"), UserRef(UserId(2), "bob"), UserRef(UserId(9), "admin")
+HELD = LeaseView(holder=ALICE, taken_from=None, epoch=Epoch(1))
+
+
+class Scene:
+    """alice holds drone 1, which is online; everything the hub notices is kept."""
+
+    def __init__(self) -> None:
+        self.world = HubWorld()
+        self.hub = self.world.hub
+        self.events: list[HubEvent] = []
+        self.hub.on_event = self.events.append
+        self.agent: FakeAgent = self.world.agent(1)
+        self.alice: FakeBrowser = self.world.browser(1)
+        self.lease(HELD, "acquired")
+        self.alice.events()
+
+    def lease(self, lease: LeaseView, event: str, now: float = 0.0) -> None:
+        self.hub.apply_lease(ONE, lease, event=event, by=ADMIN, reason="", now=now)
+
+    def keep_alive(self, now: float) -> None:
+        """The link is heard, and time passes."""
+        self.agent.send(heartbeat(), now=now)
+        self.hub.tick(now)
+
+    def fly(self, now: float, browser: FakeBrowser | None = None) -> None:
+        (browser or self.alice).send(tag(ONE, sticks()), now=now)
+
+    def notices(self, browser: FakeBrowser) -> list[str]:
+        return [event.code for event in browser.events() if isinstance(event, live.Notice)]
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return Scene()
+
+
+def test_a_holder_who_flew_by_hand_and_went_is_reported_after_2_s_and_expires_after_30(scene: Scene) -> None:
+    scene.fly(0.5)
+    scene.hub.detach_browser(scene.alice.browser, 1.0)
+    assert scene.agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=False)
+    scene.hub.tick(2.9)
+    assert scene.events == []
+    scene.hub.tick(3.0)
+    scene.hub.tick(3.1)
+    assert scene.events == [HolderGone(ONE, UserId(1), 2.0)]
+    scene.hub.tick(31.0)
+    scene.hub.tick(31.1)
+    assert scene.events[1:] == [HolderExpired(ONE, UserId(1))]
+
+
+def test_a_holder_who_went_while_a_mission_flew_is_no_reason_to_hold(scene: Scene) -> None:
+    scene.hub.detach_browser(scene.alice.browser, 1.0)
+    scene.hub.tick(10.0)
+    assert scene.events == []
+
+
+def test_a_holder_who_is_back_in_time_is_not_reported(scene: Scene) -> None:
+    scene.fly(0.5)
+    scene.hub.detach_browser(scene.alice.browser, 1.0)
+    scene.hub.tick(2.0)
+    scene.world.browser(1)
+    assert scene.agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=True)
+    scene.hub.tick(40.0)
+    assert scene.events == []
+
+
+def test_a_fence_stops_the_holder_at_once_and_is_lifted(scene: Scene) -> None:
+    scene.hub.fence(ONE)
+    scene.fly(1.0)
+    assert scene.agent.received() == []
+    assert scene.notices(scene.alice) == ["not-in-control"]
+    scene.hub.unfence(ONE)
+    scene.fly(1.1)
+    assert len(scene.agent.received()) == 1
+
+
+def test_a_new_lease_lifts_the_fence(scene: Scene) -> None:
+    scene.hub.fence(ONE)
+    scene.lease(replace(HELD, epoch=Epoch(2)), "acquired")
+    scene.fly(1.0)
+    assert [epoch for epoch, _ in scene.agent.received()] == [2]
+
+
+def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) -> None:
+    admin = scene.world.browser(9)
+    assisted = replace(HELD, assistant=ADMIN, epoch=Epoch(2))
+    scene.lease(assisted, "assisting")
+    scene.fly(1.0)
+    assert [epoch for epoch, _ in scene.agent.received()] == [2]
+    # The admin's command asks for the turn and waits for it; meanwhile nobody's frames pass.
+    admin.send(tag(ONE, command_long(400)), now=1.1)
+    scene.fly(1.11)
+    assert scene.agent.received() == []
+    assert scene.events == [TurnWanted(ONE, "assistant")]
+    scene.lease(replace(assisted, epoch=Epoch(3)), "turn", now=1.12)
+    assert scene.agent.received() == [(3, command_long(400))]
+    assert scene.notices(scene.alice) == ["assisted"]
+    scene.fly(1.2)
+    assert scene.agent.received() == []
+    # One second after the last command of the admin the turn goes back.
+    scene.keep_alive(2.0)
+    assert len(scene.events) == 1
+    scene.keep_alive(2.1)
+    assert scene.events[1:] == [TurnWanted(ONE, "holder")]
+    scene.lease(replace(assisted, epoch=Epoch(4)), "turn", now=2.11)
+    scene.fly(2.2)
+    assert [epoch for epoch, _ in scene.agent.received()] == [4]
+
+
+def test_a_command_that_waited_too_long_for_its_turn_is_not_executed(scene: Scene) -> None:
+    admin = scene.world.browser(9)
+    assisted = replace(HELD, assistant=ADMIN, epoch=Epoch(2))
+    scene.lease(assisted, "assisting")
+    admin.send(tag(ONE, command_long(400)), now=1.0)
+    scene.lease(replace(assisted, epoch=Epoch(3)), "turn", now=2.5)
+    assert scene.agent.received() == []
+
+
+def test_an_operator_without_the_view_gets_no_frames_but_knows_the_drone(scene: Scene) -> None:
+    scene.alice.frames()
+    taken = LeaseView(holder=ADMIN, taken_from=ALICE, epoch=Epoch(2), blind=True)
+    scene.lease(taken, "taken")
+    (view,) = [event.drone for event in scene.alice.events() if isinstance(event, live.DroneChanged)]
+    assert not view.may_watch
+    scene.agent.send(command_ack())
+    assert scene.alice.frames() == []
+    assert scene.hub.drone_view(ONE, UserId(9), scene.world.browser(9).browser.viewer.role).may_watch  # type: ignore[union-attr]
+
+
+def test_an_offer_lapses_after_a_minute(scene: Scene) -> None:
+    scene.lease(LeaseView(holder=ADMIN, taken_from=ALICE, epoch=Epoch(2), offered=True), "given")
+    scene.world.browser(9)
+    scene.hub.tick(10.0)
+    scene.hub.tick(69.9)
+    assert scene.events == []
+    scene.hub.tick(70.0)
+    assert scene.events == [OfferLapsed(ONE)]
+
+
+def test_a_round_trip_that_stays_too_long_while_flying_by_hand_is_reported_once(scene: Scene) -> None:
+    def beat(now: float, browser_rtt: float) -> None:
+        scene.keep_alive(now)
+        for event in scene.alice.events():
+            if isinstance(event, live.Ping):
+                scene.alice.browser.trip.pong(event.sequence, now + browser_rtt)
+        scene.fly(now)
+
+    for tenth in range(20):
+        beat(tenth / 10, 0.1)
+    assert scene.events == []
+    for tenth in range(20, 60):
+        beat(tenth / 10, 0.7)
+    (event,) = scene.events
+    assert isinstance(event, RttTooLong)
+    assert 500 < event.rtt_ms < 1000
+
+
+def test_late_sticks_and_late_commands_are_discarded_and_answered(scene: Scene) -> None:
+    settings = SafetySettings(sticks_late_s=0.4, commands_late_s=2.0)
+    scene.hub.apply_safety(ONE, settings, rtt_limit_ms=500, rtt_limit_s=1)
+    assert scene.agent.posted[-1] == settings
+
+    def send(frame: bytes, sent_s: float, now: float) -> None:
+        scene.alice.send(stamp(int(sent_s * 1000)) + tag(ONE, frame), now=now)
+
+    send(sticks(), 50.0, 1.0)
+    send(sticks(), 50.1, 1.6)
+    assert len(scene.agent.received()) == 1
+    send(command_long(), 50.2, 2.0)
+    assert len(scene.agent.received()) == 1
+    scene.agent.send(heartbeat(), now=3.0)
+    scene.agent.received()
+    send(command_long(), 50.4, 3.6)
+    assert scene.agent.received() == []
+    assert scene.hub.drops[DropReason.LATE] == 2
+    assert "late" in scene.notices(scene.alice)
+
+
+def test_a_refused_command_is_answered_in_mavlink_to_its_sender_alone(scene: Scene) -> None:
+    admin = scene.world.browser(9)
+    scene.alice.frames()
+    admin.send(tag(ONE, command_long(22)))
+    ((drone_id, frame),) = split_tagged(b"".join(admin.frames()))
+    ack = decode(frame)
+    assert ack is not None
+    assert (drone_id, ack.command, ack.result) == (1, 22, 10)
+    assert (ack.target_system, ack.target_component) == (255, 190)
+    assert scene.alice.frames() == []
+
+
+def test_disarming_in_the_air_is_asked_twice(scene: Scene) -> None:
+    scene.hub.autopilot_state(scene.agent.link, AutopilotState(heard=True, armed=True, airborne=True))
+    disarm = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 0, 21196, 0, 0, 0, 0, 0)
+    from wire.dialect import build
+
+    frame = build(disarm, system_id=255, component_id=190, sequence=0)
+    scene.alice.send(tag(ONE, frame), now=1.0)
+    assert scene.agent.received() == []
+    assert scene.notices(scene.alice) == ["ask-twice"]
+    scene.alice.send(tag(ONE, frame), now=2.0)
+    assert scene.agent.received() == [(1, frame)]
+
+
+def test_arming_waits_until_a_dangerous_loss_check_is_acknowledged(scene: Scene) -> None:
+    scene.hub.set_loss_check(ONE, dangerous=True, acknowledged=False)
+    scene.alice.send(tag(ONE, command_long(400)), now=1.0)
+    assert scene.notices(scene.alice) == ["loss-check"]
+    scene.hub.set_loss_check(ONE, dangerous=True, acknowledged=True)
+    scene.alice.send(tag(ONE, command_long(400)), now=2.0)
+    assert len(scene.agent.received()) == 1
+
+
+def test_whoever_loses_the_right_is_reported(scene: Scene) -> None:
+    scene.world.apply(record(1, (), holder=1, epoch=1), record(2, (2,)))
+    assert [(e.user_id, e.whose) for e in scene.events if isinstance(e, RightLost)] == [(1, "holder")]
+
+
+def test_the_last_session_of_a_holder_that_ends_is_reported(scene: Scene) -> None:
+    second = scene.world.browser(1, session_id=77)
+    scene.hub.end_sessions([scene.alice.browser.viewer.session_id])
+    assert scene.events == []
+    scene.hub.end_sessions([77])
+    assert second.closed
+    (event,) = scene.events
+    assert isinstance(event, RightLost)
+    assert (event.drone_id, event.whose) == (1, "holder")
+
+
+def test_a_rehearsed_loss_of_the_operator_looks_like_one(scene: Scene) -> None:
+    scene.hub.rehearse_operator_loss(ONE, for_s=5.0, now=1.0)
+    assert scene.agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=False)
+    scene.fly(1.5)
+    assert scene.agent.received() == []
+    scene.keep_alive(3.0)
+    assert [type(event) for event in scene.events] == [HolderGone]
+    scene.keep_alive(6.1)
+    assert scene.agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=True)
+    scene.fly(6.2)
+    assert len(scene.agent.received()) == 1
+
+
+def test_a_rehearsed_loss_of_the_tower_sends_nothing_to_the_agent(scene: Scene) -> None:
+    scene.agent.received()
+    scene.hub.rehearse_tower_loss(ONE, for_s=4.0, now=1.0)
+    scene.keep_alive(2.0)
+    scene.fly(3.0)
+    assert scene.agent.sent_to == []
+    scene.keep_alive(5.1)
+    assert scene.agent.sent_to != []
+
+
+def test_steps_of_a_hold_come_with_the_reason_of_the_order(scene: Scene) -> None:
+    scene.hub.order_hold(ONE, "gusts")
+    progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
+    scene.hub.hold_progress(scene.agent.link, progress)
+    assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
+
+
+def test_loss_parameters_are_kept_and_reported(scene: Scene) -> None:
+    parameters = LossParameters(autopilot="ardupilot", values={"FS_GCS_ENABLE": 0.0}, complete=True)
+    scene.hub.loss_parameters(scene.agent.link, parameters)
+    assert scene.events == [LossParametersReported(ONE, parameters)]
