@@ -176,6 +176,7 @@ def test_an_offer_lapses_after_a_minute(scene: Scene) -> None:
 def test_a_round_trip_that_stays_too_long_while_flying_by_hand_is_reported_once(scene: Scene) -> None:
     def beat(now: float, browser_rtt: float) -> None:
         scene.keep_alive(now)
+        scene.agent.answer_pings(now)
         for event in scene.alice.events():
             if isinstance(event, live.Ping):
                 scene.alice.browser.trip.pong(event.sequence, now + browser_rtt)
