@@ -5,13 +5,16 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Coroutine
+from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
 
+from simulator.ardupilot import ARDUPILOT
 from simulator.failure_modes import Failure
 from simulator.flight import FlightSettings
 from simulator.links import parse_endpoint
+from simulator.px4.flavour import PX4
 from simulator.shell import fly
 from simulator.squad import (
     make_squad,
@@ -29,6 +32,14 @@ try:
 except ImportError:  # not on every system
     uvloop = None
 
+FLAVOURS = {flavour.name: flavour for flavour in (ARDUPILOT, PX4)}
+
+
+class FlavourName(StrEnum):
+    ARDUPILOT = "ardupilot"
+    PX4 = "px4"
+
+
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 FAIL_HELP = f"Something that goes wrong, NAME or NAME@SECONDS; NAME one of {', '.join(Failure)}."
@@ -42,6 +53,7 @@ def simulate(
         typer.Option(help="udp:HOST:PORT, tcp:HOST:PORT or tcpin:HOST:PORT; once, or once for each vehicle."),
     ],
     count: Annotated[int, typer.Option(min=1, max=500, help="How many vehicles.")] = 1,
+    flavour: Annotated[FlavourName, typer.Option(help="Which autopilot they are.")] = FlavourName.ARDUPILOT,
     sysid: Annotated[int, typer.Option(min=1, max=255, help="The same for all, as in the field.")] = 1,
     seed: Annotated[int, typer.Option(help="Of all that is random: the gusts.")] = 1,
     speed: Annotated[float, typer.Option(min=0.1, max=100, help="1 is real time.")] = 1.0,
@@ -53,7 +65,7 @@ def simulate(
     param_count: Annotated[int, typer.Option(min=0, max=5000, help="Fill the table up to so many.")] = 0,
     fail: Annotated[list[str] | None, typer.Option(help=FAIL_HELP)] = None,
 ) -> None:
-    """Fly simulated ArduCopters that speak MAVLink 2."""
+    """Fly simulated quadrotors that speak MAVLink 2."""
     try:
         place, heading_deg = parse_home(home)
         wind_mps, wind_from_deg = parse_wind(wind)
@@ -73,6 +85,7 @@ def simulate(
             parameters=tuple(parse_parameter(text) for text in param or ()),
             parameter_count=param_count,
             failures=tuple(parse_failure(text) for text in fail or ()),
+            flavour=FLAVOURS[flavour],
         )
         vehicles = make_squad(count, settings)
     except (ValueError, KeyError) as error:

@@ -37,6 +37,12 @@ class Command:
     frame: int
     raw: tuple[float, ...]
     """The seven parameters of a COMMAND_LONG as they came; of a COMMAND_INT only the first four."""
+    alt_is_given: bool = True
+    """Not NaN, which some autopilots read as "as it is"."""
+
+    @property
+    def is_long(self) -> bool:
+        return len(self.raw) == 7
 
     @property
     def place_is_valid(self) -> bool:
@@ -52,11 +58,22 @@ def read_command(message: Message) -> Command:
     first = tuple(_finite(value) for value in params)
     four = (first[0], first[1], first[2], first[3])
     if message.get_type() == "COMMAND_INT":
-        return Command(message.command, four, message.x, message.y, _altitude(message.z), message.frame, four)
+        return Command(
+            message.command,
+            four,
+            message.x,
+            message.y,
+            _altitude(message.z),
+            message.frame,
+            four,
+            math.isfinite(message.z),
+        )
     seven = (*four, *(_finite(v) for v in (message.param5, message.param6, message.param7)))
     lat_e7, lon_e7 = (round(v * 1e7) if abs(v) <= 360.0 else 2**31 - 1 for v in seven[4:6])
     relative = int(mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT)
-    return Command(message.command, four, lat_e7, lon_e7, _altitude(seven[6]), relative, seven)
+    return Command(
+        message.command, four, lat_e7, lon_e7, _altitude(seven[6]), relative, seven, math.isfinite(message.param7)
+    )
 
 
 def _finite(value: float) -> float:
@@ -73,7 +90,7 @@ Handler = Callable[[Flight, Command], int]
 
 def carry_out(flight: Flight, command: Command) -> int:
     """The MAV_RESULT. Commands that need more than the flight code are handled before this is called."""
-    handler = HANDLERS.get(command.number)
+    handler = flight.flavour.handlers.get(command.number)
     return handler(flight, command) if handler is not None else UNSUPPORTED
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from simulator.arming import FORCE_MAGIC, why_not_arm
+from simulator.arming import FORCE_MAGIC
 from simulator.auto import Auto
 from simulator.flight import Flight
 from simulator.geodesy import Place
 from simulator.guided import GoTo, Guided
 from simulator.mission_plan import Frame
-from simulator.modes import RULES, Mode, mode_of
+from simulator.modes import Mode, mode_of
 from simulator.notices import Severity
 from simulator.setpoints import height_over_origin
 
@@ -56,7 +56,7 @@ def arm_or_disarm(flight: Flight, command: Command) -> int:
 def take_off(flight: Flight, command: Command) -> int:
     if command.frame not in RELATIVE_FRAMES:
         return DENIED
-    if not RULES[flight.mode].commanded_take_off or not flight.armed or not flight.landed:
+    if not flight.rules(flight.mode).commanded_take_off or not flight.armed or not flight.landed:
         return FAILED
     if not flight.estimator.position_ok or command.alt_m <= flight.alt_over_home_m():
         return FAILED
@@ -151,8 +151,8 @@ def set_current_item(flight: Flight, command: Command) -> int:
 
 
 def jump_to_item(flight: Flight, seq: int) -> bool:
-    auto = flight.behaviour(Mode.AUTO)
-    if not 0 <= seq < len(flight.plans.mission) or not isinstance(auto, Auto):
+    auto = next((one for one in flight.behaviours() if isinstance(one, Auto)), None)
+    if not 0 <= seq < len(flight.plans.mission) or auto is None:
         return False
     auto.jump_to(max(seq, 1))
     return True
@@ -170,7 +170,7 @@ def run_checks(flight: Flight, command: Command) -> int:
     del command
     if flight.armed:
         return TEMPORARILY_REJECTED
-    reason = why_not_arm(flight)
+    reason = flight.flavour.why_not_arm(flight)
     if reason is not None:
         flight.say(Severity.CRITICAL, reason)
     return ACCEPTED

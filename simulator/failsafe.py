@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simulator.modes import RULES, Mode
+from simulator.modes import Mode
 from simulator.notices import Severity
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class Failsafes:
             flight.say(Severity.WARNING, "GCS Failsafe - Disarming")
             flight.disarm()
             return
-        piloted = RULES[flight.mode].pilot_controlled and not self.radio
+        piloted = flight.rules(flight.mode).pilot_controlled and not self.radio
         if (
             (flight.mode is Mode.AUTO and options & CONTINUE_AUTO_ON_GCS_LOSS)
             or (piloted and options & CONTINUE_PILOTED_ON_GCS_LOSS)
@@ -145,7 +145,7 @@ class Failsafes:
         elif lost and not self.position:
             self.position = True
             flight.say(Severity.CRITICAL, "EKF variance: position estimate lost")
-        if lost and not flight.landed and RULES[flight.mode].needs_position:
+        if lost and not flight.landed and flight.rules(flight.mode).needs_position:
             flight.say(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
             flight.set_mode(Mode.LAND)
 
@@ -161,7 +161,7 @@ def _lasted(since_s: float | None, now_s: float, wait_s: float) -> bool:
 
 
 def _may_disarm(flight: Flight) -> bool:
-    if RULES[flight.mode].manual_throttle and flight.sticks.throttle <= 0.0:
+    if flight.rules(flight.mode).manual_throttle and flight.sticks.throttle <= 0.0:
         return True
     return flight.landed
 

@@ -9,26 +9,25 @@ from __future__ import annotations
 import math
 import random
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from enum import IntEnum
 
-from simulator import arming
 from simulator.airframe import WEIGHT_N, Airframe, Commands
 from simulator.attitude_control import IDLE_COMMAND, AttitudeControl
+from simulator.auto import Auto
 from simulator.battery import Battery
 from simulator.behaviours import Behaviour
 from simulator.estimator import Estimator
-from simulator.failsafe import Failsafes
 from simulator.failure_modes import Failure
+from simulator.flavour import Flavour
 from simulator.flight_constants import TICK_S
 from simulator.geodesy import LocalFrame, Place
 from simulator.mission_plan import Plans
-from simulator.mode_table import make_behaviours
-from simulator.modes import RULES, Mode, mode_of
+from simulator.modes import ModeRules, mode_of
 from simulator.notices import Notice, Severity
 from simulator.parameters import Parameters
 from simulator.position_control import Limits, PositionControl, Target
-from simulator.sticks import Sticks
 from simulator.wind import Wind
 
 LANDED_AFTER_S = 1.0
@@ -54,7 +53,10 @@ class FlightSettings:
 
 
 class Flight:
-    def __init__(self, settings: FlightSettings, parameters: Parameters, failures: set[Failure]) -> None:
+    def __init__(
+        self, settings: FlightSettings, parameters: Parameters, failures: set[Failure], flavour: Flavour
+    ) -> None:
+        self.flavour = flavour
         self.parameters = parameters
         self.failures = failures
         self.now_s = 0.0
@@ -62,17 +64,19 @@ class Flight:
         self.body = Airframe(math.radians(settings.heading_deg))
         self.battery = Battery(settings.battery_mah)
         self.wind = Wind(settings.wind_mps, settings.wind_from_deg, random.Random(settings.seed))  # noqa: S311
-        self.sticks = Sticks(parameters, has_radio=settings.has_radio)
+        self.sticks = flavour.make_sticks(parameters, settings.has_radio)
         self.estimator = Estimator(settings.boot_s)
         self.estimator_was_ready = False
-        self.failsafes = Failsafes()
+        self.failsafes = flavour.make_failsafes()
         self.plans = Plans()
         self.attitude = AttitudeControl()
         self.position = PositionControl()
         self.target = Target()
-        self.mode = Mode.STABILIZE
+        self.mode: IntEnum = flavour.first_mode
         self.armed = False
         self.landed = True
+        self.has_flown = False
+        """Since it was armed."""
         self.home: Place | None = None
         self.home_is_chosen = False
         """Set by command, so arming must not move it."""
@@ -83,7 +87,7 @@ class Flight:
         self.yaw_override_rad: float | None = None
         self.commands: Commands = STOPPED
         self.thrust_wanted_n = 0.0
-        self._behaviours: dict[Mode, Behaviour] = make_behaviours(self)
+        self._behaviours = flavour.make_behaviours(self)
         self._last_known: Place | None = None
         self._on_ground_since_s: float | None = None
         self._throttle_zero_since_s: float | None = None
@@ -98,15 +102,26 @@ class Flight:
     def say(self, severity: Severity, text: str) -> None:
         self.notices.append(Notice(severity, text))
 
-    def behaviour(self, mode: Mode) -> Behaviour:
+    def behaviour(self, mode: IntEnum) -> Behaviour:
         return self._behaviours[mode]
 
-    def set_mode(self, mode: Mode) -> bool:
+    def behaviours(self) -> Iterable[Behaviour]:
+        return self._behaviours.values()
+
+    @property
+    def flying(self) -> Behaviour:
+        """What the present mode does."""
+        return self._behaviours[self.mode]
+
+    def rules(self, mode: IntEnum) -> ModeRules:
+        return self.flavour.rules[mode]
+
+    def set_mode(self, mode: IntEnum) -> bool:
         """The same mode again is fine and changes nothing. Refusals say why in a notice."""
         if mode is self.mode:
             return True
         refusal: str | None = None
-        if self.armed and RULES[mode].needs_position and not self.estimator.position_ok:
+        if self.armed and self.rules(mode).needs_position and not self.estimator.position_ok:
             refusal = "requires position"
         else:
             refusal = self._behaviours[mode].why_not()
@@ -123,7 +138,7 @@ class Flight:
     def arm(self, *, force: bool = False) -> bool:
         if self.armed:
             return True
-        reason = None if force else arming.why_not_arm(self)
+        reason = None if force else self.flavour.why_not_arm(self)
         if reason:
             self.say(Severity.CRITICAL, reason)
             return False
@@ -131,9 +146,10 @@ class Flight:
         if self.estimator.position_ok and not self.home_is_chosen:
             self.set_home(self.place())
         self.armed = True
+        self.has_flown = False
         self._throttle_zero_since_s = None
         self.restart_controllers()
-        self._behaviours[self.mode].enter()
+        self.flying.enter()
         return True
 
     def disarm(self) -> None:
@@ -141,7 +157,7 @@ class Flight:
             return
         self.armed = False
         self.say(Severity.INFO, "Disarming motors")
-        if self.mode is not Mode.AUTO:
+        if not isinstance(self.flying, Auto):
             self.speed_override_mps = None
 
     def set_home(self, place: Place) -> None:
@@ -151,6 +167,7 @@ class Flight:
     def lift_off(self) -> None:
         """A mode has decided to leave the ground."""
         self.landed = False
+        self.has_flown = True
         self._on_ground_since_s = None
 
     # Asked by the modes and the telemetry.
@@ -231,7 +248,7 @@ class Flight:
         self._read_mode_switch()
         self.failsafes.update(self)
         if self.armed:
-            self._behaviours[self.mode].run()
+            self.flying.run()
         else:
             self.commands, self.thrust_wanted_n = STOPPED, 0.0
         self.body.step(self.commands, TICK_S, self.wind.at(now_s), self.battery.power)
@@ -287,14 +304,15 @@ class Flight:
     def _disarm_when_done(self) -> None:
         if not self.armed:
             return
-        if self.landed and self._behaviours[self.mode].disarms_on_landing:
+        if self.landed and self.flying.disarms_on_landing:
             self.disarm()
             return
-        if not self.landed or self.sticks.throttle > 0.0 or self._behaviours[self.mode].waits_to_take_off:
+        asks_to_fly = self.sticks.throttle > 0.0 and not self.flavour.lands_with_throttle_up
+        if not self.landed or asks_to_fly or self.flying.waits_to_take_off:
             self._throttle_zero_since_s = None
             return
         if self._throttle_zero_since_s is None:
             self._throttle_zero_since_s = self.now_s
-        delay_s = self.parameters["DISARM_DELAY"]
+        delay_s = self.flavour.disarm_delay_s(self)
         if 0 < delay_s <= self.now_s - self._throttle_zero_since_s:
             self.disarm()

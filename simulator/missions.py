@@ -10,11 +10,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from simulator.auto import Auto
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
 from simulator.flight import Flight
 from simulator.mission_plan import Item, PlanKind
-from simulator.modes import Mode
 from simulator.notices import Severity
 
 ITEMS_MAX = 724
@@ -172,7 +172,7 @@ class MissionServer:
         if None in kinds:
             self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, mission_type)
             return
-        if PlanKind.MISSION in kinds and flight.armed and flight.mode is Mode.AUTO:
+        if PlanKind.MISSION in kinds and flight.armed and isinstance(flight.flying, Auto):
             self._ack(peer, mavlink.MAV_MISSION_ERROR, mission_type)
             return
         for kind in kinds:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from simulator.auto import Auto
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from simulator.flight import Flight
 
 
-def make_behaviours(flight: Flight) -> dict[Mode, Behaviour]:
+def make_behaviours(flight: Flight) -> dict[IntEnum, Behaviour]:
     return {
         Mode.STABILIZE: Stabilize(flight),
         Mode.ALT_HOLD: AltHold(flight),

@@ -34,13 +34,15 @@ class ModeRules:
     """MAV_CMD_NAV_TAKEOFF works."""
     counts_as_guided: bool = False
     """MAV_MODE_FLAG_GUIDED_ENABLED in the heartbeat."""
+    takes_setpoints: bool = False
+    """SET_POSITION_TARGET_* are obeyed."""
 
 
-RULES: dict[Mode, ModeRules] = {
+RULES: dict[IntEnum, ModeRules] = {
     Mode.STABILIZE: ModeRules(False, True, manual_throttle=True, pilot_controlled=True),
     Mode.ALT_HOLD: ModeRules(False, True, pilot_controlled=True),
     Mode.AUTO: ModeRules(True, False, counts_as_guided=True),
-    Mode.GUIDED: ModeRules(True, True, commanded_take_off=True, counts_as_guided=True),
+    Mode.GUIDED: ModeRules(True, True, commanded_take_off=True, counts_as_guided=True, takes_setpoints=True),
     Mode.LOITER: ModeRules(True, True, pilot_controlled=True, commanded_take_off=True, counts_as_guided=True),
     Mode.RTL: ModeRules(True, False, counts_as_guided=True),
     Mode.CIRCLE: ModeRules(True, False, counts_as_guided=True),

@@ -34,8 +34,8 @@ class ParameterServer:
         if parameter is not None:
             self._send(self._value(parameter, number))
 
-    def set(self, name: str, value: float) -> None:
-        parameter = self._parameters.set(name, value)
+    def set(self, name: str, value: float, kind: int) -> None:
+        parameter = self._parameters.from_the_wire(name, value, kind)
         if parameter is not None:
             self._send(self._value(parameter, UNNUMBERED))
 
@@ -54,7 +54,7 @@ class ParameterServer:
     def _value(self, parameter: Parameter, index: int) -> Message:
         return mavlink.MAVLink_param_value_message(
             parameter.name.encode("ascii")[:NAME_MAX],
-            parameter.value,
+            self._parameters.on_the_wire(parameter),
             int(parameter.kind),
             len(self._parameters),
             index,

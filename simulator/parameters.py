@@ -9,6 +9,7 @@ import math
 import struct
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 
 from simulator.parameter_table import TABLE, Kind
 
@@ -30,9 +31,11 @@ class Parameter:
 class Parameters:
     """Values by name, and by index in the order in which they are listed."""
 
+    table: ClassVar[list[tuple[str, Kind, float]]] = TABLE
+
     def __init__(self, overrides: Iterable[tuple[str, float]] = (), total_count: int = 0) -> None:
         """Fill up with generated ones to `total_count`, if the table is shorter than that."""
-        rows: list[tuple[str, Kind, float]] = list(TABLE)
+        rows: list[tuple[str, Kind, float]] = list(self.table)
         rows += _fillers(total_count - len(rows))
         self._ordered = [Parameter(name, kind, value, i) for i, (name, kind, value) in enumerate(rows)]
         self._by_name = {parameter.name: parameter for parameter in self._ordered}
@@ -57,6 +60,14 @@ class Parameters:
 
     def at(self, index: int) -> Parameter | None:
         return self._ordered[index] if 0 <= index < len(self._ordered) else None
+
+    def on_the_wire(self, parameter: Parameter) -> float:
+        return parameter.value
+
+    def from_the_wire(self, name: str, value: float, kind: int) -> Parameter | None:
+        """PARAM_SET; ArduPilot does not care which type the sender names."""
+        del kind
+        return self.set(name, value)
 
     def set(self, name: str, value: float) -> Parameter | None:
         """The parameter with its new value, or None where there is none or the value is not finite."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from simulator.auto import Auto
 from simulator.dialect import Message, mavlink
 from simulator.flight import Flight
 from simulator.geodesy import e7
-from simulator.modes import RULES, Mode
 from simulator.reports_common import int16, milli, ms, us
 
 BOOT_UNIX_US = 1_767_225_600_000_000
@@ -35,7 +35,6 @@ _SENSORS = (
     | mavlink.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
     | mavlink.MAV_SYS_STATUS_SENSOR_GPS
     | mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS
-    | mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
     | mavlink.MAV_SYS_STATUS_AHRS
     | mavlink.MAV_SYS_STATUS_SENSOR_BATTERY
     | mavlink.MAV_SYS_STATUS_PREARM_CHECK
@@ -45,7 +44,7 @@ _SENSORS = (
 def heartbeat(flight: Flight) -> Message:
     base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
     base |= mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
-    if RULES[flight.mode].counts_as_guided:
+    if flight.rules(flight.mode).counts_as_guided:
         base |= mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     if flight.armed:
         base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
@@ -59,18 +58,28 @@ def heartbeat(flight: Flight) -> Message:
 
 
 def sys_status(flight: Flight) -> Message:
-    battery, health = flight.battery, _SENSORS
+    return sensors(flight, with_prearm=flight.estimator.position_ok)
+
+
+def sensors(flight: Flight, *, with_prearm: bool) -> Message:
+    """SYS_STATUS. The radio receiver is there if there is one, whatever comes from a ground station."""
+    battery, present = flight.battery, _SENSORS
+    if flight.sticks.has_radio:
+        present |= mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+    health = present
     if not flight.estimator.gps_fix:
         health &= ~mavlink.MAV_SYS_STATUS_SENSOR_GPS
     if not flight.estimator.attitude_ok:
         health &= ~mavlink.MAV_SYS_STATUS_AHRS
     if not flight.estimator.position_ok:
-        health &= ~(mavlink.MAV_SYS_STATUS_PREARM_CHECK | mavlink.MAV_SYS_STATUS_AHRS)
-    if flight.failsafes.radio or not flight.sticks.ever_heard:
+        health &= ~mavlink.MAV_SYS_STATUS_AHRS
+    if not with_prearm:
+        health &= ~mavlink.MAV_SYS_STATUS_PREARM_CHECK
+    if not flight.sticks.radio_healthy:
         health &= ~mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
     return mavlink.MAVLink_sys_status_message(
-        _SENSORS,
-        _SENSORS if flight.armed else _SENSORS & ~mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS,
+        present,
+        present if flight.armed else present & ~mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS,
         health,
         180,
         milli(max(battery.voltage_v, 0.0)),
@@ -125,9 +134,9 @@ def ekf_status(flight: Flight) -> Message:
 def extended_state(flight: Flight) -> Message:
     if flight.landed:
         state = mavlink.MAV_LANDED_STATE_ON_GROUND
-    elif flight.mode is Mode.LAND or flight.behaviour(flight.mode).disarms_on_landing:
+    elif flight.flying.disarms_on_landing:
         state = mavlink.MAV_LANDED_STATE_LANDING
-    elif flight.behaviour(flight.mode).waits_to_take_off:
+    elif flight.flying.waits_to_take_off:
         state = mavlink.MAV_LANDED_STATE_TAKEOFF
     else:
         state = mavlink.MAV_LANDED_STATE_IN_AIR
@@ -182,12 +191,14 @@ def mission_current(flight: Flight) -> Message:
     plans = flight.plans
     if not plans.has_mission:
         state = mavlink.MISSION_STATE_NO_MISSION
-    elif flight.mode is Mode.AUTO:
+    elif isinstance(flight.flying, Auto):
         state = mavlink.MISSION_STATE_ACTIVE
     else:
         state = mavlink.MISSION_STATE_NOT_STARTED
     total = max(len(plans.mission) - 1, 0)
-    return mavlink.MAVLink_mission_current_message(plans.current, total, state, 1 if flight.mode is Mode.AUTO else 2)
+    return mavlink.MAVLink_mission_current_message(
+        plans.current, total, state, 1 if isinstance(flight.flying, Auto) else 2
+    )
 
 
 def system_time(flight: Flight) -> Message:

@@ -9,7 +9,7 @@ from simulator.dialect import Message, mavlink
 from simulator.flight import Flight
 from simulator.geodesy import e7, heading_deg
 from simulator.guided import FlyWith, GoTo, Guided
-from simulator.modes import Mode
+from simulator.homing import ReturnToLaunch
 from simulator.reports_common import centi, int16, milli, ms, us
 
 
@@ -107,10 +107,10 @@ def nav_controller_output(flight: Flight) -> Message:
     body, target = flight.body, flight.target
     roll, pitch, yaw = (math.degrees(angle) for angle in body.attitude())
     goal_n, goal_e = target.north_m, target.east_m
-    if flight.mode is Mode.RTL:
+    if isinstance(flight.flying, ReturnToLaunch):
         goal_n, goal_e, _ = flight.home_local()
-    guided = flight.behaviour(Mode.GUIDED)
-    if flight.mode is Mode.GUIDED and isinstance(guided, Guided) and isinstance(guided.wish, GoTo):
+    guided = flight.flying
+    if isinstance(guided, Guided) and isinstance(guided.wish, GoTo):
         goal_n, goal_e = guided.wish.north_m, guided.wish.east_m
     gap_n, gap_e = goal_n - body.north_m, goal_e - body.east_m
     bearing = round(math.degrees(math.atan2(gap_e, gap_n)))
@@ -127,10 +127,10 @@ def nav_controller_output(flight: Flight) -> Message:
 
 
 def position_target(flight: Flight) -> Message:
-    guided, target = flight.behaviour(Mode.GUIDED), flight.target
+    guided, target = flight.flying, flight.target
     north_m, east_m, alt_m = target.north_m, target.east_m, target.alt_m
     mask = 0b110111111000
-    if flight.mode is Mode.GUIDED and isinstance(guided, Guided):
+    if isinstance(guided, Guided):
         if isinstance(guided.wish, GoTo):
             north_m, east_m, alt_m = guided.wish.north_m, guided.wish.east_m, guided.wish.alt_m
         elif isinstance(guided.wish, FlyWith):

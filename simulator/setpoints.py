@@ -1,4 +1,4 @@
-"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT: only GUIDED listens, and nobody ever answers."""
+"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT: only GUIDED (OFFBOARD on PX4) listens, and nobody ever answers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from simulator.dialect import Message
 from simulator.flight import Flight
 from simulator.guided import FlyWith, GoTo, Guided
 from simulator.mission_plan import Frame
-from simulator.modes import Mode
 
 FARTHEST = 50_000.0
 """Metres, or metres a second: beyond it a set-point is nonsense and is dropped."""
@@ -25,8 +24,8 @@ GLOBAL_FRAMES = frozenset({0, 3, 5, 6, 10, 11})
 
 
 def receive_setpoint(flight: Flight, message: Message) -> None:
-    guided = flight.behaviour(Mode.GUIDED)
-    if flight.mode is not Mode.GUIDED or not isinstance(guided, Guided):
+    guided = flight.flying
+    if not flight.rules(flight.mode).takes_setpoints or not isinstance(guided, Guided):
         return
     numbers = [message.vx, message.vy, message.vz, message.yaw, message.yaw_rate]
     mask = message.type_mask

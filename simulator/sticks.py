@@ -33,6 +33,7 @@ class Sticks:
         self.ever_heard = has_radio
         self.last_input_s: float | None = None
         """When there was last a stick position worth believing."""
+        self._transmitter_heard = has_radio
         self._override: dict[int, tuple[int, float]] = {}
 
     def accepts(self, sender_sysid: int) -> bool:
@@ -41,6 +42,11 @@ class Sticks:
     @property
     def overridden(self) -> bool:
         return bool(self._override)
+
+    @property
+    def radio_healthy(self) -> bool:
+        """Whether the receiver on board hears its transmitter."""
+        return self._transmitter_heard
 
     def clear_overrides(self) -> None:
         self._override.clear()
@@ -82,7 +88,7 @@ class Sticks:
         if self._override and lasts_s >= 0:
             for index in [i for i, (_, since) in self._override.items() if now_s - since >= lasts_s]:
                 del self._override[index]
-        transmitter_heard = self.has_radio and not transmitter_lost
+        transmitter_heard = self._transmitter_heard = self.has_radio and not transmitter_lost
         if transmitter_heard:
             self.pwm[:] = self.radio_pwm
         elif self.has_radio:

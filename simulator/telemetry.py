@@ -1,16 +1,14 @@
-"""Which message is sent how often. Nobody asks, nothing comes but heartbeats, texts and now and then a TIMESYNC."""
+"""Which message is sent how often. Unasked comes only what the flavour sends by itself comes (ArduPilot: heartbeats),
+and texts, and now and then a TIMESYNC.
+"""
 
 from __future__ import annotations
 
 from simulator.dialect import Message, mavlink
+from simulator.flavour import Flavour
 from simulator.flight import Flight
 from simulator.flight_constants import TICK_S
-from simulator.reports_health import HEALTH_REPORTS
-from simulator.reports_motion import MOTION_REPORTS
 
-REPORTS = {**HEALTH_REPORTS, **MOTION_REPORTS}
-HEARTBEAT = 0
-HEARTBEAT_S = 1.0
 INTERVAL_MAX_S = 2000.0
 """What MESSAGE_INTERVAL can still tell, in microseconds."""
 TIMESYNC = 111
@@ -28,13 +26,14 @@ STREAMS: dict[int, tuple[int, ...]] = {
 
 
 class Telemetry:
-    def __init__(self) -> None:
-        self._interval_s: dict[int, float] = {HEARTBEAT: HEARTBEAT_S}
-        self._due_s: dict[int, float] = {HEARTBEAT: HEARTBEAT_S}
+    def __init__(self, flavour: Flavour) -> None:
+        self._flavour = flavour
+        self._interval_s = dict(flavour.intervals_s)
+        self._due_s = dict(flavour.intervals_s)
         self._timesync_due_s = TIMESYNC_S
 
     def knows(self, message_id: int) -> bool:
-        return message_id in REPORTS
+        return message_id in self._flavour.reports
 
     def interval_us(self, message_id: int) -> int:
         """-1 where it is not being sent."""
@@ -42,11 +41,11 @@ class Telemetry:
         return -1 if interval is None else round(interval * 1e6)
 
     def set_interval(self, message_id: int, interval_us: float, now_s: float) -> bool:
-        """0 asks for the default (heartbeats only), -1 switches off; False where there is no such message."""
-        if message_id not in REPORTS:
+        """0 asks for the default, -1 switches off; False where there is no such message."""
+        if message_id not in self._flavour.reports:
             return False
-        if interval_us == 0 and message_id == HEARTBEAT:
-            interval_us = HEARTBEAT_S * 1e6
+        if interval_us == 0:
+            interval_us = self._flavour.intervals_s.get(message_id, 0.0) * 1e6
         if interval_us <= 0:
             self._interval_s.pop(message_id, None)
             self._due_s.pop(message_id, None)
@@ -58,13 +57,15 @@ class Telemetry:
 
     def set_stream(self, stream: int, rate_hz: float, now_s: float) -> None:
         """REQUEST_DATA_STREAM: 0 is all groups; a rate of 0 stops."""
+        if not self._flavour.obeys_stream_requests:
+            return
         groups = STREAMS.values() if stream == 0 else [STREAMS.get(stream, ())]
         for group in groups:
             for message_id in group:
                 self.set_interval(message_id, 1e6 / rate_hz if rate_hz > 0 else -1, now_s)
 
     def report(self, message_id: int, flight: Flight) -> Message | None:
-        builder = REPORTS.get(message_id)
+        builder = self._flavour.reports.get(message_id)
         return builder(flight) if builder is not None else None
 
     def due(self, flight: Flight) -> list[Message]:

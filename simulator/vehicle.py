@@ -11,16 +11,17 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from simulator.ardupilot import ARDUPILOT
 from simulator.commands import ACCEPTED, FAILED, UNSUPPORTED, Command, carry_out, read_command
-from simulator.commands_flight import jump_to_item, set_mode_number
+from simulator.commands_flight import jump_to_item
 from simulator.dialect import Codec, Message, mavlink
 from simulator.failure_modes import Failure
+from simulator.flavour import Flavour
 from simulator.flight import Flight, FlightSettings
 from simulator.flight_constants import TICK_S
 from simulator.missions import MissionServer
 from simulator.notices import Notice, Severity
 from simulator.parameter_protocol import ParameterServer
-from simulator.parameters import Parameters
 from simulator.setpoints import receive_setpoint
 from simulator.telemetry import Telemetry
 
@@ -29,7 +30,6 @@ INBOX_MAX = 512
 OUTBOX_MAX = 4096
 """Frames nobody has fetched; the oldest go first."""
 TEXT_MAX = 50
-BANNER = ("ArduCopter V4.6.2 (simulated)", "Frame: QUAD/X")
 REBOOT_AFTER_S = 0.2
 SET_MODE_FLAG = 1
 
@@ -42,6 +42,7 @@ class VehicleSettings:
     parameter_count: int = 0
     failures: tuple[tuple[float, Failure], ...] = field(default=())
     """Failures that set in by themselves, each with the second at which it does."""
+    flavour: Flavour = ARDUPILOT
 
 
 class Vehicle:
@@ -50,11 +51,11 @@ class Vehicle:
         self.failures: set[Failure] = set(failures)
         self._planned = sorted(settings.failures)
         overrides = (
-            ("SYSID_THISMAV", float(settings.system_id)),
-            ("BATT_CAPACITY", settings.flight.battery_mah),
+            (settings.flavour.system_id_parameter, float(settings.system_id)),
+            (settings.flavour.battery_parameter, settings.flight.battery_mah),
             *settings.parameters,
         )
-        self.parameters = Parameters(overrides, settings.parameter_count)
+        self.parameters = settings.flavour.make_parameters(overrides, settings.parameter_count)
         self._codec = Codec(settings.system_id)
         self._inbox: deque[tuple[float, bytes]] = deque()
         self._outbox: deque[bytes] = deque(maxlen=OUTBOX_MAX)
@@ -68,13 +69,14 @@ class Vehicle:
         self._boot()
 
     def _boot(self) -> None:
-        self.flight = Flight(self.settings.flight, self.parameters, self.failures)
-        self.flight.on_mode_change = self._owe_heartbeat
+        self.flight = Flight(self.settings.flight, self.parameters, self.failures, self.settings.flavour)
+        if self.settings.flavour.tells_mode_at_once:
+            self.flight.on_mode_change = self._owe_heartbeat
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
-        self._telemetry = Telemetry()
+        self._telemetry = Telemetry(self.settings.flavour)
         self._missions = MissionServer(self.flight, self._send)
         self._parameter_server = ParameterServer(self.parameters, self._send)
-        self._say(Severity.INFO, BANNER[0])
+        self._say(Severity.INFO, self.settings.flavour.banner[0])
 
     # The outside.
 
@@ -146,7 +148,8 @@ class Vehicle:
             return
         flight = self.flight
         if name == "HEARTBEAT":
-            self._ground_station_seen(sender[0])
+            if not self.settings.flavour.heeds_any_ground_station or message.type == mavlink.MAV_TYPE_GCS:
+                self._ground_station_seen(sender[0])
         elif name in ("COMMAND_LONG", "COMMAND_INT"):
             self._handle_command(read_command(message), sender)
         elif name in ("RC_CHANNELS_OVERRIDE", "MANUAL_CONTROL"):
@@ -159,7 +162,7 @@ class Vehicle:
             receive_setpoint(flight, message)
         elif name == "SET_MODE":
             if message.base_mode & SET_MODE_FLAG:
-                set_mode_number(flight, message.custom_mode)
+                self.settings.flavour.set_mode_number(flight, message.custom_mode)
         elif name == "REQUEST_DATA_STREAM":
             rate = message.req_message_rate if message.start_stop else 0
             self._telemetry.set_stream(message.req_stream_id, rate, flight.now_s)
@@ -183,7 +186,8 @@ class Vehicle:
             sticks.manual_control(x=message.x, y=message.y, z=message.z, r=message.r, now_s=now_s)
         else:
             return
-        self._ground_station_seen(system_id)
+        if not self.settings.flavour.heeds_any_ground_station:  # where any counts, only its heartbeats do
+            self._ground_station_seen(system_id)
 
     def _handle_mission(self, message: Message, sender: tuple[int, int]) -> None:
         name = message.get_type()
@@ -196,13 +200,13 @@ class Vehicle:
     def _handle_parameter(self, message: Message) -> None:
         name = message.get_type()
         if name == "PARAM_REQUEST_LIST":
-            for line in BANNER:
+            for line in self.settings.flavour.banner:
                 self._say(Severity.INFO, line)
             self._parameter_server.list_all()
         elif name == "PARAM_REQUEST_READ":
             self._parameter_server.read(str(message.param_id), message.param_index)
         elif name == "PARAM_SET":
-            self._parameter_server.set(str(message.param_id), message.param_value)
+            self._parameter_server.set(str(message.param_id), message.param_value, message.param_type)
 
     # Commands.
 

@@ -7,9 +7,9 @@ import random
 
 import pytest
 
+from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import Codec, mavlink
 from simulator.modes import Mode
-from simulator.telemetry import REPORTS
 
 COMMANDS = [16, 17, 20, 21, 22, 115, 176, 178, 179, 192, 193, 224, 241, 300, 400, 401, 410, 510, 511, 512, 520]
 ITEMS = [16, 17, 18, 19, 20, 21, 22, 82, 93, 112, 115, 177, 178]
@@ -56,7 +56,7 @@ def test_it_goes_on_answering(ground, seed):
     for _ in range(150):
         station.vehicle.receive(codec.encode(anything(chance, names)), station.now_s)
         station.run(chance.choice([0.02, 0.06, 0.3]))
-    for message_id in REPORTS:
+    for message_id in ARDUPILOT.reports:
         report = station.vehicle._telemetry.report(message_id, station.flight)
         if report is not None:
             assert codec.encode(report)

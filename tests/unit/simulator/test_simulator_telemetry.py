@@ -6,12 +6,12 @@ import math
 
 import pytest
 
+from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
 from simulator.flight import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
-from simulator.telemetry import REPORTS
 from simulator.vehicle import Vehicle, VehicleSettings
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4
@@ -34,7 +34,7 @@ def test_every_named_message_can_be_asked_for(ground, name):
     assert ask(ground().ready(), name).get_type() == name
 
 
-@pytest.mark.parametrize("number", sorted(REPORTS))
+@pytest.mark.parametrize("number", sorted(ARDUPILOT.reports))
 def test_every_report_can_be_built_in_flight(ground, number):
     station = ground().take_off(3)
     assert station.command(REQUEST, number) == ACCEPTED

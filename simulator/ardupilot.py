@@ -1,0 +1,38 @@
+"""The ArduCopter 4.6 flavour: everything that the other files of this package bring, put together."""
+
+from __future__ import annotations
+
+from simulator.arming import why_not_arm
+from simulator.commands import HANDLERS
+from simulator.commands_flight import set_mode_number
+from simulator.failsafe import Failsafes
+from simulator.flavour import Flavour
+from simulator.mode_table import make_behaviours
+from simulator.modes import RULES, Mode
+from simulator.parameters import Parameters
+from simulator.reports_health import HEALTH_REPORTS
+from simulator.reports_motion import MOTION_REPORTS
+from simulator.sticks import Sticks
+
+ARDUPILOT = Flavour(
+    name="ardupilot",
+    banner=("ArduCopter V4.6.2 (simulated)", "Frame: QUAD/X"),
+    first_mode=Mode.STABILIZE,
+    rules=RULES,
+    make_behaviours=make_behaviours,
+    make_parameters=Parameters,
+    make_sticks=lambda parameters, has_radio: Sticks(parameters, has_radio=has_radio),
+    make_failsafes=Failsafes,
+    why_not_arm=why_not_arm,
+    handlers=HANDLERS,
+    reports={**HEALTH_REPORTS, **MOTION_REPORTS},
+    intervals_s={0: 1.0},
+    obeys_stream_requests=True,
+    tells_mode_at_once=True,
+    system_id_parameter="SYSID_THISMAV",
+    battery_parameter="BATT_CAPACITY",
+    heeds_any_ground_station=False,
+    disarm_delay_s=lambda flight: flight.parameters["DISARM_DELAY"],
+    lands_with_throttle_up=False,
+    set_mode_number=set_mode_number,
+)

@@ -1,0 +1,98 @@
+"""What makes an autopilot this one and not another: modes, sticks, failsafes, commands, parameters, telemetry.
+
+The body, the controllers and the flight modes' behaviour are the same for all. `ardupilot` and `px4` bring one
+Flavour each; no other file may ask which one it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from simulator.behaviours import Behaviour
+    from simulator.commands import Command
+    from simulator.flight import Flight
+    from simulator.modes import ModeRules
+    from simulator.parameters import Parameters
+
+
+class PilotInput(Protocol):
+    """Where stick positions come from, and what the flight modes read from them."""
+
+    has_radio: bool
+    radio_pwm: list[int]
+    pwm: list[int]
+    ever_heard: bool
+
+    def accepts(self, sender_sysid: int) -> bool: ...
+    def override(self, channels: list[int], now_s: float) -> None: ...
+    def manual_control(self, *, x: int, y: int, z: int, r: int, now_s: float) -> None: ...
+    def clear_overrides(self) -> None: ...
+    def update(self, now_s: float, *, transmitter_lost: bool) -> None: ...
+    def silent_for_s(self, now_s: float) -> float: ...
+
+    @property
+    def overridden(self) -> bool: ...
+    @property
+    def radio_healthy(self) -> bool: ...
+    @property
+    def roll(self) -> float: ...
+    @property
+    def pitch(self) -> float: ...
+    @property
+    def yaw(self) -> float: ...
+    @property
+    def throttle(self) -> float: ...
+    @property
+    def throttle_mid(self) -> float: ...
+    @property
+    def climb_mps(self) -> float: ...
+    @property
+    def mode_switch(self) -> int | None: ...
+
+
+class OwnFailsafes(Protocol):
+    """What the autopilot does by itself when something is lost."""
+
+    radio: bool
+    ground_station: bool
+    battery_low: bool
+    battery_critical: bool
+    position: bool
+    ground_station_seen_s: float | None
+
+    def update(self, flight: Flight) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Flavour:
+    name: str
+    banner: tuple[str, ...]
+    first_mode: IntEnum
+    rules: Mapping[IntEnum, ModeRules]
+    make_behaviours: Callable[[Flight], dict[IntEnum, Behaviour]]
+    make_parameters: Callable[[Iterable[tuple[str, float]], int], Parameters]
+    make_sticks: Callable[[Parameters, bool], PilotInput]
+    make_failsafes: Callable[[], OwnFailsafes]
+    why_not_arm: Callable[[Flight], str | None]
+    handlers: Mapping[int, Callable[[Flight, Command], int]]
+    """MAV_CMD to what it does; the commands about messages and reboots are the vehicle's own."""
+    reports: Mapping[int, Callable[[Flight], Any]]
+    intervals_s: Mapping[int, float]
+    """What is sent without being asked for."""
+    obeys_stream_requests: bool
+    tells_mode_at_once: bool
+    """A HEARTBEAT goes out with each change of mode, not only once a second."""
+    system_id_parameter: str
+    battery_parameter: str
+    heeds_any_ground_station: bool
+    """Heartbeats of any ground station count, not only of the configured one."""
+    disarm_delay_s: Callable[[Flight], float]
+    """On the ground with nobody asking to fly; 0 is never."""
+    lands_with_throttle_up: bool
+    """On the ground it may disarm itself although the throttle is not at its bottom."""
+    set_mode_number: Callable[[Flight, int], int]
+    """SET_MODE (11)."""

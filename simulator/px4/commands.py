@@ -1,0 +1,124 @@
+"""How PX4 answers commands. Heights are above sea level, and NaN means "as it is"."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simulator import commands_flight as fly
+from simulator.auto import Auto
+from simulator.commands import HANDLERS as COMMON
+from simulator.commands import Command
+from simulator.dialect import mavlink
+from simulator.flight import Flight
+from simulator.guided import GoTo, Guided
+from simulator.notices import Severity
+from simulator.px4.modes import STICK_MODES, Px4Mode, TakingOff, custom_mode, mode_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
+CUSTOM_MODE_FLAG = 1
+CHANGE_MODE_FLAG = 1
+AMSL_FRAMES = (0, 5)
+
+
+def change_mode(flight: Flight, mode: Px4Mode) -> int:
+    """Armed, a mode for which something is missing is refused: sticks, a position, a mission."""
+    if flight.armed and mode in STICK_MODES and flight.sticks.silent_for_s(flight.now_s) > 0.0:
+        flight.say(Severity.CRITICAL, f"Mode {mode.name} not available: no manual control input")
+        return TEMPORARILY_REJECTED
+    return ACCEPTED if flight.set_mode(mode) else TEMPORARILY_REJECTED
+
+
+def set_mode(flight: Flight, command: Command) -> int:
+    flags, main, sub = (int(value) for value in command.params[:3])
+    if not flags & CUSTOM_MODE_FLAG:
+        return DENIED
+    mode = mode_of(custom_mode(main, sub))
+    return change_mode(flight, mode) if mode is not None else DENIED
+
+
+def set_mode_number(flight: Flight, number: int) -> int:
+    mode = mode_of(number)
+    return change_mode(flight, mode) if mode is not None else DENIED
+
+
+def arm_or_disarm(flight: Flight, command: Command) -> int:
+    answer = fly.arm_or_disarm(flight, command)
+    return TEMPORARILY_REJECTED if answer == FAILED else answer
+
+
+def take_off(flight: Flight, command: Command) -> int:
+    """AUTO.TAKEOFF: climbs when (or as soon as) it is armed, to a height above sea level."""
+    behaviour = flight.behaviour(Px4Mode.TAKEOFF)
+    if isinstance(behaviour, TakingOff):
+        given = command.alt_is_given
+        behaviour.alt_over_origin_m = command.alt_m - flight.origin.origin.alt_amsl_m if given else None
+    if not flight.landed:
+        return TEMPORARILY_REJECTED
+    return change_mode(flight, Px4Mode.TAKEOFF)
+
+
+def reposition(flight: Flight, command: Command) -> int:
+    if command.frame not in AMSL_FRAMES and not command.is_long:
+        return DENIED
+    if int(command.params[1]) & CHANGE_MODE_FLAG:
+        answer = change_mode(flight, Px4Mode.LOITER)
+        if answer != ACCEPTED:
+            return answer
+    hold = flight.behaviour(Px4Mode.LOITER)
+    if flight.mode is not Px4Mode.LOITER or not isinstance(hold, Guided):
+        return ACCEPTED  # heard, and forgotten
+    if not command.place_is_valid:
+        return DENIED
+    north_m, east_m = flight.origin.to_local(command.lat_e7 * 1e-7, command.lon_e7 * 1e-7)
+    alt_m = command.alt_m - flight.origin.origin.alt_amsl_m if command.alt_is_given else flight.target.alt_m
+    hold.go(GoTo(north_m, east_m, alt_m))
+    return ACCEPTED
+
+
+def change_speed(flight: Flight, command: Command) -> int:
+    if command.params[1] <= 0.0:
+        return DENIED
+    flight.speed_override_mps = command.params[1]
+    return ACCEPTED
+
+
+def pause_or_continue(flight: Flight, command: Command) -> int:
+    return change_mode(flight, Px4Mode.MISSION if command.params[0] else Px4Mode.LOITER)
+
+
+def start_mission(flight: Flight, command: Command) -> int:
+    del command
+    answer = change_mode(flight, Px4Mode.MISSION)
+    auto = flight.behaviour(Px4Mode.MISSION)
+    if answer == ACCEPTED and isinstance(auto, Auto):
+        auto.start()
+    return answer
+
+
+def _into(mode: Px4Mode) -> Callable[[Flight, Command], int]:
+    return lambda flight, _command: change_mode(flight, mode)
+
+
+_KEPT = (
+    mavlink.MAV_CMD_DO_SET_HOME,
+    mavlink.MAV_CMD_DO_FLIGHTTERMINATION,
+    mavlink.MAV_CMD_RUN_PREARM_CHECKS,
+    mavlink.MAV_CMD_PREFLIGHT_CALIBRATION,
+)
+
+HANDLERS: dict[int, Callable[[Flight, Command], int]] = {
+    **{number: COMMON[number] for number in _KEPT},
+    mavlink.MAV_CMD_DO_SET_MODE: set_mode,
+    mavlink.MAV_CMD_COMPONENT_ARM_DISARM: arm_or_disarm,
+    mavlink.MAV_CMD_NAV_TAKEOFF: take_off,
+    mavlink.MAV_CMD_NAV_LAND: _into(Px4Mode.LAND),
+    mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: _into(Px4Mode.RTL),
+    mavlink.MAV_CMD_NAV_LOITER_UNLIM: _into(Px4Mode.LOITER),
+    mavlink.MAV_CMD_DO_REPOSITION: reposition,
+    mavlink.MAV_CMD_DO_CHANGE_SPEED: change_speed,
+    mavlink.MAV_CMD_DO_PAUSE_CONTINUE: pause_or_continue,
+    mavlink.MAV_CMD_MISSION_START: start_mission,
+}

@@ -1,0 +1,158 @@
+"""PX4's own failsafes: sticks lost, ground station lost, battery, position estimate.
+
+Sticks: silent for COM_RC_LOSS_T, in *every* mode that COM_RCL_EXCEPT does not name (by default it names none), unless
+they were already missing when it was armed. Ground station: no heartbeat of one, whoever's, for COM_DL_LOSS_T. Before
+the action comes a hold of COM_FAIL_ACT_T; what comes back within it ends the failsafe, after it the mode stays.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simulator.notices import Severity
+from simulator.px4.modes import STICK_MODES, Px4Mode
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+NOTHING, HOLD, RETURN, LAND, TERMINATE, DISARM = 0, 1, 2, 3, 5, 6
+"""NAV_RCL_ACT and NAV_DLL_ACT."""
+_EXCEPT_MISSION, _EXCEPT_AUTO, _EXCEPT_OFFBOARD = 1, 2, 4
+_DELAYED = frozenset({RETURN, LAND})
+
+
+class Px4Failsafes:
+    def __init__(self) -> None:
+        self.radio = False
+        self.ground_station = False
+        self.battery_low = False
+        self.battery_critical = False
+        self.position = False
+        self.ground_station_seen_s: float | None = None
+        self._sticks_optional = True
+        """They were missing when it was armed, so that their absence is no loss."""
+        self._intended = Px4Mode.LOITER
+        self._planned: tuple[int, float] | None = None
+        """(action, when) of the failsafe that is holding before it acts."""
+
+    @property
+    def any(self) -> bool:
+        return self.radio or self.ground_station or self.battery_low or self.battery_critical or self.position
+
+    def update(self, flight: Flight) -> None:
+        lost_sticks = self._sticks_lost(flight)
+        lost_station = self._station_lost(flight)
+        parameters = flight.parameters
+        if self._edge(flight, "radio", lost_sticks, "Manual control"):
+            self._begin(flight, parameters.whole("NAV_RCL_ACT"))
+        if self._edge(flight, "ground_station", lost_station, "GCS connection"):
+            self._begin(flight, parameters.whole("NAV_DLL_ACT"))
+        self._go_on(flight)
+        self._update_battery(flight)
+        self._update_position(flight)
+        self._leave_unflyable(flight)
+
+    def _sticks_lost(self, flight: Flight) -> bool:
+        missing = bool(flight.sticks.silent_for_s(flight.now_s) > 0.0)
+        if not missing:
+            self._sticks_optional = False
+        elif not flight.armed:
+            self._sticks_optional = True
+        if flight.parameters.whole("COM_RC_IN_MODE") == 4 or self._sticks_optional:
+            return False
+        mask = flight.parameters.whole("COM_RCL_EXCEPT")
+        return missing and not (self.radio is False and _excepted(flight, mask))
+
+    def _station_lost(self, flight: Flight) -> bool:
+        seen_s = self.ground_station_seen_s
+        if seen_s is None or not flight.parameters.whole("NAV_DLL_ACT") or flight.mode is Px4Mode.LAND:
+            return False
+        silent = flight.now_s - seen_s > flight.parameters["COM_DL_LOSS_T"]
+        return silent and not (
+            self.ground_station is False and _excepted(flight, flight.parameters.whole("COM_DLL_EXCEPT"))
+        )
+
+    def _edge(self, flight: Flight, flag: str, lost: bool, what: str) -> bool:
+        """True when it sets in; when it ends during the hold, the intended mode comes back."""
+        was = getattr(self, flag)
+        setattr(self, flag, lost)
+        if was and not lost:
+            flight.say(Severity.INFO, f"{what} regained")
+            if self._planned is not None and flight.mode is Px4Mode.LOITER:
+                self._planned = None
+                flight.set_mode(self._intended)
+        return lost and not was and flight.armed
+
+    def _begin(self, flight: Flight, action: int) -> None:
+        if action == NOTHING:
+            return
+        if flight.landed:
+            flight.say(Severity.CRITICAL, "Failsafe activated: Disarming")
+            flight.disarm()
+            return
+        wait_s = flight.parameters["COM_FAIL_ACT_T"] if action in _DELAYED else 0.0
+        if wait_s > 0.0 and flight.estimator.position_ok:
+            self._intended = Px4Mode(flight.mode)
+            flight.say(Severity.CRITICAL, f"Failsafe activated: Autopilot disengaged, switching in {wait_s:g} s")
+            flight.set_mode(Px4Mode.LOITER)
+            self._planned = (action, flight.now_s + wait_s)
+        else:
+            self._act(flight, action)
+
+    def _go_on(self, flight: Flight) -> None:
+        if self._planned is None:
+            return
+        action, due_s = self._planned
+        if not flight.armed or flight.mode is not Px4Mode.LOITER:
+            self._planned = None  # somebody chose another mode
+        elif flight.now_s >= due_s:
+            self._planned = None
+            self._act(flight, action)
+
+    def _act(self, flight: Flight, action: int) -> None:
+        flight.say(Severity.CRITICAL, "Failsafe activated: Autopilot disengaged")
+        if action in (TERMINATE, DISARM):
+            flight.disarm()
+            return
+        wanted = {HOLD: Px4Mode.LOITER, RETURN: Px4Mode.RTL}.get(action, Px4Mode.LAND)
+        if not flight.set_mode(wanted):
+            flight.set_mode(Px4Mode.LAND)
+
+    def _update_battery(self, flight: Flight) -> None:
+        left, parameters = flight.battery.left, flight.parameters
+        act = parameters.whole("COM_LOW_BAT_ACT")
+        if not self.battery_low and left < parameters["BAT_LOW_THR"]:
+            self.battery_low = True
+            flight.say(Severity.WARNING, "Low battery level")
+        if not self.battery_critical and left < parameters["BAT_CRIT_THR"]:
+            self.battery_critical = True
+            flight.say(Severity.CRITICAL, "Critical battery level")
+            if flight.armed and act in (2, 3):
+                self._act(flight, LAND if act == 2 else RETURN)
+
+    def _update_position(self, flight: Flight) -> None:
+        lost = flight.armed and not flight.estimator.position_ok and flight.estimator_was_ready
+        if lost and not self.position:
+            flight.say(Severity.CRITICAL, "Position estimate lost")
+        self.position = lost
+        if not lost or flight.landed or not flight.rules(flight.mode).needs_position:
+            return
+        flight.set_mode(Px4Mode.ALTCTL if flight.mode is Px4Mode.POSCTL else Px4Mode.LAND)
+
+    def _leave_unflyable(self, flight: Flight) -> None:
+        """A mode that needs sticks with none: what no other rule has dealt with ends in a return."""
+        if (
+            flight.armed
+            and not flight.landed
+            and flight.mode in STICK_MODES
+            and flight.sticks.silent_for_s(flight.now_s) > 0.0
+        ):
+            self._act(flight, RETURN)
+
+
+def _excepted(flight: Flight, mask: int) -> bool:
+    if flight.mode is Px4Mode.MISSION:
+        return bool(mask & _EXCEPT_MISSION)
+    if flight.mode is Px4Mode.OFFBOARD:
+        return bool(mask & _EXCEPT_OFFBOARD)
+    return flight.mode not in STICK_MODES and bool(mask & _EXCEPT_AUTO)

@@ -1,0 +1,63 @@
+"""The PX4 flavour, put together."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simulator.flavour import Flavour
+from simulator.px4.commands import HANDLERS, set_mode_number
+from simulator.px4.failsafe import Px4Failsafes
+from simulator.px4.modes import RULES, Px4Mode, make_behaviours
+from simulator.px4.parameters import make_parameters
+from simulator.px4.reports import INTERVALS_S, REPORTS
+from simulator.px4.sticks import Px4Sticks
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+
+def why_not_arm(flight: Flight) -> str | None:
+    rules = RULES[flight.mode]
+    if not flight.estimator.attitude_ok:
+        return "Preflight Fail: Attitude estimate missing"
+    if not rules.armable:
+        return f"Arming denied: {flight.mode.name} mode"
+    if rules.needs_position and not flight.estimator.position_ok:
+        return "Preflight Fail: Position estimate missing"
+    if rules.pilot_controlled and flight.sticks.silent_for_s(flight.now_s) > 0.0:
+        return "Preflight Fail: No manual control input"
+    if rules.pilot_controlled and flight.sticks.climb_mps > 0.0:
+        return "Arming denied: throttle above center"
+    if rules.manual_throttle and flight.sticks.throttle > 100.0:
+        return "Arming denied: high throttle"
+    if flight.failsafes.battery_low or flight.failsafes.battery_critical:
+        return "Preflight Fail: Battery low"
+    return None
+
+
+def disarm_delay_s(flight: Flight) -> float:
+    return flight.parameters["COM_DISARM_LAND" if flight.has_flown else "COM_DISARM_PRFLT"]
+
+
+PX4 = Flavour(
+    name="px4",
+    banner=("PX4 v1.15.4 (simulated)",),
+    first_mode=Px4Mode.LOITER,
+    rules=RULES,
+    make_behaviours=make_behaviours,
+    make_parameters=make_parameters,
+    make_sticks=lambda parameters, has_radio: Px4Sticks(parameters, has_radio=has_radio),
+    make_failsafes=Px4Failsafes,
+    why_not_arm=why_not_arm,
+    handlers=HANDLERS,
+    reports=REPORTS,
+    intervals_s=INTERVALS_S,
+    obeys_stream_requests=False,
+    tells_mode_at_once=False,
+    system_id_parameter="MAV_SYS_ID",
+    battery_parameter="BAT1_CAPACITY",
+    heeds_any_ground_station=True,
+    disarm_delay_s=disarm_delay_s,
+    lands_with_throttle_up=True,
+    set_mode_number=set_mode_number,
+)

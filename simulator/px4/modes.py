@@ -1,0 +1,97 @@
+"""The flight modes of PX4: the numbers of HEARTBEAT.custom_mode, and who flies each."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+from simulator.auto import Auto
+from simulator.behaviours import Behaviour
+from simulator.guided import Guided, TakeOff
+from simulator.homing import Land, ReturnToLaunch
+from simulator.modes import ModeRules
+from simulator.piloted import AltHold, Loiter, Stabilize
+
+if TYPE_CHECKING:
+    from simulator.flight import Flight
+
+
+def custom_mode(main: int, sub: int = 0) -> int:
+    return main << 16 | sub << 24
+
+
+class Px4Mode(IntEnum):
+    MANUAL = custom_mode(1)
+    ALTCTL = custom_mode(2)
+    POSCTL = custom_mode(3)
+    TAKEOFF = custom_mode(4, 2)
+    LOITER = custom_mode(4, 3)
+    """Shown as Hold."""
+    MISSION = custom_mode(4, 4)
+    RTL = custom_mode(4, 5)
+    LAND = custom_mode(4, 6)
+    OFFBOARD = custom_mode(6)
+    STABILIZED = custom_mode(7)
+
+
+RULES: dict[IntEnum, ModeRules] = {
+    Px4Mode.MANUAL: ModeRules(False, True, manual_throttle=True, pilot_controlled=True),
+    Px4Mode.STABILIZED: ModeRules(False, True, manual_throttle=True, pilot_controlled=True),
+    Px4Mode.ALTCTL: ModeRules(False, True, pilot_controlled=True),
+    Px4Mode.POSCTL: ModeRules(True, True, pilot_controlled=True),
+    Px4Mode.TAKEOFF: ModeRules(True, True, counts_as_guided=True),
+    Px4Mode.LOITER: ModeRules(True, True, counts_as_guided=True),
+    Px4Mode.MISSION: ModeRules(True, True, counts_as_guided=True),
+    Px4Mode.RTL: ModeRules(True, False, counts_as_guided=True),
+    Px4Mode.LAND: ModeRules(False, False, counts_as_guided=True),
+    Px4Mode.OFFBOARD: ModeRules(True, True, takes_setpoints=True),
+}
+
+STICK_MODES = frozenset(mode for mode, rules in RULES.items() if rules.pilot_controlled)
+
+
+def mode_of(number: int) -> Px4Mode | None:
+    try:
+        return Px4Mode(number)
+    except ValueError:
+        return None
+
+
+class TakingOff(Guided):
+    """AUTO.TAKEOFF: climbs as soon as it is armed, and becomes AUTO.LOITER at the top."""
+
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self.alt_over_origin_m: float | None = None
+        """None: MIS_TAKEOFF_ALT over home."""
+
+    @property
+    def waits_to_take_off(self) -> bool:
+        return True
+
+    def run(self) -> None:
+        flight = self.flight
+        if flight.landed and self.wish is None:
+            alt_m = self.alt_over_origin_m
+            if alt_m is None:
+                alt_m = flight.home_local()[2] + flight.parameters["MIS_TAKEOFF_ALT"]
+            self.take_off(alt_m - flight.home_local()[2])
+        super().run()
+        if not isinstance(self.wish, TakeOff) and not flight.landed:
+            self.alt_over_origin_m = None
+            flight.set_mode(Px4Mode.LOITER)
+
+
+def make_behaviours(flight: Flight) -> dict[IntEnum, Behaviour]:
+    return {
+        Px4Mode.MANUAL: Stabilize(flight),
+        Px4Mode.STABILIZED: Stabilize(flight),
+        Px4Mode.ALTCTL: AltHold(flight),
+        Px4Mode.POSCTL: Loiter(flight),
+        Px4Mode.TAKEOFF: TakingOff(flight),
+        Px4Mode.LOITER: Guided(flight),
+        Px4Mode.MISSION: Auto(flight),
+        Px4Mode.RTL: ReturnToLaunch(flight),
+        Px4Mode.LAND: Land(flight),
+        Px4Mode.OFFBOARD: Guided(flight),
+    }

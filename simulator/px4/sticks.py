@@ -1,0 +1,168 @@
+"""Where PX4's stick positions come from: the receiver on board, or a ground station's MANUAL_CONTROL.
+
+Laws, each with a test:
+- Anybody may send sticks; no sysid is configured.
+- COM_RC_IN_MODE: 0 the receiver only, 1 MAVLink only, 2 the one in use until it falls silent, 3 whichever was heard
+  first since boot and no other, 4 none.
+- RC_CHANNELS_OVERRIDE counts as a receiver; on channels 1 to 8 a 0 is a value like any other: full deflection.
+- A source that is silent for COM_RC_LOSS_T is lost. Its last values stay, but no mode may fly by them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from simulator.geodesy import clamp
+from simulator.parameters import Parameters
+
+IGNORE = 65535
+CHANNELS = 18
+RADIO_AT_REST = (1500, 1500, 1000, 1500, 1800, 1000, 1000, 1800)
+
+
+class Source(Enum):
+    RECEIVER = auto()
+    MAVLINK = auto()
+
+
+@dataclass(slots=True)
+class Axes:
+    """-1..1 each; pitch positive forward, throttle 0 is the middle."""
+
+    roll: float = 0.0
+    pitch: float = 0.0
+    throttle: float = -1.0
+    yaw: float = 0.0
+
+
+class Px4Sticks:
+    def __init__(self, parameters: Parameters, *, has_radio: bool) -> None:
+        self._parameters = parameters
+        self.has_radio = has_radio
+        self.radio_pwm: list[int] = [*RADIO_AT_REST, *([0] * (CHANNELS - len(RADIO_AT_REST)))]
+        self.pwm: list[int] = list(self.radio_pwm) if has_radio else [0] * CHANNELS
+        self.ever_heard = False
+        self._axes: dict[Source, Axes] = {}
+        self._heard_s: dict[Source, float] = {}
+        self._used: Source | None = None
+        self._first: Source | None = None
+        self._transmitter_lost = False
+        self._now_s = 0.0
+
+    def accepts(self, sender_sysid: int) -> bool:
+        del sender_sysid
+        return True
+
+    @property
+    def overridden(self) -> bool:
+        return self._used is Source.MAVLINK
+
+    @property
+    def radio_healthy(self) -> bool:
+        return self.has_radio and not self._transmitter_lost
+
+    def clear_overrides(self) -> None:
+        """PX4 has nothing of the kind."""
+
+    def override(self, channels: list[int], now_s: float) -> None:
+        for index, value in enumerate(channels[:CHANNELS]):
+            if value != IGNORE and not (index >= 8 and value == 0):
+                self.pwm[index] = value
+        self._hear(Source.RECEIVER, self._axes_of(self.pwm), now_s)
+
+    def manual_control(self, *, x: int, y: int, z: int, r: int, now_s: float) -> None:
+        """An axis out of its range is not given and reads as centred."""
+        throttle = z / 500.0 - 1.0 if 0 <= z <= 1000 else 0.0
+        axes = (value / 1000.0 if abs(value) <= 1000 else 0.0 for value in (y, x, r))
+        roll, pitch, yaw = axes
+        self._hear(Source.MAVLINK, Axes(roll, pitch, throttle, yaw), now_s)
+
+    def _hear(self, source: Source, axes: Axes, now_s: float) -> None:
+        self._axes[source], self._heard_s[source] = axes, now_s
+
+    def update(self, now_s: float, *, transmitter_lost: bool) -> None:
+        self._now_s, self._transmitter_lost = now_s, transmitter_lost
+        if self.radio_healthy:
+            self.pwm[:] = self.radio_pwm
+            self._hear(Source.RECEIVER, self._axes_of(self.radio_pwm), now_s)
+        fresh = [source for source in Source if self._is_fresh(source)]
+        if self._first is None and fresh:
+            self._first = fresh[0]
+        self._used = self._choose(fresh)
+        self.ever_heard |= self._used is not None
+
+    def _choose(self, fresh: list[Source]) -> Source | None:
+        mode = self._parameters.whole("COM_RC_IN_MODE")
+        if mode == 2:
+            if self._used in fresh:
+                return self._used
+            return fresh[0] if fresh else None
+        wanted = {0: Source.RECEIVER, 1: Source.MAVLINK, 3: self._first}.get(mode)
+        return wanted if wanted in fresh else None
+
+    def _is_fresh(self, source: Source) -> bool:
+        heard_s = self._heard_s.get(source)
+        return heard_s is not None and self._now_s - heard_s < self._parameters["COM_RC_LOSS_T"]
+
+    @property
+    def lost(self) -> bool:
+        return self._used is None
+
+    def silent_for_s(self, now_s: float) -> float:
+        """0 while the source in use is fresh."""
+        if self._used is not None:
+            return 0.0
+        return now_s - max(self._heard_s.values(), default=0.0)
+
+    def _axes_of(self, pwm: list[int]) -> Axes:
+        def axis(name: str) -> float:
+            channel = self._parameters.whole(f"RC_MAP_{name}")
+            low, middle, high = (self._parameters[f"RC{channel}_{end}"] for end in ("MIN", "TRIM", "MAX"))
+            value = pwm[channel - 1]
+            span = high - middle if value > middle else middle - low
+            return clamp((value - middle) / span, -1.0, 1.0)
+
+        return Axes(axis("ROLL"), -axis("PITCH"), axis("THROTTLE"), axis("YAW"))
+
+    # What the pilot wants, as the flight modes read it.
+
+    @property
+    def _flown(self) -> Axes:
+        return self._axes[self._used] if self._used is not None else Axes(throttle=0.0)
+
+    @property
+    def roll(self) -> float:
+        return self._flown.roll
+
+    @property
+    def pitch(self) -> float:
+        """-1 forward (nose down) .. 1 back."""
+        return -self._flown.pitch
+
+    @property
+    def yaw(self) -> float:
+        return self._flown.yaw
+
+    @property
+    def throttle(self) -> float:
+        """0..1000."""
+        return (self._flown.throttle + 1.0) * 500.0
+
+    @property
+    def throttle_mid(self) -> float:
+        return 500.0
+
+    @property
+    def climb_mps(self) -> float:
+        throttle, zone = self._flown.throttle, self._parameters["MPC_HOLD_DZ"]
+        if throttle > zone:
+            return self._parameters["MPC_Z_VEL_MAX_UP"] * (throttle - zone) / (1.0 - zone)
+        if throttle < -zone:
+            return self._parameters["MPC_Z_VEL_MAX_DN"] * (throttle + zone) / (1.0 - zone)
+        return 0.0
+
+    @property
+    def mode_switch(self) -> int | None:
+        """RC_MAP_FLTMODE is 0: no switch is mapped."""
+        return None

@@ -1,0 +1,286 @@
+"""The PX4 flavour: a test for each rule in which it differs from ArduCopter."""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from simulator.dialect import mavlink
+from simulator.failure_modes import Failure
+from simulator.px4.flavour import PX4
+from simulator.px4.modes import Px4Mode
+
+ACCEPTED, REJECTED, DENIED = 0, 1, 2
+HOME_AMSL_M = 488.0
+SET_MODE = mavlink.MAV_CMD_DO_SET_MODE
+Make = Callable[..., Any]
+
+
+def manual(x: int = 0, y: int = 0, z: int = 500, r: int = 0) -> Any:
+    return mavlink.MAVLink_manual_control_message(1, x, y, z, r, 0)
+
+
+def set_mode(ground: Any, mode: Px4Mode) -> int | None:
+    answer: int | None = ground.command(SET_MODE, 1, int(mode) >> 16 & 0xFF, int(mode) >> 24)
+    return answer
+
+
+@pytest.fixture
+def px4(ground: Make) -> Make:
+    """Without a radio unless told otherwise, heard by any ground station, sticks centred."""
+
+    def make(**options: Any) -> Any:
+        options.setdefault("has_radio", False)
+        made = ground(flavour=PX4, **options)
+        made.sticks = manual()
+        return made.ready()
+
+    return make
+
+
+@pytest.fixture
+def flying(px4: Make) -> Make:
+    def make(mode: Px4Mode = Px4Mode.POSCTL, **options: Any) -> Any:
+        made = px4(**options)
+        assert made.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, math.nan, 0, 0, HOME_AMSL_M + 20) == ACCEPTED
+        assert made.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == ACCEPTED
+        made.until(lambda: made.flight.mode is Px4Mode.LOITER)
+        assert made.body.alt_m == pytest.approx(20, abs=0.3)
+        assert set_mode(made, mode) == ACCEPTED
+        return made
+
+    return make
+
+
+def test_the_heartbeat_names_px4_and_packs_the_mode(px4: Make) -> None:
+    ground = px4()
+    ground.run(1.1)
+    beat = ground.of("HEARTBEAT")[-1]
+    assert beat.autopilot == mavlink.MAV_AUTOPILOT_PX4
+    assert beat.custom_mode == 4 << 16 | 3 << 24
+
+
+@pytest.mark.parametrize("mode", list(Px4Mode))
+def test_each_mode_is_asked_for_by_main_and_sub_number(px4: Make, mode: Px4Mode) -> None:
+    ground = px4()
+    ground.vehicle.flight.plans.store(0, [_item(), _item()], None)
+    assert set_mode(ground, mode) == ACCEPTED
+    assert ground.flight.mode is mode
+
+
+def _item() -> Any:
+    from simulator.mission_plan import Item
+
+    return Item(16, x=473977420, y=85455940, z=20.0)
+
+
+def test_an_unknown_mode_or_a_missing_flag_is_denied(px4: Make) -> None:
+    ground = px4()
+    assert ground.command(SET_MODE, 1, 9, 0) == DENIED
+    assert ground.command(SET_MODE, 0, 2, 0) == DENIED
+
+
+def test_the_mode_is_told_once_a_second_and_on_request_but_not_at_once(flying: Make) -> None:
+    ground = flying()
+    count = len(ground.of("HEARTBEAT"))
+    ground.until(lambda: len(ground.of("HEARTBEAT")) > count)
+    before = len(ground.of("HEARTBEAT"))
+    assert set_mode(ground, Px4Mode.ALTCTL) == ACCEPTED
+    ground.run(0.3)
+    assert len(ground.of("HEARTBEAT")) == before
+    assert ground.command(mavlink.MAV_CMD_REQUEST_MESSAGE, 0) == ACCEPTED
+    assert ground.of("HEARTBEAT")[-1].custom_mode == Px4Mode.ALTCTL
+
+
+def test_sticks_of_any_sender_fly(flying: Make) -> None:
+    ground = flying()
+    ground.sticks = None
+    for _ in range(40):
+        ground.send(manual(x=1000), sysid=77, compid=3)
+        ground.run(0.05)
+    assert math.hypot(ground.body.vn_mps, ground.body.ve_mps) > 2.0
+
+
+def test_an_axis_that_is_not_given_reads_as_centred(flying: Make) -> None:
+    ground = flying()
+    ground.sticks = manual(x=32767, y=32767, z=32767, r=32767)
+    ground.run(2.0)
+    assert math.hypot(ground.body.vn_mps, ground.body.ve_mps) < 0.2
+    assert ground.body.alt_m == pytest.approx(20, abs=0.3)
+
+
+def test_a_zero_in_an_override_is_a_value_and_not_a_release(flying: Make) -> None:
+    ground = flying(parameters={"COM_RC_IN_MODE": 2})
+    ground.sticks = ground.override(1500, 1500, 1500, 1500)
+    ground.run(1.0)
+    height_m = ground.body.alt_m
+    ground.sticks = ground.override(1500, 1500, 0, 1500)
+    ground.run(3.0)
+    assert ground.body.alt_m < height_m - 2.0
+
+
+@pytest.mark.parametrize(("mode", "flies"), [(0, False), (1, True), (2, False), (3, False), (4, False)])
+def test_com_rc_in_mode_decides_between_the_receiver_and_the_ground_station(px4: Make, mode: int, flies: bool) -> None:
+    ground = px4(has_radio=True, parameters={"COM_RC_IN_MODE": mode})
+    ground.sticks = manual(y=1000)
+    ground.run(0.5)
+    assert (ground.flight.sticks.roll > 0.9) is flies
+
+
+def test_in_mode_2_the_ground_station_takes_over_once_the_receiver_is_silent(px4: Make) -> None:
+    ground = px4(has_radio=True, parameters={"COM_RC_IN_MODE": 2})
+    ground.sticks = manual(y=1000)
+    ground.vehicle.failures.add(Failure.RADIO_LOST)
+    ground.run(1.0)
+    assert ground.flight.sticks.roll > 0.9
+
+
+@pytest.mark.parametrize("mode", [Px4Mode.ALTCTL, Px4Mode.POSCTL, Px4Mode.LOITER])
+def test_sticks_lost_hold_for_five_seconds_and_return(flying: Make, mode: Px4Mode) -> None:
+    ground = flying(mode)
+    ground.sticks = None
+    took_s = ground.until(lambda: ground.flight.failsafes.radio)
+    assert took_s == pytest.approx(0.5, abs=0.15)
+    ground.run(0.05)
+    assert ground.flight.mode is Px4Mode.LOITER
+    took_s = ground.until(lambda: ground.flight.mode is Px4Mode.RTL)
+    assert took_s == pytest.approx(5.0, abs=0.2)
+
+
+def test_sticks_that_come_back_during_the_hold_get_their_mode_back(flying: Make) -> None:
+    ground = flying(Px4Mode.ALTCTL)
+    ground.sticks = None
+    ground.run(2.0)
+    assert ground.flight.mode is Px4Mode.LOITER
+    ground.sticks = manual()
+    ground.run(0.2)
+    assert ground.flight.mode is Px4Mode.ALTCTL
+
+
+def test_sticks_lost_mean_nothing_in_a_mode_that_is_excepted(flying: Make) -> None:
+    ground = flying(Px4Mode.LOITER, parameters={"COM_RCL_EXCEPT": 2})
+    ground.sticks = None
+    ground.run(8.0)
+    assert ground.flight.mode is Px4Mode.LOITER
+
+
+def test_who_took_off_without_sticks_loses_none(px4: Make) -> None:
+    ground = px4()
+    ground.sticks = None
+    ground.run(1.0)
+    assert ground.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, HOME_AMSL_M + 10) == ACCEPTED
+    assert ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == ACCEPTED
+    ground.until(lambda: ground.flight.mode is Px4Mode.LOITER)
+    ground.run(8.0)
+    assert ground.flight.mode is Px4Mode.LOITER
+    assert set_mode(ground, Px4Mode.ALTCTL) == REJECTED
+
+
+def test_nav_rcl_act_says_what_follows(flying: Make) -> None:
+    ground = flying(Px4Mode.POSCTL, parameters={"NAV_RCL_ACT": 3, "COM_FAIL_ACT_T": 0})
+    ground.sticks = None
+    ground.run(1.0)
+    assert ground.flight.mode is Px4Mode.LAND
+
+
+def _station(ground: Any, seconds: float, sysid: int = 42) -> None:
+    for _ in range(round(seconds)):
+        ground.send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), sysid=sysid)
+        ground.run(1.0)
+
+
+@pytest.mark.parametrize(("action", "mode"), [(0, Px4Mode.LOITER), (2, Px4Mode.RTL), (3, Px4Mode.LAND)])
+def test_a_lost_ground_station_is_a_loss_after_ten_seconds_if_asked_for(
+    flying: Make, action: int, mode: Px4Mode
+) -> None:
+    ground = flying(Px4Mode.LOITER, parameters={"NAV_DLL_ACT": action, "COM_FAIL_ACT_T": 0})
+    _station(ground, 3)
+    ground.run(8.0)
+    assert ground.flight.mode is Px4Mode.LOITER
+    ground.run(3.0)
+    assert ground.flight.mode is mode
+
+
+def test_heartbeats_of_a_companion_are_no_ground_station(flying: Make) -> None:
+    ground = flying(Px4Mode.LOITER, parameters={"NAV_DLL_ACT": 3, "COM_FAIL_ACT_T": 0})
+    _station(ground, 2)
+    for _ in range(12):
+        ground.send(mavlink.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3), sysid=1)
+        ground.run(1.0)
+    assert ground.flight.mode is Px4Mode.LAND
+
+
+def test_integer_parameters_travel_as_bits(px4: Make) -> None:
+    ground = px4()
+    name = b"COM_RC_IN_MODE"
+    ground.send(mavlink.MAVLink_param_request_read_message(1, 1, name, -1))
+    ground.run(0.1)
+    value = ground.of("PARAM_VALUE")[-1]
+    assert (value.param_type, struct.pack("<f", value.param_value)) == (6, struct.pack("<i", 3))
+    bits = struct.unpack("<f", struct.pack("<i", 1))[0]
+    ground.send(mavlink.MAVLink_param_set_message(1, 1, name, bits, 6))
+    ground.run(0.1)
+    assert ground.vehicle.parameters["COM_RC_IN_MODE"] == 1
+    ground.send(mavlink.MAVLink_param_set_message(1, 1, name, 2.0, 9))
+    ground.run(0.1)
+    assert ground.vehicle.parameters["COM_RC_IN_MODE"] == 1
+
+
+def test_a_go_to_takes_heights_above_the_sea(flying: Make) -> None:
+    ground = flying(Px4Mode.LOITER)
+    place = {"x": 473_980_000, "y": 85_455_940}
+    go = mavlink.MAV_CMD_DO_REPOSITION
+    assert ground.command_int(go, -1, 1, 0, math.nan, **place, z=HOME_AMSL_M + 30, frame=0) == ACCEPTED
+    ground.run(15.0)
+    assert ground.body.alt_m == pytest.approx(30, abs=0.5)
+    assert ground.body.north_m > 20
+    assert ground.command_int(go, -1, 1, 0, math.nan, **place, z=30, frame=6) == DENIED
+
+
+def test_take_off_with_no_height_given_uses_the_parameter(px4: Make) -> None:
+    ground = px4(parameters={"MIS_TAKEOFF_ALT": 6})
+    assert ground.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, math.nan, math.nan, math.nan, math.nan) == ACCEPTED
+    assert ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == ACCEPTED
+    ground.until(lambda: ground.flight.mode is Px4Mode.LOITER)
+    assert ground.body.alt_m == pytest.approx(6, abs=0.3)
+
+
+def test_streams_come_without_being_asked_for(px4: Make) -> None:
+    ground = px4()
+    ground.heard.clear()
+    ground.run(4.0)
+    assert len(ground.of("ATTITUDE")) == pytest.approx(60, abs=2)
+    for name in ("GLOBAL_POSITION_INT", "SYS_STATUS", "EXTENDED_SYS_STATE", "BATTERY_STATUS", "VFR_HUD"):
+        assert ground.of(name), name
+
+
+@pytest.mark.parametrize("flavour", ["ardupilot", "px4"])
+@pytest.mark.parametrize(("has_radio", "lost"), [(True, False), (True, True), (False, False)])
+def test_sys_status_is_honest_about_the_receiver(ground: Make, flavour: str, has_radio: bool, lost: bool) -> None:
+    options = {"flavour": PX4} if flavour == "px4" else {}
+    made = ground(has_radio=has_radio, failures={Failure.RADIO_LOST} if lost else set(), **options)
+    made.sticks = manual()
+    made.ready()
+    assert made.command(mavlink.MAV_CMD_REQUEST_MESSAGE, 1) == ACCEPTED
+    status = made.of("SYS_STATUS")[-1]
+    bit = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+    assert bool(status.onboard_control_sensors_present & bit) is has_radio
+    assert bool(status.onboard_control_sensors_health & bit) is (has_radio and not lost)
+
+
+def test_it_disarms_two_seconds_after_a_landing(flying: Make) -> None:
+    ground = flying(Px4Mode.LOITER)
+    assert ground.command(mavlink.MAV_CMD_NAV_LAND) == ACCEPTED
+    ground.until(lambda: not ground.flight.armed)
+    assert ground.body.alt_m == pytest.approx(0, abs=0.1)
+
+
+def test_position_mode_falls_back_to_altitude_when_the_place_is_lost(flying: Make) -> None:
+    ground = flying(Px4Mode.POSCTL)
+    ground.vehicle.failures.add(Failure.GPS_LOST)
+    ground.run(7.0)
+    assert ground.flight.mode is Px4Mode.ALTCTL
