@@ -1,0 +1,110 @@
+"""The emulated network with real namespaces: what it does to packets, and that nothing of it stays."""
+
+import asyncio
+import json
+import statistics
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from bench.link_model import Profile
+from bench.namespaces import Network, emulated_network, why_not
+
+ECHO = """
+import socket
+s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+s.bind(("0.0.0.0", 9000))
+print("listening", flush=True)
+while True:
+    data, peer = s.recvfrom(2048)
+    s.sendto(data, peer)
+"""
+ASK = """
+import json, socket, sys, time
+s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+s.settimeout(1.0)
+trips = []
+for number in range(int(sys.argv[2])):
+    begin = time.monotonic()
+    s.sendto(b"%d" % number, (sys.argv[1], 9000))
+    try:
+        while s.recv(2048) != b"%d" % number:
+            pass
+        trips.append(time.monotonic() - begin)
+    except TimeoutError:
+        pass
+print(json.dumps(trips))
+"""
+
+
+@pytest.fixture(autouse=True)
+def _possible(missing: Callable[[str], None]) -> None:
+    reason = why_not()
+    if reason is not None:
+        missing(reason)
+
+
+async def listening(net: Network) -> None:
+    echo = await net.run_in("tower", sys.executable, "-c", ECHO, stdout=asyncio.subprocess.PIPE)
+    assert echo.stdout is not None
+    assert await asyncio.wait_for(echo.stdout.readline(), 20) == b"listening\n"
+
+
+async def round_trips(net: Network, count: int) -> list[float]:
+    asking = await net.run_in(
+        "drone", sys.executable, "-c", ASK, net.address("tower"), str(count), stdout=asyncio.subprocess.PIPE
+    )
+    said, _ = await asyncio.wait_for(asking.communicate(), 60)
+    answer: list[float] = json.loads(said)
+    return answer
+
+
+async def test_round_trips_take_as_long_as_the_profile_says_and_a_change_counts_at_once() -> None:
+    async with emulated_network({"drone": Profile(delay_s=0.05)}) as net:
+        await listening(net)
+        trips = await round_trips(net, 10)
+        assert len(trips) == 10
+        assert min(trips) >= 0.099
+        assert statistics.median(trips) < 0.13
+        await net.change("drone", Profile(black_out=True))
+        assert await round_trips(net, 1) == []
+        await net.change("drone", Profile())
+        assert statistics.median(await round_trips(net, 10)) < 0.03
+
+
+async def test_tcp_works_through_loss(tmp_path: Any) -> None:
+    body = bytes(range(256)) * 400
+    (tmp_path / "file").write_bytes(body)
+    async with emulated_network({"drone": Profile(delay_s=0.005, loss=0.05)}) as net:
+        server = (sys.executable, "-m", "http.server", "8000", "--directory", str(tmp_path))
+        await net.run_in("tower", *server, stderr=asyncio.subprocess.DEVNULL, stdout=asyncio.subprocess.DEVNULL)
+        fetch = (
+            "import sys, time, urllib.request\n"
+            "for _ in range(200):\n"
+            "    try:\n"
+            f"        body = urllib.request.urlopen('http://{net.address('tower')}:8000/file', timeout=20).read()\n"
+            "        break\n"
+            "    except OSError:\n"
+            "        time.sleep(0.05)\n"
+            "sys.stdout.buffer.write(body)\n"
+        )
+        client = await net.run_in("drone", sys.executable, "-c", fetch, stdout=asyncio.subprocess.PIPE)
+        fetched, _ = await asyncio.wait_for(client.communicate(), 60)
+        assert fetched == body
+
+
+def namespaces_left() -> str:
+    return subprocess.run(["ip", "netns", "list"], capture_output=True, text=True, check=True).stdout
+
+
+async def test_nothing_stays_behind_even_after_a_failure() -> None:
+    names = []
+    with pytest.raises(RuntimeError, match="on purpose"):
+        async with emulated_network() as net:
+            names = [net.namespace(host) for host in ("tower", "drone", "browser")]
+            await listening(net)
+            raise RuntimeError("on purpose")
+    assert names and not any(name in namespaces_left() for name in names)
