@@ -97,6 +97,7 @@ class World:
     tower: subprocess.Popen[bytes] = field(init=False)
     """The newest one."""
     _running: list[subprocess.Popen[bytes]] = field(default_factory=list)
+    _started: dict[str, tuple[subprocess.Popen[bytes], tuple[str, ...]]] = field(default_factory=dict)
     _logs: int = 0
 
     def __enter__(self) -> "World":
@@ -166,7 +167,16 @@ class World:
                 cwd=CHECKOUT,
             )
         self._running.append(process)
+        self._started[name] = (process, command)
         return process
+
+    def running(self, name: str) -> subprocess.Popen[bytes]:
+        """The newest process of this name."""
+        return self._started[name][0]
+
+    def restart(self, name: str) -> subprocess.Popen[bytes]:
+        """The same command again, as systemd would."""
+        return self.start(name, *self._started[name][1])
 
     def start_tower(self) -> subprocess.Popen[bytes]:
         """Until it answers. A second call, after the first one was killed, takes the same port again."""

@@ -1,0 +1,177 @@
+"""Somebody who flies over the live channel: a client with eyes (telemetry) and hands (commands, sticks at 50 Hz)."""
+
+import asyncio
+import contextlib
+import json
+import time
+from collections.abc import AsyncIterator, Callable
+from typing import Any, Final
+
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+from websockets.typing import Subprotocol
+from worlds.processes import Visitor
+
+from wire.dialect import build, decode, mavlink
+from wire.ids import DroneId
+from wire.tagged import split_tagged, stamp, tag
+
+GROUND_STATION: Final = 255
+STICKS_EVERY_S: Final = 0.02
+ALT_HOLD: Final = 2
+GUIDED: Final = 4
+LOITER: Final = 5
+
+
+class Pilot:
+    """Watches one drone, and flies it if the tower lets them. Use `at_the_controls` or `watching` to get one."""
+
+    def __init__(self, socket: ClientConnection, visitor: Visitor, drone_id: int) -> None:
+        self._socket = socket
+        self._visitor = visitor
+        self._drone_id = DroneId(drone_id)
+        self._sequence = 0
+        self._sticks: tuple[int, int, int, int] | None = None
+        self.mode = -1
+        self.armed = False
+        self.altitude_m = 0.0
+        self.climb_mps = 0.0
+        self.roll_pitch_rad = (0.0, 0.0)
+        self.events: list[dict[str, Any]] = []
+        self.acks: list[tuple[int, int]] = []
+        self.texts: list[str] = []
+
+    async def ask(self, method: str, path: str, body: Any = None) -> Any:
+        """REST, off the loop. Returns the Answer."""
+        return await asyncio.to_thread(self._visitor.ask, method, f"/drones/{self._drone_id}{path}", body)
+
+    async def send(self, message: Any) -> None:
+        """One message of the dialect, stamped, to the drone."""
+        self._sequence += 1
+        frame = build(message, system_id=GROUND_STATION, component_id=190, sequence=self._sequence)
+        await self._socket.send(stamp(int(time.monotonic() * 1000) % 2**32) + tag(self._drone_id, frame))
+
+    async def command(self, number: int, *parameters: float) -> None:
+        """COMMAND_LONG until it is accepted."""
+        filled = [*parameters, *[0.0] * (7 - len(parameters))]
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline:
+            self.acks.clear()
+            await self.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *filled))
+            with contextlib.suppress(TimeoutError):
+                await self.until(lambda: any(one == number for one, _ in self.acks), f"ACK of {number}", 2.0)
+                if (number, mavlink.MAV_RESULT_ACCEPTED) in self.acks:
+                    return
+            await asyncio.sleep(0.2)
+        raise AssertionError(f"command {number} was not accepted: {self.acks}, {self.texts[-3:]}")
+
+    async def set_mode(self, mode: int) -> None:
+        """And wait until a heartbeat shows it."""
+        await self.command(mavlink.MAV_CMD_DO_SET_MODE, 1, mode)
+        await self.until(lambda: self.mode == mode, f"mode {mode}")
+
+    async def take_off(self, height_m: float) -> None:
+        """In GUIDED, to a height above home."""
+        await self.set_mode(GUIDED)
+        await self.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
+        await self.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height_m)
+        await self.until(lambda: abs(self.altitude_m - height_m) < 0.5, f"{height_m} m")
+
+    def hold_sticks(self, pitch: int = 0, roll: int = 0, throttle: int = 500, yaw: int = 0) -> None:
+        """From now on these go out at 50 Hz (MANUAL_CONTROL units)."""
+        self._sticks = (pitch, roll, throttle, yaw)
+
+    def let_go(self) -> None:
+        """Nothing goes out any more."""
+        self._sticks = None
+
+    async def until(self, condition: Callable[[], bool], what: str, timeout_s: float = 40.0) -> None:
+        """Looks often; raises TimeoutError naming what was waited for."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            if time.monotonic() > deadline:
+                raise TimeoutError(f"{what}: mode {self.mode}, {self.altitude_m:.1f} m, {self.events[-3:]}")
+            await asyncio.sleep(0.01)
+
+    async def until_event(self, kind: str, timeout_s: float = 40.0, **fields: Any) -> dict[str, Any]:
+        """The first event that has these fields, of all that have come so far."""
+
+        def found() -> dict[str, Any] | None:
+            for event in self.events:
+                if event["type"] == kind and all(event.get(name) == value for name, value in fields.items()):
+                    return event
+            return None
+
+        await self.until(lambda: found() is not None, f"{kind} {fields}", timeout_s)
+        event = found()
+        assert event is not None
+        return event
+
+    async def _read(self) -> None:
+        async for message in self._socket:
+            if isinstance(message, str):
+                event = json.loads(message)
+                if event["type"] == "ping":
+                    await self._socket.send(json.dumps({"type": "pong", "sequence": event["sequence"]}))
+                else:
+                    self.events.append(event)
+                continue
+            for drone_id, frame in split_tagged(message):
+                if drone_id == self._drone_id:
+                    self._see(decode(frame))
+
+    def _see(self, message: Any) -> None:
+        kind = message.get_type() if message is not None else ""
+        if kind == "HEARTBEAT" and message.get_srcComponent() == 1:
+            self.mode, self.armed = message.custom_mode, bool(message.base_mode & 128)
+        elif kind == "GLOBAL_POSITION_INT":
+            self.altitude_m, self.climb_mps = message.relative_alt / 1000, -message.vz / 100
+        elif kind == "ATTITUDE":
+            self.roll_pitch_rad = (message.roll, message.pitch)
+        elif kind == "COMMAND_ACK":
+            self.acks.append((message.command, message.result))
+        elif kind == "STATUSTEXT":
+            self.texts.append(message.text)
+
+    async def _move_sticks(self) -> None:
+        while True:
+            if self._sticks is not None:
+                await self.send(mavlink.MAVLink_manual_control_message(1, *self._sticks, 0))
+            await asyncio.sleep(STICKS_EVERY_S)
+
+
+@contextlib.asynccontextmanager
+async def watching(visitor: Visitor, drone_id: int) -> AsyncIterator[Pilot]:
+    """Signed in and focused on the drone."""
+    url = visitor.address.replace("http", "ws") + "/api/v1/live"
+    headers = {"Cookie": visitor.cookie, "Origin": visitor.address}
+    async with connect(url, subprotocols=[Subprotocol("tower.v1")], additional_headers=headers) as socket:
+        pilot = Pilot(socket, visitor, drone_id)
+        await socket.send(json.dumps({"type": "focus", "drone_id": drone_id}))
+        tasks = [asyncio.create_task(pilot._read()), asyncio.create_task(pilot._move_sticks())]
+        try:
+            await pilot.until(lambda: bool(pilot.events), "welcome")
+            yield pilot
+        finally:
+            for task in tasks:
+                task.cancel()
+            for ended in await asyncio.gather(*tasks, return_exceptions=True):
+                # A tower that was killed takes the socket along; anything else is a fault of the test.
+                if isinstance(ended, Exception) and not isinstance(ended, ConnectionClosed):
+                    raise ended
+
+
+@contextlib.asynccontextmanager
+async def at_the_controls(visitor: Visitor, drone_id: int) -> AsyncIterator[Pilot]:
+    """The same, holding the drone."""
+    async with watching(visitor, drone_id) as pilot:
+        answer = await pilot.ask("POST", "/control/acquire")
+        assert answer.status == 200, answer.body
+        yield pilot
+
+
+async def fly_by_hand(pilot: Pilot, height_m: float = 15.0) -> None:
+    """Up by command, then sticks in hand in LOITER."""
+    await pilot.take_off(height_m)
+    pilot.hold_sticks()
+    await pilot.set_mode(LOITER)
