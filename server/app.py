@@ -22,8 +22,14 @@ from server.body import BodyCheck
 from server.clock import Clock, utc_now
 from server.console import serve_console
 from server.control import routes as control_routes
+from server.control import safety_routes, settings_routes
+from server.control.after_start import end_assistance
 from server.control.desk import ControlDesk
 from server.control.lease_store import DatabaseLeaseStore
+from server.control.loss_checks import LossChecks
+from server.control.rehearsal import Rehearsals
+from server.control.settings_store import load_into
+from server.control.watchman import Watchman
 from server.database import open_database
 from server.fleet import routes as fleet_routes
 from server.fleet.roster import Roster
@@ -43,6 +49,8 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
     fleet_routes.router,
     control_routes.router,
+    settings_routes.router,
+    safety_routes.router,
     relay_routes.router,
     user_routes.router,
     audit_routes.router,
@@ -95,6 +103,9 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     )
     sessions = Sessions(database, idle_s=settings.session_idle_s, lifetime_s=settings.session_lifetime_s)
     hub = Hub()
+    loss_checks = LossChecks(hub=hub, database=database, clock=clock)
+    rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
+    desk = ControlDesk(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
     return Tower(
         settings=settings,
         clock=clock,
@@ -103,8 +114,13 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         sessions=sessions,
         door=Door(database, passwords, sessions, SignInThrottle()),
         hub=hub,
-        desk=ControlDesk(DatabaseLeaseStore(database, clock), hub),
+        desk=desk,
         roster=Roster(database, hub),
+        loss_checks=loss_checks,
+        rehearsals=rehearsals,
+        watchman=Watchman(
+            desk=desk, hub=hub, database=database, clock=clock, loss_checks=loss_checks, rehearsals=rehearsals
+        ),
     )
 
 
@@ -116,7 +132,15 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         stack.push_async_callback(tower.database.close)
         await check_schema(tower.database)
         await tower.passwords.warm_up()
+        await end_assistance(tower.database, tower.clock)
+        tower.hub.on_event = tower.watchman.noticed
+        stack.push_async_callback(tower.watchman.stop)
+        stack.push_async_callback(tower.rehearsals.stop)
+        await tower.loss_checks.load()
         await tower.roster.refresh()
+        await load_into(tower.hub, tower.database)
+        for drone_id in tower.hub.drone_ids():
+            tower.loss_checks.look_again(drone_id)
         await stack.enter_async_context(_in_background(tower.roster.follow()))
         # Last: from here on agents are answered.
         try:

@@ -20,6 +20,7 @@ from server.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
 from server.accounts.passwords import BadPassword, TooManySignIns
 from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
 from server.control.desk import ControlRefused
+from server.control.drone_settings import BadDroneSettings
 from server.fleet.drones import DroneNameTaken
 from server.names import BadName
 from server.refusal import Refusal, RetryLater
@@ -56,6 +57,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
     ControlRefused: Kind("control-refused", 409, "The controls did not change hands"),
+    BadDroneSettings: Kind(INVALID.slug, INVALID.status, INVALID.title, field="lost_action_s"),
     LastAdmin: Kind("last-admin", 409, "The last admin must stay"),
     BadName: Kind(INVALID.slug, INVALID.status, INVALID.title, field="name"),
     BadPassword: Kind(INVALID.slug, INVALID.status, INVALID.title, field="password"),

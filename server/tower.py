@@ -14,6 +14,9 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.accounts.sign_in import Door
     from server.clock import Clock
     from server.control.desk import ControlDesk
+    from server.control.loss_checks import LossChecks
+    from server.control.rehearsal import Rehearsals
+    from server.control.watchman import Watchman
     from server.database import Database
     from server.fleet.roster import Roster
     from server.relay.hub import Hub
@@ -31,6 +34,9 @@ class Tower:
     hub: Hub
     desk: ControlDesk
     roster: Roster
+    loss_checks: LossChecks
+    rehearsals: Rehearsals
+    watchman: Watchman
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
     """Run, in order, while connections are still open: the place to say good-bye on them."""
 

@@ -10,13 +10,11 @@ from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
 from server.accounts import users
 from server.accounts.passwords import check_password
 from server.accounts.sessions import Principal
-from server.accounts.tables import Role
 from server.accounts.users import LastAdmin, UnknownUser, UserChange, UserNameTaken
 from server.accounts.views import AccountView, NewUser, UserPatch
 from server.audit.deed import Deed
 from server.names import clean_name
 from server.problem_docs import answers
-from server.revoking import revoke_controls_of
 from server.tower import address_of, tower_of
 from wire.ids import UserId
 
@@ -72,9 +70,7 @@ async def change_user(request: Request, admin: Admin, user_id: UserPath, body: U
     await tower.roster.refresh()
     if body.disabled or password_hash is not None:
         tower.hub.end_user(UserId(user_id))
-    if body.disabled or body.role is Role.OPERATOR:
-        reason = "the account was disabled" if body.disabled else "no longer an admin"
-        await revoke_controls_of(tower, user_id, by=admin, reason=reason, address=address_of(request))
+    await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
     return AccountView.of(row)
 
 
@@ -88,8 +84,7 @@ async def delete_user(request: Request, admin: Admin, user_id: UserPath) -> None
         await users.change_user(session, user_id=user_id, change=gone, deed=_deed(request, admin))
     await tower.roster.refresh()
     tower.hub.end_user(UserId(user_id))
-    reason = "the account was deleted"
-    await revoke_controls_of(tower, user_id, by=admin, reason=reason, address=address_of(request))
+    await tower.watchman.caught_up()
     async with tower.database.writing() as session:
         await users.delete_user(session, user_id=user_id, deed=_deed(request, admin))
     await tower.roster.refresh()

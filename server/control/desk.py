@@ -6,7 +6,7 @@ instant nobody's commands pass until it is decided. Of two who ask at the same m
 
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final, Literal
 
@@ -50,9 +50,12 @@ class ControlRefused(Refusal):
 class ControlDesk:
     """One for a tower. `change` and `system_change` are the only ways in which a lease changes."""
 
-    def __init__(self, store: LeaseStore, hub: Hub) -> None:
+    def __init__(
+        self, store: LeaseStore, hub: Hub, *, on_changed: Callable[[DroneId], None] = lambda drone_id: None
+    ) -> None:
         self._store = store
         self._hub = hub
+        self._on_changed = on_changed
         self._fences: Counter[DroneId] = Counter()
 
     async def change(
@@ -146,6 +149,7 @@ class ControlDesk:
             if turn_of is not None:
                 by = view.assistant if turn_of == "assistant" else view.holder
             self._hub.apply_lease(ask.drone_id, view, event=event, by=by, reason=ask.reason, now=now)
+            self._on_changed(ask.drone_id)
         orders = outcome.changed.orders
         if (
             Order.HOLD in orders

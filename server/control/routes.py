@@ -24,6 +24,18 @@ class ControlRequest(BaseModel):
     reason: Annotated[str, Field(max_length=256)] = ""
 
 
+class TakeRequest(ControlRequest):
+    """Why, and whether whoever is shut out may go on watching."""
+
+    watch: bool = True
+
+
+class AcceptRequest(ControlRequest):
+    """ "I have control": `sticks_centred` must be true."""
+
+    sticks_centred: bool = False
+
+
 Reason = Annotated[ControlRequest | None, Body()]
 
 
@@ -37,6 +49,8 @@ async def _change(
         reason=body.reason.strip() if body else "",
         address=address_of(request),
         now=time.monotonic(),
+        watch=body.watch if isinstance(body, TakeRequest) else True,
+        sticks_centred=isinstance(body, AcceptRequest) and body.sticks_centred,
     )
 
 
@@ -53,12 +67,41 @@ async def release(request: Request, principal: CurrentUser, drone_id: DronePath,
 
 
 @router.post("/take", operation_id="take_control")
-async def take(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
-    """Admin: take the controls. The drone holds; its operator is shut out until it is given back."""
+async def take(
+    request: Request,
+    principal: CurrentUser,
+    drone_id: DronePath,
+    body: Annotated[TakeRequest | None, Body()] = None,
+) -> DroneView:
+    """Admin: take the controls, or withdraw an offer. The drone holds; its operator is shut out until they are given
+    back, and does not see it either if `watch` is false."""
     return await _change(request, principal, drone_id, Event.TAKE, body)
 
 
 @router.post("/give", operation_id="give_control")
 async def give(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
-    """Admin: give the controls back to the operator they were taken from. The drone holds."""
+    """Admin: offer the controls back to the operator they were taken from. The drone holds until they are accepted."""
     return await _change(request, principal, drone_id, Event.GIVE, body)
+
+
+@router.post("/accept", operation_id="accept_control")
+async def accept(
+    request: Request,
+    principal: CurrentUser,
+    drone_id: DronePath,
+    body: Annotated[AcceptRequest | None, Body()] = None,
+) -> DroneView:
+    """The operator: "I have control", with centred sticks."""
+    return await _change(request, principal, drone_id, Event.ACCEPT, body)
+
+
+@router.post("/assist", operation_id="assist_control")
+async def assist(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Admin: help the holder. Your commands win for as long as they come, and a second longer."""
+    return await _change(request, principal, drone_id, Event.ASSIST, body)
+
+
+@router.post("/unassist", operation_id="unassist_control")
+async def unassist(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Admin: end the assistance, your own or another admin's."""
+    return await _change(request, principal, drone_id, Event.ASSIST_END, body)

@@ -9,14 +9,12 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from server.access import Admin, AdminsOnly, CurrentUser, NotSignedIn, SessionExpired, UnknownDrone
 from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.accounts.users import UnknownUser, get_user
+from server.accounts.users import UnknownUser
 from server.audit.deed import Deed
 from server.fleet import drones
 from server.fleet.drones import DroneNameTaken
 from server.fleet.views import DroneView
 from server.problem_docs import answers
-from server.revoking import revoke_controls_of
 from server.tower import address_of, tower_of
 from wire.credential import Credential
 from wire.ids import DroneId
@@ -116,17 +114,8 @@ async def remove_owner(request: Request, admin: Admin, drone_id: DronePath, user
     tower = tower_of(request)
     async with tower.database.writing() as session:
         await drones.remove_owner(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
-        is_admin = (await get_user(session, user_id)).role == Role.ADMIN
     await tower.roster.refresh()
-    if not is_admin:
-        await revoke_controls_of(
-            tower,
-            user_id,
-            drone_id=drone_id,
-            by=admin,
-            reason="no longer an owner",
-            address=address_of(request),
-        )
+    await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
     return _view(request, admin, drone_id)
 
 

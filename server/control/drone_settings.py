@@ -1,0 +1,84 @@
+"""How one drone holds and what it does when it is lost: the values, their bounds, which of them go together. Pure."""
+
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import msgspec
+
+from server.refusal import Refusal
+from wire.control_messages import LostAction, SafetySettings
+
+COPTER_LADDER: Final = ("LOITER", "POSHOLD", "BRAKE", "ALT_HOLD")
+PX4_LADDER: Final = ("AUTO.LOITER", "POSCTL", "ALTCTL")
+ALTITUDE_HOLDS: Final = frozenset({"ALT_HOLD", "ALTCTL"})
+
+BOUNDS: Final[dict[str, tuple[float, float]]] = {
+    "hold_bound_s": (3.0, 300.0),
+    "sticks_stale_s": (0.2, 5.0),
+    "sticks_late_s": (0.1, 5.0),
+    "commands_late_s": (0.5, 30.0),
+    "lost_hold_s": (0.5, 30.0),
+    "lost_action_s": (2.0, 3600.0),
+    "rtt_limit_ms": (50.0, 10_000.0),
+    "rtt_limit_s": (0.2, 30.0),
+}
+"""Least and most of each number. Below, an ordinary hiccup of a mobile network holds the drone; above, nothing does."""
+
+
+class BadDroneSettings(Refusal):
+    """Each value is one that there is, but they do not go together."""
+
+
+@dataclass(frozen=True)
+class DroneSettings:
+    """`safety` is for the agent; the limits of the round trip are watched by the tower."""
+
+    safety: SafetySettings = field(default_factory=SafetySettings)
+    rtt_limit_ms: float = 500.0
+    rtt_limit_s: float = 1.0
+
+    def as_values(self) -> dict[str, Any]:
+        """By the names of the REST interface."""
+        safety = msgspec.structs.asdict(self.safety)
+        return {
+            **safety,
+            "hold_ladder": list(self.safety.hold_ladder),
+            "lost_action": self.safety.lost_action.value,
+            "rtt_limit_ms": self.rtt_limit_ms,
+            "rtt_limit_s": self.rtt_limit_s,
+        }
+
+
+DEFAULTS: Final = DroneSettings()
+_SAFETY_NAMES: Final = frozenset(SafetySettings.__struct_fields__)
+
+
+def check_ladder(ladder: list[str]) -> list[str]:
+    """Returns it as it came. Raises ValueError with what is wrong with it."""
+    for known in (COPTER_LADDER, PX4_LADDER):
+        if set(ladder) <= set(known):
+            break
+    else:
+        raise ValueError(f"modes of one autopilot only: {', '.join(COPTER_LADDER)} or {', '.join(PX4_LADDER)}")
+    if len(set(ladder)) != len(ladder):
+        raise ValueError("each mode once")
+    if any(mode in ALTITUDE_HOLDS for mode in ladder[:-1]):
+        raise ValueError("altitude hold needs nothing that can fail, so it comes last")
+    return ladder
+
+
+def settings_from(chosen: dict[str, Any]) -> DroneSettings:
+    """The defaults, with what was chosen in their place. What an older version knew and this one does not is ignored.
+
+    Raises BadDroneSettings if the values do not go together.
+    """
+    safety = {name: value for name, value in chosen.items() if name in _SAFETY_NAMES}
+    if "hold_ladder" in safety:
+        safety["hold_ladder"] = tuple(safety["hold_ladder"])
+    if "lost_action" in safety:
+        safety["lost_action"] = LostAction(safety["lost_action"])
+    limits = {name: chosen[name] for name in ("rtt_limit_ms", "rtt_limit_s") if name in chosen}
+    settings = DroneSettings(safety=SafetySettings(**safety), **limits)
+    if settings.safety.lost_action_s < settings.safety.lost_hold_s:
+        raise BadDroneSettings("the action after a loss cannot come before the hold: lost_action_s >= lost_hold_s")
+    return settings

@@ -1,0 +1,101 @@
+"""The check before flight: what each drone's parameters would do on a loss, and who has said that they know.
+
+Keeps in memory what is in the table, so that the hub can be told at once whenever parameters, settings or the holder
+change. An acknowledgement is of one user, for one set of dangers.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+from sqlalchemy import select
+
+from server.access import UnknownDrone
+from server.accounts.sessions import Principal
+from server.audit.deed import Deed
+from server.clock import Clock
+from server.control.desk import ControlRefused
+from server.control.lease import Refused
+from server.control.loss_words import Sentence, findings_hash, is_dangerous, loss_sentences
+from server.control.settings_store import settings_in
+from server.control.tables import LossAcknowledgementRow
+from server.database import Database
+from server.relay.hub import Hub
+from wire.control_messages import LossParameters
+from wire.ids import DroneId, UserId
+
+_NOT_THE_HOLDER: Final = Refused("not-the-holder", "whoever has the controls must acknowledge this")
+
+
+@dataclass(frozen=True)
+class LossCheck:
+    """The answer for one drone and whoever asks. `acknowledged`: by the holder, for these very dangers."""
+
+    complete: bool
+    has_radio: bool | None
+    sentences: tuple[Sentence, ...]
+    dangerous: bool
+    acknowledged: bool
+
+
+class LossChecks:
+    """One for a tower."""
+
+    def __init__(self, *, hub: Hub, database: Database, clock: Clock) -> None:
+        self._hub = hub
+        self._database = database
+        self._clock = clock
+        self._acknowledged: dict[tuple[DroneId, UserId], str] = {}
+
+    async def load(self) -> None:
+        """At start: what has been acknowledged before."""
+        async with self._database.reading() as session:
+            for row in await session.scalars(select(LossAcknowledgementRow)):
+                self._acknowledged[DroneId(row.drone_id), UserId(row.user_id)] = row.findings_hash
+
+    def reported(self, drone_id: DroneId, parameters: LossParameters) -> None:
+        """The agent has read the parameters; the hub keeps them."""
+        self.look_again(drone_id)
+
+    def look_again(self, drone_id: DroneId) -> None:
+        """Parameters, settings or holder have changed: tells the hub whether arming is open."""
+        if self._hub.drone(drone_id) is None:
+            return  # it was deleted just now
+        check = self.check(drone_id)
+        self._hub.set_loss_check(drone_id, dangerous=check.dangerous, acknowledged=check.acknowledged)
+
+    def check(self, drone_id: DroneId) -> LossCheck:
+        """As things stand. Raises UnknownDrone."""
+        drone = self._hub.drone(drone_id)
+        if drone is None:
+            raise UnknownDrone
+        parameters = drone.loss_parameters
+        sentences = tuple(loss_sentences(parameters, settings_in(self._hub, drone_id)))
+        known = self._acknowledged.get((drone_id, drone.holder_id)) if drone.holder_id is not None else None
+        return LossCheck(
+            complete=parameters.complete if parameters else False,
+            has_radio=parameters.has_radio if parameters else None,
+            sentences=sentences,
+            dangerous=is_dangerous(sentences),
+            acknowledged=known is not None and known == findings_hash(sentences),
+        )
+
+    async def acknowledge(self, principal: Principal, drone_id: DroneId, *, address: str) -> LossCheck:
+        """The holder knows. Raises ControlRefused for anybody else."""
+        drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        if drone is None:
+            raise UnknownDrone
+        if drone.holder_id != principal.user_id:
+            raise ControlRefused(_NOT_THE_HOLDER)
+        check = self.check(drone_id)
+        known = findings_hash(check.sentences)
+        deed = Deed(by=principal, at=self._clock(), address=address)
+        async with self._database.writing() as session:
+            row = LossAcknowledgementRow(
+                drone_id=drone_id, user_id=principal.user_id, findings_hash=known, acknowledged_at=deed.at
+            )
+            await session.merge(row)
+            dangers = [one.text for one in check.sentences if one.severity == "danger"]
+            deed.record(session, "drone.loss_check_acknowledged", drone_id=drone_id, dangers=dangers)
+        self._acknowledged[drone_id, principal.user_id] = known
+        self.look_again(drone_id)
+        return self.check(drone_id)

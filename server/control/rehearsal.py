@@ -1,0 +1,148 @@
+"""A loss made on purpose: the tower stops listening to the operator, or stops talking to the agent, and the time to the
+hold is measured. One at a time for each drone."""
+
+import asyncio
+import time
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import structlog
+from sqlalchemy.exc import SQLAlchemyError
+
+from server.access import UnknownDrone
+from server.accounts.sessions import Principal
+from server.accounts.tables import Role
+from server.audit.deed import Deed
+from server.clock import Clock
+from server.control.desk import ControlRefused
+from server.control.lease import Refused
+from server.database import Database
+from server.relay.hub import Hub
+from server.relay.live_drone import LiveDrone
+from wire.control_messages import HoldProgress, HoldStep
+from wire.ids import DroneId
+
+What = Literal["operator", "tower"]
+
+LASTS_S: Final[dict[What, float]] = {"operator": 5.0, "tower": 4.0}
+"""Both are noticed after 2 s; the rest is for the hold. Longer would be a loss and not a rehearsal."""
+
+GIVEN_UP_AFTER_S: Final = 8.0
+"""From the beginning. A hold that took longer failed."""
+
+_log = structlog.get_logger(__name__)
+
+
+@dataclass
+class _Running:
+    began_at: float
+    ended: "asyncio.Future[tuple[HoldProgress, float]]"
+    """The final step of the hold, and the seconds from the loss until it was reported."""
+
+
+def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight: bool) -> Refused | None:
+    """Why this user may not rehearse that now; None if they may."""
+    if principal.role is not Role.ADMIN and drone.holder_id != principal.user_id:
+        return Refused("not-the-holder", "only the holder or an admin can rehearse a loss")
+    if not drone.online:
+        return Refused("offline", "the drone is offline")
+    if what == "operator" and drone.holder_id is None:
+        return Refused("no-holder", "nobody has the controls, so nobody can be lost")
+    if (drone.armed or drone.airborne) and not (in_flight or is_simulator(drone)):
+        return Refused("in-flight", "the drone is armed: say that you want this in flight")
+    return None
+
+
+def is_simulator(drone: LiveDrone) -> bool:
+    """As far as the parameters tell: only a simulated ArduPilot has any whose name begins with SIM_."""
+    values = drone.loss_parameters.values if drone.loss_parameters else {}
+    return any(name.startswith("SIM_") for name in values)
+
+
+class Rehearsals:
+    """One for a tower."""
+
+    def __init__(
+        self, *, hub: Hub, database: Database, clock: Clock, given_up_after_s: float = GIVEN_UP_AFTER_S
+    ) -> None:
+        self._hub = hub
+        self._database = database
+        self._clock = clock
+        self._given_up_after_s = given_up_after_s
+        self._running: dict[DroneId, _Running] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def begin(self, principal: Principal, drone_id: DroneId, what: What, *, in_flight: bool, address: str) -> None:
+        """Begins one; the watchers of the drone hear how it goes on. Raises UnknownDrone, ControlRefused."""
+        drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        if drone is None:
+            raise UnknownDrone
+        if drone_id in self._running:
+            raise ControlRefused(Refused("rehearsal-running", "a rehearsal is going on already"))
+        refused = refusal_of(drone, principal, what, in_flight=in_flight)
+        if refused is not None:
+            raise ControlRefused(refused)
+        now = time.monotonic()
+        running = self._running[drone_id] = _Running(now, asyncio.get_running_loop().create_future())
+        words = "the operator" if what == "operator" else "the tower"
+        self._hub.tell_rehearsal(drone_id, what, "begun", None, f"For {LASTS_S[what]:g} s {words} counts as lost.")
+        if what == "operator":
+            self._hub.rehearse_operator_loss(drone_id, for_s=LASTS_S[what], now=now)
+        else:
+            self._hub.rehearse_tower_loss(drone_id, for_s=LASTS_S[what], now=now)
+        deed = Deed(by=principal, at=self._clock(), address=address)
+        task = asyncio.create_task(self._see_through(drone_id, what, running, deed))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def hold_step(self, drone_id: DroneId, progress: HoldProgress, now: float) -> None:
+        """The agent reported a step of a hold."""
+        running = self._running.get(drone_id)
+        if running is not None and progress.step.final and not running.ended.done():
+            running.ended.set_result((progress, now - running.began_at))
+
+    async def stop(self) -> None:
+        """With the tower."""
+        tasks = list(self._tasks)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _see_through(self, drone_id: DroneId, what: What, running: _Running, deed: Deed) -> None:
+        tell = self._hub.tell_rehearsal
+        hold_ms: float | None = None
+        result = "no-hold"
+        try:
+            try:
+                progress, took_s = await asyncio.wait_for(running.ended, self._given_up_after_s)
+            except TimeoutError:
+                tell(
+                    drone_id,
+                    what,
+                    "failed",
+                    None,
+                    "The drone did not hold. A drone that nobody flies by hand need not.",
+                )
+            else:
+                result = progress.step.value
+                if progress.step is HoldStep.UNCONFIRMED:
+                    tell(drone_id, what, "failed", None, f"The hold was not confirmed: {progress.detail}")
+                else:
+                    hold_ms = round(took_s * 1000.0, 1)
+                    confirmed = progress.step is HoldStep.CONFIRMED
+                    text = f"In {progress.detail}" if confirmed else "The drone is disarmed: nothing had to be done"
+                    tell(drone_id, what, "held", hold_ms, f"{text}, {hold_ms:.0f} ms after the loss.")
+            await asyncio.sleep(max(0.0, running.began_at + LASTS_S[what] - time.monotonic()))
+            await self._record(drone_id, what, result, hold_ms, deed)
+        finally:
+            self._running.pop(drone_id, None)
+            tell(drone_id, what, "ended", hold_ms, "The rehearsal is over.")
+
+    async def _record(self, drone_id: DroneId, what: What, result: str, hold_ms: float | None, deed: Deed) -> None:
+        try:
+            async with self._database.writing() as session:
+                deed.record(
+                    session, "drone.loss_rehearsed", drone_id=drone_id, what=what, result=result, hold_ms=hold_ms
+                )
+        except (SQLAlchemyError, OSError) as error:
+            _log.error("rehearsal_not_recorded", drone_id=drone_id, error=type(error).__name__)

@@ -1,0 +1,84 @@
+"""`/api/v1/drones/{id}/loss-check` and `/rehearsal`: what a loss would do, and making one on purpose."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Path, Request
+from pydantic import BaseModel, ConfigDict, Field
+
+from server.access import CurrentUser, NotSignedIn, SessionExpired, UnknownDrone
+from server.control.desk import ControlRefused
+from server.control.loss_checks import LossCheck
+from server.problem_docs import answers
+from server.tower import address_of, tower_of
+from wire.ids import DroneId
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}", tags=["control"], responses=answers(NotSignedIn, SessionExpired, UnknownDrone)
+)
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+
+
+class SentenceView(BaseModel):
+    """What happens, if what is lost."""
+
+    about: Literal["operator", "tower", "radio"]
+    severity: Literal["info", "warning", "danger"]
+    text: str
+
+
+class LossCheckView(BaseModel):
+    """What would happen on a loss, as far as the autopilot's parameters tell."""
+
+    complete: Annotated[bool, Field(description="Every parameter that matters was read")]
+    has_radio: Annotated[bool | None, Field(description="null: not known")]
+    sentences: list[SentenceView]
+    dangerous: Annotated[bool, Field(description="The holder must acknowledge it before arming")]
+    acknowledged: Annotated[bool, Field(description="By the holder, for these very dangers")]
+
+    @classmethod
+    def of(cls, check: LossCheck) -> "LossCheckView":
+        return cls.model_validate(check, from_attributes=True)
+
+
+class RehearsalRequest(BaseModel):
+    """Which loss. `in_flight`: also with an armed drone that is no simulator; ask people before."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    what: Literal["operator", "tower"]
+    in_flight: bool = False
+
+
+class RehearsalBegun(BaseModel):
+    """The rest comes as `rehearsal` events on `/api/v1/live`."""
+
+    what: Literal["operator", "tower"]
+    phase: Literal["begun"] = "begun"
+
+
+@router.get("/loss-check")
+async def get_loss_check(request: Request, principal: CurrentUser, drone_id: DronePath) -> LossCheckView:
+    """What would happen if the operator, the tower or the radio were lost, in words."""
+    tower = tower_of(request)
+    if tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
+        raise UnknownDrone
+    return LossCheckView.of(tower.loss_checks.check(DroneId(drone_id)))
+
+
+@router.post("/loss-check/acknowledge", responses=answers(ControlRefused))
+async def acknowledge_loss_check(request: Request, principal: CurrentUser, drone_id: DronePath) -> LossCheckView:
+    """The holder has read it. Until then a drone that a loss would drop or lose cannot be armed through the tower."""
+    checks = tower_of(request).loss_checks
+    return LossCheckView.of(await checks.acknowledge(principal, DroneId(drone_id), address=address_of(request)))
+
+
+@router.post("/rehearsal", status_code=202, responses=answers(ControlRefused))
+async def rehearse_loss(
+    request: Request, principal: CurrentUser, drone_id: DronePath, body: RehearsalRequest
+) -> RehearsalBegun:
+    """Holder or admin: loses the operator or the tower on purpose, to see the drone hold and how fast."""
+    tower_of(request).rehearsals.begin(
+        principal, DroneId(drone_id), body.what, in_flight=body.in_flight, address=address_of(request)
+    )
+    return RehearsalBegun(what=body.what)
