@@ -1,5 +1,7 @@
 /** Asks before a dangerous action. One question at a time; the dialog is parts/ConfirmDialog.svelte. */
 
+import type { LossSentence } from './link/safety_types';
+
 export interface Question {
   readonly title: string;
   /** Names the drone and says what it will do. */
@@ -8,10 +10,15 @@ export interface Question {
   readonly isDanger?: boolean;
   /** Asks for a reason too, under this label. */
   readonly reasonLabel?: string;
+  /** Asks for a yes or no too, which is yes unless unticked. */
+  readonly checkLabel?: string;
+  /** To be read before the answer. */
+  readonly sentences?: readonly LossSentence[];
 }
 
 export interface Consent {
   readonly reason: string;
+  readonly isChecked: boolean;
 }
 
 interface Asked extends Question {

@@ -9,7 +9,6 @@ operator who owns all drones; `admin` signs in as an admin. Run it after `npm ru
 import asyncio
 import contextlib
 import json
-import math
 import struct
 import sys
 from datetime import UTC, datetime
@@ -17,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import uvicorn
+from fake_drone import ALT_HOLD, AUTO, STEP_S, FakeDrone
 from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.responses import FileResponse, JSONResponse
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -26,171 +26,6 @@ CSP = (
     "default-src 'self'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "worker-src 'self'; connect-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'"
 )
-HOME = (47.3977, 8.5456)
-METRE_DEG = 1 / 111_195
-STEP_S = 0.1
-SPEED_MPS = 8.0
-CLIMB_MPS = 2.5
-ALT_HOLD, AUTO, GUIDED, RTL, LAND = 2, 3, 4, 6, 9
-
-
-class FakeDrone:
-    """Flies straight to its target at constant speed."""
-
-    def __init__(
-        self, drone_id: int, name: str, north_m: float, east_m: float, *, online: bool = True
-    ) -> None:
-        self.id, self.name, self.online = drone_id, name, online
-        self.epoch = 1
-        self.holder: dict[str, Any] | None = None
-        self.taken_from: dict[str, Any] | None = None
-        self.home = (HOME[0] + north_m * METRE_DEG, HOME[1] + east_m * METRE_DEG * 1.48)
-        self.lat, self.lon, self.alt = *self.home, 0.0
-        self.mode, self.armed, self.heading, self.battery = (
-            ALT_HOLD,
-            False,
-            40.0 * drone_id,
-            96.0 - 7 * drone_id,
-        )
-        self.target: tuple[float, float, float] | None = None
-        self.speed = self.climb = 0.0
-        self.circle_s = 0.0
-        self.mav = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
-        self.out: list[bytes] = []
-
-    def put(self, message: Any) -> None:
-        self.out.append(struct.pack("<I", self.id) + message.pack(self.mav))
-
-    def say(self, severity: int, text: str, chunk_id: int = 0, chunk: int = 0) -> None:
-        self.put(dialect.MAVLink_statustext_message(severity, text.encode(), chunk_id, chunk))
-
-    def circle(self) -> None:
-        """Keeps one drone busy, so that the map has something to show."""
-        self.circle_s += STEP_S
-        angle = self.circle_s / 12
-        here = (
-            self.home[0] + 90 * math.sin(angle) * METRE_DEG,
-            self.home[1] + 90 * math.cos(angle) * METRE_DEG * 1.48,
-        )
-        self.target = (*here, 25.0)
-
-    def step(self) -> None:
-        if self.mode == AUTO:
-            self.circle()
-        goal = self.target
-        if self.mode == RTL:
-            goal = (*self.home, self.alt) if self.away(self.home) > 1 else (*self.home, 0.0)
-        elif self.mode == LAND:
-            goal = (self.lat, self.lon, 0.0)
-        before = (self.lat, self.lon, self.alt)
-        if self.armed and goal:
-            self.toward(goal)
-        self.speed = self.away(before[:2]) / STEP_S
-        self.climb = (self.alt - before[2]) / STEP_S
-        if self.armed:
-            self.battery = max(0.0, self.battery - 0.004)
-            if self.mode in (RTL, LAND) and self.alt <= 0.01:
-                self.armed = False
-                self.say(6, "Disarming motors")
-
-    def away(self, place: tuple[float, ...]) -> float:
-        north = (place[0] - self.lat) / METRE_DEG
-        east = (place[1] - self.lon) / METRE_DEG / 1.48
-        return math.hypot(north, east)
-
-    def toward(self, goal: tuple[float, float, float]) -> None:
-        rise = goal[2] - self.alt
-        self.alt += max(-CLIMB_MPS * STEP_S, min(CLIMB_MPS * STEP_S, rise))
-        distance = self.away(goal[:2])
-        if distance < 0.01 or self.alt < 0.5:
-            return
-        share = min(1.0, SPEED_MPS * STEP_S / distance)
-        d_lat, d_lon = goal[0] - self.lat, goal[1] - self.lon
-        self.heading = math.degrees(math.atan2(d_lon / 1.48, d_lat)) % 360
-        self.lat, self.lon = self.lat + d_lat * share, self.lon + d_lon * share
-
-    def heartbeat(self) -> None:
-        base = 0x51 | (0x80 if self.armed else 0)
-        self.put(dialect.MAVLink_heartbeat_message(2, 3, base, self.mode, 4 if self.armed else 3, 3))
-        landed = 1 if self.alt < 0.2 else 2
-        self.put(dialect.MAVLink_extended_sys_state_message(0, landed))
-        zeros = (0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0)
-        self.put(
-            dialect.MAVLink_home_position_message(
-                int(self.home[0] * 1e7), int(self.home[1] * 1e7), 400_000, *zeros
-            )
-        )
-        self.put(
-            dialect.MAVLink_sys_status_message(
-                0, 0, 0, 200, 16_200, 1200, int(self.battery), 0, 0, 0, 0, 0, 0
-            )
-        )
-
-    def state(self, boot_ms: int) -> None:
-        lat, lon = int(self.lat * 1e7), int(self.lon * 1e7)
-        alt_mm, heading_cd = int(self.alt * 1000), int(self.heading * 100)
-        self.put(
-            dialect.MAVLink_global_position_int_message(
-                boot_ms, lat, lon, 400_000 + alt_mm, alt_mm, 0, 0, 0, heading_cd
-            )
-        )
-        throttle = 48 if self.armed else 0
-        self.put(
-            dialect.MAVLink_vfr_hud_message(
-                self.speed, self.speed, int(self.heading), throttle, 400 + self.alt, self.climb
-            )
-        )
-        self.put(dialect.MAVLink_attitude_message(boot_ms, 0.02, -0.1, math.radians(self.heading), 0, 0, 0))
-        self.put(dialect.MAVLink_gps_raw_int_message(0, 6, lat, lon, 400_000, 80, 90, 0, 0, 14))
-
-    def answer(self, command: int, result: int) -> None:
-        self.put(dialect.MAVLink_command_ack_message(command, result, 0, 0, 255, 190))
-
-    def obey(self, message: Any) -> None:
-        if message.get_type() not in ("COMMAND_LONG", "COMMAND_INT"):
-            return
-        command = message.command
-        result = 0
-        if command == 176:
-            self.mode = int(message.param2)
-            self.target = None
-        elif command == 400:
-            result = self.arm(message.param1 == 1, force=message.param2 == 21196)
-        elif command == 22:
-            if self.mode == GUIDED and self.armed:
-                self.target = (self.lat, self.lon, message.param7)
-            else:
-                result = 4
-        elif command == 192:
-            self.mode = GUIDED
-            self.target = (message.x / 1e7, message.y / 1e7, message.z)
-        else:
-            result = 3
-        self.answer(command, result)
-        self.heartbeat()
-
-    def arm(self, wanted: bool, *, force: bool) -> int:
-        if wanted and self.name == "Kestrel":
-            self.say(2, "PreArm: Battery 1 below minimum arming capacity; 6", 5, 0)
-            self.say(2, "2 percent are wanted", 5, 1)
-            return 4
-        if not wanted and self.alt > 0.5 and not force:
-            return 4
-        self.armed = wanted
-        self.say(6, "Arming motors" if wanted else "Disarming motors")
-        return 0
-
-    def as_json(self) -> dict[str, Any]:
-        return {
-            "id": self.id,
-            "name": self.name,
-            "online": self.online,
-            "owners": [{"id": 2, "name": "olga"}],
-            "holder": self.holder,
-            "epoch": self.epoch,
-            "taken_from": self.taken_from,
-            "autopilot_heard": self.online,
-        }
 
 
 class FakeTower:
@@ -203,6 +38,7 @@ class FakeTower:
         ]
         self.drones = {drone.id: drone for drone in drones}
         self.sockets: dict[WebSocket, dict[str, Any]] = {}
+        self.tasks: set[asyncio.Task[None]] = set()
         busy = self.drones[3]
         busy.mode, busy.armed, busy.alt = AUTO, True, 25.0
 
@@ -210,6 +46,44 @@ class FakeTower:
         for socket in list(self.sockets):
             with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                 await socket.send_text(json.dumps(event))
+
+    async def show(self, drone: FakeDrone) -> None:
+        for socket, user in list(self.sockets.items()):
+            with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+                await socket.send_text(json.dumps({"type": "drone", "drone": drone.as_json(user)}))
+
+    async def turn(self, drone: FakeDrone, user: dict[str, Any]) -> None:
+        """The assistant's turn begins or goes on; it ends a second later."""
+        if drone.assisted_s <= 0:
+            await self.tell({"type": "turn", "drone_id": drone.id, "user": user})
+        drone.assisted_s = 1.0
+
+    async def end_turns(self) -> None:
+        for drone in self.drones.values():
+            if drone.assisted_s > 0:
+                drone.assisted_s -= STEP_S
+                if drone.assisted_s <= 0 and drone.assistant:
+                    await self.tell({"type": "turn", "drone_id": drone.id, "user": drone.holder})
+
+    async def hold(self, drone: FakeDrone, cause: str = "order", mode: int = ALT_HOLD) -> None:
+        drone.mode, drone.target = mode, None
+        base = {"type": "hold", "drone_id": drone.id, "epoch": drone.epoch, "cause": cause}
+        steps = [("ordered", "", 0), ("sticks_centred", "", 1), ("mode_requested", "ALT_HOLD", 2)]
+        steps += [("mode_acknowledged", "", 6), ("confirmed", "ALT_HOLD", 8)]
+        if drone.name == "Kestrel":
+            steps[3:] = [("unconfirmed", "no answer to DO_SET_MODE after 5 attempts", 2600)]
+        for step, detail, elapsed_ms in steps:
+            await self.tell({**base, "step": step, "detail": detail, "elapsed_ms": elapsed_ms})
+            await asyncio.sleep(0.15)
+        drone.heartbeat()
+
+    async def rehearse(self, drone: FakeDrone, what: str) -> None:
+        base = {"type": "rehearsal", "drone_id": drone.id, "what": what}
+        await self.tell({**base, "phase": "begun", "hold_ms": None, "text": "The loss has begun."})
+        await asyncio.sleep(2)
+        await self.tell({**base, "phase": "held", "hold_ms": 2008.4, "text": "It holds in ALT_HOLD."})
+        await self.hold(drone, "pilot-lost")
+        await self.tell({**base, "phase": "ended", "hold_ms": 2008.4, "text": "The link is as before."})
 
     async def fly(self) -> None:
         tick = 0
@@ -231,11 +105,17 @@ class FakeTower:
             for socket in list(self.sockets):
                 with contextlib.suppress(RuntimeError, WebSocketDisconnect):
                     await socket.send_bytes(batch)
+            await self.end_turns()
+            if tick % 5 == 0:
+                await self.tell({"type": "ping", "sequence": tick})
             await asyncio.sleep(STEP_S)
 
-    async def change(self, drone: FakeDrone, action: str, user: dict[str, Any], reason: str) -> str | None:
+    async def change(
+        self, drone: FakeDrone, action: str, user: dict[str, Any], body: dict[str, Any]
+    ) -> str | None:
         """The refusal in words, or None."""
         me = {"id": user["id"], "name": user["name"]}
+        holds = action in ("take", "give", "accept")
         if action == "acquire":
             if drone.holder and drone.holder != me:
                 return f"{drone.holder['name']} has the controls of {drone.name}."
@@ -243,19 +123,53 @@ class FakeTower:
         elif action == "release":
             drone.holder = None
         elif action == "take":
-            drone.taken_from, drone.holder = drone.holder, me
+            if drone.holder != me:
+                drone.taken_from, drone.holder = drone.holder, me
+                drone.blind = body.get("watch") is False
+            drone.offered, drone.assistant = False, None
+        elif action == "give":
+            drone.offered = True
+        elif action == "accept":
+            if not body.get("sticks_centred"):
+                return "Centre the sticks first."
+            drone.holder, drone.taken_from, drone.offered, drone.blind = drone.taken_from, None, False, False
         else:
-            drone.holder, drone.taken_from = drone.taken_from, None
+            drone.assistant = me if action == "assist" else None
         drone.epoch += 1
-        past = {"acquire": "acquired", "release": "released", "take": "taken", "give": "given"}[action]
-        await self.tell({"type": "drone", "drone": drone.as_json()})
-        event = {"drone_id": drone.id, "event": past, "epoch": drone.epoch, "holder": drone.holder}
-        await self.tell({"type": "control", **event, "by": me, "reason": reason})
-        if action in ("take", "give"):
-            drone.mode = ALT_HOLD
-            hold = {"drone_id": drone.id, "epoch": drone.epoch, "detail": "", "elapsed_ms": 8}
-            await self.tell({"type": "hold", **hold, "step": "confirmed"})
+        past = {
+            "acquire": "acquired",
+            "release": "released",
+            "take": "taken",
+            "give": "given",
+            "accept": "accepted",
+            "assist": "assisting",
+            "unassist": "assist_ended",
+        }[action]
+        await self.tell_change(drone, past, me, body.get("reason") or "")
+        if holds:
+            task = asyncio.create_task(self.hold(drone))
+            self.tasks.add(task)
+            task.add_done_callback(self.tasks.discard)
         return None
+
+    async def tell_change(self, drone: FakeDrone, past: str, by: dict[str, Any] | None, reason: str) -> None:
+        await self.show(drone)
+        event = {"drone_id": drone.id, "event": past, "epoch": drone.epoch, "holder": drone.holder}
+        await self.tell({"type": "control", **event, "by": by, "reason": reason})
+
+    async def play(self, what: str, drone: FakeDrone) -> None:
+        """What a real tower does by itself, on demand: `GET /fake/WHAT/DRONE`."""
+        if what == "revoke":
+            drone.holder = None
+            drone.epoch += 1
+            await self.tell_change(drone, "revoked", {"id": 1, "name": "admin"}, "ownership removed")
+        elif what == "remove":
+            await self.tell({"type": "drone_removed", "drone_id": drone.id})
+        elif what in ("pilot-lost", "sticks-stale"):
+            await self.hold(drone, what)
+        elif what == "offline":
+            drone.online = not drone.online
+            await self.show(drone)
 
 
 tower = FakeTower()
@@ -316,9 +230,53 @@ async def control(drone_id: int, action: str, request: Request) -> Response:
     drone = tower.drones.get(drone_id)
     if user is None or drone is None:
         return problem(404, "Not found", "There is no such drone.")
-    reason = (await request.json()).get("reason") or ""
-    refusal = await tower.change(drone, action, user, reason)
-    return problem(409, "Refused", refusal) if refusal else JSONResponse(drone.as_json())
+    refusal = await tower.change(drone, action, user, await request.json())
+    return problem(409, "Refused", refusal) if refusal else JSONResponse(drone.as_json(user))
+
+
+@app.get("/api/v1/drones/{drone_id}/settings")
+async def settings(drone_id: int) -> Response:
+    return JSONResponse(tower.drones[drone_id].settings)
+
+
+@app.patch("/api/v1/drones/{drone_id}/settings")
+async def change_settings(drone_id: int, request: Request) -> Response:
+    changes = await request.json()
+    if changes.get("lost_hold_s", 2) > 60:
+        body = {"title": "The request is not valid", "status": 422, "detail": "One field is at fault."}
+        errors = [
+            {"in": "body", "field": "lost_hold_s", "message": "Input should be less than or equal to 60"}
+        ]
+        return JSONResponse({**body, "errors": errors}, status_code=422)
+    tower.drones[drone_id].settings.update(changes)
+    await tower.show(tower.drones[drone_id])
+    return JSONResponse(tower.drones[drone_id].settings)
+
+
+@app.get("/api/v1/drones/{drone_id}/loss-check")
+async def loss_check(drone_id: int) -> Response:
+    return JSONResponse(tower.drones[drone_id].loss_check())
+
+
+@app.post("/api/v1/drones/{drone_id}/loss-check/acknowledge")
+async def acknowledge(drone_id: int) -> Response:
+    tower.drones[drone_id].acknowledged = True
+    return JSONResponse(tower.drones[drone_id].loss_check())
+
+
+@app.post("/api/v1/drones/{drone_id}/rehearsal")
+async def rehearsal(drone_id: int, request: Request) -> Response:
+    what = (await request.json())["what"]
+    task = asyncio.create_task(tower.rehearse(tower.drones[drone_id], what))
+    tower.tasks.add(task)
+    task.add_done_callback(tower.tasks.discard)
+    return JSONResponse({"what": what, "phase": "begun"}, status_code=202)
+
+
+@app.get("/fake/{what}/{drone_id}")
+async def fake(what: str, drone_id: int) -> Response:
+    await tower.play(what, tower.drones[drone_id])
+    return Response(status_code=204)
 
 
 @app.websocket("/api/v1/live")
@@ -328,7 +286,7 @@ async def live(socket: WebSocket) -> None:
     if user is None:
         await socket.close(4401)
         return
-    drones = [drone.as_json() for drone in tower.drones.values()]
+    drones = [drone.as_json(user) for drone in tower.drones.values()]
     now = datetime.now(UTC).isoformat()
     await socket.send_text(
         json.dumps({"type": "welcome", "user": user, "drones": drones, "server_time": now})
@@ -346,17 +304,28 @@ async def live(socket: WebSocket) -> None:
 
 
 async def obey(socket: WebSocket, user: dict[str, Any], data: bytes) -> None:
+    if data[:4] == b"\0\0\0\0":
+        data = data[8:]
     drone = tower.drones.get(struct.unpack_from("<I", data)[0])
-    if drone is None or not drone.holder or drone.holder["id"] != user["id"]:
-        notice = {"severity": "warning", "code": "not-in-control", "text": "You do not have the controls."}
-        await socket.send_text(
-            json.dumps({"type": "notice", **notice, "drone_id": drone.id if drone else None, "count": 1})
-        )
+    mine = drone is not None and drone.holder is not None and drone.holder["id"] == user["id"]
+    assists = drone is not None and drone.assistant is not None and drone.assistant["id"] == user["id"]
+    if drone is None or not (mine or assists):
+        await refuse(socket, drone, "not-in-control", "You do not have the controls.")
+        return
+    if assists:
+        await tower.turn(drone, drone.assistant or {})
+    elif drone.assisted_s > 0:
+        await refuse(socket, drone, "assisted", "admin assists: your commands wait.")
         return
     parser = dialect.MAVLink(None)
     parser.robust_parsing = True
     for message in parser.parse_buffer(data[4:]) or []:
         drone.obey(message)
+
+
+async def refuse(socket: WebSocket, drone: FakeDrone | None, code: str, text: str) -> None:
+    notice = {"severity": "warning", "code": code, "text": text, "count": 1}
+    await socket.send_text(json.dumps({"type": "notice", **notice, "drone_id": drone.id if drone else None}))
 
 
 @app.get("/{path:path}")

@@ -14,13 +14,30 @@ export function controlWords({ event, holder, by, reason }: ControlEvent, drone:
     case 'taken':
       return `${who} TOOK the controls of ${drone}${why}`;
     case 'given':
-      return `${who} gave back the controls of ${drone}, ${now}${why}`;
+      return `${who} gives back the controls of ${drone}${why}`;
+    case 'accepted':
+      return `${who} accepted the controls of ${drone}: "I have control"`;
+    case 'assisting':
+      return `${who} assists with ${drone}, ${now}${why}`;
+    case 'assist_ended':
+      return `The assistance with ${drone} has ended, ${now}${why}`;
     case 'revoked':
       return `The controls of ${drone} were revoked by ${who}${why}`;
     case 'expired':
       return `The controls of ${drone} expired${why}; ${now}`;
+    default:
+      return `The controls of ${drone} changed (${event}), ${now}${why}`;
   }
 }
+
+const CAUSE_WORDS: Record<string, string> = {
+  order: 'ordered by the tower',
+  'pilot-lost': 'the pilot or the tower was lost',
+  'sticks-stale': 'the sticks stopped or came too late',
+};
+
+/** Why a drone holds. */
+export const causeWords = (cause: string): string => CAUSE_WORDS[cause] ?? cause;
 
 const STEP_WORDS: Record<string, string> = {
   ordered: 'ordered',
@@ -32,7 +49,9 @@ const STEP_WORDS: Record<string, string> = {
   unconfirmed: 'NOT CONFIRMED',
 };
 
-export function holdWords({ step, detail, elapsed_ms: elapsedMs }: HoldEvent): string {
-  const words = STEP_WORDS[step] ?? step;
-  return `Hold ${words} after ${Math.round(elapsedMs)} ms${detail ? `: ${detail}` : ''}`;
+export const stepWords = (step: string): string => STEP_WORDS[step] ?? step;
+
+export function holdWords({ step, detail, elapsed_ms: elapsedMs, cause }: HoldEvent): string {
+  const why = cause && cause !== 'order' ? ` (${causeWords(cause)})` : '';
+  return `Hold ${stepWords(step)} after ${Math.round(elapsedMs)} ms${why}${detail ? `: ${detail}` : ''}`;
 }

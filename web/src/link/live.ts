@@ -5,8 +5,9 @@
  */
 
 import type { Clock } from './clock';
-import { focusText, watchText } from './messages';
+import { focusText, pongText, watchText } from './messages';
 import { Store, type Readable } from './store';
+import { stamped } from './tagged_frames';
 import { readTowerEvent, type TowerEvent } from './wire_types';
 
 export const SUBPROTOCOL = 'tower.v1';
@@ -16,9 +17,16 @@ const BACKOFF_FIRST_MS = 500;
 const BACKOFF_MOST_MS = 8_000;
 /** The tower says `link` each second for each drone online: with one online, silence means a dead socket. */
 const SILENCE_LIMIT_MS = 6_000;
+/** While the tower pings (twice a second, to whoever flies) silence tells sooner. */
+const PINGED_SILENCE_LIMIT_MS = 3_000;
 const WELCOME_LIMIT_MS = 10_000;
+/** About four stick messages. What waits behind more than that would fly the drone late. */
+const FRESH_LIMIT_BYTES = 200;
 
 export type LivePhase = 'stopped' | 'connecting' | 'open' | 'waiting' | 'signed-out';
+
+/** What became of a message that must not wait. */
+export type Sending = 'sent' | 'skipped' | 'down';
 
 export interface LiveState {
   readonly phase: LivePhase;
@@ -31,6 +39,8 @@ export interface LiveState {
 /** The part of WebSocket that is used; tests bring their own. */
 export interface SocketLike {
   binaryType: string;
+  /** Bytes that were given to `send` and have not left the browser. */
+  readonly bufferedAmount: number;
   onmessage: ((event: { data: unknown }) => void) | null;
   onclose: ((event: { code: number }) => void) | null;
   send(data: string | Uint8Array<ArrayBuffer>): void;
@@ -58,6 +68,8 @@ export class Live {
   #rateHz: number | null = null;
   #focus: number | null = null;
   #expectsTraffic = false;
+  #heardAtMs: number | null = null;
+  #pingedAtMs = -Infinity;
 
   constructor(options: LiveOptions) {
     this.#options = options;
@@ -67,9 +79,16 @@ export class Live {
     return this.#state;
   }
 
+  /** When the tower last said anything; null before it ever did. */
+  get heardAtMs(): number | null {
+    return this.#heardAtMs;
+  }
+
   start(): void {
     const { phase } = this.#state.get();
-    if (phase === 'stopped' || phase === 'signed-out') this.#connect(0);
+    if (phase !== 'stopped' && phase !== 'signed-out') return;
+    this.#heardAtMs = null;
+    this.#connect(0);
   }
 
   stop(): void {
@@ -102,8 +121,15 @@ export class Live {
   /** False when there is no open connection: the frames are gone, and the caller says so. */
   send(message: Uint8Array<ArrayBuffer>): boolean {
     if (!this.#isOpen() || !this.#socket) return false;
-    this.#socket.send(message);
+    this.#socket.send(stamped(message, this.#options.clock.monotonicMs()));
     return true;
+  }
+
+  /** For what is worthless when late (sticks): left out when earlier messages still wait to leave. */
+  sendFresh(message: Uint8Array<ArrayBuffer>): Sending {
+    if (!this.#isOpen() || !this.#socket) return 'down';
+    if (this.#socket.bufferedAmount > FRESH_LIMIT_BYTES) return 'skipped';
+    return this.send(message) ? 'sent' : 'down';
   }
 
   #isOpen(): boolean {
@@ -131,8 +157,13 @@ export class Live {
     if (typeof data === 'string') {
       const event = readTowerEvent(data);
       if (event?.type === 'welcome') this.#opened();
+      // At once, before anything else is done with it: the tower measures the round trip by it.
+      if (event?.type === 'ping' && this.#isOpen()) {
+        this.#socket?.send(pongText(event.sequence));
+        this.#pingedAtMs = this.#options.clock.nowMs();
+      }
       if (this.#isOpen()) this.#watchSilence();
-      if (event) this.#options.onEvent(event);
+      if (event && event.type !== 'ping') this.#options.onEvent(event);
     } else if (data instanceof ArrayBuffer && this.#isOpen()) {
       this.#watchSilence();
       this.#options.onFrames(new Uint8Array(data));
@@ -149,7 +180,10 @@ export class Live {
 
   #watchSilence(): void {
     this.#cancelTimer();
-    if (this.#expectsTraffic) this.#after(SILENCE_LIMIT_MS, () => this.#lost(0));
+    this.#heardAtMs = this.#options.clock.nowMs();
+    const isPinged = this.#heardAtMs - this.#pingedAtMs < PINGED_SILENCE_LIMIT_MS;
+    const limitMs = isPinged ? PINGED_SILENCE_LIMIT_MS : SILENCE_LIMIT_MS;
+    if (this.#expectsTraffic) this.#after(limitMs, () => this.#lost(0));
   }
 
   #lost(code: number): void {

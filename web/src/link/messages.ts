@@ -14,6 +14,7 @@ const REPOSITION_CHANGES_MODE = 1;
 const DEFAULT_SPEED = -1;
 
 export const watchText = (rateHz: number): string => JSON.stringify({ type: 'watch', rate_hz: rateHz });
+export const pongText = (sequence: number): string => JSON.stringify({ type: 'pong', sequence });
 export const focusText = (droneId: number | null): string => JSON.stringify({ type: 'focus', drone_id: droneId });
 
 interface Common {

@@ -23,6 +23,8 @@ export interface ModeSet {
   readonly returns: Mode;
   readonly land: Mode;
   readonly guided: Mode | null;
+  /** For flying by hand: does what the sticks say, and stays in its place when they are centred. */
+  readonly byHand: Mode;
 }
 
 const words = (name: string): string => name.replaceAll('_', ' ');
@@ -71,6 +73,7 @@ const ARDUCOPTER: ModeSet = {
   returns: copter('RTL'),
   land: copter('LAND'),
   guided: copter('GUIDED'),
+  byHand: copter('LOITER'),
 };
 
 const PX4_MODES = {
@@ -91,6 +94,7 @@ const PX4: ModeSet = {
   returns: PX4_MODES.returns,
   land: PX4_MODES.land,
   guided: null,
+  byHand: PX4_MODES.position,
 };
 
 /** Null for an autopilot that we cannot name modes of. */
@@ -98,6 +102,15 @@ export function modeSetOf(autopilot: number): ModeSet | null {
   if (autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA) return ARDUCOPTER;
   if (autopilot === MAV_AUTOPILOT.PX4) return PX4;
   return null;
+}
+
+/** Modes that keep the height and not the place. */
+const ALTITUDE_HOLDS: ReadonlySet<string> = new Set(['ALT HOLD', 'ALTITUDE']);
+
+export const driftsWithTheWind = (mode: string | null): boolean => mode !== null && ALTITUDE_HOLDS.has(mode);
+
+export function obeysSticks(autopilot: number, customMode: number): boolean {
+  return modeSetOf(autopilot)?.modes.find((mode) => mode.customMode === customMode)?.obeysSticks ?? false;
 }
 
 export function modeName(autopilot: number, customMode: number): string {

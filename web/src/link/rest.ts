@@ -1,6 +1,13 @@
 /** The tower's REST interface under /api/v1. Every failure is a `RestError` with words for people. */
 
-import type { Drone, User } from './wire_types';
+import { readDrone, type DroneOnWire } from './drone_view';
+import type { LossCheck, SafetySettings } from './safety_types';
+import type { Drone, RehearsedLoss, User } from './wire_types';
+
+export interface FieldError {
+  readonly field: string;
+  readonly message: string;
+}
 
 /** An RFC 9457 problem document, or what we can say when the tower gave none. */
 export class RestError extends Error {
@@ -10,13 +17,24 @@ export class RestError extends Error {
     readonly title: string,
     readonly detail: string,
     readonly type: string,
+    /** What is wrong with which field of the request. */
+    readonly errors: readonly FieldError[] = [],
   ) {
     super(detail || title);
     this.name = 'RestError';
   }
 }
 
-export type ControlAction = 'acquire' | 'release' | 'take' | 'give';
+export type ControlAction = 'acquire' | 'release' | 'take' | 'give' | 'accept' | 'assist' | 'unassist';
+
+export interface ControlWords {
+  readonly reason?: string;
+  /** With `take`: whether the pilot may still see the drone. */
+  readonly watch?: boolean;
+  /** With `accept`: "I have control". */
+  readonly sticks_centred?: boolean;
+}
+
 type Fetch = (path: string, init: RequestInit) => Promise<Response>;
 
 const BASE = '/api/v1';
@@ -40,16 +58,37 @@ export class Rest {
     return this.#call('GET', '/me');
   }
 
-  drones(): Promise<Drone[]> {
-    return this.#call('GET', '/drones');
+  async drones(): Promise<Drone[]> {
+    return (await this.#call<DroneOnWire[]>('GET', '/drones')).map(readDrone);
   }
 
-  drone(droneId: number): Promise<Drone> {
-    return this.#call('GET', `/drones/${droneId}`);
+  async drone(droneId: number): Promise<Drone> {
+    return readDrone(await this.#call<DroneOnWire>('GET', `/drones/${droneId}`));
   }
 
-  control(droneId: number, action: ControlAction, reason?: string): Promise<Drone> {
-    return this.#call('POST', `/drones/${droneId}/control/${action}`, reason ? { reason } : {});
+  async control(droneId: number, action: ControlAction, words: ControlWords = {}): Promise<Drone> {
+    return readDrone(await this.#call<DroneOnWire>('POST', `/drones/${droneId}/control/${action}`, words));
+  }
+
+  settings(droneId: number): Promise<SafetySettings> {
+    return this.#call('GET', `/drones/${droneId}/settings`);
+  }
+
+  changeSettings(droneId: number, changes: Partial<SafetySettings>): Promise<SafetySettings> {
+    return this.#call('PATCH', `/drones/${droneId}/settings`, changes);
+  }
+
+  lossCheck(droneId: number): Promise<LossCheck> {
+    return this.#call('GET', `/drones/${droneId}/loss-check`);
+  }
+
+  acknowledgeLossCheck(droneId: number): Promise<LossCheck> {
+    return this.#call('POST', `/drones/${droneId}/loss-check/acknowledge`, {});
+  }
+
+  rehearse(droneId: number, what: RehearsedLoss, isInFlight: boolean): Promise<unknown> {
+    const body = isInFlight ? { what, in_flight: true } : { what };
+    return this.#call('POST', `/drones/${droneId}/rehearsal`, body);
   }
 
   async #call<T>(method: string, path: string, body?: unknown): Promise<T> {
@@ -84,5 +123,13 @@ async function problemOf(answer: Response): Promise<RestError> {
   const words = (key: string): string => (typeof problem[key] === 'string' ? problem[key] : '');
   const title = words('title') || answer.statusText || `Error ${answer.status}`;
   const detail = words('detail') || `The tower answered with status ${answer.status}.`;
-  return new RestError(answer.status, title, detail, words('type'));
+  return new RestError(answer.status, title, detail, words('type'), fieldErrors(problem['errors']));
+}
+
+function fieldErrors(value: unknown): FieldError[] {
+  if (!Array.isArray(value)) return [];
+  return value.flatMap((one: unknown) => {
+    const { field, message } = (one ?? {}) as Record<string, unknown>;
+    return typeof field === 'string' && typeof message === 'string' ? [{ field, message }] : [];
+  });
 }

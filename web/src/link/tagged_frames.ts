@@ -3,6 +3,10 @@
 import { frameLengthAt } from './mavlink';
 
 const TAG_LENGTH = 4;
+/** The tag that no drone has: behind it is not a frame but our clock. */
+const NO_DRONE = 0;
+const STAMP_LENGTH = 8;
+const CLOCK_MODULO = 2 ** 32;
 
 export interface TaggedFrame {
   readonly droneId: number;
@@ -22,6 +26,16 @@ export function splitTagged(message: Uint8Array): TaggedFrame[] | null {
     at = start + length;
   }
   return frames;
+}
+
+/** `message` with our clock before it, by which the tower sees how late it comes. */
+export function stamped(message: Uint8Array, monotonicMs: number): Uint8Array<ArrayBuffer> {
+  const whole = new Uint8Array(STAMP_LENGTH + message.length);
+  const view = new DataView(whole.buffer);
+  view.setUint32(0, NO_DRONE, true);
+  view.setUint32(TAG_LENGTH, Math.floor(monotonicMs) % CLOCK_MODULO, true);
+  whole.set(message, STAMP_LENGTH);
+  return whole;
 }
 
 export function tag(droneId: number, frame: Uint8Array): Uint8Array<ArrayBuffer> {

@@ -4,17 +4,29 @@
  */
 
 import { realClock, type Clock } from './clock';
+import { AssistTurns } from './assist_turns';
+import { mayCommand, readDrone } from './drone_view';
 import { controlWords, holdWords } from './event_words';
+import { nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
 import { Live, liveUrl, SUBPROTOCOL, type SocketLike } from './live';
-import { Rest, RestError, type ControlAction } from './rest';
+import { LostControlsLog } from './lost_controls';
+import { Rest, RestError, type ControlAction, type ControlWords } from './rest';
 import { Store } from './store';
 import { splitTagged } from './tagged_frames';
 import { Vehicle } from './vehicle';
 import type { ControlEvent, Drone, HoldEvent, NoticeEvent, TowerEvent, User } from './wire_types';
 
 /** Notices after which our commands cannot have reached the drone. */
-const REFUSING_NOTICES = new Set(['not-in-control', 'offline', 'unknown-drone', 'malformed']);
+const REFUSING_NOTICES = new Set([
+  'not-in-control',
+  'offline',
+  'unknown-drone',
+  'malformed',
+  'assisted',
+  'not-allowed',
+  'loss-check',
+]);
 
 export interface TowerOptions {
   readonly clock?: Clock;
@@ -29,14 +41,16 @@ export class Tower {
   readonly user = new Store<User | null>(null);
   readonly vehicles = new Store<ReadonlyMap<number, Vehicle>>(new Map());
   readonly journal = new Journal();
-  /** The newest change of the controls of a drone that this user had or has. */
-  readonly controlChange = new Store<ControlEvent | null>(null);
-  readonly holds = new Store<ReadonlyMap<number, HoldEvent>>(new Map());
+  readonly lostControls = new LostControlsLog();
+  readonly assist: AssistTurns;
+  /** Since when we do not hear the tower; null while we do. */
+  readonly deafSinceMs = new Store<number | null>(null);
   #entries = 0;
 
   constructor(options: TowerOptions = {}) {
     this.clock = options.clock ?? realClock;
     this.rest = options.rest ?? new Rest();
+    this.assist = new AssistTurns(this.clock);
     this.live = new Live({
       clock: this.clock,
       openSocket: options.openSocket ?? openBrowserSocket,
@@ -44,6 +58,8 @@ export class Tower {
       onFrames: (message) => this.#onFrames(message),
     });
     this.live.state.subscribe(({ phase, failures }) => {
+      if (phase === 'open') this.deafSinceMs.set(null);
+      else if (this.live.heardAtMs !== null) this.deafSinceMs.update((since) => since ?? this.live.heardAtMs);
       if (phase === 'waiting') {
         this.#abortAll('the connection broke before an answer came; it may have been carried out');
         // A tower that refuses the upgrade looks like a network fault from here: ask which of the two it is.
@@ -71,8 +87,19 @@ export class Tower {
     this.#forget();
   }
 
-  async control(droneId: number, action: ControlAction, reason?: string): Promise<void> {
-    this.#putDrone(await this.rest.control(droneId, action, reason));
+  async control(droneId: number, action: ControlAction, words: ControlWords = {}): Promise<void> {
+    this.#putDrone(await this.rest.control(droneId, action, words));
+  }
+
+  /** Reads the check before flight anew. */
+  async readLossCheck(droneId: number): Promise<void> {
+    const check = await this.rest.lossCheck(droneId);
+    this.vehicles.get().get(droneId)?.lossCheck.set(check);
+  }
+
+  async acknowledgeLossCheck(droneId: number): Promise<void> {
+    const check = await this.rest.acknowledgeLossCheck(droneId);
+    this.vehicles.get().get(droneId)?.lossCheck.set(check);
   }
 
   record(entry: Omit<Entry, 'key' | 'atMs'>): void {
@@ -83,12 +110,13 @@ export class Tower {
     switch (event.type) {
       case 'welcome':
         this.user.set(event.user);
-        this.#setSquad(event.drones);
+        this.#welcome(event.drones.map(readDrone));
         break;
       case 'drone':
-        this.#putDrone(event.drone);
+        this.#putDrone(readDrone(event.drone));
         break;
       case 'drone_removed':
+        this.#dropped(this.vehicles.get().get(event.drone_id)?.drone.get());
         this.#setSquad(this.#squad().filter((drone) => drone.id !== event.drone_id));
         break;
       case 'link': {
@@ -100,8 +128,14 @@ export class Tower {
         this.#onControl(event);
         break;
       case 'hold':
-        this.holds.update((holds) => new Map(holds).set(event.drone_id, event));
-        this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));
+        this.#onHold(event);
+        break;
+      case 'turn':
+        this.assist.turn(event.drone_id, event.user);
+        break;
+      case 'rehearsal':
+        this.vehicles.get().get(event.drone_id)?.rehearsal.set(event);
+        this.#say(event.drone_id, event.phase === 'failed' ? 'error' : 'info', `Rehearsal: ${event.text}`);
         break;
       case 'notice':
         this.#onNotice(event);
@@ -121,13 +155,24 @@ export class Tower {
     const name = this.vehicles.get().get(event.drone_id)?.drone.get().name ?? `drone ${event.drone_id}`;
     const isOurs = me !== null && event.by?.id === me.id;
     this.#say(event.drone_id, isOurs ? 'info' : 'warning', controlWords(event, name));
-    this.controlChange.set(event);
-    if (event.holder?.id !== me?.id) this.vehicles.get().get(event.drone_id)?.abort('we no longer have the controls');
+    this.lostControls.control(event, name, me, this.clock.nowMs());
+    const vehicle = this.vehicles.get().get(event.drone_id);
+    if (vehicle && me && !mayCommand(vehicle.drone.get(), me)) vehicle.abort('we no longer have the controls');
+  }
+
+  #onHold(event: HoldEvent): void {
+    const holdLog = this.vehicles.get().get(event.drone_id)?.holdLog;
+    holdLog?.set(nextHold(holdLog.get(), event, this.clock.nowMs()));
+    this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));
   }
 
   #onNotice({ severity, code, text, drone_id, count }: NoticeEvent): void {
     this.#say(drone_id, severity, count > 1 ? `${text} (${count} times)` : text);
-    if (drone_id !== null && REFUSING_NOTICES.has(code)) this.vehicles.get().get(drone_id)?.abort(text);
+    const vehicle = drone_id === null ? undefined : this.vehicles.get().get(drone_id);
+    if (!vehicle) return;
+    if (REFUSING_NOTICES.has(code)) vehicle.abort(text);
+    if (code === 'assisted') this.assist.refused(vehicle.drone.get());
+    if (code === 'loss-check') void this.readLossCheck(vehicle.drone.get().id).catch(() => undefined);
   }
 
   #onFrames(message: Uint8Array): void {
@@ -147,12 +192,36 @@ export class Tower {
     this.#setSquad([...this.#squad().filter(({ id }) => id !== drone.id), drone]);
   }
 
+  /** The whole picture anew: what changed while we were away explains itself no more. */
+  #welcome(drones: readonly Drone[]): void {
+    const kept = new Set(drones.map(({ id }) => id));
+    for (const drone of this.#squad()) if (!kept.has(drone.id)) this.#dropped(drone);
+    this.#setSquad(drones);
+    for (const drone of drones) this.lostControls.unexplained(drone, this.clock.nowMs());
+  }
+
+  #dropped(drone: Drone | undefined): void {
+    if (!drone) return;
+    this.lostControls.removed(drone, this.user.get(), this.clock.nowMs());
+    const vehicle = this.vehicles.get().get(drone.id);
+    vehicle?.manual.stop('we no longer have the controls', { holds: false });
+    vehicle?.abort('it is no longer in our squad');
+  }
+
   #setSquad(drones: readonly Drone[]): void {
     const before = this.vehicles.get();
+    const me = this.user.get();
+    const nowMs = this.clock.nowMs();
     const next = new Map<number, Vehicle>();
     for (const drone of [...drones].sort((a, b) => a.id - b.id)) {
-      const vehicle = before.get(drone.id) ?? this.#newVehicle(drone);
-      vehicle.drone.set(drone);
+      const known = before.get(drone.id);
+      const vehicle = known ?? this.#newVehicle(drone);
+      if (vehicle.drone.get() !== drone || !known) {
+        this.lostControls.drone(known?.drone.get() ?? null, drone, me, nowMs);
+        this.assist.drone(drone);
+        vehicle.put(drone, nowMs);
+      }
+      if (me && !mayCommand(drone, me)) vehicle.manual.stop('we no longer have the controls', { holds: false });
       next.set(drone.id, vehicle);
     }
     this.vehicles.set(next);
@@ -163,7 +232,7 @@ export class Tower {
     return new Vehicle(
       drone,
       this.clock,
-      (message) => this.live.send(message),
+      { send: (message) => this.live.send(message), sendFresh: (message) => this.live.sendFresh(message) },
       (entry) => this.journal.add(entry),
     );
   }
@@ -173,7 +242,10 @@ export class Tower {
   }
 
   #abortAll(why: string): void {
-    for (const vehicle of this.vehicles.get().values()) vehicle.abort(why);
+    for (const vehicle of this.vehicles.get().values()) {
+      vehicle.manual.stop(why, { holds: false });
+      vehicle.abort(why);
+    }
   }
 
   async #checkSession(): Promise<void> {
@@ -192,8 +264,9 @@ export class Tower {
     this.#abortAll('signed out');
     this.user.set(null);
     this.vehicles.set(new Map());
-    this.holds.set(new Map());
-    this.controlChange.set(null);
+    this.lostControls.clear();
+    this.assist.clear();
+    this.deafSinceMs.set(null);
     this.journal.clear();
   }
 }

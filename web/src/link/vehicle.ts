@@ -4,17 +4,28 @@ import type { Clock } from './clock';
 import { Commands, outcomeWords, type Outcome } from './commands';
 import { flightValues, type FlightValues } from './flight_values';
 import { Flying } from './flying';
+import type { HoldLog } from './hold_log';
 import { severityOf, type Entry } from './journal';
+import type { Sending } from './live';
+import { Manual, manualControlFields } from './manual';
 import { encode } from './mavlink';
 import { AUTOPILOT_COMPID, CONSOLE, type Command } from './messages';
+import type { LossCheck } from './safety_types';
 import { StatusTextAssembler } from './status_texts';
+import type { Axes } from './sticks';
 import { Store } from './store';
 import { tag } from './tagged_frames';
 import { Telemetry } from './telemetry';
-import type { Drone, LinkEvent } from './wire_types';
+import type { Drone, LinkEvent, RehearsalEvent } from './wire_types';
 
 /** Statements of the autopilot this long after an answer still belong to the action (arming: "PreArm: ..."). */
 export const REASON_WINDOW_MS = 2_000;
+
+/** The way to the drone: the live connection. */
+export interface Uplink {
+  send(message: Uint8Array<ArrayBuffer>): boolean;
+  sendFresh(message: Uint8Array<ArrayBuffer>): Sending;
+}
 
 export interface Action {
   readonly key: number;
@@ -29,31 +40,53 @@ export class Vehicle {
   readonly telemetry = new Telemetry();
   readonly drone: Store<Drone>;
   readonly action = new Store<Action | null>(null);
+  readonly holdLog = new Store<HoldLog | null>(null);
+  readonly rehearsal = new Store<RehearsalEvent | null>(null);
+  readonly lossCheck = new Store<LossCheck | null>(null);
   link: LinkEvent | null = null;
   /** On the link clock; null while not flying. */
   airborneSinceMs: number | null = null;
+  /** Since when the tower does not hear it, as far as we saw; null while it does. */
+  silentSinceMs: number | null = null;
+  /** In the air when it was last heard. */
+  wasAirborne = false;
 
   readonly #clock: Clock;
-  readonly #send: (message: Uint8Array<ArrayBuffer>) => boolean;
+  readonly #uplink: Uplink;
   readonly #record: (entry: Entry) => void;
   readonly #texts = new StatusTextAssembler();
   readonly #commands: Commands;
   readonly flying: Flying;
+  readonly manual: Manual;
   #seq = 0;
   #actions = 0;
 
-  constructor(
-    drone: Drone,
-    clock: Clock,
-    send: (message: Uint8Array<ArrayBuffer>) => boolean,
-    record: (entry: Entry) => void,
-  ) {
+  constructor(drone: Drone, clock: Clock, uplink: Uplink, record: (entry: Entry) => void) {
     this.drone = new Store(drone);
     this.#clock = clock;
-    this.#send = send;
+    this.#uplink = uplink;
     this.#record = record;
     this.#commands = new Commands(clock, (command, repeat) => this.#transmit(command, repeat));
     this.flying = new Flying(clock, this.#commands, this.telemetry);
+    this.manual = new Manual({
+      clock,
+      send: (axes) => this.#sendSticks(axes),
+      hold: () => void this.perform('Hold', (flying) => flying.hold()),
+    });
+    this.wasAirborne = drone.airborne;
+  }
+
+  /** The tower's newest view of it. */
+  put(drone: Drone, nowMs: number): void {
+    if (drone.online) this.silentSinceMs = null;
+    else if (this.drone.get().online) this.silentSinceMs = nowMs;
+    if (drone.online) this.wasAirborne = this.isAirborne(drone, nowMs);
+    this.drone.set(drone);
+  }
+
+  /** By the agent's word or the autopilot's own, whichever says so. */
+  isAirborne(drone: Drone, nowMs: number): boolean {
+    return drone.airborne || this.values(nowMs).airborne;
   }
 
   receive(frame: Uint8Array, nowMs: number): void {
@@ -75,6 +108,7 @@ export class Vehicle {
       const { airborne } = this.values(nowMs);
       if (!airborne) this.airborneSinceMs = null;
       else this.airborneSinceMs ??= nowMs;
+      this.wasAirborne = airborne || this.drone.get().airborne;
     }
   }
 
@@ -112,6 +146,13 @@ export class Vehicle {
       command.form === 'COMMAND_LONG'
         ? encode('COMMAND_LONG', { ...command.fields, ...target, confirmation: repeat }, CONSOLE, seq)
         : encode('COMMAND_INT', { ...command.fields, ...target }, CONSOLE, seq);
-    return this.#send(tag(this.drone.get().id, frame));
+    return this.#uplink.send(tag(this.drone.get().id, frame));
+  }
+
+  #sendSticks(axes: Axes): Sending {
+    const { sysid } = this.telemetry;
+    if (sysid === null) return 'down';
+    const frame = encode('MANUAL_CONTROL', manualControlFields(axes, sysid), CONSOLE, this.#seq++);
+    return this.#uplink.sendFresh(tag(this.drone.get().id, frame));
   }
 }

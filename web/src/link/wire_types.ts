@@ -11,6 +11,9 @@ export interface UserRef {
   readonly name: string;
 }
 
+/** What the agent does when the tower stays lost. */
+export type LostAction = 'return' | 'land' | 'continue' | 'nothing';
+
 export interface Drone {
   readonly id: number;
   readonly name: string;
@@ -20,14 +23,25 @@ export interface Drone {
   readonly epoch: number;
   readonly taken_from: UserRef | null;
   readonly autopilot_heard: boolean;
+  readonly armed: boolean;
+  readonly airborne: boolean;
+  /** The controls were given back to `taken_from`, who has not accepted yet. */
+  readonly offered: boolean;
+  readonly assistant: UserRef | null;
+  /** False for an operator from whom the view was taken as well. */
+  readonly may_watch: boolean;
+  readonly lost_action: LostAction;
+  readonly lost_action_s: number;
 }
 
-export type ControlChange = 'acquired' | 'released' | 'taken' | 'given' | 'revoked' | 'expired';
+export type ControlChange =
+  'acquired' | 'released' | 'taken' | 'given' | 'accepted' | 'assisting' | 'assist_ended' | 'revoked' | 'expired';
 
 export interface ControlEvent {
   readonly type: 'control';
   readonly drone_id: number;
-  readonly event: ControlChange;
+  /** A newer tower may know others. */
+  readonly event: ControlChange | (string & {});
   readonly epoch: number;
   readonly holder: UserRef | null;
   readonly by: UserRef | null;
@@ -41,6 +55,25 @@ export interface HoldEvent {
   readonly step: string;
   readonly detail: string;
   readonly elapsed_ms: number;
+  readonly cause?: string;
+}
+
+/** While an admin assists: whose frames pass now. */
+export interface TurnEvent {
+  readonly type: 'turn';
+  readonly drone_id: number;
+  readonly user: UserRef;
+}
+
+export type RehearsedLoss = 'operator' | 'tower';
+
+export interface RehearsalEvent {
+  readonly type: 'rehearsal';
+  readonly drone_id: number;
+  readonly what: RehearsedLoss;
+  readonly phase: 'begun' | 'held' | 'failed' | 'ended' | (string & {});
+  readonly hold_ms: number | null;
+  readonly text: string;
 }
 
 export interface LinkEvent {
@@ -63,13 +96,28 @@ export type TowerEvent =
   | { readonly type: 'welcome'; readonly user: User; readonly drones: readonly Drone[]; readonly server_time: string }
   | { readonly type: 'drone'; readonly drone: Drone }
   | { readonly type: 'drone_removed'; readonly drone_id: number }
+  | { readonly type: 'ping'; readonly sequence: number }
+  | { readonly type: 'lost'; readonly drone_id: number; readonly count: number }
   | ControlEvent
   | HoldEvent
   | LinkEvent
   | NoticeEvent
-  | { readonly type: 'lost'; readonly drone_id: number; readonly count: number };
+  | RehearsalEvent
+  | TurnEvent;
 
-const KNOWN_TYPES = new Set(['welcome', 'drone', 'drone_removed', 'control', 'hold', 'link', 'notice', 'lost']);
+const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
+  'welcome',
+  'drone',
+  'drone_removed',
+  'ping',
+  'lost',
+  'control',
+  'hold',
+  'link',
+  'notice',
+  'rehearsal',
+  'turn',
+]);
 
 /** Null for anything unknown: the protocol lets the tower say more than this console understands. */
 export function readTowerEvent(text: string): TowerEvent | null {

@@ -4,6 +4,7 @@ import type { Clock } from '../../src/link/clock';
 import { encode } from '../../src/link/mavlink';
 import type { SocketLike } from '../../src/link/live';
 import type { MessageFields, MessageName } from '../../src/link/generated/mavlink.gen';
+import type { Drone } from '../../src/link/wire_types';
 
 export class FakeClock implements Clock {
   #now = 1_000_000;
@@ -11,6 +12,11 @@ export class FakeClock implements Clock {
 
   nowMs(): number {
     return this.#now;
+  }
+
+  /** Fractions, as performance.now() has them. */
+  monotonicMs(): number {
+    return this.#now - 999_000 + 0.25;
   }
 
   after(delayMs: number, callback: () => void): () => void {
@@ -48,6 +54,7 @@ export async function settled(): Promise<void> {
 
 export class FakeSocket implements SocketLike {
   binaryType = '';
+  bufferedAmount = 0;
   onmessage: ((event: { data: unknown }) => void) | null = null;
   onclose: ((event: { code: number }) => void) | null = null;
   readonly sent: (string | Uint8Array)[] = [];
@@ -59,6 +66,15 @@ export class FakeSocket implements SocketLike {
 
   close(): void {
     this.closed = true;
+  }
+
+  /** The binary messages without their stamps. */
+  get frames(): Uint8Array[] {
+    return this.sent.filter((one) => typeof one !== 'string').map((one) => one.slice(8));
+  }
+
+  get texts(): unknown[] {
+    return this.sent.filter((one) => typeof one === 'string').map((one): unknown => JSON.parse(one));
   }
 
   says(event: object): void {
@@ -96,7 +112,7 @@ export function heartbeat(customMode: number, armed = false, from = AUTOPILOT): 
   );
 }
 
-export const A_DRONE = {
+export const A_DRONE: Drone = {
   id: 1,
   name: 'Heron',
   online: true,
@@ -105,4 +121,11 @@ export const A_DRONE = {
   epoch: 1,
   taken_from: null,
   autopilot_heard: true,
+  armed: false,
+  airborne: false,
+  offered: false,
+  assistant: null,
+  may_watch: true,
+  lost_action: 'return',
+  lost_action_s: 30,
 };

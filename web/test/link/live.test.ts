@@ -104,7 +104,51 @@ describe('the live connection', () => {
     last().says(WELCOME);
     expect(last().sent).toEqual([]);
     expect(live.send(new Uint8Array([3]))).toBe(true);
-    expect(last().sent).toEqual([new Uint8Array([3])]);
+    expect(last().frames).toEqual([new Uint8Array([3])]);
+  });
+
+  it('begins each binary message with a stamp: tag 0 and its clock', async () => {
+    live.start();
+    last().says(WELCOME);
+    await clock.pass(0x1_0000);
+    live.send(new Uint8Array([7, 8]));
+    // 0x10000 later than 1000 ms, without the fraction
+    expect(last().sent).toEqual([new Uint8Array([0, 0, 0, 0, 0xe8, 3, 1, 0, 7, 8])]);
+  });
+
+  it('answers a ping at once and tells nobody', () => {
+    live.start();
+    last().says({ type: 'ping', sequence: 1 });
+    expect(last().sent).toEqual([]);
+    last().says(WELCOME);
+    last().says({ type: 'ping', sequence: 41 });
+    expect(last().texts).toEqual([{ type: 'pong', sequence: 41 }]);
+    expect(events.map(({ type }) => type)).toEqual(['welcome']);
+  });
+
+  it('leaves out what would have to wait', () => {
+    live.start();
+    expect(live.sendFresh(new Uint8Array([1]))).toBe('down');
+    last().says(WELCOME);
+    expect(live.sendFresh(new Uint8Array([2]))).toBe('sent');
+    last().bufferedAmount = 4_000;
+    expect(live.sendFresh(new Uint8Array([3]))).toBe('skipped');
+    last().bufferedAmount = 0;
+    expect(live.sendFresh(new Uint8Array([4]))).toBe('sent');
+    expect(last().frames).toEqual([new Uint8Array([2]), new Uint8Array([4])]);
+  });
+
+  it('notices a dead socket sooner while the tower pings', async () => {
+    live.start();
+    last().says(WELCOME);
+    live.expectTraffic(true);
+    last().says({ type: 'ping', sequence: 1 });
+    const heardAtMs = clock.nowMs();
+    await clock.pass(2_900);
+    expect(phase()).toBe('open');
+    await clock.pass(200);
+    expect(phase()).not.toBe('open');
+    expect(live.heardAtMs).toBe(heardAtMs);
   });
 
   it('takes silence for a dead socket only when there should be traffic', async () => {

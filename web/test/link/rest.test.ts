@@ -36,11 +36,37 @@ describe('the REST client', () => {
 
   it('sends a reason only where there is one', async () => {
     const { rest, calls } = answering(200, '{}');
-    await rest.control(4, 'take', 'storm');
+    await rest.control(4, 'take', { reason: 'storm', watch: false });
     await rest.control(4, 'acquire');
     expect(calls.map(([path, { body }]) => [path, body])).toEqual([
-      ['/api/v1/drones/4/control/take', '{"reason":"storm"}'],
+      ['/api/v1/drones/4/control/take', '{"reason":"storm","watch":false}'],
       ['/api/v1/drones/4/control/acquire', '{}'],
+    ]);
+  });
+
+  it('fills in what an older tower leaves out of a drone', async () => {
+    const { rest } = answering(200, '{"id":4,"name":"Heron","tomorrow":1}');
+    expect(await rest.control(4, 'acquire')).toMatchObject({
+      id: 4,
+      may_watch: true,
+      offered: false,
+      lost_action_s: 30,
+    });
+  });
+
+  it('says which field of a request was at fault', async () => {
+    const errors = [{ in: 'body', field: 'lost_hold_s', message: 'too small' }, null, { field: 3 }];
+    const error = await failure(answering(422, JSON.stringify({ title: 'no', errors })).rest.changeSettings(1, {}));
+    expect(error.errors).toEqual([{ field: 'lost_hold_s', message: 'too small' }]);
+  });
+
+  it('asks for a rehearsal in flight only in so many words', async () => {
+    const { rest, calls } = answering(202, '{}');
+    await rest.rehearse(4, 'tower', false);
+    await rest.rehearse(4, 'operator', true);
+    expect(calls.map(([path, { body }]) => [path, body])).toEqual([
+      ['/api/v1/drones/4/rehearsal', '{"what":"tower"}'],
+      ['/api/v1/drones/4/rehearsal', '{"what":"operator","in_flight":true}'],
     ]);
   });
 

@@ -2,7 +2,8 @@ import { beforeEach, describe, expect, it } from 'vitest';
 
 import { MAV_RESULT } from '../../src/link/generated/mavlink.gen';
 import { Rest } from '../../src/link/rest';
-import { tag } from '../../src/link/tagged_frames';
+import { decode } from '../../src/link/mavlink';
+import { splitTagged, tag } from '../../src/link/tagged_frames';
 import { Tower } from '../../src/link/tower';
 import { A_DRONE, FakeClock, FakeSocket, fromAutopilot, heartbeat, settled } from './fakes';
 
@@ -111,6 +112,112 @@ describe('commands', () => {
     socket().says({ type: 'control', drone_id: 1, event: 'taken', epoch: 2, holder: boss, by: boss, reason: 'storm' });
     expect((await result).kind).toBe('failed');
     expect(texts()).toContain('boss TOOK the controls of Heron: storm');
+  });
+});
+
+describe('who may fly', () => {
+  const boss = { id: 1, name: 'boss' };
+  const mine = { ...HERON, holder: OLGA, epoch: 2 };
+  const taken = { ...HERON, holder: boss, taken_from: OLGA, epoch: 3 };
+  beforeEach(() => {
+    socket().saysBytes(tag(1, heartbeat(4)));
+    socket().says({ type: 'drone', drone: mine });
+  });
+  const flyByHand = (): void =>
+    vehicle(1).manual.start({ name: 'pad', read: () => ({ roll: 0, pitch: 0, yaw: 0, throttle: 0 }) });
+
+  it('sends sticks with a stamp, and stops them with the controls', async () => {
+    flyByHand();
+    await clock.pass(60);
+    const frames = socket().frames.map((one) => decode(splitTagged(one)![0]!.frame)!);
+    expect(frames.map(({ name }) => name)).toEqual(Array(4).fill('MANUAL_CONTROL'));
+    expect(frames[0]!.fields).toMatchObject({ target: 7, x: 0, y: 0, z: 500, r: 0 });
+    socket().says({ type: 'drone', drone: taken });
+    await clock.pass(1_000);
+    expect(vehicle(1).manual.state.get().phase).toBe('off');
+    expect(socket().frames).toHaveLength(4);
+    expect(tower.lostControls.losses.get().get(1)).toMatchObject({ kind: 'taken', by: boss });
+  });
+
+  it('does not go on with the sticks after a reconnection', async () => {
+    flyByHand();
+    socket().onclose?.({ code: 1006 });
+    expect(vehicle(1).manual.state.get()).toMatchObject({ phase: 'off' });
+    await clock.pass(600);
+    socket().says({ type: 'welcome', user: OLGA, drones: [mine], server_time: '' });
+    await clock.pass(1_000);
+    expect(socket().frames).toEqual([]);
+  });
+
+  it('tells what happened to the controls while the page was away', async () => {
+    socket().onclose?.({ code: 1006 });
+    await clock.pass(600);
+    socket().says({ type: 'welcome', user: OLGA, drones: [{ ...HERON, epoch: 9 }], server_time: '' });
+    expect(tower.lostControls.losses.get().get(1)).toMatchObject({ kind: 'expired', droneName: 'Heron' });
+  });
+
+  it('lets an assisting admin command, and the holder wait', async () => {
+    socket().says({ type: 'drone', drone: { ...mine, assistant: boss, epoch: 4 } });
+    socket().says({ type: 'turn', drone_id: 1, user: boss });
+    expect(tower.assist.turns.get().get(1)).toEqual(boss);
+    const result = vehicle(1).perform('Land', (flying) => flying.land());
+    const refusal = { severity: 'warning', code: 'assisted', text: 'boss assists.', drone_id: 1, count: 1 };
+    socket().says({ type: 'notice', ...refusal });
+    expect(await result).toEqual({ kind: 'failed', why: 'boss assists.' });
+    socket().says({ type: 'drone', drone: { ...mine, epoch: 5 } });
+    expect(tower.assist.turns.get().size).toBe(0);
+  });
+
+  it('reads the check before flight when the tower refuses an arming for it', async () => {
+    const check = { complete: true, has_radio: null, sentences: [], dangerous: true, acknowledged: false };
+    answers['/api/v1/drones/1/loss-check'] = [200, check];
+    const notice = { severity: 'warning', code: 'loss-check', text: 'Read it first.', drone_id: 1, count: 1 };
+    socket().says({ type: 'notice', ...notice });
+    await settled();
+    expect(vehicle(1).lossCheck.get()).toEqual(check);
+  });
+
+  it('keeps the hold and the rehearsal with their drone', () => {
+    const hold = { type: 'hold', drone_id: 1, epoch: 3, detail: '', cause: 'pilot-lost' };
+    socket().says({ ...hold, step: 'ordered', elapsed_ms: 0 });
+    socket().says({ ...hold, step: 'confirmed', elapsed_ms: 7 });
+    expect(vehicle(1).holdLog.get()).toMatchObject({ phase: 'confirmed', confirmedMs: 7, cause: 'pilot-lost' });
+    socket().says({ type: 'rehearsal', drone_id: 1, what: 'tower', phase: 'held', hold_ms: 2003, text: 'It holds.' });
+    expect(vehicle(1).rehearsal.get()).toMatchObject({ phase: 'held', hold_ms: 2003 });
+    expect(vehicle(2).holdLog.get()).toBeNull();
+    expect(texts()).toContain('Rehearsal: It holds.');
+  });
+
+  it('remembers since when a drone is silent, and whether it was in the air', async () => {
+    socket().says({ type: 'drone', drone: { ...mine, airborne: true, epoch: 2 } });
+    await clock.pass(500);
+    const atMs = clock.nowMs();
+    socket().says({ type: 'drone', drone: { ...mine, airborne: false, online: false, epoch: 2 } });
+    expect(vehicle(1)).toMatchObject({ silentSinceMs: atMs, wasAirborne: true });
+    socket().says({ type: 'drone', drone: { ...mine, epoch: 2 } });
+    expect(vehicle(1)).toMatchObject({ silentSinceMs: null, wasAirborne: false });
+  });
+
+  it('remembers since when we do not hear the tower', async () => {
+    const atMs = clock.nowMs();
+    await clock.pass(1_000);
+    socket().onclose?.({ code: 1006 });
+    expect(tower.deafSinceMs.get()).toBe(atMs);
+    await clock.pass(600);
+    socket().says({ type: 'welcome', user: OLGA, drones: [mine], server_time: '' });
+    expect(tower.deafSinceMs.get()).toBeNull();
+  });
+
+  it('is not shaken by what it does not know', () => {
+    const event = { type: 'control', drone_id: 1, event: 'tomorrow', epoch: 9, holder: null, by: null, reason: '' };
+    socket().says(event);
+    socket().says({ ...event, drone_id: 4711, event: 'revoked' });
+    socket().says({ type: 'turn', drone_id: 4711, user: boss });
+    socket().says({ type: 'hold', drone_id: 4711, epoch: 1, step: 'tomorrow', detail: '', elapsed_ms: 0 });
+    socket().says({ type: 'rehearsal', drone_id: 4711, what: 'sun', phase: 'dawn', hold_ms: null, text: '' });
+    socket().says({ type: 'drone_removed', drone_id: 4711 });
+    expect(texts()).toContain('The controls of Heron changed (tomorrow), nobody has the controls');
+    expect(tower.lostControls.losses.get().size).toBe(0);
   });
 });
 

@@ -20,9 +20,15 @@ beforeEach(() => {
   vehicle = new Vehicle(
     A_DRONE,
     clock,
-    (message) => {
-      sent.push(message);
-      return true;
+    {
+      send(message) {
+        sent.push(message);
+        return true;
+      },
+      sendFresh(message) {
+        sent.push(message);
+        return 'sent';
+      },
     },
     (entry) => journal.push(entry),
   );

@@ -1,0 +1,48 @@
+/** The newest hold of one drone, step by step. Pure: the next log from the last one and an event. */
+
+import type { HoldEvent } from './wire_types';
+
+export type HoldPhase = 'running' | 'confirmed' | 'not_needed' | 'unconfirmed';
+
+export interface HoldStep {
+  readonly step: string;
+  readonly detail: string;
+  readonly elapsedMs: number;
+}
+
+export interface HoldLog {
+  readonly epoch: number;
+  readonly cause: string;
+  readonly steps: readonly HoldStep[];
+  readonly phase: HoldPhase;
+  /** From the order to the confirmation; null until then. */
+  readonly confirmedMs: number | null;
+  readonly beganMs: number;
+  readonly changedMs: number;
+}
+
+const FINAL_STEPS: ReadonlySet<string> = new Set(['confirmed', 'not_needed', 'unconfirmed']);
+/** A storm of steps (a hold that is tried again and again) must not grow without end; the newest tell the most. */
+const MOST_STEPS = 12;
+
+export function nextHold(last: HoldLog | null, event: HoldEvent, nowMs: number): HoldLog {
+  const cause = event.cause ?? 'order';
+  const goesOn = last !== null && last.epoch === event.epoch && last.cause === cause && !beginsAnew(last, event);
+  const step: HoldStep = { step: event.step, detail: event.detail, elapsedMs: event.elapsed_ms };
+  const steps = [...(goesOn ? last.steps : []), step].slice(-MOST_STEPS);
+  return {
+    epoch: event.epoch,
+    cause,
+    steps,
+    phase: FINAL_STEPS.has(event.step) ? (event.step as HoldPhase) : goesOn ? last.phase : 'running',
+    confirmedMs: event.step === 'confirmed' ? event.elapsed_ms : goesOn ? last.confirmedMs : null,
+    beganMs: goesOn ? last.beganMs : nowMs,
+    changedMs: nowMs,
+  };
+}
+
+/** `ordered` opens a hold; after its end, so does any step, save that an unconfirmed one may still be confirmed. */
+function beginsAnew(last: HoldLog, event: HoldEvent): boolean {
+  if (event.step === 'ordered') return true;
+  return last.phase === 'confirmed' || last.phase === 'not_needed';
+}

@@ -1,0 +1,44 @@
+/** What the REST interface says about a drone's safety: its settings, the check before flight, the rehearsal. */
+
+import type { LostAction } from './wire_types';
+
+export interface SafetySettings {
+  /** Mode names, tried in order; altitude hold always comes last, named or not. */
+  readonly hold_ladder: readonly string[];
+  readonly hold_bound_s: number;
+  readonly sticks_stale_s: number;
+  readonly sticks_late_s: number;
+  readonly commands_late_s: number;
+  readonly lost_hold_s: number;
+  readonly lost_action: LostAction;
+  readonly lost_action_s: number;
+  readonly rtt_limit_ms: number;
+  readonly rtt_limit_s: number;
+}
+
+export type NumberSetting = Exclude<keyof SafetySettings, 'hold_ladder' | 'lost_action'>;
+
+export type LossAbout = 'operator' | 'tower' | 'radio';
+export type LossSeverity = 'info' | 'warning' | 'danger';
+
+export interface LossSentence {
+  readonly about: LossAbout | (string & {});
+  readonly severity: LossSeverity;
+  readonly text: string;
+}
+
+export interface LossCheck {
+  /** Every parameter was read. */
+  readonly complete: boolean;
+  readonly has_radio: boolean | null;
+  readonly sentences: readonly LossSentence[];
+  readonly dangerous: boolean;
+  readonly acknowledged: boolean;
+}
+
+/** Whether arming must wait for "I have read this". */
+export const wantsReading = (check: LossCheck): boolean => check.dangerous && !check.acknowledged;
+
+/** The rungs that a hold may be built of, by autopilot. */
+export const COPTER_RUNGS = ['LOITER', 'POSHOLD', 'BRAKE', 'ALT_HOLD'] as const;
+export const PX4_RUNGS = ['AUTO.LOITER', 'POSCTL', 'ALTCTL'] as const;
