@@ -11,7 +11,9 @@ class HoldPhase(StrEnum):
 
     IDLE = "idle"
     REQUESTING = "requesting"
+    """No mode of the ladder has been accepted."""
     ACKNOWLEDGED = "acknowledged"
+    """One has, but the heartbeat does not show it yet."""
     CONFIRMED = "confirmed"
     UNCONFIRMED = "unconfirmed"
 
@@ -20,14 +22,14 @@ class HoldEvent(StrEnum):
     """What can happen to a hold."""
 
     ACCEPTED = "accepted"
-    """COMMAND_ACK says so."""
+    """COMMAND_ACK says so, of a rung that was not accepted before."""
     MODE_SHOWN = "mode shown"
-    """A heartbeat after the order shows the mode, armed."""
+    """A heartbeat after the order shows an accepted rung, armed."""
     DEADLINE_PASSED = "deadline passed"
     BOUND_PASSED = "bound passed"
     DISARMED = "disarmed"
     OVERRULED = "overruled"
-    """The holder has commanded how to fly."""
+    """The holder has commanded how to fly, or the tower stays lost and something else is done."""
 
 
 _P = HoldPhase
@@ -39,6 +41,7 @@ NEXT: Final[dict[tuple[HoldPhase, HoldEvent], tuple[HoldPhase, HoldStep | None]]
     (_P.REQUESTING, _E.BOUND_PASSED): (_P.IDLE, HoldStep.UNCONFIRMED),  # the process was stopped in between
     (_P.REQUESTING, _E.DISARMED): (_P.IDLE, HoldStep.NOT_NEEDED),
     (_P.REQUESTING, _E.OVERRULED): (_P.IDLE, HoldStep.UNCONFIRMED),
+    (_P.ACKNOWLEDGED, _E.ACCEPTED): (_P.ACKNOWLEDGED, HoldStep.MODE_ACKNOWLEDGED),  # the next rung
     (_P.ACKNOWLEDGED, _E.MODE_SHOWN): (_P.CONFIRMED, HoldStep.CONFIRMED),
     (_P.ACKNOWLEDGED, _E.DEADLINE_PASSED): (_P.ACKNOWLEDGED, HoldStep.UNCONFIRMED),
     (_P.ACKNOWLEDGED, _E.BOUND_PASSED): (_P.IDLE, None),

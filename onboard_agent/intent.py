@@ -119,3 +119,11 @@ def _command(frame: bytes, autopilot_kind: int) -> Command | None:
     except (ValueError, OverflowError):  # not a number, or infinite: the autopilot will refuse it
         return None
     return Command(needs_sticks=not flies_without_sticks(autopilot_kind, mode))
+
+
+def arms(frame: bytes) -> bool:
+    """Whether this is a command to arm (or to disarm: it is a flight command either way)."""
+    if message_id(frame) not in (_ID_COMMAND_INT, _ID_COMMAND_LONG):
+        return False
+    command = _COMMAND.unpack_from(_padded(frame, _COMMAND.size))[-1]
+    return bool(command == mavlink.MAV_CMD_COMPONENT_ARM_DISARM)

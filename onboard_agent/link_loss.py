@@ -1,14 +1,16 @@
-"""Whether the pilot was lost while flying by hand: then the agent itself must hold. No I/O.
+"""Whether the pilot was lost while flying by hand: then the agent itself must hold. And for how long the tower is gone.
 
-A link that breaks and is back within the time-out is not yet safe: the pilot's sticks must be back as well. So once the
-link has broken, only sticks, or a command to fly without them, call the alarm off.
+No I/O. A link that breaks and is back within the time-out is not yet safe: the pilot's sticks must be back as well. So
+once the link has broken, only sticks, or a command to fly without them, call the alarm off.
 """
 
 from typing import Final
 
-LOST_AFTER_S: Final = 2.0
 BY_HAND_WITHIN_S: Final = 1.0
 """Sticks that came this shortly before the loss mean that a hand was on them."""
+
+HALF_OPEN_S: Final = 5.0
+"""A control channel whose other end has vanished is noticed within this: the tower was gone when its datagrams were."""
 
 
 class LinkLoss:
@@ -18,10 +20,22 @@ class LinkLoss:
         self._heard_at = now
         self._sticks_at: float | None = None
         self._broken_at: float | None = None
+        self._gone_at: float | None = None
 
     def tower_heard(self, now: float) -> None:
         """An authentic datagram came."""
         self._heard_at = now
+
+    def link_up(self, now: float) -> None:
+        """The tower has welcomed us."""
+        self._gone_at = None
+        self.tower_heard(now)
+
+    def link_down(self, now: float) -> None:
+        """The link ended, whoever ended it."""
+        if self._gone_at is None:
+            self._gone_at = self._heard_at if now - self._heard_at < HALF_OPEN_S else now
+        self.pilot_cut_off(now)
 
     def sticks_passed(self, now: float) -> None:
         """Sticks of the holder went to the autopilot."""
@@ -39,14 +53,21 @@ class LinkLoss:
             self._broken_at = min(now, self._heard_at)
 
     def silent_s(self, now: float) -> float:
-        """Seconds since the tower was heard."""
+        """Seconds since a datagram of the tower was heard."""
         return now - self._heard_at
 
-    def lost_by_hand(self, now: float) -> bool:
+    def tower_gone_s(self, now: float) -> float:
+        """Seconds since there was last either a datagram of the tower or a control channel; 0 while there is.
+
+        A tower that has not been there since the agent started cannot be lost: 0 as well.
+        """
+        return 0.0 if self._gone_at is None else now - self._gone_at
+
+    def lost_by_hand(self, now: float, *, lost_hold_s: float) -> bool:
         """True once, when the time-out has passed after a loss that took the sticks out of a hand."""
-        if self.silent_s(now) >= LOST_AFTER_S:
+        if self.silent_s(now) >= lost_hold_s:
             self.pilot_cut_off(now)
-        if self._broken_at is None or self._sticks_at is None or now - self._broken_at < LOST_AFTER_S:
+        if self._broken_at is None or self._sticks_at is None or now - self._broken_at < lost_hold_s:
             return False
         by_hand = self._sticks_at >= self._broken_at - BY_HAND_WITHIN_S
         self._sticks_at = self._broken_at = None

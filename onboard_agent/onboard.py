@@ -10,25 +10,44 @@ from typing import Any, Final
 
 from onboard_agent.autopilot_state import AutopilotEvent, AutopilotView
 from onboard_agent.downlink import SETUP_SIGNING, Downlink
-from onboard_agent.flight_modes import flies_without_sticks, hold_mode
-from onboard_agent.hold import Hold, HoldCause
-from onboard_agent.intent import INTERESTING, Sticks, read_intent
-from onboard_agent.link_loss import LinkLoss
+from onboard_agent.flight_modes import FlightMode, Modes, flies_without_sticks, hold_rungs, modes_of
+from onboard_agent.hold import Hold
+from onboard_agent.intent import INTERESTING, Sticks, arms, read_intent
+from onboard_agent.late_frames import too_late
+from onboard_agent.loss_report import LossReport
+from onboard_agent.lost_action import Loss, LostActing
+from onboard_agent.lost_action_table import Deed
 from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
 from onboard_agent.parameters import Parameters
+from onboard_agent.pilot_watch import PilotWatch
 from onboard_agent.presence import Presence
+from onboard_agent.radio import Radio
 from onboard_agent.rates import WATCHED, Rates
+from onboard_agent.safety import within_limits
 from onboard_agent.stick_gate import StickGate
 from wire.content import Frames
-from wire.control_messages import ControlChanged, HoldOrder, HoldProgress, ToAgent, ToTower, Welcome
+from wire.control_messages import (
+    ControlChanged,
+    HoldCause,
+    HoldOrder,
+    HoldProgress,
+    SafetySettings,
+    ToAgent,
+    ToTower,
+    Welcome,
+)
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.ids import DroneId, Epoch
+from wire.lateness import Lateness
 
 _log = logging.getLogger(__name__)
 
 PROGRESS_KEPT: Final = 32
 """Steps of a hold that wait for a link: four holds' worth. The oldest go first; what counts is how it ended."""
+
+SAME_CHANGE_S: Final = 2.0
+"""A hold that is ordered this soon after the epoch has grown belongs to the change of hands."""
 
 _READ: Final = frozenset(
     {
@@ -37,6 +56,8 @@ _READ: Final = frozenset(
         mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
         mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
     }
 )
 """The only messages whose payload we look at; everything else goes by unread."""
@@ -52,8 +73,17 @@ class Onboard:
         self.hold = Hold(maker)
         self.counts: Counter[str] = Counter()
         """Frames not passed on for reasons that the downlink does not know, by reason."""
+        self.settings = SafetySettings()
+        """The last that a tower has sent, over a lost link too."""
         self._gate = StickGate()
-        self._loss = LinkLoss(now)
+        self._watch = PilotWatch(now)
+        self._lateness = Lateness()
+        self._lost = LostActing(maker)
+        self._mission_before_hold = False
+        """A trigger, not a change of hands, has stopped a mission, and nobody has flown since."""
+        self._control_changed_at: float | None = None
+        self._radio = Radio()
+        self._loss_report = LossReport()
         self._presence = Presence(maker, speaks_first=speaks_first)
         self._rates = Rates(maker)
         self._parameters = Parameters(maker)
@@ -81,18 +111,18 @@ class Onboard:
             if msgid in _READ:
                 message = decode(frame)
                 if message is not None:
-                    self._read(message, msgid, system_id, component_id, now)
+                    self._read(message, frame, now)
         return passed
 
-    def _read(self, message: Any, msgid: int, system_id: int, component_id: int, now: float) -> None:
+    def _read(self, message: Any, frame: bytes, now: float) -> None:
         view = self.autopilot
+        msgid = message_id(frame)
+        system_id, component_id = source(frame)
         event: AutopilotEvent | None = None
         if msgid == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             event = view.heartbeat(message, system_id, component_id, now)
             if view.is_autopilot(system_id, component_id):
-                self.hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now)
-                if not view.armed:
-                    self._gate.let_go()
+                self._heartbeat(now)
         elif not view.is_autopilot(system_id, component_id):
             return
         elif msgid == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
@@ -100,13 +130,33 @@ class Onboard:
         elif msgid == mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE:
             view.extended_sys_state(message, now)
         elif msgid == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
-            self._parameters.value(message)
-        elif msgid == mavlink.MAVLINK_MSG_ID_COMMAND_ACK and self._is_ours(message):
-            if message.command == mavlink.MAV_CMD_DO_SET_MODE:
-                self.hold.acknowledged(message, now)
-            else:
-                self._rates.acknowledged(message, now)
+            self._parameters.value(frame)
+        elif msgid == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
+            self._radio.sys_status(message, now, overrides_last_s=self._parameters.overrides_last_s)
+        elif msgid == mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
+            self._radio.rc_channels(message, now, overrides_last_s=self._parameters.overrides_last_s)
+        elif self._is_ours(message):
+            self._acknowledged(message, now)
         self._autopilot_event(event, now)
+
+    def _heartbeat(self, now: float) -> None:
+        view = self.autopilot
+        self._watch.heartbeat(armed=view.armed, now=now)
+        self.hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now)
+        self.hold.modes_became_known(self._rungs(), now)
+        self._lost.heartbeat(view.custom_mode)
+        if not view.armed:
+            self._gate.let_go()
+            self._mission_before_hold = False
+
+    def _acknowledged(self, ack: Any, now: float) -> None:
+        if ack.command != mavlink.MAV_CMD_DO_SET_MODE:
+            self._rates.acknowledged(ack, now)
+            return
+        self.hold.acknowledged(ack, now)
+        self._lost.acknowledged(ack, now)
+        # A refusal sends us to the next mode at once, not at the next tick.
+        self._drive_modes(now)
 
     def _is_ours(self, ack: Any) -> bool:
         """Whether an acknowledgement answers the agent, or does not say whom it answers."""
@@ -120,8 +170,7 @@ class Onboard:
             return
         _log.info("autopilot %s: system %s, kind %d", event, self.autopilot.system_id, self.autopilot.kind)
         self._rates.ask_all(now)
-        if self.autopilot.kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
-            self._parameters.ask_all()
+        self._parameters.ask_all(self.autopilot.kind)
 
     # From the tower
 
@@ -131,53 +180,78 @@ class Onboard:
         self._holder_present = welcome.holder_present
         self._linked = True
         self.autopilot.tell_again()
-        self.tower_heard(now)
+        self._loss_report.tell_again()
+        # Another link, perhaps another tower: its clock is not the one that we measured.
+        self._lateness = Lateness()
+        self._watch.loss.link_up(now)
 
     def link_broken(self, now: float) -> None:
         """The link is down, whoever ended it."""
         self._linked = False
         self._holder_present = False
-        self._loss.pilot_cut_off(now)
+        self._watch.loss.link_down(now)
 
     def tower_heard(self, now: float) -> None:
         """An authentic datagram of the tower came."""
-        self._loss.tower_heard(now)
+        self._watch.loss.tower_heard(now)
 
     def message(self, message: ToAgent, now: float) -> None:
         """A message of the control channel came."""
         if isinstance(message, ControlChanged):
+            self._epoch_told(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             self._holder_present = message.holder_present
             if not message.holder_present:
                 # The tower orders a hold too when it comes to it; two who watch are better than one.
-                self._loss.pilot_cut_off(now)
+                self._watch.loss.pilot_cut_off(now)
         elif isinstance(message, HoldOrder):
+            self._epoch_told(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             _log.warning("hold ordered: %s", message.reason)
-            self._begin_hold(HoldCause.ORDER, message.order_id, now)
+            self._watch.used(now)
+            self._begin_hold(HoldCause.ORDER, now, order_id=message.order_id)
+        elif isinstance(message, SafetySettings):
+            settings = within_limits(message)
+            if settings != self.settings:
+                _log.info("safety settings: %s", settings)
+            self.settings = settings
+
+    def _epoch_told(self, epoch: int, now: float) -> None:
+        if epoch > self.downlink.epoch:
+            self._control_changed_at = now
 
     def from_tower(self, content: Frames, now: float) -> None:
         """Frames came over the data channel; those that may pass are due to the autopilot."""
+        late_s = self._lateness.late_by(content.sent_ms, now)
         for frame in self.downlink.admit(content):
-            if message_id(frame) in INTERESTING and not self._intent_passes(frame, now):
-                self.counts["sticks not centred after a hold"] += 1
+            msgid = message_id(frame)
+            refused = too_late(msgid, late_s, self.settings)
+            if refused is None and msgid in INTERESTING and not self._intent_passes(frame, now):
+                refused = "sticks not centred after a hold"
+            if refused is not None:
+                self.counts[refused] += 1
                 continue
             self._to_autopilot.append(frame)
 
     def _intent_passes(self, frame: bytes, now: float) -> bool:
+        if arms(frame):
+            self._watch.used(now)
         intent = read_intent(frame, autopilot_kind=self.autopilot.kind, middles_us=self._parameters.channel_middles_us)
         if intent is None:
             return True
         if isinstance(intent, Sticks):
             if not self._gate.admit(intent):
                 return False
-            self.hold.sticks_taken_over()
-            self._loss.sticks_passed(now)
-            return True
-        self.hold.overruled(needs_sticks=intent.needs_sticks, now=now)
-        if not intent.needs_sticks:
-            self._gate.let_go()
-            self._loss.flies_without_sticks()
+            self.hold.stop_sticks()
+            self._watch.sticks_passed(now)
+            self._radio.sticks_sent(now)
+        else:
+            self._watch.used(now)
+            self.hold.overruled(needs_sticks=intent.needs_sticks, now=now)
+            if not intent.needs_sticks:
+                self._gate.let_go()
+                self._watch.nobody_needed()
+        self._mission_before_hold = False
         return True
 
     # Time, and what is to be sent
@@ -185,32 +259,66 @@ class Onboard:
     def tick(self, now: float) -> None:
         """Time has passed: every 25 ms or so."""
         self._autopilot_event(self.autopilot.tick(now), now)
-        if self._loss.lost_by_hand(now) and self._flown_by_hand():
-            _log.warning("the pilot was lost while flying by hand: holding")
-            self._begin_hold(HoldCause.PILOT_LOST, 0, now)
-        tower_silent_s = self._loss.silent_s(now)
-        system_id = self.autopilot.system_id
+        self._look(now)
+        self._drive_modes(now)
+        view = self.autopilot
         out = self._to_autopilot
-        out += self.hold.tick(
-            now,
-            vehicle_system_id=system_id or 1,
-            ground_station_system_id=self._parameters.ground_station_system_id,
-            tower_silent_s=tower_silent_s,
-        )
         out += self._presence.due(
             now,
-            vehicle_system_id=system_id,
+            vehicle_system_id=view.system_id,
             ground_station_system_id=self._parameters.ground_station_system_id,
             holder_present=self._holder_present,
-            tower_silent_s=tower_silent_s,
+            tower_silent_s=self._watch.loss.silent_s(now),
         )
-        if system_id is not None and self.autopilot.heard:
+        if view.system_id is not None and view.heard:
             for request in (
-                self._rates.due(now, vehicle_system_id=system_id),
-                self._parameters.due(now, vehicle_system_id=system_id),
+                self._rates.due(now, vehicle_system_id=view.system_id),
+                self._parameters.due(now, vehicle_system_id=view.system_id),
             ):
                 if request is not None:
                     out.append(request)
+
+    def _look(self, now: float) -> None:
+        """What the agent notices by itself: a pilot who is gone, a tower that stays lost."""
+        by_hand = self._flown_by_hand()
+        alarm = self._watch.alarm(
+            now,
+            settings=self.settings,
+            flown_by_hand=by_hand,
+            ordered_sticks_on=self.hold.sticks_on and self.hold.cause is HoldCause.ORDER,
+        )
+        if alarm is not None:
+            _log.warning("%s: holding", alarm.why)
+            self._begin_hold(alarm.cause, now, why=alarm.why)
+        view = self.autopilot
+        loss = Loss(
+            tower_gone_s=self._watch.loss.tower_gone_s(now),
+            ours=view.airborne(now) and (self._watch.tower_in_this_flight or not by_hand),
+            custom_mode=view.custom_mode,
+            mission_before_hold=self._mission_before_hold,
+        )
+        deed = self._lost.tick(now, loss=loss, settings=self.settings, modes=self._modes())
+        if deed not in (None, Deed.LEAVE):
+            self._gate.close()
+            self._watch.nobody_needed()
+            self.hold.overruled(needs_sticks=False, now=now, why=f"the tower stays lost: {deed}")
+
+    def _drive_modes(self, now: float) -> None:
+        """Sends what a hold and the lost action have due."""
+        view = self.autopilot
+        system_id = view.system_id or 1
+        self._to_autopilot += self.hold.tick(
+            now,
+            vehicle_system_id=system_id,
+            ground_station_system_id=self._parameters.ground_station_system_id,
+            custom_mode=view.custom_mode,
+            tower_silent_s=self._watch.loss.silent_s(now),
+        )
+        if self.hold.sticks_on:
+            self._radio.sticks_sent(now)
+        self._to_autopilot += self._lost.due(now, vehicle_system_id=system_id, custom_mode=view.custom_mode)
+        for line in self._lost.take_notices():
+            _log.warning("%s", line)
 
     def take_to_autopilot(self) -> list[bytes]:
         """Frames to write to the autopilot now, in order."""
@@ -229,23 +337,41 @@ class Onboard:
         state = self.autopilot.changed(now)
         if state is not None:
             messages.append(state)
+        if self.autopilot.heard:
+            report = self._loss_report.changed(
+                self._parameters, autopilot_kind=self.autopilot.kind, has_radio=self._radio.has_radio
+            )
+            if report is not None:
+                messages.append(report)
         return messages
+
+    def _modes(self) -> Modes | None:
+        return modes_of(self.autopilot.kind, self.autopilot.vehicle_type)
+
+    def _rungs(self) -> tuple[FlightMode, ...]:
+        return hold_rungs(self._modes(), self.settings.hold_ladder)
 
     def _flown_by_hand(self) -> bool:
         view = self.autopilot
         return view.armed and not flies_without_sticks(view.kind, view.custom_mode)
 
-    def _begin_hold(self, cause: HoldCause, order_id: int, now: float) -> None:
+    def _begin_hold(self, cause: HoldCause, now: float, *, order_id: int = 0, why: str = "") -> None:
         view = self.autopilot
         needed = view.armed or not view.heard
         if needed:
             self._gate.close()
-        self._loss.flies_without_sticks()
+        self._watch.nobody_needed()
+        modes = self._modes()
+        if cause is HoldCause.ORDER and modes is not None and view.custom_mode == modes.mission.custom_mode:
+            changed_at = self._control_changed_at
+            self._mission_before_hold = changed_at is None or now - changed_at > SAME_CHANGE_S
         self.hold.begin(
             cause=cause,
             order_id=order_id,
             epoch=self.downlink.epoch,
-            mode=hold_mode(view.kind, view.vehicle_type),
+            rungs=self._rungs(),
+            settings=self.settings,
             needed=needed,
             now=now,
+            why=why,
         )

@@ -1,14 +1,18 @@
-"""The few parameters of the autopilot that the failsafe needs, read one by one. No I/O.
+"""The parameters of the autopilot that the failsafe and the check before flight need, read one by one. No I/O.
 
 ArduPilot takes sticks only from the sysid that it is told is the ground station, and the middle of the throttle
-channel is between its ends, not where its trim is.
+channel is between its ends, not where its trim is. The others say what the autopilot does when somebody is lost. They
+are read, never written.
 """
 
 from math import isfinite
-from typing import Any, Final
+from struct import Struct
+from typing import Final
 
 from onboard_agent.asking import Asking
 from onboard_agent.own_frames import FrameMaker, agent_sender, read_parameter
+from wire.dialect import mavlink
+from wire.frames import payload
 
 ANSWER_WITHIN_S: Final = 1.0
 TRIES: Final = 3
@@ -16,23 +20,85 @@ TRIES: Final = 3
 GROUND_STATION_NAMES: Final = ("SYSID_MYGCS", "MAV_GCS_SYSID")
 """Until ArduPilot 4.6, and from 4.7 on."""
 
-NAMES: Final = (*GROUND_STATION_NAMES, "RC1_TRIM", "RC2_TRIM", "RC3_MIN", "RC3_MAX", "RC4_TRIM")
+_MIDDLES: Final = ("RC1_TRIM", "RC2_TRIM", "RC3_MIN", "RC3_MAX", "RC4_TRIM")
+
+LOSS_NAMES: Final[dict[int, tuple[str, ...]]] = {
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: (
+        *GROUND_STATION_NAMES,
+        "RC3_MIN",
+        "RC3_MAX",
+        "RC3_TRIM",
+        "FS_GCS_ENABLE",
+        "FS_GCS_TIMEOUT",
+        "FS_THR_ENABLE",
+        "FS_OPTIONS",
+        "RC_OVERRIDE_TIME",
+        "RC_FS_TIMEOUT",
+        "RC_OPTIONS",
+    ),
+    mavlink.MAV_AUTOPILOT_PX4: (
+        "COM_RC_IN_MODE",
+        "COM_RC_LOSS_T",
+        "COM_DL_LOSS_T",
+        "NAV_DLL_ACT",
+        "NAV_RCL_ACT",
+        "COM_OBL_RC_ACT",
+    ),
+}
+"""By autopilot, the parameters that decide what happens on a loss."""
+
+NAMES: Final[dict[int, tuple[str, ...]]] = {
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: tuple(
+        dict.fromkeys((*GROUND_STATION_NAMES, *_MIDDLES, *LOSS_NAMES[mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA]))
+    ),
+    mavlink.MAV_AUTOPILOT_PX4: LOSS_NAMES[mavlink.MAV_AUTOPILOT_PX4],
+}
+"""All that are read, in this order: what flying needs first."""
+
+_PARAM_VALUE: Final = Struct("<4sHH16sB")
+_INTEGERS: Final = {
+    1: Struct("<B"),
+    2: Struct("<b"),
+    3: Struct("<H"),
+    4: Struct("<h"),
+    5: Struct("<I"),
+    6: Struct("<i"),
+}
+"""By MAV_PARAM_TYPE."""
+_FLOAT: Final = Struct("<f")
 
 _MIDDLE_US: Final = 1500
 _STANDARD_GROUND_STATION: Final = 255
 
 
+def read_value(frame: bytes, autopilot_kind: int) -> tuple[str, float] | None:
+    """(name, value) of a whole PARAM_VALUE frame, or None where the value is no number.
+
+    PX4 puts the bytes of an integer where the float is; ArduPilot sends every value as a float.
+    """
+    raw, _, _, name, kind = _PARAM_VALUE.unpack_from(payload(frame).ljust(_PARAM_VALUE.size, b"\0"))
+    layout = _INTEGERS.get(kind, _FLOAT) if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4 else _FLOAT
+    (value,) = layout.unpack_from(raw)
+    if not isfinite(value):
+        return None
+    return name.split(b"\0", 1)[0].decode("ascii", "replace"), float(value)
+
+
 class Parameters:
-    """Call `ask_all` when an ArduPilot appears, `due` at each tick, `value` for each PARAM_VALUE."""
+    """Call `ask_all` when an autopilot appears, `due` at each tick, `value` for each PARAM_VALUE."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker
         self._asking: Asking[str] = Asking(timeout_s=ANSWER_WITHIN_S, tries=TRIES)
+        self._kind = 0
         self._values: dict[str, float] = {}
 
-    def ask_all(self) -> None:
-        """From the beginning."""
-        self._asking.ask(NAMES)
+    def ask_all(self, autopilot_kind: int) -> None:
+        """From the beginning. What is known of an autopilot of the same kind counts until it is read again."""
+        if autopilot_kind != self._kind:
+            self._values.clear()
+        self._kind = autopilot_kind
+        self._asking.ask(NAMES.get(autopilot_kind, ()))
 
     def due(self, now: float, *, vehicle_system_id: int) -> bytes | None:
         """A request to send now."""
@@ -43,16 +109,32 @@ class Parameters:
             return None
         return self._maker.make(read_parameter(vehicle_system_id, question[0]), agent_sender(vehicle_system_id))
 
-    def value(self, message: Any) -> None:
+    def value(self, frame: bytes) -> None:
         """A PARAM_VALUE of the autopilot, whoever asked for it: somebody may have just set it."""
-        name = str(message.param_id)
-        if name in NAMES and isfinite(message.param_value):
-            self._values[name] = message.param_value
-            if name == self._asking.current:
+        read = read_value(frame, self._kind)
+        if read is not None and read[0] in NAMES.get(self._kind, ()):
+            self._values[read[0]] = read[1]
+            if read[0] == self._asking.current:
                 self._asking.answered()
 
     def _ground_station_known(self) -> bool:
         return any(name in self._values for name in GROUND_STATION_NAMES)
+
+    @property
+    def all_read(self) -> bool:
+        """Whether each has been answered or given up."""
+        return self._asking.current is None
+
+    @property
+    def loss_values(self) -> dict[str, float]:
+        """Those that decide what happens on a loss and that the autopilot has."""
+        return {name: self._values[name] for name in LOSS_NAMES.get(self._kind, ()) if name in self._values}
+
+    @property
+    def overrides_last_s(self) -> float:
+        """How long the autopilot goes by the last sticks that we sent; infinite where it never forgets them."""
+        value = self._values.get("RC_OVERRIDE_TIME", 3.0)
+        return value if value >= 0 else float("inf")
 
     @property
     def ground_station_system_id(self) -> int:

@@ -12,6 +12,9 @@ from typing import Final
 WINDOW_S: Final = 30.0
 """Long enough to have seen the way free; short enough that clocks drifting apart (some 50 ppm) do not matter: 3 ms."""
 
+FORGET_S: Final = 600.0
+"""After a silence of this length the clocks may have drifted apart too far (60 ms) for the old measure to count."""
+
 BUCKET_S: Final = 1.0
 CLOCK_MS: Final = 1 << 32
 """Stamps are milliseconds modulo this: 49 days."""
@@ -45,8 +48,12 @@ class Lateness:
             self._least.append((now, 0.0))
             return 0.0
         buckets = self._least
-        while buckets and now - buckets[0][0] > WINDOW_S:
+        # The one before the window stays: a sender that was silent for long is measured by how it was before, or the
+        # first command after a pause would be on time however long it was held up.
+        while len(buckets) > 1 and now - buckets[1][0] > WINDOW_S:
             buckets.popleft()
+        if buckets and now - buckets[-1][0] > FORGET_S:
+            buckets.clear()
         if buckets and now - buckets[-1][0] < BUCKET_S:
             start, least = buckets[-1]
             buckets[-1] = (start, min(least, offset))

@@ -1,5 +1,6 @@
 """Rates, parameters and heartbeats: what is asked of the autopilot, when, and how often."""
 
+import struct
 from typing import Any
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from onboard_agent.asking import Asking
 from onboard_agent.backoff import Backoff
 from onboard_agent.own_frames import FrameMaker, Sender
-from onboard_agent.parameters import NAMES, Parameters
+from onboard_agent.parameters import NAMES, Parameters, read_value
 from onboard_agent.presence import Presence
 from onboard_agent.rates import ASK_AGAIN_AFTER_S, MISSED_FOR_S, WISHES, Rates
 from wire.dialect import decode, mavlink
@@ -121,22 +122,22 @@ def value(name: str, number: float) -> Any:
 
 
 class ParametersBench:
-    def __init__(self, known: dict[str, float]) -> None:
+    def __init__(self, known: dict[str, float], *, kind: int = 3) -> None:
         self.parameters = Parameters(FrameMaker())
-        self.parameters.ask_all()
+        self.parameters.ask_all(kind)
         self.asked: list[str] = []
-        for n in range(40):
+        for n in range(60):
             frame = self.parameters.due(n * 1.0, vehicle_system_id=1)
             if frame is None:
                 continue
             name = decode(frame).param_id
             self.asked.append(name)
             if name in known:
-                self.parameters.value(decode_again(value(name, known[name])))
+                self.parameters.value(framed(value(name, known[name])))
 
 
-def decode_again(message: Any) -> Any:
-    return decode(FrameMaker().make(message, Sender(1, 1)))
+def framed(message: Any) -> bytes:
+    return FrameMaker().make(message, Sender(1, 1))
 
 
 def test_the_ground_stations_id_by_its_old_name() -> None:
@@ -155,7 +156,9 @@ def test_the_ground_stations_id_by_its_new_name() -> None:
 
 def test_an_autopilot_that_answers_nothing_is_asked_for_a_while_only() -> None:
     bench = ParametersBench({})
-    assert len(bench.asked) == 3 * len(NAMES)
+    assert len(bench.asked) == 3 * len(NAMES[3])
+    assert bench.parameters.all_read
+    assert bench.parameters.loss_values == {}
     assert bench.parameters.ground_station_system_id == 255
     assert bench.parameters.channel_middles_us == (1500, 1500, 1500, 1500)
 
@@ -163,7 +166,8 @@ def test_an_autopilot_that_answers_nothing_is_asked_for_a_while_only() -> None:
 @pytest.mark.parametrize("number", [0.0, -1.0, 256.0, float("nan"), float("inf")])
 def test_an_impossible_ground_station_id_is_not_believed(number: float) -> None:
     parameters = Parameters(FrameMaker())
-    parameters.value(decode_again(value("SYSID_MYGCS", number)))
+    parameters.ask_all(3)
+    parameters.value(framed(value("SYSID_MYGCS", number)))
     assert parameters.ground_station_system_id == 255
 
 
@@ -226,3 +230,45 @@ def test_the_backoff_begins_at_once_and_ends_at_two_seconds() -> None:
 def test_the_jitter_only_shortens() -> None:
     backoff = Backoff(fraction=lambda: 1.0)
     assert [backoff.next_delay_s() for _ in range(4)] == [0.0, 0.125, 0.25, 0.5]
+
+
+def test_what_decides_on_a_loss_is_read_and_what_the_autopilot_lacks_is_left_out() -> None:
+    bench = ParametersBench({"SYSID_MYGCS": 255, "FS_GCS_ENABLE": 1, "RC_OVERRIDE_TIME": 3, "RC1_TRIM": 1500})
+    assert bench.parameters.loss_values == {"SYSID_MYGCS": 255, "FS_GCS_ENABLE": 1, "RC_OVERRIDE_TIME": 3}
+    assert set(bench.asked) >= {"FS_THR_ENABLE", "FS_GCS_TIMEOUT", "RC_FS_TIMEOUT", "RC_OPTIONS", "FS_OPTIONS"}
+
+
+def test_px4_is_asked_for_its_own() -> None:
+    bench = ParametersBench({"COM_RC_LOSS_T": 0.5}, kind=12)
+    assert bench.parameters.loss_values == {"COM_RC_LOSS_T": 0.5}
+    assert set(bench.asked) == set(NAMES[12])
+
+
+def test_another_kind_of_autopilot_is_asked_for_nothing() -> None:
+    bench = ParametersBench({}, kind=8)
+    assert bench.asked == []
+    assert bench.parameters.all_read
+
+
+def test_what_an_autopilot_of_another_kind_had_is_forgotten() -> None:
+    bench = ParametersBench({"FS_GCS_ENABLE": 1})
+    bench.parameters.ask_all(3)
+    assert bench.parameters.loss_values == {"FS_GCS_ENABLE": 1}
+    assert not bench.parameters.all_read
+    bench.parameters.ask_all(12)
+    assert bench.parameters.loss_values == {}
+
+
+@pytest.mark.parametrize(
+    ("layout", "number", "kind"),
+    [("<i", -1, 6), ("<i", 2, 6), ("<I", 0x7F800001, 5), ("<bxxx", -3, 2), ("<Hxx", 65535, 3), ("<f", 0.5, 9)],
+)
+def test_px4_sends_an_integers_bytes_where_the_float_is(layout: str, number: float, kind: int) -> None:
+    payload = struct.pack(layout, number) + struct.pack("<HH16sB", 1, 0, b"NAV_DLL_ACT", kind)
+    frame = bytes([0xFD, len(payload), 0, 0, 0, 1, 1, 22, 0, 0]) + payload + b"xx"
+    assert read_value(frame, 12) == ("NAV_DLL_ACT", number)
+
+
+def test_a_value_that_is_no_number_is_none() -> None:
+    assert read_value(framed(value("RC3_MIN", float("nan"))), 3) is None
+    assert read_value(framed(value("RC3_MIN", 1100)), 3) == ("RC3_MIN", 1100.0)

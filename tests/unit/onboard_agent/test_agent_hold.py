@@ -4,34 +4,60 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.flight_modes import HoldMode, hold_mode
-from onboard_agent.hold import BOUND_S, DEADLINE_S, STICKS_INTERVAL_S, Hold, HoldCause
+from onboard_agent.flight_modes import FlightMode, hold_rungs, modes_of
+from onboard_agent.hold import DEADLINE_S, STICKS_INTERVAL_S, Hold
 from onboard_agent.hold_table import NEXT, HoldEvent, HoldPhase
 from onboard_agent.own_frames import FrameMaker
-from wire.control_messages import HoldStep
+from wire.control_messages import HoldCause, HoldStep, SafetySettings
 from wire.dialect import decode, mavlink
 
-ALT_HOLD = 2
+LOITER, ALT_HOLD = 5, 2
 STEP_S = 0.025
+SETTINGS = SafetySettings()
+BOUND_S = SETTINGS.hold_bound_s
+
+
+def rungs(*names: str) -> tuple[FlightMode, ...]:
+    return hold_rungs(modes_of(3, 2), names)
 
 
 class Bench:
     """A hold with a clock that is wound by hand; keeps what was sent and what was reported."""
 
-    def __init__(self, *, cause: HoldCause = HoldCause.ORDER, needed: bool = True, mode: Any = "default") -> None:
+    def __init__(
+        self,
+        *names: str,
+        cause: HoldCause = HoldCause.ORDER,
+        needed: bool = True,
+        modes: tuple[FlightMode, ...] | None = None,
+        custom_mode: int = LOITER,
+    ) -> None:
         self.now = 100.0
         self.hold = Hold(FrameMaker())
         self.sent: list[Any] = []
         self.steps: list[HoldStep] = []
         self.details: list[str] = []
         self.tower_silent_s = 0.0
-        chosen: HoldMode | None = hold_mode(3, 2) if mode == "default" else mode
-        self.hold.begin(cause=cause, order_id=9, epoch=4, mode=chosen, needed=needed, now=self.now)
+        self.custom_mode = custom_mode
+        self.cause = cause
+        self.begin(rungs(*names) if modes is None else modes, needed=needed)
+
+    def begin(self, modes: tuple[FlightMode, ...], *, needed: bool = True) -> None:
+        self.hold.begin(
+            cause=self.cause,
+            order_id=9,
+            epoch=4,
+            rungs=modes,
+            settings=SETTINGS,
+            needed=needed,
+            now=self.now,
+            why="" if self.cause is HoldCause.ORDER else "why",
+        )
         self.collect()
 
     def collect(self) -> None:
         for progress in self.hold.take_progress():
-            assert (progress.order_id, progress.epoch) == (9, 4)
+            assert (progress.order_id, progress.epoch, progress.cause) == (9, 4, self.cause)
             self.steps.append(progress.step)
             self.details.append(progress.detail)
 
@@ -39,7 +65,11 @@ class Bench:
         end = self.now + for_s
         while self.now < end:
             frames = self.hold.tick(
-                self.now, vehicle_system_id=1, ground_station_system_id=255, tower_silent_s=self.tower_silent_s
+                self.now,
+                vehicle_system_id=1,
+                ground_station_system_id=255,
+                custom_mode=self.custom_mode,
+                tower_silent_s=self.tower_silent_s,
             )
             self.sent += [decode(frame) for frame in frames]
             self.now += STEP_S
@@ -50,6 +80,7 @@ class Bench:
         self.collect()
 
     def heartbeat(self, custom_mode: int, *, armed: bool = True) -> None:
+        self.custom_mode = custom_mode
         self.hold.heartbeat(armed=armed, custom_mode=custom_mode, now=self.now)
         self.collect()
 
@@ -110,7 +141,7 @@ def test_after_the_deadline_it_is_tried_more_slowly_and_may_still_succeed() -> N
     bench = Bench()
     bench.pass_time(DEADLINE_S + 0.05)
     assert bench.steps[-1] == "unconfirmed"
-    assert bench.details[-1] == "no answer from the autopilot"
+    assert bench.details[-1] == "no answer from the autopilot to ALT_HOLD"
     bench.sent = []
     bench.pass_time(5.0)
     assert 4 <= len(bench.take_sent("COMMAND_LONG")) <= 6
@@ -181,12 +212,13 @@ def test_an_ordered_hold_stops_the_sticks_when_the_tower_is_gone_but_still_wants
     assert kinds == {"COMMAND_LONG"}
 
 
-def test_a_hold_for_want_of_the_tower_goes_on_without_it() -> None:
-    bench = Bench(cause=HoldCause.PILOT_LOST)
+@pytest.mark.parametrize("cause", [HoldCause.PILOT_LOST, HoldCause.STICKS_STALE])
+def test_a_hold_of_the_agents_own_goes_on_without_the_tower(cause: HoldCause) -> None:
+    bench = Bench(cause=cause)
     bench.tower_silent_s = 2.0
     bench.pass_time(BOUND_S - 1.0)
     assert bench.hold.sticks_on
-    assert bench.steps[0] == "ordered"
+    assert (bench.steps[0], bench.details[0]) == ("ordered", "why")
     bench.tower_silent_s = 31.0
     bench.pass_time(1.1)
     assert not bench.hold.sticks_on
@@ -195,7 +227,7 @@ def test_a_hold_for_want_of_the_tower_goes_on_without_it() -> None:
 def test_the_new_holders_sticks_end_ours_but_not_the_wish_for_the_mode() -> None:
     bench = Bench()
     bench.pass_time(0.1)
-    bench.hold.sticks_taken_over()
+    bench.hold.stop_sticks()
     bench.sent = []
     bench.pass_time(0.5)
     assert {m.get_type() for m in bench.sent} == {"COMMAND_LONG"}
@@ -214,7 +246,7 @@ def test_the_new_holders_command_wins(needs_sticks: bool, still: set[str]) -> No
 
 
 def test_a_vehicle_without_such_a_mode_gets_sticks_and_the_truth() -> None:
-    bench = Bench(mode=None)
+    bench = Bench(modes=())
     bench.pass_time(DEADLINE_S + 0.1)
     assert {m.get_type() for m in bench.sent} == {"MANUAL_CONTROL"}
     assert bench.details[-1] == "no altitude-hold mode is known for this vehicle"
@@ -225,7 +257,7 @@ def test_a_second_order_begins_anew() -> None:
     bench.pass_time(0.1)
     bench.ack(mavlink.MAV_RESULT_ACCEPTED)
     bench.heartbeat(ALT_HOLD)
-    bench.hold.begin(cause=HoldCause.ORDER, order_id=9, epoch=4, mode=hold_mode(3, 2), needed=True, now=bench.now)
+    bench.begin(rungs())
     bench.pass_time(0.1)
     assert bench.steps[-2:] == ["sticks_centred", "mode_requested"]
 
@@ -249,18 +281,70 @@ def test_the_table_reports_confirmed_only_where_both_have_been_seen() -> None:
     assert all((step is HoldStep.CONFIRMED) == (phase is HoldPhase.CONFIRMED) for phase, step in NEXT.values())
 
 
-@pytest.mark.parametrize(
-    ("kind", "vehicle", "name"),
-    [
-        (3, 2, "ALT_HOLD"),
-        (3, 13, "ALT_HOLD"),
-        (12, 2, "ALTCTL"),
-        (3, 1, None),
-        (12, 1, None),
-        (8, 2, None),
-        (0, 0, None),
-    ],
-)
-def test_which_mode_holds(kind: int, vehicle: int, name: str | None) -> None:
-    mode = hold_mode(kind, vehicle)
-    assert (mode.name if mode else None) == name
+def test_an_autopilot_that_is_found_after_the_order_is_asked_then() -> None:
+    bench = Bench(modes=())
+    bench.pass_time(0.5)
+    bench.hold.modes_became_known(rungs(), bench.now)
+    bench.hold.modes_became_known(rungs(), bench.now)
+    bench.pass_time(0.1)
+    assert [m.param2 for m in bench.take_sent("COMMAND_LONG")] == [ALT_HOLD]
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(ALT_HOLD)
+    assert bench.steps == ["sticks_centred", "mode_requested", "mode_acknowledged", "confirmed"]
+
+
+def test_the_first_sticks_and_the_first_request_go_out_in_the_same_call() -> None:
+    bench = Bench("LOITER")
+    frames = bench.hold.tick(
+        bench.now, vehicle_system_id=1, ground_station_system_id=255, custom_mode=0, tower_silent_s=0.0
+    )
+    assert [decode(frame).get_type() for frame in frames] == ["MANUAL_CONTROL", "COMMAND_LONG"]
+
+
+def test_a_ladder_is_climbed_step_by_step_and_each_is_told() -> None:
+    bench = Bench("LOITER", custom_mode=0)
+    bench.pass_time(0.05)
+    bench.ack(mavlink.MAV_RESULT_FAILED)
+    bench.pass_time(0.05)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(ALT_HOLD)
+    assert bench.steps == ["sticks_centred", "mode_requested", "mode_requested", "mode_acknowledged", "confirmed"]
+    assert bench.details[1:] == [
+        "LOITER",
+        "ALT_HOLD (the autopilot refuses LOITER: FAILED)",
+        "ALT_HOLD",
+        "ALT_HOLD",
+    ]
+    assert bench.hold.sticks_on
+
+
+def test_a_ladder_of_which_nothing_is_granted_is_told_rung_by_rung_and_tried_on() -> None:
+    bench = Bench("LOITER", "POSHOLD", "BRAKE", custom_mode=0)
+    bench.pass_time(DEADLINE_S + 0.1)
+    asked = [m.param2 for m in bench.take_sent("COMMAND_LONG")]
+    assert list(dict.fromkeys(asked)) == [5, 16, 17, ALT_HOLD], "altitude hold before the deadline"
+    assert bench.steps[-1] == "unconfirmed"
+    assert bench.details[-1].count("no answer from the autopilot to ") == 4
+    bench.pass_time(10.0)
+    later = [m.param2 for m in bench.take_sent("COMMAND_LONG")]
+    assert set(later) == {ALT_HOLD}
+    assert 9 <= len(later) <= 11
+    bench.pass_time(BOUND_S)
+    assert not bench.hold.active
+
+
+def test_the_bound_is_a_setting() -> None:
+    bench = Bench()
+    bench.hold.begin(
+        cause=HoldCause.ORDER,
+        order_id=9,
+        epoch=4,
+        rungs=rungs(),
+        settings=SafetySettings(hold_bound_s=5.0),
+        needed=True,
+        now=bench.now,
+    )
+    bench.pass_time(4.9)
+    assert bench.hold.sticks_on
+    bench.pass_time(0.2)
+    assert not bench.hold.sticks_on

@@ -3,6 +3,7 @@
 from onboard_agent.link_loss import LinkLoss
 
 STEP_S = 0.025
+LOST_HOLD_S = 2.0
 
 
 def alarm(loss: LinkLoss, begin: float, end: float) -> float | None:
@@ -10,7 +11,7 @@ def alarm(loss: LinkLoss, begin: float, end: float) -> float | None:
     raised = []
     now = begin
     while now < end:
-        if loss.lost_by_hand(now):
+        if loss.lost_by_hand(now, lost_hold_s=LOST_HOLD_S):
             raised.append(now)
         now += STEP_S
     assert len(raised) <= 1
@@ -81,3 +82,27 @@ def test_the_next_loss_needs_a_hand_again() -> None:
     loss.tower_heard(50.0)
     loss.sticks_passed(50.0)
     assert alarm(loss, 50.0, 60.0)
+
+
+def test_a_tower_that_was_never_there_cannot_be_lost() -> None:
+    assert LinkLoss(0.0).tower_gone_s(3600.0) == 0.0
+
+
+def test_the_tower_is_gone_since_its_last_datagram_where_the_channel_lingered() -> None:
+    loss = LinkLoss(0.0)
+    loss.link_up(1.0)
+    loss.tower_heard(10.0)
+    assert loss.tower_gone_s(12.0) == 0.0, "the control channel is still there"
+    loss.link_down(13.0)
+    assert loss.tower_gone_s(20.0) == 10.0
+    loss.link_down(15.0)
+    assert loss.tower_gone_s(20.0) == 10.0, "said twice"
+    loss.link_up(21.0)
+    assert loss.tower_gone_s(22.0) == 0.0
+
+
+def test_a_tower_that_could_only_be_reached_by_the_channel_is_gone_with_it() -> None:
+    loss = LinkLoss(0.0)
+    loss.link_up(1.0)
+    loss.link_down(600.0)
+    assert loss.tower_gone_s(610.0) == 10.0

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wire.lateness import CLOCK_MS, WINDOW_S, Lateness, stamp_ms
+from wire.lateness import CLOCK_MS, FORGET_S, WINDOW_S, Lateness, stamp_ms
 
 
 def test_a_steady_way_is_never_late_however_long_it_is() -> None:
@@ -35,6 +35,21 @@ def test_a_way_that_became_longer_is_the_new_measure_after_the_window() -> None:
     for n in range(2, int(WINDOW_S) + 5):
         last = meter.late_by(n * 1000, n + 0.4)
     assert last < 0.001
+
+
+def test_what_is_held_up_after_a_long_pause_is_late_all_the_same() -> None:
+    meter = Lateness()
+    meter.late_by(0, 0.0)
+    pause_s = 4 * WINDOW_S
+    # Three sent a second apart that come together, five seconds after the first was sent.
+    late = [meter.late_by(int((pause_s + n) * 1000), pause_s + 5.0) for n in range(3)]
+    assert [round(late_s, 3) for late_s in late] == [5.0, 4.0, 3.0]
+
+
+def test_after_hours_of_silence_the_clocks_are_compared_anew() -> None:
+    meter = Lateness()
+    meter.late_by(0, 0.0)
+    assert meter.late_by(int(FORGET_S * 1000), FORGET_S + 2.0) == 0.0
 
 
 @given(st.lists(st.tuples(st.integers(0, CLOCK_MS - 1), st.floats(0, 10)), max_size=200))

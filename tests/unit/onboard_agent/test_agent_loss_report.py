@@ -1,0 +1,104 @@
+"""What the tower is told of the parameters and the radio that decide what happens on a loss."""
+
+from typing import Any
+
+from onboard_agent.loss_report import LossReport
+from onboard_agent.own_frames import FrameMaker, Sender
+from onboard_agent.parameters import NAMES, Parameters
+from onboard_agent.radio import LAPSE_S, Radio
+from wire.control_messages import LossParameters
+from wire.dialect import mavlink
+
+RECEIVER = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+OVERRIDES_LAST_S = 3.0
+
+
+def param_value(name: str, number: float) -> bytes:
+    return FrameMaker().make(mavlink.MAVLink_param_value_message(name.encode(), number, 9, 900, 1), Sender(1, 1))
+
+
+def sys_status(present: int, health: int) -> Any:
+    return mavlink.MAVLink_sys_status_message(present, present, health, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+
+
+def rc_channels(count: int, throttle: int) -> Any:
+    return mavlink.MAVLink_rc_channels_message(0, count, *[throttle] * 4, *[0] * 14, 255)
+
+
+class RadioBench(Radio):
+    def status(self, present: int, health: int, now: float = 0.0) -> bool | None:
+        self.sys_status(sys_status(present, health), now, overrides_last_s=OVERRIDES_LAST_S)
+        return self.has_radio
+
+    def channels(self, count: int, throttle: int, now: float = 0.0) -> bool | None:
+        self.rc_channels(rc_channels(count, throttle), now, overrides_last_s=OVERRIDES_LAST_S)
+        return self.has_radio
+
+
+def test_nothing_is_known_at_first() -> None:
+    assert Radio().has_radio is None
+
+
+def test_the_receivers_health_tells() -> None:
+    assert RadioBench().status(RECEIVER, RECEIVER) is True
+    assert RadioBench().status(RECEIVER, 0) is False
+    assert RadioBench().status(0, 0) is None
+
+
+def test_the_channels_tell_where_the_health_does_not() -> None:
+    assert RadioBench().channels(16, 1500) is True
+    assert RadioBench().channels(16, 0) is False
+    assert RadioBench().channels(0, 65535) is False
+    radio = RadioBench()
+    radio.status(RECEIVER, 0)
+    assert radio.channels(16, 1500) is False, "the better source has spoken"
+
+
+def test_our_own_sticks_are_no_radio() -> None:
+    radio = RadioBench()
+    radio.sticks_sent(10.0)
+    assert radio.channels(16, 1500, 11.0) is None
+    assert radio.status(RECEIVER, RECEIVER, 10.0 + OVERRIDES_LAST_S + LAPSE_S - 0.1) is None
+    assert radio.status(RECEIVER, RECEIVER, 10.0 + OVERRIDES_LAST_S + LAPSE_S) is True
+    radio.sticks_sent(20.0)
+    assert radio.status(RECEIVER, 0, 21.0) is True, "what was known stays known"
+
+
+def read_all(parameters: Parameters, values: dict[str, float]) -> None:
+    for n in range(100):
+        parameters.due(float(n), vehicle_system_id=1)
+        for name, number in values.items():
+            parameters.value(param_value(name, number))
+
+
+def test_it_is_told_when_all_are_read_then_on_each_change_and_to_each_new_link() -> None:
+    report, parameters = LossReport(), Parameters(FrameMaker())
+
+    def told(has_radio: bool | None = None) -> LossParameters | None:
+        return report.changed(parameters, autopilot_kind=3, has_radio=has_radio)
+
+    parameters.ask_all(3)
+    assert told() is None, "not read yet"
+    read_all(parameters, {"FS_GCS_ENABLE": 1.0})
+    expected = LossParameters(autopilot="ardupilot", values={"FS_GCS_ENABLE": 1.0}, complete=True)
+    assert told() == expected
+    assert told() is None
+    parameters.value(param_value("FS_GCS_ENABLE", 2.0))
+    changed = told()
+    assert changed is not None
+    assert changed.values == {"FS_GCS_ENABLE": 2.0}
+    with_radio = told(True)
+    assert with_radio is not None
+    assert with_radio.has_radio is True
+    report.tell_again()
+    assert told(True) == with_radio
+
+
+def test_the_autopilot_is_named() -> None:
+    for kind, name in ((12, "px4"), (8, "")):
+        parameters = Parameters(FrameMaker())
+        parameters.ask_all(kind)
+        read_all(parameters, {})
+        report = LossReport().changed(parameters, autopilot_kind=kind, has_radio=None)
+        assert report == LossParameters(autopilot=name, values={}, complete=True)
+    assert set(NAMES) == {3, 12}

@@ -1,0 +1,212 @@
+"""What is done when the tower stays lost: each law of `onboard_agent/lost_action.py`, and its tables."""
+
+from typing import Any
+
+import pytest
+
+from onboard_agent.flight_modes import Modes, modes_of, px4_custom_mode
+from onboard_agent.lost_action import RUNG_PATIENCE_S, Loss, LostActing, situation
+from onboard_agent.lost_action_table import DEEDS, NEXT, Deed, LostEvent, LostPhase, Situation
+from onboard_agent.own_frames import FrameMaker
+from wire.control_messages import LostAction, SafetySettings
+from wire.dialect import decode, mavlink
+
+STEP_S = 0.025
+COPTER, PX4 = modes_of(3, 2), modes_of(12, 2)
+ALT_HOLD, AUTO, GUIDED, LOITER, RTL, LAND, SMART_RTL = 2, 3, 4, 5, 6, 9, 21
+
+
+class Bench:
+    """A drone in the air whose tower is lost at second 0, and a clock that is wound by hand."""
+
+    def __init__(
+        self,
+        action: LostAction = LostAction.RETURN,
+        *,
+        mode: int = ALT_HOLD,
+        modes: Modes | None = COPTER,
+        after_s: float = 30.0,
+        mission_before: bool = False,
+    ) -> None:
+        self.now = self.lost_at = 100.0
+        self.settings = SafetySettings(lost_action=action, lost_action_s=after_s)
+        self.mode, self.modes, self.mission_before = mode, modes, mission_before
+        self.ours = True
+        self.acting = LostActing(FrameMaker())
+        self.deeds: list[tuple[float, Deed]] = []
+        self.sent: list[Any] = []
+        self.lines: list[str] = []
+
+    def until(self, second: float) -> "Bench":
+        while self.now < self.lost_at + second:
+            loss = Loss(max(0.0, self.now - self.lost_at), self.ours, self.mode, self.mission_before)
+            deed = self.acting.tick(self.now, loss=loss, settings=self.settings, modes=self.modes)
+            if deed is not None:
+                self.deeds.append((round(self.now - self.lost_at, 1), deed))
+            frames = self.acting.due(self.now, vehicle_system_id=1, custom_mode=self.mode)
+            self.sent += [decode(frame) for frame in frames]
+            self.lines += self.acting.take_notices()
+            self.now += STEP_S
+        return self
+
+    def ack(self, result: int) -> "Bench":
+        self.acting.acknowledged(mavlink.MAVLink_command_ack_message(176, result), self.now)
+        return self
+
+    def asked(self) -> list[tuple[int, int]]:
+        return [(int(m.param2), int(m.param3)) for m in self.sent if m.command == 176]
+
+
+def test_it_returns_when_the_time_is_up_and_not_before() -> None:
+    bench = Bench().until(29.9)
+    assert (bench.deeds, bench.sent) == ([], [])
+    bench.until(30.1)
+    assert bench.deeds == [(30.0, Deed.RETURN)]
+    assert bench.asked() == [(RTL, 0)]
+
+
+def test_it_counts_aloud() -> None:
+    bench = Bench().until(31.0)
+    counted = [int(line.split(" ")[-2]) for line in bench.lines if " in " in line]
+    assert counted == [28, 20, 10, 5, 4, 3, 2, 1]
+    assert bench.lines[0] == "the tower is lost: return in 28 s"
+
+
+def test_it_is_confirmed_by_both_and_said() -> None:
+    bench = Bench().until(30.1).ack(0)
+    assert bench.acting.phase is LostPhase.ASKING
+    bench.acting.heartbeat(RTL)
+    assert bench.acting.phase is LostPhase.DONE
+    bench.until(60.0)
+    assert bench.lines[-1] == "RTL confirmed"
+    assert len(bench.asked()) == 1
+    assert len(bench.deeds) == 1
+
+
+def test_it_is_asked_for_again_until_then() -> None:
+    bench = Bench().until(30.0 + 1.05)
+    assert bench.asked() == [(RTL, 0)] * 5
+
+
+def test_return_that_is_refused_becomes_land() -> None:
+    bench = Bench().until(30.05).ack(mavlink.MAV_RESULT_FAILED).until(30.1)
+    assert bench.asked() == [(RTL, 0), (LAND, 0)]
+    bench.ack(0).acting.heartbeat(LAND)
+    assert bench.acting.phase is LostPhase.DONE
+
+
+def test_silence_is_no_refusal_for_a_while() -> None:
+    bench = Bench().until(30.0 + RUNG_PATIENCE_S - 0.1)
+    assert set(bench.asked()) == {(RTL, 0)}
+    bench.until(30.0 + RUNG_PATIENCE_S + 2.0)
+    assert bench.asked()[-1] == (LAND, 0)
+
+
+def test_land_lands() -> None:
+    bench = Bench(LostAction.LAND, after_s=5.0, mode=GUIDED).until(5.1)
+    assert (bench.deeds[0][1], bench.asked()) == (Deed.LAND, [(LAND, 0)])
+
+
+def test_a_mission_goes_on_where_that_is_wanted() -> None:
+    bench = Bench(LostAction.CONTINUE, mode=AUTO).until(40.0)
+    assert bench.deeds == [(30.0, Deed.LEAVE)]
+    assert bench.sent == []
+
+
+def test_a_mission_that_the_loss_has_stopped_is_resumed_where_that_is_wanted() -> None:
+    bench = Bench(LostAction.CONTINUE, mode=ALT_HOLD, mission_before=True).until(30.1)
+    assert (bench.deeds[0][1], bench.asked()) == (Deed.RESUME_MISSION, [(AUTO, 0)])
+
+
+def test_nothing_means_that_the_autopilots_own_failsafe_decides() -> None:
+    bench = Bench(LostAction.NOTHING).until(40.0)
+    assert bench.deeds == [(30.0, Deed.STOP_STICKS)]
+    assert bench.sent == []
+
+
+@pytest.mark.parametrize("mode", [RTL, LAND, SMART_RTL])
+@pytest.mark.parametrize("action", list(LostAction))
+def test_what_goes_home_already_is_left_alone(mode: int, action: LostAction) -> None:
+    bench = Bench(action, mode=mode).until(40.0)
+    assert bench.deeds == [(30.0, Deed.LEAVE)]
+    assert bench.sent == []
+
+
+def test_a_tower_that_comes_back_in_time_calls_it_off_and_the_next_loss_counts_anew() -> None:
+    bench = Bench().until(25.0)
+    bench.lost_at = bench.now + 5.0
+    bench.until(0.0).until(29.9)
+    assert bench.deeds == []
+    bench.until(30.1)
+    assert [deed for _, deed in bench.deeds] == [Deed.RETURN]
+
+
+def test_a_tower_that_comes_back_later_changes_nothing_and_ends_the_asking() -> None:
+    bench = Bench().until(31.0)
+    bench.sent = []
+    bench.lost_at = bench.now + 5.0
+    bench.until(1.0)
+    assert bench.sent == []
+    assert bench.acting.phase is LostPhase.QUIET
+
+
+def test_what_is_on_the_ground_or_not_ours_is_left_alone() -> None:
+    bench = Bench()
+    bench.ours = False
+    bench.until(40.0)
+    assert (bench.deeds, bench.lines) == ([], [])
+
+
+def test_landing_ends_it() -> None:
+    bench = Bench().until(31.0)
+    bench.ours = False
+    bench.sent = []
+    bench.until(35.0)
+    assert bench.sent == []
+    assert bench.acting.phase is LostPhase.QUIET
+
+
+def test_a_vehicle_whose_modes_are_not_known_is_left_to_its_autopilot() -> None:
+    bench = Bench(modes=None, mode=11).until(31.0)
+    assert bench.deeds == [(30.0, Deed.STOP_STICKS)]
+    assert "no such mode is known" in bench.lines[-1]
+
+
+def test_a_short_time_may_be_over_before_it_is_noticed() -> None:
+    bench = Bench(after_s=2.0).until(2.1)
+    assert bench.deeds == [(2.0, Deed.RETURN)]
+
+
+def test_px4_returns_and_lands_by_its_own_numbers() -> None:
+    bench = Bench(modes=PX4, mode=px4_custom_mode(2, 0)).until(30.05).ack(mavlink.MAV_RESULT_DENIED).until(30.1)
+    assert bench.asked() == [(4, 5), (4, 6)]
+    bench.ack(0).acting.heartbeat(px4_custom_mode(4, 6))
+    assert bench.acting.phase is LostPhase.DONE
+
+
+@pytest.mark.parametrize(
+    ("modes", "mode", "mission_before", "expected"),
+    [
+        (COPTER, RTL, False, Situation.GOING_HOME),
+        (COPTER, 27, False, Situation.GOING_HOME),
+        (COPTER, AUTO, False, Situation.ON_MISSION),
+        (COPTER, AUTO, True, Situation.ON_MISSION),
+        (COPTER, GUIDED, False, Situation.OTHERWISE),
+        (COPTER, ALT_HOLD, True, Situation.HELD_ON_MISSION),
+        (PX4, px4_custom_mode(4, 4), False, Situation.ON_MISSION),
+        (PX4, px4_custom_mode(4, 5), False, Situation.GOING_HOME),
+        (PX4, px4_custom_mode(4, 3), False, Situation.OTHERWISE),
+        (None, RTL, True, Situation.OTHERWISE),
+    ],
+)
+def test_what_the_drone_is_doing(modes: Modes | None, mode: int, mission_before: bool, expected: Situation) -> None:
+    assert situation(Loss(30.0, True, mode, mission_before), modes) is expected
+
+
+def test_the_tables_have_every_cell_and_a_way_out_of_every_phase() -> None:
+    assert set(DEEDS) == {(action, one) for action in LostAction for one in Situation}
+    assert all(DEEDS[action, Situation.GOING_HOME] is Deed.LEAVE for action in LostAction)
+    for phase in LostPhase:
+        if phase is not LostPhase.QUIET:
+            assert NEXT[phase, LostEvent.BACK] is LostPhase.QUIET
+            assert NEXT[phase, LostEvent.CALLED_OFF] is LostPhase.QUIET

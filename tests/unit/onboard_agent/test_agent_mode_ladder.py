@@ -1,0 +1,185 @@
+"""Asking for one mode after another: each law of `onboard_agent/mode_ladder.py`, and which modes a ladder has."""
+
+from typing import Any
+
+import pytest
+
+from onboard_agent.flight_modes import hold_rungs, modes_of, px4_custom_mode
+from onboard_agent.mode_ladder import LadderStep, ModeLadder
+from onboard_agent.own_frames import FrameMaker
+from wire.dialect import decode, mavlink
+
+STEP_S = 0.025
+PATIENCE_S = 0.75
+COPTER, PX4 = modes_of(3, 2), modes_of(12, 2)
+LOITER, BRAKE, ALT_HOLD, STABILIZE = 5, 17, 2, 0
+REFUSALS = [
+    mavlink.MAV_RESULT_DENIED,
+    mavlink.MAV_RESULT_FAILED,
+    mavlink.MAV_RESULT_UNSUPPORTED,
+    mavlink.MAV_RESULT_TEMPORARILY_REJECTED,
+]
+
+
+class Bench:
+    """A ladder with a clock that is wound by hand."""
+
+    def __init__(self, *names: str, custom_mode: int = STABILIZE, modes: Any = COPTER) -> None:
+        self.now = 10.0
+        self.custom_mode = custom_mode
+        self.ladder = ModeLadder(FrameMaker())
+        self.ladder.climb(hold_rungs(modes, names), patience_s=PATIENCE_S, now=self.now)
+        self.sent: list[Any] = []
+        self.reached: list[tuple[str, str]] = []
+
+    def pass_time(self, for_s: float) -> "Bench":
+        end = self.now + for_s
+        while self.now < end:
+            frames = self.ladder.due(self.now, vehicle_system_id=1, custom_mode=self.custom_mode)
+            self.sent += [decode(frame) for frame in frames]
+            self.now += STEP_S
+        self.collect()
+        return self
+
+    def collect(self) -> None:
+        self.reached += [(str(step), detail) for step, detail in self.ladder.take_reached()]
+
+    def ack(self, result: int) -> "Bench":
+        self.ladder.acknowledged(mavlink.MAVLink_command_ack_message(176, result), self.now)
+        self.collect()
+        return self
+
+    def beat(self, custom_mode: int) -> "Bench":
+        self.ladder.heartbeat(custom_mode)
+        self.collect()
+        return self
+
+    def asked(self) -> list[int]:
+        modes = [int(m.param2) for m in self.sent if m.command == 176]
+        self.sent = []
+        return modes
+
+    def steps(self) -> list[tuple[str, str]]:
+        return [(step, detail.split(" ")[0]) for step, detail in self.reached]
+
+
+def test_the_first_rung_is_enough_where_it_is_granted() -> None:
+    bench = Bench("LOITER").pass_time(0.05).ack(0).beat(LOITER).pass_time(2.0)
+    assert bench.asked() == [LOITER]
+    assert bench.steps() == [("requested", "LOITER"), ("accepted", "LOITER"), ("confirmed", "LOITER")]
+
+
+@pytest.mark.parametrize("refusal", REFUSALS)
+def test_a_refused_rung_is_left_at_once(refusal: int) -> None:
+    bench = Bench("LOITER").pass_time(0.02)
+    bench.ack(refusal)
+    bench.pass_time(0.02)
+    assert bench.asked() == [LOITER, ALT_HOLD]
+
+
+def test_a_silent_rung_is_left_after_three_requests() -> None:
+    bench = Bench("LOITER").pass_time(PATIENCE_S - STEP_S)
+    assert bench.asked() == [LOITER] * 3
+    bench.pass_time(2 * STEP_S)
+    assert bench.asked() == [ALT_HOLD]
+
+
+def test_a_rung_that_is_accepted_but_not_shown_is_left_too() -> None:
+    bench = Bench("LOITER").pass_time(0.05).ack(0).pass_time(PATIENCE_S)
+    assert bench.asked()[-1] == ALT_HOLD
+    assert "but the heartbeat does not show it" in bench.reached[-1][1]
+
+
+def test_the_last_rung_is_never_left() -> None:
+    bench = Bench().pass_time(0.05)
+    bench.ack(mavlink.MAV_RESULT_FAILED)
+    bench.pass_time(20.0)
+    asked = bench.asked()
+    assert set(asked) == {ALT_HOLD}
+    assert 12 + 16 <= len(asked) <= 12 + 19, "four a second for three seconds, then one"
+    bench.ack(0).beat(ALT_HOLD)
+    assert bench.steps()[-1] == ("confirmed", "ALT_HOLD")
+
+
+def test_a_late_heartbeat_of_an_accepted_rung_confirms_it_after_all() -> None:
+    bench = Bench("LOITER").pass_time(0.05).ack(0).pass_time(PATIENCE_S + 0.1).beat(LOITER).pass_time(2.0)
+    assert bench.steps()[-1] == ("confirmed", "LOITER")
+    assert bench.asked().count(ALT_HOLD) == 1, "no more is asked for"
+
+
+def test_a_late_acceptance_of_either_rung_is_settled_by_the_next_heartbeat() -> None:
+    for shown, name in ((LOITER, "LOITER"), (ALT_HOLD, "ALT_HOLD")):
+        bench = Bench("LOITER").pass_time(PATIENCE_S + 0.1).ack(0)
+        assert bench.ladder.asking
+        bench.beat(shown)
+        assert bench.steps()[-1] == ("confirmed", name)
+
+
+def test_the_mode_it_was_in_does_not_confirm_by_another_rungs_answer() -> None:
+    bench = Bench("LOITER", custom_mode=LOITER).pass_time(0.05).beat(LOITER).pass_time(PATIENCE_S).ack(0)
+    assert ("confirmed", "LOITER") not in bench.steps()
+    bench.beat(ALT_HOLD)
+    assert bench.steps()[-1] == ("confirmed", "ALT_HOLD")
+
+
+def test_a_refused_rung_is_not_confirmed_by_a_stale_heartbeat() -> None:
+    bench = Bench("LOITER", custom_mode=LOITER).pass_time(0.02)
+    bench.ack(mavlink.MAV_RESULT_FAILED)
+    bench.pass_time(0.02)
+    bench.ack(0).beat(LOITER)
+    assert bench.steps()[-1] == ("accepted", "ALT_HOLD")
+
+
+def test_in_progress_means_wait_longer_with_the_same_rung() -> None:
+    bench = Bench("LOITER").pass_time(0.05).ack(mavlink.MAV_RESULT_IN_PROGRESS)
+    bench.sent = []
+    bench.pass_time(0.9)
+    assert bench.asked() == []
+
+
+def test_answers_to_nothing_mean_nothing() -> None:
+    bench = Bench("LOITER").ack(0).beat(LOITER)
+    assert bench.reached == []
+    bench.ladder.stop()
+    assert bench.pass_time(1.0).asked() == []
+
+
+def test_where_it_is_in_the_mode_already_the_heartbeat_is_asked_for() -> None:
+    bench = Bench(custom_mode=ALT_HOLD).pass_time(0.02)
+    assert [(m.command, m.param1) for m in bench.sent] == [(176, 1), (512, 0)]
+    assert len(Bench(custom_mode=STABILIZE).pass_time(0.02).sent) == 1
+
+
+def test_an_empty_ladder_asks_for_nothing() -> None:
+    bench = Bench(modes=None).pass_time(1.0)
+    assert (bench.sent, bench.reached, bench.ladder.asking) == ([], [], False)
+
+
+def test_px4s_main_and_sub_mode_go_apart_and_are_shown_together() -> None:
+    bench = Bench("AUTO.LOITER", modes=PX4).pass_time(0.02)
+    (message,) = bench.sent
+    assert (message.param1, message.param2, message.param3) == (1, 4, 3)
+    bench.ack(0).beat(px4_custom_mode(4, 3))
+    assert bench.ladder.asking is False
+    assert bench.reached[-1] == (LadderStep.CONFIRMED, "AUTO.LOITER")
+
+
+@pytest.mark.parametrize(
+    ("kind", "vehicle", "names", "rungs"),
+    [
+        (3, 2, (), ["ALT_HOLD"]),
+        (3, 13, ("LOITER", "BRAKE"), ["LOITER", "BRAKE", "ALT_HOLD"]),
+        (3, 2, ("BRAKE", "POSHOLD", "LOITER"), ["BRAKE", "POSHOLD", "LOITER", "ALT_HOLD"]),
+        (3, 2, ("ALT_HOLD", "LOITER"), ["LOITER", "ALT_HOLD"]),
+        (3, 2, ("LOITER", "LOITER"), ["LOITER", "ALT_HOLD"]),
+        (3, 2, ("AUTO.LOITER", "FLIP", "POSHOLD"), ["POSHOLD", "ALT_HOLD"]),
+        (12, 2, ("AUTO.LOITER", "POSCTL"), ["AUTO.LOITER", "POSCTL", "ALTCTL"]),
+        (12, 2, ("LOITER",), ["ALTCTL"]),
+        (3, 1, ("LOITER",), []),
+        (12, 1, (), []),
+        (8, 2, (), []),
+        (0, 0, (), []),
+    ],
+)
+def test_which_modes_a_ladder_has(kind: int, vehicle: int, names: tuple[str, ...], rungs: list[str]) -> None:
+    assert [mode.name for mode in hold_rungs(modes_of(kind, vehicle), names)] == rungs
