@@ -1,0 +1,54 @@
+"""`python -m bench NAME [--json FILE]`: run one benchmark, print a table, write the rows as JSON."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import sys
+from collections.abc import Callable, Coroutine
+from pathlib import Path
+from typing import Any
+
+from bench import control
+from bench.rows import Report
+
+BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
+    "control": (control.run, control.__doc__ or ""),
+}
+
+
+def parse(words: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m bench", description="Benchmarks of Control Tower.")
+    parser.add_argument("name", choices=sorted(BENCHES), help="which")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows there as well")
+    parser.add_argument("--quick", action="store_true", help="few rounds: to see whether it works")
+    parser.add_argument("--rounds", type=int, help="how often each latency is measured")
+    parser.add_argument("--network", action="store_true", help="on the emulated network only: 300 ms RTT, 5 %% loss")
+    parser.add_argument("--loopback", action="store_true", help="on loopback only")
+    parser.add_argument("--flavour", choices=("ardupilot", "px4"), action="append", help="only this one")
+    parser.add_argument(
+        "--radio", choices=("with", "without"), action="append", help="only with, or without a receiver"
+    )
+    parser.add_argument("--case", action="append", help="only cases with this in their name")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep databases and logs there")
+    return parser.parse_args(words)
+
+
+def main() -> int:
+    options = parse(sys.argv[1:])
+    report = Report(options.name)
+    problem: Exception | None = None
+    try:
+        asyncio.run(BENCHES[options.name][0](report, options))
+    except Exception as error:  # what was found until then is still worth having
+        problem = error
+    report.console.print(report.as_table())
+    if options.json is not None:
+        report.write(options.json)
+    if problem is not None:
+        raise problem
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,133 @@
+"""What can end somebody's flying by hand, each as a function that does it, and one that makes good for it.
+
+`pull` does it and returns when (the loop's clock); `mend` gives the controls back to the operator, with a stream of
+centred sticks.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+
+from bench.person import Sticks
+from bench.rig import PASSWORD, Rig, wait_for
+from bench.tap import OPERATOR
+
+
+@dataclass(frozen=True, slots=True)
+class Trigger:
+    name: str
+    pull: Callable[[Rig], Awaitable[float]]
+    mend: Callable[[Rig], Awaitable[None]]
+    old_holder: int | None = OPERATOR
+    """Whose sticks may not come afterwards; None where the same holder goes on."""
+    told: bool = True
+    """Whether the tower lives to tell the admin."""
+    allowed_s: float = 0.0
+    """What the rule itself waits before it holds."""
+
+
+async def _take(rig: Rig) -> float:
+    at = rig.admin.now
+    rig.admin.sticks = Sticks()
+    await rig.admin.control("take")
+    return at
+
+
+async def _give_and_accept(rig: Rig) -> None:
+    rig.operator.sticks = Sticks()
+    drone = await rig.admin.drone()
+    if drone["holder"] is None or drone["holder"]["name"] != "operator":
+        if not drone.get("offered"):
+            drone = await rig.admin.control("give")
+        if drone["holder"]["name"] != "operator":
+            await rig.operator.control("accept", sticks_centred=True)
+    rig.admin.sticks = None
+
+
+async def _close_socket(rig: Rig) -> float:
+    at = rig.operator.now
+    await rig.operator.vanish()
+    return at
+
+
+async def _back_online(rig: Rig) -> None:
+    rig.operator.sticks = Sticks()
+    await rig.operator.go_live()
+    await _hold_the_controls(rig)
+
+
+async def _hold_the_controls(rig: Rig) -> None:
+    drone = await rig.operator.drone()
+    if drone["holder"] is None:
+        await rig.operator.control("acquire")
+
+
+async def _stop_sticks(rig: Rig) -> float:
+    at = rig.operator.now
+    rig.operator.sticks = None
+    return at
+
+
+async def _sticks_again(rig: Rig) -> None:
+    rig.operator.sticks = Sticks()
+
+
+async def _answer_late(rig: Rig) -> float:
+    rig.operator.pong_delay_s = 0.8
+    return rig.operator.now
+
+
+async def _answer_in_time(rig: Rig) -> None:
+    rig.operator.pong_delay_s = 0.0
+    rig.operator.sticks = Sticks()
+
+
+async def _disable(rig: Rig) -> float:
+    at = rig.admin.now
+    await rig.admin.ask("PATCH", f"/users/{await _operator_id(rig)}", {"disabled": True})
+    return at
+
+
+async def _enable(rig: Rig) -> None:
+    await rig.operator.vanish()
+    await rig.admin.ask("PATCH", f"/users/{await _operator_id(rig)}", {"disabled": False})
+    await rig.operator.sign_in(PASSWORD)
+    await _back_online(rig)
+
+
+async def _operator_id(rig: Rig) -> int:
+    return next(int(user["id"]) for user in await rig.admin.ask("GET", "/users") if user["name"] == "operator")
+
+
+async def _kill_tower(rig: Rig) -> float:
+    at = rig.operator.now
+    rig.tower.kill()
+    await rig.tower.wait()
+    return at
+
+
+async def _new_tower(rig: Rig) -> None:
+    for person in (rig.operator, rig.admin):
+        await person.vanish()
+    await rig.start_tower()
+    await asyncio.gather(rig.admin.go_live(), rig.operator.go_live())
+
+    async def online() -> bool:
+        return bool((await rig.admin.drone())["online"])
+
+    await wait_for("the drone to be online again", online)
+    rig.operator.sticks = Sticks()
+    await _hold_the_controls(rig)
+
+
+TAKE = Trigger("take", _take, _give_and_accept)
+
+OTHERS = (
+    Trigger("socket closed", _close_socket, _back_online, allowed_s=2.0),
+    Trigger("sticks stop", _stop_sticks, _sticks_again, old_holder=None, allowed_s=0.5),
+    Trigger("late answers to pings", _answer_late, _answer_in_time, old_holder=None, allowed_s=2.5),
+    Trigger("account disabled", _disable, _enable),
+    Trigger("tower killed", _kill_tower, _new_tower, old_holder=None, told=False, allowed_s=2.0),
+)
