@@ -152,11 +152,12 @@ class FakeTower(asyncio.DatagramProtocol):
         assert self.connection is not None
         await self.connection.send(encode_message(message))
 
-    def send_frames(self, *frames: bytes, epoch: int | None = None, drone_id: int = DRONE) -> None:
+    def send_frames(self, *frames: bytes, epoch: int | None = None, drone_id: int = DRONE, late_s: float = 0.0) -> None:
+        """`late_s`: as if they had been on the way for so long."""
         assert self.sealed is not None and self._udp is not None
         self.sealed.drone_id = DroneId(drone_id)
         for datagram in self.sealed.seal_frames(
-            Epoch(self.epoch if epoch is None else epoch), frames, time.monotonic()
+            Epoch(self.epoch if epoch is None else epoch), frames, time.monotonic() - late_s
         ):
             self._udp.sendto(datagram, self.addresses[-1])
         self.sealed.drone_id = DRONE
@@ -165,8 +166,11 @@ class FakeTower(asyncio.DatagramProtocol):
         assert self._udp is not None
         self._udp.sendto(datagram, self.addresses[-1])
 
+    def progress(self, order_id: int) -> list[HoldProgress]:
+        return [m for m in self.messages if isinstance(m, HoldProgress) and m.order_id == order_id]
+
     def hold_steps(self, order_id: int) -> list[str]:
-        return [str(m.step) for m in self.messages if isinstance(m, HoldProgress) and m.order_id == order_id]
+        return [str(m.step) for m in self.progress(order_id)]
 
 
 class FakeAutopilot(asyncio.DatagramProtocol):
@@ -176,6 +180,10 @@ class FakeAutopilot(asyncio.DatagramProtocol):
         self.armed = armed
         self.custom_mode = custom_mode
         self.obeys_mode = True
+        self.refuses: set[int] = set()
+        """Modes that are answered with FAILED."""
+        self.parameters: dict[str, float] = {}
+        self.alt_rel_m: float | None = None
         self.frames: list[bytes] = []
         self.port = 0
         self._stream = FrameStream()
@@ -210,27 +218,46 @@ class FakeAutopilot(asyncio.DatagramProtocol):
         mode = 0x80 if self.armed else 0
         self.say(mavlink.MAVLink_heartbeat_message(2, 3, mode | 1, self.custom_mode, 4, 3))
 
+    def position(self, alt_rel_m: float) -> None:
+        boot_ms = int(time.monotonic() * 1000) % (1 << 31)
+        self.say(mavlink.MAVLink_global_position_int_message(boot_ms, 0, 0, 0, int(alt_rel_m * 1000), 0, 0, 0, 0))
+
     async def _beat(self) -> None:
         while True:
             self.heartbeat()
+            if self.alt_rel_m is not None:
+                self.position(self.alt_rel_m)
             await asyncio.sleep(0.1)
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
         for frame in self._stream.feed(data):
             self.frames.append(frame)
             message = decode(frame)
-            if message is None or message.get_type() != "COMMAND_LONG":
+            if message is None:
                 continue
-            if message.command == mavlink.MAV_CMD_DO_SET_MODE and self.obeys_mode:
-                self.custom_mode = int(message.param2)
-            result = 0 if self.obeys_mode or message.command != mavlink.MAV_CMD_DO_SET_MODE else 4
-            self.say(
-                mavlink.MAVLink_command_ack_message(
-                    message.command, result, 0, 0, message.get_srcSystem(), message.get_srcComponent()
-                )
+            if message.get_type() == "COMMAND_LONG":
+                self._command(message)
+            elif message.get_type() == "PARAM_REQUEST_READ" and message.param_id in self.parameters:
+                value = self.parameters[message.param_id]
+                self.say(mavlink.MAVLink_param_value_message(message.param_id.encode(), value, 9, 900, 1))
+
+    def _command(self, message: Any) -> None:
+        sets_mode = message.command == mavlink.MAV_CMD_DO_SET_MODE
+        granted = not sets_mode or (self.obeys_mode and int(message.param2) not in self.refuses)
+        if sets_mode and granted:
+            self.custom_mode = int(message.param2)
+        self.say(
+            mavlink.MAVLink_command_ack_message(
+                message.command, 0 if granted else 4, 0, 0, message.get_srcSystem(), message.get_srcComponent()
             )
-            if message.command == mavlink.MAV_CMD_DO_SET_MODE:
-                self.heartbeat()
+        )
+        if sets_mode:
+            self.heartbeat()
+
+    def modes_asked(self) -> list[int]:
+        """The modes that were asked for, in order, each once for each time in a row."""
+        modes = [int(m.param2) for m in self.heard("COMMAND_LONG") if m.command == mavlink.MAV_CMD_DO_SET_MODE]
+        return [mode for n, mode in enumerate(modes) if not n or modes[n - 1] != mode]
 
     def heard(self, kind: str) -> list[Any]:
         """The messages of this type that have come, decoded."""
