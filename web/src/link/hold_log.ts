@@ -21,7 +21,7 @@ export interface HoldLog {
   readonly changedMs: number;
 }
 
-const FINAL_STEPS: ReadonlySet<string> = new Set(['confirmed', 'not_needed', 'unconfirmed']);
+export const FINAL_STEPS: ReadonlySet<string> = new Set(['confirmed', 'not_needed', 'unconfirmed']);
 /** A storm of steps (a hold that is tried again and again) must not grow without end; the newest tell the most. */
 const MOST_STEPS = 12;
 

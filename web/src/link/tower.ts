@@ -7,7 +7,7 @@ import { realClock, type Clock } from './clock';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
 import { controlWords, holdWords } from './event_words';
-import { nextHold } from './hold_log';
+import { FINAL_STEPS, nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
 import { Live, liveUrl, SUBPROTOCOL, type SocketLike } from './live';
 import { LostControlsLog } from './lost_controls';
@@ -163,6 +163,8 @@ export class Tower {
   #onHold(event: HoldEvent): void {
     const holdLog = this.vehicles.get().get(event.drone_id)?.holdLog;
     holdLog?.set(nextHold(holdLog.get(), event, this.clock.nowMs()));
+    // The steps between are on the strip over the map: here they would push out what must be read.
+    if (event.step !== 'ordered' && !FINAL_STEPS.has(event.step)) return;
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));
   }
 
