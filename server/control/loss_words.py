@@ -6,6 +6,9 @@ what is said of every autopilot alike.
 
 import hashlib
 from collections.abc import Iterable
+from math import isfinite
+
+import msgspec
 
 from server.control.drone_settings import DroneSettings
 from server.control.loss_sentence import Sentence, danger, info, warning
@@ -27,6 +30,8 @@ def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -
     if parameters is None:
         found.append(warning("operator", "The autopilot's own failsafes are not known: its parameters were not read."))
         return found
+    sane = {name: value for name, value in parameters.values.items() if isfinite(value)}
+    parameters = msgspec.structs.replace(parameters, values=sane)
     if not parameters.complete:
         found.append(warning("operator", "Not every parameter that decides on a loss has been read yet."))
     if parameters.autopilot == "ardupilot":

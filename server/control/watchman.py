@@ -107,8 +107,8 @@ class Watchman:
         if event in waiting:
             return
         if len(waiting) >= MOST_WAITING:
-            _log.error("control_events_lost", drone_id=drone_id, event=type(event).__name__)
             self._hold_without_database(event)
+            _log.error("control_events_lost", drone_id=drone_id, what=type(event).__name__)
             return
         waiting.append(event)
         if drone_id not in self._at_work:
@@ -131,13 +131,13 @@ class Watchman:
                 return  # it has come too late: somebody else has changed the lease meanwhile
             except (SQLAlchemyError, OSError) as error:
                 if number == 0:
-                    what = type(event).__name__
-                    _log.error("control_event_failed", drone_id=event.drone_id, event=what, error=type(error).__name__)
                     self._hold_without_database(event)
+                    words = {"what": type(event).__name__, "error": type(error).__name__}
+                    _log.error("control_event_failed", drone_id=event.drone_id, **words)
                 await asyncio.sleep(self._try_again_after_s)
             except Exception:
-                _log.exception("control_event_failed", drone_id=event.drone_id, event=type(event).__name__)
                 self._hold_without_database(event)
+                _log.exception("control_event_failed", drone_id=event.drone_id, what=type(event).__name__)
                 return
             else:
                 return

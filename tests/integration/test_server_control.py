@@ -4,11 +4,12 @@ import asyncio
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
+from control_world import ObedientAgent, ask, audit, live
 from tower_world import TowerWorld, assert_problem, start_tower
 
 from server.accounts.tables import Role
+from wire.control_messages import ControlChanged
 
 
 @pytest.fixture(params=["sqlite", "postgres"])
@@ -19,14 +20,10 @@ def database(request: pytest.FixtureRequest) -> dict[str, Any]:
     return {"database_url": url.replace("postgresql://", "postgresql+asyncpg://")}
 
 
-async def ask(client: httpx.AsyncClient, drone_id: int, what: str, reason: str = "") -> httpx.Response:
-    return await client.post(f"/api/v1/drones/{drone_id}/control/{what}", json={"reason": reason})
-
-
-async def audit(world: TowerWorld, admin: httpx.AsyncClient) -> list[str]:
-    events = (await admin.get("/api/v1/audit")).json()
-    rows = events["events"] if isinstance(events, dict) else events
-    return [row["action"] for row in rows if row["action"].startswith("control.")]
+def who(drone: dict[str, Any]) -> tuple[str | None, str | None, bool, str | None, int]:
+    """Holder, taken from, offered, assistant, epoch."""
+    named = [drone[part]["name"] if drone[part] else None for part in ("holder", "taken_from", "assistant")]
+    return named[0], named[1], drone["offered"], named[2], drone["epoch"]
 
 
 async def test_the_controls_go_round(tmp_path: Path, database: dict[str, Any]) -> None:
@@ -35,20 +32,169 @@ async def test_the_controls_go_round(tmp_path: Path, database: dict[str, Any]) -
         await world.add_user("root", Role.ADMIN)
         drone = await world.add_drone("Kestrel", alice)
         operator, admin = [await world.signed_in(name) for name in ("alice", "root")]
-        assert (await ask(operator, drone.id, "acquire")).json()["epoch"] == 1
-        taken = (await ask(admin, drone.id, "take", "gusts")).json()
-        assert (taken["holder"]["name"], taken["taken_from"]["name"], taken["epoch"]) == ("root", "alice", 2)
+        agent = ObedientAgent(world.tower.hub, drone.id)
+
+        acquired = await ask(operator, drone.id, "acquire")
+        assert who(acquired.json()) == ("alice", None, False, None, 1)
+        taken = await ask(admin, drone.id, "take", reason="gusts")
+        assert who(taken.json()) == ("root", "alice", False, None, 2)
         assert_problem(await ask(operator, drone.id, "acquire"), 409, "taken-away")
-        assert_problem(await ask(operator, drone.id, "take"), 403, "admins-only")
-        given = (await ask(admin, drone.id, "give")).json()
-        assert (given["holder"]["name"], given["taken_from"], given["epoch"]) == ("alice", None, 3)
-        assert (await ask(operator, drone.id, "release")).json()["holder"] is None
-        assert await audit(world, admin) == [
-            "control.release",
-            "control.give",
-            "control.take",
-            "control.acquire",
+        offered = await ask(admin, drone.id, "give")
+        assert who(offered.json()) == ("root", "alice", True, None, 3)
+        assert_problem(await ask(operator, drone.id, "acquire"), 409, "offered")
+        assert_problem(await ask(operator, drone.id, "accept"), 409, "sticks-not-centred")
+        withdrawn = await ask(admin, drone.id, "take")
+        assert who(withdrawn.json()) == ("root", "alice", False, None, 4)
+        assert_problem(await ask(operator, drone.id, "accept", sticks_centred=True), 409, "nothing-offered")
+        await ask(admin, drone.id, "give")
+        accepted = await ask(operator, drone.id, "accept", sticks_centred=True)
+        assert who(accepted.json()) == ("alice", None, False, None, 6)
+        assisted = await ask(admin, drone.id, "assist", reason="landing")
+        assert who(assisted.json()) == ("alice", None, False, "root", 7)
+        alone = await ask(admin, drone.id, "unassist")
+        assert who(alone.json()) == ("alice", None, False, None, 8)
+        released = await ask(operator, drone.id, "release")
+        assert who(released.json()) == (None, None, False, None, 9)
+
+        # Each change reached the agent, and each hold with the epoch of its change.
+        told = [message.epoch for message in agent.posted if isinstance(message, ControlChanged)]
+        assert [epoch for epoch in range(1, 10) if epoch not in told] == []
+        assert [(order.epoch, order.reason) for order in agent.holds] == [
+            (2, "gusts"),
+            (3, "controls given by root"),
+            (5, "controls given by root"),
+            (6, "controls accepted by alice"),
         ]
+        trail = await audit(admin, "control.")
+        assert [(one["action"], one["detail"]["result"]) for one in reversed(trail)] == [
+            ("control.acquire", "done"),
+            ("control.take", "done"),
+            ("control.acquire", "refused"),
+            ("control.give", "done"),
+            ("control.acquire", "refused"),
+            ("control.accept", "refused"),
+            ("control.take", "done"),
+            ("control.accept", "refused"),
+            ("control.give", "done"),
+            ("control.accept", "done"),
+            ("control.assist", "done"),
+            ("control.assist-end", "done"),
+            ("control.release", "done"),
+        ]
+        take = trail[-2]
+        assert (take["actor_name"], take["drone_id"], take["detail"]["reason"]) == ("root", drone.id, "gusts")
+        assert (take["detail"]["epoch"], take["detail"]["holder"], take["detail"]["taken_from"]) == (2, "root", "alice")
+        assert take["detail"]["took_ms"] >= 0
+
+
+async def test_every_way_to_be_refused(tmp_path: Path, database: dict[str, Any]) -> None:
+    async with start_tower(tmp_path, **database) as world:
+        alice, bob = [await world.add_user(name) for name in ("alice", "bob")]
+        for name in ("root", "toor"):
+            await world.add_user(name, Role.ADMIN)
+        drone, other = await world.add_drone("Kestrel", alice, bob), await world.add_drone("Merlin", alice)
+        await world.add_user("eve")
+        one, two, eve, root, toor = [await world.signed_in(name) for name in ("alice", "bob", "eve", "root", "toor")]
+        everything = ("acquire", "release", "take", "give", "accept", "assist", "unassist")
+        for what in everything:
+            assert_problem(await ask(eve, drone.id, what), 404, "unknown-drone")
+            assert_problem(await ask(root, 77, what), 404, "unknown-drone")
+
+        async def refused(client: Any, status: int, code: str, what: str, **body: Any) -> None:
+            assert_problem(await ask(client, drone.id, what, **body), status, code)
+
+        await refused(one, 409, "not-the-holder", "release")
+        await refused(one, 403, "admins-only", "take")
+        await refused(one, 403, "admins-only", "assist")
+        await refused(root, 409, "nobody-to-assist", "assist")
+        await refused(root, 409, "nobody-assists", "unassist")
+        await refused(root, 409, "nothing-to-give", "give")
+        assert (await ask(one, other.id, "acquire")).is_success
+        await refused(one, 409, "holds-another", "acquire")
+        assert (await ask(one, other.id, "release")).is_success
+        assert (await ask(one, drone.id, "acquire")).is_success
+        await refused(one, 409, "already-yours", "acquire")
+        await refused(two, 409, "held-by-other", "acquire")
+        await refused(two, 409, "not-the-holder", "release")
+        await refused(two, 409, "nothing-offered", "accept", sticks_centred=True)
+        assert (await ask(root, drone.id, "assist")).is_success
+        await refused(root, 409, "already-assisting", "assist")
+        await refused(toor, 409, "assisted-by-other", "assist")
+        await refused(one, 403, "admins-only", "unassist")
+        assert (await ask(root, drone.id, "take")).is_success
+        await refused(root, 409, "already-yours", "take")
+        await refused(toor, 409, "cannot-assist", "assist")
+        await refused(toor, 409, "not-the-holder", "give")
+        assert (await ask(one, other.id, "acquire")).is_success
+        await refused(root, 409, "cannot-receive", "give")
+        assert (await ask(one, other.id, "release")).is_success
+        assert (await ask(root, drone.id, "give")).is_success
+        await refused(root, 409, "already-offered", "give")
+        await refused(two, 409, "not-offered-to-you", "accept", sticks_centred=True)
+        assert (await ask(one, other.id, "acquire")).is_success
+        await refused(one, 409, "holds-another", "accept", sticks_centred=True)
+
+
+async def test_who_is_shut_out_watches_or_not_as_the_admin_says(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:
+        alice = await world.add_user("alice")
+        await world.add_user("root", Role.ADMIN)
+        drone = await world.add_drone("Kestrel", alice)
+        operator, admin = [await world.signed_in(name) for name in ("alice", "root")]
+        await ask(operator, drone.id, "acquire")
+        await ask(admin, drone.id, "take", watch=False)
+        path = f"/api/v1/drones/{drone.id}"
+        assert (await operator.get(path)).json()["may_watch"] is False
+        assert (await admin.get(path)).json()["may_watch"] is True
+        await ask(admin, drone.id, "give")
+        accepted = (await ask(operator, drone.id, "accept", sticks_centred=True)).json()
+        assert accepted["may_watch"] is True
+        await ask(admin, drone.id, "take")
+        assert (await operator.get(path)).json()["may_watch"] is True
+
+
+async def test_everybody_is_told_who_why_and_how_the_hold_went(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:
+        alice = await world.add_user("alice")
+        await world.add_user("root", Role.ADMIN)
+        drone = await world.add_drone("Kestrel", alice)
+        operator, admin = [await world.signed_in(name) for name in ("alice", "root")]
+        ObedientAgent(world.tower.hub, drone.id)
+        await ask(operator, drone.id, "acquire")
+        async with live(world, operator) as screen:
+            await ask(admin, drone.id, "take", reason="gusts")
+            told = await screen.event("control", event="taken")
+            assert (told["by"]["name"], told["holder"]["name"], told["reason"]) == ("root", "root", "gusts")
+            assert (await screen.event("hold", step="ordered"))["epoch"] == 2
+            await screen.event("hold", step="confirmed")
+            await ask(admin, drone.id, "give")
+            assert (await screen.event("control", event="given"))["holder"]["name"] == "root"
+            await ask(operator, drone.id, "accept", sticks_centred=True)
+            assert (await screen.event("control", event="accepted"))["holder"]["name"] == "alice"
+            await ask(admin, drone.id, "assist")
+            await screen.event("control", event="assisting")
+            await ask(admin, drone.id, "unassist")
+            await screen.event("control", event="assist_ended")
+        await world.tower.watchman.caught_up()
+        held = await audit(admin, "hold.")
+        assert [one["action"] for one in held] == ["hold.confirmed"] * 3
+        first = held[-1]["detail"]
+        assert (first["cause"], first["reason"], first["epoch"], first["elapsed_ms"]) == ("order", "gusts", 2, 4.5)
+
+
+async def test_nobody_assists_in_a_tower_that_was_started_again(tmp_path: Path, database: dict[str, Any]) -> None:
+    async with start_tower(tmp_path, **database) as world:
+        alice = await world.add_user("alice")
+        await world.add_user("root", Role.ADMIN)
+        drone = await world.add_drone("Kestrel", alice)
+        operator, admin = [await world.signed_in(name) for name in ("alice", "root")]
+        await ask(operator, drone.id, "acquire")
+        before = who((await ask(admin, drone.id, "assist")).json())
+        assert before == ("alice", None, False, "root", 2)
+    async with start_tower(tmp_path, **database) as world:
+        admin = await world.signed_in("root")
+        after = who((await admin.get(f"/api/v1/drones/{drone.id}")).json())
+        assert after == ("alice", None, False, None, 3)
 
 
 async def test_of_many_who_reach_for_one_drone_one_gets_it(tmp_path: Path, database: dict[str, Any]) -> None:
@@ -90,10 +236,35 @@ async def test_two_admins_race_for_a_drone_and_one_is_told(tmp_path: Path, datab
             answers = await asyncio.gather(ask(one, drone.id, "take"), ask(two, drone.id, "take"))
             for answer in answers:
                 assert answer.status_code in (200, 409), answer.text
-            epochs = [answer.json()["epoch"] for answer in answers if answer.status_code == 200]
             # Whoever came second took it from the first: each success has an epoch of its own.
-            assert sorted(epochs) == [epoch + 1 + number for number in range(len(epochs))]
-            epoch = max(epochs, default=epoch)
+            epoch += sum(answer.status_code == 200 for answer in answers)
             seen = (await operator.get(f"/api/v1/drones/{drone.id}")).json()
             assert seen["epoch"] == epoch
             assert seen["taken_from"]["name"] == "alice"
+            assert _live_fenced(world, drone.id) is False
+
+
+async def test_give_and_acceptance_race_with_a_withdrawal(tmp_path: Path, database: dict[str, Any]) -> None:
+    async with start_tower(tmp_path, **database) as world:
+        alice = await world.add_user("alice")
+        await world.add_user("root", Role.ADMIN)
+        drone = await world.add_drone("Kestrel", alice)
+        operator, admin = [await world.signed_in(name) for name in ("alice", "root")]
+        await ask(operator, drone.id, "acquire")
+        for _ in range(5):
+            await ask(admin, drone.id, "take")
+            await ask(admin, drone.id, "give")
+            accepted, withdrawn = await asyncio.gather(
+                ask(operator, drone.id, "accept", sticks_centred=True), ask(admin, drone.id, "take")
+            )
+            # A withdrawal after the acceptance takes the controls anew; before it, there is nothing to accept.
+            assert withdrawn.status_code == 200 or accepted.status_code == 200
+            seen = (await admin.get(f"/api/v1/drones/{drone.id}")).json()
+            assert seen["offered"] is False
+            if withdrawn.status_code == 200:
+                assert (seen["holder"]["name"], seen["taken_from"]["name"]) == ("root", "alice")
+
+
+def _live_fenced(world: TowerWorld, drone_id: int) -> bool:
+    drone = next(one for one in world.tower.hub._state.drones.values() if one.drone_id == drone_id)
+    return drone.fenced

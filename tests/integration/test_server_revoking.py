@@ -1,11 +1,20 @@
 """Whoever loses the right to a drone loses its controls: the epoch grows, so what they sent before is stale."""
 
 from pathlib import Path
+from typing import Any
 
+import httpx
 import pytest
+from control_world import ObedientAgent, ask, audit, live, until
+from sqlalchemy.exc import OperationalError
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
 from server.accounts.tables import Role
+from server.accounts.users import UserChange, change_user
+from server.audit.deed import Deed
+from server.audit.trail import COMMAND_LINE
+from server.relay.hub_events import HolderExpired, HolderGone, OfferLapsed, RightLost, RttTooLong, TurnWanted
+from wire.ids import DroneId, UserId
 
 
 @pytest.fixture
@@ -19,50 +28,240 @@ async def anna(world: TowerWorld) -> Person:
     return await world.add_user("Anna")
 
 
+@pytest.fixture
+async def root(world: TowerWorld) -> httpx.AsyncClient:
+    return await world.signed_in(await world.add_user("Root", Role.ADMIN))
+
+
+async def seen(admin: httpx.AsyncClient, drone_id: int) -> dict[str, Any]:
+    answer: dict[str, Any] = (await admin.get(f"/api/v1/drones/{drone_id}")).json()
+    return answer
+
+
+async def notice(world: TowerWorld, event: Any) -> None:
+    """As if the hub had noticed it."""
+    world.tower.watchman.noticed(event)
+    await world.tower.watchman.caught_up()
+
+
 @pytest.mark.parametrize("way", ["disabled", "deleted", "unassigned"])
-async def test_the_controls_are_revoked(world: TowerWorld, anna: Person, way: str) -> None:
+async def test_the_controls_are_revoked(world: TowerWorld, anna: Person, root: httpx.AsyncClient, way: str) -> None:
     hawk = await world.add_drone("hawk", anna)
-    admin = await world.signed_in(await world.add_user("Root", Role.ADMIN))
+    agent = ObedientAgent(world.tower.hub, hawk.id)
     operator = await world.signed_in(anna)
-    held = (await operator.post(f"/api/v1/drones/{hawk.id}/control/acquire")).json()
+    held = (await ask(operator, hawk.id, "acquire")).json()
     assert held["holder"] == {"id": anna.id, "name": "Anna"}
 
     if way == "disabled":
-        answer = await admin.patch(f"/api/v1/users/{anna.id}", json={"disabled": True})
+        answer = await root.patch(f"/api/v1/users/{anna.id}", json={"disabled": True})
     elif way == "deleted":
-        answer = await admin.delete(f"/api/v1/users/{anna.id}")
+        answer = await root.delete(f"/api/v1/users/{anna.id}")
     else:
-        answer = await admin.delete(f"/api/v1/drones/{hawk.id}/owners/{anna.id}")
+        answer = await root.delete(f"/api/v1/drones/{hawk.id}/owners/{anna.id}")
     assert answer.is_success, answer.text
 
-    after = (await admin.get(f"/api/v1/drones/{hawk.id}")).json()
-    assert after["holder"] is None
-    assert after["epoch"] == held["epoch"] + 1
-    again = await operator.post(f"/api/v1/drones/{hawk.id}/control/acquire")
+    after = await seen(root, hawk.id)
+    assert (after["holder"], after["epoch"]) == (None, held["epoch"] + 1)
+    assert [order.epoch for order in agent.holds] == [after["epoch"]]
+    again = await ask(operator, hawk.id, "acquire")
     if way == "unassigned":
         assert_problem(again, 404, "unknown-drone")
     else:
         assert_problem(again, 401, "session-expired")
-    told = [one["action"] for one in (await admin.get("/api/v1/audit")).json()]
-    assert "control.revoke" in told
+    (revoked,) = await audit(root, "control.revoke")
+    assert revoked["detail"]["epoch"] == after["epoch"]
+    assert revoked["detail"]["reason"]
 
 
-async def test_a_demoted_admin_does_not_keep_what_is_not_theirs(world: TowerWorld, anna: Person) -> None:
+async def test_what_another_process_withdraws_is_revoked_too(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient
+) -> None:
+    """`tower user disable` writes to the database and tells nobody."""
+    hawk = await world.add_drone("hawk", anna)
+    operator = await world.signed_in(anna)
+    await ask(operator, hawk.id, "acquire")
+    async with world.database.writing() as session:
+        deed = Deed(by=COMMAND_LINE, at=world.clock())
+        await change_user(session, user_id=anna.id, change=UserChange(disabled=True), deed=deed)
+    drone = world.tower.hub.drone(DroneId(hawk.id))
+    assert drone is not None
+    await until("the revocation", lambda: drone.lease.holder is None)
+    assert (await seen(root, hawk.id))["epoch"] == 2
+
+
+async def test_a_demoted_admin_does_not_keep_what_is_not_theirs(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient
+) -> None:
     hawk = await world.add_drone("hawk", anna)
     second = await world.add_user("Second", Role.ADMIN)
-    admin, other = await world.signed_in(await world.add_user("Root", Role.ADMIN)), await world.signed_in(second)
-    held = (await other.post(f"/api/v1/drones/{hawk.id}/control/take")).json()
+    other = await world.signed_in(second)
+    held = (await ask(other, hawk.id, "take")).json()
     assert held["holder"]["id"] == second.id
-    await admin.patch(f"/api/v1/users/{second.id}", json={"role": "operator"})
-    after = (await admin.get(f"/api/v1/drones/{hawk.id}")).json()
+    await root.patch(f"/api/v1/users/{second.id}", json={"role": "operator"})
+    after = await seen(root, hawk.id)
     assert (after["holder"], after["epoch"]) == (None, held["epoch"] + 1)
     assert_problem(await other.get(f"/api/v1/drones/{hawk.id}"), 404, "unknown-drone")
+
+
+async def test_a_demoted_admin_stops_assisting(world: TowerWorld, anna: Person, root: httpx.AsyncClient) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    second = await world.add_user("Second", Role.ADMIN)
+    operator, other = await world.signed_in(anna), await world.signed_in(second)
+    await ask(operator, hawk.id, "acquire")
+    await ask(other, hawk.id, "assist")
+    await root.patch(f"/api/v1/users/{second.id}", json={"role": "operator"})
+    after = await seen(root, hawk.id)
+    assert (after["holder"]["name"], after["assistant"], after["epoch"]) == ("Anna", None, 3)
+
+
+async def test_who_was_shut_out_and_is_no_owner_any_more_is_forgotten(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient
+) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    operator = await world.signed_in(anna)
+    await ask(operator, hawk.id, "acquire")
+    await ask(root, hawk.id, "take")
+    await ask(root, hawk.id, "give")
+    after = (await root.delete(f"/api/v1/drones/{hawk.id}/owners/{anna.id}")).json()
+    assert (after["holder"]["name"], after["taken_from"], after["offered"]) == ("Root", None, False)
 
 
 async def test_an_admin_who_is_no_longer_an_owner_keeps_the_controls(world: TowerWorld) -> None:
     root = await world.add_user("Root", Role.ADMIN)
     hawk = await world.add_drone("hawk", root)
     admin = await world.signed_in(root)
-    held = (await admin.post(f"/api/v1/drones/{hawk.id}/control/acquire")).json()
+    held = (await ask(admin, hawk.id, "acquire")).json()
     after = (await admin.delete(f"/api/v1/drones/{hawk.id}/owners/{root.id}")).json()
     assert after["holder"] == held["holder"]
+
+
+async def test_signing_out_of_the_last_session_with_a_browser_revokes(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient
+) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    agent = ObedientAgent(world.tower.hub, hawk.id)
+    first, second = await world.signed_in(anna), await world.signed_in(anna)
+    await ask(first, hawk.id, "acquire")
+    async with live(world, first), live(world, second):
+        await second.delete("/api/v1/session")
+        await world.tower.watchman.caught_up()
+        assert (await seen(root, hawk.id))["holder"]["name"] == "Anna"
+        await first.delete("/api/v1/session")
+        await world.tower.watchman.caught_up()
+        assert (await seen(root, hawk.id))["holder"] is None
+    assert [order.reason for order in agent.holds] == ["the holder's session has ended"]
+
+
+async def test_events_of_the_hub_change_the_lease_and_are_recorded(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient
+) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    drone_id, user_id = DroneId(hawk.id), UserId(anna.id)
+    agent = ObedientAgent(world.tower.hub, hawk.id)
+    agent.state(armed=True, airborne=True)
+    operator = await world.signed_in(anna)
+    await ask(operator, hawk.id, "acquire")
+    await notice(world, HolderGone(drone_id, user_id, 2.0))
+    await notice(world, RttTooLong(drone_id, 731.4))
+    assert [order.reason for order in agent.holds] == [
+        "the holder has been gone for 2 s",
+        "the round trip takes 731 ms",
+    ]
+    assert (await seen(root, hawk.id))["epoch"] == 1
+    await ask(root, hawk.id, "assist")
+    async with live(world, operator) as screen:
+        await notice(world, TurnWanted(drone_id, "assistant"))
+        await screen.event("turn", drone_id=hawk.id)
+    assert (await seen(root, hawk.id))["epoch"] == 3
+    await ask(root, hawk.id, "take")
+    await ask(root, hawk.id, "give")
+    await notice(world, OfferLapsed(drone_id))
+    lapsed = await seen(root, hawk.id)
+    assert (lapsed["holder"]["name"], lapsed["taken_from"]["name"], lapsed["offered"]) == ("Root", "Anna", False)
+    actions = [one["action"] for one in await audit(root, "control.")]
+    assert actions == [
+        "control.offer-lapsed",
+        "control.give",
+        "control.take",
+        "control.turn",
+        "control.assist",
+        "control.round_trip_too_long",
+        "control.holder_gone",
+        "control.acquire",
+    ]
+
+
+async def test_a_holder_who_stays_away_loses_the_controls(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient
+) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    agent = ObedientAgent(world.tower.hub, hawk.id)
+    agent.state(armed=True, airborne=True)
+    operator = await world.signed_in(anna)
+    await ask(operator, hawk.id, "acquire")
+    expired = HolderExpired(DroneId(hawk.id), UserId(anna.id))
+    async with live(world, operator):
+        await notice(world, expired)  # noticed just before they came back
+        assert (await seen(root, hawk.id))["holder"]["name"] == "Anna"
+    drone = world.tower.hub.drone(DroneId(hawk.id))
+    assert drone is not None
+    await until("the hub to miss the holder", lambda: drone.holder_watch.missing_since is not None)
+    await notice(world, expired)
+    after = await seen(root, hawk.id)
+    assert (after["holder"], after["epoch"]) == (None, 2)
+    assert [order.reason for order in agent.holds] == ["the holder's connection stayed lost"]
+
+
+async def test_what_comes_too_late_changes_nothing(world: TowerWorld, anna: Person, root: httpx.AsyncClient) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    operator = await world.signed_in(anna)
+    await ask(operator, hawk.id, "acquire")
+    await ask(root, hawk.id, "take")
+    drone_id, user_id = DroneId(hawk.id), UserId(anna.id)
+    for late in (
+        RightLost(drone_id, user_id, "holder", "signed out"),
+        HolderExpired(drone_id, user_id),
+        RightLost(drone_id, user_id, "assistant", "gone"),
+        OfferLapsed(drone_id),
+        TurnWanted(drone_id, "holder"),
+        RightLost(DroneId(77), user_id, "holder", "there is no such drone"),
+    ):
+        await notice(world, late)
+    after = await seen(root, hawk.id)
+    assert (after["holder"]["name"], after["taken_from"]["name"], after["epoch"]) == ("Root", "Anna", 2)
+    assert len(await audit(root, "control.")) == 2
+
+
+async def test_without_a_database_the_drone_holds_first_and_the_lease_follows(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    agent = ObedientAgent(world.tower.hub, hawk.id)
+    operator = await world.signed_in(anna)
+    await ask(operator, hawk.id, "acquire")
+    watchman = world.tower.watchman
+    monkeypatch.setattr(watchman, "_try_again_after_s", 0.01)
+    writing, failures = world.database.writing, iter([OSError("disk full"), OperationalError("x", {}, OSError())])
+
+    def out_of_reach() -> Any:
+        for failure in failures:
+            raise failure
+        return writing()
+
+    monkeypatch.setattr(world.database, "writing", out_of_reach)
+    await notice(world, RightLost(DroneId(hawk.id), UserId(anna.id), "holder", "disabled"))
+    assert [order.epoch for order in agent.holds] == [1, 2]
+    assert "out of reach" in agent.holds[0].reason
+    assert (await seen(root, hawk.id))["holder"] is None
+
+
+async def test_a_flood_of_events_is_bounded_and_holds(
+    world: TowerWorld, anna: Person, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    agent = ObedientAgent(world.tower.hub, hawk.id)
+    monkeypatch.setattr("server.control.watchman.MOST_WAITING", 4)
+    for number in range(20):
+        world.tower.watchman.noticed(RightLost(DroneId(hawk.id), UserId(anna.id), "holder", f"reason {number}"))
+    assert len(agent.holds) == 16
+    await world.tower.watchman.caught_up()

@@ -236,4 +236,4 @@ def test_the_towers_own_events_are_the_towers_alone() -> None:
         for event in (Event.TURN, Event.OFFER_LAPSED, Event.EXPIRE):
             for actor in (owner(), admin(), admin(SECOND_ADMIN)):
                 assert isinstance(decide(phase_lease, event, actor), Refused)
-    assert TOWER == tower()
+    assert tower() == TOWER

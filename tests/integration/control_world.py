@@ -1,0 +1,115 @@
+"""An agent that holds whenever it is told to, put straight into the hub of a running tower; and short ways to ask."""
+
+import asyncio
+import json
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Any
+
+import httpx
+from tower_world import TowerWorld
+from websockets.asyncio.client import ClientConnection, connect
+
+from server.relay.agent_link import AgentLink
+from server.relay.hub import Hub
+from wire.control_messages import AutopilotState, HoldOrder, HoldProgress, HoldStep, LossParameters, ToAgent
+from wire.ids import DroneId, LinkId
+from wire.sealed_link import SealedLink
+from wire.sealing import read_link_id
+
+DEADLINE_S = 10.0
+
+
+async def ask(client: httpx.AsyncClient, drone_id: int, what: str, **body: Any) -> httpx.Response:
+    return await client.post(f"/api/v1/drones/{drone_id}/control/{what}", json=body)
+
+
+async def audit(admin: httpx.AsyncClient, prefix: str) -> list[dict[str, Any]]:
+    """Newest first."""
+    events = (await admin.get("/api/v1/audit?limit=500")).json()
+    return [event for event in events if event["action"].startswith(prefix)]
+
+
+async def until(what: str, condition: Callable[[], Any]) -> None:
+    deadline = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < deadline, f"{what} did not come to pass"
+        await asyncio.sleep(0.01)
+
+
+class ObedientAgent:
+    """Confirms each hold at once. `posted` is all that the tower told it."""
+
+    def __init__(self, hub: Hub, drone_id: int, *, answer: HoldStep | None = HoldStep.CONFIRMED) -> None:
+        self._hub = hub
+        self.answer = answer
+        self.posted: list[ToAgent] = []
+        now = time.monotonic()
+        self.link = AgentLink(
+            sealed=_sealed(drone_id, send=b"t" * 32, receive=b"a" * 32, now=now),
+            send_datagram=lambda datagram, address: None,
+            post=self._post,
+            close=lambda code, why: None,
+        )
+        self._sealed = _sealed(drone_id, send=b"a" * 32, receive=b"t" * 32, now=now)
+        hub.attach_link(self.link)
+
+    def state(self, *, armed: bool = False, airborne: bool = False) -> None:
+        """Also makes the drone online."""
+        for datagram in self._sealed.datagrams_to_send(time.monotonic()):
+            self._hub.datagram(datagram, read_link_id(datagram), ("203.0.113.1", 5), time.monotonic())
+        self._hub.autopilot_state(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
+
+    def parameters(self, *, has_radio: bool | None = True, complete: bool = True, **values: float) -> None:
+        told = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
+        self._hub.loss_parameters(self.link, told)
+
+    @property
+    def holds(self) -> list[HoldOrder]:
+        return [message for message in self.posted if isinstance(message, HoldOrder)]
+
+    def _post(self, message: ToAgent) -> None:
+        self.posted.append(message)
+        if isinstance(message, HoldOrder) and self.answer is not None:
+            asyncio.get_running_loop().call_soon(self._report, message, self.answer)
+
+    def _report(self, order: HoldOrder, step: HoldStep) -> None:
+        progress = HoldProgress(
+            order_id=order.order_id, epoch=order.epoch, step=step, detail="ALT_HOLD", elapsed_ms=4.5
+        )
+        self._hub.hold_progress(self.link, progress)
+
+
+def _sealed(drone_id: int, *, send: bytes, receive: bytes, now: float) -> SealedLink:
+    return SealedLink(
+        link_id=LinkId(7000 + drone_id), drone_id=DroneId(drone_id), send_key=send, receive_key=receive, now=now
+    )
+
+
+class Live:
+    """A browser's WebSocket: the events that came, and a wait for one."""
+
+    def __init__(self, socket: ClientConnection) -> None:
+        self.socket = socket
+        self.events: list[dict[str, Any]] = []
+
+    async def event(self, kind: str, **fields: Any) -> dict[str, Any]:
+        """The next one of this kind with these fields, also if it has come already."""
+        async with asyncio.timeout(DEADLINE_S):
+            while True:
+                for number, event in enumerate(self.events):
+                    if event["type"] == kind and fields.items() <= event.items():
+                        return self.events.pop(number)
+                message = await self.socket.recv()
+                if isinstance(message, str):
+                    self.events.append(json.loads(message))
+
+
+@asynccontextmanager
+async def live(world: TowerWorld, client: httpx.AsyncClient) -> AsyncIterator[Live]:
+    headers = world.cookie_header(client) | {"Origin": world.base_url}
+    async with connect(world.live_url, additional_headers=headers, subprotocols=["tower.v1"], proxy=None) as socket:  # type: ignore[list-item]
+        opened = Live(socket)
+        await opened.event("welcome")
+        yield opened
