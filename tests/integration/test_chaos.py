@@ -34,7 +34,7 @@ def world(tmp_path: Path, one_drone: Path) -> Iterator[World]:
 
 async def holds(watcher: Pilot, near_m: float, timeout_s: float = 10.0) -> None:
     """Altitude hold, level, and near where it was."""
-    await watcher.until(lambda: watcher.mode == ALT_HOLD, "altitude hold", timeout_s)
+    await watcher.until(lambda: watcher.mode == ALT_HOLD and watcher.altitude_m > 0, "altitude hold", timeout_s)
     await watcher.until(lambda: max(map(abs, watcher.roll_pitch_rad)) < 0.1, "level", 5.0)
     assert abs(watcher.altitude_m - near_m) < 4.0
 

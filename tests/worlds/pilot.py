@@ -34,6 +34,7 @@ class Pilot:
         self._sticks: tuple[int, int, int, int] | None = None
         self.mode = -1
         self.armed = False
+        self.has_position = False
         self.altitude_m = 0.0
         self.climb_mps = 0.0
         self.roll_pitch_rad = (0.0, 0.0)
@@ -63,7 +64,10 @@ class Pilot:
                 if (number, mavlink.MAV_RESULT_ACCEPTED) in self.acks:
                     return
             await asyncio.sleep(0.2)
-        raise AssertionError(f"command {number} was not accepted: {self.acks}, {self.texts[-3:]}")
+        raise AssertionError(
+            f"command {number} was not accepted: {self.acks}, {self.texts[-6:]}, mode {self.mode}, armed {self.armed}, "
+            f"{self.altitude_m:.1f} m, {self.events[-8:]}"
+        )
 
     async def set_mode(self, mode: int) -> None:
         """And wait until a heartbeat shows it."""
@@ -71,7 +75,8 @@ class Pilot:
         await self.until(lambda: self.mode == mode, f"mode {mode}")
 
     async def take_off(self, height_m: float) -> None:
-        """In GUIDED, to a height above home."""
+        """In GUIDED, to a height above home. Before it knows where it is, an autopilot is still starting."""
+        await self.until(lambda: self.has_position, "a position")
         await self.set_mode(GUIDED)
         await self.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1)
         await self.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height_m)
@@ -125,6 +130,7 @@ class Pilot:
         if kind == "HEARTBEAT" and message.get_srcComponent() == 1:
             self.mode, self.armed = message.custom_mode, bool(message.base_mode & 128)
         elif kind == "GLOBAL_POSITION_INT":
+            self.has_position = message.lat != 0
             self.altitude_m, self.climb_mps = message.relative_alt / 1000, -message.vz / 100
         elif kind == "ATTITUDE":
             self.roll_pitch_rad = (message.roll, message.pitch)
