@@ -6,6 +6,7 @@ import json
 import math
 import os
 import platform
+import sys
 import time
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field
@@ -42,7 +43,7 @@ class Report:
     bench: str
     system: str = "ours"
     rows: list[Row] = field(default_factory=list)
-    console: Console = field(default_factory=Console)
+    console: Console = field(default_factory=lambda: Console(width=None if sys.stdout.isatty() else 170))
     began: float = field(default_factory=time.time)
 
     def add(self, case: str, metric: str, value: float, unit: str) -> None:
