@@ -30,6 +30,8 @@ from bench.tap import ADMIN, OPERATOR
 SLOW = Profile(delay_s=0.15, loss=0.05)
 """The drone's access link, each way: 300 ms round trip, and 5 % of the packets lost in either direction."""
 FULL_STICK_S = 2.0
+USUAL = {"rtt_limit_ms": 500.0, "rtt_limit_s": 1.0}
+PATIENT = {"rtt_limit_ms": 5000.0, "rtt_limit_s": 10.0}
 QUICK_AXES = ("pitch forward", "climb", "descend")
 MODE_BY_S = 20.0
 FOREIGN = "old_holders_frames_after_hold_began"
@@ -102,12 +104,16 @@ async def _one_kind(report: Report, options: argparse.Namespace, where: Path, ki
 async def _all_cases(trial: Trial, options: argparse.Namespace) -> None:
     rounds = options.rounds or (5 if options.quick else 40)
     axes = QUICK_AXES if options.quick else tuple(AXES)
+    # A bad line must not end the flights in which something else is measured; that it does is a case of its own.
+    await _set(trial, PATIENT)
     await trial.flight.take_off()
     await trial.flight.back_to_start()
 
     def wanted(name: str) -> bool:
         return not options.case or any(part in name for part in options.case)
 
+    if wanted("undisturbed"):
+        await _attempt(trial, "undisturbed", _undisturbed(trial, 15.0 if options.quick else 60.0))
     if wanted("take and give"):
         await _attempt(trial, "take and give", _latencies(trial, rounds))
     for axis in axes:
@@ -117,7 +123,28 @@ async def _all_cases(trial: Trial, options: argparse.Namespace) -> None:
         await _attempt(trial, "take into position hold", _position_hold(trial))
     for trigger in OTHERS:
         if wanted(trigger.name):
+            if trigger.needs_usual_limits:
+                await _set(trial, USUAL)
             await _attempt(trial, trigger.name, _motion(trial, trigger, trigger.name, AXES["pitch forward"]))
+            await _set(trial, PATIENT)
+
+
+async def _set(trial: Trial, settings: dict[str, Any]) -> None:
+    await trial.rig.admin.ask("PATCH", "/drones/1/settings", settings)
+
+
+async def _undisturbed(trial: Trial, seconds: float) -> None:
+    """By hand with nothing going wrong but the line: how often is the machine stopped for nothing?"""
+    admin = trial.rig.admin
+    await _set(trial, USUAL)
+    began = admin.now
+    await wait_for("the quiet time to pass", lambda: admin.now > began + seconds, seconds + 5)
+    await _set(trial, PATIENT)
+    holds = [event for at, event in admin.events if at > began and event["type"] == "hold"]
+    count = sum(event["step"] == "ordered" for event in holds)
+    trial.report.add(trial.case("undisturbed"), "holds_for_nothing", 60.0 * count / seconds, "1/min")
+    trial.report.say(f"  undisturbed: {count} holds in {seconds:g} s")
+    await trial.flight.back_to_start()
 
 
 async def _attempt(trial: Trial, name: str, work: Coroutine[Any, Any, None]) -> None:
@@ -257,10 +284,9 @@ def _write(trial: Trial, name: str, found: HoldFigures, at: float) -> None:
 
 async def _position_hold(trial: Trial) -> None:
     """The same take with a position hold as the first rung."""
-    rig, modes = trial.rig, trial.flight.modes
-    settings = "/drones/1/settings"
-    await rig.admin.ask("PATCH", settings, {"hold_ladder": [modes.position_hold]})
+    modes = trial.flight.modes
+    await _set(trial, {"hold_ladder": [modes.position_hold]})
     try:
         await _motion(trial, TAKE, "take into position hold", AXES["pitch forward"])
     finally:
-        await rig.admin.ask("PATCH", settings, {"hold_ladder": []})
+        await _set(trial, {"hold_ladder": []})

@@ -24,8 +24,8 @@ class Trigger:
     """Whose sticks may not come afterwards; None where the same holder goes on."""
     told: bool = True
     """Whether the tower lives to tell the admin."""
-    allowed_s: float = 0.0
-    """What the rule itself waits before it holds."""
+    needs_usual_limits: bool = False
+    """Of the round trip."""
 
 
 async def _take(rig: Rig) -> float:
@@ -125,9 +125,9 @@ async def _new_tower(rig: Rig) -> None:
 TAKE = Trigger("take", _take, _give_and_accept)
 
 OTHERS = (
-    Trigger("socket closed", _close_socket, _back_online, allowed_s=2.0),
-    Trigger("sticks stop", _stop_sticks, _sticks_again, old_holder=None, allowed_s=0.5),
-    Trigger("late answers to pings", _answer_late, _answer_in_time, old_holder=None, allowed_s=2.5),
+    Trigger("socket closed", _close_socket, _back_online),
+    Trigger("sticks stop", _stop_sticks, _sticks_again, old_holder=None),
+    Trigger("late answers to pings", _answer_late, _answer_in_time, old_holder=None, needs_usual_limits=True),
     Trigger("account disabled", _disable, _enable),
-    Trigger("tower killed", _kill_tower, _new_tower, old_holder=None, told=False, allowed_s=2.0),
+    Trigger("tower killed", _kill_tower, _new_tower, old_holder=None, told=False),
 )
