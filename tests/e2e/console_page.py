@@ -2,6 +2,7 @@
 
 import math
 import time
+from collections import Counter
 from collections.abc import Callable
 from typing import Final
 
@@ -25,6 +26,9 @@ FLAGS: Final = (
 FLIGHT_TIMEOUT_S: Final = 90.0
 METRES_PER_DEGREE: Final = 111_195.0
 
+Somebody = Callable[[], "ConsolePage"]
+"""Opens the console in a browser profile of its own."""
+
 
 class ConsolePage:
     """Keeps what came through the live channel and what the console complained about, besides the page itself."""
@@ -33,6 +37,7 @@ class ConsolePage:
         self.page = page
         self.address = address
         self.drones_heard: set[int] = set()
+        self.frames_heard: Counter[int] = Counter()
         self.complaints: list[str] = []
         page.on("websocket", self._watch)
         page.on("pageerror", lambda error: self.complaints.append(str(error)))
@@ -41,7 +46,9 @@ class ConsolePage:
     def _watch(self, socket: WebSocket) -> None:
         def received(message: str | bytes) -> None:
             if isinstance(message, bytes):
-                self.drones_heard |= {drone_id for drone_id, _ in split_tagged(message)}
+                tags = [drone_id for drone_id, _ in split_tagged(message)]
+                self.drones_heard |= set(tags)
+                self.frames_heard.update(tags)
 
         socket.on("framereceived", received)
 
@@ -55,6 +62,21 @@ class ConsolePage:
         self.page.get_by_label("Name").fill(name)
         self.page.get_by_label("Password").fill(password)
         self.page.get_by_role("button", name="Sign in").click()
+
+    def open_drone(self, name: str) -> None:
+        self.page.get_by_role("link", name=f"Open {name}").click()
+        expect(self.part("value-mode")).to_be_visible()
+
+    def acquire(self, name: str) -> None:
+        self.part("control-acquire").click()
+        expect(self.part("blocked-reason")).to_contain_text(f"You fly {name}")
+
+    def take_off(self, name: str, height_m: float) -> None:
+        self.wait("a position", lambda: self.word("gps") != "" and self.number("latitude") > 40)
+        self.part("takeoff-height").fill(f"{height_m:g}")
+        self.part("action-takeoff").click()
+        self.confirm(name)
+        self.wait(f"{height_m:g} m", lambda: abs(self.number("altitude") - height_m) < 0.5)
 
     def squad(self) -> list[str]:
         return [row.get_attribute("data-drone-id") or "" for row in self.part("squad-row").all()]
@@ -72,6 +94,17 @@ class ConsolePage:
     def number(self, name: str) -> float:
         text = self.word(name)
         return float(text) if text else math.nan
+
+    def takes_from(self, pilot: str, drone: str, *, reason: str = "", may_watch: bool = True) -> None:
+        self.part("control-take").click()
+        expect(self.page.get_by_role("dialog")).to_contain_text(pilot)
+        self.part("confirm-reason").fill(reason)
+        self.part("confirm-check").set_checked(may_watch)
+        self.confirm(drone)
+
+    def gives_back(self, drone: str) -> None:
+        self.part("control-give").click()
+        self.confirm(drone)
 
     def wait(self, what: str, condition: Callable[[], bool], *, timeout_s: float = FLIGHT_TIMEOUT_S) -> None:
         deadline = time.monotonic() + timeout_s
@@ -92,3 +125,13 @@ class ConsolePage:
         north = (self.number("latitude") - lat_deg) * METRES_PER_DEGREE
         east = (self.number("longitude") - lon_deg) * METRES_PER_DEGREE * math.cos(math.radians(lat_deg))
         return math.hypot(north, east)
+
+
+def signed_in(somebody: Somebody, name: str, drone: str | None = None) -> ConsolePage:
+    """Somebody who sees their squad, or the page of one drone of it."""
+    console = somebody()
+    console.sign_in(name)
+    expect(console.part("squad-row").first).to_be_visible()
+    if drone is not None:
+        console.open_drone(drone)
+    return console

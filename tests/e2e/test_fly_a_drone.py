@@ -1,39 +1,18 @@
 """The whole product through the eyes of its users: an operator flies, a stranger sees nothing, the admin sees all."""
 
-from collections.abc import Callable
-
-from console_page import ConsolePage
+from console_page import Somebody, signed_in
 from playwright.sync_api import expect
 from worlds.processes import World, kill_9
-
-Somebody = Callable[[], ConsolePage]
-
-
-def signed_in(somebody: Somebody, name: str) -> ConsolePage:
-    console = somebody()
-    console.sign_in(name)
-    expect(console.part("squad-row").first).to_be_visible()
-    return console
-
-
-def open_own_drone(console: ConsolePage, name: str) -> None:
-    console.page.get_by_role("link", name=f"Open {name}").click()
-    expect(console.part("value-mode")).to_be_visible()
-
-
-def take_controls(console: ConsolePage, name: str) -> None:
-    console.part("control-acquire").click()
-    expect(console.part("blocked-reason")).to_contain_text(f"You fly {name}")
 
 
 def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> None:
     alice = signed_in(somebody, "alice")
     assert alice.squad() == ["1"]
-    open_own_drone(alice, "Kestrel")
+    alice.open_drone("Kestrel")
     alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") != 0)
     # Nothing can be pressed before the controls are taken.
     expect(alice.part("action-arm")).to_be_disabled()
-    take_controls(alice, "Kestrel")
+    alice.acquire("Kestrel")
     home = (alice.number("latitude"), alice.number("longitude"))
 
     # Arming by hand in GUIDED, then take-off.
@@ -74,8 +53,8 @@ def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> Non
 
 def test_take_off_and_land_from_one_button_each(somebody: Somebody) -> None:
     bob = signed_in(somebody, "bob")
-    open_own_drone(bob, "Merlin")
-    take_controls(bob, "Merlin")
+    bob.open_drone("Merlin")
+    bob.acquire("Merlin")
     bob.wait("a position", lambda: bob.number("latitude") > 40)
     bob.part("takeoff-height").fill("6")
     bob.part("action-takeoff").click()
@@ -110,28 +89,27 @@ def test_a_stranger_sees_neither_the_drone_nor_its_frames(somebody: Somebody) ->
 
 def test_the_admin_sees_all_and_takes_and_gives(somebody: Somebody) -> None:
     alice = signed_in(somebody, "alice")
-    open_own_drone(alice, "Kestrel")
-    take_controls(alice, "Kestrel")
+    alice.open_drone("Kestrel")
+    alice.acquire("Kestrel")
     admin = signed_in(somebody, "admin")
     assert admin.squad() == ["1", "2"]
     admin.wait_for_frames(2)
-    open_own_drone(admin, "Kestrel")
-    admin.part("control-take").click()
-    admin.part("confirm-reason").fill("airspace closed")
-    admin.confirm("Kestrel")
+    admin.open_drone("Kestrel")
+    admin.takes_from("alice", "Kestrel", reason="airspace closed")
     expect(alice.part("taken-banner")).to_contain_text("airspace closed")
     expect(alice.part("action-arm")).to_be_disabled()
     expect(alice.part("action-takeoff")).to_be_disabled()
-    admin.part("control-give").click()
-    admin.confirm("Kestrel")
+    admin.gives_back("Kestrel")
+    # Given is not had: it is hers when she says so.
+    alice.part("control-accept").click()
     expect(alice.part("taken-banner")).to_have_count(0)
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
 
 
 def test_a_rejected_arming_is_explained(somebody: Somebody, world: World) -> None:
     alice = signed_in(somebody, "alice")
-    open_own_drone(alice, "Kestrel")
-    take_controls(alice, "Kestrel")
+    alice.open_drone("Kestrel")
+    alice.acquire("Kestrel")
     alice.part("mode-select").select_option(label="RTL")
     alice.part("action-mode").click()
     alice.wait("RTL", lambda: alice.word("mode") == "RTL")

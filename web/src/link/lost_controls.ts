@@ -71,7 +71,15 @@ export class LostControlsLog {
     if (!wasMine && !isStillTaken) return;
     this.#leftAt.delete(droneId);
     const kind = event.event as LossKind;
-    this.#put({ droneId, droneName, kind, by, reason, atMs: known?.atMs ?? nowMs, isGone: known?.isGone ?? false });
+    this.#put({
+      droneId,
+      droneName,
+      kind,
+      by: by ?? known?.by ?? null,
+      reason,
+      atMs: known?.atMs ?? nowMs,
+      isGone: known?.isGone ?? false,
+    });
   }
 
   /** The drone is no longer ours to see. */

@@ -39,6 +39,7 @@ export interface LossCheck {
 /** Whether arming must wait for "I have read this". */
 export const wantsReading = (check: LossCheck): boolean => check.dangerous && !check.acknowledged;
 
-/** The rungs that a hold may be built of, by autopilot. */
-export const COPTER_RUNGS = ['LOITER', 'POSHOLD', 'BRAKE', 'ALT_HOLD'] as const;
-export const PX4_RUNGS = ['AUTO.LOITER', 'POSCTL', 'ALTCTL'] as const;
+/** The rungs that a hold may be built of, by autopilot, before altitude hold, which is the last one anyway. */
+export const COPTER_RUNGS = ['LOITER', 'POSHOLD', 'BRAKE'] as const;
+export const PX4_RUNGS = ['AUTO.LOITER', 'POSCTL'] as const;
+export const ALTITUDE_RUNGS: ReadonlySet<string> = new Set(['ALT_HOLD', 'ALTCTL']);

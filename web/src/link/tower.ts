@@ -11,6 +11,7 @@ import { FINAL_STEPS, nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
 import { Live, liveUrl, SUBPROTOCOL, type SocketLike } from './live';
 import { LostControlsLog } from './lost_controls';
+import { nextRehearsal } from './rehearsal_log';
 import { Rest, RestError, type ControlAction, type ControlWords } from './rest';
 import { Store } from './store';
 import { splitTagged } from './tagged_frames';
@@ -134,7 +135,10 @@ export class Tower {
         this.assist.turn(event.drone_id, event.user);
         break;
       case 'rehearsal':
-        this.vehicles.get().get(event.drone_id)?.rehearsal.set(event);
+        this.vehicles
+          .get()
+          .get(event.drone_id)
+          ?.rehearsal.update((last) => nextRehearsal(last, event));
         this.#say(event.drone_id, event.phase === 'failed' ? 'error' : 'info', `Rehearsal: ${event.text}`);
         break;
       case 'notice':
@@ -199,6 +203,7 @@ export class Tower {
     const kept = new Set(drones.map(({ id }) => id));
     for (const drone of this.#squad()) if (!kept.has(drone.id)) this.#dropped(drone);
     this.#setSquad(drones);
+    for (const vehicle of this.vehicles.get().values()) vehicle.rehearsal.set(null); // its end was said to nobody
     for (const drone of drones) this.lostControls.unexplained(drone, this.clock.nowMs());
   }
 
