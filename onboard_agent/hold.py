@@ -102,7 +102,6 @@ class Hold:
         *,
         vehicle_system_id: int,
         ground_station_system_id: int,
-        custom_mode: int,
         tower_silent_s: float,
     ) -> list[bytes]:
         """Frames to send to the autopilot now."""
@@ -124,7 +123,7 @@ class Hold:
             if first:
                 self._report(HoldStep.STICKS_CENTRED, "", now)
         if self._wants_mode:
-            frames += self._ladder.due(now, vehicle_system_id=vehicle_system_id, custom_mode=custom_mode)
+            frames += self._ladder.due(now, vehicle_system_id=vehicle_system_id)
             self._follow_ladder(now)
         if elapsed_s >= DEADLINE_S and not self._deadline_told:
             self._deadline_told = True

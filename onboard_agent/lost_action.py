@@ -71,11 +71,11 @@ class LostActing:
         self._say(f"the tower stays lost: {deed}" + (", but no such mode is known for this vehicle" * none_known))
         return Deed.STOP_STICKS if none_known else deed
 
-    def due(self, now: float, *, vehicle_system_id: int, custom_mode: int) -> list[bytes]:
+    def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:
         """Requests to send now."""
         if self.phase is not LostPhase.ASKING:
             return []
-        frames = self._ladder.due(now, vehicle_system_id=vehicle_system_id, custom_mode=custom_mode)
+        frames = self._ladder.due(now, vehicle_system_id=vehicle_system_id)
         self._follow_ladder()
         return frames
 

@@ -6,8 +6,8 @@ Laws, each with a test:
   is not confirmed within the ladder's patience. The last rung is never left, but in time asked for more slowly.
 - COMMAND_ACK does not say which mode it is about, so answers are matched with requests in their order. Where several
   rungs wait for an answer, an acceptance may be any of theirs, and the next heartbeat tells whose it was.
-- An autopilot announces a change of mode by a heartbeat of its own accord, but not that there was nothing to change:
-  where it is in the mode already, the heartbeat is asked for too.
+- What is accepted but not shown is asked to be shown: ArduPilot beats at once when its mode changes, PX4 waits for the
+  next second, and neither beats where there was nothing to change.
 """
 
 from collections.abc import Sequence
@@ -24,6 +24,8 @@ LATE_RETRY_S: Final = 1.0
 """Still worth asking, no longer worth flooding a slow line."""
 FAST_FOR_S: Final = 3.0
 IN_PROGRESS_WAIT_S: Final = 1.0
+SHOW_RETRY_S: Final = 0.05
+"""It may be asked for before the mode has changed. Within the patience for a rung only, then with each request."""
 
 
 class LadderStep(StrEnum):
@@ -69,6 +71,7 @@ class ModeLadder:
         self._began_at = 0.0
         self._leave_at = 0.0
         self._next_request_at = 0.0
+        self._next_show_at = 0.0
         self._shown: int | None = None
         self._reached: list[Reached] = []
 
@@ -92,25 +95,27 @@ class ModeLadder:
         """Whether there is something to ask for, and it is not confirmed."""
         return self._asking
 
-    def due(self, now: float, *, vehicle_system_id: int, custom_mode: int) -> list[bytes]:
-        """Requests to send now. `custom_mode`: the one the autopilot was last seen in."""
+    def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:
+        """Requests to send now."""
         if not self._asking:
             return []
         rung = self._rungs[self._current]
         if rung.requests and now >= self._leave_at and not self._on_last_rung:
             rung = self._next_rung(now)
-        if now < self._next_request_at:
-            return []
-        late = now - self._began_at >= FAST_FOR_S
-        self._next_request_at = now + (LATE_RETRY_S if late else RETRY_S)
-        messages = [set_mode(vehicle_system_id, rung.mode.command_parameters, confirmation=rung.requests)]
-        if custom_mode == rung.mode.custom_mode:
+        messages: list[Any] = []
+        asks = now >= self._next_request_at
+        if asks:
+            late = now - self._began_at >= FAST_FOR_S
+            self._next_request_at = now + (LATE_RETRY_S if late else RETRY_S)
+            messages.append(set_mode(vehicle_system_id, rung.mode.command_parameters, confirmation=rung.requests))
+            rung.requests += 1
+            rung.unanswered += 1
+            if rung.requests == 1:
+                before = f" ({self._rungs[self._current - 1].why_not()})" if self._current else ""
+                self._reached.append(Reached(LadderStep.REQUESTED, rung.mode.name + before))
+        if rung.accepted and (asks or self._next_show_at <= now < self._leave_at):
+            self._next_show_at = now + SHOW_RETRY_S
             messages.append(request_message(vehicle_system_id, mavlink.MAVLINK_MSG_ID_HEARTBEAT, confirmation=0))
-        rung.requests += 1
-        rung.unanswered += 1
-        if rung.requests == 1:
-            before = f" ({self._rungs[self._current - 1].why_not()})" if self._current else ""
-            self._reached.append(Reached(LadderStep.REQUESTED, rung.mode.name + before))
         return [self._maker.make(message, agent_sender(vehicle_system_id)) for message in messages]
 
     def acknowledged(self, ack: Any, now: float) -> None:
@@ -167,7 +172,7 @@ class ModeLadder:
         return self._rungs[self._current]
 
     def _begin_rung(self, now: float) -> None:
-        self._next_request_at = now
+        self._next_request_at = self._next_show_at = now
         self._leave_at = now + self._patience_s
 
     def _confirm(self, rung: _Rung) -> None:

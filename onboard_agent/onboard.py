@@ -311,12 +311,11 @@ class Onboard:
             now,
             vehicle_system_id=system_id,
             ground_station_system_id=self._parameters.ground_station_system_id,
-            custom_mode=view.custom_mode,
             tower_silent_s=self._watch.loss.silent_s(now),
         )
         if self.hold.sticks_on:
             self._radio.sticks_sent(now)
-        self._to_autopilot += self._lost.due(now, vehicle_system_id=system_id, custom_mode=view.custom_mode)
+        self._to_autopilot += self._lost.due(now, vehicle_system_id=system_id)
         for line in self._lost.take_notices():
             _log.warning("%s", line)
 

@@ -30,7 +30,6 @@ class Bench:
         cause: HoldCause = HoldCause.ORDER,
         needed: bool = True,
         modes: tuple[FlightMode, ...] | None = None,
-        custom_mode: int = LOITER,
     ) -> None:
         self.now = 100.0
         self.hold = Hold(FrameMaker())
@@ -38,7 +37,6 @@ class Bench:
         self.steps: list[HoldStep] = []
         self.details: list[str] = []
         self.tower_silent_s = 0.0
-        self.custom_mode = custom_mode
         self.cause = cause
         self.begin(rungs(*names) if modes is None else modes, needed=needed)
 
@@ -68,7 +66,6 @@ class Bench:
                 self.now,
                 vehicle_system_id=1,
                 ground_station_system_id=255,
-                custom_mode=self.custom_mode,
                 tower_silent_s=self.tower_silent_s,
             )
             self.sent += [decode(frame) for frame in frames]
@@ -80,7 +77,6 @@ class Bench:
         self.collect()
 
     def heartbeat(self, custom_mode: int, *, armed: bool = True) -> None:
-        self.custom_mode = custom_mode
         self.hold.heartbeat(armed=armed, custom_mode=custom_mode, now=self.now)
         self.collect()
 
@@ -295,14 +291,12 @@ def test_an_autopilot_that_is_found_after_the_order_is_asked_then() -> None:
 
 def test_the_first_sticks_and_the_first_request_go_out_in_the_same_call() -> None:
     bench = Bench("LOITER")
-    frames = bench.hold.tick(
-        bench.now, vehicle_system_id=1, ground_station_system_id=255, custom_mode=0, tower_silent_s=0.0
-    )
+    frames = bench.hold.tick(bench.now, vehicle_system_id=1, ground_station_system_id=255, tower_silent_s=0.0)
     assert [decode(frame).get_type() for frame in frames] == ["MANUAL_CONTROL", "COMMAND_LONG"]
 
 
 def test_a_ladder_is_climbed_step_by_step_and_each_is_told() -> None:
-    bench = Bench("LOITER", custom_mode=0)
+    bench = Bench("LOITER")
     bench.pass_time(0.05)
     bench.ack(mavlink.MAV_RESULT_FAILED)
     bench.pass_time(0.05)
@@ -319,7 +313,7 @@ def test_a_ladder_is_climbed_step_by_step_and_each_is_told() -> None:
 
 
 def test_a_ladder_of_which_nothing_is_granted_is_told_rung_by_rung_and_tried_on() -> None:
-    bench = Bench("LOITER", "POSHOLD", "BRAKE", custom_mode=0)
+    bench = Bench("LOITER", "POSHOLD", "BRAKE")
     bench.pass_time(DEADLINE_S + 0.1)
     asked = [m.param2 for m in bench.take_sent("COMMAND_LONG")]
     assert list(dict.fromkeys(asked)) == [5, 16, 17, ALT_HOLD], "altitude hold before the deadline"

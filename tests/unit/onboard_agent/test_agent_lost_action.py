@@ -43,7 +43,7 @@ class Bench:
             deed = self.acting.tick(self.now, loss=loss, settings=self.settings, modes=self.modes)
             if deed is not None:
                 self.deeds.append((round(self.now - self.lost_at, 1), deed))
-            frames = self.acting.due(self.now, vehicle_system_id=1, custom_mode=self.mode)
+            frames = self.acting.due(self.now, vehicle_system_id=1)
             self.sent += [decode(frame) for frame in frames]
             self.lines += self.acting.take_notices()
             self.now += STEP_S

@@ -12,7 +12,7 @@ from wire.dialect import decode, mavlink
 STEP_S = 0.025
 PATIENCE_S = 0.75
 COPTER, PX4 = modes_of(3, 2), modes_of(12, 2)
-LOITER, BRAKE, ALT_HOLD, STABILIZE = 5, 17, 2, 0
+LOITER, BRAKE, ALT_HOLD = 5, 17, 2
 REFUSALS = [
     mavlink.MAV_RESULT_DENIED,
     mavlink.MAV_RESULT_FAILED,
@@ -24,9 +24,8 @@ REFUSALS = [
 class Bench:
     """A ladder with a clock that is wound by hand."""
 
-    def __init__(self, *names: str, custom_mode: int = STABILIZE, modes: Any = COPTER) -> None:
+    def __init__(self, *names: str, modes: Any = COPTER) -> None:
         self.now = 10.0
-        self.custom_mode = custom_mode
         self.ladder = ModeLadder(FrameMaker())
         self.ladder.climb(hold_rungs(modes, names), patience_s=PATIENCE_S, now=self.now)
         self.sent: list[Any] = []
@@ -35,7 +34,7 @@ class Bench:
     def pass_time(self, for_s: float) -> "Bench":
         end = self.now + for_s
         while self.now < end:
-            frames = self.ladder.due(self.now, vehicle_system_id=1, custom_mode=self.custom_mode)
+            frames = self.ladder.due(self.now, vehicle_system_id=1)
             self.sent += [decode(frame) for frame in frames]
             self.now += STEP_S
         self.collect()
@@ -116,14 +115,14 @@ def test_a_late_acceptance_of_either_rung_is_settled_by_the_next_heartbeat() -> 
 
 
 def test_the_mode_it_was_in_does_not_confirm_by_another_rungs_answer() -> None:
-    bench = Bench("LOITER", custom_mode=LOITER).pass_time(0.05).beat(LOITER).pass_time(PATIENCE_S).ack(0)
+    bench = Bench("LOITER").pass_time(0.05).beat(LOITER).pass_time(PATIENCE_S).ack(0)
     assert ("confirmed", "LOITER") not in bench.steps()
     bench.beat(ALT_HOLD)
     assert bench.steps()[-1] == ("confirmed", "ALT_HOLD")
 
 
 def test_a_refused_rung_is_not_confirmed_by_a_stale_heartbeat() -> None:
-    bench = Bench("LOITER", custom_mode=LOITER).pass_time(0.02)
+    bench = Bench("LOITER").pass_time(0.02)
     bench.ack(mavlink.MAV_RESULT_FAILED)
     bench.pass_time(0.02)
     bench.ack(0).beat(LOITER)
@@ -144,10 +143,28 @@ def test_answers_to_nothing_mean_nothing() -> None:
     assert bench.pass_time(1.0).asked() == []
 
 
-def test_where_it_is_in_the_mode_already_the_heartbeat_is_asked_for() -> None:
-    bench = Bench(custom_mode=ALT_HOLD).pass_time(0.02)
-    assert [(m.command, m.param1) for m in bench.sent] == [(176, 1), (512, 0)]
-    assert len(Bench(custom_mode=STABILIZE).pass_time(0.02).sent) == 1
+def shown_asked(bench: Bench) -> int:
+    asked = sum((m.command, m.param1) == (mavlink.MAV_CMD_REQUEST_MESSAGE, 0) for m in bench.sent)
+    bench.sent = []
+    return asked
+
+
+def test_what_is_accepted_but_not_shown_is_asked_to_be_shown() -> None:
+    bench = Bench().pass_time(0.02)
+    assert shown_asked(bench) == 0
+    bench.ack(0).pass_time(0.02)
+    assert shown_asked(bench) == 1, "at once"
+    bench.pass_time(0.2)
+    assert 3 <= shown_asked(bench) <= 4
+    bench.beat(ALT_HOLD).pass_time(1.0)
+    assert shown_asked(bench) == 0
+
+
+def test_a_mode_that_is_never_shown_does_not_flood_the_line() -> None:
+    bench = Bench().pass_time(0.02).ack(0).pass_time(3.0)
+    bench.sent = []
+    bench.pass_time(10.0)
+    assert 9 <= shown_asked(bench) <= 11
 
 
 def test_an_empty_ladder_asks_for_nothing() -> None:
