@@ -182,14 +182,14 @@ async def _latencies(trial: Trial, rounds: int) -> None:
     sticks = list(AXES.values())
     for number in range(rounds):
         await trial.flight.by_hand()
-        await trial.flight.full_stick(sticks[number % 2], 0.3)
+        # Not in step with the autopilot's heartbeats, whose rhythm decides how soon some of them show a mode.
+        await trial.flight.full_stick(sticks[number % 2], 0.3 + number * 0.618 % 1.0)
         rig.tap.forget()
         foreign["take"] += await _change(trial, "take", rig.admin, OPERATOR, took, answered, at_port)
         rig.admin.sticks = Sticks()
         await _centred(rig, ADMIN)
         # The admin flies by hand, too, so that giving back is a hold in flight.
-        await rig.admin.command(176, 1, *trial.flight.modes.by_hand)
-        await wait_for("the admin's mode", lambda: trial.flight.in_mode(trial.flight.modes.by_hand), 10)
+        await trial.flight.change_mode(trial.flight.modes.by_hand, by=rig.admin)
         rig.tap.forget()
         rig.operator.sticks = Sticks()
         # Until it is accepted the admin is still the holder: no frames of the operator's.

@@ -68,10 +68,10 @@ class HandFlight:
         numbers = [self.modes.number(mode) for mode in modes]
         return bool(self.tap.modes) and self.tap.modes[-1].custom_mode in numbers
 
-    async def change_mode(self, mode: tuple[int, int]) -> None:
-        """Asked for again every second until the autopilot shows it."""
+    async def change_mode(self, mode: tuple[int, int], by: Person | None = None) -> None:
+        """Asked for again every second until the autopilot shows it; by the operator unless told otherwise."""
         number, asked_at = self.modes.number(mode), 0.0
-        pilot = self.pilot
+        pilot = by or self.pilot
 
         async def done() -> bool:
             nonlocal asked_at
