@@ -27,6 +27,7 @@ ARDUPILOT = Flavour(
     handlers=HANDLERS,
     reports={**HEALTH_REPORTS, **MOTION_REPORTS},
     intervals_s={0: 1.0},
+    fixed_rates=frozenset(),
     obeys_stream_requests=True,
     tells_mode_at_once=True,
     system_id_parameter="SYSID_THISMAV",

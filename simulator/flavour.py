@@ -83,6 +83,8 @@ class Flavour:
     reports: Mapping[int, Callable[[Flight], Any]]
     intervals_s: Mapping[int, float]
     """What is sent without being asked for."""
+    fixed_rates: frozenset[int]
+    """Messages whose rate nobody can change, though the request is accepted."""
     obeys_stream_requests: bool
     tells_mode_at_once: bool
     """A HEARTBEAT goes out with each change of mode, not only once a second."""

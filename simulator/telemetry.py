@@ -44,6 +44,8 @@ class Telemetry:
         """0 asks for the default, -1 switches off; False where there is no such message."""
         if message_id not in self._flavour.reports:
             return False
+        if message_id in self._flavour.fixed_rates:
+            return True
         if interval_us == 0:
             interval_us = self._flavour.intervals_s.get(message_id, 0.0) * 1e6
         if interval_us <= 0:

@@ -52,6 +52,7 @@ PX4 = Flavour(
     handlers=HANDLERS,
     reports=REPORTS,
     intervals_s=INTERVALS_S,
+    fixed_rates=frozenset({0}),
     obeys_stream_requests=False,
     tells_mode_at_once=False,
     system_id_parameter="MAV_SYS_ID",

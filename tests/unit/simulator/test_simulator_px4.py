@@ -96,6 +96,14 @@ def test_the_mode_is_told_once_a_second_and_on_request_but_not_at_once(flying: M
     assert ground.of("HEARTBEAT")[-1].custom_mode == Px4Mode.ALTCTL
 
 
+def test_the_rate_of_the_heartbeat_cannot_be_changed(px4: Make) -> None:
+    ground = px4()
+    assert ground.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, 0, 50_000) == ACCEPTED
+    ground.heard.clear()
+    ground.run(5.0)
+    assert len(ground.of("HEARTBEAT")) == 5
+
+
 def test_sticks_of_any_sender_fly(flying: Make) -> None:
     ground = flying()
     ground.sticks = None
