@@ -20,15 +20,12 @@ from typing import Any
 from bench.control_triggers import OTHERS, TAKE, Trigger
 from bench.hand_flight import AXES, HandFlight
 from bench.hold_figures import WATCHED_S, HoldFigures, began_at, figures, mode_shown_at
-from bench.link_model import Profile
 from bench.namespaces import emulated_network, why_not
 from bench.person import Person, Refused, Sticks
-from bench.rig import Kind, Rig, running, wait_for
+from bench.rig import SLOW, Kind, Rig, running, wait_for
 from bench.rows import Report
 from bench.tap import ADMIN, OPERATOR
 
-SLOW = Profile(delay_s=0.15, loss=0.05)
-"""The drone's access link, each way: 300 ms round trip, and 5 % of the packets lost in either direction."""
 FULL_STICK_S = 2.0
 USUAL = {"rtt_limit_ms": 500.0, "rtt_limit_s": 1.0}
 PATIENT = {"rtt_limit_ms": 5000.0, "rtt_limit_s": 10.0}
@@ -122,7 +119,7 @@ async def _all_cases(trial: Trial, options: argparse.Namespace) -> None:
     if wanted("take into position hold"):
         await _attempt(trial, "take into position hold", _position_hold(trial))
     for trigger in OTHERS:
-        if wanted(trigger.name):
+        if wanted(trigger.name) and (trial.rig.has_line or not trigger.needs_line):
             if trigger.needs_usual_limits:
                 await _set(trial, USUAL)
             await _attempt(trial, trigger.name, _motion(trial, trigger, trigger.name, AXES["pitch forward"]))
@@ -160,6 +157,8 @@ async def _attempt(trial: Trial, name: str, work: Coroutine[Any, Any, None]) -> 
 
 async def _recover(rig: Rig) -> None:
     rig.operator.pong_delay_s = 0.0
+    if rig.has_line:
+        await rig.change_line(SLOW)
     if rig.tower.returncode is not None:
         await rig.start_tower()
     for person in (rig.admin, rig.operator):

@@ -10,8 +10,9 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
+from bench.link_model import Profile
 from bench.person import Sticks
-from bench.rig import PASSWORD, Rig, wait_for
+from bench.rig import PASSWORD, SLOW, Rig, wait_for
 from bench.tap import OPERATOR
 
 
@@ -26,6 +27,8 @@ class Trigger:
     """Whether the tower lives to tell the admin."""
     needs_usual_limits: bool = False
     """Of the round trip."""
+    needs_line: bool = False
+    """Only where there is a network between tower and drone."""
 
 
 async def _take(rig: Rig) -> float:
@@ -122,6 +125,23 @@ async def _new_tower(rig: Rig) -> None:
     await _hold_the_controls(rig)
 
 
+async def _cut_line(rig: Rig) -> float:
+    at = rig.operator.now
+    await rig.change_line(Profile(black_out=True))
+    return at
+
+
+async def _mend_line(rig: Rig) -> None:
+    rig.operator.sticks = Sticks()
+    await rig.change_line(SLOW)
+
+    async def online() -> bool:
+        return bool((await rig.admin.drone())["online"])
+
+    await wait_for("the drone to be online again", online)
+    await _hold_the_controls(rig)
+
+
 TAKE = Trigger("take", _take, _give_and_accept)
 
 OTHERS = (
@@ -129,5 +149,6 @@ OTHERS = (
     Trigger("sticks stop", _stop_sticks, _sticks_again, old_holder=None),
     Trigger("late answers to pings", _answer_late, _answer_in_time, old_holder=None, needs_usual_limits=True),
     Trigger("account disabled", _disable, _enable),
+    Trigger("line cut", _cut_line, _mend_line, told=False, needs_line=True),
     Trigger("tower killed", _kill_tower, _new_tower, old_holder=None, told=False),
 )

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from bench.link_model import Profile
 from bench.namespaces import Network
 from bench.person import Person
 from bench.tap import ADMIN, OPERATOR, Tap
@@ -24,6 +25,8 @@ from bench.tls_front import TlsFront, make_certificate
 BIN: Final = Path(sys.executable).parent
 CHECKOUT: Final = Path(__file__).resolve().parent.parent
 PASSWORD: Final = "correct horse battery"
+SLOW: Final = Profile(delay_s=0.15, loss=0.05)
+"""The drone's access link, each way: 300 ms round trip, and 5 % of the packets lost in either direction."""
 HOME: Final = (47.3977, 8.5456, 488.0)
 START_S: Final = 60.0
 
@@ -61,6 +64,15 @@ class Rig:
         self.tap: Tap
         self.admin: Person
         self.operator: Person
+
+    @property
+    def has_line(self) -> bool:
+        """Whether there is a line between tower and drone that can be cut."""
+        return self._network is not None
+
+    async def change_line(self, profile: Profile) -> None:
+        assert self._network is not None
+        await self._network.change("drone", profile)
 
     @property
     def address(self) -> str:
