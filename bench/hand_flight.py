@@ -107,8 +107,8 @@ class HandFlight:
                     await pilot.command(ARM, 1)
             return False
 
-        await wait_for(f"the take-off ({tap.texts[-3:]})", flying, 60)
-        await wait_for("the height", lambda: abs(tap.motions[-1].alt_m - HEIGHT_M) < 1.0, 60)
+        await wait_for(f"the take-off ({tap.texts[-3:]})", flying, 120)
+        await wait_for("the height", lambda: abs(tap.motions[-1].alt_m - HEIGHT_M) < 1.0, 120)
 
     async def _acknowledge_loss(self) -> None:
         async def complete() -> bool:
@@ -145,7 +145,7 @@ class HandFlight:
             return False
 
         asked = [0.0]
-        await wait_for("the way back to the start", there, 60)
+        await wait_for("the way back to the start", there, 120)
         await self.by_hand()
 
     async def by_hand(self, mode: tuple[int, int] | None = None) -> None:

@@ -31,10 +31,14 @@ class HoldFigures:
 
 
 def began_at(tap: Tap, since: float) -> float | None:
-    """When the agent first did something at the autopilot's port."""
-    sticks = [stick.at for stick in tap.sticks if stick.at >= since and stick.who == AGENT]
-    requests = [at for at in tap.mode_requests if at >= since]
-    return min(sticks[:1] + requests[:1], default=None)
+    """When the agent first did something for this hold at the autopilot's port: asked for its mode.
+
+    Its centred sticks go out in the same moment, but those of an earlier hold may still be coming; they count only where
+    no mode was asked for.
+    """
+    sticks = (stick.at for stick in tap.sticks if stick.at >= since and stick.who == AGENT)
+    requests = (at for at in tap.mode_requests if at >= since)
+    return next(requests, None) or next(sticks, None)
 
 
 def mode_shown_at(tap: Tap, since: float, numbers: set[int]) -> float | None:

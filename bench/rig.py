@@ -28,7 +28,7 @@ PASSWORD: Final = "correct horse battery"
 SLOW: Final = Profile(delay_s=0.15, loss=0.05)
 """The drone's access link, each way: 300 ms round trip, and 5 % of the packets lost in either direction."""
 HOME: Final = (47.3977, 8.5456, 488.0)
-START_S: Final = 60.0
+START_S: Final = 120.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,11 +23,17 @@ def stick(at: float, who: int, x: int = 0) -> Stick:
 
 def test_frames_of_the_old_holder_count_from_the_agents_first_act_on() -> None:
     sticks = [stick(9.9, OPERATOR, 1000), stick(10.1, OPERATOR, 1000), stick(10.2, AGENT), stick(10.3, OPERATOR, 1000)]
-    tap = log(sticks=[*sticks, stick(10.4, ADMIN)], mode_requests=[10.21])
+    tap = log(sticks=[*sticks, stick(10.4, ADMIN)], mode_requests=[9.5, 10.21])
     found = figures(tap, 10.0, OPERATOR, {ALT_HOLD})
-    assert found.began_at == 10.2
+    assert found.began_at == 10.21
     assert found.foreign_frames == 1
     assert figures(tap, 10.0, ADMIN, {ALT_HOLD}).foreign_frames == 1
+
+
+def test_centred_sticks_of_an_earlier_hold_are_no_beginning() -> None:
+    sticks = [stick(10.05, AGENT), stick(10.1, ADMIN), stick(10.2, AGENT)]
+    assert figures(log(sticks=sticks, mode_requests=[10.2]), 10.0, ADMIN, {ALT_HOLD}).foreign_frames == 0
+    assert figures(log(sticks=sticks), 10.0, ADMIN, {ALT_HOLD}).foreign_frames == 1
 
 
 def test_no_act_of_the_agent_is_no_hold() -> None:
