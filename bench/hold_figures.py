@@ -33,8 +33,8 @@ class HoldFigures:
 def began_at(tap: Tap, since: float) -> float | None:
     """When the agent first did something for this hold at the autopilot's port: asked for its mode.
 
-    Its centred sticks go out in the same moment, but those of an earlier hold may still be coming; they count only where
-    no mode was asked for.
+    Its centred sticks go out in the same moment, but those of an earlier hold may still be coming; they count only
+    where no mode was asked for.
     """
     sticks = (stick.at for stick in tap.sticks if stick.at >= since and stick.who == AGENT)
     requests = (at for at in tap.mode_requests if at >= since)
