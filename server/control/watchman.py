@@ -7,6 +7,7 @@ rest is carried out one event after the other for each drone, and tried again wh
 import asyncio
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Any, Final
 
 import structlog
@@ -61,6 +62,7 @@ class Watchman:
         loss_checks: LossChecks,
         rehearsals: Rehearsals,
         try_again_after_s: float = TRY_AGAIN_AFTER_S,
+        monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
         self._desk = desk
         self._hub = hub
@@ -69,6 +71,7 @@ class Watchman:
         self._loss_checks = loss_checks
         self._rehearsals = rehearsals
         self._try_again_after_s = try_again_after_s
+        self._monotonic = monotonic
         self._waiting: dict[DroneId, deque[HubEvent]] = {}
         self._at_work: dict[DroneId, asyncio.Task[None]] = {}
 
@@ -79,7 +82,7 @@ class Watchman:
                 self._loss_checks.reported(event.drone_id, event.parameters)
                 return
             case HoldStepReported():
-                self._rehearsals.hold_step(event.drone_id, event.progress, time.monotonic())
+                self._rehearsals.hold_step(event.drone_id, event.progress, self._monotonic())
                 if not event.progress.step.final:
                     return
             case HolderGone():
@@ -149,7 +152,7 @@ class Watchman:
 
     async def _carry_out(self, event: HubEvent) -> None:
         change = self._desk.system_change
-        now = time.monotonic()
+        now = self._monotonic()
         match event:
             case HolderGone():
                 gone = {"user_id": event.user_id, "gone_s": round(event.for_s, 1)}

@@ -1,0 +1,138 @@
+"""A real agent's core behind a real sealed link, with an autopilot that is flown by hand and notes by whom."""
+
+from collections import deque
+
+from onboard_agent.onboard import Onboard
+from server.relay.agent_link import AgentLink
+from server.relay.hub import Hub
+from wire.control_messages import AutopilotState, HoldProgress, LossParameters, ToAgent, Welcome
+from wire.dialect import build, decode, mavlink
+from wire.drops import Dropped
+from wire.frames import message_id
+from wire.ids import DroneId, Epoch, LinkId
+from wire.sealed_link import SealedLink
+from wire.sealing import read_link_id
+
+ARMED_ALT_HOLD = build(mavlink.MAVLink_heartbeat_message(2, 3, 209, 2, 4, 3), system_id=1, component_id=1, sequence=0)
+
+
+def stick_frame(user_id: int, *, centred: bool) -> bytes:
+    """Whose sticks these are stands where the buttons of a gamepad would."""
+    pitch = 0 if centred else 700
+    message = mavlink.MAVLink_manual_control_message(1, pitch, 0, 500, 0, user_id)
+    return build(message, system_id=255, component_id=190, sequence=0)
+
+
+class ModelAgent:
+    """One drone's agent. `flown_by` notes (epoch, user) of each stick frame that reached the autopilot."""
+
+    def __init__(self, drone_id: DroneId, now: float) -> None:
+        self.drone_id = drone_id
+        self.onboard = Onboard(now=now, speaks_first=False)
+        self.flown_by: list[tuple[int, int]] = []
+        self.control: deque[ToAgent] = deque()
+        self.link: AgentLink | None = None
+        self._sealed: SealedLink | None = None
+        self._coming: SealedLink | None = None
+        self.onboard.from_autopilot([ARMED_ALT_HOLD], now)
+
+    def connect(self, hub: Hub, link_id: LinkId, network: deque[tuple[DroneId, bytes]], now: float) -> None:
+        """Signs in: the welcome is on its way when this returns, as in the control channel of the tower."""
+        self.disconnect(hub, now)
+        keys = link_id.to_bytes(4, "little") * 8, (link_id ^ 0xFFFFFFFF).to_bytes(4, "little") * 8
+        self._coming = _sealed(link_id, self.drone_id, send=keys[0], receive=keys[1], now=now)
+        self.link = AgentLink(
+            sealed=_sealed(link_id, self.drone_id, send=keys[1], receive=keys[0], now=now),
+            send_datagram=lambda datagram, address: network.append((self.drone_id, datagram)),
+            post=self.control.append,
+            close=lambda code, why: None,
+        )
+        drone = hub.drone(self.drone_id)
+        assert drone is not None
+        holder = drone.lease.holder.name if drone.lease.holder else None
+        self.control.append(
+            Welcome(
+                drone_id=self.drone_id,
+                name=drone.record.name,
+                link_id=link_id,
+                public_key=b"",
+                udp_port=1,
+                epoch=drone.lease.epoch,
+                holder=holder,
+                holder_present=drone.somebody_flies(),
+            )
+        )
+        hub.attach_link(self.link)
+
+    def disconnect(self, hub: Hub | None, now: float) -> None:
+        """The link is gone, and what was on its way on the control channel with it."""
+        if hub is not None and self.link is not None:
+            hub.detach_link(self.link)
+        if self._sealed is not None:
+            self.onboard.link_broken(now)
+        self.link = self._sealed = self._coming = None
+        self.control.clear()
+
+    @property
+    def linked(self) -> bool:
+        return self._sealed is not None
+
+    def next_control_message(self, hub: Hub, now: float) -> None:
+        if not self.control:
+            return
+        message = self.control.popleft()
+        if isinstance(message, Welcome):
+            self._sealed, self._coming = self._coming, None
+            self.onboard.welcomed(message, now)
+            self.speak(hub, now)
+        else:
+            self.onboard.message(message, now)
+
+    def datagram(self, datagram: bytes, now: float) -> None:
+        """From the network: whole, late, twice or of a link of the past."""
+        if self._sealed is None or read_link_id(datagram) != self._sealed.link_id:
+            return
+        try:
+            received = self._sealed.receive(datagram, now)
+        except Dropped:
+            return
+        self.onboard.tower_heard(now)
+        if received.frames is None:
+            return
+        known = self.onboard.downlink.epoch
+        self.onboard.from_tower(received.frames, now)
+        assert self.onboard.downlink.epoch >= known, "the epoch went back within a link"
+        self._to_autopilot()
+
+    def tick(self, now: float) -> None:
+        self.onboard.from_autopilot([ARMED_ALT_HOLD], now)
+        self.onboard.tick(now)
+        self._to_autopilot()
+
+    def speak(self, hub: Hub, now: float) -> None:
+        """What the agent has to say, on both channels."""
+        if self._sealed is None or self.link is None:
+            return
+        for datagram in self._sealed.datagrams_to_send(now):
+            hub.datagram(datagram, self._sealed.link_id, ("203.0.113.1", 4000), now)
+        for message in self.onboard.take_to_tower(now):
+            match message:
+                case HoldProgress():
+                    hub.hold_progress(self.link, message)
+                case AutopilotState():
+                    hub.autopilot_state(self.link, message)
+                case LossParameters():
+                    hub.loss_parameters(self.link, message)
+
+    def _to_autopilot(self) -> None:
+        for frame in self.onboard.take_to_autopilot():
+            if message_id(frame) != mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL:
+                continue
+            message = decode(frame)
+            assert message is not None
+            if message.buttons:  # the agent's own centred sticks press none
+                self.flown_by.append((Epoch(self.onboard.downlink.epoch), message.buttons))
+
+
+def _sealed(link_id: LinkId, drone_id: DroneId, *, send: bytes, receive: bytes, now: float) -> SealedLink:
+    return SealedLink(link_id=link_id, drone_id=drone_id, send_key=send, receive_key=receive, now=now)

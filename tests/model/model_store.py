@@ -1,0 +1,129 @@
+"""A database of leases in memory, with the moments at which a real one lets others in between."""
+
+from collections.abc import Generator
+from dataclasses import dataclass, field
+
+from server.accounts.tables import Role
+from server.control.lease import TOWER as THE_TOWER
+from server.control.lease import Actor, Changed, Event, Lease, Refused, decide
+from server.control.lease_store import HOLDS_ANOTHER, MOVED, Ask, Committed
+from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
+from server.relay.live_drone import LeaseView
+from wire.ids import DroneId, UserId
+
+
+class Pause:
+    """Somebody else may run here."""
+
+    def __await__(self) -> Generator[None, None, None]:
+        yield
+
+
+@dataclass
+class Account:
+    name: str
+    role: Role
+    owns: set[DroneId]
+    disabled: bool = False
+
+
+@dataclass
+class MemoryStore:
+    """`history` remembers the lease of every epoch: it is what the invariants are held against."""
+
+    accounts: dict[UserId, Account]
+    leases: dict[DroneId, Lease]
+    history: dict[tuple[DroneId, int], Lease] = field(default_factory=dict)
+    revision: int = 0
+
+    def __post_init__(self) -> None:
+        for drone_id, lease in self.leases.items():
+            self.history[drone_id, lease.epoch] = lease
+
+    async def commit(self, ask: Ask) -> Committed | Refused:
+        before = self.leases[ask.drone_id]
+        actor = self._actor(ask, before)
+        await Pause()
+        outcome = decide(before, ask.event, actor)
+        if isinstance(outcome, Refused):
+            return outcome
+        if self.leases[ask.drone_id].epoch != before.epoch:
+            return MOVED
+        if ask.about is not None and ask.event in (Event.REVOKE, Event.EXPIRE):
+            assert before.holder == ask.about, "the controls were revoked from somebody else"
+        if self._holds_another(outcome.lease.holder, ask.drone_id):
+            return HOLDS_ANOTHER
+        self._write(ask.drone_id, outcome.lease)
+        await Pause()
+        return Committed(before, outcome, self.view(outcome.lease))
+
+    def after_start(self) -> None:
+        """What `server.control.after_start` does."""
+        for drone_id, lease in self.leases.items():
+            outcome = decide(lease, Event.ASSIST_END, THE_TOWER)
+            if isinstance(outcome, Changed):
+                self._write(drone_id, outcome.lease)
+
+    def snapshot(self) -> FleetSnapshot:
+        drones = []
+        for drone_id, lease in self.leases.items():
+            view = self.view(lease)
+            owners = [user_id for user_id, account in self.accounts.items() if drone_id in account.owns]
+            drones.append(
+                DroneRecord(
+                    id=drone_id,
+                    name=f"Drone {drone_id}",
+                    owners=tuple(UserRef(user_id, self.accounts[user_id].name) for user_id in owners),
+                    credential_hash="c",
+                    holder=view.holder,
+                    epoch=view.epoch,
+                    taken_from=view.taken_from,
+                    offered=view.offered,
+                    assistant=view.assistant,
+                    blind=view.blind,
+                )
+            )
+        users = {user_id: UserRecord(one.name, one.role, one.disabled) for user_id, one in self.accounts.items()}
+        return FleetSnapshot(self.revision, tuple(drones), users)
+
+    def view(self, lease: Lease) -> LeaseView:
+        def ref(user_id: UserId | None) -> UserRef | None:
+            return None if user_id is None else UserRef(user_id, self.accounts[user_id].name)
+
+        return LeaseView(
+            holder=ref(lease.holder),
+            taken_from=ref(lease.taken_from),
+            epoch=lease.epoch,
+            offered=lease.offered,
+            assistant=ref(lease.assistant),
+            blind=lease.blind,
+        )
+
+    def _write(self, drone_id: DroneId, lease: Lease) -> None:
+        assert lease.epoch == self.leases[drone_id].epoch + 1
+        self.leases[drone_id] = lease
+        self.history[drone_id, lease.epoch] = lease
+
+    def _holds_another(self, user_id: UserId | None, drone_id: DroneId) -> bool:
+        if user_id is None or self.accounts[user_id].role is not Role.OPERATOR:
+            return False
+        return any(lease.holder == user_id for other, lease in self.leases.items() if other != drone_id)
+
+    def _may_fly(self, user_id: UserId, drone_id: DroneId) -> bool:
+        account = self.accounts[user_id]
+        owner = account.role is Role.ADMIN or drone_id in account.owns
+        return not account.disabled and owner and not self._holds_another(user_id, drone_id)
+
+    def _actor(self, ask: Ask, lease: Lease) -> Actor:
+        if ask.as_tower or ask.by is None:
+            return Actor(None, is_tower=True, about=ask.about)
+        user_id = ask.by.user_id
+        return Actor(
+            user_id=user_id,
+            is_admin=ask.by.role is Role.ADMIN,
+            is_owner=ask.drone_id in self.accounts[user_id].owns,
+            holds_another=self._holds_another(user_id, ask.drone_id),
+            operator_may_fly=lease.taken_from is None or self._may_fly(lease.taken_from, ask.drone_id),
+            watch=ask.watch,
+            sticks_centred=ask.sticks_centred,
+        )

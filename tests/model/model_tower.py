@@ -1,0 +1,159 @@
+"""A real hub, desk and watchman over the store in memory. Nothing runs by itself: whoever drives it takes each step."""
+
+from collections import deque
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from datetime import UTC, datetime
+from typing import Any
+
+from model_agent import stick_frame
+from model_store import MemoryStore
+
+from server.access import UnknownDrone
+from server.accounts.sessions import Principal
+from server.accounts.tables import Role
+from server.control.desk import ControlDesk, ControlRefused
+from server.control.lease import Event
+from server.control.loss_checks import LossChecks
+from server.control.rehearsal import Rehearsals
+from server.control.watchman import Watchman
+from server.relay.browser import Browser
+from server.relay.hub import Hub
+from server.relay.hub_events import HubEvent
+from wire.ids import DroneId, UserId
+from wire.tagged import tag
+
+LATER = datetime(2100, 1, 1, tzinfo=UTC)
+
+
+class NoDatabase:
+    """The audit trail of a world that has none."""
+
+    @asynccontextmanager
+    async def writing(self) -> AsyncIterator[Any]:
+        yield self
+
+    def add(self, row: object) -> None:
+        """Not kept."""
+
+
+class SteppedWatchman(Watchman):
+    """Its queue is emptied by whoever drives the model, not by tasks."""
+
+    def __init__(self, **parts: Any) -> None:
+        super().__init__(**parts)
+        self.noticed_events: deque[HubEvent] = deque()
+
+    def _queue(self, event: HubEvent) -> None:
+        if event not in self.noticed_events:
+            self.noticed_events.append(event)
+
+    def carry_out(self, event: HubEvent) -> Coroutine[Any, Any, None]:
+        return self._carry_out(event)
+
+
+class ModelTower:
+    """One life of the tower's process."""
+
+    def __init__(self, store: MemoryStore, clock: Callable[[], float]) -> None:
+        self.store = store
+        self._clock = clock
+        self.hub = Hub()
+        database: Any = NoDatabase()
+        parts: dict[str, Any] = {"hub": self.hub, "database": database, "clock": lambda: LATER}
+        checks = LossChecks(**parts)
+        self.desk = ControlDesk(store, self.hub, on_changed=checks.look_again)
+        self.watchman = SteppedWatchman(
+            **parts, desk=self.desk, loss_checks=checks, rehearsals=Rehearsals(**parts), monotonic=clock
+        )
+        self.hub.on_event = self.watchman.noticed
+        self.browsers: dict[UserId, Browser] = {}
+        self.running: list[Coroutine[Any, Any, Any]] = []
+        store.after_start()
+        self.hub.apply_fleet(store.snapshot())
+
+    def ask(self, user_id: UserId, drone_id: DroneId, event: Event, *, watch: bool) -> None:
+        account = self.store.accounts[user_id]
+        if account.disabled:
+            return
+        self._start(
+            self.desk.change(
+                self._principal(user_id),
+                drone_id,
+                event,
+                reason="",
+                address="",
+                now=self._clock(),
+                watch=watch,
+                sticks_centred=True,
+            )
+        )
+
+    def see_to_next_event(self) -> None:
+        if self.watchman.noticed_events:
+            self._start(self.watchman.carry_out(self.watchman.noticed_events.popleft()))
+
+    def step(self, number: int) -> None:
+        """Lets one of those that wait for the database go on."""
+        if self.running:
+            self._go_on(self.running[number % len(self.running)])
+
+    def settle(self) -> None:
+        while self.running or self.watchman.noticed_events:
+            self.see_to_next_event()
+            self.step(0)
+
+    def die(self) -> None:
+        """kill -9: what has been written stays, and nobody is told."""
+        for coroutine in self.running:
+            coroutine.close()
+        self.running.clear()
+
+    def open_browser(self, user_id: UserId) -> None:
+        if user_id in self.browsers or self.store.accounts[user_id].disabled:
+            return
+        browser = Browser(
+            self.hub.next_browser_number(),
+            self._principal(user_id),
+            self._clock(),
+            wake=lambda: None,
+            close=lambda code, why: self.close_browser(user_id),
+        )
+        self.browsers[user_id] = browser
+        self.hub.attach_browser(browser, "", self._clock())
+
+    def close_browser(self, user_id: UserId) -> None:
+        browser = self.browsers.pop(user_id, None)
+        if browser is not None:
+            self.hub.detach_browser(browser, self._clock())
+
+    def sign_out(self, user_id: UserId) -> None:
+        self.hub.end_user(user_id)
+
+    def send_sticks(self, user_id: UserId, drone_id: DroneId, *, centred: bool) -> None:
+        browser = self.browsers.get(user_id)
+        if browser is not None:
+            frame = tag(drone_id, stick_frame(user_id, centred=centred))
+            self.hub.frames_from_browser(browser, frame, self._clock())
+            browser.take_events()
+
+    def tick(self) -> None:
+        now = self._clock()
+        self.hub.tick(now)
+        for browser in self.browsers.values():
+            browser.take_events()
+            browser.outbox.take(now)
+
+    def _principal(self, user_id: UserId) -> Principal:
+        account = self.store.accounts[user_id]
+        return Principal(user_id, account.name, Role(account.role), user_id, LATER)
+
+    def _start(self, coroutine: Coroutine[Any, Any, Any]) -> None:
+        self.running.append(coroutine)
+        self._go_on(coroutine)
+
+    def _go_on(self, coroutine: Coroutine[Any, Any, Any]) -> None:
+        try:
+            coroutine.send(None)
+        except (StopIteration, ControlRefused, UnknownDrone):
+            self.running.remove(coroutine)
