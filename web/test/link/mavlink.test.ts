@@ -90,6 +90,7 @@ describe('bytes from outside', () => {
 
   it('of any kind never make the decoder throw', () => {
     let seed = 12345;
+    let decoded = 0;
     const random = (below: number): number => {
       seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0;
       return seed % below;
@@ -97,8 +98,10 @@ describe('bytes from outside', () => {
     for (let round = 0; round < 20_000; round++) {
       const bytes = Uint8Array.from({ length: random(300) }, () => random(256));
       if (round % 2 && bytes.length) bytes[0] = round % 4 === 1 ? 0xfd : 0xfe;
-      expect(() => frameLengthAt(bytes, random(10))).not.toThrow();
-      expect(() => decode(bytes)).not.toThrow();
+      // Called as they are: what they throw fails the test, and an assertion on each of so many is slow.
+      frameLengthAt(bytes, random(10));
+      if (decode(bytes)) decoded++;
     }
+    expect(decoded).toBeLessThan(100);
   });
 });
