@@ -27,6 +27,7 @@ class Keepalive:
         self._waiting: dict[int, float] = {}
         self._answered: deque[bool] = deque(maxlen=REMEMBERED)
         self._last_heard = now
+        self._newest_answered = 0
         self.rtt_s: float | None = None
         """Smoothed round trip, or None before the first answer."""
 
@@ -57,12 +58,17 @@ class Keepalive:
         if sent is None:
             return
         self._answered.append(True)
+        self._newest_answered = max(self._newest_answered, pong.sequence)
         sample = max(0.0, now - sent)
         self.rtt_s = sample if self.rtt_s is None else self.rtt_s + (sample - self.rtt_s) / 4
 
     def rtt_now_s(self, now: float) -> float:
-        """The round trip, or how long the oldest answer is overdue if that is longer; 0 before anything is known."""
-        waiting = now - min(self._waiting.values()) if self._waiting else 0.0
+        """The round trip, or how long an answer is overdue if that is longer; 0 before anything is known.
+
+        A ping whose successor has been answered was lost, which is not the same as slow.
+        """
+        open_since = [sent for sequence, sent in self._waiting.items() if sequence > self._newest_answered]
+        waiting = now - min(open_since) if open_since else 0.0
         return max(self.rtt_s or 0.0, waiting if waiting > PING_INTERVAL_S else 0.0)
 
     def silent_for(self, now: float) -> float:

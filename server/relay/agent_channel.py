@@ -157,7 +157,7 @@ class AgentChannel:
                 holder_present=drone.somebody_flies(),
             )
         )
-        self._hub.attach_link(link)
+        self._hub.attach_link(link, time.monotonic())
         return link
 
     def _free_link_id(self) -> LinkId:

@@ -34,6 +34,9 @@ GOING_DOWN: Final = 1001
 LINK_REPLACED: Final = 4409
 MOST_ORDERS_OPEN: Final = 8
 
+HAND_REMEMBERED_S: Final = 15.0
+"""How long after the last stick a link that comes back is met with a hold: an agent that was started again is there."""
+
 __all__ = ["GOING_DOWN", "LINK_REPLACED", "SESSION_ENDED", "Hub"]
 
 
@@ -235,8 +238,12 @@ class Hub:
 
     # -- agents ----------------------------------------------------------------------------------------------
 
-    def attach_link(self, link: AgentLink) -> None:
-        """An agent signed in. A link that its drone already had is closed: the newest one counts."""
+    def attach_link(self, link: AgentLink, now: float) -> None:
+        """An agent signed in. A link that its drone already had is closed: the newest one counts.
+
+        If it went while somebody flew by hand, the drone holds: the agent may be a new process, which does not know
+        that a hand was on the sticks.
+        """
         drone = self._state.drones[link.drone_id]
         if drone.link is not None:
             drone.link.close(LINK_REPLACED, "the same drone has signed in again")
@@ -244,6 +251,8 @@ class Hub:
         drone.link = link
         self._state.links[link.link_id] = link
         link.post(drone.safety)
+        if now - drone.sticks_at < HAND_REMEMBERED_S:
+            self.order_hold(drone.drone_id, "the agent's link was renewed while flying by hand")
 
     def detach_link(self, link: AgentLink) -> None:
         """The link is gone. Harmless if it was gone already or has been replaced."""

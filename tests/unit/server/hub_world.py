@@ -68,7 +68,7 @@ class FakeAgent:
             post=self.posted.append,
             close=lambda code, why: self.closed.append((code, why)),
         )
-        hub.attach_link(self.link)
+        hub.attach_link(self.link, now)
 
     def send(self, *frames: bytes, now: float = 0.0) -> None:
         for datagram in self.sealed.seal_frames(Epoch(0), frames, now):

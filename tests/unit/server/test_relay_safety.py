@@ -22,6 +22,7 @@ from server.relay.live_drone import LeaseView
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,
+    HoldOrder,
     HoldProgress,
     HoldStep,
     LossParameters,
@@ -284,6 +285,15 @@ def test_a_rehearsed_loss_of_the_tower_sends_nothing_to_the_agent(scene: Scene) 
     assert scene.agent.sent_to == []
     scene.keep_alive(5.1)
     assert scene.agent.sent_to != []
+
+
+def test_a_link_that_was_renewed_while_flying_by_hand_holds(scene: Scene) -> None:
+    scene.fly(1.0)
+    again = FakeAgent(scene.hub, 1, link_id=777, now=4.0)
+    (order,) = [message for message in again.posted if isinstance(message, HoldOrder)]
+    assert "renewed" in order.reason
+    later = FakeAgent(scene.hub, 1, link_id=778, now=60.0)
+    assert not any(isinstance(message, HoldOrder) for message in later.posted)
 
 
 def test_steps_of_a_hold_come_with_the_reason_of_the_order(scene: Scene) -> None:

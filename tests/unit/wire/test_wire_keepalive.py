@@ -70,3 +70,13 @@ def test_silence_is_counted_from_what_was_heard_last() -> None:
     assert keepalive.silent_for(7.0) == 2.0
     keepalive.heard(6.5)
     assert keepalive.silent_for(7.0) == 0.5
+
+
+def test_a_lost_ping_is_not_a_slow_one() -> None:
+    keepalive = Keepalive(0.0)
+    assert keepalive.ping_due(0.0) is not None
+    second = keepalive.ping_due(0.5)
+    assert second is not None
+    assert keepalive.rtt_now_s(0.8) == 0.8
+    keepalive.pong(Pong(*second), 0.8)
+    assert abs(keepalive.rtt_now_s(1.4) - 0.3) < 1e-9
