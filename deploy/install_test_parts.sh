@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs the parts of the tests that are neither Python nor npm packages: Chromium (with a font for its pages) and PostgreSQL.
+# Installs the parts of the tests that are neither Python nor npm packages: Chromium (with a font for its pages), PostgreSQL, and
+# iproute2 for the emulated networks.
 # Only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
 set -euo pipefail
 
@@ -9,6 +10,7 @@ for browser in chromium chromium-browser google-chrome; do
 done
 [ -n "${found:-}" ] || wanted+=(chromium fonts-dejavu-core)
 ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || command -v initdb >/dev/null 2>&1 || wanted+=(postgresql)
+command -v ip >/dev/null 2>&1 || wanted+=(iproute2)
 
 [ ${#wanted[@]} -gt 0 ] || exit 0
 if [ "$(id -u)" -ne 0 ] || ! command -v apt-get >/dev/null; then
