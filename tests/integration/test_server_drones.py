@@ -46,6 +46,13 @@ async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Pe
         "epoch": 0,
         "taken_from": None,
         "autopilot_heard": False,
+        "armed": False,
+        "airborne": False,
+        "offered": False,
+        "assistant": None,
+        "may_watch": True,
+        "lost_action": "return",
+        "lost_action_s": 30.0,
     }
     assert re.fullmatch(rf"twd_{drone['id']}_[A-Za-z0-9_-]{{43}}", credential)
     assert (await admin.get(f"{DRONES}/{drone['id']}")).json() == drone

@@ -281,12 +281,16 @@ async def test_take_shuts_the_operator_out_and_give_lets_them_back(
         await browser.send(tag(1, frame))
         assert (await next_event(browser, "notice"))["code"] == "not-in-control"
         assert alice.ask("POST", "/drones/1/control/acquire").status == 409
-        assert admin.ask("POST", "/drones/1/control/give").json["holder"]["name"] == "alice"
+        offered = admin.ask("POST", "/drones/1/control/give").json
+        assert (offered["holder"]["name"], offered["offered"]) == ("admin", True)
+        accepted = alice.ask("POST", "/drones/1/control/accept", {"sticks_centred": True})
+        assert accepted.json["holder"]["name"] == "alice"
         # The agent lets sticks through again once they have been centred; a command needs no centring.
         command = build(
             mavlink.MAVLink_command_long_message(1, 1, 512, 0, *[0.0] * 7), system_id=255, component_id=190, sequence=0
         )
-        await next_event(browser, "control")
+        assert (await next_event(browser, "control"))["event"] == "given"
+        assert (await next_event(browser, "control"))["event"] == "accepted"
         await browser.send(tag(1, command))
         wait_for("alice's command at the autopilot", lambda: command in kestrel.listen())
     assert frame not in kestrel.listen()

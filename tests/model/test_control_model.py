@@ -11,7 +11,7 @@ What must hold at every step:
 
 from collections import deque
 
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from model_agent import ModelAgent
@@ -277,5 +277,7 @@ class ControlModel(RuleBasedStateMachine):
                 assert agent.onboard.downlink.epoch == self.store.leases[drone_id].epoch
 
 
-ControlModel.TestCase.settings = settings(max_examples=150, stateful_step_count=50, deadline=None)
+ControlModel.TestCase.settings = settings(
+    max_examples=150, stateful_step_count=50, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 TestControl = ControlModel.TestCase
