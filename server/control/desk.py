@@ -151,11 +151,7 @@ class ControlDesk:
             self._hub.apply_lease(ask.drone_id, view, event=event, by=by, reason=ask.reason, now=now)
             self._on_changed(ask.drone_id)
         orders = outcome.changed.orders
-        if (
-            Order.HOLD in orders
-            or (Order.HOLD_IF_FLOWN_BY_HAND in orders and by_hand)
-            or (Order.HOLD_IF_AIRBORNE in orders and live_drone.airborne)
-        ):
+        if Order.HOLD in orders or (Order.HOLD_IF_FLOWN_BY_HAND in orders and by_hand):
             name = by.name if by else "the tower"
             self._hub.order_hold(ask.drone_id, ask.reason or f"controls {event} by {name}")
         return outcome

@@ -34,7 +34,6 @@ _NAMES: Final = {
 _ORDERS: Final = {
     Order.HOLD: "hold",
     Order.HOLD_IF_FLOWN_BY_HAND: "hold if by hand",
-    Order.HOLD_IF_AIRBORNE: "hold if airborne",
 }
 
 

@@ -46,7 +46,6 @@ class Order(StrEnum):
 
     HOLD = "hold"
     HOLD_IF_FLOWN_BY_HAND = "hold-if-flown-by-hand"
-    HOLD_IF_AIRBORNE = "hold-if-airborne"
 
 
 NO_EPOCH: Final = Epoch(0)

@@ -215,4 +215,6 @@ def expire(lease: Lease, actor: Actor) -> Outcome:
         return _TOWER_ONLY
     if actor.about not in (None, lease.holder):
         return _TOO_LATE
-    return Changed(lease.next(holder=None), (Order.HOLD_IF_AIRBORNE,))
+    # Whoever flew by hand was held long ago. By now the autopilot may be bringing the drone home, or fly a mission on:
+    # a hold would only interrupt that, and nobody is there to end it.
+    return Changed(lease.next(holder=None), (Order.HOLD_IF_FLOWN_BY_HAND,))

@@ -22,7 +22,6 @@ OFFERED = Lease(holder=ADMIN, taken_from=OPERATOR, offered=True, epoch=FIVE)
 OFFERED_BLIND = Lease(holder=ADMIN, taken_from=OPERATOR, offered=True, blind=True, epoch=FIVE)
 HOLD = (Order.HOLD,)
 IF_BY_HAND = (Order.HOLD_IF_FLOWN_BY_HAND,)
-IF_AIRBORNE = (Order.HOLD_IF_AIRBORNE,)
 
 
 def owner(user_id: UserId = OPERATOR, **more: bool) -> Actor:
@@ -65,7 +64,7 @@ def test_every_cell_of_the_table_is_filled() -> None:
         (HELD, Event.ASSIST, admin(), held(OPERATOR, ADMIN), ()),
         (HELD, Event.REVOKE, admin(), free(), HOLD),
         (HELD, Event.REVOKE, tower(OPERATOR), free(), HOLD),
-        (HELD, Event.EXPIRE, tower(OPERATOR), free(), IF_AIRBORNE),
+        (HELD, Event.EXPIRE, tower(OPERATOR), free(), IF_BY_HAND),
         (ASSISTED, Event.ASSIST_END, admin(), held(OPERATOR), ()),
         (ASSISTED, Event.ASSIST_END, admin(SECOND_ADMIN), held(OPERATOR), ()),
         (ASSISTED, Event.ASSIST_END, Actor(ADMIN), held(OPERATOR), ()),
@@ -73,7 +72,7 @@ def test_every_cell_of_the_table_is_filled() -> None:
         (ASSISTED, Event.TURN, tower(), held(OPERATOR, ADMIN), ()),
         (ASSISTED, Event.RELEASE, owner(), free(), IF_BY_HAND),
         (ASSISTED, Event.TAKE, admin(), taken(), HOLD),
-        (ASSISTED, Event.EXPIRE, tower(OPERATOR), free(), IF_AIRBORNE),
+        (ASSISTED, Event.EXPIRE, tower(OPERATOR), free(), IF_BY_HAND),
         (TAKEN, Event.TAKE, admin(SECOND_ADMIN), taken(SECOND_ADMIN), HOLD),
         (BLIND, Event.TAKE, admin(SECOND_ADMIN, watch=False), taken(SECOND_ADMIN, blind=True), HOLD),
         (TAKEN, Event.TAKE, admin(OPERATOR), held(OPERATOR), HOLD),
@@ -82,7 +81,7 @@ def test_every_cell_of_the_table_is_filled() -> None:
         (TAKEN, Event.RELEASE, admin(), free(), IF_BY_HAND),
         (TAKEN, Event.REVOKE, tower(ADMIN), free(), HOLD),
         (TAKEN, Event.FORGET, tower(OPERATOR), held(ADMIN), ()),
-        (TAKEN, Event.EXPIRE, tower(ADMIN), free(), IF_AIRBORNE),
+        (TAKEN, Event.EXPIRE, tower(ADMIN), free(), IF_BY_HAND),
         (OFFERED, Event.ACCEPT, owner(sticks_centred=True), held(OPERATOR), HOLD),
         (OFFERED_BLIND, Event.ACCEPT, owner(sticks_centred=True), held(OPERATOR), HOLD),
         (OFFERED, Event.TAKE, admin(), taken(), ()),
@@ -93,7 +92,7 @@ def test_every_cell_of_the_table_is_filled() -> None:
         (OFFERED, Event.RELEASE, admin(), free(), IF_BY_HAND),
         (OFFERED, Event.REVOKE, tower(ADMIN), free(), HOLD),
         (OFFERED, Event.FORGET, tower(OPERATOR), held(ADMIN), ()),
-        (OFFERED, Event.EXPIRE, tower(ADMIN), free(), IF_AIRBORNE),
+        (OFFERED, Event.EXPIRE, tower(ADMIN), free(), IF_BY_HAND),
     ],
 )
 def test_what_is_allowed(lease: Lease, event: Event, actor: Actor, after: Lease, orders: tuple[Order, ...]) -> None:
@@ -213,7 +212,7 @@ def test_the_laws_hold_in_any_order(events: list[tuple[Event, Actor]]) -> None:
             assert after.taken_from is None
         if lease.holder not in (None, actor.user_id) and after.holder != lease.holder:
             # The controls never leave somebody without an order, and never go to somebody else without a hold.
-            assert outcome.orders in (HOLD, IF_AIRBORNE)
+            assert outcome.orders in (HOLD, IF_BY_HAND)
             assert Order.HOLD in outcome.orders or after.holder is None
         if after.holder != lease.holder and after.holder is not None and event is not Event.ACQUIRE:
             assert actor.user_id == after.holder  # nobody is given the controls without asking for them

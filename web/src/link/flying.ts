@@ -43,9 +43,11 @@ export class Flying {
     return this.#commands.run(armCommand());
   }
 
-  disarm(evenInFlight: boolean): Promise<Outcome> {
+  /** In flight the tower wants to be asked twice; the pilot has been asked twice by then, so the second asking is ours. */
+  async disarm(evenInFlight: boolean): Promise<Outcome> {
     this.#deeds++;
-    return this.#commands.run(disarmCommand(evenInFlight));
+    const first = await this.#commands.run(disarmCommand(evenInFlight));
+    return evenInFlight && first.kind !== 'accepted' ? this.#commands.run(disarmCommand(true)) : first;
   }
 
   /** Believed when the autopilot has accepted it and its HEARTBEAT agrees. */
