@@ -146,8 +146,8 @@ class Watchman:
                 return
 
     def _hold_without_database(self, event: HubEvent) -> None:
-        """Whoever may not fly, or is not there, must not go on flying because a disk is full."""
-        if isinstance(event, HolderExpired) or (isinstance(event, RightLost) and event.whose == "holder"):
+        """Whoever may not fly must not go on flying because a disk is full."""
+        if isinstance(event, RightLost) and event.whose == "holder":
             self._hub.order_hold(event.drone_id, "the holder may not fly, and the database is out of reach")
 
     async def _carry_out(self, event: HubEvent) -> None:

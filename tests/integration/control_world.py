@@ -53,7 +53,7 @@ class ObedientAgent:
             close=lambda code, why: None,
         )
         self._sealed = _sealed(drone_id, send=b"a" * 32, receive=b"t" * 32, now=now)
-        hub.attach_link(self.link)
+        hub.attach_link(self.link, now)
 
     def state(self, *, armed: bool = False, airborne: bool = False) -> None:
         """Also makes the drone online."""

@@ -209,7 +209,7 @@ async def test_a_holder_who_stays_away_loses_the_controls(
     await notice(world, expired)
     after = await seen(root, hawk.id)
     assert (after["holder"], after["epoch"]) == (None, 2)
-    assert [order.reason for order in agent.holds] == ["the holder's connection stayed lost"]
+    assert agent.holds == []  # whoever flew by hand was held long ago, and what flies by itself goes on
 
 
 async def test_what_comes_too_late_changes_nothing(world: TowerWorld, anna: Person, root: httpx.AsyncClient) -> None:

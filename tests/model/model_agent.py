@@ -62,7 +62,7 @@ class ModelAgent:
                 holder_present=drone.somebody_flies(),
             )
         )
-        hub.attach_link(self.link)
+        hub.attach_link(self.link, now)
 
     def disconnect(self, hub: Hub | None, now: float) -> None:
         """The link is gone, and what was on its way on the control channel with it."""
