@@ -89,6 +89,7 @@ class Onboard:
         self._parameters = Parameters(maker)
         self._holder_present = False
         self._linked = False
+        self._newest_order = 0
         self._to_autopilot: list[bytes] = []
         self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
 
@@ -179,6 +180,7 @@ class Onboard:
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
         self._linked = True
+        self._newest_order = 0
         self.autopilot.tell_again()
         self._loss_report.tell_again()
         # Another link, perhaps another tower: its clock is not the one that we measured.
@@ -205,6 +207,9 @@ class Onboard:
                 # The tower orders a hold too when it comes to it; two who watch are better than one.
                 self._watch.loss.pilot_cut_off(now)
         elif isinstance(message, HoldOrder):
+            if message.order_id <= self._newest_order:
+                return  # it comes on two channels, and more than once
+            self._newest_order = message.order_id
             self._epoch_told(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             _log.warning("hold ordered: %s", message.reason)

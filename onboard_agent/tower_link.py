@@ -13,10 +13,19 @@ from onboard_agent.backoff import Backoff
 from onboard_agent.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
 from onboard_agent.data_socket import DataSocket
 from onboard_agent.tower_url import TowerUrl
-from wire.content import Frames
-from wire.control_messages import MalformedMessage, ToAgent, ToTower, Welcome, decode_to_agent, encode_message
+from wire.content import LARGEST_URGENT_BYTES, Frames
+from wire.control_messages import (
+    HoldOrder,
+    HoldProgress,
+    MalformedMessage,
+    ToAgent,
+    ToTower,
+    Welcome,
+    decode_to_agent,
+    encode_message,
+)
 from wire.credential import Credential
-from wire.drops import Dropped
+from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch
 
 _log = logging.getLogger(__name__)
@@ -34,6 +43,9 @@ STEADY_S: Final = 1.0
 
 UDP_SILENT_S: Final = 3.0
 """Silence after which the data channel tries another source port: a NAT may have forgotten the old one."""
+
+URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
+"""Further copies of an urgent message: a little apart, since losses come in a row."""
 
 OUTBOX: Final = 64
 """Messages that wait for the control channel. A tower that cannot take these is dead: the link is given up."""
@@ -192,9 +204,33 @@ class TowerLink:
         self._user.tower_heard()
         if received.frames is not None:
             self._user.frames(received.frames)
+        elif received.urgent is not None:
+            self._urgent(received.urgent)
         elif self._data is not None:
             for answer in opened.sealed.datagrams_to_send(now):
                 self._data.send(answer)
+
+    def _urgent(self, text: bytes) -> None:
+        try:
+            message = decode_to_agent(text)
+        except MalformedMessage:
+            self.counts[DropReason.BAD_CONTENT] += 1
+            return
+        if isinstance(message, HoldOrder):
+            self._user.message(message)
+
+    def _send_urgent(self, message: ToTower) -> None:
+        """How a hold goes must not wait until TCP has noticed a lost packet: it goes over the data channel as well."""
+        text = encode_message(message).encode()
+        if len(text) > LARGEST_URGENT_BYTES:
+            return
+        self._send_copy(self._opened, text)
+        for delay_s in URGENT_COPIES_AFTER_S:
+            self._loop.call_later(delay_s, self._send_copy, self._opened, text)
+
+    def _send_copy(self, opened: OpenedChannel | None, text: bytes) -> None:
+        if opened is not None and opened is self._opened and self._data is not None:
+            self._data.send(opened.sealed.seal_urgent(text))
 
     def send_frames(self, epoch: Epoch, frames: list[bytes]) -> None:
         """Frames for the tower, sealed and sent now."""
@@ -206,6 +242,8 @@ class TowerLink:
 
     def send_message(self, message: ToTower) -> None:
         """A message for the control channel. One that a stuck channel cannot take ends the link."""
+        if isinstance(message, HoldProgress):
+            self._send_urgent(message)
         try:
             self._outbox.put_nowait(message)
         except asyncio.QueueFull:

@@ -1,4 +1,4 @@
-"""What is inside a sealed datagram: frames, or one half of a keep-alive (docs/wire-protocol.md, 3.2)."""
+"""What is inside a sealed datagram: frames, half of a keep-alive, an urgent message (docs/wire-protocol.md, 3.2)."""
 
 from collections.abc import Sequence
 from struct import Struct
@@ -12,6 +12,9 @@ from wire.sealing import LARGEST_CONTENT_BYTES
 _FRAMES: Final = 1
 _PING: Final = 2
 _PONG: Final = 3
+_URGENT: Final = 4
+
+LARGEST_URGENT_BYTES: Final = LARGEST_CONTENT_BYTES - 1
 
 _FRAMES_HEADER: Final = Struct("<BIII")
 _KEEPALIVE: Final = Struct("<BIQ")
@@ -43,7 +46,23 @@ class Pong(NamedTuple):
     clock_us: int
 
 
-Content = Frames | Ping | Pong
+class Urgent(NamedTuple):
+    """A message of the control channel that must not wait for a lost packet to be sent again. JSON, as it is there.
+
+    It is sent more than once, and on the control channel too: whoever gets it counts it once.
+    """
+
+    text: bytes
+
+
+Content = Frames | Ping | Pong | Urgent
+
+
+def encode_urgent(text: bytes) -> bytes:
+    """1 byte more than the text, which is at most LARGEST_URGENT_BYTES long. Raises ValueError if it is longer."""
+    if not 0 < len(text) <= LARGEST_URGENT_BYTES:
+        raise ValueError(f"an urgent message of {len(text)} bytes does not fit into a datagram")
+    return bytes((_URGENT,)) + text
 
 
 def encode_keepalive(content: Ping | Pong) -> bytes:
@@ -85,4 +104,6 @@ def decode_content(content: bytes) -> Content:
     if kind in (_PING, _PONG) and len(content) == _KEEPALIVE.size:
         _, sequence, clock_us = _KEEPALIVE.unpack(content)
         return Ping(sequence, clock_us) if kind == _PING else Pong(sequence, clock_us)
+    if kind == _URGENT and len(content) > 1:
+        return Urgent(content[1:])
     raise Dropped(DropReason.BAD_CONTENT)

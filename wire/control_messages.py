@@ -164,7 +164,7 @@ def encode_message(message: ToTower | ToAgent) -> str:
     return _encoder.encode(message).decode()
 
 
-def decode_to_tower(text: str) -> ToTower:
+def decode_to_tower(text: str | bytes) -> ToTower:
     """What an agent sent. Raises MalformedMessage."""
     try:
         return _to_tower.decode(text)
@@ -172,7 +172,7 @@ def decode_to_tower(text: str) -> ToTower:
         raise MalformedMessage(str(error)) from None
 
 
-def decode_to_agent(text: str) -> ToAgent:
+def decode_to_agent(text: str | bytes) -> ToAgent:
     """What the tower sent. Raises MalformedMessage."""
     try:
         return _to_agent.decode(text)

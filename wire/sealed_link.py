@@ -7,7 +7,7 @@ content (the tag, the epoch) is its own rule and stands where that side is.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from wire.content import Frames, Ping, Pong, decode_content, encode_frames, encode_keepalive
+from wire.content import Frames, Ping, Pong, Urgent, decode_content, encode_frames, encode_keepalive, encode_urgent
 from wire.ids import DroneId, Epoch, LinkId
 from wire.keepalive import Keepalive
 from wire.lateness import stamp_ms
@@ -15,10 +15,11 @@ from wire.sealing import Opener, Sealer
 
 
 class Received(NamedTuple):
-    """An authentic datagram. `frames` is None for a keep-alive."""
+    """An authentic datagram: frames, or an urgent message, or neither (a keep-alive)."""
 
     frames: Frames | None
     newest: bool
+    urgent: bytes | None = None
 
 
 class SealedLink:
@@ -39,6 +40,8 @@ class SealedLink:
         decoded = decode_content(content)
         if isinstance(decoded, Frames):
             return Received(decoded, newest)
+        if isinstance(decoded, Urgent):
+            return Received(None, newest, decoded.text)
         if isinstance(decoded, Ping):
             self._answers.append(self._sealer.seal(encode_keepalive(Pong(*decoded))))
         else:
@@ -49,6 +52,10 @@ class SealedLink:
         """Datagrams with the frames in order, each as full as it may be, stamped with `now`."""
         seal = self._sealer.seal
         return [seal(content) for content in encode_frames(self.drone_id, epoch, stamp_ms(now), frames)]
+
+    def seal_urgent(self, text: bytes) -> bytes:
+        """One datagram with a message of the control channel. Raises ValueError if it is too long for one."""
+        return self._sealer.seal(encode_urgent(text))
 
     def datagrams_to_send(self, now: float) -> list[bytes]:
         """Answers to pings, and a ping of our own where one is due."""

@@ -26,7 +26,15 @@ from server.relay.hub_events import HoldStepReported, HubEvent, LossParametersRe
 from server.relay.live_drone import LeaseView, LiveDrone
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
-from wire.control_messages import AutopilotState, HoldOrder, HoldProgress, LossParameters, SafetySettings
+from wire.control_messages import (
+    AutopilotState,
+    HoldOrder,
+    HoldProgress,
+    LossParameters,
+    MalformedMessage,
+    SafetySettings,
+    decode_to_tower,
+)
 from wire.drops import DropCounts, Dropped, DropReason
 from wire.ids import DroneId, LinkId, UserId
 
@@ -281,6 +289,16 @@ class Hub:
             self._state.tell_drone(drone)
         if received.frames is not None:
             self._paths.up(drone, received.frames)
+        elif received.urgent is not None:
+            self._urgent(link, received.urgent)
+
+    def _urgent(self, link: AgentLink, text: bytes) -> None:
+        try:
+            message = decode_to_tower(text)
+        except MalformedMessage:
+            raise Dropped(DropReason.BAD_CONTENT) from None
+        if isinstance(message, HoldProgress):
+            self.hold_progress(link, message)
 
     def autopilot_state(self, link: AgentLink, state: AutopilotState) -> None:
         """The agent tells what its autopilot is doing."""
@@ -320,14 +338,14 @@ class Hub:
         if len(drone.orders) >= MOST_ORDERS_OPEN:
             del drone.orders[min(drone.orders)]
         drone.orders[self._next_order] = reason
-        drone.link.post(HoldOrder(order_id=self._next_order, epoch=epoch, reason=reason))
+        drone.link.send_urgent(HoldOrder(order_id=self._next_order, epoch=epoch, reason=reason))
         self._state.tell_watchers(drone, live.Hold(drone_id, epoch, "ordered", reason, 0.0, "order"))
         return True
 
     def hold_progress(self, link: AgentLink, progress: HoldProgress) -> None:
         """The agent tells how a hold goes on."""
         drone = self._linked(link)
-        if drone is None:
+        if drone is None or not link.is_news(progress):
             return
         told = live.Hold(
             drone.drone_id, progress.epoch, progress.step, progress.detail, progress.elapsed_ms, progress.cause

@@ -27,9 +27,11 @@ from wire.control_messages import (
     HoldStep,
     LossParameters,
     SafetySettings,
+    decode_to_agent,
+    encode_message,
 )
 from wire.dialect import decode, mavlink
-from wire.drops import DropReason
+from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, UserId
 from wire.tagged import split_tagged, stamp, tag
 
@@ -301,6 +303,28 @@ def test_steps_of_a_hold_come_with_the_reason_of_the_order(scene: Scene) -> None
     progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
     scene.hub.hold_progress(scene.agent.link, progress)
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
+
+
+def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_once(scene: Scene) -> None:
+    scene.agent.received()
+    scene.hub.order_hold(ONE, "gusts")
+    (order,) = [message for message in scene.agent.posted if isinstance(message, HoldOrder)]
+    scene.hub.tick(0.1)
+    scene.hub.tick(0.2)
+    scene.hub.tick(0.3)
+    sent, scene.agent.sent_to = scene.agent.sent_to, []
+    heard = [scene.agent.sealed.receive(datagram, 0.3).urgent for datagram, _ in sent]
+    assert [decode_to_agent(text) for text in heard if text] == [order] * 4
+    progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
+    scene.hub.hold_progress(scene.agent.link, progress)
+    for _ in range(2):
+        scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()))
+    assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
+
+
+def test_an_urgent_message_that_is_none_is_dropped(scene: Scene) -> None:
+    with pytest.raises(Dropped, match="bad_content"):
+        scene.agent.deliver(scene.agent.sealed.seal_urgent(b"{"))
 
 
 def test_loss_parameters_are_kept_and_reported(scene: Scene) -> None:

@@ -6,7 +6,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wire.content import Frames, Pong, decode_content, encode_frames, encode_keepalive
+from wire.content import (
+    LARGEST_URGENT_BYTES,
+    Frames,
+    Pong,
+    Urgent,
+    decode_content,
+    encode_frames,
+    encode_keepalive,
+    encode_urgent,
+)
 from wire.dialect import build, mavlink
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId
@@ -94,21 +103,24 @@ def test_opener_raises_nothing_but_dropped(data: bytes) -> None:
 
 @given(st.binary(max_size=200))
 def test_content_raises_nothing_but_dropped(data: bytes) -> None:
-    for content in (data, b"\x01" + data, b"\x01" + bytes(8) + data, b"\x02" + data, b"\x03" + data):
+    frames = b"\x01" + bytes(12) + FRAME
+    for content in (data, frames, frames + data, *(bytes((kind,)) + data for kind in range(6))):
         try:
             decoded = decode_content(content)
         except Dropped as dropped:
             assert dropped.reason in (DropReason.BAD_CONTENT, DropReason.BAD_FRAME)
             continue
         if isinstance(decoded, Frames):
-            assert content[9:] == b"".join(decoded.frames)
+            assert content[13:] == b"".join(decoded.frames)
+        elif isinstance(decoded, Urgent):
+            assert encode_urgent(decoded.text) == content
         else:
             assert encode_keepalive(decoded) == content
 
 
 CONTENTS = {
     "nothing": (b"", DropReason.BAD_CONTENT),
-    "an unknown kind": (b"\x04" + bytes(12), DropReason.BAD_CONTENT),
+    "an unknown kind": (b"\x05" + bytes(12), DropReason.BAD_CONTENT),
     "frames without frames": (b"\x01" + bytes(8), DropReason.BAD_CONTENT),
     "a short ping": (b"\x02" + bytes(11), DropReason.BAD_CONTENT),
     "a long pong": (b"\x03" + bytes(13), DropReason.BAD_CONTENT),
@@ -200,3 +212,12 @@ def test_pongs_are_not_answered() -> None:
     pong.seal(b"x")
     agent.receive(pong.seal(encode_keepalive(Pong(1, 0))), 0.1)
     assert agent.datagrams_to_send(0.1) == []
+
+
+def test_an_urgent_message_travels_sealed() -> None:
+    agent, tower = links()
+    received = agent.receive(tower.seal_urgent(b'{"type":"x"}'), 0.0)
+    assert (received.frames, received.urgent) == (None, b'{"type":"x"}')
+    with pytest.raises(ValueError, match="does not fit"):
+        tower.seal_urgent(bytes(LARGEST_URGENT_BYTES + 1))
+    assert len(tower.seal_urgent(bytes(LARGEST_URGENT_BYTES))) == LARGEST_DATAGRAM_BYTES
