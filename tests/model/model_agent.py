@@ -5,7 +5,15 @@ from collections import deque
 from onboard_agent.onboard import Onboard
 from server.relay.agent_link import AgentLink
 from server.relay.hub import Hub
-from wire.control_messages import AutopilotState, HoldProgress, LossParameters, ToAgent, Welcome
+from wire.control_messages import (
+    AutopilotState,
+    HoldOrder,
+    HoldProgress,
+    LossParameters,
+    ToAgent,
+    Welcome,
+    decode_to_agent,
+)
 from wire.dialect import build, decode, mavlink
 from wire.drops import Dropped
 from wire.frames import message_id
@@ -97,6 +105,10 @@ class ModelAgent:
         except Dropped:
             return
         self.onboard.tower_heard(now)
+        if received.urgent is not None:
+            message = decode_to_agent(received.urgent)
+            if isinstance(message, HoldOrder):
+                self.onboard.message(message, now)
         if received.frames is None:
             return
         known = self.onboard.downlink.epoch

@@ -37,10 +37,10 @@ def test_sticks_that_were_on_the_way_when_the_controls_were_taken_do_not_arrive(
 
 def test_the_epoch_on_the_data_channel_fences_even_if_the_control_channel_is_slow(model: ControlModel) -> None:
     model.sticks("holder", ONE, (True,))
-    old = model.network.popleft()
+    old = model.network.pop()
     model._ask(ROOT, ONE, Event.TAKE, at_once=True)
     model.sticks("holder", ONE, (True,))
-    new = model.network.popleft()
+    new = model.network.pop()  # without the order to hold, which is lost
     for drone_id, datagram in (new, old):
         model.agents[drone_id].datagram(datagram, model.now)
     assert flown(model) == {2: {ROOT}}
