@@ -197,7 +197,10 @@ class Hub:
             return
         for drone in self._state.drones.values():
             drone.watchers.pop(browser.number, None)
-        self._safety.note_presence_of(browser.viewer.user_id, now)
+        user_id = browser.viewer.user_id
+        self._safety.note_presence_of(user_id, now)
+        if not self._state.has_browser(user_id):
+            self._report_assistant_gone(user_id, "the assistant's browser is gone")
 
     def end_sessions(self, session_ids: Iterable[int]) -> None:
         """Closes the browsers of sessions that have ended. Who has no other loses the controls at once."""
@@ -221,8 +224,12 @@ class Hub:
         for drone in list(self._state.drones.values()):
             if drone.holder_id == user_id:
                 self.on_event(RightLost(drone.drone_id, user_id, "holder", "the holder's session has ended"))
+        self._report_assistant_gone(user_id, "the session has ended")
+
+    def _report_assistant_gone(self, user_id: UserId, reason: str) -> None:
+        for drone in list(self._state.drones.values()):
             if drone.lease.assistant is not None and drone.lease.assistant.id == user_id:
-                self.on_event(RightLost(drone.drone_id, user_id, "assistant", "the session has ended"))
+                self.on_event(RightLost(drone.drone_id, user_id, "assistant", reason))
 
     def say_good_bye(self) -> None:
         """The tower is going down: everybody is told, so that they come back instead of wondering."""

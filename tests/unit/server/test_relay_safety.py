@@ -146,6 +146,15 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     assert [epoch for epoch, _ in scene.agent.received()] == [4]
 
 
+def test_an_assistant_whose_last_browser_goes_assists_no_longer(scene: Scene) -> None:
+    admin, second = scene.world.browser(9), scene.world.browser(9)
+    scene.lease(replace(HELD, assistant=ADMIN, epoch=Epoch(2)), "assisting")
+    scene.hub.detach_browser(admin.browser, 1.0)
+    assert scene.events == []
+    scene.hub.detach_browser(second.browser, 1.1)
+    assert scene.events == [RightLost(ONE, UserId(9), "assistant", "the assistant's browser is gone")]
+
+
 def test_a_command_that_waited_too_long_for_its_turn_is_not_executed(scene: Scene) -> None:
     admin = scene.world.browser(9)
     assisted = replace(HELD, assistant=ADMIN, epoch=Epoch(2))
