@@ -36,7 +36,9 @@ const SHOULD_BE: Record<LostAction, string> = {
 export function countdown(droneName: string, silence: Silence, nowMs: number): Countdown | null {
   if (!silence.isAirborne) return null;
   const action: LostAction = silence.lostAction in WILL ? silence.lostAction : 'nothing';
-  const leftMs = silence.sinceMs + silence.lostActionS * 1000 - nowMs;
+  // The page's clock ticks now and then, so it may still show a time before the loss.
+  const elapsedMs = Math.max(0, nowMs - silence.sinceMs);
+  const leftMs = silence.lostActionS * 1000 - elapsedMs;
   const secondsLeft = Math.max(0, Math.ceil(leftMs / 1000));
   // With our own connection gone we cannot know whether the drone has lost the tower too.
   const condition = silence.whose === 'own' ? 'If the tower is lost to it as well and' : 'If';

@@ -30,6 +30,11 @@ describe('the countdown of a lost link', () => {
     expect(text({ whose: 'own' }, 50_000)).toContain('otherwise it holds');
   });
 
+  it('never begins above its own length, whatever the clock of the page says', () => {
+    const early = countdown('Heron', SILENCE, 9_400);
+    expect(early?.secondsLeft).toBe(30);
+  });
+
   it('is not for a drone on the ground', () => {
     expect(text({ isAirborne: false }, 12_000)).toBeUndefined();
   });
