@@ -16,8 +16,12 @@ TERMINATE: Final = 5
 DISARM: Final = 6
 
 STICKS_RADIO_ONLY: Final = 0
+STICKS_OF_THE_FIRST: Final = 3
+"""Whoever was there first, and a radio nearly always is."""
 STICKS_OFF: Final = 4
 """Values of COM_RC_IN_MODE that leave no room for sticks from the tower."""
+
+HOLDS_WITHOUT_STICKS: Final = "AUTO.LOITER"
 
 _EXCEPT: Final = {1: "a mission", 2: "a hold", 4: "offboard flight"}
 """Bits of COM_RCL_EXCEPT."""
@@ -27,12 +31,20 @@ def px4_sentences(parameters: LossParameters, settings: DroneSettings) -> Iterab
     """In no particular order."""
     values = parameters.values
     source = values.get("COM_RC_IN_MODE")
-    if source in (STICKS_RADIO_ONLY, STICKS_OFF):
-        yield warning(
-            "operator",
-            f"COM_RC_IN_MODE is {source:g}: the autopilot ignores sticks from the tower. Flying by hand through the "
-            "tower is impossible; a hold in AUTO.LOITER needs none.",
-        )
+    if source in (STICKS_RADIO_ONLY, STICKS_OFF) or (source == STICKS_OF_THE_FIRST and parameters.has_radio):
+        ignored = f"COM_RC_IN_MODE is {source:g}: the autopilot ignores sticks from the tower"
+        if source == STICKS_OF_THE_FIRST:
+            ignored += " while the radio is on"
+        if HOLDS_WITHOUT_STICKS in settings.safety.hold_ladder:
+            yield warning(
+                "operator", f"{ignored}. Flying by hand through the tower is impossible; the hold needs none."
+            )
+        else:
+            yield danger(
+                "operator",
+                f"{ignored}. A hold in altitude control would fly as the radio's sticks are left: put "
+                f"{HOLDS_WITHOUT_STICKS} first in the drone's settings.",
+            )
     yield from _action(values.get("NAV_RCL_ACT"), about="radio", name="NAV_RCL_ACT", what=_sticks_lost(parameters))
     excepted = [words for bit, words in _EXCEPT.items() if int(values.get("COM_RCL_EXCEPT", 0)) & bit]
     if excepted:

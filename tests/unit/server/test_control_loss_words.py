@@ -20,6 +20,7 @@ COPTER = {
 }
 PX4 = {"COM_RC_IN_MODE": 1.0, "COM_RC_LOSS_T": 0.5, "COM_DL_LOSS_T": 10.0, "NAV_DLL_ACT": 2.0, "NAV_RCL_ACT": 2.0}
 USUAL = DroneSettings()
+LOITERS = DroneSettings(safety=SafetySettings(hold_ladder=("AUTO.LOITER",)))
 LEFT_ALONE = DroneSettings(safety=SafetySettings(lost_action=LostAction.NOTHING))
 
 
@@ -60,8 +61,10 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
         (COPTER | {"FS_GCS_ENABLE": 0.0, "FS_THR_ENABLE": 0.0}, True, LEFT_ALONE, "tower", "danger", "nothing else"),
         (COPTER | {"FS_GCS_ENABLE": 5.0}, True, USUAL, "tower", "info", "lands where it is after 5 s"),
         (COPTER | {"SYSID_MYGCS": 42.0}, True, USUAL, "operator", "info", "ground station 42"),
-        (PX4 | {"COM_RC_IN_MODE": 0.0}, True, USUAL, "operator", "warning", "impossible"),
-        (PX4 | {"COM_RC_IN_MODE": 4.0}, True, USUAL, "operator", "warning", "impossible"),
+        (PX4 | {"COM_RC_IN_MODE": 0.0}, True, USUAL, "operator", "danger", "ignores sticks"),
+        (PX4 | {"COM_RC_IN_MODE": 4.0}, True, USUAL, "operator", "danger", "ignores sticks"),
+        (PX4 | {"COM_RC_IN_MODE": 3.0}, True, USUAL, "operator", "danger", "while the radio is on"),
+        (PX4 | {"COM_RC_IN_MODE": 3.0}, True, LOITERS, "operator", "warning", "impossible"),
         (PX4 | {"NAV_RCL_ACT": 0.0}, False, USUAL, "radio", "danger", "NAV_RCL_ACT is 0"),
         (PX4 | {"NAV_RCL_ACT": 6.0}, False, USUAL, "radio", "danger", "falls"),
         (PX4 | {"NAV_RCL_ACT": 3.0}, False, USUAL, "radio", "info", "lands where it is"),
