@@ -29,6 +29,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--radio", choices=("with", "without"), action="append", help="only with, or without a receiver"
     )
+    parser.add_argument("--repeats", type=int, help="how often each trigger is pulled again (10)")
     parser.add_argument("--case", action="append", help="only cases with this in their name")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep databases and logs there")
     return parser.parse_args(words)

@@ -23,7 +23,7 @@ from bench.hold_figures import WATCHED_S, HoldFigures, began_at, figures, mode_s
 from bench.namespaces import emulated_network, why_not
 from bench.person import Person, Refused, Sticks
 from bench.rig import SLOW, Kind, Rig, running, wait_for
-from bench.rows import Report
+from bench.rows import Report, percentile
 from bench.tap import ADMIN, OPERATOR
 
 FULL_STICK_S = 2.0
@@ -100,6 +100,7 @@ async def _one_kind(report: Report, options: argparse.Namespace, where: Path, ki
 
 async def _all_cases(trial: Trial, options: argparse.Namespace) -> None:
     rounds = options.rounds or (5 if options.quick else 40)
+    repeats = options.repeats if options.repeats is not None else (0 if options.quick else 10)
     axes = QUICK_AXES if options.quick else tuple(AXES)
     # A bad line must not end the flights in which something else is measured; that it does is a case of its own.
     await _set(trial, PATIENT)
@@ -123,6 +124,8 @@ async def _all_cases(trial: Trial, options: argparse.Namespace) -> None:
             if trigger.needs_usual_limits:
                 await _set(trial, USUAL)
             await _attempt(trial, trigger.name, _motion(trial, trigger, trigger.name, AXES["pitch forward"]))
+            if repeats:
+                await _attempt(trial, trigger.name, _repeated(trial, trigger, repeats))
             await _set(trial, PATIENT)
 
 
@@ -182,7 +185,7 @@ async def _latencies(trial: Trial, rounds: int) -> None:
     for number in range(rounds):
         await trial.flight.by_hand()
         # Not in step with the autopilot's heartbeats, whose rhythm decides how soon some of them show a mode.
-        await trial.flight.full_stick(sticks[number % 2], 0.3 + number * 0.618 % 1.0)
+        await trial.flight.full_stick(sticks[number % len(sticks)], 0.3 + number * 0.618 % 1.0)
         rig.tap.forget()
         foreign["take"] += await _change(trial, "take", rig.admin, OPERATOR, took, answered, at_port)
         rig.admin.sticks = Sticks()
@@ -264,6 +267,47 @@ async def _motion(trial: Trial, trigger: Trigger, name: str, sticks: Sticks) -> 
     found = figures(rig.tap, at, trigger.old_holder if trigger.old_holder is not None else -1, trial.hold_numbers)
     _write(trial, name, found, at)
     await trigger.mend(rig)
+
+
+async def _repeated(trial: Trial, trigger: Trigger, rounds: int) -> None:
+    """The same end of flying by hand again and again, along all axes: how long until the machine holds?"""
+    rig, flight, report, case = trial.rig, trial.flight, trial.report, trial.case(trigger.name)
+    confirmed: list[float] = []
+    began: list[float] = []
+    shown: list[float] = []
+    foreign = 0
+    axes = list(AXES.values())
+    for number in range(rounds):
+        if number % 3 == 0:
+            await flight.back_to_start()
+        else:
+            await flight.by_hand()
+        # Not in step with anything that beats once a second.
+        await flight.full_stick(axes[number % len(axes)], 0.5 + number * 0.618 % 1.0)
+        rig.tap.forget()
+        at = await trigger.pull(rig)
+        if trigger.told:
+            confirmed_at, _ = await rig.admin.until_hold(since=at, timeout_s=MODE_BY_S)
+            confirmed.append((confirmed_at - at) * 1e3)
+        await _mode_and_late_frames(trial, at)
+        found = figures(rig.tap, at, trigger.old_holder if trigger.old_holder is not None else -1, trial.hold_numbers)
+        began.append((found.began_at - at) * 1e3)
+        shown.append((found.mode_at - at) * 1e3)
+        foreign += max(found.foreign_frames, 0)
+        await trigger.mend(rig)
+    for metric, values in (("all_to_confirmed", confirmed), ("all_to_first_act", began), ("all_to_mode", shown)):
+        if values:
+            report.spread(case, metric, values, "ms")
+    report.add(case, "all_" + FOREIGN, foreign, "count")
+    report.say(f"  {trigger.name}: {rounds} times, mode p50 {percentile(shown, 0.5):.0f}, worst {max(shown):.0f} ms")
+
+
+async def _mode_and_late_frames(trial: Trial, since: float) -> None:
+    """Until the autopilot shows the hold's mode, and a little longer: what is on the way has come by then."""
+    rig = trial.rig
+    await wait_for("the hold's mode", lambda: mode_shown_at(rig.tap, since, trial.hold_numbers), MODE_BY_S)
+    until = rig.admin.now + 0.4
+    await wait_for("late frames", lambda: rig.admin.now >= until)
 
 
 def _write(trial: Trial, name: str, found: HoldFigures, at: float) -> None:
