@@ -6,7 +6,6 @@ from typing import Final
 
 from server.accounts.sessions import Principal
 from server.relay.live_messages import Lost, Notice, ToBrowser
-from server.relay.message_classes import StateKey
 from server.relay.outbox import Outbox
 from server.relay.policy import AskTwice
 from server.relay.refusals import RefusalNotices
@@ -14,6 +13,7 @@ from server.relay.trip_meter import TripMeter
 from wire.drops import DropReason
 from wire.ids import DroneId
 from wire.lateness import Lateness
+from wire.state_messages import StateKey
 
 MOST_EVENTS: Final = 2000
 """Text messages waiting for one browser. One that lets so many pile up is closed: it has long stopped reading."""

@@ -6,7 +6,6 @@ from server.relay.browser import Browser
 from server.relay.hub_events import TurnWanted
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
-from server.relay.message_classes import state_key
 from server.relay.policy import CommandSeen, Kind, Leave, command_in, ends_the_flight, kind_of, leave_for, refusal_of
 from server.relay.refusals import denied_command
 from wire.content import Frames
@@ -14,6 +13,7 @@ from wire.dialect import mavlink
 from wire.drops import Dropped, DropReason
 from wire.frames import MalformedFrame, checksum_holds, is_known, message_id
 from wire.ids import DroneId
+from wire.state_messages import state_key
 from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
 
 _SETUP_SIGNING: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING

@@ -9,8 +9,8 @@ from collections import Counter, deque
 from collections.abc import Iterable
 from typing import Final
 
-from server.relay.message_classes import StateKey
 from wire.ids import DroneId
+from wire.state_messages import StateKey
 
 DEFAULT_WATCH_RATE_HZ: Final = 5.0
 

@@ -1,12 +1,13 @@
 """Which messages are state, of which only the newest matters, and which must all arrive.
 
 A message that is not listed as state counts as transactional: what we do not know is never thrown away in silence.
+Both ends of the way up use it: the agent to thin a stream, the tower to spare slow browsers.
 """
 
 from typing import Final
 
 from wire.dialect import mavlink
-from wire.frames import MAGIC_V2, message_id, payload, source
+from wire.frames import message_id, payload, source
 
 _STATE_NAMES: Final = (
     "HEARTBEAT SYS_STATUS SYSTEM_TIME GPS_RAW_INT GPS2_RAW GPS_STATUS GPS_RTK GPS2_RTK RAW_IMU SCALED_IMU SCALED_IMU2 "
@@ -51,13 +52,3 @@ def state_key(frame: bytes) -> StateKey | None:
     instance = int.from_bytes(payload(frame)[offset : offset + width], "little") if width else 0
     sysid, compid = source(frame)
     return (sysid, compid, msgid, instance)
-
-
-def is_stick_frame(frame: bytes) -> bool:
-    """Whether a whole frame moves the drone by hand: MANUAL_CONTROL or RC_CHANNELS_OVERRIDE."""
-    if frame[0] == MAGIC_V2 and (frame[8] or frame[9]):
-        return False
-    return message_id(frame) in (
-        mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL,
-        mavlink.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE,
-    )
