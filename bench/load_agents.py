@@ -1,0 +1,223 @@
+"""Many sealed agents in one process: load for a tower, on the wire the same as that many real agents.
+
+Each signs in at /api/v1/agent with its own credential and agrees on keys (with the code of the real agent), has a UDP
+socket of its own, answers pings and sends its own. What it sends are stamped frames (`bench.load_frames`), so that
+whoever receives them can tell what was lost and how long it took. Run it in another process, on another
+core, than the tower.
+
+    agents = await sign_in_all(tower_url, credentials)          # [LoadAgent, ...]
+    async with kept_alive(agents):
+        await fly(agents, Telemetry(frames_per_s=50, burst=5, kinds=STATE_KINDS), for_s=10)
+
+Packing: the real agent collects frames up to the path MTU for at most 10 ms. An autopilot speaks in bursts (the
+messages of one rate come together), so that a datagram carries a burst: `packed=True`, the burst is the parameter.
+The frames are stamped when their datagram is sealed: what is measured is what comes *beyond* the deadline of packing.
+`packed=False` sends each frame in a datagram of its own.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import random
+import resource
+import socket
+import time
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from bench.load_frames import EVENT_KINDS, stamped_frame
+from bench.precise_timer import PreciseTimer
+from onboard_agent.control_channel import OpenedChannel, open_channel
+from onboard_agent.tower_url import parse_tower_url
+from wire.content import Frames
+from wire.control_messages import AutopilotState, ControlChanged, decode_to_agent, encode_message
+from wire.credential import parse_credential
+from wire.drops import Dropped
+from wire.ids import Epoch
+
+SIGN_IN_AT_ONCE: Final = 16
+KEEPALIVE_S: Final = 0.5
+_EVENTS: Final = frozenset(EVENT_KINDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Telemetry:
+    """What each drone sends. `burst`: frames that come together; `kinds`: message ids, in turn."""
+
+    frames_per_s: float
+    kinds: tuple[int, ...]
+    burst: int = 5
+    packed: bool = True
+
+    @property
+    def period_s(self) -> float:
+        """From burst to burst."""
+        return self.burst / self.frames_per_s
+
+
+class LoadAgent:
+    """One agent. `on_frames` is called with frames that the tower sends for its autopilot."""
+
+    def __init__(self, opened: OpenedChannel) -> None:
+        self._opened = opened
+        self._sealed = opened.sealed
+        self._sequence = 0
+        self._next_kind = 0
+        self.drone_id = opened.welcome.drone_id
+        self.epoch = Epoch(opened.welcome.epoch)
+        self.on_frames: Callable[[Frames], None] = lambda frames: None
+        self.sent_frames = 0
+        self.sent_events = 0
+        """Transactional ones: the number of the last."""
+        self.sent_datagrams = 0
+        self.not_sent = 0
+        """Datagrams that our own kernel did not take."""
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._socket.connect((opened.host, opened.welcome.udp_port))
+        self._loop = asyncio.get_running_loop()
+        self._loop.add_reader(self._socket, self._receive)
+        self._reading = asyncio.create_task(self._read())
+
+    async def tell_state(self, *, armed: bool = True, airborne: bool = True) -> None:
+        """The autopilot is heard; the drone is in the air, unless said otherwise."""
+        state = AutopilotState(heard=True, armed=armed, airborne=airborne)
+        await self._opened.connection.send(encode_message(state))
+
+    def send_burst(self, telemetry: Telemetry) -> None:
+        """The next frames of its telemetry, now."""
+        now = time.monotonic()
+        frames = [self._next_frame(telemetry.kinds, int(now * 1e6)) for _ in range(telemetry.burst)]
+        self.send(frames, now, packed=telemetry.packed)
+
+    def send(self, frames: Sequence[bytes], now: float, *, packed: bool = True) -> None:
+        """Any frames, sealed and sent now."""
+        batches = [frames] if packed else [[frame] for frame in frames]
+        for batch in batches:
+            for datagram in self._sealed.seal_frames(self.epoch, batch, now):
+                self._send(datagram)
+        self.sent_frames += len(frames)
+
+    def keep_alive(self) -> None:
+        """A ping, where one is due."""
+        for datagram in self._sealed.datagrams_to_send(time.monotonic()):
+            self._send(datagram)
+
+    def _next_frame(self, kinds: tuple[int, ...], sent_us: int) -> bytes:
+        msgid = kinds[self._next_kind % len(kinds)]
+        self._next_kind += 1
+        self._sequence += 1
+        number = 0
+        if msgid in _EVENTS:
+            self.sent_events += 1
+            number = self.sent_events
+        return stamped_frame(msgid, sent_us, number, self._sequence)
+
+    def _send(self, datagram: bytes) -> None:
+        try:
+            self._socket.send(datagram)
+            self.sent_datagrams += 1
+        except OSError:
+            self.not_sent += 1
+
+    def _receive(self) -> None:
+        while True:
+            try:
+                datagram = self._socket.recv(2048)
+            except OSError:
+                return
+            with contextlib.suppress(Dropped):
+                received = self._sealed.receive(datagram, time.monotonic())
+                if received.frames is not None:
+                    self.on_frames(received.frames)
+
+    async def _read(self) -> None:
+        with contextlib.suppress(Exception):  # closed, by either side
+            async for text in self._opened.connection:
+                if isinstance(text, str):
+                    message = decode_to_agent(text)
+                    if isinstance(message, ControlChanged):
+                        self.epoch = Epoch(max(self.epoch, message.epoch))
+
+    async def close(self) -> None:
+        """Leaves."""
+        self._loop.remove_reader(self._socket)
+        self._socket.close()
+        await self._opened.connection.close()
+        self._reading.cancel()
+        await asyncio.gather(self._reading, return_exceptions=True)
+
+
+async def sign_in_all(tower_url: str, credentials: Sequence[str]) -> list[LoadAgent]:
+    """One agent for each credential, in order. Raises onboard_agent.control_channel.NoLink."""
+    allow_files(2 * len(credentials) + 256)
+    url = parse_tower_url(tower_url)
+    gate = asyncio.Semaphore(SIGN_IN_AT_ONCE)
+
+    async def sign_in(credential: str) -> LoadAgent:
+        async with gate:
+            agent = LoadAgent(await open_channel(url, parse_credential(credential)))
+            agent.keep_alive()
+            await agent.tell_state()
+            return agent
+
+    return list(await asyncio.gather(*(sign_in(one) for one in credentials)))
+
+
+@contextlib.asynccontextmanager
+async def kept_alive(agents: Sequence[LoadAgent]) -> AsyncIterator[None]:
+    """Their pings go out twice a second, spread evenly, until the block ends; then all of them leave."""
+
+    async def ping() -> None:
+        slices = 10
+        while True:
+            for one in range(slices):
+                for agent in agents[one::slices]:
+                    agent.keep_alive()
+                await asyncio.sleep(KEEPALIVE_S / slices)
+
+    pinging = asyncio.create_task(ping())
+    try:
+        yield
+    finally:
+        pinging.cancel()
+        await asyncio.gather(pinging, *(agent.close() for agent in agents), return_exceptions=True)
+
+
+async def fly(agents: Sequence[LoadAgent], telemetry: Telemetry, *, for_s: float, seed: int = 1) -> float:
+    """Every agent sends its telemetry for so long. Returns by how many seconds the load itself was late at the worst."""
+    return await paced([partial(agent.send_burst, telemetry) for agent in agents], telemetry.period_s, for_s, seed)
+
+
+async def paced(senders: Sequence[Callable[[], None]], period_s: float, for_s: float, seed: int = 1) -> float:
+    """Calls each sender once a period, at a moment of its own in it (by the seed). Returns the worst lateness, s."""
+    chance = random.Random(seed)
+    order = sorted((chance.random() * period_s, index) for index in range(len(senders)))
+    timer = PreciseTimer()
+    worst_s = 0.0
+    try:
+        for due_s, index in _moments(time.monotonic() + 0.01, order, period_s, for_s):
+            await timer.until(due_s)
+            worst_s = max(worst_s, time.monotonic() - due_s)
+            senders[index]()
+    finally:
+        timer.close()
+    return worst_s
+
+
+def _moments(
+    begin_s: float, order: Sequence[tuple[float, int]], period_s: float, for_s: float
+) -> Iterator[tuple[float, int]]:
+    for cycle in range(max(round(for_s / period_s), 1)):
+        for phase_s, index in order:
+            yield begin_s + cycle * period_s + phase_s, index
+
+
+def allow_files(wanted: int) -> None:
+    """Raises the limit of open files of this process, as far as it may be raised."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (min(wanted, hard) if hard >= 0 else wanted, hard))

@@ -1,0 +1,92 @@
+"""Frames that say when they were sent and which they are: what the load is made of, and how it is checked at the end.
+
+They have the ids, the lengths and the checksums of real messages. Of the payload, which nothing on the way looks
+at, the first twelve bytes are the sender's clock (u64, microseconds) and a number (u32): per drone, 1, 2, 3, ...
+for transactional frames, 0 for state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from struct import Struct
+from typing import Final, NamedTuple
+
+from fastcrc.crc16 import mcrf4xx
+
+from wire.dialect import CRC_EXTRA, mavlink
+from wire.tagged import TAG_BYTES
+
+STATE_KINDS: Final = (
+    mavlink.MAVLINK_MSG_ID_ATTITUDE,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+    mavlink.MAVLINK_MSG_ID_VFR_HUD,
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+    mavlink.MAVLINK_MSG_ID_GPS_RAW_INT,
+    mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
+    mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT,
+    mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT,
+    mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
+    mavlink.MAVLINK_MSG_ID_WIND,
+)
+"""Of which a browser keeps the newest only; none has an instance number among the first twelve bytes."""
+
+EVENT_KINDS: Final = (
+    mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
+    mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT,
+    mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT,
+    mavlink.MAVLINK_MSG_ID_STATUSTEXT,
+)
+"""Transactional: every single one must arrive, in order, at once."""
+
+_HEAD: Final = Struct("<BBBBBBBBBBQI")
+_STAMP: Final = Struct("<QI")
+_TAG: Final = Struct("<I")
+_FRAME_HEADER_BYTES: Final = 10
+
+_REST: Final[dict[int, tuple[int, bytes, bytes]]] = {
+    msgid: (
+        mavlink.mavlink_map[msgid].unpacker.size,
+        bytes(mavlink.mavlink_map[msgid].unpacker.size - _STAMP.size),
+        bytes((CRC_EXTRA[msgid],)),
+    )
+    for msgid in (*STATE_KINDS, *EVENT_KINDS)
+}
+
+
+class Arrived(NamedTuple):
+    """One frame as it came out at the other end."""
+
+    drone_id: int
+    message_id: int
+    sent_us: int
+    number: int
+
+
+def stamped_frame(message_id: int, sent_us: int, number: int, sequence: int) -> bytes:
+    """One whole MAVLink 2 frame of one of the kinds above, from system 1, component 1."""
+    length, rest, extra = _REST[message_id]
+    head = _HEAD.pack(0xFD, length, 0, 0, sequence & 0xFF, 1, 1, message_id & 0xFF, message_id >> 8, 0, sent_us, number)
+    body = head + rest
+    return body + mcrf4xx(body[1:] + extra).to_bytes(2, "little")
+
+
+def read_tagged(message: bytes) -> Iterator[Arrived]:
+    """The stamped frames of one message to a browser; others in it are left out."""
+    at, end = 0, len(message)
+    while at < end:
+        (drone_id,) = _TAG.unpack_from(message, at)
+        at += TAG_BYTES
+        msgid = message[at + 7] | message[at + 8] << 8
+        if msgid in _REST:
+            yield Arrived(drone_id, msgid, *_STAMP.unpack_from(message, at + _FRAME_HEADER_BYTES))
+        at += message[at + 1] + 12
+
+
+def read_plain(datagram: bytes) -> Iterator[Arrived]:
+    """The stamped frames of a datagram without tags. All of them count as drone 0."""
+    at, end = 0, len(datagram)
+    while at < end:
+        msgid = datagram[at + 7] | datagram[at + 8] << 8
+        if msgid in _REST:
+            yield Arrived(0, msgid, *_STAMP.unpack_from(datagram, at + _FRAME_HEADER_BYTES))
+        at += datagram[at + 1] + 12

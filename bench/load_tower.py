@@ -1,0 +1,137 @@
+"""A real tower process for load: a database with an admin and any number of drones, and `tower serve` on it."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import os
+import re
+import sys
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import httpx
+
+from bench.lean_browser import LeanBrowser, connect_browser
+from server.accounts.passwords import Passwords
+from server.accounts.tables import Role
+from server.accounts.users import create_user
+from server.audit.deed import Deed
+from server.audit.trail import COMMAND_LINE
+from server.database import open_database
+from server.fleet.drones import create_drone
+from server.schema import migrate
+
+TOWER: Final = Path(sys.executable).parent / "tower"
+CHECKOUT: Final = Path(__file__).resolve().parent.parent
+PASSWORD: Final = "correct horse battery"
+ADMIN: Final = "admin"
+START_S: Final = 60.0
+BROWSER_SUBPROTOCOL: Final = "tower.v1"
+
+
+@dataclass
+class LoadTower:
+    """A running tower. `process.pid` is what is measured."""
+
+    url: str
+    process: asyncio.subprocess.Process
+    credentials: list[str]
+    """Of drones 1, 2, 3, ... in order."""
+    cookie: str
+    _browsers: list[LeanBrowser] = field(default_factory=list)
+
+    async def browser(self) -> LeanBrowser:
+        """An admin's browser, which may watch every drone. Closed with the tower."""
+        browser = await connect_browser(
+            self.url, path="/api/v1/live", cookie=self.cookie, subprotocol=BROWSER_SUBPROTOCOL
+        )
+        self._browsers.append(browser)
+        return browser
+
+    def close_browsers(self) -> None:
+        for browser in self._browsers:
+            browser.close()
+        self._browsers.clear()
+
+
+async def make_fleet(folder: Path, drones: int) -> list[str]:
+    """A new database in `folder` with an admin and so many drones. Returns their credentials, in order."""
+    database = open_database(f"sqlite+aiosqlite:///{folder / 'tower.sqlite3'}")
+    passwords = Passwords(concurrency=1, memory_kib=19456, rounds=2)
+    deed = Deed(by=COMMAND_LINE, at=datetime.now(UTC))
+    try:
+        await migrate(database)
+        hashed = await passwords.hash(PASSWORD)
+        async with database.writing() as session:
+            await create_user(session, name=ADMIN, role=Role.ADMIN, password_hash=hashed, deed=deed)
+            made = [await create_drone(session, name=f"Load {n + 1}", deed=deed) for n in range(drones)]
+            return [str(credential) for _, credential in made]
+    finally:
+        await database.close()
+
+
+@contextlib.asynccontextmanager
+async def load_tower(
+    folder: Path, *, drones: int, cpus: set[int] | None = None, settings: dict[str, str] | None = None
+) -> AsyncIterator[LoadTower]:
+    """Until the block ends. `cpus`: the process is bound to them. `settings`: more environment variables."""
+    folder.mkdir(parents=True, exist_ok=True)  # noqa: ASYNC240 (before anything runs)
+    credentials = await make_fleet(folder, drones)
+    log = folder / "tower.log"
+    environment = {
+        **os.environ,
+        "TOWER_VAR": str(folder),
+        "TOWER_HOST": "127.0.0.1",
+        "TOWER_PORT": "0",
+        "TOWER_UDP_PORT": "0",
+        "TOWER_ARGON2_MEMORY_KIB": "19456",
+        "TOWER_ARGON2_ROUNDS": "2",
+        **(settings or {}),
+    }
+    with log.open("wb") as out:
+        process = await asyncio.create_subprocess_exec(
+            str(TOWER), "serve", stdin=asyncio.subprocess.DEVNULL, stdout=out, stderr=out, env=environment, cwd=CHECKOUT
+        )
+    tower: LoadTower | None = None
+    try:
+        if cpus:
+            os.sched_setaffinity(process.pid, cpus)
+        url = await _address(process, log)
+        async with httpx.AsyncClient(base_url=url, timeout=30, trust_env=False) as client:
+            answer = await client.post("/api/v1/session", json={"name": ADMIN, "password": PASSWORD})
+            answer.raise_for_status()
+            cookie = "; ".join(f"{name}={value}" for name, value in client.cookies.items())
+        tower = LoadTower(url, process, credentials, cookie)
+        yield tower
+    finally:
+        if tower is not None:
+            tower.close_browsers()
+        await end(process)
+
+
+async def end(process: asyncio.subprocess.Process) -> None:
+    """Asks it to stop, and makes it stop."""
+    if process.returncode is None:
+        with contextlib.suppress(ProcessLookupError):
+            process.terminate()
+        try:
+            await asyncio.wait_for(process.wait(), 10)
+        except TimeoutError:
+            process.kill()
+            await process.wait()
+
+
+async def _address(process: asyncio.subprocess.Process, log: Path) -> str:
+    async with asyncio.timeout(START_S):
+        while True:
+            words = log.read_text(errors="replace")  # noqa: ASYNC240
+            found = re.search(r"http://[\d.]+:\d+", words)
+            if found:
+                return found[0]
+            if process.returncode is not None:
+                raise RuntimeError(words[-2000:])
+            await asyncio.sleep(0.05)
