@@ -49,6 +49,7 @@ class Hold:
         self._modes_known = False
         self._deadline_told = False
         self._progress: list[HoldProgress] = []
+        self._steps_told = 0
 
     @property
     def active(self) -> bool:
@@ -189,8 +190,10 @@ class Hold:
 
     def _report(self, step: HoldStep, detail: str, now: float) -> None:
         elapsed_ms = round((now - self._began_at) * 1000.0, 1)
+        self._steps_told += 1
         self._progress.append(
             HoldProgress(
+                number=self._steps_told,
                 order_id=self._order_id,
                 epoch=self._epoch,
                 step=step,

@@ -133,8 +133,13 @@ class LossParameters(msgspec.Struct, frozen=True, tag="loss_parameters", tag_fie
 
 
 class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="type", kw_only=True):
-    """Agent to tower: one step of a hold was done. `elapsed_ms` since the order came."""
+    """Agent to tower: one step of a hold was done. `elapsed_ms` since the order came.
 
+    `number` counts the steps that this agent process told: what comes twice (two channels, several copies) has the same
+    one. Without it a second hold that took just as long as the one before would pass for a copy of it.
+    """
+
+    number: U32 = 0
     order_id: U32
     epoch: U32
     step: HoldStep

@@ -21,6 +21,18 @@ def rungs(*names: str) -> tuple[FlightMode, ...]:
     return hold_rungs(modes_of(3, 2), names)
 
 
+def test_a_second_hold_that_takes_as_long_is_told_apart_from_a_copy_of_the_first() -> None:
+    hold = Hold(FrameMaker())
+    told = []
+    for now in (100.0, 200.0):
+        hold.begin(
+            cause=HoldCause.STICKS_STALE, order_id=0, epoch=4, rungs=(), settings=SETTINGS, needed=False, now=now
+        )
+        told += hold.take_progress()
+    assert len(told) == 4
+    assert len(set(told)) == 4
+
+
 class Bench:
     """A hold with a clock that is wound by hand; keeps what was sent and what was reported."""
 
