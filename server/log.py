@@ -37,3 +37,10 @@ def configure_log(log_format: str = "auto") -> None:
         )
     )
     logging.basicConfig(handlers=[handler], level=logging.WARNING, force=True)
+    logging.getLogger("uvicorn.error").addFilter(_is_our_fault)
+
+
+def _is_our_fault(record: logging.LogRecord) -> bool:
+    """uvicorn logs a traceback for each text message that is no UTF-8: anybody who is connected could fill the log
+    with them. The connection is closed (1007) and the message counted; that is enough."""
+    return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))

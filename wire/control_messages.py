@@ -159,6 +159,9 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
 ToTower = Hello | HoldProgress | AutopilotState | LossParameters
 ToAgent = Welcome | ControlChanged | HoldOrder | SafetySettings
 
+UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
+"""All that msgspec raises about JSON that it does not take: no UTF-8 and nesting too deep have names of their own."""
+
 _encoder: Final = msgspec.json.Encoder()
 _to_tower: Final[msgspec.json.Decoder[ToTower]] = msgspec.json.Decoder(ToTower)
 _to_agent: Final[msgspec.json.Decoder[ToAgent]] = msgspec.json.Decoder(ToAgent)
@@ -173,7 +176,7 @@ def decode_to_tower(text: str | bytes) -> ToTower:
     """What an agent sent. Raises MalformedMessage."""
     try:
         return _to_tower.decode(text)
-    except msgspec.DecodeError as error:
+    except UNREADABLE as error:
         raise MalformedMessage(str(error)) from None
 
 
@@ -181,5 +184,5 @@ def decode_to_agent(text: str | bytes) -> ToAgent:
     """What the tower sent. Raises MalformedMessage."""
     try:
         return _to_agent.decode(text)
-    except msgspec.DecodeError as error:
+    except UNREADABLE as error:
         raise MalformedMessage(str(error)) from None

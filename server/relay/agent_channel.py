@@ -15,7 +15,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from server.relay.agent_link import AgentLink
 from server.relay.data_endpoint import DataEndpoint
 from server.relay.hub import Hub
-from server.relay.side_by_side import Ending, close_quietly, until_one_ends
+from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
     PROTOCOL,
@@ -30,6 +30,7 @@ from wire.control_messages import (
     encode_message,
 )
 from wire.credential import Credential, MalformedCredential, parse_credential
+from wire.drops import DropReason
 from wire.ids import LinkId
 from wire.key_agreement import BadPublicKey, agree, public_bytes
 from wire.sealed_link import SealedLink
@@ -103,9 +104,15 @@ class AgentChannel:
         try:
             link = await self._welcome(credential)
         except (MalformedMessage, BadPublicKey, TimeoutError) as error:
+            self._hub.drops[DropReason.MALFORMED] += 1
             await close_quietly(self._websocket, BAD_MESSAGE, str(error) or "no hello in time")
             return
-        except (WebSocketDisconnect, KeyError):
+        except KeyError:
+            self._hub.drops[DropReason.MALFORMED] += 1
+            await close_quietly(self._websocket, BAD_MESSAGE, "the first message must be a hello, in text")
+            return
+        except WebSocketDisconnect as gone:
+            self._hub.drops[DropReason.MALFORMED] += is_breach(gone.code)
             return
         log = _log.bind(drone_id=link.drone_id)
         log.info("link_up")
@@ -187,9 +194,10 @@ class AgentChannel:
                     self._hub.hold_progress(link, message)
                 elif isinstance(message, LossParameters):
                     self._hub.loss_parameters(link, message)
-        except WebSocketDisconnect:
-            return
+        except WebSocketDisconnect as gone:
+            self._hub.drops[DropReason.MALFORMED] += is_breach(gone.code)
         except (MalformedMessage, KeyError):
+            self._hub.drops[DropReason.MALFORMED] += 1
             self._ending.wish(BAD_MESSAGE, "not a message of this channel")
 
     async def _send(self) -> None:

@@ -13,7 +13,8 @@ from server.clock import Clock
 from server.relay.browser import Browser
 from server.relay.hub import SESSION_ENDED, Hub
 from server.relay.live_messages import Focus, MalformedRequest, Notice, Pong, decode_request, encode_event
-from server.relay.side_by_side import Ending, close_quietly, until_one_ends
+from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
+from wire.drops import DropReason
 from wire.ids import DroneId
 
 BROWSER_SUBPROTOCOL: Final = "tower.v1"
@@ -21,6 +22,8 @@ BAD_REQUEST: Final = 4400
 SESSION_CHECK_EVERY_S: Final = 1.0
 MOST_BAD_REQUESTS: Final = 20
 """Text messages that make no sense before the channel is closed: a mistake is told, a flood is ended."""
+MOST_QUOTED: Final = 200
+"""Characters of what is wrong with it: the words may quote what came, and no answer is larger than that."""
 
 StillSignedIn = Callable[[datetime], Awaitable[Principal | None]]
 """Asks the database whether the session still stands; called about once a minute, off the frame path."""
@@ -70,6 +73,7 @@ class LiveChannel:
             while True:
                 message = await self._websocket.receive()
                 if message["type"] == "websocket.disconnect":
+                    self._hub.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
                     return
                 now = time.monotonic()
                 if (frames := message.get("bytes")) is not None:
@@ -84,9 +88,10 @@ class LiveChannel:
             request = decode_request(text)
         except MalformedRequest as error:
             self._bad_requests += 1
+            self._hub.drops[DropReason.MALFORMED] += 1
             if self._bad_requests >= MOST_BAD_REQUESTS:
                 self._ending.wish(BAD_REQUEST, "too many messages that make no sense")
-            self._browser.tell(Notice("warning", "malformed", f"Not understood: {error}", None, 1))
+            self._browser.tell(Notice("warning", "malformed", f"Not understood: {str(error)[:MOST_QUOTED]}", None, 1))
             return
         if isinstance(request, Focus):
             drone_id = None if request.drone_id is None else DroneId(request.drone_id)

@@ -6,6 +6,7 @@ import msgspec
 
 from server.fleet.snapshot import UserRef
 from server.fleet.views import DroneView
+from wire.control_messages import UNREADABLE
 
 
 class User(msgspec.Struct, frozen=True):
@@ -162,5 +163,5 @@ def decode_request(text: str) -> FromBrowser:
     """What a browser asks for. Raises MalformedRequest, whose text says what is wrong with it."""
     try:
         return _decoder.decode(text)
-    except msgspec.DecodeError as error:
+    except UNREADABLE as error:
         raise MalformedRequest(str(error)) from None

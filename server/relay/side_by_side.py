@@ -3,9 +3,15 @@
 import asyncio
 import contextlib
 from collections.abc import Coroutine
-from typing import Any
+from typing import Any, Final
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
+
+LONGEST_REASON_BYTES: Final = 123
+"""RFC 6455, 5.5: a control frame has 125 bytes, of which two are the code."""
+
+_BREACHES: Final = (1002, 1007, 1009)
+"""Codes with which the WebSocket library itself ends a connection: breach of protocol, no UTF-8, too large."""
 
 
 async def until_one_ends(*parts: Coroutine[Any, Any, None]) -> None:
@@ -23,7 +29,7 @@ async def until_one_ends(*parts: Coroutine[Any, Any, None]) -> None:
 
 
 class Ending:
-    """A wish to end a connection, with a code and a reason; the first one counts."""
+    """A wish to end a connection, with a code and a reason for people; the first one counts."""
 
     def __init__(self) -> None:
         self._wished = asyncio.Event()
@@ -36,9 +42,9 @@ class Ending:
         return self._wished.is_set()
 
     def wish(self, code: int, why: str) -> None:
-        """Asks for the end. `why` is for people and is cut to what a close frame can carry."""
+        """Asks for the end."""
         if not self.wished:
-            self.code, self.why = code, why[:100]
+            self.code, self.why = code, why
             self._wished.set()
 
     async def wait(self) -> None:
@@ -49,4 +55,14 @@ class Ending:
 async def close_quietly(websocket: WebSocket, code: int, why: str) -> None:
     """Says good-bye to a peer that may be gone or may not read any more."""
     with contextlib.suppress(RuntimeError, TimeoutError, WebSocketDisconnect):
-        await asyncio.wait_for(websocket.close(code, why[:100]), 1.0)
+        await asyncio.wait_for(websocket.close(code, cut_reason(why)), 1.0)
+
+
+def cut_reason(why: str) -> str:
+    """As much of it as a close frame can carry: bytes count there, not characters, and it may quote what came."""
+    return why.encode(errors="replace")[:LONGEST_REASON_BYTES].decode(errors="ignore")
+
+
+def is_breach(code: int) -> bool:
+    """Whether a connection ended because of what the peer sent, before any of our code saw it."""
+    return code in _BREACHES

@@ -186,3 +186,22 @@ def test_random_fields_raise_nothing_else(kind: str, fields: dict[str, object]) 
 
 def test_the_final_steps_of_a_hold() -> None:
     assert {step for step in HoldStep if step.final} == {HoldStep.CONFIRMED, HoldStep.NOT_NEEDED, HoldStep.UNCONFIRMED}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b'{"type":"hold_progress","more":' + b"[" * 1390,
+        b'{"type":"hold_order","more":' + b'{"a":' * 5000,
+        b'{"type":"\xff\xfe"}',
+        b'{"type":"hold_progress","detail":"\xc3"}',
+        b'{"type":"hold_order","reason":"\xc3"}',
+        b"\x00",
+    ],
+    ids=["nested as deep as a datagram allows", "nested deeper", "no UTF-8 type", "cut UTF-8", "cut UTF-8 down", "nul"],
+)
+def test_what_no_json_reader_takes_is_a_malformed_message(text: bytes) -> None:
+    """Urgent messages come as bytes out of a datagram: nothing has looked at them before."""
+    for decode in (decode_to_tower, decode_to_agent):
+        with pytest.raises(MalformedMessage):
+            decode(text)

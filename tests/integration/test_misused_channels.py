@@ -1,0 +1,117 @@
+"""What no program of ours would send on a WebSocket: its channel ends with a code, it is counted, nothing is logged."""
+
+import logging
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from tower_world import NewDrone, TowerWorld, start_tower
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+from websockets.typing import Subprotocol
+
+from server.accounts.tables import Role
+from server.log import configure_log
+from wire.control_messages import AGENT_SUBPROTOCOL
+from wire.drops import DropReason
+
+
+@pytest.fixture
+async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
+    async with start_tower(tmp_path) as world:
+        yield world
+
+
+async def agent_channel(world: TowerWorld) -> ClientConnection:
+    drone: NewDrone = await world.add_drone("Kestrel")
+    return await connect(
+        world.agent_url,
+        subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
+        additional_headers={"Authorization": f"Bearer {drone.credential}"},
+        compression=None,
+        proxy=None,
+    )
+
+
+async def live_channel(world: TowerWorld) -> ClientConnection:
+    root = await world.add_user("root", Role.ADMIN)
+    client = await world.signed_in(root)
+    connection = await connect(
+        world.live_url,
+        additional_headers={**world.cookie_header(client), "Origin": world.base_url},
+        compression=None,
+        proxy=None,
+    )
+    await connection.recv()
+    return connection
+
+
+async def how_it_ends(connection: ClientConnection) -> int | None:
+    with pytest.raises(ConnectionClosed):
+        while True:
+            await connection.recv()
+    return connection.close_code
+
+
+@pytest.mark.parametrize(
+    ("first", "is_text", "code"),
+    [
+        (b"\x01\x02", False, 4400),
+        ('{"type":"' + "空" * 300 + '"}', True, 4400),
+        (b'{"type":"hello","more":' + b"[" * 5000, True, 4400),
+        (b'{"type":"\xff"}', True, 1007),
+        (b" " * 70_000, True, 1009),
+    ],
+    ids=["bytes", "words too long for a close frame", "nested", "no UTF-8", "too large"],
+)
+async def test_a_first_message_that_is_no_hello_ends_the_agents_channel(
+    world: TowerWorld, first: bytes | str, is_text: bool, code: int
+) -> None:
+    connection = await agent_channel(world)
+    await connection.send(first, text=is_text)
+    assert await how_it_ends(connection) == code
+    assert world.tower.hub.drops == {DropReason.MALFORMED: 1}
+
+
+@pytest.mark.parametrize(
+    ("message", "code"), [(b'{"type":"\xff"}', 1007), (b" " * 70_000, 1009)], ids=["no UTF-8", "too large"]
+)
+async def test_what_cannot_even_be_read_ends_a_browsers_channel(world: TowerWorld, message: bytes, code: int) -> None:
+    connection = await live_channel(world)
+    await connection.send(message, text=True)
+    assert await how_it_ends(connection) == code
+    assert world.tower.hub.drops == {DropReason.MALFORMED: 1}
+
+
+async def test_a_browser_that_talks_nonsense_is_answered_briefly_and_ended_at_last(world: TowerWorld) -> None:
+    connection = await live_channel(world)
+    for _ in range(20):
+        await connection.send('{"type":"watch","rate_hz":5,"more":' + "[" * 60_000)
+    answers = []
+    with pytest.raises(ConnectionClosed):
+        while True:
+            answers.append(await connection.recv())
+    assert connection.close_code == 4400
+    assert answers
+    assert max(map(len, answers)) < 500
+    assert world.tower.hub.drops == {DropReason.MALFORMED: 20}
+
+
+def test_a_text_that_is_no_utf8_leaves_no_traceback_in_the_log(capsys: pytest.CaptureFixture[str]) -> None:
+    before = logging.getLogger().handlers[:], logging.getLogger().level
+    try:
+        configure_log("json")
+        log = logging.getLogger("uvicorn.error")
+        try:
+            b"\xff".decode()
+        except UnicodeDecodeError:
+            log.exception("Invalid UTF-8 sequence received from client.")
+        try:
+            raise KeyError("ours")
+        except KeyError:
+            log.exception("Exception in ASGI application")
+    finally:
+        logging.getLogger().handlers[:], logging.getLogger().level = before
+    said = capsys.readouterr().err
+    assert "UTF-8" not in said
+    assert "Exception in ASGI application" in said
