@@ -44,6 +44,7 @@ class AgentLink:
         self._repeats: list[tuple[bytes, int]] = []
         """Urgent messages and how many more copies of each are to be sent."""
         self._told: deque[HoldProgress] = deque(maxlen=MOST_REMEMBERED)
+        self._newest_step = 0
 
     @property
     def link_id(self) -> LinkId:
@@ -83,10 +84,16 @@ class AgentLink:
             self._repeats.append((text, COPIES - copies))
 
     def is_news(self, progress: HoldProgress) -> bool:
-        """Whether this step of a hold was not told before: it comes on two channels, and more than once."""
-        if progress in self._told:
+        """Whether this step of a hold was not told before: it comes on two channels, and more than once.
+
+        Copies are equal in everything; two holds of one epoch that went alike still differ in `number`. A step between
+        that was overtaken by a later one is no news any more; how a hold ended always is.
+        """
+        overtaken = 0 < progress.number < self._newest_step and not progress.step.final
+        if overtaken or progress in self._told:
             return False
         self._told.append(progress)
+        self._newest_step = max(self._newest_step, progress.number)
         return True
 
     def send_keepalives(self, now: float) -> None:

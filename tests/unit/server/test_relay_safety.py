@@ -22,6 +22,7 @@ from server.relay.live_drone import LeaseView
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,
+    HoldCause,
     HoldOrder,
     HoldProgress,
     HoldStep,
@@ -329,6 +330,29 @@ def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_o
     for _ in range(2):
         scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()))
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
+
+
+def test_two_holds_of_one_epoch_that_go_alike_are_both_told(scene: Scene) -> None:
+    def told(step: HoldStep, number: int) -> None:
+        progress = HoldProgress(
+            order_id=0, epoch=1, step=step, detail="", elapsed_ms=0.0, cause=HoldCause.STICKS_STALE, number=number
+        )
+        for _ in range(2):
+            scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()))
+
+    for number in (1, 3):
+        told(HoldStep.ORDERED, number)
+        told(HoldStep.CONFIRMED, number + 1)
+    steps = [event.step for event in scene.alice.events() if isinstance(event, live.Hold)]
+    assert steps == ["ordered", "confirmed", "ordered", "confirmed"]
+
+
+def test_a_step_that_a_later_one_overtook_is_not_told_but_an_end_is(scene: Scene) -> None:
+    for step, number in ((HoldStep.CONFIRMED, 5), (HoldStep.MODE_ACKNOWLEDGED, 4), (HoldStep.UNCONFIRMED, 3)):
+        progress = HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=9.0, number=number)
+        scene.hub.hold_progress(scene.agent.link, progress)
+    steps = [event.step for event in scene.alice.events() if isinstance(event, live.Hold)]
+    assert steps == ["confirmed", "unconfirmed"]
 
 
 def test_an_urgent_message_that_is_none_is_dropped(scene: Scene) -> None:
