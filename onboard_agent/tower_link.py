@@ -83,6 +83,7 @@ class TowerLink:
         self._outbox: asyncio.Queue[ToTower] = asyncio.Queue(OUTBOX)
         self._loop = asyncio.get_running_loop()
         self._last_reason = ""
+        self._alarm_set = False
         self.counts: Counter[str] = Counter()
         """Datagrams and frames not passed on, by reason."""
 
@@ -233,12 +234,28 @@ class TowerLink:
             self._data.send(opened.sealed.seal_urgent(text))
 
     def send_frames(self, epoch: Epoch, frames: list[bytes]) -> None:
-        """Frames for the tower, sealed and sent now."""
+        """Frames for the tower, sealed and sent: the urgent ones now, the others within `wire.batching`'s deadline."""
         if self._opened is None or self._data is None:
             self.counts["no link"] += len(frames)
             return
-        for datagram in self._opened.sealed.seal_frames(epoch, frames, self._loop.time()):
+        sealed = self._opened.sealed
+        for datagram in sealed.batch_frames(epoch, frames, self._loop.time()):
             self._data.send(datagram)
+        if sealed.batch_due_at is not None and not self._alarm_set:
+            self._alarm_set = True
+            self._loop.call_at(sealed.batch_due_at, self._send_batch)
+
+    def _send_batch(self) -> None:
+        self._alarm_set = False
+        if self._opened is None or self._data is None:
+            return
+        sealed = self._opened.sealed
+        for datagram in sealed.batch_due(self._loop.time()):
+            self._data.send(datagram)
+        if sealed.batch_due_at is not None:
+            # An urgent frame has taken along what the alarm was set for, and more has come since.
+            self._alarm_set = True
+            self._loop.call_at(sealed.batch_due_at, self._send_batch)
 
     def send_message(self, message: ToTower) -> None:
         """A message for the control channel. One that a stuck channel cannot take ends the link."""

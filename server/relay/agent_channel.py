@@ -5,6 +5,7 @@ import hmac
 import ipaddress
 import secrets
 import time
+from collections.abc import Callable
 from typing import Final
 
 import structlog
@@ -82,6 +83,10 @@ def sign_in(hub: Hub, websocket: WebSocket) -> Credential:
     return credential
 
 
+def _call_later(delay_s: float, call: Callable[[float], None]) -> None:
+    asyncio.get_running_loop().call_later(delay_s, lambda: call(time.monotonic()))
+
+
 class AgentChannel:
     """One agent's WebSocket, from the upgrade to its end."""
 
@@ -151,6 +156,7 @@ class AgentChannel:
             send_datagram=self._endpoint.send,
             post=self._post,
             close=self._ending.wish,
+            call_later=_call_later,
         )
         self._post(
             Welcome(

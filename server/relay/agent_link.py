@@ -12,6 +12,8 @@ from wire.sealed_link import SealedLink
 Address = tuple[str, int]
 SendDatagram = Callable[[bytes, Address], None]
 PostMessage = Callable[[ToAgent], None]
+CallLater = Callable[[float, Callable[[float], None]], object]
+"""Calls back after so many seconds, with the time that it is then."""
 
 NEVER: Final = float("-inf")
 
@@ -29,7 +31,13 @@ class AgentLink:
     """Created by the control channel at sign-in, owned by the hub until it is detached."""
 
     def __init__(
-        self, *, sealed: SealedLink, send_datagram: SendDatagram, post: PostMessage, close: Callable[[int, str], None]
+        self,
+        *,
+        sealed: SealedLink,
+        send_datagram: SendDatagram,
+        post: PostMessage,
+        close: Callable[[int, str], None],
+        call_later: CallLater,
     ) -> None:
         self.sealed = sealed
         self.address: Address | None = None
@@ -41,6 +49,8 @@ class AgentLink:
         self.mute_until = NEVER
         """A rehearsal: nothing is sent on the data channel until then."""
         self._send_datagram = send_datagram
+        self._call_later = call_later
+        self._alarm_set = False
         self._repeats: list[tuple[bytes, int]] = []
         """Urgent messages and how many more copies of each are to be sent."""
         self._told: deque[HoldProgress] = deque(maxlen=MOST_REMEMBERED)
@@ -59,14 +69,30 @@ class AgentLink:
         return self.address is not None and self.sealed.keepalive.silent_for(now) <= SILENT_AFTER_S
 
     def send_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> bool:
-        """Seals frames and sends them. False if there is no address to send them to."""
+        """Seals frames and sends them, at once if they are urgent (wire.batching). False if there is no address to
+        send them to."""
         if self.address is None:
             return False
         if now < self.mute_until:
             return True
-        for datagram in self.sealed.seal_frames(epoch, frames, now):
+        for datagram in self.sealed.batch_frames(epoch, frames, now):
             self._send_datagram(datagram, self.address)
+        due_at = self.sealed.batch_due_at
+        if due_at is not None and not self._alarm_set:
+            self._alarm_set = True
+            self._call_later(due_at - now, self._send_batch)
         return True
+
+    def _send_batch(self, now: float) -> None:
+        self._alarm_set = False
+        for datagram in self.sealed.batch_due(now):
+            if self.address is not None and now >= self.mute_until:
+                self._send_datagram(datagram, self.address)
+        due_at = self.sealed.batch_due_at
+        if due_at is not None:
+            # An urgent frame has taken the batch along for which the alarm was set, and another has begun since.
+            self._alarm_set = True
+            self._call_later(due_at - now, self._send_batch)
 
     def send_urgent(self, message: ToAgent) -> None:
         """Sends a message on the data channel, several times, beside the control channel: a hold must not wait until

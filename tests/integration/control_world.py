@@ -51,6 +51,7 @@ class ObedientAgent:
             send_datagram=lambda datagram, address: None,
             post=self._post,
             close=lambda code, why: None,
+            call_later=lambda delay_s, call: None,
         )
         self._sealed = _sealed(drone_id, send=b"a" * 32, receive=b"t" * 32, now=now)
         hub.attach_link(self.link, now)

@@ -1,5 +1,6 @@
 """A small world around a hub: accounts, drones, agents and browsers without a socket."""
 
+from collections.abc import Callable
 from datetime import UTC, datetime
 
 from server.accounts.sessions import Principal
@@ -61,12 +62,15 @@ class FakeAgent:
         self.sealed = _sealed(drone_id, link_id, send=b"a" * 32, receive=b"t" * 32, now=now)
         self.sent_to: list[tuple[bytes, tuple[str, int]]] = []
         self.posted: list[ToAgent] = []
+        self.alarms: list[tuple[float, Callable[[float], None]]] = []
+        """What the link asked to be called back for: (after so many seconds, call)."""
         self.closed: list[tuple[int, str]] = []
         self.link = AgentLink(
             sealed=_sealed(drone_id, link_id, send=b"t" * 32, receive=b"a" * 32, now=now),
             send_datagram=lambda datagram, address: self.sent_to.append((datagram, address)),
             post=self.posted.append,
             close=lambda code, why: self.closed.append((code, why)),
+            call_later=lambda delay_s, call: self.alarms.append((delay_s, call)),
         )
         hub.attach_link(self.link, now)
 

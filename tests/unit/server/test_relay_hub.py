@@ -7,6 +7,7 @@ from server.fleet.snapshot import UserRef
 from server.relay import live_messages as live
 from server.relay.hub import LINK_REPLACED, SESSION_ENDED
 from server.relay.live_drone import LeaseView
+from wire.batching import LONGEST_WAIT_S
 from wire.content import Ping, encode_keepalive
 from wire.control_messages import AutopilotState, ControlChanged, HoldOrder, HoldProgress, HoldStep
 from wire.dialect import build, mavlink
@@ -323,3 +324,24 @@ def test_the_focus_of_a_drone_that_is_not_theirs_is_refused(world: HubWorld) -> 
     assert notice.code == "unknown-drone"
     world.hub.focus(alice.browser, ONE, 0.0)
     assert alice.browser.outbox.focus == ONE
+
+
+def test_frames_to_an_agent_share_a_datagram_unless_one_is_urgent(world: HubWorld) -> None:
+    agent, alice = world.agent(1), world.browser(1)
+    give_controls(world, epoch=4)
+    agent.received()
+    param_list = build(mavlink.MAVLink_param_request_list_message(1, 1), system_id=255, component_id=190, sequence=1)
+    alice.send(tag(DroneId(1), param_list), now=1.0)
+    alice.send(tag(DroneId(1), param_list), now=1.004)
+    assert agent.sent_to == []
+    ((delay_s, send_batch),) = agent.alarms
+    assert delay_s == pytest.approx(LONGEST_WAIT_S)
+    send_batch(1.0 + delay_s)
+    assert len(agent.sent_to) == 1
+    assert agent.received() == [(4, param_list), (4, param_list)]
+    alice.send(tag(DroneId(1), param_list), now=2.0)
+    alice.send(tag(DroneId(1), sticks()), now=2.001)
+    assert agent.received() == [(4, param_list), (4, sticks())]
+    agent.alarms[-1][1](2.010)
+    assert agent.sent_to == []
+    assert len(agent.alarms) == 2

@@ -1,0 +1,70 @@
+"""Packs frames to one peer into as few datagrams as the deadline allows. No I/O; takes `now`.
+
+A datagram costs the same whether it carries one frame or twenty: a system call and a seal here, an opening there, and
+28 bytes of headers on the air. So a frame that nobody waits for (`wire.urgency`) stays for at most LONGEST_WAIT_S and
+goes with those that come meanwhile. One that somebody waits for leaves at once, and takes along what was waiting: the
+order never changes. A batch has one epoch; a frame of another one sends the batch off.
+"""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from wire.ids import Epoch
+from wire.urgency import is_urgent
+
+LONGEST_WAIT_S: Final = 0.010
+"""Half the interval of sticks at 50 Hz; nobody sees it on a map."""
+
+
+class Batch(NamedTuple):
+    """Frames that leave in one datagram."""
+
+    epoch: Epoch
+    frames: list[bytes]
+
+
+class Batcher:
+    """Holds at most one datagram's worth of frames. `room_bytes` is what a datagram has for frames; it may change."""
+
+    __slots__ = ("_bytes", "_epoch", "_frames", "due_at", "room_bytes")
+
+    def __init__(self, room_bytes: int) -> None:
+        self.room_bytes = room_bytes
+        self.due_at: float | None = None
+        """When `due` has something; None while nothing waits."""
+        self._frames: list[bytes] = []
+        self._bytes = 0
+        self._epoch = Epoch(0)
+
+    def add(self, epoch: Epoch, frames: Iterable[bytes], now: float) -> list[Batch]:
+        """Takes frames in order. Returns what has to leave now: what is full, and all of it if one is urgent.
+
+        A frame that is larger than the room (never one of MAVLink's) leaves alone.
+        """
+        leaving: list[Batch] = []
+        urgent = False
+        for frame in frames:
+            size = len(frame)
+            if self._frames and (epoch != self._epoch or self._bytes + size > self.room_bytes):
+                leaving.append(self._take())
+            if not self._frames:
+                self._epoch = epoch
+                self.due_at = now + LONGEST_WAIT_S
+            self._frames.append(frame)
+            self._bytes += size
+            urgent = urgent or is_urgent(frame)
+        # After an urgent frame whatever stands behind it in the same call may as well come along.
+        if self._frames and (urgent or self.room_bytes - self._bytes <= 0):
+            leaving.append(self._take())
+        return leaving
+
+    def due(self, now: float) -> list[Batch]:
+        """What has waited long enough."""
+        return [self._take()] if self.due_at is not None and now >= self.due_at else []
+
+    def _take(self) -> Batch:
+        batch = Batch(self._epoch, self._frames)
+        self._frames = []
+        self._bytes = 0
+        self.due_at = None
+        return batch
