@@ -8,7 +8,7 @@ Its laws:
   counted and answered.
 - What it notices and cannot decide, it tells (`on_event`), and goes on.
 
-The parts: `live_state` (the dictionaries), `fleet_changes`, `frame_paths`, `safety_watch`.
+The parts: `live_state` (the dictionaries), `audience` (the browsers), `fleet_changes`, `frame_paths`, `safety_watch`.
 """
 
 from collections.abc import Callable, Iterable
@@ -19,10 +19,11 @@ from server.fleet.snapshot import FleetSnapshot, UserRef
 from server.fleet.views import DroneView
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
+from server.relay.audience import Audience
 from server.relay.browser import Browser
 from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
 from server.relay.frame_paths import FramePaths
-from server.relay.hub_events import HoldStepReported, HubEvent, LossParametersReported, RightLost
+from server.relay.hub_events import HoldStepReported, HubEvent, LossParametersReported
 from server.relay.live_drone import LeaseView, LiveDrone
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
@@ -56,6 +57,9 @@ class Hub:
         self._fleet = FleetChanges(self._state)
         self._paths = FramePaths(self._state)
         self._safety = SafetyWatch(self._state)
+        self._audience = Audience(
+            self._state, note_presence_of=self._safety.note_presence_of, close=self._fleet.close_browser
+        )
         self._next_browser = 0
         self._next_order = 0
 
@@ -182,54 +186,20 @@ class Hub:
 
     def attach_browser(self, browser: Browser, server_time: str, now: float) -> None:
         """From here on the browser gets the frames of the drones it may see; the whole picture comes first."""
-        self._state.browsers[browser.number] = browser
         viewer = browser.viewer
-        seen = self.drones_for(viewer.user_id, viewer.role)
-        for drone in seen:
-            drone.watchers[browser.number] = browser
-        user = live.User(viewer.user_id, viewer.name, viewer.role)
-        browser.tell(live.WelcomeBrowser(user, [drone.view_for(viewer.user_id) for drone in seen], server_time))
-        self._safety.note_presence_of(viewer.user_id, now)
+        self._audience.enter(browser, self.drones_for(viewer.user_id, viewer.role), server_time, now)
 
     def detach_browser(self, browser: Browser, now: float) -> None:
         """The browser is gone. Harmless if it was gone already."""
-        if self._state.browsers.pop(browser.number, None) is None:
-            return
-        for drone in self._state.drones.values():
-            drone.watchers.pop(browser.number, None)
-        user_id = browser.viewer.user_id
-        self._safety.note_presence_of(user_id, now)
-        if not self._state.has_browser(user_id):
-            self._report_assistant_gone(user_id, "the assistant's browser is gone")
+        self._audience.leave(browser, now)
 
     def end_sessions(self, session_ids: Iterable[int]) -> None:
         """Closes the browsers of sessions that have ended. Who has no other loses the controls at once."""
-        ended = set(session_ids)
-        users = set()
-        for browser in [one for one in self._state.browsers.values() if one.viewer.session_id in ended]:
-            self._fleet.close_browser(browser)
-            users.add(browser.viewer.user_id)
-        for user_id in users:
-            self._report_signed_out(user_id)
+        self._audience.end_sessions(session_ids)
 
     def end_user(self, user_id: UserId) -> None:
         """Closes every browser of an account."""
-        for browser in [one for one in self._state.browsers.values() if one.viewer.user_id == user_id]:
-            self._fleet.close_browser(browser)
-        self._report_signed_out(user_id)
-
-    def _report_signed_out(self, user_id: UserId) -> None:
-        if self._state.has_browser(user_id):
-            return
-        for drone in list(self._state.drones.values()):
-            if drone.holder_id == user_id:
-                self.on_event(RightLost(drone.drone_id, user_id, "holder", "the holder's session has ended"))
-        self._report_assistant_gone(user_id, "the session has ended")
-
-    def _report_assistant_gone(self, user_id: UserId, reason: str) -> None:
-        for drone in list(self._state.drones.values()):
-            if drone.lease.assistant is not None and drone.lease.assistant.id == user_id:
-                self.on_event(RightLost(drone.drone_id, user_id, "assistant", reason))
+        self._audience.end_user(user_id)
 
     def say_good_bye(self) -> None:
         """The tower is going down: everybody is told, so that they come back instead of wondering."""
@@ -240,11 +210,7 @@ class Hub:
 
     def focus(self, browser: Browser, drone_id: DroneId | None, now: float) -> None:
         """The browser wants the frames of one drone at once."""
-        drone = self._state.drones.get(drone_id) if drone_id is not None else None
-        if drone_id is not None and (drone is None or browser.number not in drone.watchers):
-            self._state.refuse(browser, DropReason.UNKNOWN_DRONE, drone_id, now)
-            return
-        browser.outbox.focus = drone_id
+        self._audience.focus(browser, drone_id, now)
 
     def frames_from_browser(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message: checks each frame in turn and passes on what may pass."""
