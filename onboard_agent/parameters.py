@@ -35,6 +35,7 @@ LOSS_NAMES: Final[dict[int, tuple[str, ...]]] = {
         "RC_OVERRIDE_TIME",
         "RC_FS_TIMEOUT",
         "RC_OPTIONS",
+        "SIM_SPEEDUP",  # in ArduPilot's own simulator only; last, because a real one never answers
     ),
     mavlink.MAV_AUTOPILOT_PX4: (
         "COM_RC_IN_MODE",
@@ -42,10 +43,13 @@ LOSS_NAMES: Final[dict[int, tuple[str, ...]]] = {
         "COM_DL_LOSS_T",
         "NAV_DLL_ACT",
         "NAV_RCL_ACT",
+        "COM_RCL_EXCEPT",
         "COM_OBL_RC_ACT",
+        "SYS_HITL",
+        "SIM_GZ_EN",
     ),
 }
-"""By autopilot, the parameters that decide what happens on a loss."""
+"""By autopilot, the parameters that decide what happens on a loss, and by which a simulated one is known."""
 
 NAMES: Final[dict[int, tuple[str, ...]]] = {
     mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: tuple(

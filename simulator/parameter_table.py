@@ -228,4 +228,18 @@ _STREAMS: list[tuple[str, Kind, float]] = [
     )
 ]
 
-TABLE: list[tuple[str, Kind, float]] = [*_COPTER, *_BATTERY, *_TUNING, *_RADIO, *_CHANNELS, *_STREAMS]
+_SIMULATED: list[tuple[str, Kind, float]] = [
+    ("SIM_SPEEDUP", _F, 1),
+    ("SIM_RATE_HZ", _I16, 1200),
+]
+"""Only a simulated ArduPilot has any; their names tell what it is. They are told and change nothing."""
+
+TABLE: list[tuple[str, Kind, float]] = [
+    *_COPTER,
+    *_BATTERY,
+    *_TUNING,
+    *_RADIO,
+    *_CHANNELS,
+    *_STREAMS,
+    *_SIMULATED,
+]

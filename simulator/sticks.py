@@ -2,7 +2,8 @@
 
 Laws (AUTOPILOTS.md): only the configured ground station's sysid may move sticks, in silence for all others;
 each overridden channel lapses by itself; what lapses goes back to the radio's value, or, with no receiver,
-stays as it was until the radio failsafe comes.
+stays as it was. For the radio failsafe a receiver counts while it hears, sticks of a ground station only when they
+come: with no receiver it sets in while the last of them are still in force.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Sticks:
         self.pwm = list(self.radio_pwm) if has_radio else [0] * CHANNELS
         self.ever_heard = has_radio
         self.last_input_s: float | None = None
-        """When there was last a stick position worth believing."""
+        """When the receiver, or a ground station's sticks, were last heard."""
         self._transmitter_heard = has_radio
         self._override: dict[int, tuple[int, float]] = {}
 
@@ -81,6 +82,7 @@ class Sticks:
             return
         self._override[index] = (pwm, now_s)
         self.ever_heard = True
+        self.last_input_s = now_s
 
     def update(self, now_s: float, *, transmitter_lost: bool) -> None:
         """Let overrides lapse and settle what each channel reads now."""
@@ -95,7 +97,7 @@ class Sticks:
             self.pwm[: len(RADIO_AT_REST)] = self.radio_pwm[: len(RADIO_AT_REST)]
         for index, (value, _) in self._override.items():
             self.pwm[index] = value
-        if transmitter_heard or self._override:
+        if transmitter_heard:
             self.last_input_s = now_s
 
     def silent_for_s(self, now_s: float) -> float:

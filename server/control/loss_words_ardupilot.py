@@ -119,9 +119,8 @@ def _radio(values: dict[str, float], has_radio: bool | None) -> Iterable[Sentenc
     failsafe = values.get("FS_THR_ENABLE")
     options = _bits(values, "RC_OPTIONS")
     ignored = bool(options & (RADIO_IGNORED | RECEIVER_FAILSAFE_IGNORED))
-    wait_s = max(0.0, values.get("RC_OVERRIDE_TIME", _DEFAULT_OVERRIDE_S)) + values.get(
-        "RC_FS_TIMEOUT", _DEFAULT_RADIO_FAILSAFE_S
-    )
+    # It counts from the last message that brought sticks, though these themselves are in force for longer.
+    wait_s = values.get("RC_FS_TIMEOUT", _DEFAULT_RADIO_FAILSAFE_S)
     does = _THROTTLE_ACTIONS.get(int(failsafe or 0), "acts as configured")
     if has_radio is None:
         yield warning("radio", "It is not known whether a radio receiver is on board.")

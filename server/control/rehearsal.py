@@ -19,7 +19,7 @@ from server.control.lease import Refused
 from server.database import Database
 from server.relay.hub import Hub
 from server.relay.live_drone import LiveDrone
-from wire.control_messages import HoldProgress, HoldStep
+from wire.control_messages import HoldProgress, HoldStep, LossParameters
 from wire.ids import DroneId
 
 What = Literal["operator", "tower"]
@@ -48,15 +48,23 @@ def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight:
         return Refused("offline", "the drone is offline")
     if what == "operator" and drone.holder_id is None:
         return Refused("no-holder", "nobody has the controls, so nobody can be lost")
-    if (drone.armed or drone.airborne) and not (in_flight or is_simulator(drone)):
+    if (drone.armed or drone.airborne) and not (in_flight or is_simulator(drone.loss_parameters)):
         return Refused("in-flight", "the drone is armed: say that you want this in flight")
     return None
 
 
-def is_simulator(drone: LiveDrone) -> bool:
-    """As far as the parameters tell: only a simulated ArduPilot has any whose name begins with SIM_."""
-    values = drone.loss_parameters.values if drone.loss_parameters else {}
-    return any(name.startswith("SIM_") for name in values)
+def is_simulator(parameters: LossParameters | None) -> bool:
+    """Whether the parameters prove it.
+
+    Only a simulated ArduPilot has any whose name begins with SIM_. A PX4 on a real board may have some as well, so
+    there only those count that switch a simulation on: SYS_HITL (in the loop, or on the board itself) and SIM_GZ_EN.
+    """
+    if parameters is None:
+        return False
+    values = parameters.values
+    if parameters.autopilot == "ardupilot":
+        return any(name.startswith("SIM_") for name in values)
+    return any(values.get(name, 0) > 0 for name in ("SYS_HITL", "SIM_GZ_EN"))
 
 
 class Rehearsals:

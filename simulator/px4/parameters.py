@@ -18,6 +18,8 @@ TABLE: list[tuple[str, Kind, float]] = [
     ("MAV_COMP_ID", _I32, 1),
     ("MAV_TYPE", _I32, 2),
     ("SYS_AUTOSTART", _I32, 4001),
+    ("SYS_HITL", _I32, 0),
+    ("SIM_GZ_EN", _I32, 1),  # as in the simulation with Gazebo; it changes nothing here
     ("COM_RC_IN_MODE", _I32, 3),
     ("COM_RC_LOSS_T", _F, 0.5),
     ("COM_RC_OVERRIDE", _I32, 1),

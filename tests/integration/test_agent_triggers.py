@@ -153,7 +153,7 @@ async def test_the_parameters_that_decide_on_a_loss_are_told() -> None:
         async with running_autopilot(port.bound_port) as autopilot:
             names = ["SYSID_MYGCS", "RC1_TRIM", "RC2_TRIM", "RC3_MIN", "RC3_MAX", "RC4_TRIM", "RC3_TRIM"]
             names += ["FS_GCS_ENABLE", "FS_GCS_TIMEOUT", "FS_THR_ENABLE", "FS_OPTIONS"]
-            names += ["RC_OVERRIDE_TIME", "RC_FS_TIMEOUT", "RC_OPTIONS"]
+            names += ["RC_OVERRIDE_TIME", "RC_FS_TIMEOUT", "RC_OPTIONS", "SIM_SPEEDUP"]
             autopilot.parameters = dict.fromkeys(names, 3.0)
             await tower.linked()
             found = await until(lambda: [m for m in tower.messages if isinstance(m, LossParameters)])

@@ -238,10 +238,15 @@ def test_what_decides_on_a_loss_is_read_and_what_the_autopilot_lacks_is_left_out
     assert set(bench.asked) >= {"FS_THR_ENABLE", "FS_GCS_TIMEOUT", "RC_FS_TIMEOUT", "RC_OPTIONS", "FS_OPTIONS"}
 
 
+def test_a_simulated_ardupilot_is_known_by_a_parameter_that_a_real_one_lacks() -> None:
+    assert "SIM_SPEEDUP" in ParametersBench({"SIM_SPEEDUP": 1}).parameters.loss_values
+
+
 def test_px4_is_asked_for_its_own() -> None:
     bench = ParametersBench({"COM_RC_LOSS_T": 0.5}, kind=12)
     assert bench.parameters.loss_values == {"COM_RC_LOSS_T": 0.5}
     assert set(bench.asked) == set(NAMES[12])
+    assert set(bench.asked) >= {"COM_RCL_EXCEPT", "NAV_RCL_ACT", "SYS_HITL"}
 
 
 def test_another_kind_of_autopilot_is_asked_for_nothing() -> None:

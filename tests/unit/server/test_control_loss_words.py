@@ -50,7 +50,7 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
         (COPTER | {"FS_THR_ENABLE": 0.0}, False, USUAL, "radio", "danger", "no radio"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, True, USUAL, "radio", "warning", "does nothing"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, None, USUAL, "radio", "warning", "does nothing"),
-        (COPTER, False, USUAL, "radio", "info", "4 s after the last sticks"),
+        (COPTER, False, USUAL, "radio", "info", "There is no radio. 1 s after the last sticks"),
         (COPTER | {"FS_THR_ENABLE": 3.0}, False, USUAL, "radio", "info", "lands where it is"),
         (COPTER, True, USUAL, "radio", "warning", "descend"),
         (COPTER, None, USUAL, "radio", "warning", "not known whether"),
