@@ -1,6 +1,7 @@
 """What is inside a sealed datagram: frames, half of a keep-alive, an urgent message (docs/wire-protocol.md, 3.2)."""
 
 from collections.abc import Sequence
+from enum import IntEnum
 from struct import Struct
 from typing import Final, NamedTuple
 
@@ -10,15 +11,17 @@ from wire.ids import DroneId, Epoch
 from wire.sealing import LARGEST_CONTENT_BYTES
 
 _FRAMES: Final = 1
-_PING: Final = 2
-_PONG: Final = 3
 _URGENT: Final = 4
+_PING: Final = 5
+_PONG: Final = 6
 
 LARGEST_URGENT_BYTES: Final = LARGEST_CONTENT_BYTES - 1
 
 _FRAMES_HEADER: Final = Struct("<BIII")
 FRAMES_HEADER_BYTES: Final = _FRAMES_HEADER.size
-_KEEPALIVE: Final = Struct("<BIQ")
+_PING_FIXED: Final = Struct("<BIQQQBB")
+_PONG_FIXED: Final = Struct("<BIQQQ")
+PING_BYTES: Final = _PING_FIXED.size
 
 
 class Frames(NamedTuple):
@@ -33,18 +36,47 @@ class Frames(NamedTuple):
     frames: list[bytes]
 
 
+class Report(NamedTuple):
+    """What the sender has received of the other direction since the link began: the receiver works out the loss.
+
+    `expected`: the highest counter that came, plus one. `received`: how many different datagrams came.
+    """
+
+    expected: int = 0
+    received: int = 0
+
+
+class Purpose(IntEnum):
+    """Where a ping is answered to, and whether its address is followed."""
+
+    KEEPALIVE = 0
+    """Goes and is answered the way that everything goes."""
+    PROBE = 1
+    """Tries out a way: answered where it came from, and not followed."""
+    UPLINK = 2
+    """As a probe, and tells the address of one of several uplinks."""
+
+
 class Ping(NamedTuple):
-    """Asks for a Pong. `clock_us` is the sender's own clock, which means nothing to anybody else."""
+    """Asks for a Pong. `clock_us` is the sender's own clock, which means nothing to anybody else.
+
+    `uplink`: 0..255, which one it left by. `padding_bytes`: zeros behind it, for trying out a size.
+    """
 
     sequence: int
     clock_us: int
+    report: Report = Report()
+    purpose: Purpose = Purpose.KEEPALIVE
+    uplink: int = 0
+    padding_bytes: int = 0
 
 
 class Pong(NamedTuple):
-    """A Ping sent back unchanged."""
+    """The answer to a Ping: its first two fields, unchanged. Never longer than the ping."""
 
     sequence: int
     clock_us: int
+    report: Report = Report()
 
 
 class Urgent(NamedTuple):
@@ -67,19 +99,29 @@ def encode_urgent(text: bytes) -> bytes:
 
 
 def encode_keepalive(content: Ping | Pong) -> bytes:
-    """13 bytes."""
-    kind = _PING if isinstance(content, Ping) else _PONG
-    return _KEEPALIVE.pack(kind, content.sequence, content.clock_us)
+    """31 bytes and the padding of a ping, 29 of a pong."""
+    if isinstance(content, Pong):
+        return _PONG_FIXED.pack(_PONG, content.sequence, content.clock_us, *content.report)
+    sequence, clock_us, report, purpose, uplink, padding_bytes = content
+    return _PING_FIXED.pack(_PING, sequence, clock_us, *report, purpose, uplink) + bytes(padding_bytes)
 
 
-def encode_frames(drone_id: DroneId, epoch: Epoch, sent_ms: int, frames: Sequence[bytes]) -> list[bytes]:
-    """As few contents as the frames fit into, in order. Each frame (280 bytes at most) stays whole."""
+def encode_frames(
+    drone_id: DroneId,
+    epoch: Epoch,
+    sent_ms: int,
+    frames: Sequence[bytes],
+    *,
+    largest_bytes: int = LARGEST_CONTENT_BYTES,
+) -> list[bytes]:
+    """As few contents of at most `largest_bytes` as the frames fit into, in order. Each frame (280 bytes at most) stays
+    whole."""
     header = _FRAMES_HEADER.pack(_FRAMES, drone_id, epoch, sent_ms)
     contents: list[bytes] = []
     parts = [header]
     size = len(header)
     for frame in frames:
-        if size + len(frame) > LARGEST_CONTENT_BYTES and len(parts) > 1:
+        if size + len(frame) > largest_bytes and len(parts) > 1:
             contents.append(b"".join(parts))
             parts = [header]
             size = len(header)
@@ -102,9 +144,19 @@ def decode_content(content: bytes) -> Content:
         except MalformedFrame:
             raise Dropped(DropReason.BAD_FRAME) from None
         return Frames(DroneId(drone_id), Epoch(epoch), sent_ms, frames)
-    if kind in (_PING, _PONG) and len(content) == _KEEPALIVE.size:
-        _, sequence, clock_us = _KEEPALIVE.unpack(content)
-        return Ping(sequence, clock_us) if kind == _PING else Pong(sequence, clock_us)
+    if kind == _PING and len(content) >= PING_BYTES:
+        return _decode_ping(content)
+    if kind == _PONG and len(content) == _PONG_FIXED.size:
+        _, sequence, clock_us, expected, received = _PONG_FIXED.unpack(content)
+        return Pong(sequence, clock_us, Report(expected, received))
     if kind == _URGENT and len(content) > 1:
         return Urgent(content[1:])
     raise Dropped(DropReason.BAD_CONTENT)
+
+
+def _decode_ping(content: bytes) -> Ping:
+    _, sequence, clock_us, expected, received, purpose, uplink = _PING_FIXED.unpack_from(content)
+    padding_bytes = len(content) - PING_BYTES
+    if purpose > max(Purpose) or content.count(0, PING_BYTES) != padding_bytes:
+        raise Dropped(DropReason.BAD_CONTENT)
+    return Ping(sequence, clock_us, Report(expected, received), Purpose(purpose), uplink, padding_bytes)

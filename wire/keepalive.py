@@ -14,8 +14,16 @@ PING_INTERVAL_S: Final = 0.5
 ANSWER_WITHIN_S: Final = 2.0
 """A ping not answered by then counts as lost."""
 
+PROBE_SEQUENCES: Final = 1 << 31
+"""Sequence numbers from here on are those of probes, which are no part of this measurement."""
+
 REMEMBERED: Final = 20
 """Pings over which the loss is told: ten seconds."""
+
+
+def clock_stamp_us(now: float) -> int:
+    """`now` as a ping carries it."""
+    return int(now * 1e6) & 0xFFFFFFFFFFFFFFFF
 
 
 class Keepalive:
@@ -40,9 +48,9 @@ class Keepalive:
             if now - sent > ANSWER_WITHIN_S:
                 del self._waiting[sequence]
                 self._answered.append(False)
-        self._sequence = (self._sequence + 1) & 0xFFFFFFFF
+        self._sequence = (self._sequence + 1) % PROBE_SEQUENCES
         self._waiting[self._sequence] = now
-        return Ping(self._sequence, int(now * 1e6) & 0xFFFFFFFFFFFFFFFF)
+        return Ping(self._sequence, clock_stamp_us(now))
 
     def next_ping_at(self) -> float:
         """When `ping_due` will have something."""
@@ -52,15 +60,16 @@ class Keepalive:
         """Any authentic datagram came."""
         self._last_heard = now
 
-    def pong(self, pong: Pong, now: float) -> None:
-        """An answer came. One that nobody waits for (late, or repeated) says nothing."""
+    def pong(self, pong: Pong, now: float) -> float | None:
+        """An answer came: its round trip in seconds. None for one that nobody waits for (late, or repeated)."""
         sent = self._waiting.pop(pong.sequence, None)
         if sent is None:
-            return
+            return None
         self._answered.append(True)
         self._newest_answered = max(self._newest_answered, pong.sequence)
         sample = max(0.0, now - sent)
         self.rtt_s = sample if self.rtt_s is None else self.rtt_s + (sample - self.rtt_s) / 4
+        return sample
 
     def rtt_now_s(self, now: float) -> float:
         """The round trip, or how long an answer is overdue if that is longer; 0 before anything is known.

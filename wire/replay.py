@@ -14,11 +14,13 @@ _MASK: Final = (1 << WINDOW) - 1
 class ReplayWindow:
     """Which counters have been seen. Call `accept` only for datagrams that have been authenticated."""
 
-    __slots__ = ("_newest", "_seen")
+    __slots__ = ("_newest", "_seen", "accepted")
 
     def __init__(self) -> None:
         self._newest = -1
         self._seen = 0
+        self.accepted = 0
+        """How many counters were accepted: with `newest` it tells how many are missing."""
 
     @property
     def newest(self) -> int:
@@ -31,9 +33,11 @@ class ReplayWindow:
         if ahead > 0:
             self._seen = ((self._seen << ahead) & _MASK | 1) if ahead < WINDOW else 1
             self._newest = counter
+            self.accepted += 1
             return True
         behind = -ahead
         if behind >= WINDOW or self._seen >> behind & 1:
             return False
         self._seen |= 1 << behind
+        self.accepted += 1
         return True

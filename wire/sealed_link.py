@@ -6,14 +6,17 @@ content (the tag, the epoch) is its own rule and stands where that side is.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from wire.batching import Batch, Batcher
 from wire.content import (
     FRAMES_HEADER_BYTES,
+    PING_BYTES,
     Frames,
     Ping,
     Pong,
+    Purpose,
+    Report,
     Urgent,
     decode_content,
     encode_frames,
@@ -21,9 +24,21 @@ from wire.content import (
     encode_urgent,
 )
 from wire.ids import DroneId, Epoch, LinkId
-from wire.keepalive import Keepalive
+from wire.keepalive import ANSWER_WITHIN_S, PROBE_SEQUENCES, Keepalive, clock_stamp_us
 from wire.lateness import stamp_ms
-from wire.sealing import LARGEST_CONTENT_BYTES, Opener, Sealer
+from wire.link_quality import LinkQuality
+from wire.sealing import OVERHEAD_BYTES, Opener, Sealer
+
+SAFE_DATAGRAM_BYTES: Final = 1200
+"""Passes on every path that IPv6 allows, tunnels included: the size before anything is known of the path."""
+
+
+class Probed(NamedTuple):
+    """A probe was answered."""
+
+    uplink: int | None
+    datagram_bytes: int
+    rtt_s: float
 
 
 class Received(NamedTuple):
@@ -31,7 +46,13 @@ class Received(NamedTuple):
 
     frames: Frames | None
     newest: bool
+    """Whether the address that it came from is to be followed."""
     urgent: bytes | None = None
+    answer: bytes | None = None
+    """A datagram to send back to where this one came from, and to nowhere else. Never longer than this one was."""
+    uplink: int | None = None
+    """The uplink whose address this datagram tells."""
+    probed: Probed | None = None
 
 
 class SealedLink:
@@ -41,10 +62,16 @@ class SealedLink:
         self.link_id = link_id
         self.drone_id = drone_id
         self.keepalive = Keepalive(now)
+        self.quality = LinkQuality(now)
+        self.datagram_bytes = SAFE_DATAGRAM_BYTES
+        """The largest datagram that is known to pass to the other side."""
         self._sealer = Sealer(send_key, link_id)
         self._opener = Opener(receive_key, link_id)
-        self._batcher = Batcher(LARGEST_CONTENT_BYTES - FRAMES_HEADER_BYTES)
+        self._batcher = Batcher(SAFE_DATAGRAM_BYTES - OVERHEAD_BYTES - FRAMES_HEADER_BYTES)
         self._answers: list[bytes] = []
+        self._probes: dict[int, tuple[float, int | None, int]] = {}
+        """Sequence number to (when sent, uplink, size)."""
+        self._probe_sequence = PROBE_SEQUENCES
 
     def receive(self, datagram: bytes, now: float) -> Received:
         """Opens one datagram. Raises wire.drops.Dropped with the first check that it fails."""
@@ -55,11 +82,30 @@ class SealedLink:
             return Received(decoded, newest)
         if isinstance(decoded, Urgent):
             return Received(None, newest, decoded.text)
-        if isinstance(decoded, Ping):
-            self._answers.append(self._sealer.seal(encode_keepalive(Pong(*decoded))))
-        else:
-            self.keepalive.pong(decoded, now)
-        return Received(None, newest)
+        self.quality.told(decoded.report, now)
+        report = self._report(now)
+        if isinstance(decoded, Pong):
+            return Received(None, newest, probed=self._pong(decoded, now))
+        answer = self._sealer.seal(encode_keepalive(Pong(decoded.sequence, decoded.clock_us, report)))
+        if decoded.purpose is Purpose.KEEPALIVE:
+            self._answers.append(answer)
+            return Received(None, newest)
+        uplink = decoded.uplink if decoded.purpose is Purpose.UPLINK else None
+        return Received(None, False, answer=answer, uplink=uplink)
+
+    def _pong(self, pong: Pong, now: float) -> Probed | None:
+        if pong.sequence < PROBE_SEQUENCES:
+            rtt_s = self.keepalive.pong(pong, now)
+            if rtt_s is not None:
+                self.quality.round_trip(rtt_s, now)
+            return None
+        sent = self._probes.pop(pong.sequence, None)
+        return None if sent is None else Probed(sent[1], sent[2], now - sent[0])
+
+    def _report(self, now: float) -> Report:
+        report = Report(*self._opener.so_far())
+        self.quality.counted(report, now)
+        return report
 
     def batch_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> list[bytes]:
         """Datagrams to send now; frames that are not urgent may stay until `batch_due_at` (wire.batching)."""
@@ -80,16 +126,35 @@ class SealedLink:
     def seal_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> list[bytes]:
         """Datagrams with these frames alone, in order, each as full as it may be, stamped with `now`."""
         seal = self._sealer.seal
-        return [seal(content) for content in encode_frames(self.drone_id, epoch, stamp_ms(now), frames)]
+        largest_bytes = self.datagram_bytes - OVERHEAD_BYTES
+        contents = encode_frames(self.drone_id, epoch, stamp_ms(now), frames, largest_bytes=largest_bytes)
+        return [seal(content) for content in contents]
 
     def seal_urgent(self, text: bytes) -> bytes:
         """One datagram with a message of the control channel. Raises ValueError if it is too long for one."""
         return self._sealer.seal(encode_urgent(text))
+
+    def seal_probe(self, now: float, *, uplink: int | None = None, datagram_bytes: int = 0) -> bytes:
+        """A ping that is answered where it comes from: for one uplink, or to try out a way or a size.
+
+        `datagram_bytes`: filled up to this size, if it is larger than a ping is.
+        """
+        for sequence, (sent_at, _, _) in list(self._probes.items()):
+            if now - sent_at > ANSWER_WITHIN_S:
+                del self._probes[sequence]
+        self._probe_sequence = (self._probe_sequence + 1) % PROBE_SEQUENCES + PROBE_SEQUENCES
+        padding_bytes = max(0, datagram_bytes - OVERHEAD_BYTES - PING_BYTES)
+        purpose = Purpose.PROBE if uplink is None else Purpose.UPLINK
+        report, clock_us = self._report(now), clock_stamp_us(now)
+        ping = Ping(self._probe_sequence, clock_us, report, purpose, uplink or 0, padding_bytes)
+        datagram = self._sealer.seal(encode_keepalive(ping))
+        self._probes[self._probe_sequence] = (now, uplink, len(datagram))
+        return datagram
 
     def datagrams_to_send(self, now: float) -> list[bytes]:
         """Answers to pings, and a ping of our own where one is due."""
         datagrams, self._answers = self._answers, []
         ping = self.keepalive.ping_due(now)
         if ping is not None:
-            datagrams.append(self._sealer.seal(encode_keepalive(ping)))
+            datagrams.append(self._sealer.seal(encode_keepalive(ping._replace(report=self._report(now)))))
         return datagrams

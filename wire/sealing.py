@@ -82,6 +82,10 @@ class Opener:
         self._link_id = link_id
         self._window = ReplayWindow()
 
+    def so_far(self) -> tuple[int, int]:
+        """(datagrams that the other side has sent at least, datagrams of them that came)."""
+        return self._window.newest + 1, self._window.accepted
+
     def open(self, datagram: bytes) -> Opened:
         """The content of a datagram of this link. Raises Dropped with the first check that it fails."""
         if read_link_id(datagram) != self._link_id:

@@ -4,9 +4,11 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from server.relay.live_messages import LinkOver, LinkQuality
 from wire.content import LARGEST_URGENT_BYTES
 from wire.control_messages import HoldProgress, ToAgent, encode_message
 from wire.ids import DroneId, Epoch, LinkId
+from wire.link_quality import LONG_WINDOW_S, SHORT_WINDOW_S
 from wire.sealed_link import SealedLink
 
 Address = tuple[str, int]
@@ -63,6 +65,20 @@ class AgentLink:
     @property
     def drone_id(self) -> DroneId:
         return self.sealed.drone_id
+
+    def quality(self, now: float) -> LinkQuality:
+        """As the browsers are told, once a second."""
+        keepalive, quality = self.sealed.keepalive, self.sealed.quality
+        return LinkQuality(
+            drone_id=self.drone_id,
+            rtt_ms=None if keepalive.rtt_s is None else round(keepalive.rtt_s * 1000, 1),
+            loss=round(keepalive.loss, 3),
+            over_1s=LinkOver.of(quality.over(SHORT_WINDOW_S, now)),
+            over_30s=LinkOver.of(quality.over(LONG_WINDOW_S, now)),
+            path_mtu=self.sealed.datagram_bytes,
+            transport="udp",
+            uplinks=1,
+        )
 
     def is_heard(self, now: float) -> bool:
         """Whether the data channel works: something authentic came, and not too long ago."""

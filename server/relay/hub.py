@@ -353,12 +353,8 @@ class Hub:
         """Several times a second: everything that time alone can change."""
         self._safety.tick(now)
 
-    def tell_link_quality(self) -> None:
-        """Once a second: round trip and loss of every drone that is online."""
+    def tell_link_quality(self, now: float) -> None:
+        """Once a second: how the link of every drone is that is online."""
         for drone in self._state.drones.values():
-            if drone.link is None or not drone.online:
-                continue
-            keepalive = drone.link.sealed.keepalive
-            rtt_ms = None if keepalive.rtt_s is None else round(keepalive.rtt_s * 1000, 1)
-            quality = live.LinkQuality(drone.drone_id, rtt_ms, round(keepalive.loss, 3))
-            self._state.tell_watchers(drone, quality)
+            if drone.link is not None and drone.online:
+                self._state.tell_watchers(drone, drone.link.quality(now))

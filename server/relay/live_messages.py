@@ -1,12 +1,13 @@
 """The text messages of `/api/v1/live` (docs/wire-protocol.md, 1.2 and 1.3) as typed structs."""
 
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
 import msgspec
 
 from server.fleet.snapshot import UserRef
 from server.fleet.views import DroneView
 from wire.control_messages import UNREADABLE
+from wire.link_quality import Quality
 
 
 class User(msgspec.Struct, frozen=True):
@@ -82,12 +83,44 @@ class Rehearsal(msgspec.Struct, frozen=True, tag="rehearsal", tag_field="type"):
     text: str
 
 
+class LinkOver(msgspec.Struct, frozen=True):
+    """The link over a while. None is: not known. `loss_up`: of what the agent sent, 0..1; `loss_down`: the tower."""
+
+    rtt_ms: float | None
+    jitter_ms: float | None
+    loss_up: float | None
+    loss_down: float | None
+
+    @classmethod
+    def of(cls, quality: Quality) -> Self:
+        """Seen from the tower, so what it received came up."""
+        rtt_s, jitter_s, loss_sent, loss_received = quality
+        return cls(_ms(rtt_s), _ms(jitter_s), _share(loss_received), _share(loss_sent))
+
+
 class LinkQuality(msgspec.Struct, frozen=True, tag="link", tag_field="type"):
-    """Round trip in ms (None before the first measurement) and share of lost pings."""
+    """How one agent's link is. `rtt_ms` is smoothed, None before the first measurement; `loss` the share of lost pings.
+
+    `path_mtu`: bytes of the largest datagram known to pass to the agent. `uplinks`: by how many ways it comes at the
+    moment.
+    """
 
     drone_id: int
     rtt_ms: float | None
     loss: float
+    over_1s: LinkOver
+    over_30s: LinkOver
+    path_mtu: int
+    transport: Literal["udp", "websocket"]
+    uplinks: int
+
+
+def _ms(seconds: float | None) -> float | None:
+    return None if seconds is None else round(seconds * 1000, 1)
+
+
+def _share(share: float | None) -> float | None:
+    return None if share is None else round(share, 3)
 
 
 class Notice(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):

@@ -33,4 +33,4 @@ async def _beat(hub: Hub) -> None:
         hub.tick(time.monotonic())
         ticks += 1
         if ticks % LINK_QUALITY_EVERY_TICKS == 0:
-            hub.tell_link_quality()
+            hub.tell_link_quality(time.monotonic())

@@ -345,3 +345,21 @@ def test_frames_to_an_agent_share_a_datagram_unless_one_is_urgent(world: HubWorl
     agent.alarms[-1][1](2.010)
     assert agent.sent_to == []
     assert len(agent.alarms) == 2
+
+
+def test_watchers_are_told_how_the_link_is_seen_from_the_drone(world: HubWorld) -> None:
+    agent, alice = world.agent(1), world.browser(1)
+    for step in range(300):
+        now = step / 10
+        agent.link.send_keepalives(now)
+        agent.answer_pings(now)
+        agent.sealed.seal_frames(Epoch(0), [heartbeat()], now)  # lost on its way up
+        agent.answer_pings(now + 0.04)
+    alice.events()
+    world.hub.tell_link_quality(30.0)
+    (told,) = [event for event in alice.events() if isinstance(event, live.LinkQuality)]
+    assert (told.drone_id, told.transport, told.uplinks) == (1, "udp", 1)
+    assert told.over_30s.loss_up is not None and told.over_30s.loss_up > 0.5
+    assert told.over_30s.loss_down == 0.0
+    assert told.over_1s.rtt_ms is not None
+    assert told.path_mtu >= 1200

@@ -8,7 +8,7 @@ from pathlib import Path
 from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from cryptography.hazmat.primitives.ciphers.aead import ChaCha20Poly1305
 
-from wire.content import Frames, Ping, Pong, decode_content, encode_frames, encode_keepalive
+from wire.content import Frames, Ping, Pong, Purpose, Report, decode_content, encode_frames, encode_keepalive
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, LinkId
 from wire.key_agreement import agree, public_bytes
@@ -21,6 +21,9 @@ HEARTBEAT = build(mavlink.MAVLink_heartbeat_message(2, 3, 81, 5, 4, 3), system_i
 ATTITUDE = build(
     mavlink.MAVLink_attitude_message(1000, 0.5, -0.25, 1.0, 0, 0, 0), system_id=1, component_id=1, sequence=8
 )
+PING = Ping(1, 2_000_000, Report(7, 6))
+PROBE = Ping(1 << 31, 2_000_000, Report(7, 6), Purpose.UPLINK, uplink=3, padding_bytes=4)
+PONG = Pong(1, 2_000_000, Report(9, 9))
 
 
 def golden(name: str) -> bytes:
@@ -42,11 +45,16 @@ def test_tagged_frames() -> None:
 def test_sealed_datagrams() -> None:
     sealer = Sealer(KEY, LINK)
     (content,) = encode_frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT, ATTITUDE])
-    ping = encode_keepalive(Ping(1, 2_000_000))
-    pong = encode_keepalive(Pong(1, 2_000_000))
     assert sealer.seal(content) == golden("sealed_frames")
-    assert sealer.seal(ping) == golden("sealed_ping")
-    assert sealer.seal(pong) == golden("sealed_pong")
+    assert sealer.seal(encode_keepalive(PING)) == golden("sealed_keepalive_ping")
+    assert sealer.seal(encode_keepalive(PROBE)) == golden("sealed_uplink_ping")
+    assert sealer.seal(encode_keepalive(PONG)) == golden("sealed_keepalive_pong")
+
+
+def test_keepalives_by_the_written_layout_alone() -> None:
+    assert encode_keepalive(PING) == struct.pack("<BIQQQBB", 5, 1, 2_000_000, 7, 6, 0, 0)
+    assert encode_keepalive(PROBE) == struct.pack("<BIQQQBB", 5, 1 << 31, 2_000_000, 7, 6, 2, 3) + bytes(4)
+    assert encode_keepalive(PONG) == struct.pack("<BIQQQ", 6, 1, 2_000_000, 9, 9)
 
 
 def test_a_golden_datagram_opens_by_the_written_layout_alone() -> None:
@@ -58,12 +66,9 @@ def test_a_golden_datagram_opens_by_the_written_layout_alone() -> None:
 
 def test_golden_datagrams_open() -> None:
     opener = Opener(KEY, LINK)
-    contents = [decode_content(opener.open(golden(f"sealed_{n}")).content) for n in ("frames", "ping", "pong")]
-    assert contents == [
-        Frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT, ATTITUDE]),
-        Ping(1, 2_000_000),
-        Pong(1, 2_000_000),
-    ]
+    names = ("sealed_frames", "sealed_keepalive_ping", "sealed_uplink_ping", "sealed_keepalive_pong")
+    contents = [decode_content(opener.open(golden(name)).content) for name in names]
+    assert contents == [Frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT, ATTITUDE]), PING, PROBE, PONG]
 
 
 def test_link_keys_are_hkdf_sha256_as_written() -> None:

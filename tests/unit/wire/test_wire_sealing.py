@@ -104,7 +104,7 @@ def test_opener_raises_nothing_but_dropped(data: bytes) -> None:
 @given(st.binary(max_size=200))
 def test_content_raises_nothing_but_dropped(data: bytes) -> None:
     frames = b"\x01" + bytes(12) + FRAME
-    for content in (data, frames, frames + data, *(bytes((kind,)) + data for kind in range(6))):
+    for content in (data, frames, frames + data, *(bytes((kind,)) + data for kind in range(8))):
         try:
             decoded = decode_content(content)
         except Dropped as dropped:
@@ -115,15 +115,18 @@ def test_content_raises_nothing_but_dropped(data: bytes) -> None:
         elif isinstance(decoded, Urgent):
             assert encode_urgent(decoded.text) == content
         else:
-            assert encode_keepalive(decoded) == content
+            assert encode_keepalive(decoded) == content  # a ping and a pong mean every byte they have
 
 
 CONTENTS = {
     "nothing": (b"", DropReason.BAD_CONTENT),
-    "an unknown kind": (b"\x05" + bytes(12), DropReason.BAD_CONTENT),
+    "an unknown kind": (b"\x07" + bytes(30), DropReason.BAD_CONTENT),
+    "the ping of a draft": (b"\x02" + bytes(12), DropReason.BAD_CONTENT),
     "frames without frames": (b"\x01" + bytes(8), DropReason.BAD_CONTENT),
-    "a short ping": (b"\x02" + bytes(11), DropReason.BAD_CONTENT),
-    "a long pong": (b"\x03" + bytes(13), DropReason.BAD_CONTENT),
+    "a short ping": (b"\x05" + bytes(29), DropReason.BAD_CONTENT),
+    "a ping with something in its padding": (b"\x05" + bytes(30) + b"x", DropReason.BAD_CONTENT),
+    "a ping of a purpose that nobody knows": (b"\x05" + bytes(28) + b"\x03\0", DropReason.BAD_CONTENT),
+    "a long pong": (b"\x06" + bytes(29), DropReason.BAD_CONTENT),
     "a cut frame": (b"\x01" + bytes(8) + FRAME[:-1], DropReason.BAD_FRAME),
     "bytes behind the last frame": (b"\x01" + bytes(8) + FRAME + b"\0", DropReason.BAD_FRAME),
 }
@@ -212,6 +215,33 @@ def test_pongs_are_not_answered() -> None:
     pong.seal(b"x")
     agent.receive(pong.seal(encode_keepalive(Pong(1, 0))), 0.1)
     assert agent.datagrams_to_send(0.1) == []
+
+
+@pytest.mark.parametrize("uplink", [None, 2])
+@pytest.mark.parametrize("datagram_bytes", [0, 700, LARGEST_DATAGRAM_BYTES])
+def test_a_probe_is_answered_where_it_came_from_and_its_address_is_not_followed(
+    uplink: int | None, datagram_bytes: int
+) -> None:
+    agent, tower = links()
+    probe = agent.seal_probe(1.0, uplink=uplink, datagram_bytes=datagram_bytes)
+    assert len(probe) == max(datagram_bytes, len(agent.seal_probe(1.0)))
+    received = tower.receive(probe, 1.1)
+    assert (received.frames, received.newest, received.uplink) == (None, False, uplink)
+    assert received.answer is not None
+    assert len(received.answer) <= len(probe), "no answer is larger than what came"
+    assert all(tower.keepalive.ping_due(0.0) is None for _ in tower.datagrams_to_send(1.1)), "and only there"
+    probed = agent.receive(received.answer, 1.3).probed
+    assert probed == (uplink, len(probe), pytest.approx(0.3))
+    assert agent.keepalive.rtt_s is None
+
+
+def test_an_answer_to_a_ping_is_not_larger_than_the_ping() -> None:
+    agent, tower = links()
+    (ping,) = agent.datagrams_to_send(0.0)
+    tower.datagrams_to_send(0.0)
+    tower.receive(ping, 0.1)
+    (pong,) = tower.datagrams_to_send(0.1)
+    assert len(pong) <= len(ping)
 
 
 def test_an_urgent_message_travels_sealed() -> None:

@@ -76,11 +76,28 @@ export interface RehearsalEvent {
   readonly text: string;
 }
 
+/** The link over a while; null is: not known. Losses are shares, 0..1. */
+export interface LinkOver {
+  readonly rtt_ms: number | null;
+  readonly jitter_ms: number | null;
+  readonly loss_up: number | null;
+  readonly loss_down: number | null;
+}
+
 export interface LinkEvent {
   readonly type: 'link';
   readonly drone_id: number;
+  /** Smoothed; null before the first measurement. */
   readonly rtt_ms: number | null;
+  /** Share of lost pings, 0..1. */
   readonly loss: number;
+  readonly over_1s: LinkOver;
+  readonly over_30s: LinkOver;
+  /** Bytes of the largest datagram known to pass to the agent. */
+  readonly path_mtu: number;
+  readonly transport: 'udp' | 'websocket';
+  /** By how many ways the agent comes at the moment. */
+  readonly uplinks: number;
 }
 
 export interface NoticeEvent {
