@@ -1,12 +1,13 @@
 """A real Chromium and a real squad for the browser tests."""
 
+import contextlib
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import pytest
-from console_page import FLAGS, ConsolePage
+from console_page import FLAGS, ConsolePage, Somebody
 from playwright.sync_api import Browser, expect, sync_playwright
 from worlds.processes import World
 
@@ -43,28 +44,47 @@ def prepared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
-    """A tower and two simulated drones, both sysid 1, online."""
+def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
+    """A tower, and no drone that is switched on."""
     shutil.copytree(prepared_folder, tmp_path, dirs_exist_ok=True)
     with World(tmp_path, prepared=True) as world:
         world.start_tower()
-        world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
-        world.wait_until_online(world.visitor("admin"), 1, 2)
         yield world
 
 
 @pytest.fixture
-def somebody(chromium: Browser, world: World) -> Iterator[Callable[[], ConsolePage]]:
-    """Opens the console in a browser profile of its own, so that several people can be signed in at once."""
+def world(quiet_world: World) -> World:
+    """A tower and two simulated drones, both sysid 1, online."""
+    quiet_world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
+    quiet_world.wait_until_online(quiet_world.visitor("admin"), 1, 2)
+    return quiet_world
+
+
+@contextlib.contextmanager
+def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
     contexts = []
 
     def come() -> ConsolePage:
         context = chromium.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
         contexts.append(context)
-        page = ConsolePage(context.new_page(), world.address)
+        page = ConsolePage(context.new_page(), address)
         page.open()
         return page
 
     yield come
     for context in contexts:
         context.close()
+
+
+@pytest.fixture
+def somebody(chromium: Browser, world: World) -> Iterator[Somebody]:
+    """Opens the console in a browser profile of its own, so that several people can be signed in at once."""
+    with visitors(chromium, world.address) as come:
+        yield come
+
+
+@pytest.fixture
+def somebody_early(chromium: Browser, quiet_world: World) -> Iterator[Somebody]:
+    """The same, before any drone is switched on."""
+    with visitors(chromium, quiet_world.address) as come:
+        yield come

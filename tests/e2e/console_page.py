@@ -109,8 +109,10 @@ class ConsolePage:
     def wait(self, what: str, condition: Callable[[], bool], *, timeout_s: float = FLIGHT_TIMEOUT_S) -> None:
         deadline = time.monotonic() + timeout_s
         while not condition():
-            seen = {name: self.word(name) for name in ("mode", "armed", "altitude", "speed", "latitude", "longitude")}
-            assert time.monotonic() < deadline, f"waited {timeout_s:g} s in vain for {what}; the page shows {seen}"
+            if time.monotonic() > deadline:
+                shown = self.page.locator("[data-testid^=value-]").all()
+                seen = {part.get_attribute("data-testid"): part.get_attribute("data-value") for part in shown}
+                raise AssertionError(f"waited {timeout_s:g} s in vain for {what}; the page shows {seen}")
             self.page.wait_for_timeout(50)
 
     def wait_for_frames(self, drones: int = 1, *, timeout_s: float = 20.0) -> None:

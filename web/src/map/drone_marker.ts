@@ -84,15 +84,28 @@ export function drawMarker(pen: Pen, theme: MapTheme, x: number, y: number, look
   pen.lineWidth = 2;
   pen.stroke();
   pen.restore();
-  drawLabel(pen, theme, x + MARKER_RADIUS_PX + 8, y, look);
 }
 
-function drawLabel(pen: Pen, theme: MapTheme, x: number, y: number, { name, detail }: MarkerLook): void {
+type Words = Pick<MarkerLook, 'name' | 'detail'>;
+
+const nameFont = (pen: Pen): string => `600 12px ${fontOf(pen)}`;
+const detailFont = (pen: Pen): string => `500 11px ${fontOf(pen)}`;
+
+export function labelSize(pen: Pen, { name, detail }: Words): { width: number; height: number } {
+  pen.font = nameFont(pen);
+  const nameWidth = pen.measureText(name).width;
+  if (!detail) return { width: nameWidth, height: 16 };
+  pen.font = detailFont(pen);
+  return { width: Math.max(nameWidth, pen.measureText(detail).width), height: 31 };
+}
+
+/** `x` is the left end, `y` the middle. */
+export function drawLabel(pen: Pen, theme: MapTheme, x: number, y: number, { name, detail }: Words): void {
   pen.textBaseline = 'middle';
   pen.textAlign = 'left';
   pen.lineJoin = 'round';
-  haloText(pen, theme, name, x, detail ? y - 7 : y, `600 12px ${fontOf(pen)}`, theme.text);
-  if (detail) haloText(pen, theme, detail, x, y + 8, `500 11px ${fontOf(pen)}`, theme.gridText);
+  haloText(pen, theme, name, x, detail ? y - 7 : y, nameFont(pen), theme.text);
+  if (detail) haloText(pen, theme, detail, x, y + 8, detailFont(pen), theme.gridText);
 }
 
 export function haloText(

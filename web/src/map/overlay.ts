@@ -9,6 +9,7 @@ import type { DroneState } from '../link/flight_values';
 import { offsetBy } from '../link/geometry';
 import type { Place } from '../link/messages';
 import { drawMarker, fontOf, haloText, MARKER_RADIUS_PX } from './drone_marker';
+import { drawLabels } from './drone_labels';
 import { drawGraticule } from './graticule';
 import { readTheme, type MapTheme } from './theme';
 
@@ -45,6 +46,7 @@ export class Overlay {
   #theme: MapTheme = readTheme();
   #scene: Scene = EMPTY;
   #frame = 0;
+  #labelSlots: ReadonlyMap<number, number> = new Map();
 
   constructor(map: MapLibreMap) {
     this.#map = map;
@@ -111,10 +113,11 @@ export class Overlay {
     if (target) this.#drawTarget(target);
     const isNear = ({ x, y }: { x: number; y: number }): boolean =>
       x > -LABEL_MARGIN_PX && y > -MARKER_RADIUS_PX && x < width + MARKER_RADIUS_PX && y < height + MARKER_RADIUS_PX;
-    for (const drone of drones) {
-      const at = this.#at(drone.place);
-      if (isNear(at)) drawMarker(pen, this.#theme, at.x, at.y, { ...drone, isSelected: drone.id === selectedId });
+    const near = drones.map((drone) => ({ drone, at: this.#at(drone.place) })).filter(({ at }) => isNear(at));
+    for (const { drone, at } of near) {
+      drawMarker(pen, this.#theme, at.x, at.y, { ...drone, isSelected: drone.id === selectedId });
     }
+    this.#labelSlots = drawLabels(pen, this.#theme, near, selectedId, this.#labelSlots);
     if (showsAim) this.#drawAim(width / 2, height / 2);
   }
 

@@ -1,0 +1,96 @@
+/**
+ * Where the names of drones stand so that none covers another: beside its marker, further off with a leader line, or
+ * nowhere for want of room. Pure; all in pixels of the screen. Those that come first choose first.
+ */
+
+export interface LabelWanted {
+  readonly id: number;
+  /** The middle of the marker. */
+  readonly x: number;
+  readonly y: number;
+  readonly width: number;
+  readonly height: number;
+}
+
+export interface LabelPlace {
+  /** The left end and the middle of the label's height. */
+  readonly x: number;
+  readonly y: number;
+  /** Which of the candidate places it has: hand it back next time, so that names do not jump about. */
+  readonly slot: number;
+  /** Too far from its marker to be understood without a line. */
+  readonly isFar: boolean;
+}
+
+interface Box {
+  readonly left: number;
+  readonly top: number;
+  readonly right: number;
+  readonly bottom: number;
+}
+
+/** Direction of each candidate: right first, because that is where people look. */
+const DIRECTIONS: readonly (readonly [number, number])[] = [
+  [1, 0],
+  [-1, 0],
+  [0, 1],
+  [0, -1],
+  [1, 1],
+  [-1, 1],
+  [1, -1],
+  [-1, -1],
+];
+const FAR_PX = 22;
+const BREATH_PX = 2;
+
+const overlap = (a: Box, b: Box): boolean =>
+  a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+
+function place({ x, y, width, height }: LabelWanted, slot: number, radiusPx: number): LabelPlace {
+  const [east, south] = DIRECTIONS[slot % DIRECTIONS.length]!;
+  const isFar = slot >= DIRECTIONS.length;
+  const away = radiusPx + (isFar ? FAR_PX : 0);
+  const left = east > 0 ? x + away : east < 0 ? x - away - width : x - width / 2;
+  const middle = y + south * (away * (east === 0 ? 1 : 0.6) + height / 2);
+  return { x: left, y: middle, slot, isFar };
+}
+
+const boxOf = (at: LabelPlace, { width, height }: LabelWanted): Box => ({
+  left: at.x - BREATH_PX,
+  right: at.x + width + BREATH_PX,
+  top: at.y - height / 2,
+  bottom: at.y + height / 2,
+});
+
+/**
+ * `radiusPx`: of a marker with its margin; names do not cover other drones' markers either. `last`: the slots of
+ * the time before. A name without a place is not in the answer.
+ */
+export function layoutLabels(
+  wanted: readonly LabelWanted[],
+  radiusPx: number,
+  last: ReadonlyMap<number, number>,
+): Map<number, LabelPlace> {
+  const taken: Box[] = [];
+  const half = radiusPx * 0.6;
+  const markers = wanted.map(({ x, y }) => ({ left: x - half, right: x + half, top: y - half, bottom: y + half }));
+  const places = new Map<number, LabelPlace>();
+  for (const [index, one] of wanted.entries()) {
+    const before = last.get(one.id);
+    const slots = [...Array(2 * DIRECTIONS.length).keys()];
+    // Its old place is kept while it is free, unless that was a far one and a near one may have come free.
+    if (before !== undefined && before < DIRECTIONS.length) slots.unshift(before);
+    for (const slot of slots) {
+      const at = place(one, slot, radiusPx);
+      const box = boxOf(at, one);
+      const isFree =
+        !taken.some((other) => overlap(box, other)) &&
+        !markers.some((marker, other) => other !== index && overlap(box, marker));
+      if (!isFree) continue;
+      taken.push(box);
+      places.set(one.id, at);
+      break;
+    }
+  }
+  return places;
+}
