@@ -67,6 +67,7 @@ class TowerCore:
                 send_datagram=lambda datagram, address: self._answers.append(datagram),
                 post=lambda message: None,
                 close=lambda code, why: None,
+                call_later=lambda delay_s, call: None,
             ),
             now,
         )

@@ -188,7 +188,7 @@ async def kept_alive(agents: Sequence[LoadAgent]) -> AsyncIterator[None]:
 
 
 async def fly(agents: Sequence[LoadAgent], telemetry: Telemetry, *, for_s: float, seed: int = 1) -> float:
-    """Every agent sends its telemetry for so long. Returns by how many seconds the load itself was late at the worst."""
+    """Every agent sends its telemetry for so long. Returns by how much the load itself was late at the worst, in s."""
     return await paced([partial(agent.send_burst, telemetry) for agent in agents], telemetry.period_s, for_s, seed)
 
 
