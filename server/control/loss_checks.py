@@ -1,9 +1,11 @@
 """The check before flight: what each drone's parameters would do on a loss, and who has said that they know.
 
 Keeps in memory what is in the table, so that the hub can be told at once whenever parameters, settings or the holder
-change. An acknowledgement is of one user, for one set of dangers.
+change. An acknowledgement is of one user, for one set of dangers, and lets that user arm.
 """
 
+import hashlib
+from collections import defaultdict
 from dataclasses import dataclass
 from typing import Final
 
@@ -17,24 +19,30 @@ from server.control.desk import ControlRefused
 from server.control.lease import Refused
 from server.control.loss_words import Sentence, findings_hash, is_dangerous, loss_sentences
 from server.control.settings_store import settings_in
+from server.control.simulated import is_simulator
 from server.control.tables import LossAcknowledgementRow
 from server.database import Database
 from server.relay.hub import Hub
+from server.relay.live_drone import LossCheckMark
 from wire.control_messages import LossParameters
 from wire.ids import DroneId, UserId
 
-_NOT_THE_HOLDER: Final = Refused("not-the-holder", "whoever has the controls must acknowledge this")
+_NOT_THE_HOLDER: Final = Refused("not-the-holder", "whoever has the controls, or assists, must acknowledge this")
 
 
 @dataclass(frozen=True)
 class LossCheck:
-    """The answer for one drone and whoever asks. `acknowledged`: by the holder, for these very dangers."""
+    """The answer for one drone and whoever asks.
+
+    `acknowledged`: for these very dangers, by whoever asks if they may arm the drone now, else by its holder.
+    """
 
     complete: bool
     has_radio: bool | None
     sentences: tuple[Sentence, ...]
     dangerous: bool
     acknowledged: bool
+    simulated: bool
 
 
 class LossChecks:
@@ -44,49 +52,70 @@ class LossChecks:
         self._hub = hub
         self._database = database
         self._clock = clock
-        self._acknowledged: dict[tuple[DroneId, UserId], str] = {}
+        self._acknowledged: defaultdict[DroneId, dict[UserId, str]] = defaultdict(dict)
 
     async def load(self) -> None:
         """At start: what has been acknowledged before."""
         async with self._database.reading() as session:
             for row in await session.scalars(select(LossAcknowledgementRow)):
-                self._acknowledged[DroneId(row.drone_id), UserId(row.user_id)] = row.findings_hash
+                self._acknowledged[DroneId(row.drone_id)][UserId(row.user_id)] = row.findings_hash
+
+    async def read_again(self, drone_id: DroneId) -> None:
+        """Another process has given the controls to somebody, who may have acknowledged there."""
+        async with self._database.reading() as session:
+            rows = await session.scalars(
+                select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id == drone_id)
+            )
+            self._acknowledged[drone_id] = {UserId(row.user_id): row.findings_hash for row in rows}
+        self.look_again(drone_id)
 
     def reported(self, drone_id: DroneId, parameters: LossParameters) -> None:
         """The agent has read the parameters; the hub keeps them."""
         self.look_again(drone_id)
 
     def look_again(self, drone_id: DroneId) -> None:
-        """Parameters, settings or holder have changed: tells the hub whether arming is open."""
-        if self._hub.drone(drone_id) is None:
+        """Parameters, settings, holder or assistant have changed: tells the hub whose arming waits."""
+        drone = self._hub.drone(drone_id)
+        if drone is None:
             return  # it was deleted just now
         check = self.check(drone_id)
-        self._hub.set_loss_check(drone_id, dangerous=check.dangerous, acknowledged=check.acknowledged)
+        lease = drone.lease
+        read_by = self._read_by(drone_id, check.sentences)
+        version = repr((check, lease.holder, lease.assistant, sorted(read_by)))
+        mark = LossCheckMark(
+            dangerous=check.dangerous, read_by=read_by, version=hashlib.sha256(version.encode()).hexdigest()
+        )
+        self._hub.set_loss_check(drone_id, mark)
 
-    def check(self, drone_id: DroneId) -> LossCheck:
+    def check(self, drone_id: DroneId, asker: UserId | None = None) -> LossCheck:
         """As things stand. Raises UnknownDrone."""
         drone = self._hub.drone(drone_id)
         if drone is None:
             raise UnknownDrone
         parameters = drone.loss_parameters
         sentences = tuple(loss_sentences(parameters, settings_in(self._hub, drone_id)))
-        known = self._acknowledged.get((drone_id, drone.holder_id)) if drone.holder_id is not None else None
+        reader = asker if asker is not None and drone.may_arm(asker) else drone.holder_id
         return LossCheck(
             complete=parameters.complete if parameters else False,
             has_radio=parameters.has_radio if parameters else None,
             sentences=sentences,
             dangerous=is_dangerous(sentences),
-            acknowledged=known is not None and known == findings_hash(sentences),
+            acknowledged=reader in self._read_by(drone_id, sentences),
+            simulated=is_simulator(parameters),
         )
 
+    def _read_by(self, drone_id: DroneId, sentences: tuple[Sentence, ...]) -> frozenset[UserId]:
+        now = findings_hash(sentences)
+        return frozenset(user_id for user_id, known in self._acknowledged[drone_id].items() if known == now)
+
     async def acknowledge(self, principal: Principal, drone_id: DroneId, *, address: str) -> LossCheck:
-        """The holder knows. Raises ControlRefused for anybody else."""
+        """Whoever may arm the drone now knows. Raises ControlRefused for anybody else."""
         drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone
-        if drone.holder_id != principal.user_id:
+        if not drone.may_arm(principal.user_id):
             raise ControlRefused(_NOT_THE_HOLDER)
-        check = self.check(drone_id)
+        check = self.check(drone_id, principal.user_id)
         known = findings_hash(check.sentences)
         deed = Deed(by=principal, at=self._clock(), address=address)
         async with self._database.writing() as session:
@@ -96,6 +125,6 @@ class LossChecks:
             await session.merge(row)
             dangers = [one.text for one in check.sentences if one.severity == "danger"]
             deed.record(session, "drone.loss_check_acknowledged", drone_id=drone_id, dangers=dangers)
-        self._acknowledged[drone_id, principal.user_id] = known
+        self._acknowledged[drone_id][principal.user_id] = known
         self.look_again(drone_id)
-        return self.check(drone_id)
+        return self.check(drone_id, principal.user_id)

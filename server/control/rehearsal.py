@@ -16,19 +16,24 @@ from server.audit.deed import Deed
 from server.clock import Clock
 from server.control.desk import ControlRefused
 from server.control.lease import Refused
+from server.control.simulated import is_simulator
 from server.database import Database
 from server.relay.hub import Hub
 from server.relay.live_drone import LiveDrone
-from wire.control_messages import HoldProgress, HoldStep, LossParameters
+from wire.control_messages import HoldProgress, HoldStep
 from wire.ids import DroneId
 
 What = Literal["operator", "tower"]
+Phase = Literal["begun", "held", "not_needed", "failed", "ended"]
 
 LASTS_S: Final[dict[What, float]] = {"operator": 5.0, "tower": 4.0}
 """Both are noticed after 2 s; the rest is for the hold. Longer would be a loss and not a rehearsal."""
 
 GIVEN_UP_AFTER_S: Final = 8.0
 """From the beginning. A hold that took longer failed."""
+
+NOT_ARMED: Final = "it is on the ground, disarmed"
+NOT_BY_HAND: Final = "nobody flies it by hand, and what flies by itself goes on"
 
 _log = structlog.get_logger(__name__)
 
@@ -38,6 +43,8 @@ class _Running:
     began_at: float
     ended: "asyncio.Future[tuple[HoldProgress, float]]"
     """The final step of the hold, and the seconds from the loss until it was reported."""
+    needs_none: str
+    """Why the drone need not hold when this is lost; empty where it must."""
 
 
 def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight: bool) -> Refused | None:
@@ -53,18 +60,16 @@ def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight:
     return None
 
 
-def is_simulator(parameters: LossParameters | None) -> bool:
-    """Whether the parameters prove it.
+def needs_no_hold(drone: LiveDrone, what: What, now: float) -> str:
+    """Why this drone need not hold when that is lost, empty where it must.
 
-    Only a simulated ArduPilot has any whose name begins with SIM_. A PX4 on a real board may have some as well, so
-    there only those count that switch a simulation on: SYS_HITL (in the loop, or on the board itself) and SIM_GZ_EN.
+    A lost operator is the tower's to notice, which orders a hold in any case; the agent then says whether one was due.
     """
-    if parameters is None:
-        return False
-    values = parameters.values
-    if parameters.autopilot == "ardupilot":
-        return any(name.startswith("SIM_") for name in values)
-    return any(values.get(name, 0) > 0 for name in ("SYS_HITL", "SIM_GZ_EN"))
+    if what == "operator":
+        return ""
+    if not drone.armed:
+        return NOT_ARMED
+    return "" if drone.flown_by_hand(now) else NOT_BY_HAND
 
 
 class Rehearsals:
@@ -91,9 +96,9 @@ class Rehearsals:
         if refused is not None:
             raise ControlRefused(refused)
         now = time.monotonic()
-        running = self._running[drone_id] = _Running(now, asyncio.get_running_loop().create_future())
-        words = "the operator" if what == "operator" else "the tower"
-        self._hub.tell_rehearsal(drone_id, what, "begun", None, f"For {LASTS_S[what]:g} s {words} counts as lost.")
+        ended = asyncio.get_running_loop().create_future()
+        running = self._running[drone_id] = _Running(now, ended, needs_no_hold(drone, what, now))
+        self._tell(drone_id, what, "begun", None, f"For {LASTS_S[what]:g} s the {what} counts as lost.")
         if what == "operator":
             self._hub.rehearse_operator_loss(drone_id, for_s=LASTS_S[what], now=now)
         else:
@@ -116,35 +121,42 @@ class Rehearsals:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
 
+    def running(self, drone_id: DroneId) -> bool:
+        """Whether one is going on."""
+        return drone_id in self._running
+
+    def _tell(self, drone_id: DroneId, what: What, phase: Phase, hold_ms: float | None, text: str) -> None:
+        self._hub.tell_rehearsal(drone_id, what, phase, hold_ms, text, lasts_s=LASTS_S[what])
+
     async def _see_through(self, drone_id: DroneId, what: What, running: _Running, deed: Deed) -> None:
-        tell = self._hub.tell_rehearsal
         hold_ms: float | None = None
-        result = "no-hold"
         try:
-            try:
-                progress, took_s = await asyncio.wait_for(running.ended, self._given_up_after_s)
-            except TimeoutError:
-                tell(
-                    drone_id,
-                    what,
-                    "failed",
-                    None,
-                    "The drone did not hold. A drone that nobody flies by hand need not.",
-                )
-            else:
-                result = progress.step.value
-                if progress.step is HoldStep.UNCONFIRMED:
-                    tell(drone_id, what, "failed", None, f"The hold was not confirmed: {progress.detail}")
-                else:
-                    hold_ms = round(took_s * 1000.0, 1)
-                    confirmed = progress.step is HoldStep.CONFIRMED
-                    text = f"In {progress.detail}" if confirmed else "The drone is disarmed: nothing had to be done"
-                    tell(drone_id, what, "held", hold_ms, f"{text}, {hold_ms:.0f} ms after the loss.")
+            phase, result, hold_ms, text = await self._outcome(what, running)
+            self._tell(drone_id, what, phase, hold_ms, text)
             await asyncio.sleep(max(0.0, running.began_at + LASTS_S[what] - time.monotonic()))
             await self._record(drone_id, what, result, hold_ms, deed)
         finally:
             self._running.pop(drone_id, None)
-            tell(drone_id, what, "ended", hold_ms, "The rehearsal is over.")
+            self._tell(drone_id, what, "ended", hold_ms, "The rehearsal is over.")
+
+    async def _outcome(self, what: What, running: _Running) -> tuple[Phase, str, float | None, str]:
+        """(phase, result for the audit trail, milliseconds to the confirmed hold, words)."""
+        # Where no hold is due, none is waited for beyond the loss itself.
+        wait_s = min(LASTS_S[what], self._given_up_after_s) if running.needs_none else self._given_up_after_s
+        try:
+            progress, took_s = await asyncio.wait_for(running.ended, wait_s)
+        except TimeoutError:
+            if running.needs_none:
+                return "not_needed", "not_needed", None, f"The drone need not hold: {running.needs_none}."
+            return "failed", "no-hold", None, "The drone flown by hand did not hold."
+        took_ms = round(took_s * 1000.0, 1)
+        result = progress.step.value
+        if progress.step is HoldStep.UNCONFIRMED:
+            return "failed", result, None, f"The hold was not confirmed: {progress.detail}"
+        if progress.step is HoldStep.NOT_NEEDED:
+            words = f"Noticed {took_ms:.0f} ms after the loss. The drone need not hold: {NOT_ARMED}."
+            return "not_needed", result, None, words
+        return "held", result, took_ms, f"In {progress.detail}, {took_ms:.0f} ms after the loss."
 
     async def _record(self, drone_id: DroneId, what: What, result: str, hold_ms: float | None, deed: Deed) -> None:
         try:

@@ -8,6 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from server.access import CurrentUser, NotSignedIn, SessionExpired, UnknownDrone
 from server.control.desk import ControlRefused
 from server.control.loss_checks import LossCheck
+from server.control.rehearsal import LASTS_S
+from server.control.simulated import is_simulator
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 from wire.ids import DroneId
@@ -33,8 +35,11 @@ class LossCheckView(BaseModel):
     complete: Annotated[bool, Field(description="Every parameter that matters was read")]
     has_radio: Annotated[bool | None, Field(description="null: not known")]
     sentences: list[SentenceView]
-    dangerous: Annotated[bool, Field(description="The holder must acknowledge it before arming")]
-    acknowledged: Annotated[bool, Field(description="By the holder, for these very dangers")]
+    dangerous: Annotated[bool, Field(description="Whoever arms the drone must acknowledge it before")]
+    acknowledged: Annotated[
+        bool, Field(description="For these very dangers, by you if you may arm the drone now, else by its holder")
+    ]
+    simulated: Annotated[bool, Field(description="The parameters prove that the autopilot is a simulated one")]
 
     @classmethod
     def of(cls, check: LossCheck) -> "LossCheckView":
@@ -50,6 +55,21 @@ class RehearsalRequest(BaseModel):
     in_flight: bool = False
 
 
+class RehearsalLasts(BaseModel):
+    """Seconds."""
+
+    operator: float
+    tower: float
+
+
+class RehearsalView(BaseModel):
+    """What a rehearsal would be."""
+
+    lasts_s: Annotated[RehearsalLasts, Field(description="How long each loss lasts")]
+    running: Annotated[bool, Field(description="One is going on now")]
+    simulated: Annotated[bool, Field(description="The autopilot is a simulated one: `in_flight` is not asked for")]
+
+
 class RehearsalBegun(BaseModel):
     """The rest comes as `rehearsal` events on `/api/v1/live`."""
 
@@ -63,14 +83,29 @@ async def get_loss_check(request: Request, principal: CurrentUser, drone_id: Dro
     tower = tower_of(request)
     if tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
-    return LossCheckView.of(tower.loss_checks.check(DroneId(drone_id)))
+    return LossCheckView.of(tower.loss_checks.check(DroneId(drone_id), principal.user_id))
 
 
 @router.post("/loss-check/acknowledge", responses=answers(ControlRefused))
 async def acknowledge_loss_check(request: Request, principal: CurrentUser, drone_id: DronePath) -> LossCheckView:
-    """The holder has read it. Until then a drone that a loss would drop or lose cannot be armed through the tower."""
+    """Whoever may arm the drone now (its holder, or an admin who assists) has read it. Until then they cannot arm a
+    drone that a loss would drop or lose."""
     checks = tower_of(request).loss_checks
     return LossCheckView.of(await checks.acknowledge(principal, DroneId(drone_id), address=address_of(request)))
+
+
+@router.get("/rehearsal")
+async def get_rehearsal(request: Request, principal: CurrentUser, drone_id: DronePath) -> RehearsalView:
+    """How long a loss made on purpose lasts, and whether one is going on."""
+    tower = tower_of(request)
+    drone = tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    if drone is None:
+        raise UnknownDrone
+    return RehearsalView(
+        lasts_s=RehearsalLasts(**LASTS_S),
+        running=tower.rehearsals.running(drone.drone_id),
+        simulated=is_simulator(drone.loss_parameters),
+    )
 
 
 @router.post("/rehearsal", status_code=202, responses=answers(ControlRefused))

@@ -23,6 +23,7 @@ from server.control.rehearsal import Rehearsals
 from server.database import Database
 from server.relay.hub import Hub
 from server.relay.hub_events import (
+    ControlsMoved,
     HolderExpired,
     HolderGone,
     HoldStepReported,
@@ -171,6 +172,8 @@ class Watchman:
                 await change(event.drone_id, Event.OFFER_LAPSED, reason=reason, now=now)
             case HoldStepReported():
                 await self._record_hold(event)
+            case ControlsMoved():
+                await self._loss_checks.read_again(event.drone_id)
 
     async def _expire(self, event: HolderExpired, now: float) -> None:
         drone = self._hub.drone(event.drone_id)

@@ -3,7 +3,7 @@
 from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord
 from server.relay import live_messages as live
 from server.relay.browser import Browser
-from server.relay.hub_events import RightLost
+from server.relay.hub_events import ControlsMoved, RightLost
 from server.relay.live_drone import LiveDrone, lease_of
 from server.relay.live_state import LiveState
 from wire.ids import DroneId, UserId
@@ -57,6 +57,7 @@ class FleetChanges:
             if newer:
                 drone.turn.reset()
                 state.tell_agent_who_holds(drone)
+                state.on_event(ControlsMoved(record.id))
         if drone.view() != before:
             for browser in drone.watchers.values():
                 if drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role):

@@ -24,7 +24,7 @@ from server.relay.browser import Browser
 from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
 from server.relay.frame_paths import FramePaths
 from server.relay.hub_events import HoldStepReported, HubEvent, LossParametersReported
-from server.relay.live_drone import LeaseView, LiveDrone
+from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
 from wire.control_messages import (
@@ -139,11 +139,12 @@ class Hub:
             self._state.tell_agent(drone, settings)
             self._state.tell_drone(drone)
 
-    def set_loss_check(self, drone_id: DroneId, *, dangerous: bool, acknowledged: bool) -> None:
-        """Whether arming has to wait until the holder has read what a loss would do."""
+    def set_loss_check(self, drone_id: DroneId, mark: LossCheckMark) -> None:
+        """What the check before flight came to. Everybody who sees the drone hears that it has changed."""
         drone = self._state.drones.get(drone_id)
-        if drone is not None:
-            drone.loss_check_open = dangerous and not acknowledged
+        if drone is not None and drone.loss_check != mark:
+            drone.loss_check = mark
+            self._state.tell_watchers(drone, live.LossCheckChanged(drone_id))
 
     # -- what others ask -------------------------------------------------------------------------------------
 
@@ -341,11 +342,13 @@ class Hub:
         if drone is not None and drone.link is not None:
             drone.link.mute_until = now + for_s
 
-    def tell_rehearsal(self, drone_id: DroneId, what: str, phase: str, hold_ms: float | None, text: str) -> None:
+    def tell_rehearsal(
+        self, drone_id: DroneId, what: str, phase: str, hold_ms: float | None, text: str, *, lasts_s: float
+    ) -> None:
         """How a rehearsal goes on."""
         drone = self._state.drones.get(drone_id)
         if drone is not None:
-            self._state.tell_watchers(drone, live.Rehearsal(drone_id, what, phase, hold_ms, text))
+            self._state.tell_watchers(drone, live.Rehearsal(drone_id, what, phase, hold_ms, text, lasts_s))
 
     # -- time ------------------------------------------------------------------------------------------------
 

@@ -74,6 +74,13 @@ class LossParametersReported:
     parameters: LossParameters
 
 
+@dataclass(frozen=True)
+class ControlsMoved:
+    """Another process has changed the lease: the database told of it, not this tower's desk."""
+
+    drone_id: DroneId
+
+
 HubEvent = (
     HolderGone
     | HolderExpired
@@ -83,4 +90,5 @@ HubEvent = (
     | RttTooLong
     | HoldStepReported
     | LossParametersReported
+    | ControlsMoved
 )

@@ -48,6 +48,22 @@ def lease_of(record: DroneRecord) -> LeaseView:
     )
 
 
+@dataclass(frozen=True)
+class LossCheckMark:
+    """What the check before flight came to, as far as the hub must know."""
+
+    dangerous: bool = False
+    """A loss would drop or lose the drone."""
+    read_by: frozenset[UserId] = frozenset()
+    """Who has said that they know, of these very dangers."""
+    version: str = ""
+    """Changes whenever the answer does."""
+
+    def bars(self, user_id: UserId) -> bool:
+        """Whether this user must read it before arming."""
+        return self.dangerous and user_id not in self.read_by
+
+
 @dataclass
 class LiveDrone:
     """Mutable; touched by the hub and its parts only, and never across an await."""
@@ -70,8 +86,7 @@ class LiveDrone:
     rtt_limit_ms: float = 500.0
     rtt_limit_s: float = 1.0
     loss_parameters: LossParameters | None = None
-    loss_check_open: bool = False
-    """A loss would be dangerous, and the holder has not said that they know."""
+    loss_check: LossCheckMark = field(default_factory=LossCheckMark)
     holder_watch: HolderWatch = field(default_factory=HolderWatch)
     rtt_watch: TooLong = field(default_factory=TooLong)
     turn: AssistTurn = field(default_factory=AssistTurn)
@@ -104,14 +119,18 @@ class LiveDrone:
     def blind_user_id(self) -> UserId | None:
         return self.lease.taken_from.id if self.lease.blind and self.lease.taken_from else None
 
+    def may_arm(self, user_id: UserId) -> bool:
+        """Whether this user's commands pass, if the drone is there: the holder's, and an assistant's."""
+        assistant = self.lease.assistant
+        return user_id == self.holder_id or (assistant is not None and user_id == assistant.id)
+
     def standing_of(self, user_id: UserId) -> Standing:
         """How a sender stands to this drone."""
-        assistant = self.lease.assistant
         return Standing(
-            has_turn=user_id == self.holder_id or (assistant is not None and user_id == assistant.id),
+            has_turn=self.may_arm(user_id),
             armed=self.armed,
             airborne=self.airborne,
-            loss_check_open=self.loss_check_open,
+            loss_check_open=self.loss_check.bars(user_id),
         )
 
     def is_deaf_to_holder(self, user_id: UserId, now: float) -> bool:

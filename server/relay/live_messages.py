@@ -74,13 +74,20 @@ class Turn(msgspec.Struct, frozen=True, tag="turn", tag_field="type"):
 
 
 class Rehearsal(msgspec.Struct, frozen=True, tag="rehearsal", tag_field="type"):
-    """How a loss made on purpose goes on. `hold_ms`: from the loss to the confirmed hold."""
+    """How a loss made on purpose goes on: `hold_ms` from it to the confirmed hold, `lasts_s` how long it lasts."""
 
     drone_id: int
     what: str
     phase: str
     hold_ms: float | None
     text: str
+    lasts_s: float
+
+
+class LossCheckChanged(msgspec.Struct, frozen=True, tag="loss_check", tag_field="type"):
+    """The check before flight says something else than before, or somebody has read it: to be asked for anew."""
+
+    drone_id: int
 
 
 class LinkOver(msgspec.Struct, frozen=True):
@@ -167,6 +174,7 @@ ToBrowser = (
     | Ping
     | Turn
     | Rehearsal
+    | LossCheckChanged
     | LinkQuality
     | Notice
     | Lost

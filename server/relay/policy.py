@@ -91,7 +91,7 @@ class Standing:
     armed: bool
     airborne: bool
     loss_check_open: bool
-    """A loss would be dangerous as the drone is set up, and the holder has not said that they know."""
+    """A loss would be dangerous as the drone is set up, and the sender has not said that they know."""
 
 
 def kind_of(frame: bytes) -> Kind:

@@ -1,23 +1,33 @@
 """Settings of a drone, the check before flight, and losses made on purpose, over REST."""
 
+import time
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import httpx
 import pytest
 from control_world import ObedientAgent, ask, audit, live
-from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
+from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
 from server.accounts.tables import Role
+from server.control.loss_words import findings_hash
 from server.control.rehearsal import LASTS_S
+from server.control.tables import ControlLeaseRow, LossAcknowledgementRow
+from server.fleet.snapshot import begin_fleet_change
 from wire.control_messages import HoldStep, LostAction, SafetySettings
-from wire.ids import DroneId
+from wire.ids import DroneId, UserId
+
+NOW = datetime(2026, 1, 1, tzinfo=UTC)
 
 
 class Scene:
     """Anna owns the drone hawk, Bob does not; Root is an admin."""
 
-    def __init__(self, world: TowerWorld, drone: NewDrone, clients: list[httpx.AsyncClient]) -> None:
+    def __init__(
+        self, world: TowerWorld, drone: NewDrone, people: list[Person], clients: list[httpx.AsyncClient]
+    ) -> None:
+        self.ids = {person.name: UserId(person.id) for person in people}
         self.world = world
         self.drone = drone
         self.path = f"/api/v1/drones/{drone.id}"
@@ -32,11 +42,9 @@ async def scene(tmp_path: Path):
 
 
 async def _scene(world: TowerWorld) -> Scene:
-    anna = await world.add_user("Anna")
-    await world.add_user("Bob")
-    await world.add_user("Root", Role.ADMIN)
-    drone = await world.add_drone("hawk", anna)
-    return Scene(world, drone, [await world.signed_in(name) for name in ("Anna", "Bob", "Root")])
+    people = [await world.add_user("Anna"), await world.add_user("Bob"), await world.add_user("Root", Role.ADMIN)]
+    drone = await world.add_drone("hawk", people[0])
+    return Scene(world, drone, people, [await world.signed_in(person) for person in people])
 
 
 async def test_settings_reach_the_agent_the_database_and_the_next_tower(tmp_path: Path) -> None:
@@ -104,31 +112,82 @@ async def test_a_danger_is_acknowledged_by_the_holder_and_a_new_one_anew(scene: 
     scene.agent.parameters(RC_OVERRIDE_TIME=3, FS_THR_ENABLE=1, FS_GCS_ENABLE=1, SYSID_MYGCS=255)
     harmless = (await scene.anna.get(path)).json()
     assert (harmless["complete"], harmless["has_radio"], harmless["dangerous"]) == (True, True, False)
-    assert not live_drone.loss_check_open
+
+    def waits(name: str) -> bool:
+        return live_drone.loss_check.bars(scene.ids[name])
+
+    assert not waits("Anna")
 
     scene.agent.parameters(has_radio=False, RC_OVERRIDE_TIME=3, FS_THR_ENABLE=0, FS_GCS_ENABLE=1)
     assert (await scene.anna.get(path)).json()["dangerous"]
-    assert live_drone.loss_check_open
+    assert waits("Anna")
     assert_problem(await scene.anna.post(f"{path}/acknowledge"), 409, "not-the-holder")
     assert_problem(await scene.bob.post(f"{path}/acknowledge"), 404, "unknown-drone")
     await ask(scene.anna, scene.drone.id, "acquire")
-    assert live_drone.loss_check_open
+    assert waits("Anna")
     read = (await scene.anna.post(f"{path}/acknowledge")).json()
     assert (read["dangerous"], read["acknowledged"]) == (True, True)
-    assert not live_drone.loss_check_open
+    assert not waits("Anna")
     (noted,) = await audit(scene.root, "drone.loss_check_acknowledged")
     assert noted["actor_name"] == "Anna"
     assert any("FS_THR_ENABLE is 0" in text for text in noted["detail"]["dangers"])
 
     # Another holder has not read it; who has read it need not again, until there is something new.
     await ask(scene.root, scene.drone.id, "take")
-    assert live_drone.loss_check_open
+    assert waits("Root")
+    assert not (await scene.root.get(path)).json()["acknowledged"]
     await ask(scene.root, scene.drone.id, "give")
     await ask(scene.anna, scene.drone.id, "accept", sticks_centred=True)
-    assert not live_drone.loss_check_open
+    assert not waits("Anna")
     scene.agent.parameters(has_radio=False, RC_OVERRIDE_TIME=-1, FS_THR_ENABLE=0, FS_GCS_ENABLE=1)
-    assert live_drone.loss_check_open
+    assert waits("Anna")
     assert not (await scene.anna.get(path)).json()["acknowledged"]
+
+
+async def test_an_assistant_acknowledges_for_themselves(scene: Scene) -> None:
+    path = f"{scene.path}/loss-check"
+    scene.agent.parameters(RC_OVERRIDE_TIME=-1)
+    await ask(scene.anna, scene.drone.id, "acquire")
+    assert_problem(await scene.root.post(f"{path}/acknowledge"), 409, "not-the-holder")
+    await ask(scene.root, scene.drone.id, "assist")
+    assert not (await scene.root.get(path)).json()["acknowledged"]
+    assert (await scene.root.post(f"{path}/acknowledge")).json()["acknowledged"]
+    assert (await scene.root.get(path)).json()["acknowledged"]
+    assert not (await scene.anna.get(path)).json()["acknowledged"], "the holder has not read it"
+    await scene.anna.post(f"{path}/acknowledge")
+    # Whoever may not arm is told whether the holder has read it.
+    await ask(scene.root, scene.drone.id, "unassist")
+    assert (await scene.root.get(path)).json()["acknowledged"]
+
+
+async def test_a_changed_check_is_told_on_the_live_channel(scene: Scene) -> None:
+    async with live(scene.world, scene.anna) as screen:
+        scene.agent.parameters(RC_OVERRIDE_TIME=-1)
+        await screen.event("loss_check", drone_id=scene.drone.id)
+        await ask(scene.anna, scene.drone.id, "acquire")
+        await screen.event("loss_check", drone_id=scene.drone.id)
+        await scene.anna.post(f"{scene.path}/loss-check/acknowledge")
+        await screen.event("loss_check", drone_id=scene.drone.id)
+        await scene.root.patch(f"{scene.path}/settings", json={"sticks_stale_s": 1.0})
+        await screen.event("loss_check", drone_id=scene.drone.id)
+
+
+async def test_what_was_acknowledged_in_another_process_counts_when_the_controls_move_there(scene: Scene) -> None:
+    world, drone_id, anna = scene.world, DroneId(scene.drone.id), scene.ids["Anna"]
+    scene.agent.parameters(RC_OVERRIDE_TIME=-1)
+    live_drone = world.tower.hub.drone(drone_id)
+    assert live_drone is not None
+    assert live_drone.loss_check.bars(anna)
+    known = findings_hash(world.tower.loss_checks.check(drone_id).sentences)
+    async with world.database.writing() as session:
+        await begin_fleet_change(session)
+        session.add(
+            ControlLeaseRow(drone_id=drone_id, holder_id=anna, operator_holder_id=anna, epoch=5, changed_at=NOW)
+        )
+        session.add(LossAcknowledgementRow(drone_id=drone_id, user_id=anna, findings_hash=known, acknowledged_at=NOW))
+    await world.tower.roster.refresh()
+    await world.tower.watchman.caught_up()
+    assert not live_drone.loss_check.bars(anna)
 
 
 async def test_an_acknowledgement_outlives_the_tower(tmp_path: Path) -> None:
@@ -155,8 +214,11 @@ async def test_losing_the_operator_on_purpose(scene: Scene, step: HoldStep) -> N
         assert (begun.status_code, begun.json()) == (202, {"what": "operator", "phase": "begun"})
         twice = await scene.root.post(f"{scene.path}/rehearsal", json={"what": "tower"})
         assert_problem(twice, 409, "rehearsal-running")
-        await screen.event("rehearsal", phase="begun")
-        if step is HoldStep.UNCONFIRMED:
+        assert (await screen.event("rehearsal", phase="begun"))["lasts_s"] == LASTS_S["operator"]
+        if step is HoldStep.NOT_NEEDED:
+            unneeded = await screen.event("rehearsal", phase="not_needed")
+            assert (unneeded["hold_ms"], "disarmed" in unneeded["text"]) == (None, True)
+        elif step is HoldStep.UNCONFIRMED:
             failed = await screen.event("rehearsal", phase="failed")
             assert (failed["hold_ms"], "not confirmed" in failed["text"]) == (None, True)
         else:
@@ -169,20 +231,46 @@ async def test_losing_the_operator_on_purpose(scene: Scene, step: HoldStep) -> N
     assert (noted["detail"]["what"], noted["detail"]["result"]) == ("operator", step.value)
 
 
-async def test_losing_the_tower_where_nobody_flies_shows_nothing_and_says_so(
-    scene: Scene, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("armed", "by_hand", "phase", "words"),
+    [
+        (False, False, "not_needed", "on the ground, disarmed"),
+        (True, False, "not_needed", "nobody flies it by hand"),
+        (True, True, "failed", "did not hold"),
+    ],
+)
+async def test_losing_the_tower_where_no_hold_comes(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, armed: bool, by_hand: bool, phase: str, words: str
 ) -> None:
-    scene.agent.state()
-    rehearsals = scene.world.tower.rehearsals
-    monkeypatch.setattr(rehearsals, "_given_up_after_s", 0.05)
-    monkeypatch.setitem(LASTS_S, "tower", 0.1)
+    scene.agent.state(armed=armed)
+    live_drone = scene.world.tower.hub.drone(DroneId(scene.drone.id))
+    assert live_drone is not None
+    if by_hand:
+        live_drone.sticks_at = time.monotonic()
+    monkeypatch.setattr(scene.world.tower.rehearsals, "_given_up_after_s", 0.1)
+    monkeypatch.setitem(LASTS_S, "tower", 0.05)
+    wanted = {"what": "tower", "in_flight": armed}
     async with live(scene.world, scene.root) as screen:
-        await scene.root.post(f"{scene.path}/rehearsal", json={"what": "tower"})
-        failed = await screen.event("rehearsal", phase="failed")
-        assert "did not hold" in failed["text"]
+        await scene.root.post(f"{scene.path}/rehearsal", json=wanted)
+        assert (await scene.root.get(f"{scene.path}/rehearsal")).json()["running"]
+        told = await screen.event("rehearsal", phase=phase)
+        assert (words in told["text"], told["hold_ms"]) == (True, None)
         await screen.event("rehearsal", phase="ended")
     # It is over: another one may begin.
-    assert (await scene.root.post(f"{scene.path}/rehearsal", json={"what": "tower"})).status_code == 202
+    assert (await scene.root.post(f"{scene.path}/rehearsal", json=wanted)).status_code == 202
+
+
+async def test_what_a_rehearsal_would_be(scene: Scene) -> None:
+    path = f"{scene.path}/rehearsal"
+    assert_problem(await scene.bob.get(path), 404, "unknown-drone")
+    assert (await scene.anna.get(path)).json() == {
+        "lasts_s": {"operator": LASTS_S["operator"], "tower": LASTS_S["tower"]},
+        "running": False,
+        "simulated": False,
+    }
+    scene.agent.parameters(SIM_SPEEDUP=1)
+    assert (await scene.anna.get(path)).json()["simulated"]
+    assert (await scene.anna.get(f"{scene.path}/loss-check")).json()["simulated"]
 
 
 async def test_who_may_rehearse_and_when(scene: Scene) -> None:

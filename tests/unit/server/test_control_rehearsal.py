@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.control.rehearsal import is_simulator
+from server.control.simulated import is_simulator
 from wire.control_messages import LossParameters
 
 

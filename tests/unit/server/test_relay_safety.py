@@ -8,6 +8,7 @@ from hub_world import FakeAgent, FakeBrowser, HubWorld, command_ack, command_lon
 from server.fleet.snapshot import UserRef
 from server.relay import live_messages as live
 from server.relay.hub_events import (
+    ControlsMoved,
     HolderExpired,
     HolderGone,
     HoldStepReported,
@@ -18,7 +19,7 @@ from server.relay.hub_events import (
     RttTooLong,
     TurnWanted,
 )
-from server.relay.live_drone import LeaseView
+from server.relay.live_drone import LeaseView, LossCheckMark
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,
@@ -252,12 +253,28 @@ def test_disarming_in_the_air_is_asked_twice(scene: Scene) -> None:
 
 
 def test_arming_waits_until_a_dangerous_loss_check_is_acknowledged(scene: Scene) -> None:
-    scene.hub.set_loss_check(ONE, dangerous=True, acknowledged=False)
+    admin = scene.world.browser(9)
+    scene.lease(replace(HELD, assistant=ADMIN, epoch=Epoch(2)), "assisting")
+    scene.alice.events()
+    scene.hub.set_loss_check(ONE, LossCheckMark(dangerous=True, version="a"))
+    assert scene.alice.events() == [live.LossCheckChanged(ONE)]
     scene.alice.send(tag(ONE, command_long(400)), now=1.0)
     assert scene.notices(scene.alice) == ["loss-check"]
-    scene.hub.set_loss_check(ONE, dangerous=True, acknowledged=True)
+    mark = LossCheckMark(dangerous=True, read_by=frozenset({UserId(1)}), version="b")
+    for _ in range(2):
+        scene.hub.set_loss_check(ONE, mark)
+    assert scene.alice.events() == [live.LossCheckChanged(ONE)], "what has not changed is not told"
+    admin.send(tag(ONE, command_long(400)), now=2.0)
+    assert scene.agent.received() == [], "the assistant has not read it"
     scene.alice.send(tag(ONE, command_long(400)), now=2.0)
     assert len(scene.agent.received()) == 1
+
+
+def test_controls_that_another_process_moved_are_reported(scene: Scene) -> None:
+    scene.world.apply(record(1, (1,), holder=1, epoch=1), record(2, (2,)))
+    assert scene.events == []
+    scene.world.apply(record(1, (1,), epoch=2), record(2, (2,)))
+    assert scene.events == [ControlsMoved(ONE)]
 
 
 def test_whoever_loses_the_right_is_reported(scene: Scene) -> None:
