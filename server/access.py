@@ -1,4 +1,8 @@
-"""Who may come in and what they may see: one judgement for REST, WebSocket, UDP and video alike.
+"""Who may come in and what they may do: one judgement for REST, WebSocket, UDP and video alike.
+
+Two ways to sign in: a browser's session cookie, for everything that its user may do, and an API token in the
+`Authorization` header, for what its scopes say and its owner may do. `NEEDS` is the one table of which scopes an action
+takes. Where a token comes with a request, no cookie of it is looked at.
 
 Not theirs and not there get the same answer: `judge` is told the owners of a drone, or None when there is no such
 drone, and refuses both with the same words.
@@ -6,14 +10,16 @@ drone, and refuses both with the same words.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, Final, assert_never
+from typing import Annotated, Any, Final, assert_never
 
 from fastapi import Depends, Request
+from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 
+from server.accounts.scopes import Scope
 from server.accounts.sessions import Principal
 from server.accounts.tables import Role
 from server.refusal import Refusal
@@ -24,7 +30,7 @@ COOKIE: Final = "tower_session"
 
 
 class NotSignedIn(Refusal):
-    """No session cookie came with the request."""
+    """Neither a session cookie nor a token came with the request."""
 
     def __init__(self) -> None:
         super().__init__("sign in first")
@@ -35,6 +41,27 @@ class SessionExpired(Refusal):
 
     def __init__(self) -> None:
         super().__init__("the session has ended: sign in again")
+
+
+class BadToken(Refusal):
+    """A token came, but it is not good: never was, expired, revoked. On purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("this token is not valid: it may have expired or been revoked")
+
+
+class ScopeMissing(Refusal):
+    """The token was not made for this."""
+
+    def __init__(self, missing: Collection[Scope]) -> None:
+        super().__init__(f"this token was not made for that: it lacks the scope {' and '.join(sorted(missing))}")
+
+
+class InPersonOnly(Refusal):
+    """A token cannot make or look after tokens."""
+
+    def __init__(self) -> None:
+        super().__init__("tokens are looked after in person: sign in with name and password, not with a token")
 
 
 class AdminsOnly(Refusal):
@@ -50,8 +77,28 @@ class UnknownDrone(Refusal):
 
 
 class Action(StrEnum):
+    KNOW_ONESELF = "know-oneself"
+    SEE_SQUAD = "see-squad"
     SEE_DRONE = "see-drone"
+    FLY = "fly"
+    COMMAND = "command"
+    """Take the controls from somebody, give them back, assist."""
     ADMINISTER = "administer"
+    READ_METRICS = "read-metrics"
+    LOOK_AFTER_TOKENS = "look-after-tokens"
+
+
+NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
+    Action.KNOW_ONESELF: frozenset(),
+    Action.SEE_SQUAD: frozenset({Scope.WATCH}),
+    Action.SEE_DRONE: frozenset({Scope.WATCH}),
+    Action.FLY: frozenset({Scope.FLY}),
+    Action.COMMAND: frozenset({Scope.FLY, Scope.ADMIN}),
+    Action.ADMINISTER: frozenset({Scope.ADMIN}),
+    Action.READ_METRICS: frozenset({Scope.METRICS}),
+    Action.LOOK_AFTER_TOKENS: frozenset(),
+}
+"""Which scopes a token must have, all of them. A session has every scope."""
 
 
 @dataclass(frozen=True)
@@ -73,40 +120,65 @@ class Verdict:
 
 
 def judge(request: AccessRequest) -> Verdict:
-    is_admin = request.principal.role is Role.ADMIN
-    match request.action:
-        case Action.ADMINISTER:
+    principal, action = request.principal, request.action
+    missing = NEEDS[action] - principal.scopes
+    if missing:
+        return Verdict(ScopeMissing(missing))
+    is_admin = principal.role is Role.ADMIN
+    match action:
+        case Action.ADMINISTER | Action.READ_METRICS:
             return Verdict() if is_admin else Verdict(AdminsOnly())
         case Action.SEE_DRONE:
             owners = request.owner_ids
-            seen = owners is not None and (is_admin or request.principal.user_id in owners)
+            seen = owners is not None and (is_admin or principal.user_id in owners)
             return Verdict() if seen else Verdict(UnknownDrone())
+        case Action.LOOK_AFTER_TOKENS:
+            return Verdict() if principal.in_person else Verdict(InPersonOnly())
+        case Action.KNOW_ONESELF | Action.SEE_SQUAD | Action.FLY | Action.COMMAND:
+            return Verdict()  # whose drone it is, and who has its controls, is decided where that is known
         case _:
-            assert_never(request.action)
+            assert_never(action)
 
 
-async def authenticate(connection: HTTPConnection) -> Principal | NotSignedIn | SessionExpired:
-    """Who sent this request or opens this WebSocket, by the session cookie. Does not raise the refusal."""
-    token = connection.cookies.get(COOKIE)
-    if not token:
-        return NotSignedIn()
+def token_in(headers: Headers) -> str | None:
+    """The text behind `Authorization: Bearer`, or None where there is no such header."""
+    scheme, _, token = headers.get("authorization", "").partition(" ")
+    return token.strip() if scheme.lower() == "bearer" else None
+
+
+async def authenticate(connection: HTTPConnection) -> Principal | NotSignedIn | SessionExpired | BadToken:
+    """Who sent this request or opens this WebSocket. Does not raise the refusal."""
     tower = tower_of(connection)
-    return await tower.sessions.find(token, tower.clock()) or SessionExpired()
+    token = token_in(connection.headers)
+    if token is not None:
+        return await tower.tokens.find(token, tower.clock()) or BadToken()
+    cookie = connection.cookies.get(COOKIE)
+    if not cookie:
+        return NotSignedIn()
+    return await tower.sessions.find(cookie, tower.clock()) or SessionExpired()
 
 
-async def current_user(request: Request) -> Principal:
-    found = await authenticate(request)
-    if isinstance(found, Refusal):
-        raise found
-    return found
+def who_may(action: Action) -> Any:
+    """A route's dependency: the principal of the request, if it may do that."""
+
+    async def checked(request: Request) -> Principal:
+        found = await authenticate(request)
+        if isinstance(found, Refusal):
+            raise found
+        verdict = judge(AccessRequest(found, action))
+        if verdict.refusal is not None:
+            raise verdict.refusal
+        return found
+
+    checked.action = action  # type: ignore[attr-defined]  # for the test that walks all routes
+    return Depends(checked)
 
 
-async def require_admin(principal: Annotated[Principal, Depends(current_user)]) -> Principal:
-    verdict = judge(AccessRequest(principal, Action.ADMINISTER))
-    if verdict.refusal is not None:
-        raise verdict.refusal
-    return principal
-
-
-CurrentUser = Annotated[Principal, Depends(current_user)]
-Admin = Annotated[Principal, Depends(require_admin)]
+Anybody = Annotated[Principal, who_may(Action.KNOW_ONESELF)]
+"""Whoever is signed in, however."""
+Viewer = Annotated[Principal, who_may(Action.SEE_SQUAD)]
+Pilot = Annotated[Principal, who_may(Action.FLY)]
+Commander = Annotated[Principal, who_may(Action.COMMAND)]
+Admin = Annotated[Principal, who_may(Action.ADMINISTER)]
+MetricsReader = Annotated[Principal, who_may(Action.READ_METRICS)]
+InPerson = Annotated[Principal, who_may(Action.LOOK_AFTER_TOKENS)]

@@ -12,11 +12,12 @@ from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 
 from server import health
-from server.accounts import session_routes, user_routes
+from server.accounts import session_routes, token_routes, user_routes
 from server.accounts.passwords import Passwords
 from server.accounts.sessions import Sessions
 from server.accounts.sign_in import Door
 from server.accounts.throttle import SignInThrottle
+from server.accounts.tokens import ApiTokens
 from server.audit import routes as audit_routes
 from server.body import BodyCheck
 from server.clock import Clock, utc_now
@@ -52,12 +53,14 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     settings_routes.router,
     safety_routes.router,
     relay_routes.router,
+    token_routes.router,
     user_routes.router,
     audit_routes.router,
     health.router,
 )
 _TAGS: Final = (
     {"name": "session", "description": "Signing in and out."},
+    {"name": "tokens", "description": "API tokens: how a program signs in for a user."},
     {"name": "drones", "description": "The squad, and its administration."},
     {"name": "control", "description": "Who has the controls of a drone."},
     {"name": "users", "description": "Users administration, for admins."},
@@ -112,6 +115,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         database=database,
         passwords=passwords,
         sessions=sessions,
+        tokens=ApiTokens(database),
         door=Door(database, passwords, sessions, SignInThrottle()),
         hub=hub,
         desk=desk,

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from sqlalchemy.exc import DBAPIError
 
-from server.commands import drones, users
+from server.commands import drones, tokens, users
 from server.commands.session import CommandError, settings_now
 from server.database import open_database
 from server.listening import CannotListen, address_in_words, listen
@@ -27,6 +27,7 @@ app = typer.Typer(
 )
 app.add_typer(users.app, name="user")
 app.add_typer(drones.app, name="drone")
+app.add_typer(tokens.app, name="token")
 
 
 @app.callback()

@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from server.access import token_in
 from server.problems import WRONG_ORIGIN, problem
 from server.settings import Settings
 
@@ -64,7 +65,9 @@ class OriginCheck:
         if scope["type"] != "http" or scope["method"] in _SAFE:
             await self._app(scope, receive, send)
             return
-        if not origin_allowed(HTTPConnection(scope), self._settings):
+        # A browser adds a cookie to anybody's request, but a token to nobody's; and where one came, no cookie counts.
+        connection = HTTPConnection(scope)
+        if token_in(connection.headers) is None and not origin_allowed(connection, self._settings):
             await problem(WRONG_ORIGIN, instance=scope["path"])(scope, receive, send)
         else:
             await self._app(scope, receive, send)

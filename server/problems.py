@@ -16,8 +16,17 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from server.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.access import (
+    AdminsOnly,
+    BadToken,
+    InPersonOnly,
+    NotSignedIn,
+    ScopeMissing,
+    SessionExpired,
+    UnknownDrone,
+)
 from server.accounts.passwords import BadPassword, TooManySignIns
+from server.accounts.tokens import BadExpiry, BadScopes, TooManyTokens, UnknownToken
 from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
 from server.control.desk import ControlRefused
 from server.control.drone_settings import BadDroneSettings
@@ -48,12 +57,19 @@ INTERNAL: Final = Kind("internal-error", 500, "Something went wrong in the tower
 PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NotSignedIn: Kind("not-signed-in", 401, "Not signed in"),
     SessionExpired: Kind("session-expired", 401, "The session has ended"),
+    BadToken: Kind("bad-token", 401, "The token is not valid"),
+    ScopeMissing: Kind("scope-missing", 403, "The token was not made for this"),
+    InPersonOnly: Kind("in-person-only", 403, "Not with a token"),
     WrongSignIn: Kind("wrong-sign-in", 401, "Wrong name or password"),
     SignInThrottled: Kind("too-many-tries", 429, "Too many tries"),
     TooManySignIns: Kind("busy", 503, "The tower is busy"),
     AdminsOnly: Kind("admins-only", 403, "For admins only"),
     UnknownDrone: Kind("unknown-drone", 404, "No such drone"),
     UnknownUser: Kind("unknown-user", 404, "No such user"),
+    UnknownToken: Kind("unknown-token", 404, "No such token"),
+    TooManyTokens: Kind("too-many-tokens", 409, "Too many tokens"),
+    BadScopes: Kind(INVALID.slug, INVALID.status, INVALID.title, field="scopes"),
+    BadExpiry: Kind(INVALID.slug, INVALID.status, INVALID.title, field="expires_at"),
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
     ControlRefused: Kind("control-refused", 409, "The controls did not change hands"),
@@ -99,7 +115,7 @@ def refusal_problem(refusal: Refusal, *, instance: str) -> JSONResponse:
     if isinstance(refusal, RetryLater):
         headers["Retry-After"] = str(max(1, math.ceil(refusal.retry_after_s)))
     if kind.status == HTTPStatus.UNAUTHORIZED:
-        headers["WWW-Authenticate"] = "Cookie"
+        headers["WWW-Authenticate"] = "Bearer" if isinstance(refusal, BadToken) else "Cookie"
     errors = [{"in": "body", "field": kind.field, "message": refusal.message}] if kind.field else []
     detail = refusal.message if kind is not INTERNAL else None
     return problem(kind, instance=instance, detail=detail, errors=errors, headers=headers)

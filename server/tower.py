@@ -12,6 +12,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.accounts.passwords import Passwords
     from server.accounts.sessions import Sessions
     from server.accounts.sign_in import Door
+    from server.accounts.tokens import ApiTokens
     from server.clock import Clock
     from server.control.desk import ControlDesk
     from server.control.loss_checks import LossChecks
@@ -30,6 +31,7 @@ class Tower:
     database: Database
     passwords: Passwords
     sessions: Sessions
+    tokens: ApiTokens
     door: Door
     hub: Hub
     desk: ControlDesk

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Request, Response
 
-from server.access import COOKIE, CurrentUser, NotSignedIn, SessionExpired
+from server.access import COOKIE, Anybody, BadToken, NotSignedIn, SessionExpired
 from server.accounts.passwords import TooManySignIns
 from server.accounts.sessions import end_session
 from server.accounts.tables import Role, UserRow
@@ -64,7 +64,7 @@ async def sign_out(request: Request, response: Response) -> None:
     response.delete_cookie(COOKIE, httponly=True, samesite="strict", secure=request.url.scheme == "https")
 
 
-@router.get("/me", responses=answers(NotSignedIn, SessionExpired))
-async def me(principal: CurrentUser) -> UserView:
+@router.get("/me", responses=answers(NotSignedIn, SessionExpired, BadToken))
+async def me(principal: Anybody) -> UserView:
     """Who is signed in."""
     return UserView(id=principal.user_id, name=principal.name, role=Role(principal.role))

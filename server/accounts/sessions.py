@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import Final
 
 from sqlalchemy import delete, or_, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
+from server.accounts.scopes import ALL_SCOPES, Scope
 from server.accounts.tables import Role, SessionRow, UserRow
 from server.database import Database
 from wire.ids import UserId
@@ -24,15 +25,42 @@ SEEN_EVERY: Final = timedelta(minutes=1)
 
 
 @dataclass(frozen=True)
+class TokenId:
+    """The number of an API token, where a session's could stand as well."""
+
+    id: int
+
+
+SignInId = int | TokenId
+"""By what somebody is signed in: a session (its number) or an API token."""
+
+
+@dataclass(frozen=True)
 class Principal:
     """Somebody signed in."""
 
     user_id: UserId
     name: str
     role: Role
-    session_id: int
+    session_id: SignInId
     expires_at: datetime
-    """When the session ends if nothing more is heard of it."""
+    """When the session ends if nothing more is heard of it, or the token in any case."""
+    scopes: frozenset[Scope] = ALL_SCOPES
+    """What this sign-in may be used for; what the user may do is another question."""
+
+    @property
+    def in_person(self) -> bool:
+        """By a session, which only a password can begin."""
+        return not isinstance(self.session_id, TokenId)
+
+    @property
+    def may_fly(self) -> bool:
+        """Whether this sign-in counts as somebody at the controls."""
+        return Scope.FLY in self.scopes
+
+    def narrowed(self, scopes: frozenset[Scope]) -> Principal:
+        """The same, for no more than `scopes`."""
+        return replace(self, scopes=self.scopes & scopes)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The tables of accounts: users and their sessions."""
+"""The tables of accounts: users, their sessions and their API tokens."""
 
 from __future__ import annotations
 
@@ -45,3 +45,19 @@ class SessionRow(Base):
     last_seen_at: Mapped[datetime] = mapped_column(UtcDateTime)
     address: Mapped[str] = mapped_column(String(64))
     user_agent: Mapped[str] = mapped_column(String(256))
+
+
+class ApiTokenRow(Base):
+    __tablename__ = "api_tokens"
+    # An id is a token in the audit trail: it is never handed out a second time.
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), index=True)
+    name: Mapped[str] = mapped_column(String(64))
+    scopes: Mapped[str] = mapped_column(String(64))
+    """Their names in alphabetical order, with blanks between."""
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    expires_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    last_used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)

@@ -13,6 +13,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.sessions import end_sessions_of
 from server.accounts.tables import Role, UserRow
+from server.accounts.tokens import end_tokens_of
 from server.audit.deed import Deed
 from server.fleet.snapshot import begin_fleet_change
 from server.names import clean_name, is_name, name_key
@@ -92,7 +93,7 @@ async def create_user(session: AsyncSession, *, name: str, role: Role, password_
 
 
 async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, deed: Deed) -> UserRow:
-    """Signs the user out everywhere when disabled or given a new password."""
+    """Signs the user out everywhere when disabled or given a new password; when disabled, their API tokens end too."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     goes_as_admin = change.disabled is True or change.role is Role.OPERATOR
@@ -110,6 +111,8 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
         deed.record(session, "user.password_changed", **_about(row))
     if change.disabled or change.password_hash is not None:
         await end_sessions_of(session, row.id)
+    if change.disabled:
+        await end_tokens_of(session, row.id)
     return row
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +10,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.tables import UserRow
 from server.accounts.users import find_user
-from server.commands.session import CommandError, as_table, deed_now, with_database
+from server.commands.session import CommandError, as_table, deed_now, keep_secret, with_database
 from server.database import Database
 from server.fleet import drones
 from server.fleet.snapshot import FleetSnapshot, load_snapshot
@@ -44,7 +43,7 @@ def add_drone(
                 user = await _user(session, one)
                 await drones.add_owner(session, drone_id=row.id, user_id=user.id, deed=deed_now())
             # Inside the transaction: a drone whose credential could not be kept is not added.
-            _keep(credential, token_file)
+            keep_secret(str(credential), token_file)
             return row, credential
 
     row, credential = with_database(work)
@@ -84,7 +83,7 @@ def rotate_credential(drone: Which, token_file: TokenFile = None) -> None:
         async with database.writing() as session:
             found = await _drone(session, drone)
             _, credential = await drones.rotate_credential(session, drone_id=found.id, deed=deed_now())
-            _keep(credential, token_file)
+            keep_secret(str(credential), token_file)
             return credential
 
     _tell(with_database(work), token_file)
@@ -117,21 +116,6 @@ async def _user(session: AsyncSession, name: str) -> UserRow:
     if found is None:
         raise CommandError(f"there is no user named {name}")
     return found
-
-
-def _keep(credential: Credential, token_file: Path | None) -> None:
-    if token_file is None:
-        return
-    # Written beside and moved into place: never half a credential, never readable by others, not for a moment.
-    fresh = token_file.with_name(f".{token_file.name}.{os.getpid()}")
-    try:
-        token_file.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with os.fdopen(descriptor, "w") as opened:
-            opened.write(f"{credential}\n")
-        fresh.replace(token_file)
-    except OSError as error:
-        raise CommandError(f"cannot write {token_file}: {error.strerror}") from error
 
 
 def _tell(credential: Credential, token_file: Path | None) -> None:

@@ -6,6 +6,7 @@ import asyncio
 import os
 from collections.abc import Awaitable, Callable
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any, TypeVar
 
 from server.accounts.passwords import Passwords
@@ -47,6 +48,22 @@ def with_database(work: Callable[[Database, Settings], Awaitable[Answer]]) -> An
             await database.close()
 
     return asyncio.run(go())
+
+
+def keep_secret(secret: str, token_file: Path | None) -> None:
+    """Writes a secret to a file for its owner only; does nothing without one. Raises CommandError."""
+    if token_file is None:
+        return
+    # Written beside and moved into place: never half a secret, never readable by others, not for a moment.
+    fresh = token_file.with_name(f".{token_file.name}.{os.getpid()}")
+    try:
+        token_file.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(descriptor, "w") as opened:
+            opened.write(f"{secret}\n")
+        fresh.replace(token_file)
+    except OSError as error:
+        raise CommandError(f"cannot write {token_file}: {error.strerror}") from error
 
 
 def as_table(headings: tuple[str, ...], rows: list[tuple[Any, ...]]) -> str:

@@ -6,7 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Path, Request
 from pydantic import BaseModel, Field
 
-from server.access import CurrentUser
+from server.access import Commander, Pilot
 from server.accounts.sessions import Principal
 from server.control.lease import Event
 from server.fleet.views import DroneView
@@ -55,13 +55,13 @@ async def _change(
 
 
 @router.post("/acquire", operation_id="acquire_control")
-async def acquire(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def acquire(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
     """Take the controls of a drone of yours that nobody has."""
     return await _change(request, principal, drone_id, Event.ACQUIRE, body)
 
 
 @router.post("/release", operation_id="release_control")
-async def release(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def release(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
     """Give up the controls. A drone that is being flown by hand holds."""
     return await _change(request, principal, drone_id, Event.RELEASE, body)
 
@@ -69,7 +69,7 @@ async def release(request: Request, principal: CurrentUser, drone_id: DronePath,
 @router.post("/take", operation_id="take_control")
 async def take(
     request: Request,
-    principal: CurrentUser,
+    principal: Commander,
     drone_id: DronePath,
     body: Annotated[TakeRequest | None, Body()] = None,
 ) -> DroneView:
@@ -79,7 +79,7 @@ async def take(
 
 
 @router.post("/give", operation_id="give_control")
-async def give(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def give(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
     """Admin: offer the controls back to the operator they were taken from. The drone holds until they are accepted."""
     return await _change(request, principal, drone_id, Event.GIVE, body)
 
@@ -87,7 +87,7 @@ async def give(request: Request, principal: CurrentUser, drone_id: DronePath, bo
 @router.post("/accept", operation_id="accept_control")
 async def accept(
     request: Request,
-    principal: CurrentUser,
+    principal: Pilot,
     drone_id: DronePath,
     body: Annotated[AcceptRequest | None, Body()] = None,
 ) -> DroneView:
@@ -96,12 +96,12 @@ async def accept(
 
 
 @router.post("/assist", operation_id="assist_control")
-async def assist(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def assist(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
     """Admin: help the holder. Your commands win for as long as they come, and a second longer."""
     return await _change(request, principal, drone_id, Event.ASSIST, body)
 
 
 @router.post("/unassist", operation_id="unassist_control")
-async def unassist(request: Request, principal: CurrentUser, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def unassist(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
     """Admin: end the assistance, your own or another admin's."""
     return await _change(request, principal, drone_id, Event.ASSIST_END, body)

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.access import CurrentUser, NotSignedIn, SessionExpired, UnknownDrone
+from server.access import NotSignedIn, Pilot, SessionExpired, UnknownDrone, Viewer
 from server.control.desk import ControlRefused
 from server.control.loss_checks import LossCheck
 from server.control.rehearsal import LASTS_S
@@ -78,7 +78,7 @@ class RehearsalBegun(BaseModel):
 
 
 @router.get("/loss-check")
-async def get_loss_check(request: Request, principal: CurrentUser, drone_id: DronePath) -> LossCheckView:
+async def get_loss_check(request: Request, principal: Viewer, drone_id: DronePath) -> LossCheckView:
     """What would happen if the operator, the tower or the radio were lost, in words."""
     tower = tower_of(request)
     if tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
@@ -87,7 +87,7 @@ async def get_loss_check(request: Request, principal: CurrentUser, drone_id: Dro
 
 
 @router.post("/loss-check/acknowledge", responses=answers(ControlRefused))
-async def acknowledge_loss_check(request: Request, principal: CurrentUser, drone_id: DronePath) -> LossCheckView:
+async def acknowledge_loss_check(request: Request, principal: Pilot, drone_id: DronePath) -> LossCheckView:
     """Whoever may arm the drone now (its holder, or an admin who assists) has read it. Until then they cannot arm a
     drone that a loss would drop or lose."""
     checks = tower_of(request).loss_checks
@@ -95,7 +95,7 @@ async def acknowledge_loss_check(request: Request, principal: CurrentUser, drone
 
 
 @router.get("/rehearsal")
-async def get_rehearsal(request: Request, principal: CurrentUser, drone_id: DronePath) -> RehearsalView:
+async def get_rehearsal(request: Request, principal: Viewer, drone_id: DronePath) -> RehearsalView:
     """How long a loss made on purpose lasts, and whether one is going on."""
     tower = tower_of(request)
     drone = tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
@@ -110,7 +110,7 @@ async def get_rehearsal(request: Request, principal: CurrentUser, drone_id: Dron
 
 @router.post("/rehearsal", status_code=202, responses=answers(ControlRefused))
 async def rehearse_loss(
-    request: Request, principal: CurrentUser, drone_id: DronePath, body: RehearsalRequest
+    request: Request, principal: Pilot, drone_id: DronePath, body: RehearsalRequest
 ) -> RehearsalBegun:
     """Holder or admin: loses the operator or the tower on purpose, to see the drone hold and how fast."""
     tower_of(request).rehearsals.begin(

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from server.access import Admin, AdminsOnly, CurrentUser, NotSignedIn, SessionExpired, UnknownDrone
+from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone, Viewer
 from server.audit.deed import Deed
 from server.control.drone_settings import BOUNDS, BadDroneSettings, check_ladder
 from server.control.settings_store import apply_to, change_settings, settings_in
@@ -79,7 +79,7 @@ class DroneSettingsPatch(BaseModel):
 
 
 @router.get("")
-async def get_drone_settings(request: Request, principal: CurrentUser, drone_id: DronePath) -> DroneSettingsView:
+async def get_drone_settings(request: Request, principal: Viewer, drone_id: DronePath) -> DroneSettingsView:
     """How this drone holds, and what it does when the tower stays lost."""
     hub = tower_of(request).hub
     if hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:

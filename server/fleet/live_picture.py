@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Protocol
 
+from server.accounts.sessions import SignInId
 from server.accounts.tables import Role
 from server.fleet.snapshot import FleetSnapshot
 from server.fleet.views import DroneView
@@ -23,8 +24,8 @@ class LivePicture(Protocol):
     def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
         """One drone; None when it does not exist and, on purpose the same, when it is not theirs to see."""
 
-    def end_sessions(self, session_ids: Iterable[int]) -> None:
-        """Closes the live connections of these sessions."""
+    def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
+        """Closes the live connections of these sessions and tokens."""
 
     def end_user(self, user_id: UserId) -> None:
         """Closes every live connection of a user."""

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.access import Admin, AdminsOnly, CurrentUser, NotSignedIn, SessionExpired, UnknownDrone
+from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone, Viewer
 from server.accounts.sessions import Principal
 from server.accounts.users import UnknownUser
 from server.audit.deed import Deed
@@ -50,7 +50,7 @@ def _view(request: Request, principal: Principal, drone_id: int) -> DroneView:
 
 
 @router.get("")
-async def list_drones(request: Request, principal: CurrentUser) -> list[DroneView]:
+async def list_drones(request: Request, principal: Viewer) -> list[DroneView]:
     """The squad: an operator's own drones, or every drone for an admin."""
     return tower_of(request).hub.drone_views(principal.user_id, principal.role)
 
@@ -65,7 +65,7 @@ async def create_drone(request: Request, admin: Admin, body: DroneName) -> Drone
 
 
 @router.get("/{drone_id}", responses=answers(UnknownDrone))
-async def get_drone(request: Request, principal: CurrentUser, drone_id: DronePath) -> DroneView:
+async def get_drone(request: Request, principal: Viewer, drone_id: DronePath) -> DroneView:
     """One drone of the squad. One that is somebody else's does not exist."""
     return _view(request, principal, drone_id)
 

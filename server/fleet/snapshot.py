@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from sqlalchemy import select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts.tables import Role, UserRow
+from server.accounts.tables import ApiTokenRow, Role, UserRow
 from server.control.tables import ControlLeaseRow
 from server.fleet.tables import DroneRow, FleetRevisionRow, OwnershipRow
 from wire.ids import DroneId, Epoch, UserId
@@ -52,6 +52,8 @@ class FleetSnapshot:
     drones: tuple[DroneRecord, ...]
     """In the order of their ids."""
     users: Mapping[UserId, UserRecord]
+    token_ids: frozenset[int] = frozenset()
+    """The API tokens that have not been revoked."""
 
 
 async def read_revision(session: AsyncSession) -> int:
@@ -59,7 +61,7 @@ async def read_revision(session: AsyncSession) -> int:
 
 
 async def begin_fleet_change(session: AsyncSession) -> None:
-    """Counts a change of drones, ownerships or users. Comes first in the transaction that makes the change:
+    """Counts a change of drones, ownerships, users or API tokens. Comes first in the transaction that makes the change:
     on PostgreSQL it is also what makes such transactions queue up, so that two cannot both demote the last admin.
     """
     await session.execute(
@@ -99,4 +101,5 @@ async def load_snapshot(session: AsyncSession) -> FleetSnapshot:
                 blind=lease.blind if lease else False,
             )
         )
-    return FleetSnapshot(revision=revision, drones=tuple(drones), users=users)
+    token_ids = frozenset(await session.scalars(select(ApiTokenRow.id)))
+    return FleetSnapshot(revision=revision, drones=tuple(drones), users=users, token_ids=token_ids)

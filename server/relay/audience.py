@@ -5,6 +5,7 @@ What hangs on somebody being there is told at once: the agents of what they hold
 
 from collections.abc import Callable, Iterable
 
+from server.accounts.sessions import SignInId
 from server.relay import live_messages as live
 from server.relay.browser import Browser
 from server.relay.hub_events import RightLost
@@ -46,7 +47,7 @@ class Audience:
             drone.watchers.pop(browser.number, None)
         user_id = browser.viewer.user_id
         self._note_presence_of(user_id, now)
-        if not self._state.has_browser(user_id):
+        if browser.viewer.may_fly and not self._state.has_browser(user_id):
             self._report_assistant_gone(user_id, "the assistant's browser is gone")
 
     def focus(self, browser: Browser, drone_id: DroneId | None, now: float) -> None:
@@ -57,13 +58,14 @@ class Audience:
             return
         browser.outbox.focus = drone_id
 
-    def end_sessions(self, session_ids: Iterable[int]) -> None:
-        """Closes the browsers of sessions that have ended. Who has no other loses the controls at once."""
+    def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
+        """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
         ended = set(session_ids)
         users = set()
         for browser in [one for one in self._state.browsers.values() if one.viewer.session_id in ended]:
             self._close(browser)
-            users.add(browser.viewer.user_id)
+            if browser.viewer.may_fly:
+                users.add(browser.viewer.user_id)
         for user_id in users:
             self._report_signed_out(user_id)
 

@@ -1,5 +1,6 @@
 """What the database says, brought into the live state: drones, owners, accounts. The newest wins."""
 
+from server.accounts.sessions import TokenId
 from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord
 from server.relay import live_messages as live
 from server.relay.browser import Browser
@@ -32,7 +33,9 @@ class FleetChanges:
             self._put(record)
         for browser in list(state.browsers.values()):
             account = snapshot.users.get(browser.viewer.user_id)
-            if account is None or account.disabled or account.role != browser.viewer.role:
+            signed_in_by = browser.viewer.session_id
+            revoked = isinstance(signed_in_by, TokenId) and signed_in_by.id not in snapshot.token_ids
+            if revoked or account is None or account.disabled or account.role != browser.viewer.role:
                 self.close_browser(browser)
         for drone in state.drones.values():
             self._report_lost_rights(drone, snapshot)

@@ -67,7 +67,7 @@ class FramePaths:
             raise Dropped(DropReason.BAD_FRAME)
         command = command_in(frame)
         user_id = browser.viewer.user_id
-        standing = drone.standing_of(user_id)
+        standing = drone.standing_of(browser.viewer)
         reason = refusal_of(frame, command, standing)
         if reason is not None:
             raise Dropped(reason)

@@ -14,6 +14,7 @@ The parts: `live_state` (the dictionaries), `audience` (the browsers), `fleet_ch
 from collections.abc import Callable, Iterable
 from typing import Final
 
+from server.accounts.sessions import SignInId
 from server.accounts.tables import Role
 from server.fleet.snapshot import FleetSnapshot, UserRef
 from server.fleet.views import DroneView
@@ -194,8 +195,8 @@ class Hub:
         """The browser is gone. Harmless if it was gone already."""
         self._audience.leave(browser, now)
 
-    def end_sessions(self, session_ids: Iterable[int]) -> None:
-        """Closes the browsers of sessions that have ended. Who has no other loses the controls at once."""
+    def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
+        """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
         self._audience.end_sessions(session_ids)
 
     def end_user(self, user_id: UserId) -> None:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Final
 
+from server.accounts.sessions import Principal
 from server.accounts.tables import Role
 from server.fleet.snapshot import DroneRecord, UserRef
 from server.fleet.views import DroneView, UserRefView
@@ -124,10 +125,11 @@ class LiveDrone:
         assistant = self.lease.assistant
         return user_id == self.holder_id or (assistant is not None and user_id == assistant.id)
 
-    def standing_of(self, user_id: UserId) -> Standing:
-        """How a sender stands to this drone."""
+    def standing_of(self, viewer: Principal) -> Standing:
+        """How a sender stands to this drone. Whoever signed in only to watch has no turn, whoever they are."""
+        user_id = viewer.user_id
         return Standing(
-            has_turn=self.may_arm(user_id),
+            has_turn=viewer.may_fly and self.may_arm(user_id),
             armed=self.armed,
             airborne=self.airborne,
             loss_check_open=self.loss_check.bars(user_id),
@@ -142,8 +144,10 @@ class LiveDrone:
         return now - self.sticks_at < MANUAL_FOR_S
 
     def holder_present(self) -> bool:
-        """Whether the holder has a live browser."""
-        return any(browser.viewer.user_id == self.holder_id for browser in self.watchers.values())
+        """Whether the holder has a live browser, one that may fly: a program that only watches is nobody's hand."""
+        return any(
+            browser.viewer.user_id == self.holder_id and browser.viewer.may_fly for browser in self.watchers.values()
+        )
 
     def somebody_flies(self) -> bool:
         """Whether there is a holder, with a live browser, who is not being rehearsed away."""

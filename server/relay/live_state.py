@@ -62,5 +62,5 @@ class LiveState:
         browser.refuse(reason, drone_id, name, now)
 
     def has_browser(self, user_id: UserId) -> bool:
-        """Whether this user has any live browser."""
-        return any(browser.viewer.user_id == user_id for browser in self.browsers.values())
+        """Whether this user has any live browser that may fly."""
+        return any(browser.viewer.user_id == user_id and browser.viewer.may_fly for browser in self.browsers.values())

@@ -37,7 +37,7 @@ class SafetyWatch:
         for browser in list(self._state.browsers.values()):
             for notice in browser.refusals.due(now):
                 browser.tell(notice)
-            if browser.viewer.user_id in flying:
+            if browser.viewer.user_id in flying and browser.viewer.may_fly:
                 sequence = browser.trip.ping_due(now)
                 if sequence is not None:
                     browser.tell(live.Ping(sequence))

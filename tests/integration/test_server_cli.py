@@ -89,6 +89,9 @@ MISTAKES = (
     (("drone", "add", "kite", "--token-file", "/proc/none/token"), "", "cannot write /proc/none/token"),
     (("drone", "assign", "none", "Root"), "", "there is no drone none"),
     (("drone", "credential", "7"), "", "there is no drone 7"),
+    (("token", "add", "Nobody", "log", "--scope", "watch"), "", "there is no user named Nobody"),
+    (("token", "add", "Root", "log", "--scope", "watch", "--expires-days", "0"), "", "a token lives for up to"),
+    (("token", "revoke", "7"), "", "there is no such token"),
 )
 
 
@@ -120,6 +123,23 @@ async def test_drones(shell: Shell, tmp_path: Path) -> None:
     await shell.run("drone", "credential", "hawk", "--token-file", str(token))
     assert token.read_text() != before
     assert [path.name for path in token.parent.iterdir()] == ["hawk"]
+
+
+async def test_tokens(shell: Shell, tmp_path: Path) -> None:
+    await shell.run("user", "add", "Anna")
+    file = tmp_path / "anna.token"
+    out = await shell.run("token", "add", "anna", "flight log", "--scope", "watch", "--token-file", str(file))
+    assert "twt_" not in out
+    assert re.fullmatch(r"twt_[A-Za-z0-9_-]{43}\n", file.read_text())
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    both = ("--scope", "watch", "--scope", "fly", "--expires-days", "30")
+    assert re.search(r"token: twt_\S{43}$", await shell.run("token", "add", "anna", "QGC", *both), re.MULTILINE)
+    assert "only an admin's" in await shell.run("token", "add", "anna", "all", "--scope", "admin", code=1)
+    listed = (await shell.run("token", "list")).splitlines()
+    assert listed[1].split()[:6] == ["1", "flight", "log", "Anna", "watch", "never"]
+    assert "fly,watch" in listed[2]
+    assert await shell.run("token", "revoke", "1") == "token 1 is revoked\n"
+    assert len((await shell.run("token", "list")).splitlines()) == 2
 
 
 async def test_bad_settings_are_named_and_not_shown(shell: Shell) -> None:

@@ -1,12 +1,14 @@
 """The judgement at the door, origins, names and passwords: the rules without a socket."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import pytest
 
-from server.access import AccessRequest, Action, AdminsOnly, UnknownDrone, judge
+from server.access import AccessRequest, Action, AdminsOnly, InPersonOnly, ScopeMissing, UnknownDrone, judge
 from server.accounts.passwords import BadPassword, check_password, generate_password
-from server.accounts.sessions import Principal
+from server.accounts.scopes import Scope
+from server.accounts.sessions import Principal, TokenId
 from server.accounts.tables import Role
 from server.names import BadName, clean_name, name_key
 from server.origin import origin_matches
@@ -36,6 +38,35 @@ def test_the_matrix(who: Principal, action: Action, owner_ids: frozenset[int] | 
     verdict = judge(AccessRequest(who, action, owner_ids))  # type: ignore[arg-type]
     assert verdict.allowed is (refusal is None)
     assert (type(verdict.refusal) if verdict.refusal else None) is refusal
+
+
+@pytest.mark.parametrize(
+    ("scopes", "action", "for_operator", "for_admin"),
+    [
+        ("", Action.KNOW_ONESELF, None, None),
+        ("watch", Action.SEE_SQUAD, None, None),
+        ("fly admin metrics", Action.SEE_SQUAD, ScopeMissing, ScopeMissing),
+        ("watch fly", Action.FLY, None, None),
+        ("watch admin", Action.FLY, ScopeMissing, ScopeMissing),
+        ("fly", Action.COMMAND, ScopeMissing, ScopeMissing),
+        ("admin", Action.COMMAND, ScopeMissing, ScopeMissing),
+        ("fly admin", Action.COMMAND, None, None),  # the table of control says no to an operator
+        ("admin", Action.ADMINISTER, AdminsOnly, None),
+        ("watch fly metrics", Action.ADMINISTER, ScopeMissing, ScopeMissing),
+        ("metrics", Action.READ_METRICS, AdminsOnly, None),
+        ("admin", Action.READ_METRICS, ScopeMissing, ScopeMissing),
+        ("admin fly metrics watch", Action.LOOK_AFTER_TOKENS, InPersonOnly, InPersonOnly),
+    ],
+)
+def test_a_token_is_for_its_scopes_and_no_more_than_its_owner(
+    scopes: str, action: Action, for_operator: type | None, for_admin: type | None
+) -> None:
+    chosen = frozenset(Scope(word) for word in scopes.split())
+    for owner, refusal in ((OPERATOR, for_operator), (ADMIN, for_admin)):
+        with_token = replace(owner, session_id=TokenId(3), scopes=chosen)
+        found = judge(AccessRequest(with_token, action)).refusal
+        assert (type(found) if found else None) is refusal
+    assert judge(AccessRequest(ADMIN, action)).allowed
 
 
 def test_not_yours_and_not_there_have_the_same_words() -> None:

@@ -1,0 +1,120 @@
+"""`/api/v1/tokens`: API tokens, made by each user for themself; admins see and revoke everybody's."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query, Request
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
+
+from server.access import AdminsOnly, InPerson, InPersonOnly, NotSignedIn, SessionExpired
+from server.accounts import tokens
+from server.accounts.scopes import Scope
+from server.accounts.sessions import Principal, TokenId
+from server.accounts.tables import ApiTokenRow, Role, UserRow
+from server.accounts.tokens import TooManyTokens, UnknownToken, scopes_of
+from server.accounts.users import get_user
+from server.audit.deed import Deed
+from server.problem_docs import answers
+from server.tower import address_of, tower_of
+
+router = APIRouter(
+    prefix="/api/v1/tokens", tags=["tokens"], responses=answers(NotSignedIn, SessionExpired, InPersonOnly)
+)
+
+
+class TokenOwner(BaseModel):
+    id: int
+    name: str
+
+
+class TokenView(BaseModel):
+    """A token, without its text."""
+
+    id: int
+    name: str
+    owner: TokenOwner
+    scopes: list[Scope]
+    created_at: datetime
+    expires_at: Annotated[datetime | None, Field(description="null: it does not end by itself")]
+    last_used_at: Annotated[datetime | None, Field(description="To the minute; null: never used")]
+
+    @classmethod
+    def of(cls, row: ApiTokenRow, owner: UserRow) -> TokenView:
+        return cls(
+            id=row.id,
+            name=row.name,
+            owner=TokenOwner(id=owner.id, name=owner.name),
+            scopes=sorted(scopes_of(row)),
+            created_at=row.created_at,
+            expires_at=row.expires_at,
+            last_used_at=row.last_used_at,
+        )
+
+
+class NewToken(BaseModel):
+    """What the token is to be for. It never does more than its owner may."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: Annotated[str, Field(description="What it is for, in 1 to 64 printable characters")]
+    scopes: Annotated[list[Scope], Field(max_length=16)]
+    expires_at: AwareDatetime | None = None
+
+
+class TokenWithSecret(BaseModel):
+    """The only answer that ever contains the token."""
+
+    token: TokenView
+    secret: Annotated[str, Field(description="For `Authorization: Bearer`. The tower keeps only its hash")]
+
+
+def _deed(request: Request, principal: Principal) -> Deed:
+    return Deed(by=principal, at=tower_of(request).clock(), address=address_of(request))
+
+
+@router.get("", responses=answers(AdminsOnly))
+async def list_tokens(
+    request: Request,
+    principal: InPerson,
+    everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
+) -> list[TokenView]:
+    """One's own tokens, or everybody's, in the order of their ids."""
+    if everybody and principal.role is not Role.ADMIN:
+        raise AdminsOnly
+    async with tower_of(request).database.reading() as session:
+        found = await tokens.list_tokens(session, user_id=None if everybody else principal.user_id)
+    return [TokenView.of(row, owner) for row, owner in found]
+
+
+@router.post("", status_code=201, responses=answers(TooManyTokens))
+async def create_token(request: Request, principal: InPerson, body: NewToken) -> TokenWithSecret:
+    """Makes a token for oneself and tells it, once."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        owner = await get_user(session, principal.user_id)
+        row, secret = await tokens.create_token(
+            session,
+            owner=owner,
+            name=body.name,
+            scopes=body.scopes,
+            expires_at=body.expires_at,
+            deed=_deed(request, principal),
+        )
+    await tower.roster.refresh()
+    return TokenWithSecret(token=TokenView.of(row, owner), secret=secret)
+
+
+@router.delete("/{token_id}", status_code=204, responses=answers(UnknownToken))
+async def revoke_token(
+    request: Request, principal: InPerson, token_id: Annotated[int, Path(ge=1, le=2**31 - 1)]
+) -> None:
+    """Revokes a token of one's own, or as an admin anybody's. What is connected with it is cut off at once."""
+    tower = tower_of(request)
+    of_user = None if principal.role is Role.ADMIN else principal.user_id
+    async with tower.database.writing() as session:
+        await tokens.revoke_token(session, token_id=token_id, of_user=of_user, deed=_deed(request, principal))
+    tower.hub.end_sessions([TokenId(token_id)])
+    await tower.roster.refresh()
+    await tower.watchman.caught_up()  # what was flown with it is held when this is answered

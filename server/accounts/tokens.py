@@ -1,0 +1,154 @@
+"""API tokens: how a program signs in for a user. Holds the rules; knows nothing of HTTP.
+
+A token is made for some scopes, and at each use it may do what is in its scopes *and* its owner may do at that moment.
+It ends by its date, by being revoked, and with its owner's account (disabled or deleted). It is 256 random bits, so a
+plain SHA-256 of it is enough in the database.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Collection
+from datetime import UTC, datetime, timedelta
+from typing import Any, Final
+
+from sqlalchemy import ColumnElement, delete, func, select, update
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.accounts.scopes import FOR_ADMINS, Scope
+from server.accounts.sessions import SEEN_EVERY, Principal, TokenId, hash_token
+from server.accounts.tables import ApiTokenRow, Role, UserRow
+from server.audit.deed import Deed
+from server.database import Database
+from server.fleet.snapshot import begin_fleet_change
+from server.names import clean_name
+from server.refusal import Refusal
+from wire.ids import UserId
+
+PREFIX: Final = "twt_"
+"""So that people, and programs that look for secrets in the wrong places, know one when they see it."""
+MOST_OF_ONE_USER: Final = 50
+LONGEST_LIFE: Final = timedelta(days=3660)
+_NEVER: Final = datetime.max.replace(tzinfo=UTC)
+
+
+class UnknownToken(Refusal):
+    """No such token, or somebody else's: on purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such token")
+
+
+class TooManyTokens(Refusal):
+    def __init__(self) -> None:
+        super().__init__(f"a user has at most {MOST_OF_ONE_USER} tokens: revoke one first")
+
+
+class BadScopes(Refusal):
+    """Not a set of scopes that this user's token can have."""
+
+
+class BadExpiry(Refusal):
+    """Not a moment at which a token can end."""
+
+
+def scopes_of(row: ApiTokenRow) -> frozenset[Scope]:
+    """What the token is for. A scope that this version does not know is none."""
+    return frozenset(scope for scope in Scope if scope.value in row.scopes.split())
+
+
+async def create_token(
+    session: AsyncSession,
+    *,
+    owner: UserRow,
+    name: str,
+    scopes: Collection[Scope],
+    expires_at: datetime | None,
+    deed: Deed,
+) -> tuple[ApiTokenRow, str]:
+    """The row, and the token itself, which is told here and never again."""
+    name = clean_name(name)
+    if not scopes:
+        raise BadScopes("a token needs at least one scope")
+    if owner.role != Role.ADMIN and FOR_ADMINS & set(scopes):
+        raise BadScopes("only an admin's token can have the scopes admin and metrics")
+    if expires_at is not None and not deed.at < expires_at <= deed.at + LONGEST_LIFE:
+        raise BadExpiry("a token ends in the future, within ten years, or never")
+    await begin_fleet_change(session)
+    number = await session.scalar(select(func.count()).select_from(ApiTokenRow).where(ApiTokenRow.user_id == owner.id))
+    if (number or 0) >= MOST_OF_ONE_USER:
+        raise TooManyTokens
+    secret = PREFIX + secrets.token_urlsafe(32)
+    row = ApiTokenRow(
+        token_hash=hash_token(secret),
+        user_id=owner.id,
+        name=name,
+        scopes=" ".join(sorted(set(scopes))),
+        created_at=deed.at,
+        expires_at=expires_at,
+        last_used_at=None,
+    )
+    session.add(row)
+    await session.flush()
+    deed.record(session, "token.created", **_about(row, owner), scopes=row.scopes)
+    return row, secret
+
+
+async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[ApiTokenRow, UserRow]]:
+    """With their owners, in the order of their ids; of everybody where `user_id` is None."""
+    query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).order_by(ApiTokenRow.id)
+    if user_id is not None:
+        query = query.where(ApiTokenRow.user_id == user_id)
+    return [(row, owner) for row, owner in await session.execute(query)]
+
+
+async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, deed: Deed) -> None:
+    """`of_user`: whose it has to be; None for anybody's. Raises UnknownToken."""
+    await begin_fleet_change(session)
+    row = await session.get(ApiTokenRow, token_id)
+    if row is None or of_user not in (None, row.user_id):
+        raise UnknownToken
+    owner = await session.get_one(UserRow, row.user_id)
+    deed.record(session, "token.revoked", **_about(row, owner))
+    await session.delete(row)
+
+
+def _about(row: ApiTokenRow, owner: UserRow) -> dict[str, Any]:
+    return {"token_id": row.id, "token": row.name, "user_id": owner.id, "user": owner.name}
+
+
+async def end_tokens_of(session: AsyncSession, user_id: int) -> None:
+    """The account is disabled: its tokens do not come back with it."""
+    await session.execute(delete(ApiTokenRow).where(ApiTokenRow.user_id == user_id))
+
+
+class ApiTokens:
+    """Looks tokens up, as `Sessions` does for sessions."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    async def find(self, token: str, now: datetime) -> Principal | None:
+        """Whose token it is and for what, or None when it is not (any more) good."""
+        if not token.startswith(PREFIX):
+            return None
+        return await self._look_up(ApiTokenRow.token_hash == hash_token(token), now)
+
+    async def touch(self, token_id: TokenId, now: datetime) -> Principal | None:
+        """The same by id, for a live connection that stays open."""
+        return await self._look_up(ApiTokenRow.id == token_id.id, now)
+
+    async def _look_up(self, condition: ColumnElement[bool], now: datetime) -> Principal | None:
+        async with self._database.reading() as session:
+            query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).where(condition)
+            found = (await session.execute(query)).one_or_none()
+        if found is None:
+            return None
+        row, owner = found
+        ends_at = row.expires_at or _NEVER
+        if owner.disabled or now >= ends_at:
+            return None
+        if row.last_used_at is None or now - row.last_used_at >= SEEN_EVERY:
+            async with self._database.writing() as session:
+                await session.execute(update(ApiTokenRow).where(ApiTokenRow.id == row.id).values(last_used_at=now))
+        return Principal(UserId(owner.id), owner.name, Role(owner.role), TokenId(row.id), ends_at, scopes_of(row))
