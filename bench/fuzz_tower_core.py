@@ -100,7 +100,7 @@ class TowerCore:
     def rest(self) -> None:
         """Time passes: the hub ticks, the browser reads."""
         self.hub.tick(time.monotonic())
-        self.hub.tell_link_quality()
+        self.hub.each_second(time.monotonic())
         self._browser.take_events()
         self._browser.outbox.take(float("inf"))
         self._answers.clear()

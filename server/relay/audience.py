@@ -11,6 +11,7 @@ from server.relay.browser import Browser
 from server.relay.hub_events import RightLost
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
+from server.relay.viewport import Viewport, place_in
 from wire.drops import DropReason
 from wire.ids import DroneId, UserId
 
@@ -57,6 +58,33 @@ class Audience:
             self._state.refuse(browser, DropReason.UNKNOWN_DRONE, drone_id, now)
             return
         browser.outbox.focus = drone_id
+
+    def show_map(self, browser: Browser, viewport: Viewport | None) -> None:
+        """The browser's map shows this part; None: all of it, or there is no map."""
+        browser.viewport = viewport
+        self._look_at_map(browser, self._places() if viewport else {})
+
+    def look_at_maps(self) -> None:
+        """Once a second: which drones are outside whose map by now."""
+        browsers = [browser for browser in self._state.browsers.values() if browser.viewport is not None]
+        if browsers:
+            places = self._places()
+            for browser in browsers:
+                self._look_at_map(browser, places)
+
+    def _places(self) -> dict[DroneId, tuple[float, float]]:
+        known = {}
+        for drone_id, drone in self._state.drones.items():
+            place = place_in(drone.position_frame) if drone.position_frame is not None else None
+            if place is not None:
+                known[drone_id] = place
+        return known
+
+    @staticmethod
+    def _look_at_map(browser: Browser, places: dict[DroneId, tuple[float, float]]) -> None:
+        # A drone whose place nobody knows counts as inside.
+        shows = None if browser.viewport is None else browser.viewport.shows
+        browser.outbox.far = {drone_id for drone_id, place in places.items() if shows and not shows(*place)}
 
     def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
         """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""

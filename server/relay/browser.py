@@ -10,6 +10,7 @@ from server.relay.outbox import Outbox
 from server.relay.policy import AskTwice
 from server.relay.refusals import RefusalNotices
 from server.relay.trip_meter import TripMeter
+from server.relay.viewport import Viewport
 from wire.drops import DropReason
 from wire.ids import DroneId
 from wire.lateness import Lateness
@@ -36,6 +37,8 @@ class Browser:
         self.number = number
         self.viewer = viewer
         self.outbox = Outbox(now)
+        self.viewport: Viewport | None = None
+        """The part of the map that it shows."""
         self.refusals = RefusalNotices()
         self.ask_twice = AskTwice()
         self.lateness = Lateness()

@@ -8,6 +8,7 @@ from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
 from server.relay.policy import CommandSeen, Kind, Leave, command_in, ends_the_flight, kind_of, leave_for, refusal_of
 from server.relay.refusals import denied_command
+from server.relay.viewport import POSITION
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.drops import Dropped, DropReason
@@ -36,6 +37,8 @@ class FramePaths:
                 self._state.drops[DropReason.NOT_ALLOWED] += 1
                 continue
             key = state_key(frame)
+            if key is not None and key[2] == POSITION:
+                drone.position_frame = frame
             tagged = tag(drone_id, frame)
             for browser in watchers:
                 browser.offer(drone_id, key, tagged)

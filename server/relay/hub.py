@@ -28,6 +28,7 @@ from server.relay.hub_events import HoldStepReported, HubEvent, LossParametersRe
 from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
+from server.relay.viewport import Viewport
 from wire.control_messages import (
     AutopilotState,
     HoldOrder,
@@ -214,6 +215,10 @@ class Hub:
         """The browser wants the frames of one drone at once."""
         self._audience.focus(browser, drone_id, now)
 
+    def show_map(self, browser: Browser, viewport: Viewport | None) -> None:
+        """Which part of the map the browser shows: drones outside it are sent less often."""
+        self._audience.show_map(browser, viewport)
+
     def frames_from_browser(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message: checks each frame in turn and passes on what may pass."""
         if browser.number in self._state.browsers:
@@ -357,8 +362,9 @@ class Hub:
         """Several times a second: everything that time alone can change."""
         self._safety.tick(now)
 
-    def tell_link_quality(self, now: float) -> None:
-        """Once a second: how the link of every drone is that is online."""
+    def each_second(self, now: float) -> None:
+        """Once a second: whose map shows which drones, and how the link of every drone is that is online."""
+        self._audience.look_at_maps()
         for drone in self._state.drones.values():
             if drone.link is not None and drone.online:
                 self._state.tell_watchers(drone, drone.link.quality(now))

@@ -12,8 +12,9 @@ from server.accounts.sessions import Principal
 from server.clock import Clock
 from server.relay.browser import Browser
 from server.relay.hub import SESSION_ENDED, Hub
-from server.relay.live_messages import Focus, MalformedRequest, Notice, Pong, decode_request, encode_event
+from server.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, Pong, decode_request, encode_event
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
+from server.relay.viewport import Viewport
 from wire.drops import DropReason
 from wire.ids import DroneId
 
@@ -24,6 +25,9 @@ MOST_BAD_REQUESTS: Final = 20
 """Text messages that make no sense before the channel is closed: a mistake is told, a flood is ended."""
 MOST_QUOTED: Final = 200
 """Characters of what is wrong with it: the words may quote what came, and no answer is larger than that."""
+
+MOST_FRAMES_A_MESSAGE: Final = 128
+"""Downwards; at most 36 KiB. A browser that is slow gets them one by one, and the socket's buffer stays small."""
 
 StillSignedIn = Callable[[datetime], Awaitable[Principal | None]]
 """Asks the database whether the session still stands; called about once a minute, off the frame path."""
@@ -98,6 +102,10 @@ class LiveChannel:
             self._hub.focus(self._browser, drone_id, now)
         elif isinstance(request, Pong):
             self._browser.trip.pong(request.sequence, now)
+        elif isinstance(request, MapShown):
+            bounds = request.bounds
+            shown = None if bounds is None else Viewport(bounds.south, bounds.west, bounds.north, bounds.east)
+            self._hub.show_map(self._browser, shown)
         else:
             self._browser.outbox.set_watch_rate(request.rate_hz, now)
 
@@ -110,7 +118,8 @@ class LiveChannel:
                 for event in browser.take_events():
                     await send_text(encode_event(event))
                 if frames := outbox.take(time.monotonic()):
-                    await send_bytes(b"".join(frames))
+                    for start in range(0, len(frames), MOST_FRAMES_A_MESSAGE):
+                        await send_bytes(b"".join(frames[start : start + MOST_FRAMES_A_MESSAGE]))
                     continue
                 beat = outbox.next_beat()
                 timer = None if beat is None else loop.call_later(max(0.0, beat - time.monotonic()), due.set)

@@ -94,6 +94,8 @@ class LiveDrone:
     offered_since: float | None = None
     holder_deaf_until: float = NEVER
     """A rehearsal: the holder counts as gone until then."""
+    position_frame: bytes | None = None
+    """The newest GLOBAL_POSITION_INT, as it came."""
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
     watchers: dict[int, Browser] = field(default_factory=dict)

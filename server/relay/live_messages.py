@@ -159,6 +159,29 @@ class Focus(msgspec.Struct, frozen=True, tag="focus", tag_field="type"):
     drone_id: Annotated[int, msgspec.Meta(ge=1, le=0xFFFFFFFF)] | None
 
 
+Latitude = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
+Longitude = Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
+
+
+class Bounds(msgspec.Struct, frozen=True):
+    """A part of the map in degrees; `west` above `east` where it crosses the antimeridian."""
+
+    south: Latitude
+    west: Longitude
+    north: Latitude
+    east: Longitude
+
+    def __post_init__(self) -> None:
+        if self.south > self.north:
+            raise ValueError("south of a map must not be above its north")
+
+
+class MapShown(msgspec.Struct, frozen=True, tag="viewport", tag_field="type"):
+    """Which part of the map this browser shows; None: all of it."""
+
+    bounds: Bounds | None
+
+
 class Pong(msgspec.Struct, frozen=True, tag="pong", tag_field="type"):
     """The answer to a Ping."""
 
@@ -179,7 +202,7 @@ ToBrowser = (
     | Notice
     | Lost
 )
-FromBrowser = Watch | Focus | Pong
+FromBrowser = Watch | Focus | MapShown | Pong
 
 
 class MalformedRequest(ValueError):

@@ -1,18 +1,22 @@
 """What waits to be sent to one browser. Bounded by construction; never slows anybody else.
 
 State frames are conflated: of each kind of each drone only the newest is kept. Transactional frames are kept in
-order up to a bound, beyond which the oldest are dropped and the browser is told how many it lost. Sans-I/O:
+order up to a bound, beyond which the oldest are dropped and the browser is told how many it lost; those of the drone
+that has most of them waiting go first, so that one that talks without end costs the others nothing. Sans-I/O:
 `now` in, bytes out.
 """
 
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Set
 from typing import Final
 
 from wire.ids import DroneId
 from wire.state_messages import StateKey
 
 DEFAULT_WATCH_RATE_HZ: Final = 5.0
+
+FAR_PERIOD_S: Final = 1.0
+"""How often the state of drones outside the browser's map is due, unless it watches more slowly than that anyway."""
 
 MOST_TRANSACTIONAL: Final = 4096
 """Frames. A parameter download is about 1,400 and comes at the speed of the link, so this is several at once."""
@@ -27,12 +31,16 @@ class Outbox:
     def __init__(self, now: float) -> None:
         self._watch_period_s = 1.0 / DEFAULT_WATCH_RATE_HZ
         self._next_beat = now
-        self._transactional: deque[tuple[DroneId, bytes]] = deque()
+        self._next_far_beat = now
+        self._transactional: dict[DroneId, deque[bytes]] = {}
+        self._transactional_count = 0
         self._focused: dict[tuple[DroneId, StateKey], bytes] = {}
         self._watched: dict[DroneId, dict[StateKey, bytes]] = {}
         self._lost: Counter[DroneId] = Counter()
         self.focus: DroneId | None = None
         """The drone whose frames are due at once."""
+        self.far: Set[DroneId] = frozenset()
+        """Drones that the browser's map does not show."""
 
     def set_watch_rate(self, rate_hz: float, now: float) -> None:
         """How often the state of drones that are not focused is due."""
@@ -42,10 +50,13 @@ class Outbox:
     def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> bool:
         """Takes one tagged frame. True if the sender must look again: something is due, or a beat is set."""
         if key is None:
-            if len(self._transactional) >= MOST_TRANSACTIONAL:
-                dropped_drone, _ = self._transactional.popleft()
-                self._lost[dropped_drone] += 1
-            self._transactional.append((drone_id, tagged))
+            queue = self._transactional.get(drone_id)
+            if queue is None:
+                queue = self._transactional[drone_id] = deque()
+            queue.append(tagged)
+            self._transactional_count += 1
+            if self._transactional_count > MOST_TRANSACTIONAL:
+                self._lose_one(drone_id)
             return True
         if drone_id == self.focus:
             self._focused[drone_id, key] = tagged
@@ -56,31 +67,58 @@ class Outbox:
             kinds[key] = tagged
         return first
 
+    def lose(self, drone_id: DroneId, count: int) -> None:
+        """Transactional frames of this drone did not even get here: the browser is to be told."""
+        self._lost[drone_id] += count
+
+    def _lose_one(self, offered: DroneId) -> None:
+        queues = self._transactional
+        longest = offered
+        if len(queues[offered]) * len(queues) < self._transactional_count:  # it has less than its share
+            longest = max(queues, key=lambda drone_id: len(queues[drone_id]))
+        queues[longest].popleft()
+        self._transactional_count -= 1
+        self._lost[longest] += 1
+
     def forget(self, drone_id: DroneId) -> None:
         """Throws away all that waits of a drone: this browser may not see it any more."""
         self._watched.pop(drone_id, None)
         self._lost.pop(drone_id, None)
         self._focused = {key: frame for key, frame in self._focused.items() if key[0] != drone_id}
-        self._transactional = deque(item for item in self._transactional if item[0] != drone_id)
+        self._transactional_count -= len(self._transactional.pop(drone_id, ()))
+        self.far = self.far - {drone_id}
         if self.focus == drone_id:
             self.focus = None
 
     def take(self, now: float) -> list[bytes]:
-        """Tagged frames that are due, transactional ones first. Empty if nothing is."""
-        due: Iterable[bytes] = ()
-        if self._transactional:
-            due = [tagged for _, tagged in self._transactional]
+        """Tagged frames that are due, transactional ones first, those of each drone in order. Empty if nothing is."""
+        taken: list[bytes] = []
+        if self._transactional_count:
+            for queue in self._transactional.values():
+                taken.extend(queue)
             self._transactional.clear()
-        taken = list(due)
+            self._transactional_count = 0
         if self._focused:
             taken.extend(self._focused.values())
             self._focused.clear()
         if now >= self._next_beat:
             self._next_beat = max(self._next_beat + self._watch_period_s, now)
-            for kinds in self._watched.values():
-                taken.extend(kinds.values())
-            self._watched.clear()
+            self._take_watched(taken, now)
         return taken
+
+    def _take_watched(self, taken: list[bytes], now: float) -> None:
+        watched, far = self._watched, self.far
+        if far and now < self._next_far_beat:
+            self._watched = {drone_id: kinds for drone_id, kinds in watched.items() if drone_id in far}
+            for drone_id, kinds in watched.items():
+                if drone_id not in far:
+                    taken.extend(kinds.values())
+            return
+        if not far.isdisjoint(watched):
+            self._next_far_beat = now + FAR_PERIOD_S
+        for kinds in watched.values():
+            taken.extend(kinds.values())
+        watched.clear()
 
     def take_lost(self) -> dict[DroneId, int]:
         """Transactional frames dropped since the last call, per drone."""
@@ -90,3 +128,8 @@ class Outbox:
     def next_beat(self) -> float | None:
         """When watched state will be due, or None while there is none."""
         return self._next_beat if self._watched else None
+
+    def waiting(self) -> tuple[int, int]:
+        """(transactional frames, state frames) that wait at this moment."""
+        state = len(self._focused) + sum(len(kinds) for kinds in self._watched.values())
+        return self._transactional_count, state

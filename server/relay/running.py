@@ -10,7 +10,7 @@ from server.relay.data_endpoint import DataEndpoint, open_data_endpoint
 from server.relay.hub import Hub
 
 TICK_S: Final = 0.1
-LINK_QUALITY_EVERY_TICKS: Final = 10
+TICKS_A_SECOND: Final = 10
 
 
 @asynccontextmanager
@@ -32,5 +32,5 @@ async def _beat(hub: Hub) -> None:
         await asyncio.sleep(TICK_S)
         hub.tick(time.monotonic())
         ticks += 1
-        if ticks % LINK_QUALITY_EVERY_TICKS == 0:
-            hub.tell_link_quality(time.monotonic())
+        if ticks % TICKS_A_SECOND == 0:
+            hub.each_second(time.monotonic())

@@ -356,7 +356,7 @@ def test_watchers_are_told_how_the_link_is_seen_from_the_drone(world: HubWorld) 
         agent.sealed.seal_frames(Epoch(0), [heartbeat()], now)  # lost on its way up
         agent.answer_pings(now + 0.04)
     alice.events()
-    world.hub.tell_link_quality(30.0)
+    world.hub.each_second(30.0)
     (told,) = [event for event in alice.events() if isinstance(event, live.LinkQuality)]
     assert (told.drone_id, told.transport, told.uplinks) == (1, "udp", 1)
     assert told.over_30s.loss_up is not None and told.over_30s.loss_up > 0.5

@@ -1,5 +1,7 @@
 """The outbox of one browser: bounded, newest state first served, nothing transactional lost in silence."""
 
+from itertools import pairwise
+
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -80,3 +82,69 @@ def test_memory_is_bounded_whatever_is_offered(offers: list[tuple[int, int | Non
         box.offer(DroneId(drone), None if kind is None else (1, 1, kind, 0), b"x")
     assert len(box.take(1e6)) <= MOST_TRANSACTIONAL + len(drones) * MOST_STATE_KINDS
     assert box.take(2e6) == []
+
+
+def test_drones_outside_the_map_come_once_a_second_and_whole() -> None:
+    box = Outbox(0.0)
+    box.far = {TWO}
+    box.take(0.0)
+    seen = []
+    for step in range(1, 39):
+        now = step / 10
+        box.offer(ONE, ATTITUDE, b"near")
+        box.offer(TWO, ATTITUDE, b"far %d" % step)
+        box.offer(TWO, POSITION, b"far position")
+        seen += [(now, frame) for frame in box.take(now) if frame.startswith(b"far ")]
+    attitudes = [(now, frame) for now, frame in seen if frame != b"far position"]
+    times = [now for now, _ in attitudes]
+    assert len(times) == 4
+    assert all(0.99 < later - sooner < 1.31 for sooner, later in pairwise(times))
+    assert all(frame == b"far %d" % round(now * 10) for now, frame in attitudes), "the newest"
+    assert [now for now, frame in seen if frame == b"far position"] == times
+
+
+def test_what_must_not_wait_does_not_wait_outside_the_map_either() -> None:
+    box = Outbox(0.0)
+    box.far = {ONE, TWO}
+    box.focus = ONE
+    box.offer(ONE, ATTITUDE, b"focused")
+    box.take(0.0)
+    box.offer(ONE, ATTITUDE, b"focused")
+    box.offer(TWO, ATTITUDE, b"state")
+    box.offer(TWO, None, b"ack")
+    assert box.take(0.01) == [b"ack", b"focused"]
+
+
+def test_a_drone_that_comes_into_the_map_is_due_at_the_next_beat() -> None:
+    box = Outbox(0.0)
+    box.far = {ONE}
+    box.take(0.0)
+    box.offer(ONE, ATTITUDE, b"a")
+    assert box.take(0.2) == [b"a"], "the first one is not late"
+    box.offer(ONE, ATTITUDE, b"b")
+    assert box.take(0.45) == []
+    box.far = set()
+    assert box.take(0.7) == [b"b"]
+
+
+def test_a_drone_that_talks_without_end_loses_its_own_frames_and_nobody_elses() -> None:
+    box = Outbox(0.0)
+    box.offer(TWO, None, b"quiet")
+    for number in range(2 * MOST_TRANSACTIONAL):
+        box.offer(ONE, None, b"%d" % number)
+        if number % 1000 == 0:
+            box.offer(TWO, None, b"quiet")
+    assert set(box.take_lost()) == {ONE}
+    taken = box.take(0.0)
+    assert len(taken) == MOST_TRANSACTIONAL
+    assert taken.count(b"quiet") == 10
+
+
+def test_of_two_drones_with_much_waiting_the_one_with_more_loses() -> None:
+    box = Outbox(0.0)
+    for number in range(MOST_TRANSACTIONAL - 100):
+        box.offer(ONE, None, b"%d" % number)
+    for number in range(150):
+        box.offer(TWO, None, b"two %d" % number)
+    assert box.take_lost() == {ONE: 50}
+    assert box.waiting() == (MOST_TRANSACTIONAL, 0)

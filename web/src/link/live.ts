@@ -5,7 +5,7 @@
  */
 
 import type { Clock } from './clock';
-import { focusText, pongText, watchText } from './messages';
+import { focusText, pongText, viewportText, watchText, type MapBounds } from './messages';
 import { Store, type Readable } from './store';
 import { stamped } from './tagged_frames';
 import { readTowerEvent, type TowerEvent } from './wire_types';
@@ -67,6 +67,7 @@ export class Live {
   #cancelTimer: () => void = () => undefined;
   #rateHz: number | null = null;
   #focus: number | null = null;
+  #shown: MapBounds | null = null;
   #expectsTraffic = false;
   #heardAtMs: number | null = null;
   #pingedAtMs = -Infinity;
@@ -110,6 +111,13 @@ export class Live {
   focus(droneId: number | null): void {
     this.#focus = droneId;
     if (this.#isOpen()) this.#socket?.send(focusText(droneId));
+  }
+
+  /** What the map shows: the tower sends drones outside it once a second only. Null when no map is there. */
+  viewport(shown: MapBounds | null): void {
+    if (JSON.stringify(shown) === JSON.stringify(this.#shown)) return;
+    this.#shown = shown;
+    if (this.#isOpen()) this.#socket?.send(viewportText(shown));
   }
 
   /** Whether silence is suspicious: some drone is online. */
@@ -176,6 +184,7 @@ export class Live {
     this.#state.set({ phase: 'open', failures: 0, retryAtMs: null });
     if (this.#rateHz !== null) this.#socket?.send(watchText(this.#rateHz));
     if (this.#focus !== null) this.#socket?.send(focusText(this.#focus));
+    if (this.#shown !== null) this.#socket?.send(viewportText(this.#shown));
   }
 
   #watchSilence(): void {

@@ -17,6 +17,37 @@ export const watchText = (rateHz: number): string => JSON.stringify({ type: 'wat
 export const pongText = (sequence: number): string => JSON.stringify({ type: 'pong', sequence });
 export const focusText = (droneId: number | null): string => JSON.stringify({ type: 'focus', drone_id: droneId });
 
+/** What a map shows, in degrees. Longitudes may run beyond 180 either way, as a map that can be turned on and on has them. */
+export interface MapBounds {
+  readonly south: number;
+  readonly west: number;
+  readonly north: number;
+  readonly east: number;
+}
+
+/** Of the map's width and height, on each side: a drone about to come into view is fresh already. */
+const VIEWPORT_MARGIN = 0.2;
+
+/** Tells the tower which drones may come less often; null: none. */
+export function viewportText(shown: MapBounds | null): string {
+  return JSON.stringify({ type: 'viewport', bounds: shown && widened(shown) });
+}
+
+function widened({ south, west, north, east }: MapBounds): MapBounds {
+  const up = (north - south) * VIEWPORT_MARGIN;
+  const aside = (east - west) * VIEWPORT_MARGIN;
+  const lat = (deg: number): number => Math.max(-90, Math.min(90, deg));
+  const isWholeTurn = east - west + 2 * aside >= 360;
+  return {
+    south: lat(south - up),
+    west: isWholeTurn ? -180 : wrapped(west - aside),
+    north: lat(north + up),
+    east: isWholeTurn ? 180 : wrapped(east + aside),
+  };
+}
+
+const wrapped = (lonDeg: number): number => ((((lonDeg + 180) % 360) + 360) % 360) - 180;
+
 interface Common {
   readonly command: number;
   /** Whether it may be sent again when no answer comes. */

@@ -62,6 +62,22 @@ describe('the live connection', () => {
     expect(last().sent).toEqual(['{"type":"watch","rate_hz":2}', '{"type":"focus","drone_id":9}']);
   });
 
+  it('says what the map shows, only when it has changed, and again after each reconnection', async () => {
+    live.start();
+    live.viewport({ south: 10, west: 20, north: 20, east: 40 });
+    last().says(WELCOME);
+    const said = '{"type":"viewport","bounds":{"south":8,"west":16,"north":22,"east":44}}';
+    expect(last().sent).toEqual([said]);
+    live.viewport({ south: 10, west: 20, north: 20, east: 40 });
+    expect(last().sent).toHaveLength(1);
+    last().onclose?.({ code: 1006 });
+    await clock.pass(500);
+    last().says(WELCOME);
+    expect(last().sent).toEqual([said]);
+    live.viewport(null);
+    expect(last().sent.at(-1)).toBe('{"type":"viewport","bounds":null}');
+  });
+
   it('waits longer after each failure, up to a bound, and says until when', async () => {
     live.start();
     const waits: number[] = [];
