@@ -34,7 +34,7 @@ class LeaseView:
     assistant: UserRef | None = None
     """An admin whose commands win for as long as they come."""
     blind: bool = False
-    """`taken_from` may not watch either."""
+    """`taken_from` may not watch either, but while the controls are offered to them."""
 
 
 def lease_of(record: DroneRecord) -> LeaseView:
@@ -120,7 +120,9 @@ class LiveDrone:
 
     @property
     def blind_user_id(self) -> UserId | None:
-        return self.lease.taken_from.id if self.lease.blind and self.lease.taken_from else None
+        """Who gets no frames though it is their drone. Whoever is offered the controls must see what they accept."""
+        lease = self.lease
+        return lease.taken_from.id if lease.blind and not lease.offered and lease.taken_from else None
 
     def may_arm(self, user_id: UserId) -> bool:
         """Whether this user's commands pass, if the drone is there: the holder's, and an assistant's."""

@@ -177,6 +177,22 @@ def test_an_operator_without_the_view_gets_no_frames_but_knows_the_drone(scene: 
     assert scene.hub.drone_view(ONE, UserId(9), scene.world.browser(9).browser.viewer.role).may_watch  # type: ignore[union-attr]
 
 
+def test_the_view_comes_back_with_the_offer_and_goes_with_it(scene: Scene) -> None:
+    def sees(lease: LeaseView, event: str) -> bool:
+        scene.lease(lease, event)
+        (view,) = [event.drone for event in scene.alice.events() if isinstance(event, live.DroneChanged)]
+        scene.alice.frames()
+        scene.agent.send(command_ack())
+        assert bool(scene.alice.frames()) is view.may_watch
+        return view.may_watch
+
+    taken = LeaseView(holder=ADMIN, taken_from=ALICE, epoch=Epoch(2), blind=True)
+    assert not sees(taken, "taken")
+    assert sees(replace(taken, offered=True, epoch=Epoch(3)), "given")
+    assert not sees(replace(taken, epoch=Epoch(4)), "taken"), "the offer is over"
+    assert sees(LeaseView(holder=ALICE, taken_from=None, epoch=Epoch(5)), "accepted")
+
+
 def test_an_offer_lapses_after_a_minute(scene: Scene) -> None:
     scene.lease(LeaseView(holder=ADMIN, taken_from=ALICE, epoch=Epoch(2), offered=True), "given")
     scene.world.browser(9)
