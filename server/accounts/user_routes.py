@@ -69,7 +69,8 @@ async def change_user(request: Request, admin: Admin, user_id: UserPath, body: U
         row = await users.change_user(session, user_id=user_id, change=change, deed=_deed(request, admin))
     await tower.roster.refresh()
     if body.disabled or password_hash is not None:
-        tower.hub.end_user(UserId(user_id))
+        why = "the account was disabled" if body.disabled else "the password was changed"
+        tower.hub.end_user(UserId(user_id), why)
     await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
     return AccountView.of(row)
 
@@ -83,7 +84,7 @@ async def delete_user(request: Request, admin: Admin, user_id: UserPath) -> None
         gone = UserChange(disabled=True)
         await users.change_user(session, user_id=user_id, change=gone, deed=_deed(request, admin))
     await tower.roster.refresh()
-    tower.hub.end_user(UserId(user_id))
+    tower.hub.end_user(UserId(user_id), "the account was deleted")
     await tower.watchman.caught_up()
     async with tower.database.writing() as session:
         await users.delete_user(session, user_id=user_id, deed=_deed(request, admin))

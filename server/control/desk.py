@@ -104,13 +104,16 @@ class ControlDesk:
         reason: str,
         now: float,
         by: Principal | None = None,
+        told_by: UserRef | None = None,
         about: UserId | None = None,
         turn_of: Literal["holder", "assistant"] | None = None,
     ) -> LeaseView:
         """An event of the tower's own. `about`: whose part in the lease it ends; refused if it is another's by now.
 
-        `by` is whoever caused it, for the audit trail and for everybody to read. `turn_of` goes with TURN: everybody
-        is told as `by` whose frames pass. Raises UnknownDrone and ControlRefused.
+        `by` is whoever caused it, for the audit trail and for everybody to read; `told_by` where the trail has the deed
+        of which this is the consequence. `turn_of` goes with TURN: everybody is told as `by` whose frames pass.
+
+        Raises UnknownDrone and ControlRefused.
         """
         live_drone = self._hub.drone(drone_id)
         if live_drone is None:
@@ -124,7 +127,7 @@ class ControlDesk:
             as_tower=True,
             about=about,
         )
-        told_by = UserRef(by.user_id, by.name) if by else None
+        told_by = UserRef(by.user_id, by.name) if by else told_by
         fenced = event in (Event.REVOKE, Event.EXPIRE) and about in (None, live_drone.holder_id)
         committed = await self._carry_out(ask, live_drone, fenced=fenced, by=told_by, now=now, turn_of=turn_of)
         return committed.view

@@ -80,7 +80,8 @@ TOWER: Final = Actor(None, is_tower=True)
 class Lease:
     """`taken_from` is set only while an admin holds what they took; that user is shut out until it is given back.
 
-    `blind`: that user gets no frames either, but while it is offered. `assistant`: an admin whose frames win while they come.
+    `blind`: that user gets no frames either, but while it is offered. `assistant`: an admin whose frames win while they
+    come.
     """
 
     holder: UserId | None = None

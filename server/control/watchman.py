@@ -20,6 +20,7 @@ from server.control.desk import ControlDesk, ControlRefused
 from server.control.lease import Event
 from server.control.loss_checks import LossChecks
 from server.control.rehearsal import Rehearsals
+from server.control.who_withdrew import who_withdrew
 from server.database import Database
 from server.relay.hub import Hub
 from server.relay.hub_events import (
@@ -163,7 +164,7 @@ class Watchman:
             case HolderExpired():
                 await self._expire(event, now)
             case RightLost():
-                await change(event.drone_id, _RIGHTS[event.whose], reason=event.reason, about=event.user_id, now=now)
+                await self._withdraw(event, now)
             case TurnWanted():
                 reason = "the assistant flies" if event.whose == "assistant" else "the assistant has stopped"
                 await change(event.drone_id, Event.TURN, reason=reason, turn_of=event.whose, now=now)
@@ -174,6 +175,12 @@ class Watchman:
                 await self._record_hold(event)
             case ControlsMoved():
                 await self._loss_checks.read_again(event.drone_id)
+
+    async def _withdraw(self, event: RightLost, now: float) -> None:
+        async with self._database.reading() as session:
+            by = await who_withdrew(session, event, self._clock())
+        what, about = _RIGHTS[event.whose], event.user_id
+        await self._desk.system_change(event.drone_id, what, reason=event.reason, about=about, told_by=by, now=now)
 
     async def _expire(self, event: HolderExpired, now: float) -> None:
         drone = self._hub.drone(event.drone_id)

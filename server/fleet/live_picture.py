@@ -27,5 +27,5 @@ class LivePicture(Protocol):
     def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
         """Closes the live connections of these sessions and tokens."""
 
-    def end_user(self, user_id: UserId) -> None:
-        """Closes every live connection of a user."""
+    def end_user(self, user_id: UserId, why: str) -> None:
+        """Closes every live connection of a user, and tells it why."""

@@ -24,7 +24,7 @@ class Audience:
         state: LiveState,
         *,
         note_presence_of: Callable[[UserId, float], None],
-        close: Callable[[Browser], None],
+        close: Callable[[Browser, str], None],
     ) -> None:
         self._state = state
         self._note_presence_of = note_presence_of
@@ -91,16 +91,16 @@ class Audience:
         ended = set(session_ids)
         users = set()
         for browser in [one for one in self._state.browsers.values() if one.viewer.session_id in ended]:
-            self._close(browser)
+            self._close(browser, "the session has ended")
             if browser.viewer.may_fly:
                 users.add(browser.viewer.user_id)
         for user_id in users:
             self._report_signed_out(user_id)
 
-    def end_user(self, user_id: UserId) -> None:
-        """Closes every browser of an account."""
+    def end_user(self, user_id: UserId, why: str) -> None:
+        """Closes every browser of an account, which reads why."""
         for browser in [one for one in self._state.browsers.values() if one.viewer.user_id == user_id]:
-            self._close(browser)
+            self._close(browser, why)
         self._report_signed_out(user_id)
 
     def _report_signed_out(self, user_id: UserId) -> None:

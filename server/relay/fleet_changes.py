@@ -1,16 +1,22 @@
 """What the database says, brought into the live state: drones, owners, accounts. The newest wins."""
 
+from typing import Final, Literal
+
 from server.accounts.sessions import TokenId
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord
+from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRef
 from server.relay import live_messages as live
 from server.relay.browser import Browser
 from server.relay.hub_events import ControlsMoved, RightLost
 from server.relay.live_drone import LiveDrone, lease_of
 from server.relay.live_state import LiveState
-from wire.ids import DroneId, UserId
+from wire.ids import DroneId
 
 CREDENTIAL_GONE = 4401
 SESSION_ENDED = 4401
+ACCOUNT_DELETED: Final = "the account was deleted"
+ACCOUNT_DISABLED: Final = "the account was disabled"
+
+Part = Literal["holder", "taken_from", "assistant"]
 
 
 class FleetChanges:
@@ -32,11 +38,9 @@ class FleetChanges:
         for record in records.values():
             self._put(record)
         for browser in list(state.browsers.values()):
-            account = snapshot.users.get(browser.viewer.user_id)
-            signed_in_by = browser.viewer.session_id
-            revoked = isinstance(signed_in_by, TokenId) and signed_in_by.id not in snapshot.token_ids
-            if revoked or account is None or account.disabled or account.role != browser.viewer.role:
-                self.close_browser(browser)
+            why = _why_signed_out(browser, snapshot)
+            if why:
+                self.close_browser(browser, why)
         for drone in state.drones.values():
             self._report_lost_rights(drone, snapshot)
 
@@ -87,29 +91,45 @@ class FleetChanges:
                 browser.outbox.forget(drone.drone_id)
                 browser.tell(live.DroneRemoved(drone.drone_id))
 
-    def close_browser(self, browser: Browser) -> None:
-        """Nothing more goes out or comes in from this instant; the socket's own end is only a formality."""
+    def close_browser(self, browser: Browser, why: str) -> None:
+        """Nothing more goes out or comes in from this instant; the socket's own end only tells why."""
         self._state.browsers.pop(browser.number, None)
         for drone in self._state.drones.values():
             drone.watchers.pop(browser.number, None)
-        browser.close(SESSION_ENDED, "signed out")
+        browser.close(SESSION_ENDED, why)
 
     def _report_lost_rights(self, drone: LiveDrone, snapshot: FleetSnapshot) -> None:
         lease = drone.lease
         owners = {owner.id for owner in drone.record.owners}
 
-        def account(user_id: UserId) -> UserRecord | None:
-            found = snapshot.users.get(user_id)
-            return None if found is None or found.disabled else found
+        def check(user: UserRef | None, whose: Part, *, admin_only: bool) -> None:
+            if user is None:
+                return
+            account = snapshot.users.get(user.id)
+            if account is None:
+                why = ACCOUNT_DELETED
+            elif account.disabled:
+                why = ACCOUNT_DISABLED
+            elif account.role == "admin" or (not admin_only and user.id in owners):
+                return
+            else:
+                why = "no longer an admin" if admin_only else "no longer an owner of this drone"
+            self._state.on_event(RightLost(drone.drone_id, user.id, whose, why))
 
-        def lost(user_id: UserId, *, admin_only: bool) -> bool:
-            found = account(user_id)
-            return found is None or not (found.role == "admin" or (not admin_only and user_id in owners))
+        check(lease.holder, "holder", admin_only=lease.taken_from is not None)
+        check(lease.taken_from, "taken_from", admin_only=False)
+        check(lease.assistant, "assistant", admin_only=True)
 
-        report = self._state.on_event
-        if lease.holder is not None and lost(lease.holder.id, admin_only=lease.taken_from is not None):
-            report(RightLost(drone.drone_id, lease.holder.id, "holder", "the right to fly this drone was withdrawn"))
-        if lease.taken_from is not None and lost(lease.taken_from.id, admin_only=False):
-            report(RightLost(drone.drone_id, lease.taken_from.id, "taken_from", "no longer an owner"))
-        if lease.assistant is not None and lost(lease.assistant.id, admin_only=True):
-            report(RightLost(drone.drone_id, lease.assistant.id, "assistant", "no longer an admin"))
+
+def _why_signed_out(browser: Browser, snapshot: FleetSnapshot) -> str:
+    """In words for whoever sits there; empty where they may stay."""
+    account = snapshot.users.get(browser.viewer.user_id)
+    if account is None:
+        return ACCOUNT_DELETED
+    if account.disabled:
+        return ACCOUNT_DISABLED
+    if account.role != browser.viewer.role:
+        return f"the account is now that of an {account.role.value}"
+    signed_in_by = browser.viewer.session_id
+    revoked = isinstance(signed_in_by, TokenId) and signed_in_by.id not in snapshot.token_ids
+    return "the token was revoked" if revoked else ""

@@ -114,7 +114,9 @@ class Hub:
             if flying is not None:
                 self._state.tell_watchers(drone, live.Turn(drone_id, flying))
             return
-        self._state.tell_watchers(drone, live.Control(drone_id, event, lease.epoch, lease.holder, by, reason))
+        told = live.Control(drone_id, event, lease.epoch, lease.holder, by, reason)
+        self._state.tell_watchers(drone, told)
+        self._state.tell_former(drone, before.part_takers() - lease.part_takers(), told)
 
     def fence(self, drone_id: DroneId) -> None:
         """A change of control is about to be decided: until `apply_lease` or `unfence` nobody's commands pass."""
@@ -200,9 +202,9 @@ class Hub:
         """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
         self._audience.end_sessions(session_ids)
 
-    def end_user(self, user_id: UserId) -> None:
-        """Closes every browser of an account."""
-        self._audience.end_user(user_id)
+    def end_user(self, user_id: UserId, why: str) -> None:
+        """Closes every browser of an account, which reads why."""
+        self._audience.end_user(user_id, why)
 
     def say_good_bye(self) -> None:
         """The tower is going down: everybody is told, so that they come back instead of wondering."""

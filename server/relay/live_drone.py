@@ -36,6 +36,10 @@ class LeaseView:
     blind: bool = False
     """`taken_from` may not watch either, but while the controls are offered to them."""
 
+    def part_takers(self) -> frozenset[UserId]:
+        """Everybody who has a part in it."""
+        return frozenset(user.id for user in (self.holder, self.taken_from, self.assistant) if user is not None)
+
 
 def lease_of(record: DroneRecord) -> LeaseView:
     """The lease that a database record tells of."""

@@ -4,6 +4,7 @@ Nothing here decides anything. Every method is plain and returns at once.
 """
 
 from collections.abc import Callable
+from collections.abc import Set as AbstractSet
 
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
@@ -30,6 +31,12 @@ class LiveState:
         """To everybody who may see the drone."""
         for browser in drone.watchers.values():
             browser.tell(event)
+
+    def tell_former(self, drone: LiveDrone, user_ids: AbstractSet[UserId], event: live.ToBrowser) -> None:
+        """A last word to those who may not see the drone any more, and had a part in it until now."""
+        for browser in self.browsers.values():
+            if browser.viewer.user_id in user_ids and browser.number not in drone.watchers:
+                browser.tell(event)
 
     def tell_drone(self, drone: LiveDrone) -> None:
         """The drone as it is now."""

@@ -73,6 +73,57 @@ async def test_the_controls_are_revoked(world: TowerWorld, anna: Person, root: h
     assert revoked["detail"]["reason"]
 
 
+async def test_whoever_loses_the_ownership_reads_who_and_why(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient
+) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    operator = await world.signed_in(anna)
+    await ask(operator, hawk.id, "acquire")
+    async with live(world, operator) as hers, live(world, root) as admins:
+        await root.delete(f"/api/v1/drones/{hawk.id}/owners/{anna.id}")
+        await hers.event("drone_removed", drone_id=hawk.id)
+        for screen in (hers, admins):
+            told = await screen.event("control", drone_id=hawk.id, event="revoked")
+            assert (told["by"]["name"], told["reason"]) == ("Root", "no longer an owner of this drone")
+            assert (told["holder"], told["epoch"]) == (None, 2)
+        # What happens to the drone afterwards is not hers to know.
+        await ask(root, hawk.id, "take")
+        await admins.event("control", event="taken")
+        await hers.socket.send("{}")
+        await hers.event("notice", code="malformed")  # all that came before has been read
+        assert not [event for event in hers.events if event["type"] in ("control", "hold", "drone")]
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"disabled": True}, "the account was disabled"),
+        ({"password": "another long password"}, "the password was changed"),
+        ({"role": "admin"}, "the account is now that of an admin"),
+        (None, "the account was disabled"),
+    ],
+    ids=["disabled", "password", "role", "deleted"],
+)
+async def test_a_closed_browser_is_told_why(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient, change: dict[str, Any] | None, why: str
+) -> None:
+    operator = await world.signed_in(anna)
+    async with live(world, operator) as screen:
+        path = f"/api/v1/users/{anna.id}"
+        answer = await (root.delete(path) if change is None else root.patch(path, json=change))
+        assert answer.is_success
+        await screen.socket.wait_closed()
+        assert (screen.socket.close_code, screen.socket.close_reason) == (4401, why)
+
+
+async def test_an_ended_session_is_told_so(world: TowerWorld, anna: Person) -> None:
+    operator = await world.signed_in(anna)
+    async with live(world, operator) as screen:
+        await operator.delete("/api/v1/session")
+        await screen.socket.wait_closed()
+        assert (screen.socket.close_code, screen.socket.close_reason) == (4401, "the session has ended")
+
+
 async def test_what_another_process_withdraws_is_revoked_too(
     world: TowerWorld, anna: Person, root: httpx.AsyncClient
 ) -> None:

@@ -128,7 +128,7 @@ class ModelTower:
             self.hub.detach_browser(browser, self._clock())
 
     def sign_out(self, user_id: UserId) -> None:
-        self.hub.end_user(user_id)
+        self.hub.end_user(user_id, "the account was disabled")
 
     def send_sticks(self, user_id: UserId, drone_id: DroneId, *, centred: bool) -> None:
         browser = self.browsers.get(user_id)

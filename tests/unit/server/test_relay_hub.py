@@ -215,7 +215,7 @@ def test_a_disabled_account_is_out_at_once(world: HubWorld) -> None:
     alice.frames()
     world.disabled.add(1)
     world.apply(record(1, (1,)), record(2, (2,)))
-    assert alice.closed == [(SESSION_ENDED, "signed out")]
+    assert alice.closed == [(SESSION_ENDED, "the account was disabled")]
     alice.send(tag(ONE, command_long()))
     agent.send(command_ack())
     assert agent.received() == []
@@ -227,7 +227,7 @@ def test_ending_a_session_closes_only_its_own_browsers(world: HubWorld) -> None:
     world.hub.end_sessions([11])
     assert first.closed
     assert not second.closed
-    world.hub.end_user(UserId(1))
+    world.hub.end_user(UserId(1), "the password was changed")
     assert second.closed
 
 
