@@ -40,7 +40,9 @@ class Agent:
         self._loop = asyncio.get_running_loop()
         self._port = settings.port
         self._port.on_open = self._port_opened
-        self._onboard = Onboard(now=self._loop.time(), speaks_first=self._port.speaks_first)
+        self._onboard = Onboard(
+            now=self._loop.time(), speaks_first=self._port.speaks_first, narrow_line=self._port.narrow
+        )
         self._link = TowerLink(settings.tower, settings.credential, self)
         self._stream = FrameStream()
         self._systemd = Systemd()
@@ -77,9 +79,12 @@ class Agent:
         if not frames:
             return
         passed = self._onboard.from_autopilot(frames, self._loop.time())
-        if passed:
-            self._link.send_frames(self._onboard.downlink.epoch, passed)
+        self._send_up(passed)
         self._flush()
+
+    def _send_up(self, frames: list[bytes]) -> None:
+        if frames:
+            self._link.send_frames(self._onboard.downlink.epoch, frames)
 
     # From the tower (LinkUser)
 
@@ -116,7 +121,12 @@ class Agent:
             await asyncio.sleep(due - self._loop.time())
 
     def _tick(self) -> None:
-        self._onboard.tick(self._loop.time())
+        now = self._loop.time()
+        quality = self._link.quality(now)
+        if quality is not None:
+            self._onboard.uplink.measured(loss=quality.loss, rtt_s=quality.rtt_s, now=now)
+        self._onboard.tick(now)
+        self._send_up(self._onboard.frames_to_tower(now))
         self._flush()
 
     def _flush(self) -> None:
@@ -128,7 +138,14 @@ class Agent:
     async def _summarise_for_ever(self) -> None:
         while True:
             await asyncio.sleep(SUMMARY_S)
-            totals = self._onboard.counts + self._onboard.downlink.counts + self._link.counts + self._port.counts
+            onboard = self._onboard
+            totals = (
+                onboard.counts
+                + onboard.downlink.counts
+                + onboard.uplink.thinner.counts
+                + self._link.counts
+                + self._port.counts
+            )
             new = totals - self._summarised
             self._summarised = totals
             if new:

@@ -12,19 +12,17 @@ from onboard_agent.autopilot_state import AutopilotEvent, AutopilotView
 from onboard_agent.downlink import SETUP_SIGNING, Downlink
 from onboard_agent.flight_modes import FlightMode, Modes, flies_without_sticks, hold_rungs, modes_of
 from onboard_agent.hold import Hold
+from onboard_agent.inquiry import READ, Inquiry
 from onboard_agent.intent import INTERESTING, Sticks, arms, read_intent
 from onboard_agent.late_frames import too_late
-from onboard_agent.loss_report import LossReport
 from onboard_agent.lost_action import Loss, LostActing
 from onboard_agent.lost_action_table import Deed
 from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
-from onboard_agent.parameters import Parameters
 from onboard_agent.pilot_watch import PilotWatch
 from onboard_agent.presence import Presence
-from onboard_agent.radio import Radio
-from onboard_agent.rates import WATCHED, Rates
 from onboard_agent.safety import within_limits
 from onboard_agent.stick_gate import StickGate
+from onboard_agent.uplink import Uplink
 from wire.content import Frames
 from wire.control_messages import (
     ControlChanged,
@@ -32,6 +30,7 @@ from wire.control_messages import (
     HoldOrder,
     HoldProgress,
     SafetySettings,
+    StreamSettings,
     ToAgent,
     ToTower,
     Welcome,
@@ -49,27 +48,24 @@ PROGRESS_KEPT: Final = 32
 SAME_CHANGE_S: Final = 2.0
 """A hold that is ordered this soon after the epoch has grown belongs to the change of hands."""
 
-_READ: Final = frozenset(
-    {
-        mavlink.MAVLINK_MSG_ID_HEARTBEAT,
-        mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
-        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
-        mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
-        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
-        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
-        mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
-    }
-)
+_READ: Final = READ | {
+    mavlink.MAVLINK_MSG_ID_HEARTBEAT,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+    mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
+    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
+}
 """The only messages whose payload we look at; everything else goes by unread."""
 
 
 class Onboard:
-    """One drone. `speaks_first`: the autopilot hears of us only when we have spoken."""
+    """One drone. `speaks_first`: the autopilot hears of us only when we have spoken. `narrow_line`: no room to spare on
+    the way to it."""
 
-    def __init__(self, *, now: float, speaks_first: bool) -> None:
+    def __init__(self, *, now: float, speaks_first: bool, narrow_line: bool = False) -> None:
         maker = FrameMaker()
         self.autopilot = AutopilotView()
         self.downlink = Downlink()
+        self.uplink = Uplink()
         self.hold = Hold(maker)
         self.counts: Counter[str] = Counter()
         """Frames not passed on for reasons that the downlink does not know, by reason."""
@@ -82,11 +78,8 @@ class Onboard:
         self._mission_before_hold = False
         """A trigger, not a change of hands, has stopped a mission, and nobody has flown since."""
         self._control_changed_at: float | None = None
-        self._radio = Radio()
-        self._loss_report = LossReport()
         self._presence = Presence(maker, speaks_first=speaks_first)
-        self._rates = Rates(maker)
-        self._parameters = Parameters(maker)
+        self._inquiry = Inquiry(maker, narrow_line=narrow_line)
         self._holder_present = False
         self._linked = False
         self._newest_order = 0
@@ -96,7 +89,7 @@ class Onboard:
     # From the autopilot
 
     def from_autopilot(self, frames: list[bytes], now: float) -> list[bytes]:
-        """Frames came from the autopilot's side; returns those that go to the tower."""
+        """Frames came from the autopilot's side; returns those that go to the tower at once."""
         passed: list[bytes] = []
         for frame in frames:
             msgid = message_id(frame)
@@ -107,13 +100,12 @@ class Onboard:
             system_id, component_id = source(frame)
             if self.autopilot.is_autopilot(system_id, component_id):
                 self.autopilot.anything_heard(now)
-                if msgid == WATCHED:
-                    self._rates.watched_came(now)
+                self._inquiry.heard(msgid, now)
             if msgid in _READ:
                 message = decode(frame)
                 if message is not None:
                     self._read(message, frame, now)
-        return passed
+        return self.uplink.admit(passed)
 
     def _read(self, message: Any, frame: bytes, now: float) -> None:
         view = self.autopilot
@@ -130,12 +122,8 @@ class Onboard:
             event = view.global_position(message)
         elif msgid == mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE:
             view.extended_sys_state(message, now)
-        elif msgid == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
-            self._parameters.value(frame)
-        elif msgid == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
-            self._radio.sys_status(message, now, overrides_last_s=self._parameters.overrides_last_s)
-        elif msgid == mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
-            self._radio.rc_channels(message, now, overrides_last_s=self._parameters.overrides_last_s)
+        elif msgid in READ:
+            self._inquiry.answer(msgid, message, frame, now)
         elif self._is_ours(message):
             self._acknowledged(message, now)
         self._autopilot_event(event, now)
@@ -152,7 +140,7 @@ class Onboard:
 
     def _acknowledged(self, ack: Any, now: float) -> None:
         if ack.command != mavlink.MAV_CMD_DO_SET_MODE:
-            self._rates.acknowledged(ack, now)
+            self._inquiry.acknowledged(ack, now)
             return
         self.hold.acknowledged(ack, now)
         self._lost.acknowledged(ack, now)
@@ -170,8 +158,7 @@ class Onboard:
             _log.warning("the autopilot is silent")
             return
         _log.info("autopilot %s: system %s, kind %d", event, self.autopilot.system_id, self.autopilot.kind)
-        self._rates.ask_all(now)
-        self._parameters.ask_all(self.autopilot.kind)
+        self._inquiry.ask_all(self.autopilot.kind, now)
 
     # From the tower
 
@@ -182,16 +169,18 @@ class Onboard:
         self._linked = True
         self._newest_order = 0
         self.autopilot.tell_again()
-        self._loss_report.tell_again()
+        self._inquiry.tell_again()
         # Another link, perhaps another tower: its clock is not the one that we measured.
         self._lateness = Lateness()
         self._watch.loss.link_up(now)
+        self.uplink.link_up(now)
 
     def link_broken(self, now: float) -> None:
         """The link is down, whoever ended it."""
         self._linked = False
         self._holder_present = False
         self._watch.loss.link_down(now)
+        self.uplink.link_down()
 
     def tower_heard(self, now: float) -> None:
         """An authentic datagram of the tower came."""
@@ -220,6 +209,8 @@ class Onboard:
             if settings != self.settings:
                 _log.info("safety settings: %s", settings)
             self.settings = settings
+        elif isinstance(message, StreamSettings):
+            self.uplink.chosen(message)
 
     def _epoch_told(self, epoch: int, now: float) -> None:
         if epoch > self.downlink.epoch:
@@ -241,7 +232,7 @@ class Onboard:
     def _intent_passes(self, frame: bytes, now: float) -> bool:
         if arms(frame):
             self._watch.used(now)
-        intent = read_intent(frame, autopilot_kind=self.autopilot.kind, middles_us=self._parameters.channel_middles_us)
+        intent = read_intent(frame, autopilot_kind=self.autopilot.kind, middles_us=self._inquiry.channel_middles_us)
         if intent is None:
             return True
         if isinstance(intent, Sticks):
@@ -249,7 +240,8 @@ class Onboard:
                 return False
             self.hold.stop_sticks()
             self._watch.sticks_passed(now)
-            self._radio.sticks_sent(now)
+            self.uplink.sticks_passed(now)
+            self._inquiry.sticks_sent(now)
         else:
             self._watch.used(now)
             self.hold.overruled(needs_sticks=intent.needs_sticks, now=now)
@@ -271,17 +263,13 @@ class Onboard:
         out += self._presence.due(
             now,
             vehicle_system_id=view.system_id,
-            ground_station_system_id=self._parameters.ground_station_system_id,
+            ground_station_system_id=self._inquiry.ground_station_system_id,
             holder_present=self._holder_present,
             tower_silent_s=self._watch.loss.silent_s(now),
         )
         if view.system_id is not None and view.heard:
-            for request in (
-                self._rates.due(now, vehicle_system_id=view.system_id),
-                self._parameters.due(now, vehicle_system_id=view.system_id),
-            ):
-                if request is not None:
-                    out.append(request)
+            self._inquiry.follow(self.uplink.profile)
+            out += self._inquiry.due(now, vehicle_system_id=view.system_id)
 
     def _look(self, now: float) -> None:
         """What the agent notices by itself: a pilot who is gone, a tower that stays lost."""
@@ -315,11 +303,11 @@ class Onboard:
         self._to_autopilot += self.hold.tick(
             now,
             vehicle_system_id=system_id,
-            ground_station_system_id=self._parameters.ground_station_system_id,
+            ground_station_system_id=self._inquiry.ground_station_system_id,
             tower_silent_s=self._watch.loss.silent_s(now),
         )
         if self.hold.sticks_on:
-            self._radio.sticks_sent(now)
+            self._inquiry.sticks_sent(now)
         self._to_autopilot += self._lost.due(now, vehicle_system_id=system_id)
         for line in self._lost.take_notices():
             _log.warning("%s", line)
@@ -328,6 +316,10 @@ class Onboard:
         """Frames to write to the autopilot now, in order."""
         frames, self._to_autopilot = self._to_autopilot, []
         return frames
+
+    def frames_to_tower(self, now: float) -> list[bytes]:
+        """Frames of the autopilot that have waited for their beat."""
+        return self.uplink.due(now)
 
     def take_to_tower(self, now: float) -> list[ToTower]:
         """Messages for the control channel, in order; nothing while there is no link, but progress is kept for it."""
@@ -338,16 +330,12 @@ class Onboard:
             return []
         messages: list[ToTower] = list(self._progress)
         self._progress.clear()
-        state = self.autopilot.changed(now)
-        if state is not None:
-            messages.append(state)
-        if self.autopilot.heard:
-            report = self._loss_report.changed(
-                self._parameters, autopilot_kind=self.autopilot.kind, has_radio=self._radio.has_radio
-            )
-            if report is not None:
-                messages.append(report)
-        return messages
+        news = (
+            self.autopilot.changed(now),
+            self.uplink.changed(),
+            self._inquiry.loss_report(self.autopilot.kind) if self.autopilot.heard else None,
+        )
+        return messages + [one for one in news if one is not None]
 
     def _modes(self) -> Modes | None:
         return modes_of(self.autopilot.kind, self.autopilot.vehicle_type)

@@ -1,6 +1,7 @@
 """Which messages we want from the autopilot and how often, and the asking for them. No I/O.
 
-ArduPilot sends little but its heartbeat until it is asked, and forgets what it was asked when it reboots.
+ArduPilot sends little but its heartbeat until it is asked, and forgets what it was asked when it reboots. On a narrow
+line (serial) no more is asked for than the stream profile lets go up, but the thinning does not rely on being obeyed.
 """
 
 from typing import Any, Final, NamedTuple
@@ -8,6 +9,7 @@ from typing import Any, Final, NamedTuple
 from onboard_agent.asking import Asking
 from onboard_agent.own_frames import FrameMaker, agent_sender, request_message, set_message_interval
 from wire.dialect import mavlink
+from wire.stream_profiles import StreamProfile, rate_hz
 
 ANSWER_WITHIN_S: Final = 0.5
 TRIES: Final = 3
@@ -45,16 +47,29 @@ WISHES: Final[tuple[Wish, ...]] = (
     Wish(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0),
 )
 
+_READ_HERE: Final = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
+    }
+)
+"""What the agent itself lives on, whatever goes up: never asked for less often."""
+
 WATCHED: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
 
 class Rates:
     """Call `ask_all` when the autopilot appears or has rebooted, `due` at each tick, `acknowledged` for each ACK."""
 
-    def __init__(self, maker: FrameMaker) -> None:
+    def __init__(self, maker: FrameMaker, *, narrow_line: bool = False) -> None:
         self._maker = maker
+        self._narrow_line = narrow_line
+        self._profile = StreamProfile.FULL
         self._asking: Asking[Wish] = Asking(timeout_s=ANSWER_WITHIN_S, tries=TRIES)
-        self._unsupported: set[Wish] = set()
+        self._unsupported: set[int] = set()
+        self._granted: dict[int, float] = {}
         self._watched_granted = False
         self._watched_at = 0.0
         self._asked_all_at = 0.0
@@ -62,13 +77,34 @@ class Rates:
     @property
     def unsupported(self) -> frozenset[int]:
         """Messages that this autopilot has refused; they are not asked for again."""
-        return frozenset(wish.message_id for wish in self._unsupported)
+        return frozenset(self._unsupported)
 
     def ask_all(self, now: float) -> None:
         """From the beginning of the table."""
         self._asked_all_at = now
         self._watched_granted = False
-        self._asking.ask(wish for wish in WISHES if wish not in self._unsupported)
+        self._granted.clear()
+        self._ask_what_differs()
+
+    def follow(self, profile: StreamProfile) -> None:
+        """The stream profile in force. What is in force already at the autopilot is not asked for again."""
+        if self._narrow_line and profile is not self._profile:
+            self._profile = profile
+            self._ask_what_differs()
+
+    def _ask_what_differs(self) -> None:
+        wishes = [wish._replace(rate_hz=self._wanted_hz(wish)) for wish in WISHES]
+        self._asking.ask(
+            wish
+            for wish in wishes
+            if wish.message_id not in self._unsupported and self._granted.get(wish.message_id) != wish.rate_hz
+        )
+
+    def _wanted_hz(self, wish: Wish) -> float:
+        """Never below what a pilot needs: whoever takes the sticks must not wait for the autopilot to be asked."""
+        if wish.message_id in _READ_HERE:
+            return wish.rate_hz
+        return min(wish.rate_hz, rate_hz(self._profile, wish.message_id, by_hand=True))
 
     def watched_came(self, now: float) -> None:
         """The message by which we see that the rates are still in force."""
@@ -108,8 +144,10 @@ class Rates:
             self._asking.wait_longer(now, ANSWER_WITHIN_S)
         else:
             if ack.result in (mavlink.MAV_RESULT_UNSUPPORTED, mavlink.MAV_RESULT_DENIED):
-                self._unsupported.add(wish)
-            elif wish.message_id == WATCHED and ack.result == mavlink.MAV_RESULT_ACCEPTED:
-                self._watched_granted = True
-                self._watched_at = now
+                self._unsupported.add(wish.message_id)
+            elif ack.result == mavlink.MAV_RESULT_ACCEPTED:
+                self._granted[wish.message_id] = wish.rate_hz
+                if wish.message_id == WATCHED:
+                    self._watched_granted = True
+                    self._watched_at = now
             self._asking.answered()

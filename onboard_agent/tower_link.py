@@ -4,7 +4,7 @@ import asyncio
 import contextlib
 import logging
 from collections import Counter
-from typing import Final, Protocol
+from typing import Final, NamedTuple, Protocol
 
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
@@ -49,6 +49,16 @@ URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
 
 OUTBOX: Final = 64
 """Messages that wait for the control channel. A tower that cannot take these is dead: the link is given up."""
+
+
+class Quality(NamedTuple):
+    """What the keep-alive knows of the link now.
+
+    `loss`: 0..1. `rtt_s`: the round trip, overdue answers included; None before the first.
+    """
+
+    loss: float
+    rtt_s: float | None
 
 
 class LinkUser(Protocol):
@@ -96,6 +106,13 @@ class TowerLink:
     def up(self) -> bool:
         """Whether there is a link now."""
         return self._opened is not None
+
+    def quality(self, now: float) -> Quality | None:
+        """None while there is no link."""
+        if self._opened is None:
+            return None
+        keepalive = self._opened.sealed.keepalive
+        return Quality(keepalive.loss, None if keepalive.rtt_s is None else keepalive.rtt_now_s(now))
 
     async def run(self) -> None:
         """Keeps a link up until cancelled."""

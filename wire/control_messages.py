@@ -9,6 +9,8 @@ from typing import Annotated, Final
 
 import msgspec
 
+from wire.stream_profiles import StreamChoice, StreamProfile
+
 PROTOCOL: Final = 1
 AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
 LARGEST_MESSAGE_BYTES: Final = 64 * 1024
@@ -118,6 +120,20 @@ class SafetySettings(msgspec.Struct, frozen=True, tag="safety_settings", tag_fie
     """After the loss of the tower, not after the hold."""
 
 
+class StreamSettings(msgspec.Struct, frozen=True, tag="stream_settings", tag_field="type", kw_only=True):
+    """Tower to agent, after the welcome and on each change: how much telemetry this drone is to send."""
+
+    profile: StreamChoice = StreamChoice.AUTO
+
+
+class StreamState(msgspec.Struct, frozen=True, tag="stream_state", tag_field="type", kw_only=True):
+    """Agent to tower, on each change: the profile in force, what was chosen, and why it is this one."""
+
+    profile: StreamProfile
+    chosen: StreamChoice
+    why: Annotated[str, msgspec.Meta(max_length=200)]
+
+
 class LossParameters(msgspec.Struct, frozen=True, tag="loss_parameters", tag_field="type", kw_only=True):
     """Agent to tower, when read and on each change: the parameters that decide what the autopilot does on a loss.
 
@@ -156,8 +172,8 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     airborne: bool
 
 
-ToTower = Hello | HoldProgress | AutopilotState | LossParameters
-ToAgent = Welcome | ControlChanged | HoldOrder | SafetySettings
+ToTower = Hello | HoldProgress | AutopilotState | LossParameters | StreamState
+ToAgent = Welcome | ControlChanged | HoldOrder | SafetySettings | StreamSettings
 
 UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 """All that msgspec raises about JSON that it does not take: no UTF-8 and nesting too deep have names of their own."""

@@ -17,6 +17,8 @@ class AutopilotPort(ABC):
 
     speaks_first: bool = False
     """Whether the autopilot cannot know of us until we have sent something."""
+    narrow: bool = False
+    """Whether there is no room to spare on the way, so that less is better asked for than thrown away."""
 
     def __init__(self, name: str) -> None:
         self.name = name

@@ -20,6 +20,8 @@ DEFAULT_BAUD: Final = 57_600
 class SerialLine(AutopilotPort):
     """A device and a baud rate. A device that is not there yet is waited for: USB autopilots appear after us."""
 
+    narrow = True
+
     def __init__(self, name: str, device: str, baud: int) -> None:
         super().__init__(name)
         self._device = device

@@ -1,4 +1,4 @@
-"""How one drone holds and what it does when it is lost: the values, their bounds, which of them go together. Pure."""
+"""How one drone holds, acts on a loss, and how much it sends: the values, their bounds, which go together. Pure."""
 
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -6,7 +6,8 @@ from typing import Any, Final
 import msgspec
 
 from server.refusal import Refusal
-from wire.control_messages import LostAction, SafetySettings
+from wire.control_messages import LostAction, SafetySettings, StreamSettings
+from wire.stream_profiles import StreamChoice
 
 COPTER_LADDER: Final = ("LOITER", "POSHOLD", "BRAKE", "ALT_HOLD")
 PX4_LADDER: Final = ("AUTO.LOITER", "POSCTL", "ALTCTL")
@@ -31,9 +32,10 @@ class BadDroneSettings(Refusal):
 
 @dataclass(frozen=True)
 class DroneSettings:
-    """`safety` is for the agent; the limits of the round trip are watched by the tower."""
+    """`safety` and `stream` are for the agent; the limits of the round trip are watched by the tower."""
 
     safety: SafetySettings = field(default_factory=SafetySettings)
+    stream: StreamSettings = field(default_factory=StreamSettings)
     rtt_limit_ms: float = 500.0
     rtt_limit_s: float = 1.0
 
@@ -46,6 +48,7 @@ class DroneSettings:
             "lost_action": self.safety.lost_action.value,
             "rtt_limit_ms": self.rtt_limit_ms,
             "rtt_limit_s": self.rtt_limit_s,
+            "stream_profile": self.stream.profile.value,
         }
 
 
@@ -78,7 +81,8 @@ def settings_from(chosen: dict[str, Any]) -> DroneSettings:
     if "lost_action" in safety:
         safety["lost_action"] = LostAction(safety["lost_action"])
     limits = {name: chosen[name] for name in ("rtt_limit_ms", "rtt_limit_s") if name in chosen}
-    settings = DroneSettings(safety=SafetySettings(**safety), **limits)
+    stream = StreamSettings(profile=StreamChoice(chosen.get("stream_profile", StreamChoice.AUTO)))
+    settings = DroneSettings(safety=SafetySettings(**safety), stream=stream, **limits)
     if settings.safety.lost_action_s < settings.safety.lost_hold_s:
         raise BadDroneSettings("the action after a loss cannot come before the hold: lost_action_s >= lost_hold_s")
     return settings

@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/settings`: how a drone holds and what it does when it is lost."""
+"""`/api/v1/drones/{id}/settings`: how a drone holds, what it does when it is lost, and how much it sends."""
 
 from typing import Annotated, Any, Literal
 
@@ -21,6 +21,7 @@ router = APIRouter(
 
 DronePath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 LostActionName = Literal["return", "land", "continue", "nothing"]
+ProfileName = Literal["auto", "full", "thin", "minimal"]
 
 
 def _within(name: str, description: str) -> Any:
@@ -40,6 +41,10 @@ LostActionAfter = Annotated[float, _within("lost_action_s", "The tower lost for 
 RttLimitMs = Annotated[float, _within("rtt_limit_ms", "A round trip above this ...")]
 RttLimitFor = Annotated[float, _within("rtt_limit_s", "... for so long while flown by hand: hold")]
 
+Profile = Annotated[
+    ProfileName, Field(description="How much telemetry it sends; `auto`: its agent decides by the quality of the link")
+]
+
 
 class DroneSettingsView(BaseModel):
     """Every setting, chosen or not. Times in seconds."""
@@ -54,6 +59,7 @@ class DroneSettingsView(BaseModel):
     lost_action_s: LostActionAfter
     rtt_limit_ms: RttLimitMs
     rtt_limit_s: RttLimitFor
+    stream_profile: Profile
 
 
 class DroneSettingsPatch(BaseModel):
@@ -71,6 +77,7 @@ class DroneSettingsPatch(BaseModel):
     lost_action_s: LostActionAfter | None = None
     rtt_limit_ms: RttLimitMs | None = None
     rtt_limit_s: RttLimitFor | None = None
+    stream_profile: Profile | None = None
 
     @field_validator("hold_ladder")
     @classmethod
@@ -80,7 +87,7 @@ class DroneSettingsPatch(BaseModel):
 
 @router.get("")
 async def get_drone_settings(request: Request, principal: Viewer, drone_id: DronePath) -> DroneSettingsView:
-    """How this drone holds, and what it does when the tower stays lost."""
+    """How this drone holds, what it does when the tower stays lost, and how much telemetry it sends."""
     hub = tower_of(request).hub
     if hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone

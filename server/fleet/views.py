@@ -8,6 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from server.fleet.snapshot import UserRef
 from wire.control_messages import LostAction
+from wire.stream_profiles import StreamChoice, StreamProfile
 
 
 class UserRefView(BaseModel):
@@ -48,3 +49,10 @@ class DroneView(BaseModel):
         LostAction.RETURN
     )
     lost_action_s: Annotated[float, Field(description="After so many seconds")] = 30.0
+    profile: Annotated[
+        StreamProfile | None, Field(description="How much telemetry it sends now, as its agent says; null if unknown")
+    ] = None
+    profile_chosen: Annotated[StreamChoice, Field(description="What an admin chose; `auto`: the agent decides")] = (
+        StreamChoice.AUTO
+    )
+    profile_why: Annotated[str, Field(description="Why it is this profile, for people")] = ""

@@ -20,10 +20,7 @@ from server.relay.side_by_side import Ending, close_quietly, is_breach, until_on
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
     PROTOCOL,
-    AutopilotState,
     Hello,
-    HoldProgress,
-    LossParameters,
     MalformedMessage,
     ToAgent,
     Welcome,
@@ -193,13 +190,7 @@ class AgentChannel:
     async def _receive(self, link: AgentLink) -> None:
         try:
             while True:
-                message = decode_to_tower(await self._websocket.receive_text())
-                if isinstance(message, AutopilotState):
-                    self._hub.autopilot_state(link, message)
-                elif isinstance(message, HoldProgress):
-                    self._hub.hold_progress(link, message)
-                elif isinstance(message, LossParameters):
-                    self._hub.loss_parameters(link, message)
+                self._hub.report(link, decode_to_tower(await self._websocket.receive_text()))
         except WebSocketDisconnect as gone:
             self._hub.drops[DropReason.MALFORMED] += is_breach(gone.code)
         except (MalformedMessage, KeyError):

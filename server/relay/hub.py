@@ -8,7 +8,8 @@ Its laws:
   counted and answered.
 - What it notices and cannot decide, it tells (`on_event`), and goes on.
 
-The parts: `live_state` (the dictionaries), `audience` (the browsers), `fleet_changes`, `frame_paths`, `safety_watch`.
+The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the browsers), `fleet_changes`, `frame_paths`,
+`safety_watch`.
 """
 
 from collections.abc import Callable, Iterable
@@ -20,22 +21,23 @@ from server.fleet.snapshot import FleetSnapshot, UserRef
 from server.fleet.views import DroneView
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
+from server.relay.agent_reports import AgentReports
 from server.relay.audience import Audience
 from server.relay.browser import Browser
 from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
 from server.relay.frame_paths import FramePaths
-from server.relay.hub_events import HoldStepReported, HubEvent, LossParametersReported
+from server.relay.hub_events import HubEvent
 from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
 from server.relay.viewport import Viewport
 from wire.control_messages import (
-    AutopilotState,
     HoldOrder,
     HoldProgress,
-    LossParameters,
     MalformedMessage,
     SafetySettings,
+    StreamSettings,
+    ToTower,
     decode_to_tower,
 )
 from wire.drops import DropCounts, Dropped, DropReason
@@ -58,6 +60,7 @@ class Hub:
         self._state = LiveState()
         self._fleet = FleetChanges(self._state)
         self._paths = FramePaths(self._state)
+        self._reports = AgentReports(self._state)
         self._safety = SafetyWatch(self._state)
         self._audience = Audience(
             self._state, note_presence_of=self._safety.note_presence_of, close=self._fleet.close_browser
@@ -140,6 +143,14 @@ class Hub:
         changed = drone.safety != settings
         drone.safety, drone.rtt_limit_ms, drone.rtt_limit_s = settings, rtt_limit_ms, rtt_limit_s
         if changed:
+            self._state.tell_agent(drone, settings)
+            self._state.tell_drone(drone)
+
+    def apply_stream(self, drone_id: DroneId, settings: StreamSettings) -> None:
+        """How much telemetry a drone is to send, from now on; its agent is told."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None and drone.stream != settings:
+            drone.stream = settings
             self._state.tell_agent(drone, settings)
             self._state.tell_drone(drone)
 
@@ -240,6 +251,7 @@ class Hub:
             self.detach_link(drone.link)
         drone.link = link
         self._state.links[link.link_id] = link
+        link.post(drone.stream)
         link.post(drone.safety)
         if now - drone.sticks_at < HAND_REMEMBERED_S:
             self.order_hold(drone.drone_id, "the agent's link was renewed while flying by hand")
@@ -280,29 +292,11 @@ class Hub:
         except MalformedMessage:
             raise Dropped(DropReason.BAD_CONTENT) from None
         if isinstance(message, HoldProgress):
-            self.hold_progress(link, message)
+            self.report(link, message)
 
-    def autopilot_state(self, link: AgentLink, state: AutopilotState) -> None:
-        """The agent tells what its autopilot is doing."""
-        drone = self._linked(link)
-        if drone is None:
-            return
-        before = (drone.autopilot_heard, drone.armed, drone.airborne)
-        drone.autopilot_heard, drone.armed, drone.airborne = state.heard, state.armed, state.airborne
-        if before != (state.heard, state.armed, state.airborne):
-            self._state.tell_drone(drone)
-
-    def loss_parameters(self, link: AgentLink, parameters: LossParameters) -> None:
-        """The agent has read what decides on a loss."""
-        drone = self._linked(link)
-        if drone is None:
-            return
-        drone.loss_parameters = parameters
-        self.on_event(LossParametersReported(drone.drone_id, parameters))
-
-    def _linked(self, link: AgentLink) -> LiveDrone | None:
-        drone = self._state.drones.get(link.drone_id)
-        return drone if drone is not None and drone.link is link else None
+    def report(self, link: AgentLink, message: ToTower) -> None:
+        """The agent tells something on its control channel."""
+        self._reports.take(link, message)
 
     # -- holds and rehearsals --------------------------------------------------------------------------------
 
@@ -323,17 +317,6 @@ class Hub:
         drone.link.send_urgent(HoldOrder(order_id=self._next_order, epoch=epoch, reason=reason))
         self._state.tell_watchers(drone, live.Hold(drone_id, epoch, "ordered", reason, 0.0, "order"))
         return True
-
-    def hold_progress(self, link: AgentLink, progress: HoldProgress) -> None:
-        """The agent tells how a hold goes on."""
-        drone = self._linked(link)
-        if drone is None or not link.is_news(progress):
-            return
-        told = live.Hold(
-            drone.drone_id, progress.epoch, progress.step, progress.detail, progress.elapsed_ms, progress.cause
-        )
-        self._state.tell_watchers(drone, told)
-        self.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))
 
     def rehearse_operator_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
         """The holder counts as gone for so long."""

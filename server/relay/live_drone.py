@@ -13,7 +13,7 @@ from server.relay.browser import Browser
 from server.relay.holder_watch import HolderWatch
 from server.relay.policy import Standing
 from server.relay.trip_meter import TooLong
-from wire.control_messages import LossParameters, SafetySettings
+from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.ids import DroneId, Epoch, UserId
 
 MANUAL_FOR_S: Final = 3.0
@@ -90,6 +90,9 @@ class LiveDrone:
     safety: SafetySettings = field(default_factory=SafetySettings)
     rtt_limit_ms: float = 500.0
     rtt_limit_s: float = 1.0
+    stream: StreamSettings = field(default_factory=StreamSettings)
+    stream_state: StreamState | None = None
+    """As the agent says; None while it is not there."""
     loss_parameters: LossParameters | None = None
     loss_check: LossCheckMark = field(default_factory=LossCheckMark)
     holder_watch: HolderWatch = field(default_factory=HolderWatch)
@@ -163,7 +166,7 @@ class LiveDrone:
 
     def forget_link(self) -> None:
         """The agent is gone."""
-        self.link = None
+        self.link = self.stream_state = None
         self.online = self.autopilot_heard = self.armed = self.airborne = False
         self.orders.clear()
 
@@ -185,6 +188,9 @@ class LiveDrone:
             may_watch=True,
             lost_action=self.safety.lost_action,
             lost_action_s=self.safety.lost_action_s,
+            profile=self.stream_state.profile if self.stream_state else None,
+            profile_chosen=self.stream.profile,
+            profile_why=self.stream_state.why if self.stream_state else "",
         )
 
     def view_for(self, user_id: UserId) -> DroneView:

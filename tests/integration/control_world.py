@@ -60,11 +60,11 @@ class ObedientAgent:
         """Also makes the drone online."""
         for datagram in self._sealed.datagrams_to_send(time.monotonic()):
             self._hub.datagram(datagram, read_link_id(datagram), ("203.0.113.1", 5), time.monotonic())
-        self._hub.autopilot_state(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
+        self._hub.report(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def parameters(self, *, has_radio: bool | None = True, complete: bool = True, **values: float) -> None:
         told = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
-        self._hub.loss_parameters(self.link, told)
+        self._hub.report(self.link, told)
 
     @property
     def holds(self) -> list[HoldOrder]:
@@ -79,7 +79,7 @@ class ObedientAgent:
         progress = HoldProgress(
             order_id=order.order_id, epoch=order.epoch, step=step, detail="ALT_HOLD", elapsed_ms=4.5
         )
-        self._hub.hold_progress(self.link, progress)
+        self._hub.report(self.link, progress)
 
 
 def _sealed(drone_id: int, *, send: bytes, receive: bytes, now: float) -> SealedLink:

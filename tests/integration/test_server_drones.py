@@ -53,6 +53,9 @@ async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Pe
         "may_watch": True,
         "lost_action": "return",
         "lost_action_s": 30.0,
+        "profile": None,
+        "profile_chosen": "auto",
+        "profile_why": "",
     }
     assert re.fullmatch(rf"twd_{drone['id']}_[A-Za-z0-9_-]{{43}}", credential)
     assert (await admin.get(f"{DRONES}/{drone['id']}")).json() == drone

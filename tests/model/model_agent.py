@@ -6,10 +6,7 @@ from onboard_agent.onboard import Onboard
 from server.relay.agent_link import AgentLink
 from server.relay.hub import Hub
 from wire.control_messages import (
-    AutopilotState,
     HoldOrder,
-    HoldProgress,
-    LossParameters,
     ToAgent,
     Welcome,
     decode_to_agent,
@@ -129,13 +126,7 @@ class ModelAgent:
         for datagram in self._sealed.datagrams_to_send(now):
             hub.datagram(datagram, self._sealed.link_id, ("203.0.113.1", 4000), now)
         for message in self.onboard.take_to_tower(now):
-            match message:
-                case HoldProgress():
-                    hub.hold_progress(self.link, message)
-                case AutopilotState():
-                    hub.autopilot_state(self.link, message)
-                case LossParameters():
-                    hub.loss_parameters(self.link, message)
+            hub.report(self.link, message)
 
     def _to_autopilot(self) -> None:
         for frame in self.onboard.take_to_autopilot():

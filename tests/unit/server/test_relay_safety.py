@@ -256,7 +256,7 @@ def test_a_refused_command_is_answered_in_mavlink_to_its_sender_alone(scene: Sce
 
 
 def test_disarming_in_the_air_is_asked_twice(scene: Scene) -> None:
-    scene.hub.autopilot_state(scene.agent.link, AutopilotState(heard=True, armed=True, airborne=True))
+    scene.hub.report(scene.agent.link, AutopilotState(heard=True, armed=True, airborne=True))
     disarm = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 0, 21196, 0, 0, 0, 0, 0)
     from wire.dialect import build
 
@@ -344,7 +344,7 @@ def test_a_link_that_was_renewed_while_flying_by_hand_holds(scene: Scene) -> Non
 def test_steps_of_a_hold_come_with_the_reason_of_the_order(scene: Scene) -> None:
     scene.hub.order_hold(ONE, "gusts")
     progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
-    scene.hub.hold_progress(scene.agent.link, progress)
+    scene.hub.report(scene.agent.link, progress)
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
 
 
@@ -359,7 +359,7 @@ def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_o
     heard = [scene.agent.sealed.receive(datagram, 0.3).urgent for datagram, _ in sent]
     assert [decode_to_agent(text) for text in heard if text] == [order] * 4
     progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
-    scene.hub.hold_progress(scene.agent.link, progress)
+    scene.hub.report(scene.agent.link, progress)
     for _ in range(2):
         scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()))
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
@@ -395,5 +395,5 @@ def test_an_urgent_message_that_is_none_is_dropped(scene: Scene) -> None:
 
 def test_loss_parameters_are_kept_and_reported(scene: Scene) -> None:
     parameters = LossParameters(autopilot="ardupilot", values={"FS_GCS_ENABLE": 0.0}, complete=True)
-    scene.hub.loss_parameters(scene.agent.link, parameters)
+    scene.hub.report(scene.agent.link, parameters)
     assert scene.events == [LossParametersReported(ONE, parameters)]

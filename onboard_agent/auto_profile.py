@@ -1,0 +1,130 @@
+"""Which profile a link can carry, by what is measured on it: down at once, up slowly. No I/O; takes `now`.
+
+Two signs of a link that is too narrow: packets are lost, or they queue (the round trip grows beyond what it was while
+the link was at ease). A link that is merely long, a satellite's, shows neither.
+
+A step up is a try. If the link does not carry it, the next try waits twice as long, up to MOST_PATIENCE times, so that
+a link with room for `thin` and no more is not disturbed every half minute.
+"""
+
+from collections import deque
+from typing import Final, NamedTuple
+
+from wire.stream_profiles import StreamProfile
+
+
+class Limits(NamedTuple):
+    """Share of packets lost, and seconds of queueing."""
+
+    loss: float
+    queueing_s: float
+
+
+WORST_FOR: Final = {
+    StreamProfile.FULL: Limits(0.10, 0.5),
+    StreamProfile.THIN: Limits(0.25, 1.5),
+}
+"""At or beyond either limit a profile is too much."""
+
+AT_EASE: Final = Limits(0.04, 0.2)
+"""Below both: there may be room for more. Between this and WORST_FOR everything stays as it is."""
+
+DOWN_AFTER_S: Final = 1.0
+"""A single late answer is no trend."""
+
+SHORTEST_STAY_S: Final = 3.0
+"""Between a step and the next one down: the measurement must have seen what the first step did."""
+
+UP_AFTER_S: Final = 20.0
+"""At ease for so long, then one step up."""
+
+FAILED_WITHIN_S: Final = 30.0
+"""A step down this soon after one up means that the try has failed."""
+
+MOST_PATIENCE: Final = 8
+
+USUAL_OVER_S: Final = 60.0
+"""The least round trip of this time is the length of the way without a queue."""
+
+
+class AutoProfile:
+    """Feed `measured` a few times a second; read `profile` and `why`."""
+
+    def __init__(self) -> None:
+        self.profile = StreamProfile.FULL
+        self.why = "nothing speaks against it"
+        self._least_rtts: deque[tuple[float, float]] = deque()
+        self._too_much_since: float | None = None
+        self._at_ease_since: float | None = None
+        self._changed_at = float("-inf")
+        self._went_up_at = float("-inf")
+        self._patience = 1
+
+    def new_link(self) -> None:
+        """The way may be another one: round trips are learnt anew. The profile stays until something is measured."""
+        self._least_rtts.clear()
+        self._too_much_since = self._at_ease_since = None
+
+    def measured(self, *, loss: float, rtt_s: float | None, now: float) -> None:
+        """`loss`: 0..1, over the last seconds. `rtt_s`: the round trip now, overdue answers included."""
+        queueing_s = 0.0 if rtt_s is None else rtt_s - self._usual_rtt_s(rtt_s, now)
+        wanted = self._carried(loss, queueing_s)
+        if wanted is None:
+            self._too_much_since = None
+        else:
+            self._down(wanted, loss, queueing_s, now)
+        if loss < AT_EASE.loss and queueing_s < AT_EASE.queueing_s:
+            self._up(now)
+        else:
+            self._at_ease_since = None
+
+    def _carried(self, loss: float, queueing_s: float) -> StreamProfile | None:
+        """The most that the link carries, if that is less than the present profile."""
+        order = list(StreamProfile)
+        for profile in order[order.index(self.profile) :]:
+            limits = WORST_FOR.get(profile)
+            if limits is None or (loss < limits.loss and queueing_s < limits.queueing_s):
+                return None if profile is self.profile else profile
+        return None
+
+    def _down(self, wanted: StreamProfile, loss: float, queueing_s: float, now: float) -> None:
+        if self._too_much_since is None:
+            self._too_much_since = now
+        if now - self._too_much_since < DOWN_AFTER_S or now - self._changed_at < SHORTEST_STAY_S:
+            return
+        if now - self._went_up_at < FAILED_WITHIN_S:
+            self._patience = min(2 * self._patience, MOST_PATIENCE)
+        if loss >= WORST_FOR[self.profile].loss:
+            why = f"{loss:.0%} of the packets are lost"
+        else:
+            why = f"the round trip is {queueing_s * 1000:.0f} ms longer than usual"
+        self._change(wanted, why, now)
+
+    def _up(self, now: float) -> None:
+        if self._at_ease_since is None:
+            self._at_ease_since = now
+        order = list(StreamProfile)
+        at = order.index(self.profile)
+        if at == 0:
+            if now - self._went_up_at > FAILED_WITHIN_S:
+                self._patience = 1
+            return
+        ease_s = now - self._at_ease_since
+        if ease_s >= UP_AFTER_S * self._patience:
+            self._went_up_at = now
+            self._change(order[at - 1], f"the link has been at ease for {ease_s:.0f} s", now)
+
+    def _change(self, profile: StreamProfile, why: str, now: float) -> None:
+        self.profile, self.why = profile, why
+        self._changed_at = now
+        self._too_much_since = self._at_ease_since = None
+
+    def _usual_rtt_s(self, rtt_s: float, now: float) -> float:
+        """The least of the last while. Kept as falling candidates: each is the least since its own time."""
+        least = self._least_rtts
+        while least and least[0][0] <= now - USUAL_OVER_S:
+            least.popleft()
+        while least and least[-1][1] >= rtt_s:
+            least.pop()
+        least.append((now, rtt_s))
+        return least[0][1]

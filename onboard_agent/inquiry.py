@@ -1,0 +1,93 @@
+"""What the agent asks the autopilot for, and what it knows by the answers: rates, parameters, radio. No I/O.
+
+Joins `Rates`, `Parameters`, `Radio` and `LossReport`; decides nothing about the flight.
+"""
+
+from typing import Any, Final
+
+from onboard_agent.loss_report import LossReport
+from onboard_agent.own_frames import FrameMaker
+from onboard_agent.parameters import Parameters
+from onboard_agent.radio import Radio
+from onboard_agent.rates import WATCHED, Rates
+from wire.control_messages import LossParameters
+from wire.dialect import mavlink
+from wire.ids import SystemId
+from wire.stream_profiles import StreamProfile
+
+READ: Final = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
+    }
+)
+"""Messages of the autopilot that `answer` wants to see."""
+
+
+class Inquiry:
+    """Call `ask_all` when the autopilot appears or has rebooted, and `due` at each tick; feed it what it reads."""
+
+    def __init__(self, maker: FrameMaker, *, narrow_line: bool) -> None:
+        self._rates = Rates(maker, narrow_line=narrow_line)
+        self._parameters = Parameters(maker)
+        self._radio = Radio()
+        self._report = LossReport()
+
+    @property
+    def ground_station_system_id(self) -> int:
+        """The sysid whose sticks the autopilot obeys."""
+        return self._parameters.ground_station_system_id
+
+    @property
+    def channel_middles_us(self) -> tuple[int, int, int, int]:
+        """Pulse widths of roll, pitch, throttle and yaw with the sticks in the middle."""
+        return self._parameters.channel_middles_us
+
+    def ask_all(self, autopilot_kind: int, now: float) -> None:
+        """From the beginning."""
+        self._rates.ask_all(now)
+        self._parameters.ask_all(autopilot_kind)
+
+    def follow(self, profile: StreamProfile) -> None:
+        """The stream profile in force: on a narrow line no more is asked for than goes up."""
+        self._rates.follow(profile)
+
+    def heard(self, message_id: int, now: float) -> None:
+        """Any message of the autopilot came."""
+        if message_id == WATCHED:
+            self._rates.watched_came(now)
+
+    def answer(self, message_id: int, message: Any, frame: bytes, now: float) -> None:
+        """One of READ came from the autopilot."""
+        lapse_s = self._parameters.overrides_last_s
+        if message_id == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
+            self._parameters.value(frame)
+        elif message_id == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
+            self._radio.sys_status(message, now, overrides_last_s=lapse_s)
+        elif message_id == mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
+            self._radio.rc_channels(message, now, overrides_last_s=lapse_s)
+
+    def acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK that is meant for us came."""
+        self._rates.acknowledged(ack, now)
+
+    def sticks_sent(self, now: float) -> None:
+        """Sticks, the holder's or our own, went to the autopilot: what it says of the radio may be them."""
+        self._radio.sticks_sent(now)
+
+    def due(self, now: float, *, vehicle_system_id: SystemId) -> list[bytes]:
+        """Requests to send now."""
+        requests = (
+            self._rates.due(now, vehicle_system_id=vehicle_system_id),
+            self._parameters.due(now, vehicle_system_id=vehicle_system_id),
+        )
+        return [request for request in requests if request is not None]
+
+    def loss_report(self, autopilot_kind: int) -> LossParameters | None:
+        """What decides on a loss, where it differs from what was told last."""
+        return self._report.changed(self._parameters, autopilot_kind=autopilot_kind, has_radio=self._radio.has_radio)
+
+    def tell_again(self) -> None:
+        """A new tower link knows nothing."""
+        self._report.tell_again()

@@ -1,0 +1,114 @@
+"""Thins what goes up to the tower: of state messages only the newest, and not more often than the profile says. No I/O.
+
+Its laws:
+- In `full`, everything goes at once and untouched.
+- Otherwise state waits for a beat of BEAT_S, and a newer frame of the same kind takes its place meanwhile. What is due
+  leaves together.
+- HEARTBEAT and everything that is not state goes at once and in order, whatever the profile. What we do not know is not
+  state; it is counted, so that a stream that does not get thinner has an explanation.
+"""
+
+from collections import Counter
+from typing import Final
+
+from wire.dialect import mavlink
+from wire.frames import is_known
+from wire.state_messages import StateKey, state_key
+from wire.stream_profiles import BEAT_S, StreamProfile, beats_between
+
+MOST_KINDS: Final = 1024
+"""Senders, messages and instances that are told apart; several times what any drone has. Beyond it a new kind is
+dropped and counted: the memory of a companion computer is small, and what has a thousand kinds is noise."""
+
+FORGET_EVERY_BEATS: Final = 100
+"""Kinds that have not been sent for so long are forgotten; longer than the slowest rate."""
+
+_NEVER: Final = -1_000_000
+_HEARTBEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
+
+
+class _Kind:
+    """One sender's one message: the frame that waits, and the beat of the last that went."""
+
+    __slots__ = ("sent_at_beat", "waiting")
+
+    def __init__(self) -> None:
+        self.waiting: bytes | None = None
+        self.sent_at_beat = _NEVER
+
+
+class Thinner:
+    """Give frames to `admit`, send what it returns; send what `due` returns at each tick."""
+
+    def __init__(self) -> None:
+        self.profile = StreamProfile.FULL
+        self.by_hand = False
+        """Flown by hand through the tower: what a pilot needs goes more often."""
+        self.counts: Counter[str] = Counter()
+        """Frames not passed on, by reason."""
+        self.unknown_passed = 0
+        """Frames of messages that our dialect lacks, passed on while thinning."""
+        self._kinds: dict[StateKey, _Kind] = {}
+        self._beat = 0
+        self._forgot_at_beat = 0
+
+    def admit(self, frames: list[bytes]) -> list[bytes]:
+        """Those of the autopilot's frames that go now; the others wait, or have lost their place to a newer one."""
+        if self.profile is StreamProfile.FULL:
+            return self._all_that_wait() + frames if self._kinds else frames
+        passed: list[bytes] = []
+        for frame in frames:
+            key = state_key(frame)
+            if key is None or key[2] == _HEARTBEAT:
+                passed.append(frame)
+                if not is_known(frame):
+                    self.unknown_passed += 1
+            else:
+                self._wait(key, frame)
+        return passed
+
+    def _wait(self, key: StateKey, frame: bytes) -> None:
+        kind = self._kinds.get(key)
+        if kind is None:
+            if len(self._kinds) >= MOST_KINDS:
+                self.counts["too many kinds of state"] += 1
+                return
+            kind = self._kinds[key] = _Kind()
+        if kind.waiting is not None:
+            self.counts["thinned"] += 1
+        kind.waiting = frame
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames whose beat has come."""
+        if self.profile is StreamProfile.FULL:
+            return self._all_that_wait()
+        beat = int(now / BEAT_S)
+        if beat == self._beat:
+            return []
+        self._beat = beat
+        frames: list[bytes] = []
+        for key, kind in self._kinds.items():
+            if kind.waiting is None:
+                continue
+            # Slow kinds share their beats: those of one a second all go at the same one, in one datagram.
+            every = beats_between(self.profile, key[2], by_hand=self.by_hand)
+            if beat // every != kind.sent_at_beat // every:
+                frames.append(kind.waiting)
+                kind.waiting = None
+                kind.sent_at_beat = beat
+        if beat - self._forgot_at_beat >= FORGET_EVERY_BEATS:
+            self._forget(beat)
+        return frames
+
+    def _all_that_wait(self) -> list[bytes]:
+        """The way to `full`: nothing that waited may come after what is newer."""
+        frames = [kind.waiting for kind in self._kinds.values() if kind.waiting is not None]
+        self._kinds.clear()
+        return frames
+
+    def _forget(self, beat: int) -> None:
+        self._forgot_at_beat = beat
+        old = beat - FORGET_EVERY_BEATS
+        self._kinds = {
+            key: kind for key, kind in self._kinds.items() if kind.waiting is not None or kind.sent_at_beat > old
+        }

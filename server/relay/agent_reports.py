@@ -1,0 +1,51 @@
+"""What an agent reports on its control channel, taken into the live picture and told to whoever it concerns.
+
+One entry for each message of `wire.control_messages.ToTower`; a report over a link that has been replaced says nothing.
+"""
+
+from server.relay import live_messages as live
+from server.relay.agent_link import AgentLink
+from server.relay.hub_events import HoldStepReported, LossParametersReported
+from server.relay.live_drone import LiveDrone
+from server.relay.live_state import LiveState
+from wire.control_messages import AutopilotState, HoldProgress, LossParameters, StreamState, ToTower
+
+
+class AgentReports:
+    """No state of its own: all of it is in the drones."""
+
+    def __init__(self, state: LiveState) -> None:
+        self._state = state
+
+    def take(self, link: AgentLink, message: ToTower) -> None:
+        """A message came. A hello has its place at the beginning only and is ignored here."""
+        drone = self._state.drones.get(link.drone_id)
+        if drone is None or drone.link is not link:
+            return
+        match message:
+            case AutopilotState():
+                self._autopilot_state(drone, message)
+            case HoldProgress():
+                self._hold_progress(drone, link, message)
+            case LossParameters():
+                drone.loss_parameters = message
+                self._state.on_event(LossParametersReported(drone.drone_id, message))
+            case StreamState():
+                if drone.stream_state != message:
+                    drone.stream_state = message
+                    self._state.tell_drone(drone)
+
+    def _autopilot_state(self, drone: LiveDrone, state: AutopilotState) -> None:
+        before = (drone.autopilot_heard, drone.armed, drone.airborne)
+        drone.autopilot_heard, drone.armed, drone.airborne = state.heard, state.armed, state.airborne
+        if before != (state.heard, state.armed, state.airborne):
+            self._state.tell_drone(drone)
+
+    def _hold_progress(self, drone: LiveDrone, link: AgentLink, progress: HoldProgress) -> None:
+        if not link.is_news(progress):
+            return
+        told = live.Hold(
+            drone.drone_id, progress.epoch, progress.step, progress.detail, progress.elapsed_ms, progress.cause
+        )
+        self._state.tell_watchers(drone, told)
+        self._state.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))
