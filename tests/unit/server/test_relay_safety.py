@@ -383,7 +383,7 @@ def test_two_holds_of_one_epoch_that_go_alike_are_both_told(scene: Scene) -> Non
 def test_a_step_that_a_later_one_overtook_is_not_told_but_an_end_is(scene: Scene) -> None:
     for step, number in ((HoldStep.CONFIRMED, 5), (HoldStep.MODE_ACKNOWLEDGED, 4), (HoldStep.UNCONFIRMED, 3)):
         progress = HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=9.0, number=number)
-        scene.hub.hold_progress(scene.agent.link, progress)
+        scene.hub.report(scene.agent.link, progress)
     steps = [event.step for event in scene.alice.events() if isinstance(event, live.Hold)]
     assert steps == ["confirmed", "unconfirmed"]
 
