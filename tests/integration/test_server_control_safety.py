@@ -15,8 +15,9 @@ from server.control.loss_words import findings_hash
 from server.control.rehearsal import LASTS_S
 from server.control.tables import ControlLeaseRow, LossAcknowledgementRow
 from server.fleet.snapshot import begin_fleet_change
-from wire.control_messages import HoldStep, LostAction, SafetySettings
+from wire.control_messages import HoldStep, LostAction, SafetySettings, StreamSettings
 from wire.ids import DroneId, UserId
+from wire.stream_profiles import StreamChoice
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -62,14 +63,16 @@ async def test_settings_reach_the_agent_the_database_and_the_next_tower(tmp_path
         (changed,) = await audit(scene.root, "drone.settings_changed")
         assert changed["detail"]["changed"]["lost_action"] == ["return", "land"]
         assert changed["drone_id"] == scene.drone.id
-        await scene.root.patch(f"{scene.path}/settings", json={"sticks_stale_s": 1.0})
+        await scene.root.patch(f"{scene.path}/settings", json={"sticks_stale_s": 1.0, "stream_profile": "thin"})
+        assert StreamSettings(profile=StreamChoice.THIN) in scene.agent.posted
     async with start_tower(tmp_path) as world:
         anna = await world.signed_in("Anna")
         kept = (await anna.get(f"/api/v1/drones/{scene.drone.id}/settings")).json()
-        assert kept == {**before, **change, "sticks_stale_s": 1.0}
+        assert kept == {**before, **change, "sticks_stale_s": 1.0, "stream_profile": "thin"}
         live_drone = world.tower.hub.drone(DroneId(scene.drone.id))
         assert live_drone is not None
         assert (live_drone.safety.hold_ladder, live_drone.rtt_limit_ms) == (("LOITER", "BRAKE"), 800.0)
+        assert live_drone.stream.profile is StreamChoice.THIN
 
 
 @pytest.mark.parametrize(
@@ -85,6 +88,7 @@ async def test_settings_reach_the_agent_the_database_and_the_next_tower(tmp_path
         ({"rtt_limit_ms": 1e9}, "rtt_limit_ms"),
         ({"lost_action": "explode"}, "lost_action"),
         ({"lost_hold_s": 10, "lost_action_s": 5}, "lost_action_s"),
+        ({"stream_profile": "tiny"}, "stream_profile"),
         ({"surprise": 1}, "surprise"),
     ],
 )

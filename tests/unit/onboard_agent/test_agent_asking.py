@@ -12,6 +12,7 @@ from onboard_agent.parameters import NAMES, Parameters, read_value
 from onboard_agent.presence import Presence
 from onboard_agent.rates import ASK_AGAIN_AFTER_S, MISSED_FOR_S, WISHES, Rates
 from wire.dialect import decode, mavlink
+from wire.stream_profiles import StreamProfile
 
 
 def ack(command: int, result: int = 0) -> Any:
@@ -40,13 +41,21 @@ def test_an_answer_makes_the_next_question_due_at_once() -> None:
 
 
 class RatesBench:
-    def __init__(self) -> None:
-        self.rates = Rates(FrameMaker())
+    def __init__(self, *, narrow_line: bool = False) -> None:
+        self.rates = Rates(FrameMaker(), narrow_line=narrow_line)
         self.rates.ask_all(0.0)
 
     def ask(self, now: float) -> Any:
         frame = self.rates.due(now, vehicle_system_id=1)
         return None if frame is None else decode(frame)
+
+    def intervals(self, now: float) -> dict[int, float]:
+        """All that is asked for and granted: message id to its interval in seconds."""
+        granted = {}
+        while (message := self.ask(now)) is not None:
+            granted[int(message.param1)] = message.param2 * 1e-6
+            self.rates.acknowledged(ack(message.command), now)
+        return granted
 
     def grant_all(self, now: float, refuse: int | None = None) -> list[int]:
         asked = []
@@ -86,6 +95,37 @@ def test_what_is_unsupported_is_not_asked_again() -> None:
     assert bench.rates.unsupported == {mavlink.MAVLINK_MSG_ID_WIND}
     bench.rates.ask_all(10.0)
     assert mavlink.MAVLINK_MSG_ID_WIND not in bench.grant_all(10.0)
+
+
+def test_a_narrow_line_is_asked_for_no_more_than_goes_up() -> None:
+    bench = RatesBench(narrow_line=True)
+    before = bench.intervals(0.0)
+    bench.rates.follow(StreamProfile.MINIMAL)
+    lowered = bench.intervals(1.0)
+    assert lowered[mavlink.MAVLINK_MSG_ID_ATTITUDE] == pytest.approx(0.2), "what a pilot needs stays"
+    assert lowered[mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT] == pytest.approx(10.0)
+    assert all(interval_s > before[number] for number, interval_s in lowered.items())
+    read_here = ("GLOBAL_POSITION_INT", "SYS_STATUS", "EXTENDED_SYS_STATE", "RC_CHANNELS")
+    assert not lowered.keys() & {getattr(mavlink, f"MAVLINK_MSG_ID_{name}") for name in read_here}
+    bench.rates.follow(StreamProfile.MINIMAL)
+    assert bench.intervals(2.0) == {}, "asked once"
+    bench.rates.follow(StreamProfile.FULL)
+    assert bench.intervals(3.0) == {number: before[number] for number in lowered}
+
+
+def test_a_change_while_the_table_is_being_asked_for_asks_for_the_rest_too() -> None:
+    bench = RatesBench(narrow_line=True)
+    bench.ask(0.0)
+    bench.rates.acknowledged(ack(511), 0.0)
+    bench.rates.follow(StreamProfile.THIN)
+    assert set(bench.intervals(0.1)) == {wish.message_id for wish in WISHES}
+
+
+def test_a_wide_line_is_asked_for_everything_in_any_profile() -> None:
+    bench = RatesBench()
+    bench.grant_all(0.0)
+    bench.rates.follow(StreamProfile.MINIMAL)
+    assert bench.ask(1.0) is None
 
 
 def test_an_answer_to_another_command_is_not_ours() -> None:

@@ -3,11 +3,13 @@
 import pytest
 
 from server.control.drone_settings import BOUNDS, DEFAULTS, BadDroneSettings, check_ladder, settings_from
-from wire.control_messages import LostAction, SafetySettings
+from wire.control_messages import LostAction, SafetySettings, StreamSettings
+from wire.stream_profiles import StreamChoice
 
 
 def test_the_defaults_are_those_of_the_wire_and_within_bounds() -> None:
     assert DEFAULTS.safety == SafetySettings()
+    assert DEFAULTS.stream == StreamSettings()
     for name, (least, most) in BOUNDS.items():
         assert least <= DEFAULTS.as_values()[name] <= most
 
@@ -30,11 +32,13 @@ def test_a_ladder_that_cannot(ladder: list[str]) -> None:
 
 
 def test_what_was_chosen_stands_and_the_rest_is_as_usual() -> None:
-    chosen = {"hold_ladder": ["LOITER"], "lost_action": "continue", "rtt_limit_s": 2.5, "of_a_later_version": 1}
+    chosen = {"hold_ladder": ["LOITER"], "lost_action": "continue", "rtt_limit_s": 2.5, "stream_profile": "thin"}
+    chosen["of_a_later_version"] = 1
     settings = settings_from(chosen)
     assert settings.safety.hold_ladder == ("LOITER",)
     assert settings.safety.lost_action is LostAction.CONTINUE
     assert (settings.rtt_limit_s, settings.rtt_limit_ms) == (2.5, 500.0)
+    assert settings.stream == StreamSettings(profile=StreamChoice.THIN)
     assert settings_from(settings.as_values()) == settings
 
 
