@@ -96,7 +96,7 @@ async def world() -> AsyncIterator[World]:
 
 async def test_a_profile_set_by_hand_cuts_what_is_sent_and_gives_it_back(world: World) -> None:
     tower = world.tower
-    assert tower.profile is StreamProfile.FULL
+    await until(lambda: tower.profile is StreamProfile.FULL, what="it is told which profile is in force")
     full = await tower.bytes_per_s(1.0)
     await tower.tell(StreamSettings(profile=StreamChoice.MINIMAL))
     await until(lambda: tower.profile is StreamProfile.MINIMAL, what="it is told to be in force")
