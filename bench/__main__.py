@@ -9,11 +9,12 @@ from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
-from bench import control
+from bench import control, fuzz
 from bench.rows import Report
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "control": (control.run, control.__doc__ or ""),
+    "fuzz": (fuzz.run, fuzz.__doc__ or ""),
 }
 
 
@@ -32,6 +33,9 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--repeats", type=int, help="how often each trigger is pulled again (10)")
     parser.add_argument("--case", action="append", help="only cases with this in their name")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep databases and logs there")
+    parser.add_argument("--datagrams", type=int, metavar="N", help="fuzz: so many (1,000,000)")
+    parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
+    parser.add_argument("--seed", type=int, default=1, help="fuzz: another one makes other bytes (1)")
     return parser.parse_args(words)
 
 
