@@ -122,9 +122,10 @@ class Agent:
 
     def _tick(self) -> None:
         now = self._loop.time()
-        quality = self._link.quality(now)
-        if quality is not None:
-            self._onboard.uplink.measured(loss=quality.loss, rtt_s=quality.rtt_s, now=now)
+        uplink = self._onboard.uplink
+        measured = self._link.measured(now) if uplink.wants_measurement(now) else None
+        if measured is not None:
+            uplink.measured(measured, now)
         self._onboard.tick(now)
         self._send_up(self._onboard.frames_to_tower(now))
         self._flush()

@@ -13,6 +13,17 @@ from typing import Final, NamedTuple
 from wire.stream_profiles import StreamProfile
 
 
+class Measured(NamedTuple):
+    """What is known of the link now. Losses are shares, 0..1, of what the agent sends."""
+
+    loss: float
+    """Over LOSS_OVER_S."""
+    loss_now: float
+    """Over LOSS_NOW_OVER_S."""
+    rtt_s: float | None
+    """The round trip, overdue answers included; None before the first."""
+
+
 class Limits(NamedTuple):
     """Share of packets lost, and seconds of queueing."""
 
@@ -25,6 +36,12 @@ WORST_FOR: Final = {
     StreamProfile.THIN: Limits(0.25, 1.5),
 }
 """At or beyond either limit a profile is too much."""
+
+LOSS_OVER_S: Final = 30.0
+LOSS_NOW_OVER_S: Final = 5.0
+LOSS_NOW_FACTOR: Final = 3.0
+"""A loss of so many times the limit need not have lasted for LOSS_OVER_S. Of the few packets of five seconds one or two
+may always be missing."""
 
 AT_EASE: Final = Limits(0.04, 0.2)
 """Below both: there may be room for more. Between this and WORST_FOR everything stays as it is."""
@@ -65,14 +82,16 @@ class AutoProfile:
         self._least_rtts.clear()
         self._too_much_since = self._at_ease_since = None
 
-    def measured(self, *, loss: float, rtt_s: float | None, now: float) -> None:
-        """`loss`: 0..1, over the last seconds. `rtt_s`: the round trip now, overdue answers included."""
+    def measured(self, measured: Measured, now: float) -> None:
+        """The link as it is now."""
+        rtt_s = measured.rtt_s
         queueing_s = 0.0 if rtt_s is None else rtt_s - self._usual_rtt_s(rtt_s, now)
+        loss = max(measured.loss, measured.loss_now / LOSS_NOW_FACTOR)
         wanted = self._carried(loss, queueing_s)
         if wanted is None:
             self._too_much_since = None
         else:
-            self._down(wanted, loss, queueing_s, now)
+            self._down(wanted, measured, queueing_s, now)
         if loss < AT_EASE.loss and queueing_s < AT_EASE.queueing_s:
             self._up(now)
         else:
@@ -87,15 +106,18 @@ class AutoProfile:
                 return None if profile is self.profile else profile
         return None
 
-    def _down(self, wanted: StreamProfile, loss: float, queueing_s: float, now: float) -> None:
+    def _down(self, wanted: StreamProfile, measured: Measured, queueing_s: float, now: float) -> None:
         if self._too_much_since is None:
             self._too_much_since = now
         if now - self._too_much_since < DOWN_AFTER_S or now - self._changed_at < SHORTEST_STAY_S:
             return
         if now - self._went_up_at < FAILED_WITHIN_S:
             self._patience = min(2 * self._patience, MOST_PATIENCE)
-        if loss >= WORST_FOR[self.profile].loss:
-            why = f"{loss:.0%} of the packets are lost"
+        limit = WORST_FOR[self.profile].loss
+        if measured.loss >= limit:
+            why = f"{measured.loss:.0%} of the packets are lost"
+        elif measured.loss_now >= limit * LOSS_NOW_FACTOR:
+            why = f"{measured.loss_now:.0%} of the packets are lost"
         else:
             why = f"the round trip is {queueing_s * 1000:.0f} ms longer than usual"
         self._change(wanted, why, now)

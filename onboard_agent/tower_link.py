@@ -4,11 +4,12 @@ import asyncio
 import contextlib
 import logging
 from collections import Counter
-from typing import Final, NamedTuple, Protocol
+from typing import Final, Protocol
 
 from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
+from onboard_agent.auto_profile import LOSS_NOW_OVER_S, LOSS_OVER_S, Measured
 from onboard_agent.backoff import Backoff
 from onboard_agent.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
 from onboard_agent.data_socket import DataSocket
@@ -49,16 +50,6 @@ URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
 
 OUTBOX: Final = 64
 """Messages that wait for the control channel. A tower that cannot take these is dead: the link is given up."""
-
-
-class Quality(NamedTuple):
-    """What the keep-alive knows of the link now.
-
-    `loss`: 0..1. `rtt_s`: the round trip, overdue answers included; None before the first.
-    """
-
-    loss: float
-    rtt_s: float | None
 
 
 class LinkUser(Protocol):
@@ -107,12 +98,16 @@ class TowerLink:
         """Whether there is a link now."""
         return self._opened is not None
 
-    def quality(self, now: float) -> Quality | None:
-        """None while there is no link."""
+    def measured(self, now: float) -> Measured | None:
+        """How the link is; None while there is none. What the tower does not tell (yet, or because nothing comes
+        through) is judged by the pings that nobody answered."""
         if self._opened is None:
             return None
-        keepalive = self._opened.sealed.keepalive
-        return Quality(keepalive.loss, None if keepalive.rtt_s is None else keepalive.rtt_now_s(now))
+        sealed = self._opened.sealed
+        losses = (sealed.quality.over(window_s, now).loss_sent for window_s in (LOSS_OVER_S, LOSS_NOW_OVER_S))
+        loss, loss_now = (sealed.keepalive.loss if loss is None else loss for loss in losses)
+        rtt_s = None if sealed.keepalive.rtt_s is None else sealed.keepalive.rtt_now_s(now)
+        return Measured(loss, loss_now, rtt_s)
 
     async def run(self) -> None:
         """Keeps a link up until cancelled."""

@@ -3,7 +3,7 @@
 import logging
 from typing import Final
 
-from onboard_agent.auto_profile import AutoProfile
+from onboard_agent.auto_profile import AutoProfile, Measured
 from onboard_agent.thinner import Thinner
 from wire.control_messages import StreamSettings, StreamState
 from wire.stream_profiles import StreamChoice, StreamProfile
@@ -13,7 +13,7 @@ _log = logging.getLogger(__name__)
 MEASURE_EVERY_S: Final = 0.25
 
 SETTLED_AFTER_S: Final = 5.0
-"""A new link has answered too few pings before that: one lost of two is not a loss of a half."""
+"""A new link has sent too little before that: one packet lost of two is not a loss of a half."""
 
 BY_HAND_FOR_S: Final = 3.0
 """After the last sticks of the holder the pilot's rates stay so long: RC_OVERRIDE_TIME of the autopilots."""
@@ -51,17 +51,18 @@ class Uplink:
         """Nothing can be measured."""
         self._link_up_at = None
 
-    def measured(self, *, loss: float, rtt_s: float | None, now: float) -> None:
-        """What the keep-alive knows of the link, at each tick. The profile is decided even while it is chosen by hand,
-        so that `auto` begins where the link is."""
-        if (
-            self._link_up_at is None
-            or now - self._link_up_at < SETTLED_AFTER_S
-            or now - self._measured_at < MEASURE_EVERY_S
-        ):
-            return
+    def wants_measurement(self, now: float) -> bool:
+        """Whether it is time for `measured` again."""
+        return (
+            self._link_up_at is not None
+            and now - self._link_up_at >= SETTLED_AFTER_S
+            and now - self._measured_at >= MEASURE_EVERY_S
+        )
+
+    def measured(self, measured: Measured, now: float) -> None:
+        """The link as it is now. Judged even while the profile is set by hand, so that `auto` begins where it is."""
         self._measured_at = now
-        self._auto.measured(loss=loss, rtt_s=rtt_s, now=now)
+        self._auto.measured(measured, now)
         self._put_in_force()
 
     def sticks_passed(self, now: float) -> None:

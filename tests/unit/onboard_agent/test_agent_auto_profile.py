@@ -15,6 +15,7 @@ from onboard_agent.auto_profile import (
     USUAL_OVER_S,
     WORST_FOR,
     AutoProfile,
+    Measured,
 )
 from wire.stream_profiles import StreamProfile
 
@@ -28,10 +29,12 @@ class Link:
         self.now = 100.0
         self.changes: list[tuple[float, StreamProfile]] = []
 
-    def run(self, seconds: float, *, loss: float = 0.0, rtt_s: float | None = 0.05) -> StreamProfile:
+    def run(
+        self, seconds: float, *, loss: float = 0.0, rtt_s: float | None = 0.05, loss_now: float = 0.0
+    ) -> StreamProfile:
         for _ in range(round(seconds / STEP_S)):
             before = self.auto.profile
-            self.auto.measured(loss=loss, rtt_s=rtt_s, now=self.now)
+            self.auto.measured(Measured(loss, loss_now, rtt_s), self.now)
             if self.auto.profile is not before:
                 self.changes.append((self.now, self.auto.profile))
             self.now += STEP_S
@@ -68,6 +71,12 @@ def test_a_long_way_is_no_narrow_one() -> None:
 def test_so_much_loss_leaves_so_much(link: Link, loss: float, expected: StreamProfile) -> None:
     assert link.run(30, loss=loss) is expected
     assert len(link.changes) <= 1, "straight to what the link carries"
+
+
+@pytest.mark.parametrize(("loss_now", "expected"), [(0.29, FULL), (0.31, THIN), (0.74, THIN), (0.76, MINIMAL)])
+def test_a_sudden_loss_must_be_a_larger_one(link: Link, loss_now: float, expected: StreamProfile) -> None:
+    assert link.run(5, loss=0.01, loss_now=loss_now) is expected
+    assert expected is FULL or link.auto.why == f"{loss_now:.0%} of the packets are lost"
 
 
 @pytest.mark.parametrize(("queueing_s", "expected"), [(0.4, FULL), (0.5, THIN), (1.4, THIN), (1.5, MINIMAL)])

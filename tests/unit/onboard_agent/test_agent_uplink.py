@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from onboard_agent.auto_profile import Measured
 from onboard_agent.uplink import BY_HAND_FOR_S, SETTLED_AFTER_S, Uplink
 from wire.control_messages import StreamSettings, StreamState
 from wire.dialect import build, mavlink
@@ -23,7 +24,8 @@ class Bench:
     def run(self, seconds: float, *, loss: float = 0.0, give: Any = None) -> StreamProfile:
         for tick in range(round(seconds / 0.025)):
             self.now += 0.025
-            self.uplink.measured(loss=loss, rtt_s=0.05, now=self.now)
+            if self.uplink.wants_measurement(self.now):
+                self.uplink.measured(Measured(loss, loss, 0.05), self.now)
             if give is not None and tick % 2 == 0:
                 self.sent += len(self.uplink.admit([give]))
             self.sent += len(self.uplink.due(self.now))
