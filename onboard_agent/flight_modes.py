@@ -18,6 +18,12 @@ _PX4_WITHOUT_STICKS: Final = frozenset({_PX4_AUTO, 6})
 _COPTER_WITHOUT_STICKS: Final = frozenset({3, 4, 6, 7, 9, 17, 20, 21, 27})
 """AUTO, GUIDED, RTL, CIRCLE, LAND, BRAKE, GUIDED_NOGPS, SMART_RTL, AUTO_RTL."""
 
+_COPTER_HOLDS_WHEN_CENTRED: Final = frozenset({2, 5, 16})
+"""ALT_HOLD, LOITER, POSHOLD."""
+
+_PX4_HOLDS_WHEN_CENTRED: Final = frozenset({2, 3})
+"""ALTCTL, POSCTL."""
+
 _COPTERS: Final = frozenset(
     {
         mavlink.MAV_TYPE_QUADROTOR,
@@ -115,3 +121,10 @@ def flies_without_sticks(autopilot_kind: int, custom_mode: int) -> bool:
     if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4:
         return custom_mode >> _PX4_MAIN_SHIFT & 0xFF in _PX4_WITHOUT_STICKS
     return custom_mode in _COPTER_WITHOUT_STICKS
+
+
+def holds_when_centred(autopilot_kind: int, custom_mode: int) -> bool:
+    """Whether this is a mode of sticks in which centred ones keep level and height. Unknown modes are none."""
+    if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4:
+        return custom_mode >> _PX4_MAIN_SHIFT & 0xFF in _PX4_HOLDS_WHEN_CENTRED
+    return autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA and custom_mode in _COPTER_HOLDS_WHEN_CENTRED

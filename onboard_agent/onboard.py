@@ -10,7 +10,14 @@ from typing import Any, Final
 
 from onboard_agent.autopilot_state import AutopilotEvent, AutopilotView
 from onboard_agent.downlink import SETUP_SIGNING, Downlink
-from onboard_agent.flight_modes import FlightMode, Modes, flies_without_sticks, hold_rungs, modes_of
+from onboard_agent.flight_modes import (
+    FlightMode,
+    Modes,
+    flies_without_sticks,
+    hold_rungs,
+    holds_when_centred,
+    modes_of,
+)
 from onboard_agent.hold import Hold
 from onboard_agent.inquiry import READ, Inquiry
 from onboard_agent.intent import INTERESTING, Sticks, arms, read_intent
@@ -21,6 +28,7 @@ from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
 from onboard_agent.pilot_watch import PilotWatch
 from onboard_agent.presence import Presence
 from onboard_agent.safety import within_limits
+from onboard_agent.stand_in import StandIn
 from onboard_agent.stick_gate import StickGate
 from onboard_agent.uplink import Uplink
 from wire.content import Frames
@@ -72,6 +80,7 @@ class Onboard:
         self.settings = SafetySettings()
         """The last that a tower has sent, over a lost link too."""
         self._gate = StickGate()
+        self._stand_in = StandIn(maker)
         self._watch = PilotWatch(now)
         self._lateness = Lateness()
         self._lost = LostActing(maker)
@@ -166,6 +175,7 @@ class Onboard:
         """A new link is up."""
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
+        self._stand_in.end()
         self._linked = True
         self._newest_order = 0
         self.autopilot.tell_again()
@@ -179,6 +189,7 @@ class Onboard:
         """The link is down, whoever ended it."""
         self._linked = False
         self._holder_present = False
+        self._stand_in.end()
         self._watch.loss.link_down(now)
         self.uplink.link_down()
 
@@ -189,6 +200,8 @@ class Onboard:
     def message(self, message: ToAgent, now: float) -> None:
         """A message of the control channel came."""
         if isinstance(message, ControlChanged):
+            if message.epoch >= self.downlink.epoch:
+                self._stand_in.turn(assistant_flies=message.assistant_flies)
             self._epoch_told(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             self._holder_present = message.holder_present
@@ -240,6 +253,7 @@ class Onboard:
                 return False
             self.hold.stop_sticks()
             self._watch.sticks_passed(now)
+            self._stand_in.sticks_passed(now)
             self.uplink.sticks_passed(now)
             self._inquiry.sticks_sent(now)
         else:
@@ -257,6 +271,7 @@ class Onboard:
         """Time has passed: every 25 ms or so."""
         self._autopilot_event(self.autopilot.tick(now), now)
         self._look(now)
+        self._centre_for_assistant(now)
         self._drive_modes(now)
         view = self.autopilot
         out = self._to_autopilot
@@ -278,7 +293,7 @@ class Onboard:
             now,
             settings=self.settings,
             flown_by_hand=by_hand,
-            ordered_sticks_on=self.hold.sticks_on and self.hold.cause is HoldCause.ORDER,
+            kept_centred=self._stand_in.on or (self.hold.sticks_on and self.hold.cause is HoldCause.ORDER),
         )
         if alarm is not None:
             _log.warning("%s: holding", alarm.why)
@@ -295,6 +310,21 @@ class Onboard:
             self._gate.close()
             self._watch.nobody_needed()
             self.hold.overruled(needs_sticks=False, now=now, why=f"the tower stays lost: {deed}")
+
+    def _centre_for_assistant(self, now: float) -> None:
+        view = self.autopilot
+        frames = self._stand_in.due(
+            now,
+            wanted=view.armed and self._watch.hand_on_sticks and holds_when_centred(view.kind, view.custom_mode),
+            sticks_stale_s=self.settings.sticks_stale_s,
+            bound_s=self.settings.hold_bound_s,
+            vehicle_system_id=view.system_id or 1,
+            ground_station_system_id=self._inquiry.ground_station_system_id,
+        )
+        if self._stand_in.on:
+            self._watch.stood_in(now)
+            self._inquiry.sticks_sent(now)
+        self._to_autopilot += frames
 
     def _drive_modes(self, now: float) -> None:
         """Sends what a hold and the lost action have due."""
@@ -352,6 +382,7 @@ class Onboard:
         needed = view.armed or not view.heard
         if needed:
             self._gate.close()
+        self._stand_in.end()
         self._watch.nobody_needed()
         modes = self._modes()
         if cause is HoldCause.ORDER and modes is not None and view.custom_mode == modes.mission.custom_mode:

@@ -47,21 +47,31 @@ class PilotWatch:
         self.loss.sticks_passed(now)
         self._sticks.passed(now)
 
+    @property
+    def hand_on_sticks(self) -> bool:
+        """Whether a hand was on the sticks, and nothing has ended that."""
+        return self._sticks.hand_on
+
+    def stood_in(self, now: float) -> None:
+        """Our own centred sticks stand in for the assistant's: nothing goes stale, and nobody's hand was there."""
+        self._sticks.passed(now)
+
     def nobody_needed(self) -> None:
         """The drone flies by command, or a hold has taken over: no hand needs to be on the sticks."""
         self.loss.flies_without_sticks()
         self._sticks.over()
 
-    def alarm(
-        self, now: float, *, settings: SafetySettings, flown_by_hand: bool, ordered_sticks_on: bool
-    ) -> Alarm | None:
-        """What has just happened to the pilot, once. `ordered_sticks_on`: an ordered hold keeps the sticks centred."""
+    def alarm(self, now: float, *, settings: SafetySettings, flown_by_hand: bool, kept_centred: bool) -> Alarm | None:
+        """What has just happened to the pilot, once.
+
+        `kept_centred`: the agent keeps the sticks centred for the tower, in an ordered hold or for an assistant.
+        """
         if self._sticks.stale(now, stale_s=settings.sticks_stale_s, flown_by_hand=flown_by_hand):
             why = f"no fresh sticks for {settings.sticks_stale_s:g} s while flying by hand"
             return Alarm(HoldCause.STICKS_STALE, why)
         if self.loss.lost_by_hand(now, lost_hold_s=settings.lost_hold_s) and flown_by_hand:
             return Alarm(HoldCause.PILOT_LOST, "the pilot was lost while flying by hand")
-        if flown_by_hand and ordered_sticks_on and self.loss.silent_s(now) >= settings.lost_hold_s:
+        if flown_by_hand and kept_centred and self.loss.silent_s(now) >= settings.lost_hold_s:
             # Its sticks end when the tower is gone; without ours the radio's, perhaps at the bottom, would fly.
-            return Alarm(HoldCause.PILOT_LOST, "the tower was lost during the hold that it had ordered")
+            return Alarm(HoldCause.PILOT_LOST, "the tower was lost while the sticks were kept centred for it")
         return None

@@ -15,6 +15,11 @@ class StickWatch:
         """Fresh sticks of the holder went to the autopilot."""
         self._fresh_at = now
 
+    @property
+    def hand_on(self) -> bool:
+        """Whether somebody flies by hand, as far as sticks tell."""
+        return self._fresh_at is not None
+
     def over(self) -> None:
         """Flying by hand has ended in good order: by a command that needs no sticks, or by a hold."""
         self._fresh_at = None

@@ -63,11 +63,15 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
 
 
 class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_field="type", kw_only=True):
-    """Tower to agent: who has the controls. `holder_present`: they have a live connection."""
+    """Tower to agent: who has the controls. `holder_present`: they have a live connection.
+
+    `assistant_flies`: an admin assists the holder, and it is their frames that pass now.
+    """
 
     epoch: U32
     holder: str | None
     holder_present: bool
+    assistant_flies: bool = False
 
 
 class HoldOrder(msgspec.Struct, frozen=True, tag="hold_order", tag_field="type", kw_only=True):

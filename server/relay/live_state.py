@@ -57,6 +57,7 @@ class LiveState:
                 epoch=drone.lease.epoch,
                 holder=holder.name if holder else None,
                 holder_present=drone.somebody_flies(),
+                assistant_flies=drone.lease.assistant is not None and drone.turn.whose == "assistant",
             ),
         )
 

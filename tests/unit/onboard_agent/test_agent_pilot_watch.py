@@ -31,7 +31,7 @@ class Bench:
             if self.sticks_come:
                 self.watch.sticks_passed(self.now)
             alarm = self.watch.alarm(
-                self.now, settings=self.settings, flown_by_hand=self.by_hand, ordered_sticks_on=self.ordered
+                self.now, settings=self.settings, flown_by_hand=self.by_hand, kept_centred=self.ordered
             )
             if alarm is not None:
                 self.alarms.append((round(self.now - begin, 3), alarm))

@@ -135,6 +135,8 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     assert scene.events == [TurnWanted(ONE, "assistant")]
     scene.lease(replace(assisted, epoch=Epoch(3)), "turn", now=1.12)
     assert scene.agent.received() == [(3, command_long(400))]
+    told = scene.agent.posted[-1]
+    assert told == ControlChanged(epoch=3, holder="alice", holder_present=True, assistant_flies=True)
     assert scene.notices(scene.alice) == ["assisted"]
     scene.fly(1.2)
     assert scene.agent.received() == []
@@ -144,6 +146,7 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     scene.keep_alive(2.1)
     assert scene.events[1:] == [TurnWanted(ONE, "holder")]
     scene.lease(replace(assisted, epoch=Epoch(4)), "turn", now=2.11)
+    assert scene.agent.posted[-1] == ControlChanged(epoch=4, holder="alice", holder_present=True)
     scene.fly(2.2)
     assert [epoch for epoch, _ in scene.agent.received()] == [4]
 
