@@ -1,0 +1,66 @@
+"""One measurement: so much load for so long, and what it cost. Idle cost is measured before and taken off."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import time
+from dataclasses import dataclass
+
+from bench.load_agents import paced
+from bench.process_cost import cpu_us, rss_mb
+from bench.relay_systems import Pattern, Running
+
+IDLE_S = 1.5
+WARM_S = 0.7
+SETTLE_S = 0.4
+"""For what is still on its way when the load ends: a watch period and more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    sent: int
+    arrived: int
+    messages: int
+    cpu_us_per_frame: float
+    latencies_us: list[float]
+    load_late_ms: float
+    """By how much our own load was late at worst."""
+    rss_mb: float
+
+
+async def idle_us_per_s(running: Running, for_s: float = IDLE_S) -> float:
+    """What it costs to do nothing."""
+    begin_us, began_s = cpu_us(running.pid), time.monotonic()
+    await asyncio.sleep(for_s)
+    return (cpu_us(running.pid) - begin_us) / (time.monotonic() - began_s)
+
+
+async def measure(
+    running: Running, *, frames_per_s: float, drones: int, pattern: Pattern, for_s: float, idle: float
+) -> Measured:
+    """`frames_per_s`: of all drones together. `idle`: microseconds per second, to be taken off."""
+    rate = frames_per_s / drones
+    senders, period_s = running.senders(rate, pattern), pattern.burst / rate
+    await paced(senders, period_s, max(WARM_S, period_s))
+    await asyncio.sleep(SETTLE_S)
+    running.sink.clear()
+    gc.collect()
+    gc.disable()
+    try:
+        sent_before, began_us, began_s = running.sent(), cpu_us(running.pid), time.monotonic()
+        late_s = await paced(senders, period_s, max(for_s, period_s))
+        await asyncio.sleep(SETTLE_S)
+        used_us = cpu_us(running.pid) - began_us - idle * (time.monotonic() - began_s)
+    finally:
+        gc.enable()
+    sent = running.sent() - sent_before
+    return Measured(
+        sent=sent,
+        arrived=running.sink.frames,
+        messages=running.sink.messages,
+        cpu_us_per_frame=used_us / sent,
+        latencies_us=running.sink.latencies_us,
+        load_late_ms=late_s * 1e3,
+        rss_mb=rss_mb(running.pid),
+    )

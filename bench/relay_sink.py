@@ -1,0 +1,39 @@
+"""What came out at the other end: how many frames, which, how late. One for each measurement."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from bench.load_frames import Arrived
+
+
+@dataclass
+class Sink:
+    """`take` is called with everything that arrives; `read` cuts it into frames."""
+
+    read: Callable[[bytes], Iterator[Arrived]]
+    frames: int = 0
+    messages: int = 0
+    latencies_us: list[float] = field(default_factory=list)
+    last_number: dict[int, int] = field(default_factory=dict)
+    out_of_order: int = 0
+    """Transactional frames that came twice, or before their turn."""
+
+    def take(self, message: bytes) -> None:
+        now_us = time.monotonic() * 1e6
+        self.messages += 1
+        add = self.latencies_us.append
+        for drone_id, _, sent_us, number in self.read(message):
+            self.frames += 1
+            add(now_us - sent_us)
+            if number:
+                if number <= self.last_number.get(drone_id, 0):
+                    self.out_of_order += 1
+                self.last_number[drone_id] = number
+
+    def clear(self) -> None:
+        """Begins a new measurement. Numbers go on."""
+        self.frames = self.messages = 0
+        self.latencies_us = []
