@@ -1,4 +1,4 @@
-"""The systems that are measured side by side: ours, and its peers. Each is started, fed by senders, and read by a sink."""
+"""The systems that are measured side by side, ours and its peers: how each is started, fed by senders, and read."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import os
 import socket
 import sys
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -172,7 +172,7 @@ async def mavproxy(folder: Path, drones: int, *, program: Path, modules: bool) -
 
 
 @contextlib.contextmanager
-def udp_sink(sink: Sink) -> "contextlib.AbstractContextManager[int]":  # type: ignore[misc]
+def udp_sink(sink: Sink) -> Iterator[int]:
     """A UDP port whose datagrams go to the sink."""
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)

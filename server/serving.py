@@ -16,6 +16,7 @@ from typing import Final
 import uvicorn
 from fastapi import FastAPI
 
+from server.direct_websocket import DirectWebSocket
 from server.tower import Tower
 
 LARGEST_MESSAGE_BYTES: Final = 64 * 1024
@@ -32,7 +33,7 @@ class TowerServer(uvicorn.Server):
             uvicorn.Config(
                 app,
                 lifespan="off",
-                ws="websockets-sansio",
+                ws=DirectWebSocket,
                 ws_max_size=LARGEST_MESSAGE_BYTES,
                 ws_per_message_deflate=False,  # telemetry hardly shrinks, and every message would cost more
                 timeout_graceful_shutdown=GRACE_S,

@@ -1,4 +1,4 @@
-"""A bare UDP-to-WebSocket forwarder on uvloop: the floor of what Python can do. `python udp_to_websocket.py PORT_FILE [--library]`
+"""A bare UDP-to-WebSocket forwarder on uvloop, the floor of Python: `udp_to_websocket.py PORT_FILE [--library]`
 
 It checks nothing, knows nobody and decrypts nothing: what comes in a datagram goes out at once as one binary message to
 every WebSocket. By default it writes the WebSocket header by hand, straight to the transport, which is the least
@@ -13,7 +13,7 @@ import base64
 import hashlib
 import sys
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import uvloop
 from websockets.asyncio.server import ServerConnection, broadcast, serve
@@ -24,7 +24,7 @@ MAGIC = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 class ByHand(asyncio.Protocol):
     """Upgrades whoever asks; ignores what they say afterwards."""
 
-    everybody: set[asyncio.Transport] = set()
+    everybody: ClassVar[set[asyncio.Transport]] = set()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         self._transport = cast("asyncio.Transport", transport)
@@ -58,7 +58,7 @@ class InByHand(asyncio.DatagramProtocol):
 
 
 class InLibrary(asyncio.DatagramProtocol):
-    everybody: set[ServerConnection] = set()
+    everybody: ClassVar[set[ServerConnection]] = set()
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
         broadcast(self.everybody, data)

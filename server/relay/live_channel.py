@@ -6,13 +6,15 @@ from collections.abc import Awaitable, Callable
 from datetime import datetime
 from typing import Final
 
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from server.accounts.sessions import Principal
 from server.clock import Clock
+from server.direct_websocket import direct_writer
 from server.relay.browser import Browser
 from server.relay.hub import SESSION_ENDED, Hub
-from server.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, Pong, decode_request, encode_event
+from server.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, Pong, decode_request
+from server.relay.live_writer import LiveWriter
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
 from server.relay.viewport import Viewport
 from wire.drops import DropReason
@@ -26,8 +28,6 @@ MOST_BAD_REQUESTS: Final = 20
 MOST_QUOTED: Final = 200
 """Characters of what is wrong with it: the words may quote what came, and no answer is larger than that."""
 
-MOST_FRAMES_A_MESSAGE: Final = 128
-"""Downwards; at most 36 KiB. A browser that is slow gets them one by one, and the socket's buffer stays small."""
 
 StillSignedIn = Callable[[datetime], Awaitable[Principal | None]]
 """Asks the database whether the session still stands; called about once a minute, off the frame path."""
@@ -54,23 +54,27 @@ class LiveChannel:
         self._subprotocol = subprotocol
         self._still_signed_in = still_signed_in
         self._expires_at = viewer.expires_at
-        self._due = asyncio.Event()
         self._ending = Ending()
         self._bad_requests = 0
         self._browser = Browser(
-            hub.next_browser_number(), viewer, time.monotonic(), wake=self._due.set, close=self._ending.wish
+            hub.next_browser_number(), viewer, time.monotonic(), wake=self._wake, close=self._ending.wish
         )
+        self._writer = LiveWriter(self._browser, direct_writer(websocket))
 
     async def run(self) -> None:
         """Until the browser goes or its session ends."""
         await self._websocket.accept(subprotocol=self._subprotocol)
         self._hub.attach_browser(self._browser, self._clock().isoformat(), time.monotonic())
         try:
-            await until_one_ends(self._receive(), self._send(), self._watch_session(), self._ending.wait())
+            await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())
         finally:
+            self._writer.stop()
             self._hub.detach_browser(self._browser, time.monotonic())
         if self._ending.wished:
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
+
+    def _wake(self) -> None:
+        self._writer.wake()
 
     async def _receive(self) -> None:
         try:
@@ -108,27 +112,6 @@ class LiveChannel:
             self._hub.show_map(self._browser, shown)
         else:
             self._browser.outbox.set_watch_rate(request.rate_hz, now)
-
-    async def _send(self) -> None:
-        loop = asyncio.get_running_loop()
-        send_text, send_bytes = self._websocket.send_text, self._websocket.send_bytes
-        browser, outbox, due = self._browser, self._browser.outbox, self._due
-        try:
-            while True:
-                for event in browser.take_events():
-                    await send_text(encode_event(event))
-                if frames := outbox.take(time.monotonic()):
-                    for start in range(0, len(frames), MOST_FRAMES_A_MESSAGE):
-                        await send_bytes(b"".join(frames[start : start + MOST_FRAMES_A_MESSAGE]))
-                    continue
-                beat = outbox.next_beat()
-                timer = None if beat is None else loop.call_later(max(0.0, beat - time.monotonic()), due.set)
-                await due.wait()
-                if timer is not None:
-                    timer.cancel()
-                due.clear()
-        except (WebSocketDisconnect, RuntimeError):
-            return
 
     async def _watch_session(self) -> None:
         asked = time.monotonic()
