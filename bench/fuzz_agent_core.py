@@ -78,7 +78,9 @@ class AgentCore:
         sealed = SealedLink(link_id=LINK, drone_id=DRONE, send_key=_UP, receive_key=_DOWN, now=now)
         self._opened = OpenedChannel(cast("Any", None), self._welcome, sealed, "127.0.0.1")
         self._agent._link._opened = self._opened
-        self._agent._link._data = self._socket
+        self._data = self._agent._link._data_channel(self._opened)
+        self._data._uplinks[0].socket = cast("Any", self._socket)
+        self._agent._link._data = self._data
         self._agent.link_up(self._welcome)
         self._delivered = 0
         self.fuzzer = DatagramFuzzer(
@@ -93,7 +95,7 @@ class AgentCore:
         """The drop reasons that were counted, and the bytes that were answered."""
         before = self.counted()
         self._socket.sent.clear()  # copies of urgent messages, which go out by time
-        self._agent._link._datagram(self._opened, datagram)
+        self._data._from_uplink(0, datagram)
         answered = sum(map(len, self._socket.sent))
         if self._socket.sent:
             self.fuzzer.reflected = self._socket.sent[-1]
@@ -112,9 +114,7 @@ class AgentCore:
         if self._agent._onboard.downlink.epoch > 1 << 31:
             # A mutation made the agent believe in an epoch of far away: a new sign-in sets it right, as it must.
             self._agent.link_up(self._welcome)
-        outbox = self._agent._link._outbox
-        while not outbox.empty():
-            outbox.get_nowait()
+        self._agent._link._outbox.clear()
         self._port.sent.clear()
         self._socket.sent.clear()
 

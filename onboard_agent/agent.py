@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from onboard_agent.autopilot_port.port import AutopilotPort
+from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.onboard import Onboard
 from onboard_agent.systemd import Systemd
 from onboard_agent.tower_link import TowerLink
@@ -31,6 +32,8 @@ class AgentSettings:
     tower: TowerUrl
     credential: Credential
     port: AutopilotPort
+    uplinks: tuple[str, ...] = (ANY_UPLINK,)
+    """By which ways datagrams go, each by all of them: interface names or local addresses."""
 
 
 class Agent:
@@ -43,7 +46,7 @@ class Agent:
         self._onboard = Onboard(
             now=self._loop.time(), speaks_first=self._port.speaks_first, narrow_line=self._port.narrow
         )
-        self._link = TowerLink(settings.tower, settings.credential, self)
+        self._link = TowerLink(settings.tower, settings.credential, self, settings.uplinks)
         self._stream = FrameStream()
         self._systemd = Systemd()
         self._summarised: Counter[str] = Counter()

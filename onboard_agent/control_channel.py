@@ -36,6 +36,10 @@ WELCOME_WITHIN_S: Final = 5.0
 PING_INTERVAL_S: Final = 1.0
 PING_TIMEOUT_S: Final = 2.0
 CLOSE_WITHIN_S: Final = 0.5
+WRITE_BUFFER_BYTES: Final = 4096
+"""Datagrams travel here where UDP is blocked: what cannot leave shall wait where it can still be thrown away."""
+UNSENT_BYTES: Final = 8192
+"""The same for the kernel's own buffer (TCP_NOTSENT_LOWAT)."""
 
 
 class NoLink(Exception):
@@ -114,6 +118,7 @@ async def upgrade(url: TowerUrl, credential: Credential) -> ClientConnection:
             ping_timeout=PING_TIMEOUT_S,
             close_timeout=CLOSE_WITHIN_S,
             max_size=LARGEST_MESSAGE_BYTES,
+            write_limit=WRITE_BUFFER_BYTES,
         )
     except InvalidStatus as error:
         status = error.response.status_code
@@ -164,5 +169,6 @@ async def _connect_tcp(url: TowerUrl) -> socket.socket:
             raise
         else:
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, UNSENT_BYTES)
             return sock
     raise NoLink(f"{url} cannot be reached: {reason}")

@@ -3,7 +3,8 @@
 import asyncio
 import contextlib
 import logging
-from collections import Counter
+from collections import Counter, deque
+from collections.abc import Sequence
 from typing import Final, Protocol
 
 from websockets.asyncio.client import ClientConnection
@@ -12,7 +13,8 @@ from websockets.exceptions import ConnectionClosed
 from onboard_agent.auto_profile import LOSS_NOW_OVER_S, LOSS_OVER_S, Measured
 from onboard_agent.backoff import Backoff
 from onboard_agent.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
-from onboard_agent.data_socket import DataSocket
+from onboard_agent.data_channel import DataChannel
+from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.tower_url import TowerUrl
 from wire.content import LARGEST_URGENT_BYTES, Frames
 from wire.control_messages import (
@@ -26,7 +28,7 @@ from wire.control_messages import (
     encode_message,
 )
 from wire.credential import Credential
-from wire.drops import Dropped, DropReason
+from wire.drops import DropReason
 from wire.ids import DroneId, Epoch
 
 _log = logging.getLogger(__name__)
@@ -41,9 +43,6 @@ REPLACED_CODE: Final = 4409
 
 STEADY_S: Final = 1.0
 """A link that lasts this long was a good one, and is renewed at once; one that ends sooner waits as a failure does."""
-
-UDP_SILENT_S: Final = 3.0
-"""Silence after which the data channel tries another source port: a NAT may have forgotten the old one."""
 
 URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
 """Further copies of an urgent message: a little apart, since losses come in a row."""
@@ -74,17 +73,20 @@ class LinkUser(Protocol):
 class TowerLink:
     """Run it; send through it. Whatever is sent while there is no link is dropped and counted, never queued."""
 
-    def __init__(self, url: TowerUrl, credential: Credential, user: LinkUser) -> None:
+    def __init__(
+        self, url: TowerUrl, credential: Credential, user: LinkUser, uplinks: Sequence[str] = (ANY_UPLINK,)
+    ) -> None:
         self._url = url
         self._credential = credential
         self._user = user
         self._backoff = Backoff()
         self._opened: OpenedChannel | None = None
-        self._data: DataSocket | None = None
-        self._outbox: asyncio.Queue[ToTower] = asyncio.Queue(OUTBOX)
+        self._uplinks = uplinks
+        self._data: DataChannel | None = None
+        self._outbox: deque[ToTower] = deque()
+        self._something_to_write = asyncio.Event()
         self._loop = asyncio.get_running_loop()
         self._last_reason = ""
-        self._alarm_set = False
         self.counts: Counter[str] = Counter()
         """Datagrams and frames not passed on, by reason."""
 
@@ -137,28 +139,36 @@ class TowerLink:
             _log.warning("no link: %s", reason)
             self._last_reason = reason
 
+    def _data_channel(self, opened: OpenedChannel) -> DataChannel:
+        return DataChannel(
+            opened.sealed,
+            host=opened.host,
+            port=opened.welcome.udp_port,
+            uplinks=self._uplinks,
+            user=self._user,
+            urgent=self._urgent,
+            wake_writer=self._something_to_write.set,
+            counts=self.counts,
+        )
+
     async def _live(self, opened: OpenedChannel) -> int | None:
         """From link up to link down; returns the code with which the tower closed, if it did."""
         connection = opened.connection
-        data = DataSocket(lambda datagram: self._datagram(opened, datagram))
-        writer: asyncio.Task[None] | None = None
+        data = self._data_channel(opened)
+        tasks: list[asyncio.Task[None]] = []
         try:
-            await data.open(opened.host, opened.welcome.udp_port)
+            await data.open()
             self._opened, self._data = opened, data
-            self._outbox = asyncio.Queue(OUTBOX)
+            self._outbox = deque()
             _log.info("link up: drone %d (%s)", opened.welcome.drone_id, opened.welcome.name)
             self._user.link_up(opened.welcome)
-            writer = asyncio.create_task(self._write(connection))
-            pinger = asyncio.create_task(self._keep_alive(opened, data))
-            try:
-                await self._read(connection)
-            finally:
-                pinger.cancel()
+            tasks = [asyncio.create_task(self._write(connection, data)), asyncio.create_task(data.run())]
+            await self._read(connection, data)
         except OSError as error:
             _log.warning("the data channel cannot be opened: %s", error)
         finally:
-            if writer is not None:
-                writer.cancel()
+            for task in tasks:
+                task.cancel()
             data.close()
             if self._opened is opened:
                 self._opened = self._data = None
@@ -167,12 +177,13 @@ class TowerLink:
             _log.warning("link lost: %s", connection.close_reason or connection.close_code)
         return connection.close_code
 
-    async def _read(self, connection: ClientConnection) -> None:
+    async def _read(self, connection: ClientConnection, data: DataChannel) -> None:
         with contextlib.suppress(ConnectionClosed):
             async for text in connection:
+                if isinstance(text, bytes):
+                    data.from_websocket(text)
+                    continue
                 try:
-                    if isinstance(text, bytes):
-                        raise MalformedMessage("bytes on a channel that has none yet")
                     message = decode_to_agent(text)
                 except MalformedMessage as error:
                     _log.error("the tower sent a message that is none: %s", error)
@@ -180,48 +191,17 @@ class TowerLink:
                     return
                 self._user.message(message)
 
-    async def _write(self, connection: ClientConnection) -> None:
-        outbox = self._outbox
+    async def _write(self, connection: ClientConnection, data: DataChannel) -> None:
+        """Messages first; then what the data channel has for the WebSocket, as fast as it takes it."""
         with contextlib.suppress(ConnectionClosed):
             while True:
-                await connection.send(encode_message(await outbox.get()))
-
-    async def _keep_alive(self, opened: OpenedChannel, data: DataSocket) -> None:
-        """Pings the tower, and opens the data channel anew while it alone is silent."""
-        keepalive = opened.sealed.keepalive
-        reopened_at = self._loop.time()
-        told = False
-        while True:
-            now = self._loop.time()
-            for datagram in opened.sealed.datagrams_to_send(now):
-                data.send(datagram)
-            silent_s = keepalive.silent_for(now)
-            if silent_s < UDP_SILENT_S:
-                told = False
-            elif now - reopened_at >= UDP_SILENT_S:
-                if not told:
-                    _log.warning("the tower is silent on UDP port %d; trying other ports", opened.welcome.udp_port)
-                    told = True
-                reopened_at = now
-                with contextlib.suppress(OSError):
-                    await data.open(opened.host, opened.welcome.udp_port)
-            await asyncio.sleep(max(0.0, keepalive.next_ping_at() - self._loop.time()))
-
-    def _datagram(self, opened: OpenedChannel, datagram: bytes) -> None:
-        now = self._loop.time()
-        try:
-            received = opened.sealed.receive(datagram, now)
-        except Dropped as dropped:
-            self.counts[dropped.reason] += 1
-            return
-        self._user.tower_heard()
-        if received.frames is not None:
-            self._user.frames(received.frames)
-        elif received.urgent is not None:
-            self._urgent(received.urgent)
-        elif self._data is not None:
-            for answer in opened.sealed.datagrams_to_send(now):
-                self._data.send(answer)
+                if self._outbox:
+                    await connection.send(encode_message(self._outbox.popleft()))
+                elif (datagram := data.lane.take(self._loop.time())) is not None:
+                    await connection.send(datagram)
+                else:
+                    self._something_to_write.clear()
+                    await self._something_to_write.wait()
 
     def _urgent(self, text: bytes) -> None:
         try:
@@ -243,39 +223,23 @@ class TowerLink:
 
     def _send_copy(self, opened: OpenedChannel | None, text: bytes) -> None:
         if opened is not None and opened is self._opened and self._data is not None:
-            self._data.send(opened.sealed.seal_urgent(text))
+            self._data.send_urgent(text)
 
     def send_frames(self, epoch: Epoch, frames: list[bytes]) -> None:
-        """Frames for the tower, sealed and sent: the urgent ones now, the others within `wire.batching`'s deadline."""
-        if self._opened is None or self._data is None:
+        """Frames for the tower: the urgent ones now, the others within `wire.batching`'s deadline."""
+        if self._data is None:
             self.counts["no link"] += len(frames)
             return
-        sealed = self._opened.sealed
-        for datagram in sealed.batch_frames(epoch, frames, self._loop.time()):
-            self._data.send(datagram)
-        if sealed.batch_due_at is not None and not self._alarm_set:
-            self._alarm_set = True
-            self._loop.call_at(sealed.batch_due_at, self._send_batch)
-
-    def _send_batch(self) -> None:
-        self._alarm_set = False
-        if self._opened is None or self._data is None:
-            return
-        sealed = self._opened.sealed
-        for datagram in sealed.batch_due(self._loop.time()):
-            self._data.send(datagram)
-        if sealed.batch_due_at is not None:
-            # An urgent frame has taken along what the alarm was set for, and more has come since.
-            self._alarm_set = True
-            self._loop.call_at(sealed.batch_due_at, self._send_batch)
+        self._data.send_frames(epoch, frames)
 
     def send_message(self, message: ToTower) -> None:
         """A message for the control channel. One that a stuck channel cannot take ends the link."""
         if isinstance(message, HoldProgress):
             self._send_urgent(message)
-        try:
-            self._outbox.put_nowait(message)
-        except asyncio.QueueFull:
+        if len(self._outbox) >= OUTBOX:
             self.counts["message to a stuck control channel"] += 1
             if self._opened is not None:
                 self._opened.connection.transport.abort()
+            return
+        self._outbox.append(message)
+        self._something_to_write.set()

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import errno
 import socket
+from typing import Final
+
+UNSENT_BYTES: Final = 16 * 1024
+"""What the kernel may hold of a connection beyond what is on its way. More would be news grown old where nobody can
+throw it away; connections inherit it from the listening socket."""
 
 
 class CannotListen(Exception):
@@ -36,6 +41,7 @@ def listen(host: str, port: int) -> socket.socket:
         opened = socket.socket(family, kind, protocol)
         try:
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, UNSENT_BYTES)
             opened.bind(address)
             opened.listen(1024)
         except OSError:

@@ -13,6 +13,7 @@ class DropReason(StrEnum):
     UNKNOWN_LINK = "unknown_link"
     NOT_AUTHENTIC = "not_authentic"
     REPLAYED = "replayed"
+    DUPLICATE = "duplicate"  # the same, where it is a copy that came by another uplink
     BAD_CONTENT = "bad_content"
     FOREIGN_TAG = "foreign_tag"
     STALE_EPOCH = "stale_epoch"

@@ -52,6 +52,10 @@ class Keepalive:
         self._waiting[self._sequence] = now
         return Ping(self._sequence, clock_stamp_us(now))
 
+    def hurry(self, now: float) -> None:
+        """The way has changed: the other side has to hear of it, so the next ping is due now."""
+        self._next_ping = now
+
     def next_ping_at(self) -> float:
         """When `ping_due` will have something."""
         return self._next_ping

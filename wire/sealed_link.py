@@ -53,6 +53,8 @@ class Received(NamedTuple):
     uplink: int | None = None
     """The uplink whose address this datagram tells."""
     probed: Probed | None = None
+    proof: bool = False
+    """Whether it shows that something which this side sent has arrived."""
 
 
 class SealedLink:
@@ -72,6 +74,9 @@ class SealedLink:
         self._probes: dict[int, tuple[float, int | None, int]] = {}
         """Sequence number to (when sent, uplink, size)."""
         self._probe_sequence = PROBE_SEQUENCES
+        self._newest_of_uplink: dict[int, int] = {}
+        self._arrived = 0
+        self._proven_at = now
 
     def receive(self, datagram: bytes, now: float) -> Received:
         """Opens one datagram. Raises wire.drops.Dropped with the first check that it fails."""
@@ -84,14 +89,28 @@ class SealedLink:
             return Received(None, newest, decoded.text)
         self.quality.told(decoded.report, now)
         report = self._report(now)
+        proof = decoded.report.received > self._arrived
+        if proof:
+            self._arrived = decoded.report.received
+            self._proven_at = now
         if isinstance(decoded, Pong):
-            return Received(None, newest, probed=self._pong(decoded, now))
+            return Received(None, newest, probed=self._pong(decoded, now), proof=proof)
         answer = self._sealer.seal(encode_keepalive(Pong(decoded.sequence, decoded.clock_us, report)))
         if decoded.purpose is Purpose.KEEPALIVE:
             self._answers.append(answer)
-            return Received(None, newest)
-        uplink = decoded.uplink if decoded.purpose is Purpose.UPLINK else None
-        return Received(None, False, answer=answer, uplink=uplink)
+            return Received(None, newest, proof=proof)
+        return Received(None, False, answer=answer, uplink=self._uplink(decoded), proof=proof)
+
+    def _uplink(self, ping: Ping) -> int | None:
+        """The uplink whose address this ping tells: none that is older than another of the same uplink."""
+        if ping.purpose is not Purpose.UPLINK or ping.sequence <= self._newest_of_uplink.get(ping.uplink, 0):
+            return None
+        self._newest_of_uplink[ping.uplink] = ping.sequence
+        return ping.uplink
+
+    def unproven_s(self, now: float) -> float:
+        """Seconds since it was last shown that something which this side sent has arrived."""
+        return now - self._proven_at
 
     def _pong(self, pong: Pong, now: float) -> Probed | None:
         if pong.sequence < PROBE_SEQUENCES:

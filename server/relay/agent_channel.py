@@ -5,6 +5,7 @@ import hmac
 import ipaddress
 import secrets
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -14,6 +15,7 @@ from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from server.relay.agent_link import AgentLink
+from server.relay.agent_routes import OVER_CHANNEL, Address
 from server.relay.data_endpoint import DataEndpoint
 from server.relay.hub import Hub
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
@@ -28,10 +30,12 @@ from wire.control_messages import (
     encode_message,
 )
 from wire.credential import Credential, MalformedCredential, parse_credential
-from wire.drops import DropReason
+from wire.datagram_lane import DatagramLane
+from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
 from wire.key_agreement import BadPublicKey, agree, public_bytes
 from wire.sealed_link import SealedLink
+from wire.sealing import read_link_id
 
 HELLO_WITHIN_S: Final = 5.0
 MOST_WAITING: Final = 256
@@ -91,7 +95,9 @@ class AgentChannel:
         self._websocket = websocket
         self._hub = hub
         self._endpoint = endpoint
-        self._outgoing: asyncio.Queue[ToAgent] = asyncio.Queue(MOST_WAITING)
+        self._outgoing: deque[ToAgent] = deque()
+        self._lane = DatagramLane()
+        self._something_to_send = asyncio.Event()
         self._ending = Ending()
 
     async def run(self) -> None:
@@ -150,7 +156,7 @@ class AgentChannel:
                 receive_key=keys.agent_to_tower,
                 now=time.monotonic(),
             ),
-            send_datagram=self._endpoint.send,
+            send_datagram=self._send_datagram,
             post=self._post,
             close=self._ending.wish,
             call_later=_call_later,
@@ -177,10 +183,18 @@ class AgentChannel:
                 return link_id
 
     def _post(self, message: ToAgent) -> None:
-        try:
-            self._outgoing.put_nowait(message)
-        except asyncio.QueueFull:
+        if len(self._outgoing) >= MOST_WAITING:
             self._ending.wish(TOO_SLOW, "the agent does not read what it is sent")
+            return
+        self._outgoing.append(message)
+        self._something_to_send.set()
+
+    def _send_datagram(self, datagram: bytes, address: Address) -> None:
+        if address != OVER_CHANNEL:
+            self._endpoint.send(datagram, address)
+            return
+        self._lane.put(datagram, time.monotonic())
+        self._something_to_send.set()
 
     async def _serve(self, link: AgentLink) -> None:
         await until_one_ends(self._receive(link), self._send(), self._ending.wait())
@@ -190,16 +204,37 @@ class AgentChannel:
     async def _receive(self, link: AgentLink) -> None:
         try:
             while True:
-                self._hub.report(link, decode_to_tower(await self._websocket.receive_text()))
-        except WebSocketDisconnect as gone:
-            self._hub.drops[DropReason.MALFORMED] += is_breach(gone.code)
+                message = await self._websocket.receive()
+                if message["type"] == "websocket.disconnect":
+                    self._hub.drops[DropReason.MALFORMED] += is_breach(message["code"])
+                    return
+                if message.get("bytes") is not None:
+                    self._datagram(link, message["bytes"])
+                else:
+                    self._hub.report(link, decode_to_tower(message["text"]))
         except (MalformedMessage, KeyError):
             self._hub.drops[DropReason.MALFORMED] += 1
             self._ending.wish(BAD_MESSAGE, "not a message of this channel")
 
+    def _datagram(self, link: AgentLink, datagram: bytes) -> None:
+        """What would have come over UDP, and is checked as if it had. A channel carries those of its own link only."""
+        try:
+            if read_link_id(datagram) != link.link_id:
+                raise Dropped(DropReason.UNKNOWN_LINK)
+            self._hub.datagram(datagram, link.link_id, OVER_CHANNEL, time.monotonic())
+        except Dropped as dropped:
+            self._hub.drops[dropped.reason] += 1
+
     async def _send(self) -> None:
+        """Messages first; then datagrams for which there is no other way, as fast as the agent takes them."""
         try:
             while True:
-                await self._websocket.send_text(encode_message(await self._outgoing.get()))
+                if self._outgoing:
+                    await self._websocket.send_text(encode_message(self._outgoing.popleft()))
+                elif (datagram := self._lane.take(time.monotonic())) is not None:
+                    await self._websocket.send_bytes(datagram)
+                else:
+                    self._something_to_send.clear()
+                    await self._something_to_send.wait()
         except (WebSocketDisconnect, RuntimeError):
             return

@@ -4,14 +4,16 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from server.relay.agent_routes import OVER_CHANNEL, Address, AgentRoutes
 from server.relay.live_messages import LinkOver, LinkQuality
 from wire.content import LARGEST_URGENT_BYTES
 from wire.control_messages import HoldProgress, ToAgent, encode_message
+from wire.datagram_lane import STALLED_AFTER_S
+from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId
 from wire.link_quality import LONG_WINDOW_S, SHORT_WINDOW_S
-from wire.sealed_link import SealedLink
+from wire.sealed_link import Received, SealedLink
 
-Address = tuple[str, int]
 SendDatagram = Callable[[bytes, Address], None]
 PostMessage = Callable[[ToAgent], None]
 CallLater = Callable[[float, Callable[[float], None]], object]
@@ -42,8 +44,7 @@ class AgentLink:
         call_later: CallLater,
     ) -> None:
         self.sealed = sealed
-        self.address: Address | None = None
-        """Where the newest authentic datagram came from; None until the first one."""
+        self.routes = AgentRoutes()
         self.post = post
         """Puts a message onto the control channel. Never blocks; a channel that cannot take it is closed."""
         self.close = close
@@ -76,39 +77,61 @@ class AgentLink:
             over_1s=LinkOver.of(quality.over(SHORT_WINDOW_S, now)),
             over_30s=LinkOver.of(quality.over(LONG_WINDOW_S, now)),
             path_mtu=self.sealed.datagram_bytes,
-            transport="udp",
-            uplinks=1,
+            transport="websocket" if self.routes.newest == OVER_CHANNEL else "udp",
+            uplinks=self.routes.count,
         )
 
     def is_heard(self, now: float) -> bool:
         """Whether the data channel works: something authentic came, and not too long ago."""
-        return self.address is not None and self.sealed.keepalive.silent_for(now) <= SILENT_AFTER_S
+        return self.routes.newest is not None and self.sealed.keepalive.silent_for(now) <= SILENT_AFTER_S
+
+    def receive(self, datagram: bytes, address: Address, now: float) -> Received:
+        """Opens a datagram that came from `address`, follows it there, and answers. Raises Dropped with the first check
+        that it fails."""
+        try:
+            received = self.sealed.receive(datagram, now)
+        except Dropped as dropped:
+            if dropped.reason is DropReason.REPLAYED and self.routes.is_uplink(address):
+                raise Dropped(DropReason.DUPLICATE) from None
+            raise
+        if received.newest:
+            self.routes.follow(address)
+        if received.uplink is not None:
+            self.routes.uplink(received.uplink, address, now)
+        if received.answer is not None and now >= self.mute_until:
+            self._send_datagram(received.answer, address)
+        return received
 
     def send_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> bool:
-        """Seals frames and sends them, at once if they are urgent (wire.batching). False if there is no address to
-        send them to."""
-        if self.address is None:
+        """Seals frames and sends them, at once if they are urgent (wire.batching). False if there is no way to send
+        them, or one that has stalled."""
+        newest = self.routes.newest
+        if newest is None or (newest == OVER_CHANNEL and self.sealed.unproven_s(now) > STALLED_AFTER_S):
             return False
         if now < self.mute_until:
             return True
-        for datagram in self.sealed.batch_frames(epoch, frames, now):
-            self._send_datagram(datagram, self.address)
+        self._send(self.sealed.batch_frames(epoch, frames, now))
+        self._set_alarm(now)
+        return True
+
+    def _send(self, datagrams: Sequence[bytes]) -> None:
+        for datagram in datagrams:
+            for address in self.routes.targets:
+                self._send_datagram(datagram, address)
+
+    def _set_alarm(self, now: float) -> None:
         due_at = self.sealed.batch_due_at
         if due_at is not None and not self._alarm_set:
             self._alarm_set = True
             self._call_later(due_at - now, self._send_batch)
-        return True
 
     def _send_batch(self, now: float) -> None:
         self._alarm_set = False
-        for datagram in self.sealed.batch_due(now):
-            if self.address is not None and now >= self.mute_until:
-                self._send_datagram(datagram, self.address)
-        due_at = self.sealed.batch_due_at
-        if due_at is not None:
-            # An urgent frame has taken the batch along for which the alarm was set, and another has begun since.
-            self._alarm_set = True
-            self._call_later(due_at - now, self._send_batch)
+        datagrams = self.sealed.batch_due(now)
+        if now >= self.mute_until:
+            self._send(datagrams)
+        # An urgent frame may have taken along what the alarm was set for, and more have come since.
+        self._set_alarm(now)
 
     def send_urgent(self, message: ToAgent) -> None:
         """Sends a message on the data channel, several times, beside the control channel: a hold must not wait until
@@ -118,10 +141,9 @@ class AgentLink:
         if len(text) > LARGEST_URGENT_BYTES:
             return
         copies = 0
-        if self.address is not None and self.mute_until == NEVER:
+        if self.routes.newest is not None and self.mute_until == NEVER:
             copies = COPIES_AT_ONCE
-            for _ in range(copies):
-                self._send_datagram(self.sealed.seal_urgent(text), self.address)
+            self._send([self.sealed.seal_urgent(text) for _ in range(copies)])
         if len(self._repeats) < MOST_REMEMBERED:
             self._repeats.append((text, COPIES - copies))
 
@@ -140,12 +162,12 @@ class AgentLink:
 
     def send_keepalives(self, now: float) -> None:
         """Sends what the keep-alive has to say and another copy of what is urgent, if there is somewhere to send it."""
-        if self.address is None or now < self.mute_until:
+        self.routes.forget_silent(now)
+        if self.routes.newest is None or now < self.mute_until:
             return
-        for datagram in self.sealed.datagrams_to_send(now):
-            self._send_datagram(datagram, self.address)
+        self._send(self.sealed.datagrams_to_send(now))
         repeats, self._repeats = self._repeats, []
         for text, copies in repeats:
-            self._send_datagram(self.sealed.seal_urgent(text), self.address)
+            self._send([self.sealed.seal_urgent(text)])
             if copies > 1:
                 self._repeats.append((text, copies - 1))

@@ -273,9 +273,7 @@ class Hub:
         link = self._state.links.get(link_id)
         if link is None:
             raise Dropped(DropReason.UNKNOWN_LINK)
-        received = link.sealed.receive(datagram, now)
-        if received.newest:
-            link.address = address
+        received = link.receive(datagram, address, now)
         link.send_keepalives(now)
         drone = self._state.drones[link.drone_id]
         if not drone.online:

@@ -56,6 +56,8 @@ class FakeTower(asyncio.DatagramProtocol):
         self.epoch = 1
         self.holder_present = False
         self.deaf_on_udp = False
+        self.over_websocket = 0
+        """Datagrams that came over the control channel."""
         self.hellos: list[Hello] = []
         self.messages: list[ToTower] = []
         self.frames: list[bytes] = []
@@ -125,7 +127,10 @@ class FakeTower(asyncio.DatagramProtocol):
             await connection.send(encode_message(welcome))
             self.hellos.append(hello)
             async for text in connection:
-                self.messages.append(decode_to_tower(str(text)))
+                if isinstance(text, str):
+                    self.messages.append(decode_to_tower(text))
+                else:
+                    self.over_websocket += 1
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
         if self.deaf_on_udp or self.sealed is None or self._udp is None:
@@ -141,7 +146,8 @@ class FakeTower(asyncio.DatagramProtocol):
         if received.frames is not None:
             self.frames += received.frames.frames
             self.epochs_seen.append(received.frames.epoch)
-        for datagram in self.sealed.datagrams_to_send(time.monotonic()):
+        answers = [received.answer] if received.answer is not None else []
+        for datagram in answers + self.sealed.datagrams_to_send(time.monotonic()):
             self._udp.sendto(datagram, addr)
 
     async def linked(self, times: int = 1, timeout_s: float = 5.0) -> None:

@@ -155,7 +155,10 @@ async def test_another_source_port_is_tried_when_udp_alone_is_silent(world: Worl
     world.tower.deaf_on_udp = True
     first = list(world.tower.addresses)
     await until(lambda: len(world.tower.addresses) > len(first), 8.0, "a new source port")
+    assert world.tower.over_websocket > 0, "meanwhile it is told over the control channel"
     world.tower.deaf_on_udp = False
+    answered = len(world.tower.frames)
+    await until(lambda: len(world.tower.frames) > answered, what="frames over UDP again")
     world.autopilot.send(attitude(50))
     await until(lambda: attitude(50) in world.tower.frames)
     assert len(world.tower.hellos) == 1, "the control channel was left alone"
@@ -182,7 +185,8 @@ async def test_nonsense_on_the_control_channel_ends_the_link_and_a_new_one_is_ma
     await world.tower.linked(2)
     assert world.tower.connection is not None
     await world.tower.connection.send(b"\x00\x01")
-    await world.tower.linked(3)
+    await until(lambda: world.agent._link.counts["too_short"] == 1, what="a datagram that is none is counted")
+    assert len(world.tower.hellos) == 2
     world.tower.send_frames(attitude(60))
     await until(lambda: attitude(60) in world.autopilot.frames)
 

@@ -248,10 +248,10 @@ def test_the_address_is_followed_on_the_newest_datagram_only(world: HubWorld) ->
     moved, stale = ("203.0.113.9", 1), ("203.0.113.66", 2)
     agent.deliver(late, address=moved)
     agent.deliver(early, address=stale)
-    assert agent.link.address == moved
+    assert agent.link.routes.newest == moved
     with pytest.raises(Dropped, match="replayed"):
         agent.deliver(late, address=stale)
-    assert agent.link.address == moved
+    assert agent.link.routes.newest == moved
 
 
 def test_a_tag_of_another_drone_is_dropped(world: HubWorld) -> None:
@@ -269,7 +269,7 @@ def test_a_datagram_under_a_wrong_key_is_dropped_and_not_answered(world: HubWorl
     forged = Sealer(b"x" * 32, agent.link.link_id).seal(encode_keepalive(Ping(1, 1)))
     with pytest.raises(Dropped, match="not_authentic"):
         agent.deliver(forged, address=("203.0.113.66", 6))
-    assert agent.link.address == agent.address
+    assert agent.link.routes.newest == agent.address
     assert agent.sent_to == []
 
 

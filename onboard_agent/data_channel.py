@@ -1,0 +1,225 @@
+"""The data channel of one link: sealed datagrams over every uplink at once, or over the control channel's WebSocket.
+
+The asyncio shell around `wire.sealed_link` and `wire.transport_choice`: sockets, timers, nothing decided here.
+"""
+
+import asyncio
+import contextlib
+import logging
+from collections import Counter
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final, Protocol
+
+from onboard_agent.data_socket import DataSocket
+from wire.content import Frames
+from wire.datagram_lane import STALLED_AFTER_S, DatagramLane
+from wire.drops import Dropped, DropReason
+from wire.ids import Epoch
+from wire.sealed_link import Received, SealedLink
+from wire.transport_choice import Transport, TransportChoice
+
+_log = logging.getLogger(__name__)
+
+UDP_SILENT_S: Final = 3.0
+"""Silence after which an uplink tries another source port: a NAT may have forgotten the old one."""
+
+UPLINK_PING_S: Final = 0.5
+"""Each of several uplinks says so often where it is."""
+
+TICK_S: Final = 0.1
+
+
+class DataUser(Protocol):
+    """Who is told what comes."""
+
+    def frames(self, frames: Frames) -> None:
+        """Frames: authentic and fresh, not yet checked for drone and epoch."""
+
+    def tower_heard(self) -> None:
+        """Any authentic datagram."""
+
+
+class _Uplink:
+    """One way out over UDP."""
+
+    def __init__(self, number: int, sock: DataSocket, now: float) -> None:
+        self.number = number
+        self.socket = sock
+        self.heard_at = now
+        self.opened_at = now
+        self.next_ping = now
+        self.told = False
+
+
+class DataChannel:
+    """`wake_writer`: called when `lane` has something for the WebSocket. `urgent`: an urgent message came."""
+
+    def __init__(
+        self,
+        sealed: SealedLink,
+        *,
+        host: str,
+        port: int,
+        uplinks: Sequence[str],
+        user: DataUser,
+        urgent: Callable[[bytes], None],
+        wake_writer: Callable[[], None],
+        counts: Counter[str],
+    ) -> None:
+        self._loop = asyncio.get_running_loop()
+        now = self._loop.time()
+        self.sealed = sealed
+        self.choice = TransportChoice(now)
+        self.lane = DatagramLane()
+        self._host, self._port = host, port
+        self._user = user
+        self._urgent = urgent
+        self._wake_writer = wake_writer
+        self._counts = counts
+        self._alarm_set = False
+        self._uplinks = [
+            _Uplink(number, DataSocket(partial(self._from_uplink, number), name), now)
+            for number, name in enumerate(uplinks)
+        ]
+
+    async def open(self) -> None:
+        """Opens every uplink that can be had. Raises OSError if none can."""
+        failed: OSError | None = None
+        for uplink in self._uplinks:
+            try:
+                await uplink.socket.open(self._host, self._port)
+            except OSError as error:
+                failed = error
+                _log.warning("uplink %s cannot be opened: %s", uplink.socket.uplink, error)
+        if failed is not None and not any(uplink.socket.is_open for uplink in self._uplinks):
+            raise failed
+
+    def close(self) -> None:
+        for uplink in self._uplinks:
+            uplink.socket.close()
+
+    async def run(self) -> None:
+        """Keeps the channel alive until cancelled."""
+        while True:
+            now = self._loop.time()
+            before = self.choice.transport
+            self.choice.tick(now)
+            self._transport_changed(before, now)
+            self._send_all(self.sealed.datagrams_to_send(now))
+            probing = self.choice.probe_due(now)
+            for uplink in self._uplinks:
+                self._ping_uplink(uplink, now, probing=probing)
+                await self._renew(uplink, now)
+            await asyncio.sleep(TICK_S)
+
+    # -- out ---------------------------------------------------------------------------------------------------
+
+    def send_frames(self, epoch: Epoch, frames: Sequence[bytes]) -> None:
+        """Urgent ones now, the others within the deadline of `wire.batching`."""
+        if self._stalled():
+            self._counts["stalled"] += len(frames)
+            return
+        self._send_all(self.sealed.batch_frames(epoch, frames, self._loop.time()))
+        self._set_alarm()
+
+    def _stalled(self) -> bool:
+        over_udp = self.choice.transport is Transport.UDP
+        return not over_udp and self.sealed.unproven_s(self._loop.time()) > STALLED_AFTER_S
+
+    def send_urgent(self, text: bytes) -> None:
+        """A message of the control channel."""
+        self._send_all([self.sealed.seal_urgent(text)])
+
+    def _set_alarm(self) -> None:
+        due_at = self.sealed.batch_due_at
+        if due_at is not None and not self._alarm_set:
+            self._alarm_set = True
+            self._loop.call_at(due_at, self._send_batch)
+
+    def _send_batch(self) -> None:
+        self._alarm_set = False
+        self._send_all(self.sealed.batch_due(self._loop.time()))
+        # An urgent frame may have taken along what the alarm was set for, and more have come since.
+        self._set_alarm()
+
+    def _send_all(self, datagrams: Sequence[bytes]) -> None:
+        if self.choice.transport is Transport.UDP:
+            for datagram in datagrams:
+                for uplink in self._uplinks:
+                    uplink.socket.send(datagram)
+        elif datagrams:
+            now = self._loop.time()
+            for datagram in datagrams:
+                self.lane.put(datagram, now)
+            self._wake_writer()
+
+    def _ping_uplink(self, uplink: _Uplink, now: float, *, probing: bool) -> None:
+        several = len(self._uplinks) > 1
+        if several and now >= uplink.next_ping:
+            uplink.next_ping = now + UPLINK_PING_S
+            uplink.socket.send(self.sealed.seal_probe(now, uplink=uplink.number))
+        elif probing:
+            uplink.socket.send(self.sealed.seal_probe(now))
+
+    async def _renew(self, uplink: _Uplink, now: float) -> None:
+        """Opens an uplink anew that is silent, or could not be opened."""
+        if now - max(uplink.heard_at, uplink.opened_at) < UDP_SILENT_S:
+            return
+        if not uplink.told:
+            uplink.told = True
+            _log.warning("the tower is silent on UDP port %d%s", self._port, _by(uplink.socket.uplink))
+        uplink.opened_at = now
+        with contextlib.suppress(OSError):
+            await uplink.socket.open(self._host, self._port)
+
+    # -- in ----------------------------------------------------------------------------------------------------
+
+    def from_websocket(self, datagram: bytes) -> None:
+        """A binary message of the control channel."""
+        self._received(datagram, Transport.WEBSOCKET)
+
+    def _from_uplink(self, number: int, datagram: bytes) -> None:
+        received = self._received(datagram, Transport.UDP)
+        if received is None:
+            return
+        uplink = self._uplinks[number]
+        uplink.heard_at = self._loop.time()
+        uplink.told = False
+        if received.answer is not None:
+            uplink.socket.send(received.answer)
+
+    def _received(self, datagram: bytes, transport: Transport) -> Received | None:
+        now = self._loop.time()
+        try:
+            received = self.sealed.receive(datagram, now)
+        except Dropped as dropped:
+            copy = dropped.reason is DropReason.REPLAYED and len(self._uplinks) > 1
+            self._counts[DropReason.DUPLICATE if copy else dropped.reason] += 1
+            return None
+        self._user.tower_heard()
+        if received.frames is not None:
+            self._user.frames(received.frames)
+            return received
+        if received.urgent is not None:
+            self._urgent(received.urgent)
+            return received
+        before = self.choice.transport
+        if received.proof:
+            self.choice.proven(transport, now)
+        if received.probed is not None:
+            self.choice.probe_answered(now)
+        self._transport_changed(before, now)
+        self._send_all(self.sealed.datagrams_to_send(now))
+        return received
+
+    def _transport_changed(self, before: Transport, now: float) -> None:
+        if self.choice.transport is before:
+            return
+        _log.warning("the data channel now goes over %s", self.choice.transport)
+        self.lane.clear()
+        self.sealed.keepalive.hurry(now)
+
+
+def _by(uplink: str) -> str:
+    return f" by {uplink}" if uplink else ""

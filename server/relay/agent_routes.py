@@ -1,0 +1,65 @@
+"""By which ways an agent is reached. No I/O; takes `now`.
+
+An address is believed for two reasons only: the newest authentic datagram came from it (that is all of roaming), or an
+authentic ping said that it is one of the agent's uplinks. Either was checked before it comes here (wire.sealed_link).
+"""
+
+from typing import Final
+
+Address = tuple[str, int]
+
+OVER_CHANNEL: Final[Address] = ("", 0)
+"""Stands for the WebSocket of the control channel, where UDP is blocked."""
+
+UPLINK_SILENT_S: Final = 2.0
+"""An uplink that said nothing for so long is gone: four of its pings in a row are missing."""
+
+MOST_UPLINKS: Final = 4
+"""What one agent may have us send is bounded, whatever it says."""
+
+
+class AgentRoutes:
+    """One for each link."""
+
+    def __init__(self) -> None:
+        self.newest: Address | None = None
+        """Where the newest authentic datagram came from; None until the first one."""
+        self.targets: tuple[Address, ...] = ()
+        """Where a datagram is to be sent: once to each. Nowhere before anything came."""
+        self._uplinks: dict[int, tuple[Address, float]] = {}
+
+    def follow(self, address: Address) -> None:
+        """The newest datagram came from here."""
+        if address != self.newest:
+            self.newest = address
+            self._aim()
+
+    def uplink(self, number: int, address: Address, now: float) -> None:
+        """An uplink says where it is."""
+        if number in self._uplinks or len(self._uplinks) < MOST_UPLINKS:
+            self._uplinks[number] = (address, now)
+            self._aim()
+
+    def is_uplink(self, address: Address) -> bool:
+        """Whether one of several uplinks is there: a datagram that was seen before is a copy then, not a replay."""
+        return len(self._uplinks) > 1 and any(address == known for known, _ in self._uplinks.values())
+
+    @property
+    def count(self) -> int:
+        """By how many ways the agent comes, 1 or more."""
+        return max(1, len(self._uplinks))
+
+    def forget_silent(self, now: float) -> None:
+        """Time has passed."""
+        silent = [number for number, (_, heard_at) in self._uplinks.items() if now - heard_at > UPLINK_SILENT_S]
+        for number in silent:
+            del self._uplinks[number]
+        if silent:
+            self._aim()
+
+    def _aim(self) -> None:
+        newest = self.newest
+        if newest is None or newest == OVER_CHANNEL:
+            self.targets = () if newest is None else (newest,)
+        else:
+            self.targets = tuple({newest: None} | {address: None for address, _ in self._uplinks.values()})

@@ -1,0 +1,89 @@
+"""A real tower, a real agent and a made-up autopilot, with a UDP box between that a test can make misbehave."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from agent_fakes import FakeAutopilot, running_autopilot, until
+from control_world import Live, live
+from tower_world import TowerWorld, start_tower
+from udp_proxy import UdpProxy, running_proxy
+
+from onboard_agent.agent import Agent, AgentSettings
+from onboard_agent.autopilot_port.udp import UdpIn
+from onboard_agent.tower_url import parse_tower_url
+from server.accounts.tables import Role
+from server.relay.agent_link import AgentLink
+from server.relay.data_endpoint import DataEndpoint
+from server.relay.hub import Hub
+from wire.credential import parse_credential
+from wire.ids import DroneId
+from wire.transport_choice import Transport
+
+
+@dataclass
+class DataLinkWorld:
+    """`watcher` is a browser of an admin."""
+
+    tower: TowerWorld
+    proxy: UdpProxy
+    agent: Agent
+    autopilot: FakeAutopilot
+    watcher: Live
+    drone_id: DroneId
+
+    @property
+    def hub(self) -> Hub:
+        return self.tower.tower.hub
+
+    @property
+    def link(self) -> AgentLink:
+        """The tower's end."""
+        drone = self.hub.drone(self.drone_id)
+        assert drone is not None and drone.link is not None
+        return drone.link
+
+    @property
+    def transport(self) -> Transport:
+        """By which the agent sends."""
+        data = self.agent._link._data
+        assert data is not None
+        return data.choice.transport
+
+
+@contextlib.asynccontextmanager
+async def data_link_world(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, uplinks: Sequence[str] = ("",), blocked: bool = False
+) -> AsyncIterator[DataLinkWorld]:
+    async with contextlib.AsyncExitStack() as stack:
+        tower = await stack.enter_async_context(start_tower(tmp_path))
+        admin = await tower.add_user("admin", Role.ADMIN)
+        drone = await tower.add_drone("Kestrel")
+        proxy = await stack.enter_async_context(running_proxy(("127.0.0.1", tower.udp_port)))
+        if blocked:
+            proxy.blocked.add("")
+        # Agents are told the port of the box instead of the tower's own.
+        monkeypatch.setattr(DataEndpoint, "port", proxy.port)
+        watcher = await stack.enter_async_context(live(tower, await tower.signed_in(admin)))
+        port = UdpIn("udpin:127.0.0.1:0", "127.0.0.1", 0)
+        settings = AgentSettings(
+            tower=parse_tower_url(tower.base_url),
+            credential=parse_credential(drone.credential),
+            port=port,
+            uplinks=tuple(uplinks),
+        )
+        agent = Agent(settings)
+        running = asyncio.create_task(agent.run())
+        try:
+            await until(lambda: port.bound_port, what="the autopilot's port is open")
+            autopilot = await stack.enter_async_context(running_autopilot(port.bound_port))
+            world = DataLinkWorld(tower, proxy, agent, autopilot, watcher, DroneId(drone.id))
+            await until(lambda: agent._link.up, what="the agent has signed in")
+            yield world
+        finally:
+            running.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await running

@@ -1,0 +1,102 @@
+"""A UDP box on the way from agents to the tower that a test can make misbehave: block, forget its ports, lose, repeat.
+
+Each address that speaks to it gets a port of its own towards the tower, as behind a NAT.
+"""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from typing import Any
+
+Address = tuple[str, int]
+
+
+class UdpProxy(asyncio.DatagramProtocol):
+    """`tower`: where the tower listens. `port`: where agents send to."""
+
+    def __init__(self, tower: Address) -> None:
+        self.tower = tower
+        self.port = 0
+        self.blocked: set[str] = set()
+        """Addresses of agents whose datagrams go nowhere, either way; "" blocks everybody."""
+        self.blocked_up = False
+        """Only what goes to the tower is blocked."""
+        self.largest_bytes = 65535
+        """What is larger is lost, as by a path with a small MTU."""
+        self.up: list[tuple[Address, bytes]] = []
+        """Everything that came for the tower."""
+        self.down = 0
+        self._front: asyncio.DatagramTransport | None = None
+        self._backs: dict[Address, asyncio.DatagramTransport] = {}
+
+    def connection_made(self, transport: Any) -> None:
+        self._front = transport
+        self.port = transport.get_extra_info("sockname")[1]
+
+    def datagram_received(self, data: bytes, addr: Address) -> None:
+        self.up.append((addr, data))
+        if not self._passes(addr, data) or self.blocked_up:
+            return
+        back = self._backs.get(addr)
+        if back is None:
+            asyncio.get_running_loop().create_task(self._first(addr, data))
+        else:
+            back.sendto(data)
+
+    async def _first(self, agent: Address, data: bytes) -> None:
+        loop = asyncio.get_running_loop()
+        back, _ = await loop.create_datagram_endpoint(lambda: _Back(self, agent), remote_addr=self.tower)
+        before = self._backs.pop(agent, None)
+        if before is not None:
+            before.close()
+        self._backs[agent] = back
+        back.sendto(data)
+
+    def from_tower(self, agent: Address, data: bytes) -> None:
+        if self._front is not None and self._passes(agent, data):
+            self.down += 1
+            self._front.sendto(data, agent)
+
+    def _passes(self, agent: Address, data: bytes) -> bool:
+        return not self.blocked & {"", agent[0]} and len(data) <= self.largest_bytes
+
+    @property
+    def ports(self) -> set[int]:
+        """The ports by which the tower sees agents now."""
+        return {back.get_extra_info("sockname")[1] for back in self._backs.values()}
+
+    def forget(self) -> None:
+        """As a NAT that was restarted: everybody has another port from now on."""
+        for back in self._backs.values():
+            back.close()
+        self._backs.clear()
+
+    def replay(self, number: int) -> None:
+        """Sends what came once more, from a port of its own."""
+        agent, data = self.up[number]
+        asyncio.get_running_loop().create_task(self._first(("replayed", agent[1]), data))
+
+    def close(self) -> None:
+        self.forget()
+        if self._front is not None:
+            self._front.close()
+
+
+class _Back(asyncio.DatagramProtocol):
+    def __init__(self, proxy: UdpProxy, agent: Address) -> None:
+        self._proxy = proxy
+        self._agent = agent
+
+    def datagram_received(self, data: bytes, addr: Address) -> None:
+        self._proxy.from_tower(self._agent, data)
+
+
+@contextlib.asynccontextmanager
+async def running_proxy(tower: Address) -> AsyncIterator[UdpProxy]:
+    _, proxy = await asyncio.get_running_loop().create_datagram_endpoint(
+        lambda: UdpProxy(tower), local_addr=("127.0.0.1", 0)
+    )
+    try:
+        yield proxy
+    finally:
+        proxy.close()

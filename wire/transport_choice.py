@@ -1,0 +1,94 @@
+"""By which way an agent's datagrams go: UDP, or the control channel's WebSocket where UDP is blocked. No I/O.
+
+What counts is proof that something of ours arrived: an answer to a ping, or a report that counts more than the last one
+did. What merely comes in proves one direction only. Time and proof decide:
+
+    transport    what                                                        next
+    UDP          no proof for FALL_BACK_AFTER_S                              WebSocket
+    WebSocket    as many probes in a row answered over UDP as `needed`       UDP
+    WebSocket    one answered, and no proof over the WebSocket for as long   UDP
+
+`needed` doubles each time that UDP fails again soon after a return, so that a way that comes and goes is not taken at
+each of its turns.
+"""
+
+from enum import StrEnum
+from typing import Final
+
+FALL_BACK_AFTER_S: Final = 1.5
+"""Some eight proofs are due in this time, with those of the probes that are sent in doubt."""
+
+IN_DOUBT_AFTER_S: Final = 0.75
+PROBE_IN_DOUBT_S: Final = 0.2
+PROBE_S: Final = 0.5
+
+ANSWERS_IN_A_ROW_WITHIN_S: Final = 1.5
+"""A longer gap between two answered probes begins the row anew."""
+
+FEWEST_NEEDED: Final = 2
+MOST_NEEDED: Final = 32
+"""16 s of answers."""
+
+SOON_S: Final = 60.0
+
+
+class Transport(StrEnum):
+    """As the browsers are told."""
+
+    UDP = "udp"
+    WEBSOCKET = "websocket"
+
+
+class TransportChoice:
+    """One for each link, at the agent. Begins with UDP."""
+
+    def __init__(self, now: float) -> None:
+        self.transport = Transport.UDP
+        self.needed = FEWEST_NEEDED
+        self._proven_at = now
+        """Of the transport that is in use."""
+        self._returned_at: float | None = None
+        self._next_probe = now
+        self._row = 0
+        self._answered_at = now
+
+    def proven(self, transport: Transport, now: float) -> None:
+        """Something that we sent by this way is known to have arrived."""
+        if transport is self.transport:
+            self._proven_at = now
+
+    def probe_answered(self, now: float) -> None:
+        """A probe over UDP was answered."""
+        self.proven(Transport.UDP, now)
+        if self.transport is Transport.UDP:
+            return
+        self._row = self._row + 1 if now - self._answered_at <= ANSWERS_IN_A_ROW_WITHIN_S else 1
+        self._answered_at = now
+        if self._row >= self.needed or self._without_proof_s(now) > FALL_BACK_AFTER_S:
+            self._change(Transport.UDP, now)
+            self._returned_at = now
+
+    def tick(self, now: float) -> None:
+        """Time has passed: several times a second."""
+        if self.transport is Transport.UDP and self._without_proof_s(now) > FALL_BACK_AFTER_S:
+            soon = self._returned_at is not None and now - self._returned_at < SOON_S
+            self.needed = min(2 * self.needed, MOST_NEEDED) if soon else FEWEST_NEEDED
+            self._change(Transport.WEBSOCKET, now)
+
+    def probe_due(self, now: float) -> bool:
+        """Whether to send a probe over UDP now. True once for each time that it is."""
+        if now < self._next_probe:
+            return False
+        in_doubt = self._without_proof_s(now) > IN_DOUBT_AFTER_S
+        if self.transport is Transport.UDP and not in_doubt:
+            return False
+        self._next_probe = now + (PROBE_IN_DOUBT_S if in_doubt else PROBE_S)
+        return True
+
+    def _without_proof_s(self, now: float) -> float:
+        return now - self._proven_at
+
+    def _change(self, transport: Transport, now: float) -> None:
+        self.transport = transport
+        self._proven_at = now
+        self._row = 0
