@@ -14,7 +14,7 @@ CONTENT_SECURITY_POLICY: Final = "; ".join(
     (
         "default-src 'self'",
         "script-src 'self'",
-        "style-src 'self' 'unsafe-inline'",  # the map library sets style attributes
+        "style-src 'self'",
         "img-src 'self' data: blob:",
         "worker-src 'self'",
         "connect-src 'self'",

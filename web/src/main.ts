@@ -3,7 +3,9 @@
 import { mount } from 'svelte';
 
 import App from './App.svelte';
+import { applyTheme } from './preferences.svelte';
 import './styles/tokens.css';
 import './styles/base.css';
 
+applyTheme();
 mount(App, { target: document.getElementById('app')! });

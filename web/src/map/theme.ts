@@ -43,7 +43,7 @@ export function readTheme(): MapTheme {
 }
 
 export function onThemeChange(listener: () => void): () => void {
-  const media = window.matchMedia('(prefers-color-scheme: light)');
-  media.addEventListener('change', listener);
-  return () => media.removeEventListener('change', listener);
+  const observer = new MutationObserver(listener);
+  observer.observe(document.documentElement, { attributeFilter: ['data-theme'] });
+  return () => observer.disconnect();
 }

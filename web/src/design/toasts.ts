@@ -1,0 +1,14 @@
+/**
+ * Short words about something the user did and need not do anything about ("Saved."). What matters for a drone is an
+ * alert (link/alerts.ts), a banner or an answer in its place, never a toast alone.
+ */
+
+import { toast } from 'svelte-sonner';
+
+export type ToastTone = 'done' | 'failed' | 'plain';
+
+export function say(text: string, tone: ToastTone = 'plain'): void {
+  if (tone === 'done') toast.success(text);
+  else if (tone === 'failed') toast.error(text);
+  else toast(text);
+}

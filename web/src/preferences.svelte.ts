@@ -1,0 +1,51 @@
+/** What this person prefers to see, kept in this browser: theme, units, whether alerts sound. */
+
+import { isUnitSystem, type UnitSystem } from './words/units';
+
+export type ThemeChoice = 'system' | 'dark' | 'light';
+
+export interface Preferences {
+  theme: ThemeChoice;
+  units: UnitSystem;
+  sound: boolean;
+}
+
+const KEY = 'tower.preferences';
+const DEFAULTS: Preferences = { theme: 'system', units: 'metric', sound: true };
+
+function read(): Preferences {
+  let stored: Record<string, unknown> = {};
+  try {
+    stored = (JSON.parse(localStorage.getItem(KEY) ?? '{}') as Record<string, unknown> | null) ?? {};
+  } catch {
+    // Storage that is forbidden or spoilt is no reason not to start.
+  }
+  const { theme, units, sound } = stored;
+  return {
+    theme: theme === 'dark' || theme === 'light' ? theme : DEFAULTS.theme,
+    units: isUnitSystem(units) ? units : DEFAULTS.units,
+    sound: typeof sound === 'boolean' ? sound : DEFAULTS.sound,
+  };
+}
+
+export const preferences: Preferences = $state(read());
+
+export function prefer(changes: Partial<Preferences>): void {
+  Object.assign(preferences, changes);
+  try {
+    localStorage.setItem(KEY, JSON.stringify(preferences));
+  } catch {
+    // It then lasts as long as the page.
+  }
+  applyTheme();
+}
+
+const systemIsLight = window.matchMedia('(prefers-color-scheme: light)');
+systemIsLight.addEventListener('change', applyTheme);
+
+/** The stylesheets know the theme by an attribute of the document, whether the system or the user chose it. */
+export function applyTheme(): void {
+  const { theme } = preferences;
+  const isLight = theme === 'light' || (theme === 'system' && systemIsLight.matches);
+  document.documentElement.dataset['theme'] = isLight ? 'light' : 'dark';
+}
