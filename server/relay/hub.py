@@ -348,6 +348,4 @@ class Hub:
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""
         self._audience.look_at_maps()
-        for drone in self._state.drones.values():
-            if drone.link is not None and drone.online:
-                self._state.tell_watchers(drone, drone.link.quality(now))
+        self._state.tell_links(self._state.drones.values(), now)

@@ -105,7 +105,7 @@ class LinkOver(msgspec.Struct, frozen=True):
         return cls(_ms(rtt_s), _ms(jitter_s), _share(loss_received), _share(loss_sent))
 
 
-class LinkQuality(msgspec.Struct, frozen=True, tag="link", tag_field="type"):
+class LinkQuality(msgspec.Struct, frozen=True):
     """How one agent's link is. `rtt_ms` is smoothed, None before the first measurement; `loss` the share of lost pings.
 
     `path_mtu`: bytes of the largest datagram known to pass to the agent. `uplinks`: by how many ways it comes at the
@@ -128,6 +128,13 @@ def _ms(seconds: float | None) -> float | None:
 
 def _share(share: float | None) -> float | None:
     return None if share is None else round(share, 3)
+
+
+class Links(msgspec.Struct, frozen=True, tag="links", tag_field="type"):
+    """How the links of several drones are. One message for all that are due together: a thousand drones on twenty
+    screens would otherwise be twenty thousand messages a second. Each is a LinkQuality in JSON, made once for all."""
+
+    links: list[msgspec.Raw]
 
 
 class Notice(msgspec.Struct, frozen=True, tag="notice", tag_field="type"):
@@ -198,7 +205,7 @@ ToBrowser = (
     | Turn
     | Rehearsal
     | LossCheckChanged
-    | LinkQuality
+    | Links
     | Notice
     | Lost
 )
@@ -221,6 +228,11 @@ _decoder: Final[msgspec.json.Decoder[FromBrowser]] = msgspec.json.Decoder(FromBr
 def encode_event(event: ToBrowser) -> str:
     """The text message for the WebSocket."""
     return _encoder.encode(event).decode()
+
+
+def encode_quality(quality: LinkQuality) -> msgspec.Raw:
+    """As a part of Links."""
+    return msgspec.Raw(_encoder.encode(quality))
 
 
 def decode_request(text: str) -> FromBrowser:

@@ -3,8 +3,10 @@
 Nothing here decides anything. Every method is plain and returns at once.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from collections.abc import Set as AbstractSet
+
+from msgspec import Raw
 
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
@@ -42,6 +44,17 @@ class LiveState:
         """The drone as it is now."""
         for browser in drone.watchers.values():
             browser.tell(live.DroneChanged(drone.view_for(browser.viewer.user_id)))
+
+    def tell_links(self, drones: Iterable[LiveDrone], now: float) -> None:
+        """How the links of those are that are online: to each browser in one message."""
+        told: dict[int, list[Raw]] = {}
+        for drone in drones:
+            if drone.link is not None and drone.online and drone.watchers:
+                quality = live.encode_quality(drone.link.quality(now))
+                for number in drone.watchers:
+                    told.setdefault(number, []).append(quality)
+        for number, links in told.items():
+            self.browsers[number].tell(live.Links(links))
 
     def tell_agent(self, drone: LiveDrone, message: ToAgent) -> None:
         """If there is one."""

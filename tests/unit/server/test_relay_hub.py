@@ -1,5 +1,6 @@
 """The hub's laws: who gets which frames, which frames reach a drone, and what becomes of the rest."""
 
+import msgspec
 import pytest
 from hub_world import HubWorld, command_ack, command_long, heartbeat, record, sticks
 
@@ -357,7 +358,8 @@ def test_watchers_are_told_how_the_link_is_seen_from_the_drone(world: HubWorld) 
         agent.answer_pings(now + 0.04)
     alice.events()
     world.hub.each_second(30.0)
-    (told,) = [event for event in alice.events() if isinstance(event, live.LinkQuality)]
+    (links,) = [event for event in alice.events() if isinstance(event, live.Links)]
+    (told,) = [msgspec.json.decode(one, type=live.LinkQuality) for one in links.links]
     assert (told.drone_id, told.transport, told.uplinks) == (1, "udp", 1)
     assert told.over_30s.loss_up is not None and told.over_30s.loss_up > 0.5
     assert told.over_30s.loss_down == 0.0

@@ -1,6 +1,6 @@
 /** One drone's telemetry as the numbers and words that people read; null where the drone has not said. */
 
-import type { LinkEvent } from './wire_types';
+import type { LinkQuality } from './wire_types';
 import { GPS_FIX_TYPE, MAV_LANDED_STATE, MAV_MODE_FLAG, MAV_STATE } from './generated/mavlink.gen';
 import { distanceM } from './geometry';
 import type { Place, Target } from './messages';
@@ -48,7 +48,7 @@ export interface FlightValues {
 export interface Beside {
   readonly online: boolean;
   readonly target: Target | null;
-  readonly link: LinkEvent | null;
+  readonly link: LinkQuality | null;
   readonly airborneSinceMs: number | null;
 }
 

@@ -120,11 +120,12 @@ export class Tower {
         this.#dropped(this.vehicles.get().get(event.drone_id)?.drone.get());
         this.#setSquad(this.#squad().filter((drone) => drone.id !== event.drone_id));
         break;
-      case 'link': {
-        const vehicle = this.vehicles.get().get(event.drone_id);
-        if (vehicle) vehicle.link = event;
+      case 'links':
+        for (const quality of event.links) {
+          const vehicle = this.vehicles.get().get(quality.drone_id);
+          if (vehicle) vehicle.link = quality;
+        }
         break;
-      }
       case 'control':
         this.#onControl(event);
         break;

@@ -16,7 +16,7 @@ import type { Axes } from './sticks';
 import { Store } from './store';
 import { tag } from './tagged_frames';
 import { Telemetry } from './telemetry';
-import type { Drone, LinkEvent, RehearsalEvent } from './wire_types';
+import type { Drone, LinkQuality, RehearsalEvent } from './wire_types';
 
 /** Statements of the autopilot this long after an answer still belong to the action (arming: "PreArm: ..."). */
 export const REASON_WINDOW_MS = 2_000;
@@ -43,7 +43,7 @@ export class Vehicle {
   readonly holdLog = new Store<HoldLog | null>(null);
   readonly rehearsal = new Store<RehearsalEvent | null>(null);
   readonly lossCheck = new Store<LossCheck | null>(null);
-  link: LinkEvent | null = null;
+  link: LinkQuality | null = null;
   /** On the link clock; null while not flying. */
   airborneSinceMs: number | null = null;
   /** Since when the tower does not hear it, as far as we saw; null while it does. */

@@ -84,8 +84,7 @@ export interface LinkOver {
   readonly loss_down: number | null;
 }
 
-export interface LinkEvent {
-  readonly type: 'link';
+export interface LinkQuality {
   readonly drone_id: number;
   /** Smoothed; null before the first measurement. */
   readonly rtt_ms: number | null;
@@ -98,6 +97,11 @@ export interface LinkEvent {
   readonly transport: 'udp' | 'websocket';
   /** By how many ways the agent comes at the moment. */
   readonly uplinks: number;
+}
+
+export interface LinksEvent {
+  readonly type: 'links';
+  readonly links: readonly LinkQuality[];
 }
 
 export interface NoticeEvent {
@@ -117,7 +121,7 @@ export type TowerEvent =
   | { readonly type: 'lost'; readonly drone_id: number; readonly count: number }
   | ControlEvent
   | HoldEvent
-  | LinkEvent
+  | LinksEvent
   | NoticeEvent
   | RehearsalEvent
   | TurnEvent;
@@ -130,7 +134,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'lost',
   'control',
   'hold',
-  'link',
+  'links',
   'notice',
   'rehearsal',
   'turn',
