@@ -25,7 +25,14 @@ from wire.sealing import HEADER_BYTES, LARGEST_CONTENT_BYTES, LARGEST_DATAGRAM_B
 Outcomes = frozenset[Reason | None]
 _ACCEPTED: Final[Outcomes] = frozenset({None})
 _UNSEALED: Final[Outcomes] = frozenset(
-    {Reason.TOO_SHORT, Reason.TOO_LONG, Reason.BAD_VERSION, Reason.UNKNOWN_LINK, Reason.NOT_AUTHENTIC}
+    {
+        Reason.TOO_SHORT,
+        Reason.TOO_LONG,
+        Reason.BAD_VERSION,
+        Reason.UNKNOWN_LINK,
+        Reason.BAD_KEY_PHASE,
+        Reason.NOT_AUTHENTIC,
+    }
 )
 _INSIDE: Final[Outcomes] = frozenset(
     {None, Reason.BAD_CONTENT, Reason.BAD_FRAME, Reason.FOREIGN_TAG, Reason.STALE_EPOCH, Reason.NOT_ALLOWED}

@@ -11,6 +11,7 @@ class DropReason(StrEnum):
     TOO_LONG = "too_long"
     BAD_VERSION = "bad_version"
     UNKNOWN_LINK = "unknown_link"
+    BAD_KEY_PHASE = "bad_key_phase"
     NOT_AUTHENTIC = "not_authentic"
     REPLAYED = "replayed"
     DUPLICATE = "duplicate"  # the same, where it is a copy that came by another uplink

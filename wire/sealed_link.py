@@ -27,6 +27,7 @@ from wire.ids import DroneId, Epoch, LinkId
 from wire.keepalive import ANSWER_WITHIN_S, PROBE_SEQUENCES, Keepalive, clock_stamp_us
 from wire.lateness import stamp_ms
 from wire.link_quality import LinkQuality
+from wire.rekeying import Rekeying, Retiring
 from wire.sealing import OVERHEAD_BYTES, Opener, Sealer
 
 SAFE_DATAGRAM_BYTES: Final = 1200
@@ -77,6 +78,9 @@ class SealedLink:
         self._newest_of_uplink: dict[int, int] = {}
         self._arrived = 0
         self._proven_at = now
+        self._told_counter = 0
+        self._rekeying = Rekeying(now)
+        self._retiring = Retiring()
 
     def receive(self, datagram: bytes, now: float) -> Received:
         """Opens one datagram. Raises wire.drops.Dropped with the first check that it fails."""
@@ -93,6 +97,7 @@ class SealedLink:
         if proof:
             self._arrived = decoded.report.received
             self._proven_at = now
+        self._told_counter = max(self._told_counter, decoded.report.expected)
         if isinstance(decoded, Pong):
             return Received(None, newest, probed=self._pong(decoded, now), proof=proof)
         answer = self._sealer.seal(encode_keepalive(Pong(decoded.sequence, decoded.clock_us, report)))
@@ -171,7 +176,11 @@ class SealedLink:
         return datagram
 
     def datagrams_to_send(self, now: float) -> list[bytes]:
-        """Answers to pings, and a ping of our own where one is due."""
+        """Answers to pings, and a ping of our own where one is due. Also the moment at which keys are changed."""
+        if self._rekeying.due(sealed=self._sealer.sealed, arrived=self._told_counter, now=now):
+            self._sealer.next_key()
+        if self._retiring.due(phase=self._opener.phase, now=now):
+            self._opener.retire_last_key()
         datagrams, self._answers = self._answers, []
         ping = self.keepalive.ping_due(now)
         if ping is not None:

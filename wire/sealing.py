@@ -9,13 +9,16 @@ from typing import Final, NamedTuple
 
 from cryptography.exceptions import InvalidTag
 from cryptography.hazmat.primitives.ciphers.aead import ChaCha20Poly1305
+from cryptography.hazmat.primitives.hashes import SHA256
+from cryptography.hazmat.primitives.kdf.hkdf import HKDFExpand
 
 from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
 from wire.replay import ReplayWindow
 
 VERSION: Final = 1
-KEY_PHASE: Final = 0
+KEY_PHASES: Final = 256
+"""The key phase is counted modulo this."""
 
 _HEADER: Final = Struct("<BBIQ")
 HEADER_BYTES: Final = _HEADER.size
@@ -44,21 +47,39 @@ def read_link_id(datagram: bytes) -> LinkId:
         raise Dropped(DropReason.TOO_SHORT)
     if len(datagram) > LARGEST_DATAGRAM_BYTES:
         raise Dropped(DropReason.TOO_LONG)
-    version, key_phase, link_id, _ = _HEADER.unpack_from(datagram)
-    if version != VERSION or key_phase != KEY_PHASE:
+    version, _, link_id, _ = _HEADER.unpack_from(datagram)
+    if version != VERSION:
         raise Dropped(DropReason.BAD_VERSION)
     return LinkId(link_id)
+
+
+def next_key(key: bytes) -> bytes:
+    """The key of the next phase. It cannot be worked out backwards."""
+    return HKDFExpand(algorithm=SHA256(), length=32, info=b"tower data v1 next key").derive(key)
 
 
 class Sealer:
     """The sending half of one direction of one link. `key`: 32 bytes, used by no other Sealer, ever."""
 
-    __slots__ = ("_cipher", "_counter", "_link_id")
+    __slots__ = ("_cipher", "_counter", "_key", "_link_id", "_phase")
 
     def __init__(self, key: bytes, link_id: LinkId) -> None:
+        self._key = key
         self._cipher = ChaCha20Poly1305(key)
         self._link_id = link_id
+        self._phase = 0
         self._counter = 0
+
+    @property
+    def sealed(self) -> int:
+        """How many datagrams, under all keys."""
+        return self._counter
+
+    def next_key(self) -> None:
+        """From here on the key of the next phase is used, and this one forgotten. The counter goes on."""
+        self._key = next_key(self._key)
+        self._cipher = ChaCha20Poly1305(self._key)
+        self._phase = (self._phase + 1) % KEY_PHASES
 
     def seal(self, content: bytes) -> bytes:
         """One datagram; `content` is 1 to LARGEST_CONTENT_BYTES long. Each call uses up one counter."""
@@ -68,17 +89,23 @@ class Sealer:
         if counter >= _COUNTER_LIMIT:
             raise RuntimeError("this key has sealed as much as it may")
         self._counter = counter + 1
-        header = _HEADER.pack(VERSION, KEY_PHASE, self._link_id, counter)
+        header = _HEADER.pack(VERSION, self._phase, self._link_id, counter)
         return header + self._cipher.encrypt(b"\0\0\0\0" + header[6:], content, header)
 
 
 class Opener:
-    """The receiving half of one direction of one link."""
+    """The receiving half of one direction of one link. Knows the present key, the next, and for a while the last."""
 
-    __slots__ = ("_cipher", "_link_id", "_window")
+    __slots__ = ("_ciphers", "_key", "_link_id", "_next", "_window", "phase")
 
     def __init__(self, key: bytes, link_id: LinkId) -> None:
-        self._cipher = ChaCha20Poly1305(key)
+        self.phase = 0
+        """Of the newest key under which something came."""
+        self._key = key
+        self._ciphers = {0: ChaCha20Poly1305(key)}
+        """By phase: the present one, and the one before until it is retired."""
+        self._next: tuple[bytes, ChaCha20Poly1305] | None = None
+        """Worked out when first needed, so that a forger makes us do it once and not each time."""
         self._link_id = link_id
         self._window = ReplayWindow()
 
@@ -86,17 +113,42 @@ class Opener:
         """(datagrams that the other side has sent at least, datagrams of them that came)."""
         return self._window.newest + 1, self._window.accepted
 
+    def retire_last_key(self) -> None:
+        """What was sealed under the key before the present one is not opened any more."""
+        self._ciphers = {self.phase: self._ciphers[self.phase]}
+
     def open(self, datagram: bytes) -> Opened:
         """The content of a datagram of this link. Raises Dropped with the first check that it fails."""
         if read_link_id(datagram) != self._link_id:
             raise Dropped(DropReason.UNKNOWN_LINK)
         header = datagram[:HEADER_BYTES]
+        phase = header[1]
+        cipher = self._ciphers.get(phase) or self._next_cipher(phase)
         try:
-            content = self._cipher.decrypt(b"\0\0\0\0" + header[6:], datagram[HEADER_BYTES:], header)
+            content = cipher.decrypt(b"\0\0\0\0" + header[6:], datagram[HEADER_BYTES:], header)
         except InvalidTag:
             raise Dropped(DropReason.NOT_AUTHENTIC) from None
         counter = int.from_bytes(header[6:], "little")
         newest = counter > self._window.newest
         if not self._window.accept(counter):
             raise Dropped(DropReason.REPLAYED)
+        if phase not in self._ciphers:
+            self._enter(phase)
         return Opened(content, newest)
+
+    def _next_cipher(self, phase: int) -> ChaCha20Poly1305:
+        if phase != (self.phase + 1) % KEY_PHASES:
+            raise Dropped(DropReason.BAD_KEY_PHASE)
+        if self._next is None:
+            key = next_key(self._key)
+            self._next = (key, ChaCha20Poly1305(key))
+        return self._next[1]
+
+    def _enter(self, phase: int) -> None:
+        """The other side has gone on to its next key."""
+        assert self._next is not None
+        last = self._ciphers[self.phase]
+        self._key, cipher = self._next
+        self._next = None
+        self._ciphers = {self.phase: last, phase: cipher}
+        self.phase = phase
