@@ -8,6 +8,7 @@ import asyncio
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Final
 
 import structlog
@@ -177,8 +178,10 @@ class Watchman:
                 await self._loss_checks.read_again(event.drone_id)
 
     async def _withdraw(self, event: RightLost, now: float) -> None:
-        async with self._database.reading() as session:
-            by = await who_withdrew(session, event, self._clock())
+        by = None
+        with suppress(SQLAlchemyError, OSError):  # a name is not worth waiting for
+            async with self._database.reading() as session:
+                by = await who_withdrew(session, event, self._clock())
         what, about = _RIGHTS[event.whose], event.user_id
         await self._desk.system_change(event.drone_id, what, reason=event.reason, about=about, told_by=by, now=now)
 

@@ -33,6 +33,14 @@ class NoDatabase:
     async def writing(self) -> AsyncIterator[Any]:
         yield self
 
+    @asynccontextmanager
+    async def reading(self) -> AsyncIterator[Any]:
+        yield self
+
+    async def scalars(self, statement: object) -> list[Any]:
+        """Nothing was kept."""
+        return []
+
     def add(self, row: object) -> None:
         """Not kept."""
 
