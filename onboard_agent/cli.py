@@ -17,6 +17,7 @@ from onboard_agent.check import check_all
 from onboard_agent.token_file import read_token, token_file_warning
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.unusable import Unusable
+from onboard_agent.uplinks import parse_uplinks
 
 _log = logging.getLogger("onboard_agent")
 
@@ -30,17 +31,30 @@ Tower = Annotated[
 ]
 Token = Annotated[Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="File with the drone's credential.")]
 Autopilot = Annotated[str, typer.Option("--autopilot", envvar="TOWER_AGENT_AUTOPILOT", help=help_text())]
+Uplinks = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--uplink",
+        envvar="TOWER_AGENT_UPLINKS",
+        help="A way out, by the name of its interface or a local address. Several: each datagram goes by all of them.",
+    ),
+]
 LogLevel = Annotated[
     str, typer.Option("--log-level", envvar="TOWER_AGENT_LOG_LEVEL", help="debug, info, warning or error.")
 ]
 
 
 @app.command()
-def run(tower: Tower, token: Token, autopilot: Autopilot, log_level: LogLevel = "info") -> None:
+def run(tower: Tower, token: Token, autopilot: Autopilot, uplink: Uplinks = None, log_level: LogLevel = "info") -> None:
     """Link an autopilot with the tower, until told to stop."""
     try:
         _set_up_logging(log_level)
-        settings = AgentSettings(tower=parse_tower_url(tower), credential=read_token(token), port=make_port(autopilot))
+        settings = AgentSettings(
+            tower=parse_tower_url(tower),
+            credential=read_token(token),
+            port=make_port(autopilot),
+            uplinks=parse_uplinks(uplink or ()),
+        )
         warning = token_file_warning(token)
         if warning:
             _log.warning("%s", warning)

@@ -109,8 +109,8 @@ class DataChannel:
             self._send_all(self.sealed.datagrams_to_send(now))
             probing = self.choice.probe_due(now)
             for uplink in self._uplinks:
-                self._ping_uplink(uplink, now, probing=probing)
                 await self._renew(uplink, now)
+                self._ping_uplink(uplink, now, probing=probing)
             await asyncio.sleep(TICK_S)
 
     # -- out ---------------------------------------------------------------------------------------------------
@@ -169,7 +169,7 @@ class DataChannel:
         if not uplink.told:
             uplink.told = True
             _log.warning("the tower is silent on UDP port %d%s", self._port, _by(uplink.socket.uplink))
-        uplink.opened_at = now
+        uplink.opened_at = uplink.next_ping = now
         with contextlib.suppress(OSError):
             await uplink.socket.open(self._host, self._port)
 

@@ -4,6 +4,7 @@ An address is believed for two reasons only: the newest authentic datagram came 
 authentic ping said that it is one of the agent's uplinks. Either was checked before it comes here (wire.sealed_link).
 """
 
+from collections import deque
 from typing import Final
 
 Address = tuple[str, int]
@@ -17,6 +18,8 @@ UPLINK_SILENT_S: Final = 2.0
 MOST_UPLINKS: Final = 4
 """What one agent may have us send is bounded, whatever it says."""
 
+MOST_REMEMBERED: Final = 16
+
 
 class AgentRoutes:
     """One for each link."""
@@ -27,6 +30,7 @@ class AgentRoutes:
         self.targets: tuple[Address, ...] = ()
         """Where a datagram is to be sent: once to each. Nowhere before anything came."""
         self._uplinks: dict[int, tuple[Address, float]] = {}
+        self._were_uplinks: deque[Address] = deque(maxlen=MOST_REMEMBERED)
 
     def follow(self, address: Address) -> None:
         """The newest datagram came from here."""
@@ -38,11 +42,13 @@ class AgentRoutes:
         """An uplink says where it is."""
         if number in self._uplinks or len(self._uplinks) < MOST_UPLINKS:
             self._uplinks[number] = (address, now)
+            if address not in self._were_uplinks:
+                self._were_uplinks.append(address)
             self._aim()
 
     def is_uplink(self, address: Address) -> bool:
-        """Whether one of several uplinks is there: a datagram that was seen before is a copy then, not a replay."""
-        return len(self._uplinks) > 1 and any(address == known for known, _ in self._uplinks.values())
+        """Whether one of several uplinks is or was there: a datagram that was seen before is a copy then, no replay."""
+        return len(self._were_uplinks) > 1 and address in self._were_uplinks
 
     @property
     def count(self) -> int:

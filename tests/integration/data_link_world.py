@@ -5,6 +5,7 @@ import contextlib
 from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 from agent_fakes import FakeAutopilot, running_autopilot, until
@@ -45,6 +46,13 @@ class DataLinkWorld:
         drone = self.hub.drone(self.drone_id)
         assert drone is not None and drone.link is not None
         return drone.link
+
+    async def told_link(self, **fields: Any) -> dict[str, Any]:
+        """The next that the watcher is told of the link with these fields."""
+        while True:
+            for told in (await self.watcher.event("links"))["links"]:
+                if fields.items() <= told.items():
+                    return dict(told)
 
     @property
     def transport(self) -> Transport:

@@ -12,6 +12,7 @@ from onboard_agent.autopilot_port.udp import UdpIn, UdpOut
 from onboard_agent.token_file import read_token, token_file_warning
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.unusable import Unusable
+from onboard_agent.uplinks import parse_uplinks
 from wire.dialect import build, mavlink
 
 
@@ -151,3 +152,30 @@ def test_the_peer_stays_until_it_is_silent() -> None:
     assert not choice.accepts(TWO, b"noise", 2.0 + FAITHFUL_FOR_S)
     assert choice.accepts(TWO, FRAME, 2.0 + FAITHFUL_FOR_S)
     assert not choice.accepts(ONE, FRAME, 2.1 + FAITHFUL_FOR_S)
+
+
+@pytest.mark.parametrize(
+    ("words", "uplinks"),
+    [
+        ([], ("",)),
+        (["wlan0"], ("wlan0",)),
+        (["wlan0", "wwan0"], ("wlan0", "wwan0")),
+        (["wlan0, 10.0.0.2", "fd00::2"], ("wlan0", "10.0.0.2", "fd00::2")),
+    ],
+)
+def test_uplinks(words: list[str], uplinks: tuple[str, ...]) -> None:
+    assert parse_uplinks(words) == uplinks
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["an-interface-with-a-long-name"], "neither the name"),
+        (["10.0.0.300/8"], "neither the name"),
+        (["wlan0", "wlan0"], "twice"),
+        (["a,b,c,d,e"], "more than the 4"),
+    ],
+)
+def test_uplinks_that_cannot_be(words: list[str], why: str) -> None:
+    with pytest.raises(Unusable, match=why):
+        parse_uplinks(words)
