@@ -47,9 +47,11 @@ def test_the_settings_of_the_admin_are_read_by_the_operator_and_decide_the_hold(
     expect(admin.part("fault-lost_action_s")).not_to_be_empty()
     admin.part("setting-lost_action_s").fill("45")
     admin.part("add-LOITER").click()
+    admin.part("setting-stream_profile").select_option("thin")
     admin.part("settings-save").click()
     expect(admin.part("settings-done")).to_contain_text("Saved")
     admin.part("settings-close").click()
+    expect(admin.part("thin-stream")).to_have_text("Thin stream: set by an admin")
 
     alice = signed_in(somebody, "alice", "Kestrel")
     alice.part("open-settings").click()

@@ -38,6 +38,7 @@ class FakeDrone:
             "lost_action_s": 30.0,
             "rtt_limit_ms": 500,
             "rtt_limit_s": 1.0,
+            "stream_profile": "auto",
         }
         self.home = (HOME[0] + north_m * METRE_DEG, HOME[1] + east_m * METRE_DEG * 1.48)
         self.lat, self.lon, self.alt = *self.home, 0.0
@@ -219,6 +220,9 @@ class FakeDrone:
             "may_watch": not self.shut_out(viewer),
             "lost_action": self.settings["lost_action"],
             "lost_action_s": self.settings["lost_action_s"],
+            "profile": "full" if self.settings["stream_profile"] == "auto" else self.settings["stream_profile"],
+            "profile_chosen": self.settings["stream_profile"],
+            "profile_why": "" if self.settings["stream_profile"] == "auto" else "set by an admin",
         }
 
     def shut_out(self, viewer: dict[str, Any] | None) -> bool:

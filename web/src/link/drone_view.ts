@@ -10,6 +10,9 @@ const BEFORE_THESE_FIELDS = {
   may_watch: true,
   lost_action: 'return',
   lost_action_s: 30,
+  profile: null,
+  profile_chosen: 'auto',
+  profile_why: '',
 } as const satisfies Partial<Drone>;
 
 /** What comes over the wire: the fields of the first version are there, the newer ones perhaps. */

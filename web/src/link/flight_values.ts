@@ -10,6 +10,8 @@ import type { Telemetry } from './telemetry';
 const HEARTBEAT_LIMIT_MS = 5_000;
 const AIRBORNE_ABOVE_M = 1.5;
 const UNKNOWN_U16 = 0xffff;
+/** In a thin stream the one comes less often than the other; then the one that is not old counts. */
+const HUD_MAY_LAG_MS = 1_000;
 
 /** In order of how much attention it wants. */
 export type DroneState = 'alert' | 'flying' | 'armed' | 'idle' | 'lost';
@@ -75,8 +77,11 @@ const place = (latE7: number, lonE7: number): Place | null =>
 
 export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number): FlightValues {
   const heartbeat = telemetry.newest('HEARTBEAT');
-  const position = telemetry.newest('GLOBAL_POSITION_INT')?.fields;
-  const hud = telemetry.newest('VFR_HUD')?.fields;
+  const positionCame = telemetry.newest('GLOBAL_POSITION_INT');
+  const position = positionCame?.fields;
+  const hudCame = telemetry.newest('VFR_HUD');
+  const hud = hudCame?.fields;
+  const motion = hudCame && positionCame && positionCame.atMs - hudCame.atMs > HUD_MAY_LAG_MS ? undefined : hud;
   const gps = telemetry.newest('GPS_RAW_INT')?.fields;
   const attitude = telemetry.newest('ATTITUDE')?.fields;
   const system = telemetry.newest('SYS_STATUS')?.fields;
@@ -108,8 +113,8 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     headingDeg: position && position.hdg !== UNKNOWN_U16 ? position.hdg / 100 : (hud?.heading ?? null),
     altRelM,
     altAmslM: position ? position.alt / 1000 : null,
-    groundSpeedMps: hud ? hud.groundspeed : position ? Math.hypot(position.vx, position.vy) / 100 : null,
-    climbMps: hud ? hud.climb : position ? -position.vz / 100 : null,
+    groundSpeedMps: motion ? motion.groundspeed : position ? Math.hypot(position.vx, position.vy) / 100 : null,
+    climbMps: motion ? motion.climb : position ? -position.vz / 100 : null,
     throttlePercent: hud?.throttle ?? null,
     batteryPercent: system && system.battery_remaining >= 0 ? system.battery_remaining : null,
     batteryV: system && system.voltage_battery !== UNKNOWN_U16 ? system.voltage_battery / 1000 : null,

@@ -1,6 +1,6 @@
 /** What the REST interface says about a drone's safety: its settings, the check before flight, the rehearsal. */
 
-import type { LostAction } from './wire_types';
+import type { LostAction, StreamProfile } from './wire_types';
 
 export interface SafetySettings {
   /** Mode names, tried in order; altitude hold always comes last, named or not. */
@@ -14,9 +14,10 @@ export interface SafetySettings {
   readonly lost_action_s: number;
   readonly rtt_limit_ms: number;
   readonly rtt_limit_s: number;
+  readonly stream_profile: StreamProfile | 'auto';
 }
 
-export type NumberSetting = Exclude<keyof SafetySettings, 'hold_ladder' | 'lost_action'>;
+export type NumberSetting = Exclude<keyof SafetySettings, 'hold_ladder' | 'lost_action' | 'stream_profile'>;
 
 export type LossAbout = 'operator' | 'tower' | 'radio';
 export type LossSeverity = 'info' | 'warning' | 'danger';

@@ -14,6 +14,9 @@ export interface UserRef {
 /** What the agent does when the tower stays lost. */
 export type LostAction = 'return' | 'land' | 'continue' | 'nothing';
 
+/** How much telemetry a drone sends. */
+export type StreamProfile = 'full' | 'thin' | 'minimal';
+
 export interface Drone {
   readonly id: number;
   readonly name: string;
@@ -32,6 +35,12 @@ export interface Drone {
   readonly may_watch: boolean;
   readonly lost_action: LostAction;
   readonly lost_action_s: number;
+  /** In force now, as the agent says; null while that is not known. */
+  readonly profile: StreamProfile | null;
+  /** What an admin chose; `auto`: the agent decides. */
+  readonly profile_chosen: StreamProfile | 'auto';
+  /** Why it is this profile, for people. */
+  readonly profile_why: string;
 }
 
 export type ControlChange =

@@ -128,4 +128,7 @@ export const A_DRONE: Drone = {
   may_watch: true,
   lost_action: 'return',
   lost_action_s: 30,
+  profile: null,
+  profile_chosen: 'auto',
+  profile_why: '',
 };

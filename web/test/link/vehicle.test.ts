@@ -244,6 +244,19 @@ describe('the values', () => {
     expect(values).toMatchObject({ mode: 'GUIDED', armed: true, batteryPercent: 80, batteryV: 16.1 });
   });
 
+  it('take speed and climb from whatever came last, where a thin stream leaves one of the two behind', async () => {
+    hears(heartbeat(4));
+    const moving = fromAutopilot('GLOBAL_POSITION_INT', { lat: 1, lon: 1, vx: 300, vy: 400, vz: -200 });
+    hears(fromAutopilot('VFR_HUD', { groundspeed: 9, climb: 1.5 }));
+    hears(moving);
+    expect(vehicle.values(clock.nowMs())).toMatchObject({ groundSpeedMps: 9, climbMps: 1.5 });
+    await clock.pass(5_000);
+    hears(moving);
+    expect(vehicle.values(clock.nowMs())).toMatchObject({ groundSpeedMps: 5, climbMps: 2 });
+    hears(fromAutopilot('VFR_HUD', { groundspeed: 7, climb: 0.5 }));
+    expect(vehicle.values(clock.nowMs())).toMatchObject({ groundSpeedMps: 7, climbMps: 0.5 });
+  });
+
   it.each([
     ['idle', false, 1],
     ['armed', true, 1],
