@@ -40,8 +40,10 @@ from server.origin import OriginCheck
 from server.problem_docs import describe_problems
 from server.problems import handle_problems
 from server.relay import routes as relay_routes
+from server.relay.flood_gate import FloodLimits
 from server.relay.hub import Hub
 from server.relay.running import running_relay
+from server.relay.socket_bounds import SocketBounds
 from server.schema import check_schema
 from server.settings import Settings
 from server.tower import Tower
@@ -105,7 +107,17 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         rounds=settings.argon2_rounds,
     )
     sessions = Sessions(database, idle_s=settings.session_idle_s, lifetime_s=settings.session_lifetime_s)
-    hub = Hub()
+    hub = Hub(
+        FloodLimits(
+            user_per_s=settings.user_frames_per_s,
+            user_burst=settings.user_frames_burst,
+            drone_per_s=settings.drone_frames_per_s,
+            drone_burst=settings.drone_frames_burst,
+            agent_per_s=settings.agent_frames_per_s,
+            agent_burst=settings.agent_frames_burst,
+        ),
+        SocketBounds(per_user=settings.user_sockets, per_address=settings.address_sockets),
+    )
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     desk = ControlDesk(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)

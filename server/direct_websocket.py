@@ -14,8 +14,9 @@ from collections.abc import Callable
 from typing import Any, Final, Protocol, cast
 
 from starlette.websockets import WebSocket
-from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.http11 import Request
+
+from server.guarded_websocket import GuardedWebSocket
 
 EXTENSION: Final = "tower.direct"
 
@@ -30,7 +31,7 @@ class DirectWriter(Protocol):
     """Called when there is room again."""
 
     def has_room(self) -> bool:
-        """False while the other side does not read what it was sent: 64 KiB wait in the transport."""
+        """False while the other side does not read what it was sent: HIGH_WATER_BYTES wait in the transport."""
 
     def write_binary(self, payload: bytes) -> None:
         """One binary message. Nothing happens on a connection that is closing or gone."""
@@ -39,7 +40,7 @@ class DirectWriter(Protocol):
         """One text message, UTF-8."""
 
 
-class DirectWebSocket(WebSocketsSansIOProtocol):
+class DirectWebSocket(GuardedWebSocket):
     """What `TowerServer` gives to uvicorn as its WebSocket implementation. It is a DirectWriter."""
 
     def __init__(self, *args: Any, **options: Any) -> None:

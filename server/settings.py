@@ -77,6 +77,12 @@ def _addresses(text: str) -> str:
     return ",".join(parts)
 
 
+def _secret(text: str) -> str:
+    if len(text) < 20 or not text.isascii() or not text.isprintable() or " " in text:
+        raise ValueError("must be at least 20 printable characters without spaces (openssl rand -hex 32 makes one)")
+    return text
+
+
 def _log_format(text: str) -> str:
     if text not in {"auto", "human", "json"}:
         raise ValueError("must be auto, human or json")
@@ -114,6 +120,16 @@ class Settings:
     argon2_concurrency: int = _setting(2, "TOWER_ARGON2_CONCURRENCY", _number(1, 64))
     argon2_memory_kib: int = _setting(65_536, "TOWER_ARGON2_MEMORY_KIB", _number(19_456, 4_194_304))
     argon2_rounds: int = _setting(3, "TOWER_ARGON2_ROUNDS", _number(2, 100))
+    user_frames_per_s: int = _setting(500, "TOWER_USER_FRAMES_PER_S", _number(100, 1_000_000))
+    user_frames_burst: int = _setting(4_000, "TOWER_USER_FRAMES_BURST", _number(100, 1_000_000))
+    drone_frames_per_s: int = _setting(300, "TOWER_DRONE_FRAMES_PER_S", _number(100, 1_000_000))
+    drone_frames_burst: int = _setting(3_000, "TOWER_DRONE_FRAMES_BURST", _number(100, 1_000_000))
+    agent_frames_per_s: int = _setting(10_000, "TOWER_AGENT_FRAMES_PER_S", _number(100, 1_000_000))
+    agent_frames_burst: int = _setting(20_000, "TOWER_AGENT_FRAMES_BURST", _number(100, 1_000_000))
+    user_sockets: int = _setting(20, "TOWER_USER_SOCKETS", _number(1, 100_000))
+    address_sockets: int = _setting(200, "TOWER_ADDRESS_SOCKETS", _number(1, 100_000))
+    metrics_token: str = field(default="", repr=False, metadata=_from("TOWER_METRICS_TOKEN", _secret))
+    """Whoever shows it may read the metrics. Empty: only admins, and API tokens made for it."""
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
 
     def __post_init__(self) -> None:

@@ -29,6 +29,7 @@ class DropReason(StrEnum):
     ASK_TWICE = "ask-twice"
     LOSS_CHECK = "loss-check"
     LATE = "late"
+    FLOOD = "flood"
 
 
 class Dropped(Exception):

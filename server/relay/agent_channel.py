@@ -210,7 +210,7 @@ class AgentChannel:
                     return
                 if message.get("bytes") is not None:
                     self._datagram(link, message["bytes"])
-                else:
+                elif self._hub.hears_report(link, time.monotonic()):
                     self._hub.report(link, decode_to_tower(message["text"]))
         except (MalformedMessage, KeyError):
             self._hub.drops[DropReason.MALFORMED] += 1

@@ -3,12 +3,17 @@
 One entry for each message of `wire.control_messages.ToTower`; a report over a link that has been replaced says nothing.
 """
 
+from typing import Final
+
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.hub_events import HoldStepReported, LossParametersReported
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
 from wire.control_messages import AutopilotState, HoldProgress, LossParameters, StreamState, ToTower
+
+MOST_WORDS: Final = 500
+"""Characters of an agent's words that are told on: many browsers keep them while they wait."""
 
 
 class AgentReports:
@@ -45,7 +50,12 @@ class AgentReports:
         if not link.is_news(progress):
             return
         told = live.Hold(
-            drone.drone_id, progress.epoch, progress.step, progress.detail, progress.elapsed_ms, progress.cause
+            drone.drone_id,
+            progress.epoch,
+            progress.step,
+            progress.detail[:MOST_WORDS],
+            progress.elapsed_ms,
+            progress.cause,
         )
         self._state.tell_watchers(drone, told)
         self._state.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))

@@ -1,23 +1,22 @@
 """One signed-in browser as the hub sees it: who it is, what waits to be sent to it, how to wake and close it."""
 
-from collections import deque
 from collections.abc import Callable
 from typing import Final
 
 from server.accounts.sessions import Principal
+from server.relay.event_queue import EventQueue
+from server.relay.flood_gate import PATIENCE, PATIENCE_PER_S, REQUESTS_BURST, REQUESTS_PER_S
 from server.relay.live_messages import Lost, Notice, ToBrowser
 from server.relay.outbox import Outbox
 from server.relay.policy import AskTwice
 from server.relay.refusals import RefusalNotices
+from server.relay.token_bucket import TokenBucket
 from server.relay.trip_meter import TripMeter
 from server.relay.viewport import Viewport
 from wire.drops import DropReason
 from wire.ids import DroneId
 from wire.lateness import Lateness
 from wire.state_messages import StateKey
-
-MOST_EVENTS: Final = 2000
-"""Text messages waiting for one browser. One that lets so many pile up is closed: it has long stopped reading."""
 
 TOO_SLOW: Final = 4408
 
@@ -33,6 +32,7 @@ class Browser:
         *,
         wake: Callable[[], None],
         close: Callable[[int, str], None],
+        address: str = "",
     ) -> None:
         self.number = number
         self.viewer = viewer
@@ -45,17 +45,32 @@ class Browser:
         """How late its messages come."""
         self.trip = TripMeter()
         """How long the way to it and back is."""
+        self.address = address
         self.close = close
+        self.ended = False
+        """It is being closed for what it did: nothing that it still sends counts."""
+        self.requests = TokenBucket(REQUESTS_PER_S, REQUESTS_BURST, now)
+        """For its text messages."""
+        self.patience = TokenBucket(PATIENCE_PER_S, PATIENCE, now)
+        """For what it sends beyond what it may."""
         self._wake = wake
-        self._events: deque[ToBrowser] = deque()
+        self._events = EventQueue()
 
     def tell(self, event: ToBrowser) -> None:
         """Puts a text message in the queue."""
-        if len(self._events) >= MOST_EVENTS:
+        if self._events.put(event):
+            self._wake()
+        else:
             self.close(TOO_SLOW, "this browser does not read what it is sent")
-            return
-        self._events.append(event)
-        self._wake()
+
+    def end(self, code: int, why: str) -> None:
+        """Closes it for what it did."""
+        self.ended = True
+        self.close(code, why)
+
+    def waiting(self) -> tuple[int, int, int]:
+        """(text messages, transactional frames, state frames) that wait at this moment."""
+        return len(self._events), *self.outbox.waiting()
 
     def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> None:
         """Puts a tagged frame in the outbox."""
@@ -70,7 +85,6 @@ class Browser:
 
     def take_events(self) -> list[ToBrowser]:
         """The text messages that wait, in order, with what was lost at the end."""
-        events = list(self._events)
-        self._events.clear()
+        events = self._events.take()
         events.extend(Lost(drone_id, count) for drone_id, count in self.outbox.take_lost().items())
         return events

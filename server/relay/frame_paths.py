@@ -3,6 +3,7 @@
 from typing import Final
 
 from server.relay.browser import Browser
+from server.relay.flood_gate import FloodGate
 from server.relay.hub_events import TurnWanted
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
@@ -23,15 +24,21 @@ _SETUP_SIGNING: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 class FramePaths:
     """No state of its own: all of it is in the drones and the browsers."""
 
-    def __init__(self, state: LiveState) -> None:
+    def __init__(self, state: LiveState, flood: FloodGate) -> None:
         self._state = state
+        self._flood = flood
 
-    def up(self, drone: LiveDrone, content: Frames) -> None:
+    def up(self, drone: LiveDrone, content: Frames, now: float) -> None:
         """Frames of the drone's own link. Raises Dropped for a tag of another drone."""
         if content.drone_id != drone.drone_id:
             raise Dropped(DropReason.FOREIGN_TAG)
         drone_id = drone.drone_id
         watchers = drone.frame_watchers()
+        content, state_dropped, lost = self._flood.admitted(drone_id, content, now)
+        if state_dropped or lost:
+            self._state.drops[DropReason.FLOOD] += state_dropped + lost
+            for browser in watchers:
+                browser.outbox.lose(drone_id, lost)
         for frame in content.frames:
             if message_id(frame) == _SETUP_SIGNING:
                 self._state.drops[DropReason.NOT_ALLOWED] += 1
@@ -51,7 +58,8 @@ class FramePaths:
             sent_ms, tagged = split_stamp(message)
             parts = split_tagged(tagged)
         except MalformedFrame:
-            self._state.refuse(browser, DropReason.MALFORMED, None, now)
+            admitted = self._flood.admits(browser.viewer.user_id, None, flies=False, now=now)
+            self._state.refuse(browser, DropReason.MALFORMED if admitted else DropReason.FLOOD, None, now)
             return
         late_s = 0.0 if sent_ms is None else browser.lateness.late_by(sent_ms, now)
         for drone_id, frame in parts:
@@ -59,18 +67,22 @@ class FramePaths:
                 self._frame_down(browser, drone_id, frame, late_s, now)
             except Dropped as dropped:
                 self._state.refuse(browser, dropped.reason, drone_id, now)
-                self._answer(browser, drone_id, frame, dropped.reason)
+                if dropped.reason is not DropReason.FLOOD:  # which must not become a flood of answers
+                    self._answer(browser, drone_id, frame, dropped.reason)
 
     def _frame_down(self, browser: Browser, drone_id: DroneId, frame: bytes, late_s: float, now: float) -> None:
         drone = self._state.drones.get(drone_id)
+        user_id = browser.viewer.user_id
         # One that is not there and one that is not theirs fail the same check, before anything else is looked at.
         if drone is None or browser.number not in drone.watchers:
-            raise Dropped(DropReason.UNKNOWN_DRONE)
+            admitted = self._flood.admits(user_id, None, flies=False, now=now)
+            raise Dropped(DropReason.UNKNOWN_DRONE if admitted else DropReason.FLOOD)
+        standing = drone.standing_of(browser.viewer)
+        if not self._flood.admits(user_id, drone_id, flies=standing.has_turn, now=now):
+            raise Dropped(DropReason.FLOOD)
         if is_known(frame) and not checksum_holds(frame):
             raise Dropped(DropReason.BAD_FRAME)
         command = command_in(frame)
-        user_id = browser.viewer.user_id
-        standing = drone.standing_of(browser.viewer)
         reason = refusal_of(frame, command, standing)
         if reason is not None:
             raise Dropped(reason)

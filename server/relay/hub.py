@@ -25,11 +25,13 @@ from server.relay.agent_reports import AgentReports
 from server.relay.audience import Audience
 from server.relay.browser import Browser
 from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
+from server.relay.flood_gate import FloodGate, FloodLimits
 from server.relay.frame_paths import FramePaths
 from server.relay.hub_events import HubEvent
 from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
+from server.relay.socket_bounds import SocketBounds
 from server.relay.viewport import Viewport
 from wire.control_messages import (
     HoldOrder,
@@ -56,10 +58,12 @@ __all__ = ["GOING_DOWN", "LINK_REPLACED", "SESSION_ENDED", "Hub"]
 class Hub:
     """See the module's laws. `now` is monotonic seconds everywhere."""
 
-    def __init__(self) -> None:
+    def __init__(self, flood_limits: FloodLimits | None = None, socket_bounds: SocketBounds | None = None) -> None:
         self._state = LiveState()
+        self._flood = FloodGate(flood_limits or FloodLimits())
+        self._socket_bounds = socket_bounds or SocketBounds()
         self._fleet = FleetChanges(self._state)
-        self._paths = FramePaths(self._state)
+        self._paths = FramePaths(self._state, self._flood)
         self._reports = AgentReports(self._state)
         self._safety = SafetyWatch(self._state)
         self._audience = Audience(
@@ -195,6 +199,19 @@ class Hub:
 
     # -- browsers --------------------------------------------------------------------------------------------
 
+    def why_no_room(self, user_id: UserId, address: str) -> str | None:
+        """Why this user may not open one more live connection from there; None if they may."""
+        return self._socket_bounds.refusal(self._state.browsers.values(), user_id, address)
+
+    def hears_request(self, browser: Browser, now: float) -> bool:
+        """Whether a text message of this browser is looked at. If not, it is counted and answered."""
+        if browser.ended:
+            return False
+        heard = browser.requests.take(1.0, now)
+        if not heard:
+            self._state.refuse(browser, DropReason.FLOOD, None, now)
+        return heard
+
     def next_browser_number(self) -> int:
         """A number for a Browser about to be attached."""
         self._next_browser += 1
@@ -234,7 +251,7 @@ class Hub:
 
     def frames_from_browser(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message: checks each frame in turn and passes on what may pass."""
-        if browser.number in self._state.browsers:
+        if browser.number in self._state.browsers and not browser.ended:
             self._paths.down(browser, message, now)
 
     # -- agents ----------------------------------------------------------------------------------------------
@@ -280,17 +297,25 @@ class Hub:
             drone.online = True
             self._state.tell_drone(drone)
         if received.frames is not None:
-            self._paths.up(drone, received.frames)
+            self._paths.up(drone, received.frames, now)
         elif received.urgent is not None:
-            self._urgent(link, received.urgent)
+            self._urgent(link, received.urgent, now)
 
-    def _urgent(self, link: AgentLink, text: bytes) -> None:
+    def _urgent(self, link: AgentLink, text: bytes, now: float) -> None:
+        if not self._flood.admits_report(link.drone_id, now):
+            raise Dropped(DropReason.FLOOD)
         try:
             message = decode_to_tower(text)
         except MalformedMessage:
             raise Dropped(DropReason.BAD_CONTENT) from None
         if isinstance(message, HoldProgress):
             self.report(link, message)
+
+    def hears_report(self, link: AgentLink, now: float) -> bool:
+        """Whether a message of this agent's control channel is looked at. If not, it is counted."""
+        heard = self._flood.admits_report(link.drone_id, now)
+        self.drops[DropReason.FLOOD] += not heard
+        return heard
 
     def report(self, link: AgentLink, message: ToTower) -> None:
         """The agent tells something on its control channel."""
@@ -348,4 +373,5 @@ class Hub:
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""
         self._audience.look_at_maps()
+        self._flood.forget_idle(self._state.drones, now)
         self._state.tell_links(self._state.drones.values(), now)

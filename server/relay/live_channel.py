@@ -16,6 +16,7 @@ from server.relay.hub import SESSION_ENDED, Hub
 from server.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, Pong, decode_request
 from server.relay.live_writer import LiveWriter
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
+from server.relay.socket_bounds import TOO_MANY_SOCKETS
 from server.relay.viewport import Viewport
 from wire.drops import DropReason
 from wire.ids import DroneId
@@ -57,13 +58,23 @@ class LiveChannel:
         self._ending = Ending()
         self._bad_requests = 0
         self._browser = Browser(
-            hub.next_browser_number(), viewer, time.monotonic(), wake=self._wake, close=self._ending.wish
+            hub.next_browser_number(),
+            viewer,
+            time.monotonic(),
+            wake=self._wake,
+            close=self._ending.wish,
+            address=websocket.client.host if websocket.client else "",
         )
         self._writer = LiveWriter(self._browser, direct_writer(websocket))
 
     async def run(self) -> None:
         """Until the browser goes or its session ends."""
         await self._websocket.accept(subprotocol=self._subprotocol)
+        # Nothing is awaited from here until it is attached: two that come at once cannot both have the last place.
+        no_room = self._hub.why_no_room(self._browser.viewer.user_id, self._browser.address)
+        if no_room is not None:
+            await close_quietly(self._websocket, TOO_MANY_SOCKETS, no_room)
+            return
         self._hub.attach_browser(self._browser, self._clock().isoformat(), time.monotonic())
         try:
             await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())
@@ -78,7 +89,7 @@ class LiveChannel:
 
     async def _receive(self) -> None:
         try:
-            while True:
+            while not self._ending.wished:
                 message = await self._websocket.receive()
                 if message["type"] == "websocket.disconnect":
                     self._hub.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
@@ -86,7 +97,7 @@ class LiveChannel:
                 now = time.monotonic()
                 if (frames := message.get("bytes")) is not None:
                     self._hub.frames_from_browser(self._browser, frames, now)
-                elif (text := message.get("text")) is not None:
+                elif (text := message.get("text")) is not None and self._hub.hears_request(self._browser, now):
                     self._request(text, now)
         except RuntimeError:
             return

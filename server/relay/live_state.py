@@ -11,6 +11,7 @@ from msgspec import Raw
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
+from server.relay.flood_gate import FLOODING
 from server.relay.hub_events import HubEvent
 from server.relay.live_drone import LiveDrone
 from wire.control_messages import ControlChanged, ToAgent
@@ -81,6 +82,8 @@ class LiveState:
         # The name of a drone that this browser may not see must not get into the answer.
         name = drone.record.name if drone is not None and browser.number in drone.watchers else ""
         browser.refuse(reason, drone_id, name, now)
+        if reason is DropReason.FLOOD and not browser.patience.take(1.0, now):
+            browser.end(FLOODING, "too much was sent, and it did not stop")
 
     def has_browser(self, user_id: UserId) -> bool:
         """Whether this user has any live browser that may fly."""

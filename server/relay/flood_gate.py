@@ -1,0 +1,108 @@
+"""Who may send how much: by user, by drone and way. What is beyond is not sent, counted, and told.
+
+The numbers are far above what people and programs need (sticks at 50 Hz, a mission in one burst, 1,500 parameters
+asked for one by one) and far below what hurts. Each user has an account over all their sockets, and each drone two
+downwards, one for whoever flies it and one for all who only read, so that nobody's flood takes the sticks from whoever
+flies: the last quarter of a user's account is for flying alone. Sans-I/O: takes `now`.
+"""
+
+from collections.abc import Container
+from dataclasses import dataclass
+from typing import Final
+
+from server.relay.token_bucket import TokenBucket
+from wire.content import Frames
+from wire.ids import DroneId, UserId
+from wire.state_messages import state_key
+
+FLOODING: Final = 4429
+"""Closes a socket that goes on after it was told."""
+
+RESERVED: Final = 0.25
+"""Of an account: for what must not be lost among the rest."""
+
+PATIENCE: Final = 5_000
+PATIENCE_PER_S: Final = 50.0
+"""Refused messages that a socket may send before it is closed, and how fast that is forgotten."""
+
+REQUESTS_PER_S: Final = 20.0
+REQUESTS_BURST: Final = 200
+"""Text messages of a browser: pongs twice a second, a map that is dragged about, a page that is opened."""
+
+REPORTS_PER_S: Final = 50.0
+REPORTS_BURST: Final = 500
+"""Messages of an agent about itself: a few a second while it holds, each in several copies."""
+
+
+@dataclass(frozen=True)
+class FloodLimits:
+    """Frames in a second for long, and at once (docs/settings.md)."""
+
+    user_per_s: int = 500
+    user_burst: int = 4_000
+    drone_per_s: int = 300
+    drone_burst: int = 3_000
+    agent_per_s: int = 10_000
+    agent_burst: int = 20_000
+
+
+class FloodGate:
+    """One for the hub."""
+
+    def __init__(self, limits: FloodLimits) -> None:
+        self._limits = limits
+        self._users: dict[UserId, TokenBucket] = {}
+        self._flying: dict[DroneId, TokenBucket] = {}
+        self._reading: dict[DroneId, TokenBucket] = {}
+        self._agents: dict[DroneId, TokenBucket] = {}
+        self._reports: dict[DroneId, TokenBucket] = {}
+
+    def admits(self, user_id: UserId, drone_id: DroneId | None, *, flies: bool, now: float) -> bool:
+        """One frame of a user. `drone_id`: where it goes, None if nowhere; `flies`: from whoever has the turn there."""
+        limits = self._limits
+        account = self._users.get(user_id)
+        if account is None:
+            account = self._users[user_id] = TokenBucket(limits.user_per_s, limits.user_burst, now)
+        if not account.take(1.0, now, leave=0.0 if flies else RESERVED * limits.user_burst):
+            return False
+        if drone_id is None:
+            return True
+        way = self._flying if flies else self._reading
+        bucket = way.get(drone_id)
+        if bucket is None:
+            bucket = way[drone_id] = TokenBucket(limits.drone_per_s, limits.drone_burst, now)
+        return bucket.take(1.0, now)
+
+    def admitted(self, drone_id: DroneId, content: Frames, now: float) -> tuple[Frames, int, int]:
+        """What of a datagram of an agent may go on, and how many frames were dropped: (state, transactional).
+
+        State goes first: the next one says the same.
+        """
+        limits = self._limits
+        bucket = self._agents.get(drone_id)
+        if bucket is None:
+            bucket = self._agents[drone_id] = TokenBucket(limits.agent_per_s, limits.agent_burst, now)
+        if bucket.take(len(content.frames), now, leave=RESERVED * limits.agent_burst):
+            return content, 0, 0
+        transactional = [frame for frame in content.frames if state_key(frame) is None]
+        kept = [frame for frame in transactional if bucket.take(1.0, now)]
+        state_dropped = len(content.frames) - len(transactional)
+        return content._replace(frames=kept), state_dropped, len(transactional) - len(kept)
+
+    def admits_report(self, drone_id: DroneId, now: float) -> bool:
+        """One message of an agent's control channel, or an urgent one."""
+        bucket = self._reports.get(drone_id)
+        if bucket is None:
+            bucket = self._reports[drone_id] = TokenBucket(REPORTS_PER_S, REPORTS_BURST, now)
+        return bucket.take(1.0, now)
+
+    def forget_idle(self, drones: Container[DroneId], now: float) -> None:
+        """Once a second: users who have long sent nothing, and drones that are no more, need no memory."""
+        for user_id in [one for one, bucket in self._users.items() if bucket.is_full(now)]:
+            del self._users[user_id]
+        for way in (self._flying, self._reading, self._agents, self._reports):
+            for drone_id in [one for one in way if one not in drones]:
+                del way[drone_id]
+
+    def __len__(self) -> int:
+        return len(self._users) + sum(map(len, (self._flying, self._reading, self._agents, self._reports)))

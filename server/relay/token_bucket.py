@@ -1,0 +1,29 @@
+"""A bucket of tokens: so many a second, and so many saved up at most. Takes `now`, does no I/O."""
+
+
+class TokenBucket:
+    """Full at the beginning. `rate_per_s` above 0, `burst` at least 1."""
+
+    __slots__ = ("_at", "_burst", "_level", "_rate_per_s")
+
+    def __init__(self, rate_per_s: float, burst: float, now: float) -> None:
+        self._rate_per_s = rate_per_s
+        self._burst = burst
+        self._level = burst
+        self._at = now
+
+    def take(self, count: float, now: float, *, leave: float = 0.0) -> bool:
+        """Takes `count` tokens if so many are there, and `leave` besides. All or none."""
+        level = self._level + (now - self._at) * self._rate_per_s
+        if level > self._burst:
+            level = self._burst
+        self._at = now
+        if level < count + leave:
+            self._level = level
+            return False
+        self._level = level - count
+        return True
+
+    def is_full(self, now: float) -> bool:
+        """Whether it is as good as a new one, and need not be remembered."""
+        return self._level + (now - self._at) * self._rate_per_s >= self._burst

@@ -1,0 +1,49 @@
+"""Text messages that wait for a browser: how something is, is told once; what happened, in full and in order."""
+
+from hub_world import HubWorld
+
+from server.relay import live_messages as live
+from server.relay.event_queue import MOST_EVENTS, EventQueue
+from wire.ids import DroneId, UserId
+
+
+def changed(world: HubWorld, *, airborne: bool = False) -> live.DroneChanged:
+    drone = world.hub.drone(DroneId(1))
+    assert drone is not None
+    drone.airborne = airborne
+    return live.DroneChanged(drone.view_for(UserId(9)))
+
+
+def test_the_newest_of_a_drone_takes_the_place_of_the_one_that_waits() -> None:
+    world, queue = HubWorld(), EventQueue()
+    older, newer, ping = changed(world), changed(world, airborne=True), live.Ping(1)
+    for event in (older, ping, newer):
+        assert queue.put(event)
+    assert queue.take() == [newer, ping]
+    assert queue.take() == []
+
+
+def test_what_is_said_of_a_drone_before_and_after_it_was_removed_is_not_mixed_up() -> None:
+    world, queue = HubWorld(), EventQueue()
+    drone = changed(world)
+    for event in (drone, live.DroneRemoved(1), drone):
+        queue.put(event)
+    assert queue.take() == [live.DroneRemoved(1), drone]
+
+
+def test_it_is_full_of_what_happened_and_never_of_how_something_is() -> None:
+    world, queue = HubWorld(), EventQueue()
+    for number in range(MOST_EVENTS):
+        assert queue.put(live.Ping(number))
+    assert not queue.put(live.Ping(0))
+    for _ in range(3):
+        assert queue.put(changed(world))
+    assert len(queue) == MOST_EVENTS + 1
+
+
+def test_a_browser_that_does_not_read_is_closed_and_what_waits_for_it_stays_bounded() -> None:
+    alice = HubWorld().browser(1)
+    for number in range(2 * MOST_EVENTS):
+        alice.browser.tell(live.Ping(number))
+    assert {code for code, _ in alice.closed} == {4408}
+    assert alice.browser.waiting()[0] == MOST_EVENTS
