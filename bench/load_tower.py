@@ -90,6 +90,10 @@ async def load_tower(
         "TOWER_UDP_PORT": "0",
         "TOWER_ARGON2_MEMORY_KIB": "19456",
         "TOWER_ARGON2_ROUNDS": "2",
+        "TOWER_USER_SOCKETS": "1000",
+        "TOWER_ADDRESS_SOCKETS": "1000",
+        "TOWER_AGENT_FRAMES_PER_S": "1000000",
+        "TOWER_AGENT_FRAMES_BURST": "1000000",
         **(settings or {}),
     }
     with log.open("wb") as out:

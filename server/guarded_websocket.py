@@ -32,6 +32,7 @@ NOT_SENT_BYTES: Final = 16 * 1024
 SLICE_BYTES: Final = 4 * 1024
 """At most 680 messages: a few milliseconds."""
 MOST_PIECES: Final = 64
+MOST_SINCE_CLOSE_BYTES: Final = 64 * 1024
 
 _NOT_SENT: Final = getattr(socket, "TCP_NOTSENT_LOWAT", None)
 
@@ -43,6 +44,7 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
         super().__init__(*args, **options)
         self._unparsed = b""
         self._slice_planned = False
+        self._since_close = 0
         self._stalled: asyncio.TimerHandle | None = None
         self._lingering: asyncio.TimerHandle | None = None
 
@@ -94,6 +96,11 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
     # -- what it sends ---------------------------------------------------------------------------------------
 
     def data_received(self, data: bytes) -> None:
+        if self.close_sent:
+            # Somewhere in there may be the answer to our goodbye. Who goes on sending is not worth looking for it.
+            self._since_close += len(data)
+            if self._since_close > MOST_SINCE_CLOSE_BYTES:
+                return
         if len(data) <= SLICE_BYTES and not self._unparsed:
             super().data_received(data)
             return
