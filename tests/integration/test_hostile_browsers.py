@@ -94,7 +94,8 @@ async def raw_browser(world: TowerWorld, client: httpx.AsyncClient) -> AsyncIter
 
 
 def connections() -> list[GuardedWebSocket]:
-    return [one for one in gc.get_objects() if isinstance(one, GuardedWebSocket) and not one.disconnected]
+    found = [one for one in gc.get_objects() if issubclass(type(one), GuardedWebSocket)]
+    return [one for one in found if not one.disconnected]
 
 
 async def everything_reaches(world: TowerWorld, client: httpx.AsyncClient, agent: Agent, *, beside: int) -> None:

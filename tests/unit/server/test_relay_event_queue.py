@@ -1,5 +1,6 @@
 """Text messages that wait for a browser: how something is, is told once; what happened, in full and in order."""
 
+import msgspec
 from hub_world import HubWorld
 
 from server.relay import live_messages as live
@@ -21,6 +22,13 @@ def test_the_newest_of_a_drone_takes_the_place_of_the_one_that_waits() -> None:
         assert queue.put(event)
     assert queue.take() == [newer, ping]
     assert queue.take() == []
+
+
+def test_only_the_newest_of_how_all_links_are_waits() -> None:
+    queue = EventQueue()
+    for event in (live.Links([]), live.Ping(1), live.Links([msgspec.Raw(b"{}")])):
+        queue.put(event)
+    assert queue.take() == [live.Links([msgspec.Raw(b"{}")]), live.Ping(1)]
 
 
 def test_what_is_said_of_a_drone_before_and_after_it_was_removed_is_not_mixed_up() -> None:
