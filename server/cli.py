@@ -73,6 +73,12 @@ def migrate_database() -> None:
     typer.echo(f"the database is at revision {newest_revision()}")
 
 
+@app.command("connect", add_help_option=False)
+def connect() -> None:
+    """A drone as a local MAVLink endpoint for ordinary ground stations: see `tower connect --help`."""
+    # Here for the list of commands only: the console script goes straight to the other package (server/entry.py).
+
+
 def main() -> None:
     try:
         app()

@@ -10,7 +10,7 @@ from typing import Final
 import pytest
 
 CHECKOUT: Final = Path(__file__).resolve().parents[2]
-PACKAGES: Final = ("wire", "server", "onboard_agent", "simulator")
+PACKAGES: Final = ("wire", "server", "onboard_agent", "connect", "simulator")
 
 
 def lint(folder: Path) -> subprocess.CompletedProcess[str]:
@@ -47,6 +47,8 @@ def test_the_rules_hold() -> None:
         ("wire/replay.py", "import time"),
         ("server/relay/hub.py", "import asyncio"),
         ("server/control/lease.py", "import sqlalchemy"),
+        ("connect/session.py", "import server.access"),
+        ("connect/bridge.py", "import asyncio"),
     ],
 )
 def test_a_breach_is_found(copy: Path, file: str, line: str) -> None:

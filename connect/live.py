@@ -1,0 +1,140 @@
+"""The live channel of the tower: one WebSocket after the other, for as long as the tower lets us in. Thin shell."""
+
+import asyncio
+import contextlib
+import random
+from collections.abc import Callable
+from typing import Any, Final
+
+import msgspec
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidHandshake, WebSocketException
+from websockets.typing import Subprotocol
+
+from connect.tower_url import TowerUrl
+from connect.unusable import Unusable
+
+SUBPROTOCOL: Final = Subprotocol("tower.v1")
+SIGNED_OUT: Final = 4401
+NOT_ALLOWED: Final = 4403
+
+FIRST_WAIT_S: Final = 0.25
+LONGEST_WAIT_S: Final = 2.0
+OPEN_WITHIN_S: Final = 10.0
+
+MOST_WAITING: Final = 256
+"""Messages that the socket has not taken: two seconds of sticks and a mission. What does not fit is dropped."""
+
+LARGEST_MESSAGE_BYTES: Final = 1 << 22
+
+
+class Live:
+    """`received` gets every message of the tower: text as str, frames as bytes."""
+
+    def __init__(
+        self,
+        tower: TowerUrl,
+        token: str,
+        *,
+        hello: list[dict[str, Any]],
+        received: Callable[[str | bytes], None],
+        say: Callable[[str], None],
+    ) -> None:
+        self._tower = tower
+        self._token = token
+        self._hello = hello
+        self._received = received
+        self._say = say
+        self._outgoing: asyncio.Queue[str | bytes] = asyncio.Queue(MOST_WAITING)
+        self._socket: ClientConnection | None = None
+        self._watch_only = False
+        self.dropped = 0
+        """Messages that found no open socket, or a full one."""
+
+    @property
+    def is_open(self) -> bool:
+        return self._socket is not None
+
+    def send_text(self, message: dict[str, Any]) -> None:
+        """Now or never."""
+        self._put(msgspec.json.encode(message).decode())
+
+    def send_frames(self, message: bytes) -> None:
+        """Now or never: nothing is kept for a tower that comes back later."""
+        self._put(message)
+
+    def _put(self, message: str | bytes) -> None:
+        if self._socket is None or self._outgoing.full():
+            self.dropped += 1
+            return
+        self._outgoing.put_nowait(message)
+
+    async def run(self, *, watch_only: Callable[[], bool]) -> None:
+        """Until cancelled. Raises Unusable when the tower does not let us in any more."""
+        wait_s = 0.0
+        lost = False
+        while True:
+            self._watch_only = watch_only()
+            try:
+                async with self._opened() as socket:
+                    if lost:
+                        self._say(f"connected with {self._tower.origin} again")
+                    lost, wait_s = False, 0.0
+                    await self._serve(socket, watch_only)
+                    continue  # on purpose, to come back with other scopes
+            except ConnectionClosed as closed:
+                self._look_at(closed)
+                reason = closed.rcvd.reason if closed.rcvd else ""
+                why = reason or "the connection was cut"
+            except (OSError, TimeoutError, InvalidHandshake, WebSocketException) as error:
+                why = str(error) or type(error).__name__
+            if not lost:
+                self._say(f"{self._tower.origin} is lost ({why}); trying on")
+            lost = True
+            await asyncio.sleep(wait_s * random.uniform(0.5, 1.0))  # noqa: S311 - spreads, guards nothing
+            wait_s = min(LONGEST_WAIT_S, wait_s * 2 or FIRST_WAIT_S)
+
+    def _opened(self) -> connect:
+        return connect(
+            self._tower.live(watch_only=self._watch_only),
+            subprotocols=[SUBPROTOCOL],
+            additional_headers={"Authorization": f"Bearer {self._token}"},
+            compression=None,
+            open_timeout=OPEN_WITHIN_S,
+            max_size=LARGEST_MESSAGE_BYTES,
+            ping_interval=5,
+            ping_timeout=5,
+        )
+
+    async def _serve(self, socket: ClientConnection, watch_only: Callable[[], bool]) -> None:
+        self._outgoing = asyncio.Queue(MOST_WAITING)
+        self._socket = socket
+        tasks = [asyncio.create_task(part) for part in (self._read(socket), self._write(socket))]
+        try:
+            for message in self._hello:
+                self.send_text(message)
+            while not any(task.done() for task in tasks):
+                await asyncio.wait(tasks, timeout=0.5, return_when=asyncio.FIRST_COMPLETED)
+                if watch_only() != self._watch_only:
+                    return
+            for task in tasks:
+                if task.done():
+                    await task
+        finally:
+            self._socket = None
+            for task in tasks:
+                task.cancel()
+            with contextlib.suppress(Exception):
+                await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _read(self, socket: ClientConnection) -> None:
+        while True:
+            self._received(await socket.recv())
+
+    async def _write(self, socket: ClientConnection) -> None:
+        while True:
+            await socket.send(await self._outgoing.get())
+
+    def _look_at(self, closed: ConnectionClosed) -> None:
+        if closed.rcvd is not None and closed.rcvd.code in (SIGNED_OUT, NOT_ALLOWED):
+            raise Unusable(f"{self._tower.origin} has shut the door: {closed.rcvd.reason}")

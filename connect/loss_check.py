@@ -1,0 +1,35 @@
+"""The check before flight, on a terminal: reads out what a loss would do, and asks whether that is understood."""
+
+from collections.abc import Awaitable, Callable
+
+from connect.rest import Rest
+from connect.squad import Chosen
+from connect.unusable import Ended
+
+Say = Callable[[str], None]
+Ask = Callable[[str], Awaitable[str]]
+
+
+async def before_flight(rest: Rest, drone: Chosen, *, acknowledge: bool, say: Say, ask: Ask) -> None:
+    """Says what would be dangerous. With `acknowledge` asks, and tells the tower the answer; raises Ended on a no."""
+    path = f"/drones/{drone.drone_id}/loss-check"
+    answer = await rest.ask("GET", path)
+    if not answer.done:
+        raise Ended(f"the loss check of {drone.name} cannot be read: {answer.words}")
+    check = answer.body
+    if check["acknowledged"] or not check["dangerous"]:
+        return
+    for sentence in check["sentences"]:
+        if acknowledge or sentence["severity"] == "danger":
+            say(f"{sentence['severity']}: if the {sentence['about']} is lost: {sentence['text']}")
+    if not acknowledge:
+        say(
+            f"{drone.name} cannot be armed until this is acknowledged: in the console, or with --acknowledge-loss-check"
+        )
+        return
+    if (await ask(f"Type yes if you know this and want to fly {drone.name} as it is:")).lower() != "yes":
+        raise Ended("the loss check was not acknowledged: --acknowledge-loss-check needs a yes, typed on a terminal")
+    answer = await rest.ask("POST", f"{path}/acknowledge")
+    if not answer.done:
+        raise Ended(f"the loss check was not acknowledged: {answer.words}")
+    say("the loss check is acknowledged")

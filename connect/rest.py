@@ -1,0 +1,78 @@
+"""The tower's REST API, as far as `tower connect` needs it. Shell: the standard library's client, in a thread."""
+
+import asyncio
+import json
+import ssl
+import urllib.error
+import urllib.request
+from dataclasses import dataclass
+from typing import Any, Final
+
+from connect.tower_url import TowerUrl
+from connect.unusable import Ended, Unusable
+
+ANSWER_WITHIN_S: Final = 10.0
+
+
+@dataclass(frozen=True)
+class Answer:
+    """`body` is what the JSON says, None where there is none."""
+
+    status: int
+    body: Any
+
+    @property
+    def done(self) -> bool:
+        return 200 <= self.status < 300
+
+    @property
+    def code(self) -> str:
+        """Which problem, for programs."""
+        kind = self.body.get("type", "") if isinstance(self.body, dict) else ""
+        return str(kind).rpartition("/")[2]
+
+    @property
+    def words(self) -> str:
+        """Which problem, for people."""
+        body = self.body if isinstance(self.body, dict) else {}
+        return str(body.get("detail") or body.get("title") or f"HTTP status {self.status}")
+
+
+class Rest:
+    """Raises Ended where the tower is not there, Unusable where it does not accept the token."""
+
+    def __init__(self, tower: TowerUrl, token: str) -> None:
+        self._tower = tower
+        self._token = token
+
+    async def ask(self, method: str, path: str, body: Any = None) -> Answer:
+        """`path` begins behind `/api/v1`."""
+        answer = await asyncio.to_thread(self._ask, method, path, body)
+        if answer.status == 401:
+            raise Unusable(f"{self._tower.origin} refuses: {answer.words}")
+        return answer
+
+    def _ask(self, method: str, path: str, body: Any) -> Answer:
+        data = None if body is None else json.dumps(body).encode()
+        headers = {"Authorization": f"Bearer {self._token}", "Content-Type": "application/json"}
+        # The address was checked to be http or https (connect.tower_url).
+        request = urllib.request.Request(self._tower.api + path, data=data, method=method, headers=headers)  # noqa: S310
+        try:
+            with urllib.request.urlopen(request, timeout=ANSWER_WITHIN_S) as answer:  # noqa: S310
+                return Answer(answer.status, _json(answer.read()))
+        except urllib.error.HTTPError as error:
+            with error:
+                return Answer(error.code, _json(error.read()))
+        except urllib.error.URLError as error:
+            if isinstance(error.reason, ssl.SSLError):
+                raise Unusable(f"{self._tower.origin}: its certificate is not accepted: {error.reason}") from None
+            raise Ended(f"{self._tower.origin} cannot be reached: {error.reason}") from None
+        except (OSError, ValueError) as error:
+            raise Ended(f"{self._tower.origin} cannot be reached: {error}") from None
+
+
+def _json(data: bytes) -> Any:
+    try:
+        return json.loads(data) if data else None
+    except ValueError:
+        return None

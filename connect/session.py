@@ -1,0 +1,144 @@
+"""One run of `tower connect`: finds the drone, takes the controls if asked to, carries frames, gives them back.
+
+The shell that puts the parts together. Nothing here decides who may fly: the tower does.
+"""
+
+import asyncio
+import contextlib
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+from connect.bridge import Bridge
+from connect.control_view import ControlView
+from connect.endpoints import Endpoint
+from connect.live import Live
+from connect.loss_check import before_flight
+from connect.rest import Rest
+from connect.squad import Chosen, choose
+from connect.terminal import ask, listen
+from connect.tower_url import TowerUrl
+from connect.unusable import Ended, Unusable
+
+ALREADY_OURS: Final = "already-yours"
+WATCH_RATE_HZ: Final = 0.2
+"""For the rest of the squad, which is thrown away: as little as the tower lets us ask for."""
+
+RELEASE_WITHIN_S: Final = 5.0
+_BODIES: Final[dict[str, Any]] = {"accept": {"sticks_centred": True}}
+
+
+@dataclass(frozen=True)
+class Options:
+    """What was asked for on the command line. `drone` is a name or an id."""
+
+    drone: str
+    tower: TowerUrl
+    token: str = field(repr=False)
+    endpoints: list[Endpoint]
+    fly: bool
+    acknowledge_loss_check: bool
+
+
+class Session:
+    """Use `run` once."""
+
+    def __init__(self, options: Options, say: Callable[[str], None]) -> None:
+        self._options = options
+        self._say = say
+        self._rest = Rest(options.tower, options.token)
+        self._asking: set[asyncio.Task[None]] = set()
+
+    async def run(self) -> None:
+        """Until cancelled. Raises Ended with the reason when it cannot go on."""
+        options = self._options
+        answer = await self._rest.ask("GET", "/drones")
+        if not answer.done:
+            raise Unusable(f"{options.tower.origin} refuses: {answer.words}")
+        self._drone = drone = choose(answer.body, options.drone)
+        self._bridge = Bridge(drone.drone_id)
+        self._view = ControlView(drone.drone_id, drone.name)
+        self._loop = asyncio.get_running_loop()
+        hello = [{"type": "watch", "rate_hz": WATCH_RATE_HZ}, {"type": "focus", "drone_id": drone.drone_id}]
+        self._live = Live(options.tower, options.token, hello=hello, received=self._from_tower, say=self._say)
+        async with contextlib.AsyncExitStack() as stack:
+            for endpoint in options.endpoints:
+                stack.callback(endpoint.close)
+                await endpoint.open(self._from_program, self._bridge.program_gone)
+            if options.fly:
+                if await self._acquire(drone):
+                    stack.push_async_callback(self._release, drone)
+                await before_flight(
+                    self._rest, drone, acknowledge=options.acknowledge_loss_check, say=self._say, ask=ask
+                )
+                stack.callback(listen(self._typed))
+            places = ", ".join(endpoint.name for endpoint in options.endpoints)
+            self._say(f"{drone.name} is at {places}: you {'fly' if options.fly else 'watch'}")
+            await self._live.run(watch_only=self._watch_only)
+
+    # Frames
+
+    def _from_program(self, program: Hashable, data: bytes) -> None:
+        for message in self._bridge.from_program(program, data, self._loop.time()):
+            self._live.send_frames(message)
+
+    def _from_tower(self, message: str | bytes) -> None:
+        if isinstance(message, bytes):
+            frames = self._bridge.from_tower(message)
+            if frames:
+                for endpoint in self._options.endpoints:
+                    endpoint.send(frames)
+            return
+        view = self._view
+        for reply in view.event(message, self._loop.time()):
+            self._live.send_text(reply)
+        self._bridge.has_controls = view.has_controls and self._options.fly
+        for sentence in view.take_sentences():
+            self._say(sentence)
+        if view.out_of_squad:
+            raise Ended(f"{view.name} is not in your squad any more")
+
+    def _watch_only(self) -> bool:
+        """Without --fly always; with it while every ground station is silent, so that nobody takes us for a pilot."""
+        return not self._options.fly or not self._bridge.somebody_is_there(self._loop.time())
+
+    # The controls
+
+    async def _acquire(self, drone: Chosen) -> bool:
+        """False if they were ours before, perhaps by a browser: then they are not ours to release."""
+        answer = await self._rest.ask("POST", f"/drones/{drone.drone_id}/control/acquire", {})
+        if answer.code == ALREADY_OURS:
+            self._say(f"you had the controls of {drone.name} before, and they stay yours when this ends")
+            return False
+        if not answer.done:
+            raise Ended(f"the controls of {drone.name} are not to be had: {answer.words}")
+        return True
+
+    async def _release(self, drone: Chosen) -> None:
+        if self._view.user_id is not None and not self._view.has_controls:
+            return
+        try:
+            async with asyncio.timeout(RELEASE_WITHIN_S):
+                answer = await self._rest.ask("POST", f"/drones/{drone.drone_id}/control/release", {})
+            self._say(f"the controls of {drone.name} are released" if answer.done else answer.words)
+        except (Ended, TimeoutError):
+            self._say(f"the tower could not be told; it takes the controls of {drone.name} back after its grace time")
+
+    def _typed(self, word: str) -> None:
+        if word not in ("acquire", "release", "accept"):
+            if word:
+                self._say("type acquire, release or accept; Ctrl-C ends it")
+            return
+        task = self._loop.create_task(self._ask_for(word))
+        self._asking.add(task)
+        task.add_done_callback(self._asking.discard)
+
+    async def _ask_for(self, word: str) -> None:
+        try:
+            path = f"/drones/{self._drone.drone_id}/control/{word}"
+            answer = await self._rest.ask("POST", path, _BODIES.get(word, {}))
+        except Ended as ended:
+            self._say(str(ended))
+        else:
+            if not answer.done:
+                self._say(answer.words)

@@ -1,0 +1,28 @@
+"""Which drone is meant, by name or id. Pure."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from connect.unusable import Unusable
+from wire.ids import DroneId
+
+
+@dataclass(frozen=True)
+class Chosen:
+    drone_id: DroneId
+    name: str
+
+
+def choose(squad: list[dict[str, Any]], which: str) -> Chosen:
+    """The drone of the squad whose name (upper and lower case do not count) or id is `which`. Raises Unusable."""
+    wanted = which.strip().casefold()
+    by_name = [drone for drone in squad if drone["name"].casefold() == wanted]
+    by_id = [drone for drone in squad if str(drone["id"]) == wanted]
+    found = {drone["id"]: drone for drone in by_name + by_id}
+    if len(found) > 1:
+        raise Unusable(f"{which} is the name of one drone and the id of another")
+    if not found:
+        names = ", ".join(f"{drone['name']} ({drone['id']})" for drone in squad) or "none at all"
+        raise Unusable(f"there is no drone {which} in your squad; there is {names}")
+    (drone,) = found.values()
+    return Chosen(DroneId(drone["id"]), drone["name"])
