@@ -22,6 +22,8 @@ FIRST_WAIT_S: Final = 0.25
 LONGEST_WAIT_S: Final = 2.0
 OPEN_WITHIN_S: Final = 10.0
 
+LOOK_EVERY_S: Final = 0.5
+
 MOST_WAITING: Final = 256
 """Messages that the socket has not taken: two seconds of sticks and a mission. What does not fit is dropped."""
 
@@ -47,13 +49,19 @@ class Live:
         self._say = say
         self._outgoing: asyncio.Queue[str | bytes] = asyncio.Queue(MOST_WAITING)
         self._socket: ClientConnection | None = None
-        self._watch_only = False
+        self._watch_only = True
+        self._look_again = asyncio.Event()
         self.dropped = 0
         """Messages that found no open socket, or a full one."""
 
     @property
-    def is_open(self) -> bool:
-        return self._socket is not None
+    def may_fly(self) -> bool:
+        """Whether the socket is open, and for more than watching."""
+        return self._socket is not None and not self._watch_only
+
+    def look_again(self) -> None:
+        """What `watch_only` answers may have changed."""
+        self._look_again.set()
 
     def send_text(self, message: dict[str, Any]) -> None:
         """Now or never."""
@@ -109,17 +117,14 @@ class Live:
     async def _serve(self, socket: ClientConnection, watch_only: Callable[[], bool]) -> None:
         self._outgoing = asyncio.Queue(MOST_WAITING)
         self._socket = socket
-        tasks = [asyncio.create_task(part) for part in (self._read(socket), self._write(socket))]
+        parts = (self._read(socket), self._write(socket), self._until_other_scopes(watch_only))
+        tasks = [asyncio.create_task(part) for part in parts]
         try:
             for message in self._hello:
                 self.send_text(message)
-            while not any(task.done() for task in tasks):
-                await asyncio.wait(tasks, timeout=0.5, return_when=asyncio.FIRST_COMPLETED)
-                if watch_only() != self._watch_only:
-                    return
-            for task in tasks:
-                if task.done():
-                    await task
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                await task
         finally:
             self._socket = None
             for task in tasks:
@@ -134,6 +139,12 @@ class Live:
     async def _write(self, socket: ClientConnection) -> None:
         while True:
             await socket.send(await self._outgoing.get())
+
+    async def _until_other_scopes(self, watch_only: Callable[[], bool]) -> None:
+        while watch_only() == self._watch_only:
+            self._look_again.clear()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._look_again.wait(), LOOK_EVERY_S)
 
     def _look_at(self, closed: ConnectionClosed) -> None:
         if closed.rcvd is not None and closed.rcvd.code in (SIGNED_OUT, NOT_ALLOWED):

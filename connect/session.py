@@ -48,6 +48,7 @@ class Session:
         self._say = say
         self._rest = Rest(options.tower, options.token)
         self._asking: set[asyncio.Task[None]] = set()
+        self._there = True
 
     async def run(self) -> None:
         """Until cancelled. Raises Ended with the reason when it cannot go on."""
@@ -79,8 +80,12 @@ class Session:
     # Frames
 
     def _from_program(self, program: Hashable, data: bytes) -> None:
+        # A connection that is open for watching only, because nobody was there, must not be sent what flies.
+        self._bridge.has_controls = self._view.has_controls and self._live.may_fly
         for message in self._bridge.from_program(program, data, self._loop.time()):
             self._live.send_frames(message)
+        if self._options.fly and not self._live.may_fly:
+            self._live.look_again()
 
     def _from_tower(self, message: str | bytes) -> None:
         if isinstance(message, bytes):
@@ -92,7 +97,6 @@ class Session:
         view = self._view
         for reply in view.event(message, self._loop.time()):
             self._live.send_text(reply)
-        self._bridge.has_controls = view.has_controls and self._options.fly
         for sentence in view.take_sentences():
             self._say(sentence)
         if view.out_of_squad:
@@ -100,7 +104,13 @@ class Session:
 
     def _watch_only(self) -> bool:
         """Without --fly always; with it while every ground station is silent, so that nobody takes us for a pilot."""
-        return not self._options.fly or not self._bridge.somebody_is_there(self._loop.time())
+        if not self._options.fly:
+            return True
+        there = self._bridge.somebody_is_there(self._loop.time())
+        if there != self._there:
+            self._there = there
+            self._say("a ground station is there again" if there else "no ground station is heard: the pilot is gone")
+        return not there
 
     # The controls
 

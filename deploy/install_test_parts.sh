@@ -1,8 +1,21 @@
 #!/usr/bin/env bash
-# Installs the parts of the tests that are neither Python nor npm packages: Chromium (with a font for its pages), PostgreSQL, and
-# iproute2 for the emulated networks.
-# Only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
+# Installs the parts of the tests that are not packages of this project: other people's ground stations (beside the packages of the virtual
+# environment, not among them), Chromium (with a font for its pages), PostgreSQL, and iproute2 for the emulated networks.
+# The last three only where that is possible without asking anybody (root on a Debian); elsewhere the tests say what is missing.
 set -euo pipefail
+
+cd "$(dirname "$0")/.."
+clients="$("${PYTHON:-python3}" -c 'import sys; print(sys.prefix)')/stock-clients"
+if ! cmp -s requirements/stock_clients.txt "$clients/installed.txt"; then
+  printf '\033[1m==>\033[0m %s\n' "Installing MAVProxy and MAVSDK for the tests (about a minute, once)"
+  rm -rf "$clients"
+  if "${PYTHON:-python3}" -m pip --disable-pip-version-check -qq install --no-deps --require-hashes --target "$clients" \
+    -r requirements/stock_clients.txt; then
+    cp requirements/stock_clients.txt "$clients/installed.txt"
+  else
+    echo "Not installed: MAVProxy and MAVSDK. The tests that need them will be skipped." >&2
+  fi
+fi
 
 wanted=()
 for browser in chromium chromium-browser google-chrome; do

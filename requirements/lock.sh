@@ -7,3 +7,5 @@ lock() { uv pip compile pyproject.toml --universal --python-version 3.11 --gener
   --no-emit-index-url --no-emit-find-links --no-header --no-annotate --quiet "$@"; }
 lock --extra build --extra dev --output-file requirements/dev.txt
 lock --extra build --constraint requirements/dev.txt --output-file requirements/run.txt
+uv pip compile requirements/stock_clients.in --no-deps --universal --python-version 3.11 --generate-hashes \
+  --no-emit-index-url --no-emit-find-links --no-header --no-annotate --quiet --output-file requirements/stock_clients.txt
