@@ -1,5 +1,6 @@
 """`tower connect` as a process before a real tower: who may fly through it, how it comes back, and how it ends."""
 
+import contextlib
 import re
 import socket
 import subprocess
@@ -37,10 +38,8 @@ class Program:
         self._socket.send(build(message, system_id=255, component_id=190, sequence=0))
 
     def listen(self) -> list[Any]:
-        try:
+        with contextlib.suppress(TimeoutError, ConnectionError):
             self.messages += [decode(frame) for frame in self._stream.feed(self._socket.recv(65536))]
-        except (TimeoutError, ConnectionError):
-            pass
         return self.messages
 
     def has(self, kind: str, **fields: Any) -> bool:
