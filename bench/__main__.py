@@ -9,12 +9,13 @@ from collections.abc import Callable, Coroutine
 from pathlib import Path
 from typing import Any
 
-from bench import control, fuzz
+from bench import control, fuzz, scale
 from bench.rows import Report
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "control": (control.run, control.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
+    "scale": (scale.run, scale.__doc__ or ""),
 }
 
 
@@ -33,6 +34,9 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--repeats", type=int, help="how often each trigger is pulled again (10)")
     parser.add_argument("--case", action="append", help="only cases with this in their name")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep databases and logs there")
+    parser.add_argument("--drones", type=int, help="scale: so many (1,000)")
+    parser.add_argument("--browsers", type=int, help="scale: so many that watch all of them (20)")
+    parser.add_argument("--seconds", type=float, help="scale: how long they fly (600)")
     parser.add_argument("--datagrams", type=int, metavar="N", help="fuzz: so many (1,000,000)")
     parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
     parser.add_argument("--seed", type=int, default=1, help="fuzz: another one makes other bytes (1)")

@@ -30,8 +30,8 @@ from typing import Final
 
 from bench.load_frames import EVENT_KINDS, stamped_frame
 from bench.precise_timer import PreciseTimer
-from onboard_agent.control_channel import OpenedChannel, open_channel
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.control_channel import NoLink, OpenedChannel, open_channel
+from onboard_agent.tower_url import TowerUrl, parse_tower_url
 from wire.content import Frames
 from wire.control_messages import AutopilotState, ControlChanged, decode_to_agent, encode_message
 from wire.credential import parse_credential
@@ -83,6 +83,11 @@ class LoadAgent:
         self._loop = asyncio.get_running_loop()
         self._loop.add_reader(self._socket, self._receive)
         self._reading = asyncio.create_task(self._read())
+
+    @property
+    def tower_port(self) -> int:
+        """The UDP port of the tower."""
+        return self._opened.welcome.udp_port
 
     async def tell_state(self, *, armed: bool = True, airborne: bool = True) -> None:
         """The autopilot is heard; the drone is in the air, unless said otherwise."""
@@ -153,20 +158,29 @@ class LoadAgent:
         await asyncio.gather(self._reading, return_exceptions=True)
 
 
-async def sign_in_all(tower_url: str, credentials: Sequence[str]) -> list[LoadAgent]:
-    """One agent for each credential, in order. Raises onboard_agent.control_channel.NoLink."""
+async def sign_in_all(
+    tower_url: str, credentials: Sequence[str], *, at_once: int = SIGN_IN_AT_ONCE, tries: int = 1
+) -> list[LoadAgent]:
+    """One agent for each credential, in order. Raises onboard_agent.control_channel.NoLink after so many tries."""
     allow_files(2 * len(credentials) + 256)
     url = parse_tower_url(tower_url)
-    gate = asyncio.Semaphore(SIGN_IN_AT_ONCE)
+    gate = asyncio.Semaphore(at_once)
 
     async def sign_in(credential: str) -> LoadAgent:
         async with gate:
-            agent = LoadAgent(await open_channel(url, parse_credential(credential)))
-            agent.keep_alive()
-            await agent.tell_state()
-            return agent
+            for _ in range(tries - 1):
+                with contextlib.suppress(NoLink):
+                    return await _sign_in(url, credential)
+            return await _sign_in(url, credential)
 
     return list(await asyncio.gather(*(sign_in(one) for one in credentials)))
+
+
+async def _sign_in(url: TowerUrl, credential: str) -> LoadAgent:
+    agent = LoadAgent(await open_channel(url, parse_credential(credential)))
+    agent.keep_alive()
+    await agent.tell_state()
+    return agent
 
 
 @contextlib.asynccontextmanager

@@ -19,6 +19,13 @@ def cpu_us(pid: int) -> float:
     return total_ns / 1000.0
 
 
+def udp_drops(port: int) -> int:
+    """Datagrams for which the receiving socket on this port had no room, since it was opened."""
+    here = f":{port:04X} "
+    table = Path("/proc/net/udp").read_text().splitlines()
+    return sum(int(line.split()[-1]) for line in table if here in line[:24])
+
+
 def rss_mb(pid: int) -> float:
     """Resident memory in MB (10**6 bytes)."""
     return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * _PAGE_BYTES / 1e6

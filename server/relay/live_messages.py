@@ -225,9 +225,25 @@ _encoder: Final = msgspec.json.Encoder(enc_hook=_view)
 _decoder: Final[msgspec.json.Decoder[FromBrowser]] = msgspec.json.Decoder(FromBrowser)
 
 
+_SHARED: Final = (DroneChanged, Control, Hold)
+"""Events that one object tells to everybody who watches a drone."""
+_MOST_SHARED: Final = 256
+_encoded: Final[dict[int, tuple[ToBrowser, str]]] = {}
+"""What was put into JSON last, by identity. When a thousand agents come back, twenty browsers are told of each."""
+
+
 def encode_event(event: ToBrowser) -> str:
     """The text message for the WebSocket."""
-    return _encoder.encode(event).decode()
+    if not isinstance(event, _SHARED):
+        return _encoder.encode(event).decode()
+    known = _encoded.get(id(event))
+    if known is not None and known[0] is event:
+        return known[1]
+    text = _encoder.encode(event).decode()
+    if len(_encoded) >= _MOST_SHARED:
+        _encoded.clear()
+    _encoded[id(event)] = (event, text)
+    return text
 
 
 def encode_quality(quality: LinkQuality) -> msgspec.Raw:

@@ -42,9 +42,12 @@ class LiveState:
                 browser.tell(event)
 
     def tell_drone(self, drone: LiveDrone) -> None:
-        """The drone as it is now."""
+        """The drone as it is now. One event for all but who is blind, so that it is put into JSON once."""
+        blind_id = drone.blind_user_id
+        told = live.DroneChanged(drone.view())
         for browser in drone.watchers.values():
-            browser.tell(live.DroneChanged(drone.view_for(browser.viewer.user_id)))
+            user_id = browser.viewer.user_id
+            browser.tell(told if user_id != blind_id else live.DroneChanged(drone.view_for(user_id)))
 
     def tell_links(self, drones: Iterable[LiveDrone], now: float) -> None:
         """How the links of those are that are online: to each browser in one message."""

@@ -1,0 +1,98 @@
+"""What the browsers of the scale benchmark look at: one at every frame, the others at what may not be lost."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from struct import Struct
+from typing import Final
+
+from bench.load_frames import EVENT_KINDS, STATE_KINDS
+
+_EVENT_KINDS: Final = frozenset(EVENT_KINDS)
+_STATE_KINDS: Final = frozenset(STATE_KINDS)
+_TAG: Final = Struct("<I")
+_STAMP: Final = Struct("<QI")
+_STAMP_AT: Final = 14
+"""Behind tag and header."""
+_AGE_STEP_MS: Final = 1.0
+
+
+class EventsOnly:
+    """Counts the transactional frames of each drone, which are numbered 1, 2, 3, ..."""
+
+    def __init__(self) -> None:
+        self.events = 0
+        self.out_of_order = 0
+        """Those whose number is not the one behind the last: after a gap, or repeated, or too late."""
+        self.losses_told = 0
+        self._last: dict[int, int] = {}
+
+    def begin(self) -> None:
+        """The flight begins."""
+
+    def told(self, text: bytes) -> None:
+        """A text message came."""
+        if text.startswith(b'{"type":"lost"'):
+            self.losses_told += 1
+
+    def came(self, message: bytes) -> None:
+        """A binary message came."""
+        at, end = 0, len(message)
+        while at < end:
+            if message[at + 11] | message[at + 12] << 8 in _EVENT_KINDS:
+                self._event(message, at)
+            at += message[at + 5] + 16
+
+    def _event(self, message: bytes, at: int) -> None:
+        (drone_id,) = _TAG.unpack_from(message, at)
+        _, number = _STAMP.unpack_from(message, at + _STAMP_AT)
+        self.events += 1
+        if number != self._last.get(drone_id, 0) + 1:
+            self.out_of_order += 1
+        self._last[drone_id] = number
+
+
+class Everything(EventsOnly):
+    """Besides, how old each state frame is when it comes, and how old what is known of a drone ever became."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._ages: Counter[int] = Counter()
+        self._newest_us: dict[int, int] = {}
+        self._stalest_us = 0.0
+
+    def begin(self) -> None:
+        self._ages.clear()
+        self._newest_us.clear()
+        self._stalest_us = 0.0
+
+    def came(self, message: bytes) -> None:
+        now_us = int(time.monotonic() * 1e6)
+        at, end = 0, len(message)
+        newest = self._newest_us
+        while at < end:
+            kind = message[at + 11] | message[at + 12] << 8
+            if kind in _EVENT_KINDS:
+                self._event(message, at)
+            elif kind in _STATE_KINDS:
+                (drone_id,) = _TAG.unpack_from(message, at)
+                sent_us, _ = _STAMP.unpack_from(message, at + _STAMP_AT)
+                self._ages[int((now_us - sent_us) / 1e3 / _AGE_STEP_MS)] += 1
+                before_us = newest.get(drone_id)
+                if before_us is not None:
+                    self._stalest_us = max(self._stalest_us, now_us - before_us)
+                if before_us is None or sent_us > before_us:
+                    newest[drone_id] = sent_us
+            at += message[at + 5] + 16
+
+    def ages_ms(self) -> list[float]:
+        """Of every state frame, in steps of a millisecond."""
+        return [step * _AGE_STEP_MS for step, count in sorted(self._ages.items()) for _ in range(count)]
+
+    def stalest_ms(self) -> float:
+        """How long ago the newest thing known of a drone had been sent, at the worst, just before something newer came.
+
+        Of which the time between two frames of a drone is a part.
+        """
+        return self._stalest_us / 1e3
