@@ -16,8 +16,9 @@ from wire.content import Frames
 from wire.datagram_lane import STALLED_AFTER_S, DatagramLane
 from wire.drops import Dropped, DropReason
 from wire.ids import Epoch
+from wire.path_mtu import PathMtu
 from wire.sealed_link import Received, SealedLink
-from wire.transport_choice import Transport, TransportChoice
+from wire.transport_choice import IN_DOUBT_AFTER_S, Transport, TransportChoice
 
 _log = logging.getLogger(__name__)
 
@@ -72,6 +73,7 @@ class DataChannel:
         self.sealed = sealed
         self.choice = TransportChoice(now)
         self.lane = DatagramLane()
+        self._path_mtu = PathMtu(now)
         self._host, self._port = host, port
         self._user = user
         self._urgent = urgent
@@ -111,6 +113,7 @@ class DataChannel:
             for uplink in self._uplinks:
                 await self._renew(uplink, now)
                 self._ping_uplink(uplink, now, probing=probing)
+            self._probe_mtu(now)
             await asyncio.sleep(TICK_S)
 
     # -- out ---------------------------------------------------------------------------------------------------
@@ -162,6 +165,17 @@ class DataChannel:
         elif probing:
             uplink.socket.send(self.sealed.seal_probe(now))
 
+    def _probe_mtu(self, now: float) -> None:
+        """Of one way only, and while it works: several uplinks keep to what every path must carry."""
+        if len(self._uplinks) > 1 or self.choice.transport is not Transport.UDP:
+            return
+        if self.sealed.unproven_s(now) > IN_DOUBT_AFTER_S:
+            return
+        datagram_bytes = self._path_mtu.probe_due(now)
+        if datagram_bytes is not None:
+            self._uplinks[0].socket.send_whole(self.sealed.seal_probe(now, datagram_bytes=datagram_bytes))
+        self.sealed.fill_datagrams(self._path_mtu.datagram_bytes)
+
     async def _renew(self, uplink: _Uplink, now: float) -> None:
         """Opens an uplink anew that is silent, or could not be opened."""
         if now - max(uplink.heard_at, uplink.opened_at) < UDP_SILENT_S:
@@ -209,6 +223,7 @@ class DataChannel:
             self.choice.proven(transport, now)
         if received.probed is not None:
             self.choice.probe_answered(now)
+            self._path_mtu.answered(received.probed.datagram_bytes, now)
         self._transport_changed(before, now)
         self._send_all(self.sealed.datagrams_to_send(now))
         return received

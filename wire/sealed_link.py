@@ -6,7 +6,7 @@ content (the tag, the epoch) is its own rule and stands where that side is.
 """
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from wire.batching import Batch, Batcher
 from wire.content import (
@@ -27,11 +27,9 @@ from wire.ids import DroneId, Epoch, LinkId
 from wire.keepalive import ANSWER_WITHIN_S, PROBE_SEQUENCES, Keepalive, clock_stamp_us
 from wire.lateness import stamp_ms
 from wire.link_quality import LinkQuality
+from wire.path_mtu import SAFE_DATAGRAM_BYTES, SeenMtu
 from wire.rekeying import Rekeying, Retiring
 from wire.sealing import OVERHEAD_BYTES, Opener, Sealer
-
-SAFE_DATAGRAM_BYTES: Final = 1200
-"""Passes on every path that IPv6 allows, tunnels included: the size before anything is known of the path."""
 
 
 class Probed(NamedTuple):
@@ -71,6 +69,7 @@ class SealedLink:
         self._sealer = Sealer(send_key, link_id)
         self._opener = Opener(receive_key, link_id)
         self._batcher = Batcher(SAFE_DATAGRAM_BYTES - OVERHEAD_BYTES - FRAMES_HEADER_BYTES)
+        self._seen_mtu = SeenMtu()
         self._answers: list[bytes] = []
         self._probes: dict[int, tuple[float, int | None, int]] = {}
         """Sequence number to (when sent, uplink, size)."""
@@ -101,6 +100,9 @@ class SealedLink:
         if isinstance(decoded, Pong):
             return Received(None, newest, probed=self._pong(decoded, now), proof=proof)
         answer = self._sealer.seal(encode_keepalive(Pong(decoded.sequence, decoded.clock_us, report)))
+        if decoded.purpose is Purpose.PROBE:
+            self._seen_mtu.probe_came(len(datagram), now)
+            self.fill_datagrams(self._seen_mtu.datagram_bytes)
         if decoded.purpose is Purpose.KEEPALIVE:
             self._answers.append(answer)
             return Received(None, newest, proof=proof)
@@ -112,6 +114,11 @@ class SealedLink:
             return None
         self._newest_of_uplink[ping.uplink] = ping.sequence
         return ping.uplink
+
+    def fill_datagrams(self, datagram_bytes: int) -> None:
+        """From here on datagrams with frames are as large as this."""
+        self.datagram_bytes = datagram_bytes
+        self._batcher.room_bytes = datagram_bytes - OVERHEAD_BYTES - FRAMES_HEADER_BYTES
 
     def unproven_s(self, now: float) -> float:
         """Seconds since it was last shown that something which this side sent has arrived."""
@@ -179,6 +186,8 @@ class SealedLink:
         """Answers to pings, and a ping of our own where one is due. Also the moment at which keys are changed."""
         if self._rekeying.due(sealed=self._sealer.sealed, arrived=self._told_counter, now=now):
             self._sealer.next_key()
+        if self._seen_mtu.outdated(now):
+            self.fill_datagrams(self._seen_mtu.datagram_bytes)
         if self._retiring.due(phase=self._opener.phase, now=now):
             self._opener.retire_last_key()
         datagrams, self._answers = self._answers, []

@@ -64,13 +64,19 @@ class DataLinkWorld:
 
 @contextlib.asynccontextmanager
 async def data_link_world(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, uplinks: Sequence[str] = ("",), blocked: bool = False
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    *,
+    uplinks: Sequence[str] = ("",),
+    blocked: bool = False,
+    largest_bytes: int = 65535,
 ) -> AsyncIterator[DataLinkWorld]:
     async with contextlib.AsyncExitStack() as stack:
         tower = await stack.enter_async_context(start_tower(tmp_path))
         admin = await tower.add_user("admin", Role.ADMIN)
         drone = await tower.add_drone("Kestrel")
         proxy = await stack.enter_async_context(running_proxy(("127.0.0.1", tower.udp_port)))
+        proxy.largest_bytes = largest_bytes
         if blocked:
             proxy.blocked.add("")
         # Agents are told the port of the box instead of the tower's own.

@@ -94,3 +94,13 @@ async def test_a_replay_from_elsewhere_moves_nothing_and_is_counted(
         world.proxy.replay(0)
         await until(lambda: world.hub.drops[DropReason.REPLAYED] == 1)
         assert world.link.routes.newest == before
+
+
+@pytest.mark.parametrize("passes", [1500, 1320])
+async def test_the_path_mtu_is_found_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, passes: int) -> None:
+    async with data_link_world(tmp_path, monkeypatch, largest_bytes=passes) as world:
+        least = min(passes, 1452) - 16
+        await until(lambda: world.link.sealed.datagram_bytes >= least, 25.0, "the size is found")
+        told = await world.told_link(path_mtu=world.link.sealed.datagram_bytes)
+        assert told["path_mtu"] <= passes
+        assert world.link.sealed.keepalive.loss == 0.0, "only probes were lost"

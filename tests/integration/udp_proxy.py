@@ -5,6 +5,7 @@ Each address that speaks to it gets a port of its own towards the tower, as behi
 
 import asyncio
 import contextlib
+import socket
 from collections.abc import AsyncIterator
 from typing import Any
 
@@ -25,9 +26,8 @@ class UdpProxy(asyncio.DatagramProtocol):
         """What is larger is lost, as by a path with a small MTU."""
         self.up: list[tuple[Address, bytes]] = []
         """Everything that came for the tower."""
-        self.down = 0
         self._front: asyncio.DatagramTransport | None = None
-        self._backs: dict[Address, asyncio.DatagramTransport] = {}
+        self._backs: dict[Address, socket.socket] = {}
 
     def connection_made(self, transport: Any) -> None:
         self._front = transport
@@ -37,25 +37,23 @@ class UdpProxy(asyncio.DatagramProtocol):
         self.up.append((addr, data))
         if not self._passes(addr, data) or self.blocked_up:
             return
-        back = self._backs.get(addr)
+        self._back_of(addr).send(data)
+
+    def _back_of(self, agent: Address) -> socket.socket:
+        back = self._backs.get(agent)
         if back is None:
-            asyncio.get_running_loop().create_task(self._first(addr, data))
-        else:
-            back.sendto(data)
+            back = self._backs[agent] = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            back.setblocking(False)
+            back.connect(self.tower)
+            asyncio.get_running_loop().add_reader(back, self._from_tower, agent, back)
+        return back
 
-    async def _first(self, agent: Address, data: bytes) -> None:
-        loop = asyncio.get_running_loop()
-        back, _ = await loop.create_datagram_endpoint(lambda: _Back(self, agent), remote_addr=self.tower)
-        before = self._backs.pop(agent, None)
-        if before is not None:
-            before.close()
-        self._backs[agent] = back
-        back.sendto(data)
-
-    def from_tower(self, agent: Address, data: bytes) -> None:
-        if self._front is not None and self._passes(agent, data):
-            self.down += 1
-            self._front.sendto(data, agent)
+    def _from_tower(self, agent: Address, back: socket.socket) -> None:
+        with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
+            while True:
+                data = back.recv(65535)
+                if self._front is not None and self._passes(agent, data):
+                    self._front.sendto(data, agent)
 
     def _passes(self, agent: Address, data: bytes) -> bool:
         return not self.blocked & {"", agent[0]} and len(data) <= self.largest_bytes
@@ -63,32 +61,24 @@ class UdpProxy(asyncio.DatagramProtocol):
     @property
     def ports(self) -> set[int]:
         """The ports by which the tower sees agents now."""
-        return {back.get_extra_info("sockname")[1] for back in self._backs.values()}
+        return {back.getsockname()[1] for back in self._backs.values()}
 
     def forget(self) -> None:
         """As a NAT that was restarted: everybody has another port from now on."""
         for back in self._backs.values():
+            asyncio.get_running_loop().remove_reader(back)
             back.close()
         self._backs.clear()
 
     def replay(self, number: int) -> None:
         """Sends what came once more, from a port of its own."""
         agent, data = self.up[number]
-        asyncio.get_running_loop().create_task(self._first(("replayed", agent[1]), data))
+        self._back_of(("replayed", agent[1])).send(data)
 
     def close(self) -> None:
         self.forget()
         if self._front is not None:
             self._front.close()
-
-
-class _Back(asyncio.DatagramProtocol):
-    def __init__(self, proxy: UdpProxy, agent: Address) -> None:
-        self._proxy = proxy
-        self._agent = agent
-
-    def datagram_received(self, data: bytes, addr: Address) -> None:
-        self._proxy.from_tower(self._agent, data)
 
 
 @contextlib.asynccontextmanager
