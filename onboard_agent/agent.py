@@ -50,6 +50,7 @@ class Agent:
         self._stream = FrameStream()
         self._systemd = Systemd()
         self._summarised: Counter[str] = Counter()
+        self._unknown_told = 0
 
     async def run(self) -> None:
         """Works until cancelled. Raises Unusable (alone, in no group) for what a restart does not cure."""
@@ -125,10 +126,10 @@ class Agent:
 
     def _tick(self) -> None:
         now = self._loop.time()
-        uplink = self._onboard.uplink
-        measured = self._link.measured(now) if uplink.wants_measurement(now) else None
+        stream = self._onboard.stream
+        measured = self._link.measured(now) if stream.wants_measurement(now) else None
         if measured is not None:
-            uplink.measured(measured, now)
+            stream.measured(measured, now)
         self._onboard.tick(now)
         self._send_up(self._onboard.frames_to_tower(now))
         self._flush()
@@ -146,11 +147,15 @@ class Agent:
             totals = (
                 onboard.counts
                 + onboard.downlink.counts
-                + onboard.uplink.thinner.counts
+                + onboard.stream.thinner.counts
                 + self._link.counts
                 + self._port.counts
             )
             new = totals - self._summarised
             self._summarised = totals
+            unknown = onboard.stream.thinner.unknown_passed
+            if unknown > self._unknown_told:
+                _log.info("not thinned, being unknown here: %d frames in the last minute", unknown - self._unknown_told)
+                self._unknown_told = unknown
             if new:
                 _log.info("not passed on in the last minute: %s", ", ".join(f"{n} {why}" for why, n in new.items()))

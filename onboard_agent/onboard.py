@@ -5,7 +5,7 @@ Verbs in: what came from either side, and the time. What is to be sent is taken 
 """
 
 import logging
-from collections import Counter, deque
+from collections import Counter
 from typing import Any, Final
 
 from onboard_agent.autopilot_state import AutopilotEvent, AutopilotView
@@ -30,13 +30,13 @@ from onboard_agent.presence import Presence
 from onboard_agent.safety import within_limits
 from onboard_agent.stand_in import StandIn
 from onboard_agent.stick_gate import StickGate
-from onboard_agent.uplink import Uplink
+from onboard_agent.telemetry_stream import TelemetryStream
+from onboard_agent.tower_news import TowerNews
 from wire.content import Frames
 from wire.control_messages import (
     ControlChanged,
     HoldCause,
     HoldOrder,
-    HoldProgress,
     SafetySettings,
     StreamSettings,
     ToAgent,
@@ -49,9 +49,6 @@ from wire.ids import DroneId, Epoch
 from wire.lateness import Lateness
 
 _log = logging.getLogger(__name__)
-
-PROGRESS_KEPT: Final = 32
-"""Steps of a hold that wait for a link: four holds' worth. The oldest go first; what counts is how it ended."""
 
 SAME_CHANGE_S: Final = 2.0
 """A hold that is ordered this soon after the epoch has grown belongs to the change of hands."""
@@ -73,7 +70,7 @@ class Onboard:
         maker = FrameMaker()
         self.autopilot = AutopilotView()
         self.downlink = Downlink()
-        self.uplink = Uplink()
+        self.stream = TelemetryStream()
         self.hold = Hold(maker)
         self.counts: Counter[str] = Counter()
         """Frames not passed on for reasons that the downlink does not know, by reason."""
@@ -90,10 +87,9 @@ class Onboard:
         self._presence = Presence(maker, speaks_first=speaks_first)
         self._inquiry = Inquiry(maker, narrow_line=narrow_line)
         self._holder_present = False
-        self._linked = False
+        self._news = TowerNews(autopilot=self.autopilot, hold=self.hold, inquiry=self._inquiry, stream=self.stream)
         self._newest_order = 0
         self._to_autopilot: list[bytes] = []
-        self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
 
     # From the autopilot
 
@@ -114,7 +110,7 @@ class Onboard:
                 message = decode(frame)
                 if message is not None:
                     self._read(message, frame, now)
-        return self.uplink.admit(passed)
+        return self.stream.admit(passed)
 
     def _read(self, message: Any, frame: bytes, now: float) -> None:
         view = self.autopilot
@@ -176,22 +172,20 @@ class Onboard:
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
         self._stand_in.end()
-        self._linked = True
         self._newest_order = 0
-        self.autopilot.tell_again()
-        self._inquiry.tell_again()
         # Another link, perhaps another tower: its clock is not the one that we measured.
         self._lateness = Lateness()
         self._watch.loss.link_up(now)
-        self.uplink.link_up(now)
+        self.stream.link_up(now)
+        self._news.link_up()
 
     def link_broken(self, now: float) -> None:
         """The link is down, whoever ended it."""
-        self._linked = False
+        self._news.link_down()
         self._holder_present = False
         self._stand_in.end()
         self._watch.loss.link_down(now)
-        self.uplink.link_down()
+        self.stream.link_down()
 
     def tower_heard(self, now: float) -> None:
         """An authentic datagram of the tower came."""
@@ -223,7 +217,7 @@ class Onboard:
                 _log.info("safety settings: %s", settings)
             self.settings = settings
         elif isinstance(message, StreamSettings):
-            self.uplink.chosen(message)
+            self.stream.chosen(message)
 
     def _epoch_told(self, epoch: int, now: float) -> None:
         if epoch > self.downlink.epoch:
@@ -254,7 +248,7 @@ class Onboard:
             self.hold.stop_sticks()
             self._watch.sticks_passed(now)
             self._stand_in.sticks_passed(now)
-            self.uplink.sticks_passed(now)
+            self.stream.sticks_passed(now)
             self._inquiry.sticks_sent(now)
         else:
             self._watch.used(now)
@@ -283,7 +277,7 @@ class Onboard:
             tower_silent_s=self._watch.loss.silent_s(now),
         )
         if view.system_id is not None and view.heard:
-            self._inquiry.follow(self.uplink.profile)
+            self._inquiry.follow(self.stream.profile)
             out += self._inquiry.due(now, vehicle_system_id=view.system_id)
 
     def _look(self, now: float) -> None:
@@ -349,23 +343,11 @@ class Onboard:
 
     def frames_to_tower(self, now: float) -> list[bytes]:
         """Frames of the autopilot that have waited for their beat."""
-        return self.uplink.due(now)
+        return self.stream.due(now)
 
     def take_to_tower(self, now: float) -> list[ToTower]:
         """Messages for the control channel, in order; nothing while there is no link, but progress is kept for it."""
-        for step in self.hold.take_progress():
-            _log.info("hold: %s %s", step.step, step.detail)
-            self._progress.append(step)
-        if not self._linked:
-            return []
-        messages: list[ToTower] = list(self._progress)
-        self._progress.clear()
-        news = (
-            self.autopilot.changed(now),
-            self.uplink.changed(),
-            self._inquiry.loss_report(self.autopilot.kind) if self.autopilot.heard else None,
-        )
-        return messages + [one for one in news if one is not None]
+        return self._news.take(now)
 
     def _modes(self) -> Modes | None:
         return modes_of(self.autopilot.kind, self.autopilot.vehicle_type)

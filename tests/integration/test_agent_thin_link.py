@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import pytest
 from agent_fakes import FakeAutopilot, FakeTower, running_agent, running_autopilot, until
 
-from onboard_agent import auto_profile, tower_link, uplink
+from onboard_agent import auto_profile, telemetry_stream, tower_link
 from onboard_agent.autopilot_port.udp import UdpIn
 from wire.control_messages import StreamSettings, StreamState
 from wire.dialect import mavlink
@@ -125,7 +125,7 @@ async def test_what_is_no_state_all_arrives_in_order_in_the_thinnest_profile(wor
 
 async def test_auto_goes_down_on_a_lossy_network_and_comes_back(world: World, monkeypatch: pytest.MonkeyPatch) -> None:
     tower = world.tower
-    monkeypatch.setattr(uplink, "SETTLED_AFTER_S", 1.0)
+    monkeypatch.setattr(telemetry_stream, "SETTLED_AFTER_S", 1.0)
     monkeypatch.setattr(tower_link, "LOSS_OVER_S", 5.0)
     monkeypatch.setattr(auto_profile, "UP_AFTER_S", 1.0)
     full = await tower.bytes_per_s(1.0)

@@ -19,7 +19,7 @@ BY_HAND_FOR_S: Final = 3.0
 """After the last sticks of the holder the pilot's rates stay so long: RC_OVERRIDE_TIME of the autopilots."""
 
 
-class Uplink:
+class TelemetryStream:
     """Give frames to `admit`, send what it and `due` return. Tell it what was chosen and what the link is like."""
 
     def __init__(self) -> None:
@@ -42,10 +42,9 @@ class Uplink:
         self._put_in_force()
 
     def link_up(self, now: float) -> None:
-        """A new link: it has to be measured anew, and told which profile is in force."""
+        """A new link: it has to be measured anew."""
         self._link_up_at = now
         self._auto.new_link()
-        self._told = None
 
     def link_down(self) -> None:
         """Nothing can be measured."""
@@ -77,6 +76,10 @@ class Uplink:
         """Frames that have waited for their beat, at each tick."""
         self.thinner.by_hand = now - self._sticks_at < BY_HAND_FOR_S
         return self.thinner.due(now)
+
+    def tell_again(self) -> None:
+        """A new tower link knows nothing."""
+        self._told = None
 
     def changed(self) -> StreamState | None:
         """What to tell the tower, where it differs from what was told last."""

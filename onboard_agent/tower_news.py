@@ -1,0 +1,58 @@
+"""What is due to the tower on the control channel: each thing when it has changed, all again on a new link. No I/O.
+
+The steps of a hold are kept while there is no link; everything else is told as it is when there is one.
+"""
+
+import logging
+from collections import deque
+from typing import Final
+
+from onboard_agent.autopilot_state import AutopilotView
+from onboard_agent.hold import Hold
+from onboard_agent.inquiry import Inquiry
+from onboard_agent.telemetry_stream import TelemetryStream
+from wire.control_messages import HoldProgress, ToTower
+
+_log = logging.getLogger(__name__)
+
+PROGRESS_KEPT: Final = 32
+"""Steps of a hold that wait for a link: four holds' worth. The oldest go first; what counts is how it ended."""
+
+
+class TowerNews:
+    """Knows whom to ask. Take what is due with `take`, often."""
+
+    def __init__(self, *, autopilot: AutopilotView, hold: Hold, inquiry: Inquiry, stream: TelemetryStream) -> None:
+        self._autopilot = autopilot
+        self._hold = hold
+        self._inquiry = inquiry
+        self._stream = stream
+        self._linked = False
+        self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
+
+    def link_up(self) -> None:
+        """A new link, which knows nothing."""
+        self._linked = True
+        self._autopilot.tell_again()
+        self._inquiry.tell_again()
+        self._stream.tell_again()
+
+    def link_down(self) -> None:
+        """Nobody to tell."""
+        self._linked = False
+
+    def take(self, now: float) -> list[ToTower]:
+        """Messages in order; none while there is no link."""
+        for step in self._hold.take_progress():
+            _log.info("hold: %s %s", step.step, step.detail)
+            self._progress.append(step)
+        if not self._linked:
+            return []
+        messages: list[ToTower] = list(self._progress)
+        self._progress.clear()
+        news = (
+            self._autopilot.changed(now),
+            self._stream.changed(),
+            self._inquiry.loss_report(self._autopilot.kind) if self._autopilot.heard else None,
+        )
+        return messages + [one for one in news if one is not None]
