@@ -36,6 +36,7 @@ from server.fleet import routes as fleet_routes
 from server.fleet.roster import Roster
 from server.guards import SecurityHeaders, UnexpectedErrors
 from server.listening import CannotListen
+from server.metrics import routes as metrics_routes
 from server.origin import OriginCheck
 from server.problem_docs import describe_problems
 from server.problems import handle_problems
@@ -59,6 +60,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     user_routes.router,
     audit_routes.router,
     health.router,
+    metrics_routes.router,
 )
 _TAGS: Final = (
     {"name": "session", "description": "Signing in and out."},
@@ -67,6 +69,7 @@ _TAGS: Final = (
     {"name": "control", "description": "Who has the controls of a drone."},
     {"name": "users", "description": "Users administration, for admins."},
     {"name": "audit", "description": "Who did what, for admins."},
+    {"name": "metrics", "description": "What the tower counts, for Prometheus."},
     {"name": "health", "description": "Whether the tower is well."},
 )
 
@@ -86,6 +89,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
         generate_unique_id_function=_operation_id,
     )
     app.state.tower = tower
+    app.state.metrics_registry = metrics_routes.new_registry(tower)
     handle_problems(app)
     describe_problems(app)
     for router in ROUTERS:

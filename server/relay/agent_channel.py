@@ -233,6 +233,8 @@ class AgentChannel:
                     await self._websocket.send_text(encode_message(self._outgoing.popleft()))
                 elif (datagram := self._lane.take(time.monotonic())) is not None:
                     await self._websocket.send_bytes(datagram)
+                    self._hub.traffic.datagrams_to_agents += 1
+                    self._hub.traffic.bytes_to_agents += len(datagram)
                 else:
                     self._something_to_send.clear()
                     await self._something_to_send.wait()

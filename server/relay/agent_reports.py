@@ -57,5 +57,6 @@ class AgentReports:
             progress.elapsed_ms,
             progress.cause,
         )
+        self._state.traffic.hold_steps[str(progress.step)] += 1
         self._state.tell_watchers(drone, told)
         self._state.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))

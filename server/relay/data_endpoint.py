@@ -37,6 +37,9 @@ class DataEndpoint(asyncio.DatagramProtocol):
         """Sends at once; what the kernel cannot take is lost, as on any network."""
         if self._transport is not None and not self._transport.is_closing():
             self._transport.sendto(datagram, address)
+            traffic = self._hub.traffic
+            traffic.datagrams_to_agents += 1
+            traffic.bytes_to_agents += len(datagram)
 
     @property
     def port(self) -> int:

@@ -34,6 +34,7 @@ class FramePaths:
             raise Dropped(DropReason.FOREIGN_TAG)
         drone_id = drone.drone_id
         watchers = drone.frame_watchers()
+        self._state.traffic.frames_from_agents += len(content.frames)
         content, state_dropped, lost = self._flood.admitted(drone_id, content, now)
         if state_dropped or lost:
             self._state.drops[DropReason.FLOOD] += state_dropped + lost
@@ -61,6 +62,7 @@ class FramePaths:
             admitted = self._flood.admits(browser.viewer.user_id, None, flies=False, now=now)
             self._state.refuse(browser, DropReason.MALFORMED if admitted else DropReason.FLOOD, None, now)
             return
+        self._state.traffic.frames_from_browsers += len(parts)
         late_s = 0.0 if sent_ms is None else browser.lateness.late_by(sent_ms, now)
         for drone_id, frame in parts:
             try:
@@ -102,6 +104,7 @@ class FramePaths:
                 return
         if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
             raise Dropped(DropReason.OFFLINE)
+        self._state.traffic.frames_to_agents += 1
         if kind is Kind.STICKS:
             drone.sticks_at = now
             drone.sticks_from = browser.number

@@ -24,6 +24,7 @@ from server.relay.agent_link import AgentLink
 from server.relay.agent_reports import AgentReports
 from server.relay.audience import Audience
 from server.relay.browser import Browser
+from server.relay.census import Census, take_census
 from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
 from server.relay.flood_gate import FloodGate, FloodLimits
 from server.relay.frame_paths import FramePaths
@@ -32,6 +33,7 @@ from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
 from server.relay.socket_bounds import SocketBounds
+from server.relay.traffic import Traffic
 from server.relay.viewport import Viewport
 from wire.control_messages import (
     HoldOrder,
@@ -78,6 +80,15 @@ class Hub:
         return self._state.drops
 
     @property
+    def traffic(self) -> Traffic:
+        """What was passed on, and how fast."""
+        return self._state.traffic
+
+    def census(self) -> Census:
+        """Who and what is there, and waits, at this moment."""
+        return take_census(self._state)
+
+    @property
     def on_event(self) -> Callable[[HubEvent], None]:
         """Whoever acts on what the hub notices."""
         return self._state.on_event
@@ -121,6 +132,7 @@ class Hub:
             if flying is not None:
                 self._state.tell_watchers(drone, live.Turn(drone_id, flying))
             return
+        self.traffic.control_events[event] += 1
         told = live.Control(drone_id, event, lease.epoch, lease.holder, by, reason)
         self._state.tell_watchers(drone, told)
         self._state.tell_former(drone, before.part_takers() - lease.part_takers(), told)
@@ -291,6 +303,8 @@ class Hub:
         if link is None:
             raise Dropped(DropReason.UNKNOWN_LINK)
         received = link.receive(datagram, address, now)
+        self.traffic.datagrams_from_agents += 1
+        self.traffic.bytes_from_agents += len(datagram)
         link.send_keepalives(now)
         drone = self._state.drones[link.drone_id]
         if not drone.online:
@@ -334,6 +348,7 @@ class Hub:
             self._state.tell_watchers(drone, told)
             return False
         self._next_order += 1
+        self.traffic.holds_ordered += 1
         if len(drone.orders) >= MOST_ORDERS_OPEN:
             del drone.orders[min(drone.orders)]
         drone.orders[self._next_order] = reason

@@ -65,7 +65,7 @@ class LiveChannel:
             close=self._ending.wish,
             address=websocket.client.host if websocket.client else "",
         )
-        self._writer = LiveWriter(self._browser, direct_writer(websocket))
+        self._writer = LiveWriter(self._browser, direct_writer(websocket), hub.traffic)
 
     async def run(self) -> None:
         """Until the browser goes or its session ends."""
@@ -73,6 +73,7 @@ class LiveChannel:
         # Nothing is awaited from here until it is attached: two that come at once cannot both have the last place.
         no_room = self._hub.why_no_room(self._browser.viewer.user_id, self._browser.address)
         if no_room is not None:
+            self._hub.traffic.browser_closes[TOO_MANY_SOCKETS] += 1
             await close_quietly(self._websocket, TOO_MANY_SOCKETS, no_room)
             return
         self._hub.attach_browser(self._browser, self._clock().isoformat(), time.monotonic())
@@ -82,6 +83,7 @@ class LiveChannel:
             self._writer.stop()
             self._hub.detach_browser(self._browser, time.monotonic())
         if self._ending.wished:
+            self._hub.traffic.browser_closes[self._ending.code] += 1
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     def _wake(self) -> None:
@@ -96,11 +98,20 @@ class LiveChannel:
                     return
                 now = time.monotonic()
                 if (frames := message.get("bytes")) is not None:
-                    self._hub.frames_from_browser(self._browser, frames, now)
+                    self._frames(frames, now)
                 elif (text := message.get("text")) is not None and self._hub.hears_request(self._browser, now):
                     self._request(text, now)
         except RuntimeError:
             return
+
+    def _frames(self, message: bytes, now: float) -> None:
+        traffic = self._hub.traffic
+        traffic.messages_from_browsers += 1
+        traffic.bytes_from_browsers += len(message)
+        passed_before = traffic.frames_to_agents
+        self._hub.frames_from_browser(self._browser, message, now)
+        if traffic.frames_to_agents != passed_before:
+            traffic.down.observe(time.monotonic() - now)
 
     def _request(self, text: str, now: float) -> None:
         try:

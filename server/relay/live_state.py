@@ -14,6 +14,7 @@ from server.relay.browser import Browser
 from server.relay.flood_gate import FLOODING
 from server.relay.hub_events import HubEvent
 from server.relay.live_drone import LiveDrone
+from server.relay.traffic import Traffic
 from wire.control_messages import ControlChanged, ToAgent
 from wire.drops import DropCounts, DropReason
 from wire.ids import DroneId, LinkId, UserId
@@ -27,6 +28,7 @@ class LiveState:
         self.links: dict[LinkId, AgentLink] = {}
         self.browsers: dict[int, Browser] = {}
         self.drops: DropCounts = DropCounts()
+        self.traffic = Traffic()
         self.on_event: Callable[[HubEvent], None] = lambda event: None
         """Whoever acts on what the hub notices."""
 
@@ -81,6 +83,7 @@ class LiveState:
     def refuse(self, browser: Browser, reason: DropReason, drone_id: DroneId | None, now: float) -> None:
         """Counts a frame that may not pass, and answers whoever sent it."""
         self.drops[reason] += 1
+        self.traffic.refusals[reason.value] += 1
         drone = self.drones.get(drone_id) if drone_id is not None else None
         # The name of a drone that this browser may not see must not get into the answer.
         name = drone.record.name if drone is not None and browser.number in drone.watchers else ""

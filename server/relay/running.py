@@ -29,8 +29,11 @@ async def running_relay(hub: Hub, *, host: str, port: int) -> AsyncIterator[Data
 async def _beat(hub: Hub) -> None:
     ticks = 0
     while True:
+        due_at = time.monotonic() + TICK_S
         await asyncio.sleep(TICK_S)
-        hub.tick(time.monotonic())
+        now = time.monotonic()
+        hub.traffic.loop_late.observe(max(0.0, now - due_at))
+        hub.tick(now)
         ticks += 1
         if ticks % TICKS_A_SECOND == 0:
             hub.each_second(time.monotonic())

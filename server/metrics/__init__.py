@@ -1,0 +1,1 @@
+"""What the tower counts about itself, as Prometheus reads it."""

@@ -1,0 +1,131 @@
+"""Turns the relay's plain counters into Prometheus' metrics, when somebody asks and not before. One table of all of them.
+
+docs/metrics.md lists the same; a test compares the two.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, Final
+
+from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
+from prometheus_client.registry import Collector
+from sqlalchemy.pool import QueuePool
+
+from server.relay.hub import Hub
+from server.relay.traffic import LATENCY_BOUNDS_S, Histogram, Traffic
+
+Counted = Callable[[Traffic], int]
+
+_COUNTERS: Final[tuple[tuple[str, str, tuple[tuple[str, str, Counted], ...]], ...]] = (
+    (
+        "tower_frames",
+        "MAVLink frames by peer and direction",
+        (
+            ("agent", "in", lambda traffic: traffic.frames_from_agents),
+            ("agent", "out", lambda traffic: traffic.frames_to_agents),
+            ("browser", "in", lambda traffic: traffic.frames_from_browsers),
+            ("browser", "out", lambda traffic: traffic.frames_to_browsers),
+        ),
+    ),
+    (
+        "tower_bytes",
+        "Bytes of datagrams and WebSocket messages by peer and direction",
+        (
+            ("agent", "in", lambda traffic: traffic.bytes_from_agents),
+            ("agent", "out", lambda traffic: traffic.bytes_to_agents),
+            ("browser", "in", lambda traffic: traffic.bytes_from_browsers),
+            ("browser", "out", lambda traffic: traffic.bytes_to_browsers),
+        ),
+    ),
+    (
+        "tower_messages",
+        "Datagrams (agents) and binary WebSocket messages (browsers) by peer and direction",
+        (
+            ("agent", "in", lambda traffic: traffic.datagrams_from_agents),
+            ("agent", "out", lambda traffic: traffic.datagrams_to_agents),
+            ("browser", "in", lambda traffic: traffic.messages_from_browsers),
+            ("browser", "out", lambda traffic: traffic.messages_to_browsers),
+        ),
+    ),
+)
+
+
+class RelayCollector(Collector):
+    """What the hub counts and what it has at this moment. `pool`: the database's connections."""
+
+    def __init__(self, hub: Hub, pool: Any) -> None:
+        self._hub = hub
+        self._pool = pool
+
+    def collect(self) -> Iterator[Metric]:
+        traffic = self._hub.traffic
+        for name, words, sides in _COUNTERS:
+            family = CounterMetricFamily(name, words, labels=("peer", "direction"))
+            for peer, direction, counted in sides:
+                family.add_metric((peer, direction), counted(traffic))
+            yield family
+        yield _by("tower_drops", "Datagrams, frames and messages not passed on", "reason", self._hub.drops)
+        yield _by("tower_refusals", "Refusals that a browser was told of", "code", traffic.refusals)
+        yield _by("tower_browser_closes", "Live connections closed by the tower", "code", traffic.browser_closes)
+        yield _by("tower_control_events", "Changes of who has the controls", "event", traffic.control_events)
+        yield _by("tower_hold_steps", "Steps of holds as agents reported them", "step", traffic.hold_steps)
+        yield CounterMetricFamily("tower_holds_ordered", "Holds that the tower ordered", value=traffic.holds_ordered)
+        yield CounterMetricFamily(
+            "tower_frames_lost", "Transactional frames browsers were too slow for", value=traffic.frames_lost
+        )
+        yield _histogram(
+            "tower_up_latency_seconds", "Agent's socket to browser's socket, frames due at once", traffic.up
+        )
+        yield _histogram("tower_down_latency_seconds", "Browser's socket to agent's socket", traffic.down)
+        yield _histogram("tower_loop_late_seconds", "How late the hub's clock beats", traffic.loop_late)
+        yield from self._present()
+        yield from self._database()
+
+    def _present(self) -> Iterator[Metric]:
+        census = self._hub.census()
+        for name, words, value in (
+            ("tower_browsers", "Live connections of browsers and programs", census.browsers),
+            ("tower_users", "Users who have one", census.users),
+            ("tower_agents", "Agents signed in", census.agents),
+            ("tower_drones", "Drones there are", census.drones),
+            ("tower_drones_online", "Drones whose data channel works", census.online),
+            ("tower_drones_held", "Drones whose controls somebody has", census.held),
+        ):
+            yield GaugeMetricFamily(name, words, value=value)
+        waiting = GaugeMetricFamily("tower_queue_depth", "What waits for all browsers together", labels=("queue",))
+        deepest = GaugeMetricFamily("tower_queue_deepest", "What waits for the slowest of them", labels=("queue",))
+        for queue, of_all, of_one in zip(
+            ("text", "transactional", "state"), census.waiting, census.deepest, strict=True
+        ):
+            waiting.add_metric((queue,), of_all)
+            deepest.add_metric((queue,), of_one)
+        yield waiting
+        yield deepest
+
+    def _database(self) -> Iterator[Metric]:
+        if not isinstance(self._pool, QueuePool):
+            return
+        family = GaugeMetricFamily("tower_database_connections", "Of the pool, by state", labels=("state",))
+        family.add_metric(("in_use",), self._pool.checkedout())
+        family.add_metric(("idle",), self._pool.checkedin())
+        yield family
+        yield GaugeMetricFamily("tower_database_pool_size", "Connections kept open at most", value=self._pool.size())
+
+
+def _by(name: str, words: str, label: str, counts: Mapping[Any, int]) -> CounterMetricFamily:
+    family = CounterMetricFamily(name, words, labels=(label,))
+    for key, count in sorted(counts.items(), key=lambda item: str(item[0])):
+        family.add_metric((str(key),), count)
+    return family
+
+
+def _histogram(name: str, words: str, histogram: Histogram) -> HistogramMetricFamily:
+    family = HistogramMetricFamily(name, words)
+    family.add_metric((), list(_added_up(histogram.counts)), histogram.total_s)
+    return family
+
+
+def _added_up(counts: Iterable[int]) -> Iterator[tuple[str, float]]:
+    total = 0
+    for bound, count in zip((*map(str, LATENCY_BOUNDS_S), "+Inf"), counts, strict=True):
+        total += count
+        yield bound, total

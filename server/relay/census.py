@@ -1,0 +1,38 @@
+"""Who and what is there, and how much waits for browsers, counted when somebody asks. Off the frame path."""
+
+from dataclasses import dataclass
+
+from server.relay.live_state import LiveState
+
+Depths = tuple[int, int, int]
+"""Text messages, transactional frames, state frames."""
+
+
+@dataclass(frozen=True)
+class Census:
+    """`waiting`: for all browsers together; `deepest`: for the one that has most, of each."""
+
+    browsers: int
+    users: int
+    agents: int
+    drones: int
+    online: int
+    held: int
+    waiting: Depths
+    deepest: Depths
+
+
+def take_census(state: LiveState) -> Census:
+    """Of this moment."""
+    depths = [browser.waiting() for browser in state.browsers.values()] or [(0, 0, 0)]
+    texts, transactional, kinds = zip(*depths, strict=True)
+    return Census(
+        browsers=len(state.browsers),
+        users=len({browser.viewer.user_id for browser in state.browsers.values()}),
+        agents=len(state.links),
+        drones=len(state.drones),
+        online=sum(drone.online for drone in state.drones.values()),
+        held=sum(drone.lease.holder is not None for drone in state.drones.values()),
+        waiting=(sum(texts), sum(transactional), sum(kinds)),
+        deepest=(max(texts), max(transactional), max(kinds)),
+    )
