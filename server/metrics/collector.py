@@ -1,4 +1,4 @@
-"""Turns the relay's plain counters into Prometheus' metrics, when somebody asks and not before. One table of all of them.
+"""Turns the relay's plain counters into Prometheus' metrics, when somebody asks and not before.
 
 docs/metrics.md lists the same; a test compares the two.
 """
