@@ -83,7 +83,7 @@ def test_a_rehearsal_shows_the_measured_time_to_the_hold(somebody: Somebody) -> 
     alice.take_off("Kestrel", 8)
     alice.part("rehearse").click()
     dialog = alice.page.get_by_role("dialog")
-    expect(dialog).to_contain_text("Kestrel is in the air")
+    expect(dialog).to_contain_text("Kestrel is in the air (in a simulator)")
     alice.part("rehearse-operator").check()
     alice.part("rehearse-confirm").click()
     expect(alice.part("rehearsal")).to_have_attribute("data-phase", "held")
@@ -92,3 +92,17 @@ def test_a_rehearsal_shows_the_measured_time_to_the_hold(somebody: Somebody) -> 
     expect(alice.part("rehearsal")).to_have_attribute("data-phase", "ended")
     expect(alice.part("rehearsal")).to_contain_text("ms")
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
+
+
+def test_a_rehearsal_on_the_ground_says_that_no_hold_is_needed(somebody: Somebody) -> None:
+    admin = signed_in(somebody, "admin", "Kestrel")
+    admin.wait("the autopilot", lambda: admin.word("mode") != "")
+    admin.part("rehearse").click()
+    dialog = admin.page.get_by_role("dialog")
+    expect(dialog).to_contain_text("on the ground, disarmed")
+    expect(dialog).to_contain_text("For 4 s the tower says nothing")
+    admin.part("rehearse-tower").check()
+    admin.part("rehearse-confirm").click()
+    expect(admin.part("rehearsal")).to_have_attribute("data-phase", "not_needed")
+    expect(admin.part("rehearsal")).to_contain_text("no hold was needed")
+    expect(admin.part("rehearse")).to_be_enabled()

@@ -148,9 +148,23 @@ def test_who_is_no_longer_an_owner_is_told_so_at_once(somebody: Somebody, world:
     admin = world.visitor("admin")
     [owner] = admin.drone(1)["owners"]
     assert admin.ask("DELETE", f"/drones/1/owners/{owner['id']}").status == 200
-    expect(alice.part("taken-banner")).to_contain_text("Kestrel")
-    expect(alice.part("taken-banner")).to_contain_text("You can no longer see it")
+    banner = alice.part("taken-banner")
+    expect(banner).to_contain_text("Your controls of Kestrel were revoked by admin")
+    expect(banner).to_contain_text("no longer an owner of this drone")
+    expect(banner).to_contain_text("You can no longer see it")
     expect(alice.part("action-arm")).to_have_count(0)
+    assert admin.drone(1)["holder"] is None
+
+
+def test_whose_account_is_disabled_reads_why_and_what_they_fly_no_longer(somebody: Somebody, world: World) -> None:
+    alice = signed_in(somebody, "alice", "Kestrel")
+    alice.acquire("Kestrel")
+    admin = world.visitor("admin")
+    [owner] = admin.drone(1)["owners"]
+    assert admin.ask("PATCH", f"/users/{owner['id']}", {"disabled": True}).status == 200
+    farewell = alice.part("sign-in-problem")
+    expect(farewell).to_contain_text("You were signed out: the account was disabled.")
+    expect(farewell).to_contain_text("You had the controls of Kestrel")
     assert admin.drone(1)["holder"] is None
 
 
@@ -165,7 +179,14 @@ def test_taken_without_watching_freezes_and_covers_the_view(somebody: Somebody) 
     admin.wait("frames at the admin's", lambda: admin.frames_heard[1] > 100)
     assert alice.frames_heard[1] == 0
 
+    # Who is offered the controls sees what they are to accept.
     admin.gives_back("Kestrel")
-    alice.part("control-accept").click()
+    expect(alice.part("offer")).to_be_visible()
     expect(alice.part("view-cover")).to_have_count(0)
     alice.wait("frames again", lambda: alice.frames_heard[1] > 20)
+    admin.part("control-keep").click()
+    expect(alice.part("view-cover")).to_be_visible()
+    admin.gives_back("Kestrel")
+    alice.part("control-accept").click()
+    expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
+    expect(alice.part("view-cover")).to_have_count(0)

@@ -17,9 +17,7 @@ ALT_HOLD, AUTO, GUIDED, RTL, LAND = 2, 3, 4, 6, 9
 class FakeDrone:
     """Flies straight to its target at constant speed."""
 
-    def __init__(
-        self, drone_id: int, name: str, north_m: float, east_m: float, *, online: bool = True
-    ) -> None:
+    def __init__(self, drone_id: int, name: str, north_m: float, east_m: float, *, online: bool = True) -> None:
         self.id, self.name, self.online = drone_id, name, online
         self.epoch = 1
         self.holder: dict[str, Any] | None = None
@@ -112,15 +110,9 @@ class FakeDrone:
         self.put(dialect.MAVLink_extended_sys_state_message(0, landed))
         zeros = (0.0, 0.0, 0.0, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0)
         self.put(
-            dialect.MAVLink_home_position_message(
-                int(self.home[0] * 1e7), int(self.home[1] * 1e7), 400_000, *zeros
-            )
+            dialect.MAVLink_home_position_message(int(self.home[0] * 1e7), int(self.home[1] * 1e7), 400_000, *zeros)
         )
-        self.put(
-            dialect.MAVLink_sys_status_message(
-                0, 0, 0, 200, 16_200, 1200, int(self.battery), 0, 0, 0, 0, 0, 0
-            )
-        )
+        self.put(dialect.MAVLink_sys_status_message(0, 0, 0, 200, 16_200, 1200, int(self.battery), 0, 0, 0, 0, 0, 0))
 
     def state(self, boot_ms: int) -> None:
         lat, lon = int(self.lat * 1e7), int(self.lon * 1e7)

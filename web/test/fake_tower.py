@@ -28,6 +28,9 @@ CSP = (
 )
 
 
+LASTS_S = {"operator": 5.0, "tower": 4.0}
+
+
 class FakeTower:
     def __init__(self) -> None:
         drones = [
@@ -78,7 +81,7 @@ class FakeTower:
         drone.heartbeat()
 
     async def rehearse(self, drone: FakeDrone, what: str) -> None:
-        base = {"type": "rehearsal", "drone_id": drone.id, "what": what}
+        base = {"type": "rehearsal", "drone_id": drone.id, "what": what, "lasts_s": LASTS_S[what]}
         await self.tell({**base, "phase": "begun", "hold_ms": None, "text": "The loss has begun."})
         await asyncio.sleep(2)
         await self.tell({**base, "phase": "held", "hold_ms": 2008.4, "text": "It holds in ALT_HOLD."})
@@ -97,9 +100,7 @@ class FakeTower:
                 drone.state(tick * 100)
                 if tick % 10 == 0:
                     drone.heartbeat()
-                    await self.tell(
-                        {"type": "link", "drone_id": drone.id, "rtt_ms": 40 + drone.id, "loss": 0.01}
-                    )
+                    await self.tell({"type": "link", "drone_id": drone.id, "rtt_ms": 40 + drone.id, "loss": 0.01})
                 batch += b"".join(drone.out)
                 drone.out.clear()
             for socket in list(self.sockets):
@@ -110,9 +111,7 @@ class FakeTower:
                 await self.tell({"type": "ping", "sequence": tick})
             await asyncio.sleep(STEP_S)
 
-    async def change(
-        self, drone: FakeDrone, action: str, user: dict[str, Any], body: dict[str, Any]
-    ) -> str | None:
+    async def change(self, drone: FakeDrone, action: str, user: dict[str, Any], body: dict[str, Any]) -> str | None:
         """The refusal in words, or None."""
         me = {"id": user["id"], "name": user["name"]}
         holds = action in ("take", "give", "accept")
@@ -244,9 +243,7 @@ async def change_settings(drone_id: int, request: Request) -> Response:
     changes = await request.json()
     if changes.get("lost_hold_s", 2) > 60:
         body = {"title": "The request is not valid", "status": 422, "detail": "One field is at fault."}
-        errors = [
-            {"in": "body", "field": "lost_hold_s", "message": "Input should be less than or equal to 60"}
-        ]
+        errors = [{"in": "body", "field": "lost_hold_s", "message": "Input should be less than or equal to 60"}]
         return JSONResponse({**body, "errors": errors}, status_code=422)
     tower.drones[drone_id].settings.update(changes)
     await tower.show(tower.drones[drone_id])
@@ -261,7 +258,13 @@ async def loss_check(drone_id: int) -> Response:
 @app.post("/api/v1/drones/{drone_id}/loss-check/acknowledge")
 async def acknowledge(drone_id: int) -> Response:
     tower.drones[drone_id].acknowledged = True
+    await tower.tell({"type": "loss_check", "drone_id": drone_id})
     return JSONResponse(tower.drones[drone_id].loss_check())
+
+
+@app.get("/api/v1/drones/{drone_id}/rehearsal")
+async def rehearsal_terms(drone_id: int) -> Response:
+    return JSONResponse({"lasts_s": LASTS_S, "running": False, "simulated": drone_id == 1})
 
 
 @app.post("/api/v1/drones/{drone_id}/rehearsal")
@@ -288,9 +291,7 @@ async def live(socket: WebSocket) -> None:
         return
     drones = [drone.as_json(user) for drone in tower.drones.values()]
     now = datetime.now(UTC).isoformat()
-    await socket.send_text(
-        json.dumps({"type": "welcome", "user": user, "drones": drones, "server_time": now})
-    )
+    await socket.send_text(json.dumps({"type": "welcome", "user": user, "drones": drones, "server_time": now}))
     tower.sockets[socket] = user
     try:
         while True:
@@ -336,6 +337,4 @@ async def page(path: str) -> Response:
 
 
 if __name__ == "__main__":
-    uvicorn.run(
-        app, host="127.0.0.1", port=int(sys.argv[1]) if len(sys.argv) > 1 else 8000, log_level="warning"
-    )
+    uvicorn.run(app, host="127.0.0.1", port=int(sys.argv[1]) if len(sys.argv) > 1 else 8000, log_level="warning")

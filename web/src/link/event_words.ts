@@ -55,3 +55,11 @@ export function holdWords({ step, detail, elapsed_ms: elapsedMs, cause }: HoldEv
   const why = cause && cause !== 'order' ? ` (${causeWords(cause)})` : '';
   return `Hold ${stepWords(step)} after ${Math.round(elapsedMs)} ms${why}${detail ? `: ${detail}` : ''}`;
 }
+
+/** To somebody whom the tower has signed out. Flown by hand a drone holds; what flies by itself goes on. */
+export function farewellWords(why: string, flown: readonly string[]): string {
+  const ended = why ? `You were signed out: ${why.replace(/\.$/, '')}.` : 'You were signed out.';
+  if (flown.length === 0) return ended;
+  const names = flown.join(', ');
+  return `${ended} You had the controls of ${names}: you have them no longer, and the drone holds if it was in the air.`;
+}

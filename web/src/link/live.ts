@@ -34,6 +34,8 @@ export interface LiveState {
   readonly failures: number;
   /** When the next attempt begins, on the link clock; null when none is planned. */
   readonly retryAtMs: number | null;
+  /** Of `signed-out`: the tower's reason, for people. */
+  readonly why: string;
 }
 
 /** The part of WebSocket that is used; tests bring their own. */
@@ -42,7 +44,7 @@ export interface SocketLike {
   /** Bytes that were given to `send` and have not left the browser. */
   readonly bufferedAmount: number;
   onmessage: ((event: { data: unknown }) => void) | null;
-  onclose: ((event: { code: number }) => void) | null;
+  onclose: ((event: { code: number; reason?: string }) => void) | null;
   send(data: string | Uint8Array<ArrayBuffer>): void;
   close(): void;
 }
@@ -62,7 +64,7 @@ export function liveUrl(location: { protocol: string; host: string }): string {
 
 export class Live {
   readonly #options: LiveOptions;
-  readonly #state = new Store<LiveState>({ phase: 'stopped', failures: 0, retryAtMs: null });
+  readonly #state = new Store<LiveState>({ phase: 'stopped', failures: 0, retryAtMs: null, why: '' });
   #socket: SocketLike | null = null;
   #cancelTimer: () => void = () => undefined;
   #rateHz: number | null = null;
@@ -94,7 +96,7 @@ export class Live {
 
   stop(): void {
     this.#drop();
-    this.#state.set({ phase: 'stopped', failures: 0, retryAtMs: null });
+    this.#state.set({ phase: 'stopped', failures: 0, retryAtMs: null, why: '' });
   }
 
   /** The network is said to be back: do not wait for the back-off to end. */
@@ -146,7 +148,7 @@ export class Live {
 
   #connect(failures: number): void {
     this.#drop();
-    this.#state.set({ phase: 'connecting', failures, retryAtMs: null });
+    this.#state.set({ phase: 'connecting', failures, retryAtMs: null, why: '' });
     let socket: SocketLike;
     try {
       socket = this.#options.openSocket();
@@ -157,7 +159,7 @@ export class Live {
     this.#socket = socket;
     socket.binaryType = 'arraybuffer';
     socket.onmessage = ({ data }) => this.#received(data);
-    socket.onclose = ({ code }) => this.#lost(code);
+    socket.onclose = ({ code, reason }) => this.#lost(code, reason);
     this.#after(WELCOME_LIMIT_MS, () => this.#lost(0));
   }
 
@@ -181,7 +183,7 @@ export class Live {
   /** Only a welcome makes it open: before that we do not know that we are signed in. */
   #opened(): void {
     this.#cancelTimer();
-    this.#state.set({ phase: 'open', failures: 0, retryAtMs: null });
+    this.#state.set({ phase: 'open', failures: 0, retryAtMs: null, why: '' });
     if (this.#rateHz !== null) this.#socket?.send(watchText(this.#rateHz));
     if (this.#focus !== null) this.#socket?.send(focusText(this.#focus));
     if (this.#shown !== null) this.#socket?.send(viewportText(this.#shown));
@@ -195,17 +197,17 @@ export class Live {
     if (this.#expectsTraffic) this.#after(limitMs, () => this.#lost(0));
   }
 
-  #lost(code: number): void {
+  #lost(code: number, why = ''): void {
     const failures = this.#state.get().failures + 1;
     this.#drop();
     if (code === CLOSE_SIGNED_OUT) {
-      this.#state.set({ phase: 'signed-out', failures: 0, retryAtMs: null });
+      this.#state.set({ phase: 'signed-out', failures: 0, retryAtMs: null, why });
       return;
     }
     const most = Math.min(BACKOFF_MOST_MS, BACKOFF_FIRST_MS * 2 ** Math.min(failures - 1, 10));
     const delayMs = most * (0.5 + 0.5 * (this.#options.random ?? Math.random)());
     this.#after(delayMs, () => this.#connect(failures));
-    this.#state.set({ phase: 'waiting', failures, retryAtMs: this.#options.clock.nowMs() + delayMs });
+    this.#state.set({ phase: 'waiting', failures, retryAtMs: this.#options.clock.nowMs() + delayMs, why: '' });
   }
 
   #drop(): void {

@@ -1,7 +1,7 @@
 /** The tower's REST interface under /api/v1. Every failure is a `RestError` with words for people. */
 
 import { readDrone, type DroneOnWire } from './drone_view';
-import type { LossCheck, SafetySettings } from './safety_types';
+import type { LossCheck, RehearsalTerms, SafetySettings } from './safety_types';
 import type { Drone, RehearsedLoss, User } from './wire_types';
 
 export interface FieldError {
@@ -84,6 +84,10 @@ export class Rest {
 
   acknowledgeLossCheck(droneId: number): Promise<LossCheck> {
     return this.#call('POST', `/drones/${droneId}/loss-check/acknowledge`, {});
+  }
+
+  rehearsal(droneId: number): Promise<RehearsalTerms> {
+    return this.#call('GET', `/drones/${droneId}/rehearsal`);
   }
 
   rehearse(droneId: number, what: RehearsedLoss, isInFlight: boolean): Promise<unknown> {

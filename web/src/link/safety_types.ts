@@ -1,6 +1,6 @@
 /** What the REST interface says about a drone's safety: its settings, the check before flight, the rehearsal. */
 
-import type { LostAction, StreamProfile } from './wire_types';
+import type { LostAction, RehearsedLoss, StreamProfile } from './wire_types';
 
 export interface SafetySettings {
   /** Mode names, tried in order; altitude hold always comes last, named or not. */
@@ -35,6 +35,14 @@ export interface LossCheck {
   readonly sentences: readonly LossSentence[];
   readonly dangerous: boolean;
   readonly acknowledged: boolean;
+}
+
+/** What a rehearsal would be. */
+export interface RehearsalTerms {
+  readonly lasts_s: Readonly<Record<RehearsedLoss, number>>;
+  readonly running: boolean;
+  /** The parameters prove that the autopilot is a simulated one. */
+  readonly simulated: boolean;
 }
 
 /** Whether arming must wait for "I have read this". */

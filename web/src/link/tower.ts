@@ -6,10 +6,11 @@
 import { realClock, type Clock } from './clock';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
-import { controlWords, holdWords } from './event_words';
+import { controlWords, farewellWords, holdWords } from './event_words';
 import { FINAL_STEPS, nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
 import { Live, liveUrl, SUBPROTOCOL, type SocketLike } from './live';
+import { LossChecks } from './loss_checks';
 import { LostControlsLog } from './lost_controls';
 import { nextRehearsal } from './rehearsal_log';
 import { Rest, RestError, type ControlAction, type ControlWords } from './rest';
@@ -44,6 +45,9 @@ export class Tower {
   readonly journal = new Journal();
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
+  readonly lossChecks: LossChecks;
+  /** Why we were signed out, and what we had in hand; empty when nobody ended it but we. */
+  readonly farewell = new Store('');
   /** Since when we do not hear the tower; null while we do. */
   readonly deafSinceMs = new Store<number | null>(null);
   #entries = 0;
@@ -52,13 +56,14 @@ export class Tower {
     this.clock = options.clock ?? realClock;
     this.rest = options.rest ?? new Rest();
     this.assist = new AssistTurns(this.clock);
+    this.lossChecks = new LossChecks(this.clock, (droneId) => this.readLossCheck(droneId));
     this.live = new Live({
       clock: this.clock,
       openSocket: options.openSocket ?? openBrowserSocket,
       onEvent: (event) => this.#onEvent(event),
       onFrames: (message) => this.#onFrames(message),
     });
-    this.live.state.subscribe(({ phase, failures }) => {
+    this.live.state.subscribe(({ phase, failures, why }) => {
       if (phase === 'open') this.deafSinceMs.set(null);
       else if (this.live.heardAtMs !== null) this.deafSinceMs.update((since) => since ?? this.live.heardAtMs);
       if (phase === 'waiting') {
@@ -66,7 +71,7 @@ export class Tower {
         // A tower that refuses the upgrade looks like a network fault from here: ask which of the two it is.
         if (failures === 1 || failures % 4 === 0) void this.#checkSession();
       }
-      if (phase === 'signed-out') this.#forget();
+      if (phase === 'signed-out') this.#signedOut(why);
     });
   }
 
@@ -79,6 +84,7 @@ export class Tower {
 
   async signIn(name: string, password: string): Promise<void> {
     this.user.set(await this.rest.signIn(name, password));
+    this.farewell.set('');
     this.live.start();
   }
 
@@ -86,6 +92,7 @@ export class Tower {
     await this.rest.signOut();
     this.live.stop();
     this.#forget();
+    this.farewell.set(''); // the tower may have been quicker to close the connection
   }
 
   async control(droneId: number, action: ControlAction, words: ControlWords = {}): Promise<void> {
@@ -142,6 +149,9 @@ export class Tower {
           ?.rehearsal.update((last) => nextRehearsal(last, event));
         this.#say(event.drone_id, event.phase === 'failed' ? 'error' : 'info', `Rehearsal: ${event.text}`);
         break;
+      case 'loss_check':
+        this.lossChecks.changed(event.drone_id);
+        break;
       case 'notice':
         this.#onNotice(event);
         break;
@@ -157,12 +167,18 @@ export class Tower {
 
   #onControl(event: ControlEvent): void {
     const me = this.user.get();
-    const name = this.vehicles.get().get(event.drone_id)?.drone.get().name ?? `drone ${event.drone_id}`;
+    const name = this.#nameOf(event.drone_id);
     const isOurs = me !== null && event.by?.id === me.id;
     this.#say(event.drone_id, isOurs ? 'info' : 'warning', controlWords(event, name));
     this.lostControls.control(event, name, me, this.clock.nowMs());
     const vehicle = this.vehicles.get().get(event.drone_id);
     if (vehicle && me && !mayCommand(vehicle.drone.get(), me)) vehicle.abort('we no longer have the controls');
+  }
+
+  /** Of a drone that has just left our squad too: what is said of it last is about its controls. */
+  #nameOf(droneId: number): string {
+    const lost = this.lostControls.losses.get().get(droneId);
+    return this.vehicles.get().get(droneId)?.drone.get().name ?? lost?.droneName ?? `drone ${droneId}`;
   }
 
   #onHold(event: HoldEvent): void {
@@ -206,6 +222,7 @@ export class Tower {
     this.#setSquad(drones);
     for (const vehicle of this.vehicles.get().values()) vehicle.rehearsal.set(null); // its end was said to nobody
     for (const drone of drones) this.lostControls.unexplained(drone, this.clock.nowMs());
+    this.lossChecks.allChanged();
   }
 
   #dropped(drone: Drone | undefined): void {
@@ -262,9 +279,22 @@ export class Tower {
     } catch (error) {
       if (error instanceof RestError && error.status === 401) {
         this.live.stop();
-        this.#forget();
+        this.#signedOut(error.message);
       }
     }
+  }
+
+  /** The tower has ended it: whoever sits there reads why, and that they fly no longer. */
+  #signedOut(why: string): void {
+    const me = this.user.get();
+    const flown = this.#squad().filter(({ holder }) => me !== null && holder?.id === me.id);
+    this.#forget();
+    this.farewell.set(
+      farewellWords(
+        why,
+        flown.map(({ name }) => name),
+      ),
+    );
   }
 
   /** What one user saw is not shown to the next. */

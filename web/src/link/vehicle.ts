@@ -10,13 +10,14 @@ import type { Sending } from './live';
 import { Manual, manualControlFields } from './manual';
 import { encode } from './mavlink';
 import { AUTOPILOT_COMPID, CONSOLE, type Command } from './messages';
+import type { Rehearsal } from './rehearsal_log';
 import type { LossCheck } from './safety_types';
 import { StatusTextAssembler } from './status_texts';
 import type { Axes } from './sticks';
 import { Store } from './store';
 import { tag } from './tagged_frames';
 import { Telemetry } from './telemetry';
-import type { Drone, LinkQuality, RehearsalEvent } from './wire_types';
+import type { Drone, LinkQuality } from './wire_types';
 
 /** Statements of the autopilot this long after an answer still belong to the action (arming: "PreArm: ..."). */
 export const REASON_WINDOW_MS = 2_000;
@@ -41,7 +42,7 @@ export class Vehicle {
   readonly drone: Store<Drone>;
   readonly action = new Store<Action | null>(null);
   readonly holdLog = new Store<HoldLog | null>(null);
-  readonly rehearsal = new Store<RehearsalEvent | null>(null);
+  readonly rehearsal = new Store<Rehearsal | null>(null);
   readonly lossCheck = new Store<LossCheck | null>(null);
   link: LinkQuality | null = null;
   /** On the link clock; null while not flying. */

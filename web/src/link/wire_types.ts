@@ -80,9 +80,11 @@ export interface RehearsalEvent {
   readonly type: 'rehearsal';
   readonly drone_id: number;
   readonly what: RehearsedLoss;
-  readonly phase: 'begun' | 'held' | 'failed' | 'ended' | (string & {});
+  readonly phase: 'begun' | 'held' | 'not_needed' | 'failed' | 'ended' | (string & {});
   readonly hold_ms: number | null;
   readonly text: string;
+  /** How long the loss itself lasts. */
+  readonly lasts_s: number;
 }
 
 /** The link over a while; null is: not known. Losses are shares, 0..1. */
@@ -91,6 +93,12 @@ export interface LinkOver {
   readonly jitter_ms: number | null;
   readonly loss_up: number | null;
   readonly loss_down: number | null;
+}
+
+/** The check before flight says something else than before. */
+export interface LossCheckEvent {
+  readonly type: 'loss_check';
+  readonly drone_id: number;
 }
 
 export interface LinkQuality {
@@ -131,6 +139,7 @@ export type TowerEvent =
   | ControlEvent
   | HoldEvent
   | LinksEvent
+  | LossCheckEvent
   | NoticeEvent
   | RehearsalEvent
   | TurnEvent;
@@ -144,6 +153,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'control',
   'hold',
   'links',
+  'loss_check',
   'notice',
   'rehearsal',
   'turn',

@@ -56,7 +56,7 @@ export class FakeSocket implements SocketLike {
   binaryType = '';
   bufferedAmount = 0;
   onmessage: ((event: { data: unknown }) => void) | null = null;
-  onclose: ((event: { code: number }) => void) | null = null;
+  onclose: ((event: { code: number; reason?: string }) => void) | null = null;
   readonly sent: (string | Uint8Array)[] = [];
   closed = false;
 

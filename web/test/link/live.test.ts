@@ -89,7 +89,7 @@ describe('the live connection', () => {
     }
     expect(waits).toEqual([500, 1000, 2000, 4000, 8000, 8000, 8000]);
     last().says(WELCOME);
-    expect(live.state.get()).toEqual({ phase: 'open', failures: 0, retryAtMs: null });
+    expect(live.state.get()).toEqual({ phase: 'open', failures: 0, retryAtMs: null, why: '' });
   });
 
   it('stops when the tower says that we are not signed in', async () => {

@@ -10,26 +10,31 @@ const event = (phase: string, text: string, hold_ms: number | null = null): Rehe
   phase,
   hold_ms,
   text,
+  lasts_s: 4,
 });
 
 describe('what is seen of a rehearsal', () => {
   it('keeps the measured time and the words about it when it is over', () => {
-    const held = nextRehearsal(event('begun', 'begun'), event('held', 'In LOITER', 2003));
-    expect(held).toMatchObject({ phase: 'held', hold_ms: 2003 });
+    const begun = nextRehearsal(null, event('begun', 'begun'));
+    const held = nextRehearsal(begun, event('held', 'In LOITER', 2003));
+    expect(held).toMatchObject({ phase: 'held', hold_ms: 2003, isRunning: true });
     expect(nextRehearsal(held, event('ended', 'over'))).toMatchObject({
       phase: 'ended',
       hold_ms: 2003,
       text: 'In LOITER',
+      isRunning: false,
     });
   });
 
-  it('keeps a failure', () => {
-    const failed = event('failed', 'no hold');
-    expect(nextRehearsal(failed, event('ended', 'over'))).toBe(failed);
-    expect(nextRehearsal(failed, event('begun', 'again'))).toMatchObject({ phase: 'begun', text: 'again' });
+  it.each(['failed', 'not_needed'])('keeps that it %s, and that another may begin only when it is over', (phase) => {
+    const outcome = nextRehearsal(null, event(phase, 'no hold'));
+    expect(outcome).toMatchObject({ phase, isRunning: true });
+    const over = nextRehearsal(outcome, event('ended', 'over'));
+    expect(over).toMatchObject({ phase, text: 'no hold', isRunning: false });
+    expect(nextRehearsal(over, event('begun', 'again'))).toMatchObject({ phase: 'begun', text: 'again' });
   });
 
   it('takes an end without a beginning', () => {
-    expect(nextRehearsal(null, event('ended', 'over'))).toMatchObject({ phase: 'ended', text: 'over' });
+    expect(nextRehearsal(null, event('ended', 'over'))).toMatchObject({ text: 'over', isRunning: false });
   });
 });

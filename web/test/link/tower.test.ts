@@ -177,12 +177,55 @@ describe('who may fly', () => {
     expect(vehicle(1).lossCheck.get()).toEqual(check);
   });
 
+  it('reads the check before flight anew when the tower says that it has changed, and after a reconnection', async () => {
+    const check = { complete: true, has_radio: null, sentences: [], dangerous: false, acknowledged: false };
+    answers['/api/v1/drones/1/loss-check'] = [200, check];
+    tower.lossChecks.watch(1, () => undefined);
+    await settled();
+    expect(vehicle(1).lossCheck.get()).toEqual(check);
+    answers['/api/v1/drones/1/loss-check'] = [200, { ...check, dangerous: true }];
+    socket().says({ type: 'loss_check', drone_id: 2 });
+    socket().says({ type: 'loss_check', drone_id: 1 });
+    await settled();
+    expect(vehicle(1).lossCheck.get()).toMatchObject({ dangerous: true });
+    answers['/api/v1/drones/1/loss-check'] = [200, { ...check, dangerous: true, acknowledged: true }];
+    socket().onclose?.({ code: 1006 });
+    await clock.pass(600);
+    socket().says({ type: 'welcome', user: OLGA, drones: [HERON], server_time: '' });
+    await settled();
+    expect(vehicle(1).lossCheck.get()).toMatchObject({ acknowledged: true });
+  });
+
+  it('says who took a drone out of the squad that we flew, by its name', () => {
+    socket().says({ type: 'drone', drone: { ...mine, epoch: 3 } });
+    socket().says({ type: 'drone_removed', drone_id: 1 });
+    expect(tower.lostControls.losses.get().get(1)).toMatchObject({ kind: 'removed', isGone: true });
+    const reason = 'no longer an owner of this drone';
+    socket().says({ type: 'control', drone_id: 1, event: 'revoked', epoch: 4, holder: null, by: boss, reason });
+    expect(tower.lostControls.losses.get().get(1)).toMatchObject({
+      kind: 'revoked',
+      droneName: 'Heron',
+      by: boss,
+      reason,
+      isGone: true,
+    });
+    expect(texts()).toContain(`The controls of Heron were revoked by boss: ${reason}`);
+  });
+
   it('keeps the hold and the rehearsal with their drone', () => {
     const hold = { type: 'hold', drone_id: 1, epoch: 3, detail: '', cause: 'pilot-lost' };
     socket().says({ ...hold, step: 'ordered', elapsed_ms: 0 });
     socket().says({ ...hold, step: 'confirmed', elapsed_ms: 7 });
     expect(vehicle(1).holdLog.get()).toMatchObject({ phase: 'confirmed', confirmedMs: 7, cause: 'pilot-lost' });
-    socket().says({ type: 'rehearsal', drone_id: 1, what: 'tower', phase: 'held', hold_ms: 2003, text: 'It holds.' });
+    socket().says({
+      type: 'rehearsal',
+      drone_id: 1,
+      what: 'tower',
+      phase: 'held',
+      hold_ms: 2003,
+      text: 'It holds.',
+      lasts_s: 4,
+    });
     expect(vehicle(1).rehearsal.get()).toMatchObject({ phase: 'held', hold_ms: 2003 });
     expect(vehicle(2).holdLog.get()).toBeNull();
     expect(texts()).toContain('Rehearsal: It holds.');
@@ -227,6 +270,25 @@ describe('the session', () => {
     expect(tower.user.get()).toBeNull();
     expect(tower.vehicles.get().size).toBe(0);
     expect(tower.journal.entries.get()).toEqual([]);
+  });
+
+  it('that the tower has ended says why, and what is flown no longer, until the next one signs in', async () => {
+    socket().says({ type: 'drone', drone: { ...HERON, epoch: 5, holder: OLGA } });
+    socket().onclose?.({ code: 4401, reason: 'the account was disabled' });
+    expect(tower.farewell.get()).toBe(
+      'You were signed out: the account was disabled. ' +
+        'You had the controls of Heron: you have them no longer, and the drone holds if it was in the air.',
+    );
+    await tower.signIn('olga', 'secret');
+    expect(tower.farewell.get()).toBe('');
+  });
+
+  it('that we have ended ourselves needs no explanation', async () => {
+    answers['/api/v1/session'] = [204, null];
+    const leaving = tower.signOut();
+    socket().onclose?.({ code: 4401, reason: 'the session has ended' });
+    await leaving;
+    expect(tower.farewell.get()).toBe('');
   });
 
   it('is asked for when the tower refuses the upgrade', async () => {

@@ -1,0 +1,79 @@
+/**
+ * Keeps the check before flight of the drones that somebody looks at as the tower says it. The tower tells when it has
+ * changed, so it is read then, and after each reconnection; only a reading that failed is tried again by time.
+ */
+
+import type { Clock } from './clock';
+
+export const TRY_AGAIN_MS = 5_000;
+
+type Told = (problem: string) => void;
+
+interface Watched {
+  readonly tellers: Set<Told>;
+  isReading: boolean;
+  /** It has changed while it was being read. */
+  isOld: boolean;
+  cancelRetry: () => void;
+}
+
+export class LossChecks {
+  readonly #clock: Clock;
+  readonly #read: (droneId: number) => Promise<void>;
+  readonly #watched = new Map<number, Watched>();
+
+  constructor(clock: Clock, read: (droneId: number) => Promise<void>) {
+    this.#clock = clock;
+    this.#read = read;
+  }
+
+  /** From now on it is kept current. `told` hears what went wrong, or the empty string. Returns what ends it. */
+  watch(droneId: number, told: Told): () => void {
+    const watched = this.#watched.get(droneId) ?? {
+      tellers: new Set<Told>(),
+      isReading: false,
+      isOld: false,
+      cancelRetry: () => undefined,
+    };
+    watched.tellers.add(told);
+    this.#watched.set(droneId, watched);
+    this.changed(droneId);
+    return () => {
+      watched.tellers.delete(told);
+      if (watched.tellers.size > 0) return;
+      watched.cancelRetry();
+      this.#watched.delete(droneId);
+    };
+  }
+
+  /** The tower says that it says something else than before. */
+  changed(droneId: number): void {
+    const watched = this.#watched.get(droneId);
+    if (!watched) return;
+    watched.isOld = true;
+    if (!watched.isReading) void this.#readUntilNew(droneId, watched);
+  }
+
+  /** We may have missed a change. */
+  allChanged(): void {
+    for (const droneId of this.#watched.keys()) this.changed(droneId);
+  }
+
+  async #readUntilNew(droneId: number, watched: Watched): Promise<void> {
+    watched.isReading = true;
+    let problem = '';
+    while (watched.isOld && problem === '') {
+      watched.isOld = false;
+      try {
+        await this.#read(droneId);
+      } catch (error) {
+        problem = error instanceof Error ? error.message : String(error);
+      }
+    }
+    watched.isReading = false;
+    watched.cancelRetry();
+    if (this.#watched.get(droneId) !== watched) return;
+    if (problem) watched.cancelRetry = this.#clock.after(TRY_AGAIN_MS, () => this.changed(droneId));
+    for (const told of watched.tellers) told(problem);
+  }
+}
