@@ -50,7 +50,11 @@ MESSAGES: Final[Mapping[int, Leave]] = {
 }
 """Message id to who may send it; what is not here is the holder's."""
 
+REQUEST_OPERATOR_CONTROL: Final = 32100
+"""MAV_CMD_REQUEST_OPERATOR_CONTROL, newer than the dialect that is installed."""
+
 COMMANDS: Final[Mapping[int, Leave]] = {
+    REQUEST_OPERATOR_CONTROL: Leave.NOBODY,  # who has the controls is the tower's to say
     _M.MAV_CMD_REQUEST_MESSAGE: Leave.WATCHER,
     _M.MAV_CMD_GET_HOME_POSITION: Leave.WATCHER,
     _M.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Leave.WATCHER,
@@ -128,10 +132,14 @@ def leave_for(frame: bytes, command: CommandSeen | None) -> Leave:
 
 
 def ends_the_flight(command: CommandSeen, standing: Standing) -> bool:
-    """Whether it makes the drone fall: flight termination, or disarming in the air."""
+    """Whether it makes the drone fall: flight termination, or disarming or rebooting in the air.
+
+    A parameter that is no number counts as the worse: who knows what an autopilot makes of it.
+    """
     if command.command == _M.MAV_CMD_DO_FLIGHTTERMINATION:
-        return command.param1 > 0.5
-    return command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and command.param1 < 0.5 and standing.airborne
+        return not command.param1 <= 0.5
+    disarms = command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and not arms(command)
+    return standing.airborne and (disarms or command.command == _M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN)
 
 
 def arms(command: CommandSeen) -> bool:

@@ -57,6 +57,7 @@ FLYING = {
 }
 NEVER = {
     "signing key": frame(M.MAVLink_setup_signing_message(1, 1, [0] * 32, 0)),
+    "operator control, new": command(32100, 1),
     "operator control": frame(M.MAVLink_change_operator_control_message(1, 0, 0, b"x")),
 }
 
@@ -74,7 +75,7 @@ def test_everything_else_is_the_holders(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "standing"), list(product(NEVER, (HOLDER, WATCHER))))
 def test_some_things_are_nobodys(name: str, standing: Standing) -> None:
-    assert refusal_of(NEVER[name], None, standing) is DropReason.NOT_ALLOWED
+    assert refusal_of(NEVER[name], command_in(NEVER[name]), standing) is DropReason.NOT_ALLOWED
 
 
 def test_arming_waits_for_the_loss_check_and_only_arming() -> None:
@@ -93,6 +94,10 @@ def test_arming_waits_for_the_loss_check_and_only_arming() -> None:
         (command(M.MAV_CMD_COMPONENT_ARM_DISARM, 1), True, False),
         (command(M.MAV_CMD_DO_FLIGHTTERMINATION, 1), False, True),
         (command(M.MAV_CMD_DO_FLIGHTTERMINATION, 0), True, False),
+        (command(M.MAV_CMD_COMPONENT_ARM_DISARM, math.nan), True, True),
+        (command(M.MAV_CMD_DO_FLIGHTTERMINATION, math.nan), False, True),
+        (command(M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1), True, True),
+        (command(M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1), False, False),
         (command(M.MAV_CMD_NAV_LAND), True, False),
     ],
 )

@@ -32,7 +32,7 @@ from wire.control_messages import (
     decode_to_agent,
     encode_message,
 )
-from wire.dialect import decode, mavlink
+from wire.dialect import build, decode, mavlink
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, UserId
 from wire.tagged import split_tagged, stamp, tag
@@ -258,11 +258,24 @@ def test_a_refused_command_is_answered_in_mavlink_to_its_sender_alone(scene: Sce
     assert scene.alice.frames() == []
 
 
+def test_every_refused_command_is_counted_and_answered_in_both_forms(scene: Scene) -> None:
+    admin = scene.world.browser(9)
+    for number in range(3):
+        whole = mavlink.MAVLink_command_int_message(1, 1, 3, 192, 0, 0, 0, 0, 0, 0, 1, 2, 3)
+        admin.send(tag(ONE, build(whole, system_id=255, component_id=190, sequence=number)), now=1.0)
+    assert scene.hub.drops[DropReason.NOT_IN_CONTROL] == 3
+    answers = [decode(frame) for _, frame in split_tagged(b"".join(admin.frames()))]
+    assert [(ack.command, ack.result) for ack in answers if ack is not None] == [(192, 10)] * 3
+    assert scene.notices(admin) == ["not-in-control"]
+    scene.hub.tick(2.1)
+    (summed,) = [event for event in admin.events() if isinstance(event, live.Notice)]
+    assert (summed.code, summed.count) == ("not-in-control", 2)
+    assert scene.agent.received() == []
+
+
 def test_disarming_in_the_air_is_asked_twice(scene: Scene) -> None:
     scene.hub.report(scene.agent.link, AutopilotState(heard=True, armed=True, airborne=True))
     disarm = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 0, 21196, 0, 0, 0, 0, 0)
-    from wire.dialect import build
-
     frame = build(disarm, system_id=255, component_id=190, sequence=0)
     scene.alice.send(tag(ONE, frame), now=1.0)
     assert scene.agent.received() == []
