@@ -5,6 +5,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
+import structlog
 from tower_world import NewDrone, TowerWorld, start_tower
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
@@ -99,6 +100,7 @@ async def test_a_browser_that_talks_nonsense_is_answered_briefly_and_ended_at_la
 
 def test_a_text_that_is_no_utf8_leaves_no_traceback_in_the_log(capsys: pytest.CaptureFixture[str]) -> None:
     before = logging.getLogger().handlers[:], logging.getLogger().level
+    structlog_before = structlog.get_config()
     try:
         configure_log("json")
         log = logging.getLogger("uvicorn.error")
@@ -112,6 +114,7 @@ def test_a_text_that_is_no_utf8_leaves_no_traceback_in_the_log(capsys: pytest.Ca
             log.exception("Exception in ASGI application")
     finally:
         logging.getLogger().handlers[:], logging.getLogger().level = before
+        structlog.configure(**structlog_before)
     said = capsys.readouterr().err
     assert "UTF-8" not in said
     assert "Exception in ASGI application" in said
