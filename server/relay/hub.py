@@ -8,8 +8,8 @@ Its laws:
   counted and answered.
 - What it notices and cannot decide, it tells (`on_event`), and goes on.
 
-The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the browsers), `fleet_changes`, `frame_paths`,
-`safety_watch`.
+The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the browsers), `fleet_changes`, `flood_gate`,
+`frame_paths`, `hold_orders`, `lease_changes`, `safety_watch`.
 """
 
 from collections.abc import Callable, Iterable
@@ -28,7 +28,9 @@ from server.relay.census import Census, take_census
 from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
 from server.relay.flood_gate import FloodGate, FloodLimits
 from server.relay.frame_paths import FramePaths
+from server.relay.hold_orders import HoldOrders
 from server.relay.hub_events import HubEvent
+from server.relay.lease_changes import LeaseChanges
 from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
@@ -36,7 +38,6 @@ from server.relay.socket_bounds import SocketBounds
 from server.relay.traffic import Traffic
 from server.relay.viewport import Viewport
 from wire.control_messages import (
-    HoldOrder,
     HoldProgress,
     MalformedMessage,
     SafetySettings,
@@ -49,7 +50,6 @@ from wire.ids import DroneId, LinkId, UserId
 
 GOING_DOWN: Final = 1001
 LINK_REPLACED: Final = 4409
-MOST_ORDERS_OPEN: Final = 8
 
 HAND_REMEMBERED_S: Final = 15.0
 """How long after the last stick a link that comes back is met with a hold: an agent that was started again is there."""
@@ -68,11 +68,12 @@ class Hub:
         self._paths = FramePaths(self._state, self._flood)
         self._reports = AgentReports(self._state)
         self._safety = SafetyWatch(self._state)
+        self._holds = HoldOrders(self._state)
+        self._leases = LeaseChanges(self._state, note_presence=self._safety.note_presence)
         self._audience = Audience(
             self._state, note_presence_of=self._safety.note_presence_of, close=self._fleet.close_browser
         )
         self._next_browser = 0
-        self._next_order = 0
 
     @property
     def drops(self) -> DropCounts:
@@ -107,35 +108,7 @@ class Hub:
         self, drone_id: DroneId, lease: LeaseView, *, event: str, by: UserRef | None, reason: str, now: float
     ) -> None:
         """Takes over a lease that has been committed. From this call on the old holder's frames are refused."""
-        drone = self._state.drones.get(drone_id)
-        # The epoch may be known already, if a snapshot was read between the commit and this call.
-        if drone is None or lease.epoch < drone.lease.epoch:
-            return
-        before = drone.lease
-        drone.lease = lease
-        drone.fenced = False
-        waiting: list[bytes] = []
-        if event == "turn":
-            waiting = drone.turn.changed(now)
-        else:
-            drone.turn.reset()
-        if before.holder != lease.holder:
-            drone.sticks_at = float("-inf")
-            drone.holder_watch.present()
-        self._safety.note_presence(drone, now)
-        self._state.tell_agent_who_holds(drone)
-        if waiting and drone.link is not None:
-            drone.link.send_frames(lease.epoch, waiting, now)
-        self._state.tell_drone(drone)
-        if event == "turn":
-            flying = lease.assistant if drone.turn.whose == "assistant" else lease.holder
-            if flying is not None:
-                self._state.tell_watchers(drone, live.Turn(drone_id, flying))
-            return
-        self.traffic.control_events[event] += 1
-        told = live.Control(drone_id, event, lease.epoch, lease.holder, by, reason)
-        self._state.tell_watchers(drone, told)
-        self._state.tell_former(drone, before.part_takers() - lease.part_takers(), told)
+        self._leases.apply(drone_id, lease, event=event, by=by, reason=reason, now=now)
 
     def fence(self, drone_id: DroneId) -> None:
         """A change of control is about to be decided: until `apply_lease` or `unfence` nobody's commands pass."""
@@ -339,22 +312,7 @@ class Hub:
 
     def order_hold(self, drone_id: DroneId, reason: str) -> bool:
         """Tells the agent to hold, and everybody that it was ordered. False if there is no agent to tell."""
-        drone = self._state.drones.get(drone_id)
-        if drone is None:
-            return False
-        epoch = drone.lease.epoch
-        if drone.link is None:
-            told = live.Hold(drone_id, epoch, "unconfirmed", "the drone is offline", 0.0, "order")
-            self._state.tell_watchers(drone, told)
-            return False
-        self._next_order += 1
-        self.traffic.holds_ordered += 1
-        if len(drone.orders) >= MOST_ORDERS_OPEN:
-            del drone.orders[min(drone.orders)]
-        drone.orders[self._next_order] = reason
-        drone.link.send_urgent(HoldOrder(order_id=self._next_order, epoch=epoch, reason=reason))
-        self._state.tell_watchers(drone, live.Hold(drone_id, epoch, "ordered", reason, 0.0, "order"))
-        return True
+        return self._holds.order(drone_id, reason)
 
     def rehearse_operator_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
         """The holder counts as gone for so long."""
