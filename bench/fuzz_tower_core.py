@@ -87,7 +87,7 @@ class TowerCore:
         """The drop reasons that were counted, and the bytes that were answered."""
         before = Counter(self.hub.drops)
         address = (f"198.51.100.{self._chance.randrange(256)}", self._chance.randrange(1, 65536))
-        self._endpoint.datagram_received(datagram, address)
+        self._endpoint.datagram_received(datagram, address, time.monotonic())
         answered = sum(map(len, self._answers))
         if self._answers:
             self.fuzzer.reflected = self._answers[-1]

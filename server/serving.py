@@ -7,6 +7,7 @@ exception that it is, and so that good-byes are said while connections are still
 from __future__ import annotations
 
 import asyncio
+import gc
 import signal
 import socket
 from collections.abc import Callable, Iterator
@@ -71,7 +72,12 @@ class TowerServer(uvicorn.Server):
 
 def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], None]) -> None:
     """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody."""
-    server = TowerServer(app, on_listening=on_listening)
+
+    def listening() -> None:
+        _settle_memory()
+        on_listening()
+
+    server = TowerServer(app, on_listening=listening)
 
     async def until_told_to_stop() -> None:
         loop = asyncio.get_running_loop()
@@ -81,6 +87,15 @@ def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], Non
 
     with asyncio.Runner(loop_factory=_loop_factory()) as runner:
         runner.run(until_told_to_stop())
+
+
+def _settle_memory() -> None:
+    """What stands after the start stands for ever: the garbage collector need not walk through it again and again.
+
+    It did so for 50 to 100 ms at a time, during which no frame moved and no stick arrived.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:

@@ -87,10 +87,15 @@ def split_frames(buffer: bytes, offset: int = 0) -> list[bytes]:
     frames: list[bytes] = []
     end = len(buffer)
     while True:
-        length = frame_length(buffer, offset)
-        if length == 0 or offset + length > end:
+        # The frame that nearly all are, version 2 without a signature, is measured here: the hottest loop there is.
+        if end - offset >= 12 and buffer[offset] == MAGIC_V2 and not buffer[offset + 2]:
+            after = offset + buffer[offset + 1] + 12
+        else:
+            length = frame_length(buffer, offset)
+            after = offset + length if length else end + 1
+        if after > end:
             raise MalformedFrame("a frame is cut off")
-        frames.append(buffer[offset : offset + length])
-        offset += length
-        if offset == end:
+        frames.append(buffer[offset:after])
+        if after == end:
             return frames
+        offset = after

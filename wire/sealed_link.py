@@ -182,6 +182,10 @@ class SealedLink:
         self._probes[self._probe_sequence] = (now, uplink, len(datagram))
         return datagram
 
+    def has_to_send(self, now: float) -> bool:
+        """Whether `datagrams_to_send` has something."""
+        return bool(self._answers) or now >= self.keepalive.next_ping_at()
+
     def datagrams_to_send(self, now: float) -> list[bytes]:
         """Answers to pings, and a ping of our own where one is due. Also the moment at which keys are changed."""
         if self._rekeying.due(sealed=self._sealer.sealed, arrived=self._told_counter, now=now):

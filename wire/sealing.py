@@ -96,7 +96,7 @@ class Sealer:
 class Opener:
     """The receiving half of one direction of one link. Knows the present key, the next, and for a while the last."""
 
-    __slots__ = ("_ciphers", "_key", "_link_id", "_next", "_window", "phase")
+    __slots__ = ("_ciphers", "_head", "_key", "_next", "_window", "phase")
 
     def __init__(self, key: bytes, link_id: LinkId) -> None:
         self.phase = 0
@@ -106,7 +106,8 @@ class Opener:
         """By phase: the present one, and the one before until it is retired."""
         self._next: tuple[bytes, ChaCha20Poly1305] | None = None
         """Worked out when first needed, so that a forger makes us do it once and not each time."""
-        self._link_id = link_id
+        self._head = bytes((VERSION,)) + link_id.to_bytes(4, "little")
+        """Version and link, with which every datagram begins; the key phase stands between."""
         self._window = ReplayWindow()
 
     def so_far(self) -> tuple[int, int]:
@@ -119,9 +120,13 @@ class Opener:
 
     def open(self, datagram: bytes) -> Opened:
         """The content of a datagram of this link. Raises Dropped with the first check that it fails."""
-        if read_link_id(datagram) != self._link_id:
-            raise Dropped(DropReason.UNKNOWN_LINK)
         header = datagram[:HEADER_BYTES]
+        if (
+            header[:1] + header[2:6] != self._head
+            or not SMALLEST_DATAGRAM_BYTES <= len(datagram) <= LARGEST_DATAGRAM_BYTES
+        ):
+            read_link_id(datagram)  # says what is wrong with it, unless it is the link
+            raise Dropped(DropReason.UNKNOWN_LINK)
         phase = header[1]
         cipher = self._ciphers.get(phase) or self._next_cipher(phase)
         try:

@@ -162,6 +162,8 @@ class AgentLink:
 
     def send_keepalives(self, now: float) -> None:
         """Sends what the keep-alive has to say and another copy of what is urgent, if there is somewhere to send it."""
+        if not self._repeats and not self.sealed.has_to_send(now):
+            return  # nearly always: it is asked for each datagram that comes
         self.routes.forget_silent(now)
         if self.routes.newest is None or now < self.mute_until:
             return

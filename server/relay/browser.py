@@ -1,13 +1,13 @@
 """One signed-in browser as the hub sees it: who it is, what waits to be sent to it, how to wake and close it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from server.accounts.sessions import Principal
 from server.relay.event_queue import EventQueue
 from server.relay.flood_gate import PATIENCE, PATIENCE_PER_S, REQUESTS_BURST, REQUESTS_PER_S
 from server.relay.live_messages import Lost, Notice, ToBrowser
-from server.relay.outbox import Outbox
+from server.relay.outbox import Offered, Outbox
 from server.relay.policy import AskTwice
 from server.relay.refusals import RefusalNotices
 from server.relay.token_bucket import TokenBucket
@@ -16,7 +16,6 @@ from server.relay.viewport import Viewport
 from wire.drops import DropReason
 from wire.ids import DroneId
 from wire.lateness import Lateness
-from wire.state_messages import StateKey
 
 TOO_SLOW: Final = 4408
 
@@ -72,9 +71,9 @@ class Browser:
         """(text messages, transactional frames, state frames) that wait at this moment."""
         return len(self._events), *self.outbox.waiting()
 
-    def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> None:
-        """Puts a tagged frame in the outbox."""
-        if self.outbox.offer(drone_id, key, tagged):
+    def offer_all(self, drone_id: DroneId, offered: Sequence[Offered]) -> None:
+        """Puts tagged frames of one drone in the outbox."""
+        if self.outbox.offer_all(drone_id, offered):
             self._wake()
 
     def refuse(self, reason: DropReason, drone_id: DroneId | None, name: str, now: float) -> None:

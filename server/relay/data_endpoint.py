@@ -1,8 +1,15 @@
-"""The tower's UDP socket, the thin shell of the data channel: hands datagrams to the hub, counts what it refuses."""
+"""The tower's UDP socket, the thin shell of the data channel: hands datagrams to the hub, counts what it refuses.
+
+A plain socket that the loop watches, emptied at each wake-up: with 50 drones at 500 to 2,500 datagrams a second that
+costs a quarter to a third less than uvloop's own datagram transport, and the same on a loop that has none.
+"""
 
 import asyncio
+import contextlib
+import socket
 import time
-from typing import Any, cast
+from collections.abc import Callable
+from typing import Final, cast
 
 import structlog
 
@@ -12,31 +19,49 @@ from wire.sealing import read_link_id
 
 _log = structlog.get_logger(__name__)
 
+MOST_AT_ONCE: Final = 64
+"""Datagrams read before others have their turn: browsers' sticks must not wait for a flood to end."""
 
-class DataEndpoint(asyncio.DatagramProtocol):
+RECEIVE_BUFFER_BYTES: Final = 4 << 20
+"""Asked for; the kernel gives what it allows. What comes while the tower is busy waits there."""
+
+_ROOM_BYTES: Final = 2048
+"""More than the largest datagram: a longer one is cut, and refused for its length."""
+
+
+class DataEndpoint:
     """One socket for all agents. Never answers a datagram that has not been authenticated."""
 
     def __init__(self, hub: Hub) -> None:
         self._hub = hub
-        self._transport: asyncio.DatagramTransport | None = None
+        self._socket: socket.socket | None = None
 
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        self._transport = cast("asyncio.DatagramTransport", transport)
+    def listen_on(self, opened: socket.socket) -> None:
+        """Reads a bound, non-blocking socket from here on, and closes it at the end."""
+        self._socket = opened
+        asyncio.get_running_loop().add_reader(opened, self._readable, opened.recvfrom)
 
-    def datagram_received(self, data: bytes, addr: tuple[str | Any, int]) -> None:
+    def _readable(self, receive: Callable[[int], tuple[bytes, tuple[str, int]]]) -> None:
+        now = time.monotonic()
+        for _ in range(MOST_AT_ONCE):
+            try:
+                datagram, address = receive(_ROOM_BYTES)
+            except OSError:  # nothing left; or an ICMP answer to a datagram of ours, which the keep-alive finds out
+                return
+            self.datagram_received(datagram, address, now)
+
+    def datagram_received(self, datagram: bytes, address: tuple[str, int], now: float) -> None:
+        """One datagram, from whomever. `address` may have more than host and port."""
         try:
-            self._hub.datagram(data, read_link_id(data), (addr[0], addr[1]), time.monotonic())
+            self._hub.datagram(datagram, read_link_id(datagram), address[:2], now)
         except Dropped as dropped:
             self._hub.drops[dropped.reason] += 1
 
-    def error_received(self, exc: Exception) -> None:
-        # An ICMP answer to a datagram of ours: the agent is gone, which the keep-alive finds out by itself.
-        pass
-
     def send(self, datagram: bytes, address: tuple[str, int]) -> None:
         """Sends at once; what the kernel cannot take is lost, as on any network."""
-        if self._transport is not None and not self._transport.is_closing():
-            self._transport.sendto(datagram, address)
+        if self._socket is not None:
+            with contextlib.suppress(OSError):
+                self._socket.sendto(datagram, address)
             traffic = self._hub.traffic
             traffic.datagrams_to_agents += 1
             traffic.bytes_to_agents += len(datagram)
@@ -44,19 +69,30 @@ class DataEndpoint(asyncio.DatagramProtocol):
     @property
     def port(self) -> int:
         """The port that the kernel gave us."""
-        assert self._transport is not None
-        return cast("int", self._transport.get_extra_info("sockname")[1])
+        assert self._socket is not None
+        return cast("int", self._socket.getsockname()[1])
 
     def close(self) -> None:
         """Closes the socket."""
-        if self._transport is not None:
-            self._transport.close()
+        if self._socket is not None:
+            asyncio.get_running_loop().remove_reader(self._socket)
+            self._socket.close()
+            self._socket = None
 
 
 async def open_data_endpoint(hub: Hub, host: str, port: int) -> DataEndpoint:
     """Binds the data channel's socket (port 0: the kernel picks one). Raises OSError if the port is in use."""
-    _, endpoint = await asyncio.get_running_loop().create_datagram_endpoint(
-        lambda: DataEndpoint(hub), local_addr=(host, port)
-    )
+    found = await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_DGRAM)
+    family, kind, protocol, _, address = found[0]
+    opened = socket.socket(family, kind, protocol)
+    try:
+        opened.setblocking(False)
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+        opened.bind(address)
+    except OSError:
+        opened.close()
+        raise
+    endpoint = DataEndpoint(hub)
+    endpoint.listen_on(opened)
     _log.info("data_channel_open", host=host, port=endpoint.port)
     return endpoint

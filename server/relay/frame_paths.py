@@ -7,6 +7,7 @@ from server.relay.flood_gate import FloodGate
 from server.relay.hub_events import TurnWanted
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
+from server.relay.outbox import Offered
 from server.relay.policy import CommandSeen, Kind, Leave, command_in, ends_the_flight, kind_of, leave_for, refusal_of
 from server.relay.refusals import denied_command
 from server.relay.viewport import POSITION
@@ -40,16 +41,19 @@ class FramePaths:
             self._state.drops[DropReason.FLOOD] += state_dropped + lost
             for browser in watchers:
                 browser.outbox.lose(drone_id, lost)
+        tag_bytes = tag(drone_id, b"")
+        offered: list[Offered] = []
         for frame in content.frames:
-            if message_id(frame) == _SETUP_SIGNING:
-                self._state.drops[DropReason.NOT_ALLOWED] += 1
-                continue
             key = state_key(frame)
-            if key is not None and key[2] == POSITION:
+            if key is None:
+                if message_id(frame) == _SETUP_SIGNING:
+                    self._state.drops[DropReason.NOT_ALLOWED] += 1
+                    continue
+            elif key[2] == POSITION:
                 drone.position_frame = frame
-            tagged = tag(drone_id, frame)
-            for browser in watchers:
-                browser.offer(drone_id, key, tagged)
+            offered.append((key, tag_bytes + frame))
+        for browser in watchers:
+            browser.offer_all(drone_id, offered)
 
     def down(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message of a browser: checks each frame in turn, passes on what may pass, answers the rest."""
@@ -135,4 +139,4 @@ class FramePaths:
         command = command_in(frame)
         if drone is None or command is None or browser.number not in drone.watchers:
             return
-        browser.offer(drone_id, None, tag(drone_id, denied_command(frame, command, reason)))
+        browser.offer_all(drone_id, [(None, tag(drone_id, denied_command(frame, command, reason)))])

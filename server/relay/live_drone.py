@@ -123,6 +123,8 @@ class LiveDrone:
     def frame_watchers(self) -> list[Browser]:
         """Browsers that get its frames: all who may see it, but for somebody from whom the view was taken too."""
         blind_id = self.blind_user_id
+        if blind_id is None:
+            return list(self.watchers.values())
         return [browser for browser in self.watchers.values() if browser.viewer.user_id != blind_id]
 
     @property

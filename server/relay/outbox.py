@@ -7,7 +7,7 @@ that has most of them waiting go first, so that one that talks without end costs
 """
 
 from collections import Counter, deque
-from collections.abc import Set
+from collections.abc import Iterable, Set
 from typing import Final
 
 from wire.ids import DroneId
@@ -23,6 +23,9 @@ MOST_TRANSACTIONAL: Final = 4096
 
 MOST_STATE_KINDS: Final = 128
 """Kinds of state per drone. Real autopilots send about 40; a sender that invents more gets no more memory."""
+
+Offered = tuple[StateKey | None, bytes]
+"""What a frame is the newest of (None: it is transactional), and the frame with its tag."""
 
 
 class Outbox:
@@ -47,25 +50,38 @@ class Outbox:
         self._watch_period_s = 1.0 / rate_hz
         self._next_beat = min(self._next_beat, now + self._watch_period_s)
 
+    def offer_all(self, drone_id: DroneId, offered: Iterable[Offered]) -> bool:
+        """Takes frames of one drone, in order. True if the sender must look again: something is due, a beat is set."""
+        at_once = drone_id == self.focus
+        look = False
+        for key, tagged in offered:
+            if key is None:
+                self._queue(drone_id, tagged)
+                look = True
+            elif at_once:
+                self._focused[drone_id, key] = tagged
+                look = True
+            else:
+                kinds = self._watched.get(drone_id)
+                if kinds is None:
+                    look = look or not self._watched
+                    kinds = self._watched[drone_id] = {}
+                if key in kinds or len(kinds) < MOST_STATE_KINDS:
+                    kinds[key] = tagged
+        return look
+
     def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> bool:
-        """Takes one tagged frame. True if the sender must look again: something is due, or a beat is set."""
-        if key is None:
-            queue = self._transactional.get(drone_id)
-            if queue is None:
-                queue = self._transactional[drone_id] = deque()
-            queue.append(tagged)
-            self._transactional_count += 1
-            if self._transactional_count > MOST_TRANSACTIONAL:
-                self._lose_one(drone_id)
-            return True
-        if drone_id == self.focus:
-            self._focused[drone_id, key] = tagged
-            return True
-        first = not self._watched
-        kinds = self._watched.setdefault(drone_id, {})
-        if key in kinds or len(kinds) < MOST_STATE_KINDS:
-            kinds[key] = tagged
-        return first
+        """`offer_all` of one frame."""
+        return self.offer_all(drone_id, ((key, tagged),))
+
+    def _queue(self, drone_id: DroneId, tagged: bytes) -> None:
+        queue = self._transactional.get(drone_id)
+        if queue is None:
+            queue = self._transactional[drone_id] = deque()
+        queue.append(tagged)
+        self._transactional_count += 1
+        if self._transactional_count > MOST_TRANSACTIONAL:
+            self._lose_one(drone_id)
 
     def lose(self, drone_id: DroneId, count: int) -> None:
         """Transactional frames of this drone did not even get here: the browser is to be told."""
