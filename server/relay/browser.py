@@ -55,6 +55,10 @@ class Browser:
         self._wake = wake
         self._events = EventQueue()
 
+    def woken_by(self, wake: Callable[[], None]) -> None:
+        """From here on `wake` is called when something is due at once."""
+        self._wake = wake
+
     def tell(self, event: ToBrowser) -> None:
         """Puts a text message in the queue."""
         if self._events.put(event):

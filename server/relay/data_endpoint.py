@@ -8,12 +8,12 @@ import asyncio
 import contextlib
 import socket
 import time
-from collections.abc import Callable
 from typing import Final, cast
 
 import structlog
 
 from server.relay.hub import Hub
+from server.relay.write_round import WriteRound
 from wire.drops import Dropped
 from wire.sealing import read_link_id
 
@@ -25,6 +25,10 @@ MOST_AT_ONCE: Final = 64
 RECEIVE_BUFFER_BYTES: Final = 4 << 20
 """Asked for; the kernel gives what it allows. What comes while the tower is busy waits there."""
 
+REST_S: Final = 0.001
+"""Datagrams that come closer together than this are read together, as a network card coalesces its interrupts: the
+process sleeps for so long between two rounds. One that comes alone is read at once."""
+
 _ROOM_BYTES: Final = 2048
 """More than the largest datagram: a longer one is cut, and refused for its length."""
 
@@ -34,21 +38,51 @@ class DataEndpoint:
 
     def __init__(self, hub: Hub) -> None:
         self._hub = hub
+        self.write_round = WriteRound()
         self._socket: socket.socket | None = None
+        self._last_round_at = 0.0
+        self._resting: asyncio.TimerHandle | None = None
 
     def listen_on(self, opened: socket.socket) -> None:
         """Reads a bound, non-blocking socket from here on, and closes it at the end."""
         self._socket = opened
-        asyncio.get_running_loop().add_reader(opened, self._readable, opened.recvfrom)
+        self._watch(opened)
 
-    def _readable(self, receive: Callable[[int], tuple[bytes, tuple[str, int]]]) -> None:
-        now = time.monotonic()
-        for _ in range(MOST_AT_ONCE):
-            try:
-                datagram, address = receive(_ROOM_BYTES)
-            except OSError:  # nothing left; or an ICMP answer to a datagram of ours, which the keep-alive finds out
-                return
-            self.datagram_received(datagram, address, now)
+    def _watch(self, opened: socket.socket) -> None:
+        asyncio.get_running_loop().add_reader(opened, self._readable, opened)
+
+    def _readable(self, opened: socket.socket) -> None:
+        began = time.monotonic()
+        self._read_all(opened, began)
+        dense = began - self._last_round_at < REST_S
+        self._last_round_at = began
+        if dense:
+            loop = asyncio.get_running_loop()
+            loop.remove_reader(opened)
+            self._resting = loop.call_later(REST_S, self._rested, opened)
+
+    def _rested(self, opened: socket.socket) -> None:
+        self._last_round_at = time.monotonic()
+        if self._read_all(opened, self._last_round_at) > 1:
+            self._resting = asyncio.get_running_loop().call_later(REST_S, self._rested, opened)
+        else:
+            self._resting = None
+            self._watch(opened)
+
+    def _read_all(self, opened: socket.socket, now: float) -> int:
+        """One round. Returns how many datagrams there were."""
+        receive = opened.recvfrom
+        self.write_round.begin()
+        try:
+            for count in range(MOST_AT_ONCE):
+                try:
+                    datagram, address = receive(_ROOM_BYTES)
+                except OSError:  # nothing left; or an ICMP answer to one of ours, which the keep-alive finds out
+                    return count
+                self.datagram_received(datagram, address, now)
+        finally:
+            self.write_round.end()
+        return MOST_AT_ONCE
 
     def datagram_received(self, datagram: bytes, address: tuple[str, int], now: float) -> None:
         """One datagram, from whomever. `address` may have more than host and port."""
@@ -74,6 +108,8 @@ class DataEndpoint:
 
     def close(self) -> None:
         """Closes the socket."""
+        if self._resting is not None:
+            self._resting.cancel()
         if self._socket is not None:
             asyncio.get_running_loop().remove_reader(self._socket)
             self._socket.close()

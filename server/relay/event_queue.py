@@ -46,6 +46,8 @@ class EventQueue:
 
     def take(self) -> list[ToBrowser]:
         """All that wait, in order."""
+        if not self._waiting:
+            return []
         taken = list(self._waiting.values())
         self._waiting.clear()
         self._conflated = 0

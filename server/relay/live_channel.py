@@ -18,6 +18,7 @@ from server.relay.live_writer import LiveWriter
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
 from server.relay.socket_bounds import TOO_MANY_SOCKETS
 from server.relay.viewport import Viewport
+from server.relay.write_round import WriteRound
 from wire.drops import DropReason
 from wire.ids import DroneId
 
@@ -48,6 +49,7 @@ class LiveChannel:
         clock: Clock,
         subprotocol: str | None,
         still_signed_in: StillSignedIn,
+        write_round: WriteRound,
     ) -> None:
         self._websocket = websocket
         self._hub = hub
@@ -61,11 +63,11 @@ class LiveChannel:
             hub.next_browser_number(),
             viewer,
             time.monotonic(),
-            wake=self._wake,
+            wake=lambda: None,  # its writer says how
             close=self._ending.wish,
             address=websocket.client.host if websocket.client else "",
         )
-        self._writer = LiveWriter(self._browser, direct_writer(websocket), hub.traffic)
+        self._writer = LiveWriter(self._browser, direct_writer(websocket), write_round, hub.traffic)
 
     async def run(self) -> None:
         """Until the browser goes or its session ends."""
@@ -85,9 +87,6 @@ class LiveChannel:
         if self._ending.wished:
             self._hub.traffic.browser_closes[self._ending.code] += 1
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
-
-    def _wake(self) -> None:
-        self._writer.wake()
 
     async def _receive(self) -> None:
         try:

@@ -1,8 +1,7 @@
 """Writes to one browser what its outbox has due. Plain callbacks: waking a task costs more than a frame.
 
-When: at once if nothing was written for PACE_S, otherwise when that time has passed. A frame that comes alone is not
-held up; frames that come close together, of one drone or of fifty, share a message. Each message costs a system
-call here and a wake-up there, whatever its size.
+When: at the end of the round (`write_round`) in which it came, in one message with all else that came in it, of one
+drone or of fifty; the state of drones that are only watched at the beats of the watch rate.
 """
 
 import asyncio
@@ -15,9 +14,7 @@ from server.direct_websocket import DirectWriter
 from server.relay.browser import Browser
 from server.relay.live_messages import Lost, encode_event
 from server.relay.traffic import Traffic
-
-PACE_S: Final = 0.001
-"""Between two messages to one browser: so much a frame may be held up, and 1,000 messages a second are the most."""
+from server.relay.write_round import WriteRound
 
 MOST_FRAMES_A_MESSAGE: Final = 128
 """Downwards; at most 36 KiB. A browser that is slow gets them one by one, and the socket's buffer stays small."""
@@ -26,9 +23,10 @@ MOST_FRAMES_A_MESSAGE: Final = 128
 class LiveWriter:
     """Call `wake` whenever something may be due, `stop` at the end."""
 
-    def __init__(self, browser: Browser, writer: DirectWriter, traffic: Traffic) -> None:
+    def __init__(self, browser: Browser, writer: DirectWriter, write_round: WriteRound, traffic: Traffic) -> None:
         self._browser = browser
         self._writer = writer
+        self._round = write_round
         self._traffic = traffic
         self._due_since: float | None = None
         """When the first of what is due at once came; None while nothing is."""
@@ -38,23 +36,18 @@ class LiveWriter:
         self._woken = False
         """A flush is on its way, or the browser does not read: it need not be asked for again."""
         self._stopped = False
-        self._flushed_at = 0.0
         self._beat: asyncio.TimerHandle | None = None
         self._unsent: deque[tuple[Callable[[bytes], None], bytes]] = deque()
         """Messages that were due when the browser stopped reading: no more than one flush makes."""
         writer.on_room = self._flush
+        browser.woken_by(self.wake)
 
     def wake(self) -> None:
         """Something is due, or a beat is set."""
-        if self._woken:
-            return
-        self._woken = True
-        self._due_since = now = time.monotonic()
-        wait_s = self._flushed_at + PACE_S - now
-        if wait_s <= 0.0:
-            self._loop.call_soon(self._flush)
-        else:
-            self._loop.call_later(wait_s, self._flush)
+        if not self._woken:
+            self._woken = True
+            self._due_since = time.monotonic()
+            self._round.ask(self._flush)
 
     def stop(self) -> None:
         """Nothing is written from here on."""
@@ -65,19 +58,19 @@ class LiveWriter:
     def _flush(self) -> None:
         if self._stopped:
             return
-        browser, outbox, unsent, traffic = self._browser, self._browser.outbox, self._unsent, self._traffic
-        now = self._flushed_at = time.monotonic()
-        if not unsent and self._writer.has_room():
-            for event in browser.take_events():
+        writer, outbox, unsent, traffic = self._writer, self._browser.outbox, self._unsent, self._traffic
+        now = time.monotonic()
+        if not unsent and writer.has_room():
+            for event in self._browser.take_events():
                 if isinstance(event, Lost):
                     traffic.frames_lost += event.count
-                unsent.append((self._writer.write_text, encode_event(event).encode()))
+                unsent.append((writer.write_text, encode_event(event).encode()))
             frames = outbox.take(now)
             traffic.frames_to_browsers += len(frames)
             self._unsent_since, self._due_since = self._due_since if frames else None, None
             for start in range(0, len(frames), MOST_FRAMES_A_MESSAGE):
-                unsent.append((self._writer.write_binary, b"".join(frames[start : start + MOST_FRAMES_A_MESSAGE])))
-        while unsent and self._writer.has_room():
+                unsent.append((writer.write_binary, b"".join(frames[start : start + MOST_FRAMES_A_MESSAGE])))
+        while unsent and writer.has_room():
             write, message = unsent.popleft()
             write(message)
             traffic.messages_to_browsers += 1
@@ -86,7 +79,7 @@ class LiveWriter:
             traffic.up.observe(time.monotonic() - self._unsent_since)
             self._unsent_since = None
         # Without room: until `on_room`. The outbox conflates meanwhile.
-        self._woken = bool(unsent) or not self._writer.has_room()
+        self._woken = bool(unsent) or not writer.has_room()
         if self._woken and self._due_since is None:
             self._due_since = now  # nobody calls `wake` now: what comes is counted as if it came at once
         beat_at = None if self._woken else outbox.next_beat()

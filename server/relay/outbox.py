@@ -138,6 +138,8 @@ class Outbox:
 
     def take_lost(self) -> dict[DroneId, int]:
         """Transactional frames dropped since the last call, per drone."""
+        if not self._lost:
+            return {}
         lost, self._lost = dict(self._lost), Counter()
         return lost
 

@@ -53,6 +53,7 @@ async def live(websocket: WebSocket) -> None:
         clock=tower.clock,
         subprotocol=subprotocol,
         still_signed_in=lambda now: _still_signed_in(tower, viewer.session_id, now),
+        write_round=websocket.app.state.data_endpoint.write_round,
     )
     await channel.run()
 

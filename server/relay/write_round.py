@@ -1,7 +1,7 @@
 """Who has something to write is written to at the end of the round, all of them, each once.
 
-A round is one emptying of the data channel's socket. Whatever came in it goes out in one message to each browser and in the
-same wake-up of the process: on a machine that sleeps between datagrams a wake-up costs more than all the work in it.
+A round is one emptying of the data channel's socket. Whatever came in it goes out in one message to each browser and
+in the same wake-up of the process: where it sleeps between datagrams, a wake-up costs more than all the work in it.
 """
 
 import asyncio
