@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import random
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, Final
 
 import msgspec
@@ -12,7 +12,7 @@ from websockets.exceptions import ConnectionClosed, InvalidHandshake, WebSocketE
 from websockets.typing import Subprotocol
 
 from connect.tower_url import TowerUrl
-from connect.unusable import Unusable
+from connect.unusable import TowerAway
 
 SUBPROTOCOL: Final = Subprotocol("tower.v1")
 SIGNED_OUT: Final = 4401
@@ -31,7 +31,8 @@ LARGEST_MESSAGE_BYTES: Final = 1 << 22
 
 
 class Live:
-    """`received` gets every message of the tower: text as str, frames as bytes."""
+    """`received` gets every message of the tower: text as str, frames as bytes. `shut` is told when the tower signs us
+    out, and raises if that is for good."""
 
     def __init__(
         self,
@@ -41,12 +42,14 @@ class Live:
         hello: list[dict[str, Any]],
         received: Callable[[str | bytes], None],
         say: Callable[[str], None],
+        shut: Callable[[str], Awaitable[None]],
     ) -> None:
         self._tower = tower
         self._token = token
         self._hello = hello
         self._received = received
         self._say = say
+        self._shut = shut
         self._outgoing: asyncio.Queue[str | bytes] = asyncio.Queue(MOST_WAITING)
         self._socket: ClientConnection | None = None
         self._watch_only = True
@@ -78,7 +81,7 @@ class Live:
         self._outgoing.put_nowait(message)
 
     async def run(self, *, watch_only: Callable[[], bool]) -> None:
-        """Until cancelled. Raises Unusable when the tower does not let us in any more."""
+        """Until cancelled, or until `received` or `shut` raises."""
         wait_s = 0.0
         lost = False
         while True:
@@ -91,9 +94,10 @@ class Live:
                     await self._serve(socket, watch_only)
                     continue  # on purpose, to come back with other scopes
             except ConnectionClosed as closed:
-                self._look_at(closed)
-                reason = closed.rcvd.reason if closed.rcvd else ""
-                why = reason or "the connection was cut"
+                why = (closed.rcvd.reason if closed.rcvd else "") or "the connection was cut"
+                if closed.rcvd is not None and closed.rcvd.code in (SIGNED_OUT, NOT_ALLOWED):
+                    with contextlib.suppress(TowerAway):
+                        await self._shut(why)
             except (OSError, TimeoutError, InvalidHandshake, WebSocketException) as error:
                 why = str(error) or type(error).__name__
             if not lost:
@@ -145,7 +149,3 @@ class Live:
             self._look_again.clear()
             with contextlib.suppress(TimeoutError):
                 await asyncio.wait_for(self._look_again.wait(), LOOK_EVERY_S)
-
-    def _look_at(self, closed: ConnectionClosed) -> None:
-        if closed.rcvd is not None and closed.rcvd.code in (SIGNED_OUT, NOT_ALLOWED):
-            raise Unusable(f"{self._tower.origin} has shut the door: {closed.rcvd.reason}")

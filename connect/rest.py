@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from connect.tower_url import TowerUrl
-from connect.unusable import Ended, Unusable
+from connect.unusable import TowerAway, Unusable
 
 ANSWER_WITHIN_S: Final = 10.0
 
@@ -39,11 +39,12 @@ class Answer:
 
 
 class Rest:
-    """Raises Ended where the tower is not there, Unusable where it does not accept the token."""
+    """Raises TowerAway where the tower is not there, Unusable where it does not accept the token."""
 
     def __init__(self, tower: TowerUrl, token: str) -> None:
         self._tower = tower
         self._token = token
+        self._opener = urllib.request.build_opener(_NoRedirects)
 
     async def ask(self, method: str, path: str, body: Any = None) -> Answer:
         """`path` begins behind `/api/v1`."""
@@ -58,7 +59,7 @@ class Rest:
         # The address was checked to be http or https (connect.tower_url).
         request = urllib.request.Request(self._tower.api + path, data=data, method=method, headers=headers)  # noqa: S310
         try:
-            with urllib.request.urlopen(request, timeout=ANSWER_WITHIN_S) as answer:  # noqa: S310
+            with self._opener.open(request, timeout=ANSWER_WITHIN_S) as answer:
                 return Answer(answer.status, _json(answer.read()))
         except urllib.error.HTTPError as error:
             with error:
@@ -66,9 +67,16 @@ class Rest:
         except urllib.error.URLError as error:
             if isinstance(error.reason, ssl.SSLError):
                 raise Unusable(f"{self._tower.origin}: its certificate is not accepted: {error.reason}") from None
-            raise Ended(f"{self._tower.origin} cannot be reached: {error.reason}") from None
+            raise TowerAway(f"{self._tower.origin} cannot be reached: {error.reason}") from None
         except (OSError, ValueError) as error:
-            raise Ended(f"{self._tower.origin} cannot be reached: {error}") from None
+            raise TowerAway(f"{self._tower.origin} cannot be reached: {error}") from None
+
+
+class _NoRedirects(urllib.request.HTTPRedirectHandler):
+    """The token is for the tower that was named, not for whatever it points at."""
+
+    def redirect_request(self, *_: object) -> None:
+        return None
 
 
 def _json(data: bytes) -> Any:

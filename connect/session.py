@@ -5,7 +5,7 @@ The shell that puts the parts together. Nothing here decides who may fly: the to
 
 import asyncio
 import contextlib
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Coroutine, Hashable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -16,7 +16,7 @@ from connect.live import Live
 from connect.loss_check import before_flight
 from connect.rest import Rest
 from connect.squad import Chosen, choose
-from connect.terminal import ask, listen
+from connect.terminal import Terminal
 from connect.tower_url import TowerUrl
 from connect.unusable import Ended, Unusable
 
@@ -49,6 +49,7 @@ class Session:
         self._rest = Rest(options.tower, options.token)
         self._asking: set[asyncio.Task[None]] = set()
         self._there = True
+        self._terminal = Terminal(self._typed)
 
     async def run(self) -> None:
         """Until cancelled. Raises Ended with the reason when it cannot go on."""
@@ -61,7 +62,9 @@ class Session:
         self._view = ControlView(drone.drone_id, drone.name)
         self._loop = asyncio.get_running_loop()
         hello = [{"type": "watch", "rate_hz": WATCH_RATE_HZ}, {"type": "focus", "drone_id": drone.drone_id}]
-        self._live = Live(options.tower, options.token, hello=hello, received=self._from_tower, say=self._say)
+        self._live = Live(
+            options.tower, options.token, hello=hello, received=self._from_tower, say=self._say, shut=self._door_shut
+        )
         async with contextlib.AsyncExitStack() as stack:
             for endpoint in options.endpoints:
                 stack.callback(endpoint.close)
@@ -69,10 +72,9 @@ class Session:
             if options.fly:
                 if await self._acquire(drone):
                     stack.push_async_callback(self._release, drone)
-                await before_flight(
-                    self._rest, drone, acknowledge=options.acknowledge_loss_check, say=self._say, ask=ask
-                )
-                stack.callback(listen(self._typed))
+                self._terminal.open()
+                stack.callback(self._terminal.close)
+                await self._loss_check(drone)
             places = ", ".join(endpoint.name for endpoint in options.endpoints)
             self._say(f"{drone.name} is at {places}: you {'fly' if options.fly else 'watch'}")
             await self._live.run(watch_only=self._watch_only)
@@ -99,6 +101,10 @@ class Session:
             self._live.send_text(reply)
         for sentence in view.take_sentences():
             self._say(sentence)
+        if view.loss_check_asked:
+            view.loss_check_asked = False
+            if self._options.fly and not self._asking:
+                self._in_background(self._loss_check(self._drone))
         if view.out_of_squad:
             raise Ended(f"{view.name} is not in your squad any more")
 
@@ -111,6 +117,12 @@ class Session:
             self._there = there
             self._say("a ground station is there again" if there else "no ground station is heard: the pilot is gone")
         return not there
+
+    async def _door_shut(self, why: str) -> None:
+        """Signed out. A new password or role does that once, and the token is still good; otherwise raises."""
+        answer = await self._rest.ask("GET", "/drones")
+        if not answer.done:
+            raise Unusable(f"{self._options.tower.origin} has shut the door: {why}")
 
     # The controls
 
@@ -134,21 +146,32 @@ class Session:
         except (Ended, TimeoutError):
             self._say(f"the tower could not be told; it takes the controls of {drone.name} back after its grace time")
 
+    async def _loss_check(self, drone: Chosen) -> None:
+        acknowledge = self._options.acknowledge_loss_check
+        await before_flight(self._rest, drone, acknowledge=acknowledge, say=self._say, ask=self._terminal.ask)
+
     def _typed(self, word: str) -> None:
         if word not in ("acquire", "release", "accept"):
             if word:
                 self._say("type acquire, release or accept; Ctrl-C ends it")
             return
-        task = self._loop.create_task(self._ask_for(word))
-        self._asking.add(task)
-        task.add_done_callback(self._asking.discard)
+        self._in_background(self._ask_for(word))
 
     async def _ask_for(self, word: str) -> None:
-        try:
-            path = f"/drones/{self._drone.drone_id}/control/{word}"
-            answer = await self._rest.ask("POST", path, _BODIES.get(word, {}))
-        except Ended as ended:
-            self._say(str(ended))
-        else:
-            if not answer.done:
-                self._say(answer.words)
+        path = f"/drones/{self._drone.drone_id}/control/{word}"
+        answer = await self._rest.ask("POST", path, _BODIES.get(word, {}))
+        if not answer.done:
+            self._say(answer.words)
+
+    def _in_background(self, work: Coroutine[Any, Any, None]) -> None:
+        """What fails here is said, and does not end the flight."""
+
+        async def done() -> None:
+            try:
+                await work
+            except Ended as ended:
+                self._say(str(ended))
+
+        task = self._loop.create_task(done())
+        self._asking.add(task)
+        task.add_done_callback(self._asking.discard)

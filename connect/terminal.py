@@ -1,46 +1,76 @@
-"""What is typed while `tower connect --fly` runs: one word a line. Thin shell around standard input."""
+"""What is typed while `tower connect --fly` runs: one line at a time. Thin shell around standard input.
+
+Read by the event loop, never by a thread: a thread that waits for a line keeps the program from ending.
+"""
 
 import asyncio
 import os
 import sys
 from collections.abc import Callable
+from typing import Final
+
+LONGEST_LINE_BYTES: Final = 1024
 
 
-def listen(typed: Callable[[str], None]) -> Callable[[], None]:
-    """Calls `typed` with each line, trimmed. Returns what stops it. Without a usable standard input it does nothing."""
-    loop = asyncio.get_running_loop()
-    try:
-        number = sys.stdin.fileno()
-    except (AttributeError, ValueError, OSError):
-        return lambda: None
-    waiting = b""
+class Terminal:
+    """`typed` gets each line, trimmed, unless a question waits for it. Without a standard input nothing comes."""
 
-    def stop() -> None:
-        loop.remove_reader(number)
+    def __init__(self, typed: Callable[[str], None]) -> None:
+        self._typed = typed
+        self._number: int | None = None
+        self._half_line = b""
+        self._answer: asyncio.Future[str] | None = None
 
-    def readable() -> None:
-        nonlocal waiting
-        if os.isatty(number) and os.tcgetpgrp(number) != os.getpgrp():
-            return  # in the background: reading would stop us
-        data = os.read(number, 4096)
+    def open(self) -> None:
+        """Starts to listen."""
+        try:
+            number = sys.stdin.fileno()
+            asyncio.get_running_loop().add_reader(number, self._readable)
+        except (AttributeError, ValueError, OSError, NotImplementedError):
+            return  # there is none; or it is a file, which cannot be waited for
+        self._number = number
+
+    def close(self) -> None:
+        """Harmless if it was not open."""
+        if self._number is not None:
+            asyncio.get_running_loop().remove_reader(self._number)
+            self._number = None
+
+    async def ask(self, question: str) -> str:
+        """The next line; empty where nobody sits before a terminal."""
+        if self._number is None or not os.isatty(self._number):
+            return ""
+        print(question, end=" ", flush=True)
+        self._answer = asyncio.get_running_loop().create_future()
+        try:
+            return await self._answer
+        finally:
+            self._answer = None
+
+    def _readable(self) -> None:
+        number = self._number
+        assert number is not None
+        if _in_the_background(number):
+            return  # reading would stop us
+        data = os.read(number, LONGEST_LINE_BYTES)
         if not data:
-            stop()
+            self.close()
+            if self._answer is not None and not self._answer.done():
+                self._answer.set_result("")
             return
-        *lines, waiting = (waiting + data[:1024]).split(b"\n")
+        *lines, half = (self._half_line + data).split(b"\n")
+        self._half_line = half[:LONGEST_LINE_BYTES]
         for line in lines:
-            typed(line.decode(errors="replace").strip())
+            text = line.decode(errors="replace").strip()
+            if self._answer is not None and not self._answer.done():
+                self._answer.set_result(text)
+            else:
+                self._typed(text)
 
+
+def _in_the_background(number: int) -> bool:
+    """Whether this is our terminal, and somebody else has it at the moment."""
     try:
-        loop.add_reader(number, readable)
-    except (OSError, ValueError, NotImplementedError):
-        return lambda: None  # a file or /dev/null cannot be waited for
-    return stop
-
-
-async def ask(question: str) -> str:
-    """One line from whoever sits there; empty where nobody does."""
-    if not sys.stdin or not sys.stdin.isatty():
-        return ""
-    print(question, end=" ", flush=True)
-    line: str = await asyncio.to_thread(sys.stdin.readline)
-    return line.strip()
+        return os.tcgetpgrp(number) != os.getpgrp()
+    except OSError:
+        return False  # no terminal, or not ours

@@ -9,6 +9,10 @@ class Ended(Exception):
     exit_code: ClassVar[int] = 1
 
 
+class TowerAway(Ended):
+    """The tower cannot be reached at this moment."""
+
+
 class Unusable(Ended):
     """Something given is wrong, and trying again will not help: an option, the token, the drone's name, the port."""
 

@@ -1,9 +1,13 @@
 """`tower connect` as a process before a real tower: who may fly through it, how it comes back, and how it ends."""
 
 import contextlib
+import http.server
+import os
+import pty
 import re
 import socket
 import subprocess
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -232,15 +236,81 @@ def test_it_is_back_by_itself_after_the_tower_was(world: World, programs: Callab
     said(world, "is lost")
     world.start_tower()
     said(world, f"connected with {world.address} again")
-    wait_for("the drone", lambda: world.log_of("connect").count("Kestrel is online") == 2)
-    assert program.answer_to(FLIES) == mavlink.MAV_RESULT_ACCEPTED
+    wait_for("the controls", lambda: program.answer_to(FLIES) == mavlink.MAV_RESULT_ACCEPTED)
 
 
 def test_a_revoked_token_ends_it(world: World) -> None:
     connect(world, "--tcp", "127.0.0.1:0", token="looks")
     world.tower_command("token", "revoke", "2")
     assert world.running("connect").wait(10) == 2
-    assert world.log_of("connect").splitlines()[-1].startswith(f"tower connect: {world.address} has shut the door")
+    assert world.log_of("connect").splitlines()[-1].startswith(f"tower connect: {world.address} refuses: this token is")
+
+
+def test_a_new_password_signs_out_once_and_the_token_stays_good(world: World) -> None:
+    connect(world, "--fly", "--tcp", "127.0.0.1:0")
+    answer = world.visitor("root").ask("PATCH", "/users/1", {"password": "another one"})
+    assert answer.status == 200, answer.body
+    said(world, f"connected with {world.address} again")
+    said(world, "you do NOT have the controls of Kestrel")
+    assert world.running("connect").poll() is None
+
+
+def test_the_loss_check_is_read_out_and_asked_for_on_a_terminal(world: World) -> None:
+    alice = world.visitor("alice")
+    world.running("simulator").terminate()
+    words = world.running("simulator").args
+    assert isinstance(words, list)
+    world.start("simulator-2", "tower-sim", *words[1:], "--param", "RC_OVERRIDE_TIME=-1")
+    wait_for("the danger", lambda: alice.ask("GET", "/drones/1/loss-check").json["dangerous"])
+    ask = ("Kestrel", "--tower", world.address, "--fly", "--acknowledge-loss-check", "--tcp", "127.0.0.1:0")
+    token = {"TOWER_TOKEN_FILE": str(world.folder / "token")}
+    assert "needs a yes, typed on a terminal" in failed(world, *ask, code=1, **token)
+    assert alice.drone(1)["holder"] is None, "what was acquired is released"
+
+    ours, theirs = pty.openpty()
+    log = world.folder / "asked.log"
+    with log.open("wb") as out:
+        command = [str(BIN / "tower"), "connect", *ask]
+        environment = {**world.environment, **token}
+        process = subprocess.Popen(command, stdin=theirs, stdout=out, stderr=subprocess.STDOUT, env=environment)
+    os.close(theirs)
+    try:
+        wait_for("the question", lambda: "Type yes if you know this" in log.read_text())
+        assert "danger: if the operator is lost: RC_OVERRIDE_TIME is -1" in log.read_text()
+        assert not alice.ask("GET", "/drones/1/loss-check").json["acknowledged"]
+        os.write(ours, b"yes\n")
+        wait_for("yes", lambda: alice.ask("GET", "/drones/1/loss-check").json["acknowledged"])
+    finally:
+        process.terminate()
+        status = process.wait(10)
+        os.close(ours)
+    assert status == 0
+
+
+def test_the_token_goes_to_nobody_else(world: World) -> None:
+    heard: list[str] = []
+
+    class Elsewhere(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            heard.append(self.path)
+            self.send_response(302)
+            self.send_header("Location", "/elsewhere")
+            self.end_headers()
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    with http.server.HTTPServer(("127.0.0.1", 0), Elsewhere) as server:
+        serving = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
+        serving.start()
+        address = f"http://127.0.0.1:{server.server_port}"
+        where = ("--tower", address, "--token-file", str(world.folder / "token"), "--tcp", "127.0.0.1:0")
+        try:
+            assert "refuses: HTTP status 302" in failed(world, "Kestrel", *where, code=2)
+        finally:
+            server.shutdown()
+            serving.join()
+    assert heard == ["/api/v1/drones"]
 
 
 def test_mistakes_are_one_line(world: World) -> None:
