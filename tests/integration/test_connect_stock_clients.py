@@ -11,7 +11,7 @@ from worlds.processes import CHECKOUT, World, free_udp_ports, wait_for
 from worlds.stock_clients import CLIENTS, ENVIRONMENT, MavProxy, installed
 
 SPEED = "4"
-PARAMETERS = "900"
+PARAMETERS = "1500"
 MISSION = """QGC WPL 110
 0\t1\t0\t16\t0\t0\t0\t0\t47.3977\t8.5456\t488\t1
 1\t0\t3\t22\t0\t0\t0\t0\t0\t0\t12\t1
