@@ -34,7 +34,8 @@ UPGRADE_WITHIN_S: Final = 5.0
 """TLS and the HTTP upgrade on a slow cellular network."""
 WELCOME_WITHIN_S: Final = 5.0
 PING_INTERVAL_S: Final = 1.0
-PING_TIMEOUT_S: Final = 2.0
+PING_TIMEOUT_S: Final = 6.0
+"""After a black-out of 2 s TCP tries again only after 3.5 s; a link that is renewed while somebody flies by hand holds."""
 CLOSE_WITHIN_S: Final = 0.5
 WRITE_BUFFER_BYTES: Final = 4096
 """Datagrams travel here where UDP is blocked: what cannot leave shall wait where it can still be thrown away."""

@@ -80,6 +80,7 @@ class DataChannel:
         self._wake_writer = wake_writer
         self._counts = counts
         self._alarm_set = False
+        self._websocket_proven_at = now
         self._uplinks = [
             _Uplink(number, DataSocket(partial(self._from_uplink, number), name), now)
             for number, name in enumerate(uplinks)
@@ -108,7 +109,7 @@ class DataChannel:
             before = self.choice.transport
             self.choice.tick(now)
             self._transport_changed(before, now)
-            self._send_all(self.sealed.datagrams_to_send(now))
+            self._send_all(self.sealed.datagrams_to_send(now), keepalive=True)
             probing = self.choice.probe_due(now)
             for uplink in self._uplinks:
                 await self._renew(uplink, now)
@@ -120,15 +121,8 @@ class DataChannel:
 
     def send_frames(self, epoch: Epoch, frames: Sequence[bytes]) -> None:
         """Urgent ones now, the others within the deadline of `wire.batching`."""
-        if self._stalled():
-            self._counts["stalled"] += len(frames)
-            return
         self._send_all(self.sealed.batch_frames(epoch, frames, self._loop.time()))
         self._set_alarm()
-
-    def _stalled(self) -> bool:
-        over_udp = self.choice.transport is Transport.UDP
-        return not over_udp and self.sealed.unproven_s(self._loop.time()) > STALLED_AFTER_S
 
     def send_urgent(self, text: bytes) -> None:
         """A message of the control channel."""
@@ -146,16 +140,22 @@ class DataChannel:
         # An urgent frame may have taken along what the alarm was set for, and more have come since.
         self._set_alarm()
 
-    def _send_all(self, datagrams: Sequence[bytes]) -> None:
-        if self.choice.transport is Transport.UDP:
+    def _send_all(self, datagrams: Sequence[bytes], *, keepalive: bool = False) -> None:
+        if not datagrams:
+            return
+        now = self._loop.time()
+        if self.choice.transport is Transport.UDP or self.choice.both(now):
             for datagram in datagrams:
                 for uplink in self._uplinks:
                     uplink.socket.send(datagram)
-        elif datagrams:
-            now = self._loop.time()
-            for datagram in datagrams:
-                self.lane.put(datagram, now)
-            self._wake_writer()
+        if self.choice.transport is not Transport.WEBSOCKET:
+            return
+        if now - self._websocket_proven_at > STALLED_AFTER_S and not keepalive:
+            self._counts["stalled"] += len(datagrams)
+            return
+        for datagram in datagrams:
+            self.lane.put(datagram, now)
+        self._wake_writer()
 
     def _ping_uplink(self, uplink: _Uplink, now: float, *, probing: bool) -> None:
         several = len(self._uplinks) > 1
@@ -221,11 +221,13 @@ class DataChannel:
         before = self.choice.transport
         if received.proof:
             self.choice.proven(transport, now)
+            if transport is Transport.WEBSOCKET:
+                self._websocket_proven_at = now
         if received.probed is not None:
             self.choice.probe_answered(now)
             self._path_mtu.answered(received.probed.datagram_bytes, now)
         self._transport_changed(before, now)
-        self._send_all(self.sealed.datagrams_to_send(now))
+        self._send_all(self.sealed.datagrams_to_send(now), keepalive=True)
         return received
 
     def _transport_changed(self, before: Transport, now: float) -> None:
@@ -233,6 +235,7 @@ class DataChannel:
             return
         _log.warning("the data channel now goes over %s", self.choice.transport)
         self.lane.clear()
+        self._websocket_proven_at = now
         self.sealed.keepalive.hurry(now)
 
 

@@ -9,7 +9,7 @@ from typing import Final
 BY_HAND_WITHIN_S: Final = 1.0
 """Sticks that came this shortly before the loss mean that a hand was on them."""
 
-HALF_OPEN_S: Final = 5.0
+HALF_OPEN_S: Final = 8.0
 """A control channel whose other end has vanished is noticed within this: the tower was gone when its datagrams were."""
 
 

@@ -6,7 +6,11 @@ did. What merely comes in proves one direction only. Time and proof decide:
     transport    what                                                        next
     UDP          no proof for FALL_BACK_AFTER_S                              WebSocket
     WebSocket    as many probes in a row answered over UDP as `needed`       UDP
-    WebSocket    one answered, and no proof over the WebSocket for as long   UDP
+    WebSocket    one answered, and no proof over the WebSocket yet, or not   UDP
+                 for IN_DOUBT_AFTER_S
+
+While the WebSocket gives no proof either, datagrams go both ways (`both`): after a black-out of everything UDP is back
+at once, where TCP still waits for its next try. Whichever copy comes first counts.
 
 `needed` doubles each time that UDP fails again soon after a return, so that a way that comes and goes is not taken at
 each of its turns.
@@ -45,8 +49,9 @@ class TransportChoice:
     def __init__(self, now: float) -> None:
         self.transport = Transport.UDP
         self.needed = FEWEST_NEEDED
-        self._proven_at = now
-        """Of the transport that is in use."""
+        self._proven_at: float | None = now
+        """Of the transport that is in use; None: not yet since the change."""
+        self._changed_at = now
         self._returned_at: float | None = None
         self._next_probe = now
         self._row = 0
@@ -64,9 +69,14 @@ class TransportChoice:
             return
         self._row = self._row + 1 if now - self._answered_at <= ANSWERS_IN_A_ROW_WITHIN_S else 1
         self._answered_at = now
-        if self._row >= self.needed or self._without_proof_s(now) > FALL_BACK_AFTER_S:
+        if self._row >= self.needed or self.both(now):
             self._change(Transport.UDP, now)
             self._returned_at = now
+
+    def both(self, now: float) -> bool:
+        """Whether to send over UDP as well as over the WebSocket."""
+        doubtful = self._proven_at is None or self._without_proof_s(now) > IN_DOUBT_AFTER_S
+        return self.transport is Transport.WEBSOCKET and doubtful
 
     def tick(self, now: float) -> None:
         """Time has passed: several times a second."""
@@ -79,16 +89,17 @@ class TransportChoice:
         """Whether to send a probe over UDP now. True once for each time that it is."""
         if now < self._next_probe:
             return False
-        in_doubt = self._without_proof_s(now) > IN_DOUBT_AFTER_S
+        in_doubt = self.both(now) or self._without_proof_s(now) > IN_DOUBT_AFTER_S
         if self.transport is Transport.UDP and not in_doubt:
             return False
         self._next_probe = now + (PROBE_IN_DOUBT_S if in_doubt else PROBE_S)
         return True
 
     def _without_proof_s(self, now: float) -> float:
-        return now - self._proven_at
+        return now - (self._changed_at if self._proven_at is None else self._proven_at)
 
     def _change(self, transport: Transport, now: float) -> None:
         self.transport = transport
-        self._proven_at = now
+        self._changed_at = now
+        self._proven_at = now if transport is Transport.UDP else None
         self._row = 0

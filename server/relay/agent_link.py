@@ -91,7 +91,7 @@ class AgentLink:
         try:
             received = self.sealed.receive(datagram, now)
         except Dropped as dropped:
-            if dropped.reason is DropReason.REPLAYED and self.routes.is_uplink(address):
+            if dropped.reason is DropReason.REPLAYED and self.routes.may_be_copy(address):
                 raise Dropped(DropReason.DUPLICATE) from None
             raise
         if received.newest:

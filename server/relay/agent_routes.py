@@ -46,8 +46,11 @@ class AgentRoutes:
                 self._were_uplinks.append(address)
             self._aim()
 
-    def is_uplink(self, address: Address) -> bool:
-        """Whether one of several uplinks is or was there: a datagram that was seen before is a copy then, no replay."""
+    def may_be_copy(self, address: Address) -> bool:
+        """Whether a datagram from there that was seen before is a copy that went another way, and not a replay: from
+        one of several uplinks, or where UDP and the control channel are both in use."""
+        if OVER_CHANNEL in (address, self.newest):
+            return True
         return len(self._were_uplinks) > 1 and address in self._were_uplinks
 
     @property

@@ -6,13 +6,17 @@ from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
+import httpx
 import pytest
 from agent_fakes import FakeAutopilot, running_autopilot, until
 from control_world import Live, live
+from network_between import tcp_through, udp_through
 from tower_world import TowerWorld, start_tower
 from udp_proxy import UdpProxy, running_proxy
 
+from bench.namespaces import Network
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
 from onboard_agent.tower_url import parse_tower_url
@@ -34,6 +38,7 @@ class DataLinkWorld:
     agent: Agent
     autopilot: FakeAutopilot
     watcher: Live
+    client: httpx.AsyncClient
     drone_id: DroneId
 
     @property
@@ -70,32 +75,41 @@ async def data_link_world(
     uplinks: Sequence[str] = ("",),
     blocked: bool = False,
     largest_bytes: int = 65535,
+    net: Network | None = None,
 ) -> AsyncIterator[DataLinkWorld]:
     async with contextlib.AsyncExitStack() as stack:
         tower = await stack.enter_async_context(start_tower(tmp_path))
         admin = await tower.add_user("admin", Role.ADMIN)
-        drone = await tower.add_drone("Kestrel")
-        proxy = await stack.enter_async_context(running_proxy(("127.0.0.1", tower.udp_port)))
+        drone = await tower.add_drone("Kestrel", admin)
+        url = tower.base_url
+        tower_udp = ("127.0.0.1", tower.udp_port)
+        if net is None:
+            proxy = await stack.enter_async_context(running_proxy(tower_udp))
+        else:
+            proxy = await stack.enter_async_context(udp_through(net, tower_udp))
+            port = await stack.enter_async_context(tcp_through(net, ("127.0.0.1", urlsplit(url).port or 0)))
+            url = f"http://127.0.0.1:{port}"
         proxy.largest_bytes = largest_bytes
         if blocked:
             proxy.blocked.add("")
         # Agents are told the port of the box instead of the tower's own.
         monkeypatch.setattr(DataEndpoint, "port", proxy.port)
-        watcher = await stack.enter_async_context(live(tower, await tower.signed_in(admin)))
-        port = UdpIn("udpin:127.0.0.1:0", "127.0.0.1", 0)
+        client = await tower.signed_in(admin)
+        watcher = await stack.enter_async_context(live(tower, client))
+        line = UdpIn("udpin:127.0.0.1:0", "127.0.0.1", 0)
         settings = AgentSettings(
-            tower=parse_tower_url(tower.base_url),
+            tower=parse_tower_url(url),
             credential=parse_credential(drone.credential),
-            port=port,
+            port=line,
             uplinks=tuple(uplinks),
         )
         agent = Agent(settings)
         running = asyncio.create_task(agent.run())
         try:
-            await until(lambda: port.bound_port, what="the autopilot's port is open")
-            autopilot = await stack.enter_async_context(running_autopilot(port.bound_port))
-            world = DataLinkWorld(tower, proxy, agent, autopilot, watcher, DroneId(drone.id))
-            await until(lambda: agent._link.up, what="the agent has signed in")
+            await until(lambda: line.bound_port, what="the autopilot's port is open")
+            autopilot = await stack.enter_async_context(running_autopilot(line.bound_port))
+            world = DataLinkWorld(tower, proxy, agent, autopilot, watcher, client, DroneId(drone.id))
+            await until(lambda: agent._link.up, 30.0, "the agent has signed in")
             yield world
         finally:
             running.cancel()

@@ -89,7 +89,7 @@ async def test_a_channel_carries_datagrams_of_its_own_link_only(
         await opened.connection.send(b"nonsense")
         await opened.connection.send(seen[:2] + bytes(4) + seen[6:])
         await opened.connection.send(seen)
-        await until(lambda: world.hub.drops[DropReason.REPLAYED] == 1)
+        await until(lambda: world.hub.drops[DropReason.DUPLICATE] == 1)
         assert world.hub.drops[DropReason.TOO_SHORT] == 1
         assert world.hub.drops[DropReason.UNKNOWN_LINK] == 1
         assert world.link.routes.newest != OVER_CHANNEL

@@ -26,6 +26,8 @@ class UdpProxy(asyncio.DatagramProtocol):
         """What is larger is lost, as by a path with a small MTU."""
         self.up: list[tuple[Address, bytes]] = []
         """Everything that came for the tower."""
+        self.make_back = udp_socket
+        """Makes the socket of one agent's port towards the tower."""
         self._front: asyncio.DatagramTransport | None = None
         self._backs: dict[Address, socket.socket] = {}
 
@@ -42,7 +44,7 @@ class UdpProxy(asyncio.DatagramProtocol):
     def _back_of(self, agent: Address) -> socket.socket:
         back = self._backs.get(agent)
         if back is None:
-            back = self._backs[agent] = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            back = self._backs[agent] = self.make_back()
             back.setblocking(False)
             back.connect(self.tower)
             asyncio.get_running_loop().add_reader(back, self._from_tower, agent, back)
@@ -81,11 +83,18 @@ class UdpProxy(asyncio.DatagramProtocol):
             self._front.close()
 
 
+def udp_socket() -> socket.socket:
+    return socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+
+
 @contextlib.asynccontextmanager
-async def running_proxy(tower: Address) -> AsyncIterator[UdpProxy]:
-    _, proxy = await asyncio.get_running_loop().create_datagram_endpoint(
-        lambda: UdpProxy(tower), local_addr=("127.0.0.1", 0)
-    )
+async def running_proxy(tower: Address, front: socket.socket | None = None) -> AsyncIterator[UdpProxy]:
+    """`front`: where agents send to, bound; none: a port on loopback."""
+    if front is None:
+        front = udp_socket()
+        front.bind(("127.0.0.1", 0))
+    front.setblocking(False)
+    _, proxy = await asyncio.get_running_loop().create_datagram_endpoint(lambda: UdpProxy(tower), sock=front)
     try:
         yield proxy
     finally:

@@ -15,7 +15,7 @@ def test_one_uplink_is_followed() -> None:
     assert routes.targets == (WIFI,)
     routes.follow(MOVED)
     assert (routes.targets, routes.count) == ((MOVED,), 1)
-    assert not routes.is_uplink(MOVED)
+    assert not routes.may_be_copy(MOVED)
 
 
 def test_two_uplinks_are_both_used_each_once_until_one_is_silent() -> None:
@@ -24,7 +24,7 @@ def test_two_uplinks_are_both_used_each_once_until_one_is_silent() -> None:
     routes.uplink(0, WIFI, 1.0)
     routes.uplink(1, CELL, 1.1)
     assert (set(routes.targets), routes.count) == ({WIFI, CELL}, 2)
-    assert routes.is_uplink(WIFI) and routes.is_uplink(CELL) and not routes.is_uplink(MOVED)
+    assert routes.may_be_copy(WIFI) and routes.may_be_copy(CELL) and not routes.may_be_copy(MOVED)
     routes.follow(CELL)
     routes.uplink(1, CELL, 1.0 + UPLINK_SILENT_S)
     routes.forget_silent(1.01 + UPLINK_SILENT_S)
@@ -48,6 +48,7 @@ def test_over_the_websocket_there_is_one_way() -> None:
     routes.uplink(1, CELL, 1.0)
     routes.follow(OVER_CHANNEL)
     assert routes.targets == (OVER_CHANNEL,)
+    assert routes.may_be_copy(OVER_CHANNEL) and routes.may_be_copy(MOVED)
     routes.follow(WIFI)
     assert set(routes.targets) == {WIFI, CELL}
 

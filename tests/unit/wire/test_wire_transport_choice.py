@@ -16,9 +16,11 @@ UDP, WEBSOCKET = Transport.UDP, Transport.WEBSOCKET
 
 
 def fallen_back(now: float = 2.0) -> TransportChoice:
+    """The WebSocket works, as was proven at once."""
     choice = TransportChoice(0.0)
     choice.tick(now)
     assert choice.transport is WEBSOCKET
+    choice.proven(WEBSOCKET, now)
     return choice
 
 
@@ -76,7 +78,20 @@ def test_a_gap_begins_the_row_anew() -> None:
 
 def test_one_answer_is_enough_where_the_websocket_is_dead() -> None:
     choice = fallen_back(2.0)
-    choice.probe_answered(2.0 + FALL_BACK_AFTER_S + 0.1)
+    choice.probe_answered(2.0 + IN_DOUBT_AFTER_S + 0.1)
+    assert choice.transport is UDP
+
+
+def test_until_the_websocket_is_proven_datagrams_go_both_ways_and_one_answer_leads_back() -> None:
+    choice = TransportChoice(0.0)
+    assert not choice.both(5.0), "over UDP there is one way"
+    choice.tick(2.0)
+    assert choice.transport is WEBSOCKET
+    assert choice.both(2.1)
+    choice.proven(WEBSOCKET, 2.3)
+    assert not choice.both(2.4)
+    assert choice.both(2.4 + IN_DOUBT_AFTER_S)
+    choice.probe_answered(2.4 + IN_DOUBT_AFTER_S)
     assert choice.transport is UDP
 
 
@@ -89,6 +104,7 @@ def relapse(choice: TransportChoice, now: float) -> float:
     now += FALL_BACK_AFTER_S + 0.1
     choice.tick(now)
     assert choice.transport is WEBSOCKET
+    choice.proven(WEBSOCKET, now)
     return now
 
 

@@ -1,0 +1,151 @@
+"""The data link on a bad network: 300 ms round trip, 5 % lost each way, some reordered, some twice, 2 s of nothing, an
+address that changes each 5 s. Real packets through network namespaces; skipped where those cannot be had.
+"""
+
+import asyncio
+import itertools
+import json
+import time
+from collections.abc import AsyncIterator, Callable
+from pathlib import Path
+
+import pytest
+from agent_fakes import until
+from control_world import ask
+from data_link_world import DataLinkWorld, data_link_world
+
+from bench.link_model import Profile
+from bench.namespaces import Network, emulated_network, why_not
+from wire.dialect import build, decode, mavlink
+from wire.drops import DropReason
+from wire.lateness import stamp_ms
+from wire.tagged import split_tagged, stamp, tag
+
+BAD = Profile(delay_s=0.15, loss=0.05, reordering=0.05, duplication=0.05)
+ONE_WAY_S = 0.15
+PERIOD_S = 0.1
+"""Of the attitude."""
+LASTS_S = 16.0
+ADDRESS_CHANGES_EACH_S = 5.0
+BUSY_MACHINE_S = 1.0
+COMMANDS = (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_CMD_REQUEST_MESSAGE)
+
+
+@pytest.fixture
+async def net(missing: Callable[[str], None]) -> AsyncIterator[Network]:
+    reason = why_not()
+    if reason is not None:
+        missing(reason)
+    async with emulated_network({"drone": BAD}, seed=4) as network:
+        yield network
+
+
+class Flight:
+    """An autopilot that talks, a pilot who commands, and all that the pilot's browser got."""
+
+    def __init__(self, world: DataLinkWorld) -> None:
+        self.world = world
+        self.texts_sent = 0
+        self.texts: list[str] = []
+        self.attitudes: list[tuple[float, int]] = []
+        """(when it came, when it was sent in ms)"""
+        self.answers: list[int] = []
+        self.answered = 0
+        self.sequence = itertools.count()
+
+    async def talk(self) -> None:
+        """Attitude at 10 Hz, each with the time of its sending; a numbered text with each fifth."""
+        autopilot = self.world.autopilot
+        for number in itertools.count():
+            autopilot.say(mavlink.MAVLink_attitude_message(stamp_ms(time.monotonic()), 0.1, 0.2, 0.3, 0, 0, 0))
+            if number % 5 == 0:
+                autopilot.say(mavlink.MAVLink_statustext_message(6, b"text %d" % self.texts_sent))
+                self.texts_sent += 1
+            await asyncio.sleep(PERIOD_S)
+
+    async def listen(self) -> None:
+        while True:
+            data = await self.world.watcher.socket.recv()
+            if not isinstance(data, bytes):
+                event = json.loads(data)
+                if event["type"] == "ping":
+                    await self.world.watcher.socket.send(json.dumps({"type": "pong", "sequence": event["sequence"]}))
+                continue
+            for _, frame in split_tagged(data):
+                message = decode(frame)
+                kind = message.get_type() if message is not None else ""
+                if kind == "ATTITUDE":
+                    self.attitudes.append((time.monotonic(), message.time_boot_ms))  # type: ignore[union-attr]
+                elif kind == "STATUSTEXT":
+                    self.texts.append(message.text)  # type: ignore[union-attr]
+                elif kind == "COMMAND_ACK" and message.target_system == 255:  # type: ignore[union-attr]
+                    self.answers.append(message.command)  # type: ignore[union-attr]
+
+    async def command(self) -> None:
+        """One command after the other, each repeated until it is answered, as any ground station does."""
+        for command in itertools.cycle(COMMANDS):
+            self.answers.clear()
+            for confirmation in range(20):
+                words = mavlink.MAVLink_command_long_message(1, 1, command, confirmation, 30, 100000, 0, 0, 0, 0, 0)
+                frame = build(words, system_id=255, component_id=190, sequence=next(self.sequence) & 0xFF)
+                clock = stamp(stamp_ms(time.monotonic()))
+                await self.world.watcher.socket.send(clock + tag(self.world.drone_id, frame))
+                try:
+                    await until(lambda command=command: command in self.answers, 0.7)  # type: ignore[misc]
+                except AssertionError:
+                    continue
+                self.answered += 1
+                break
+            else:
+                raise AssertionError("a command was never answered")
+
+    async def move(self) -> None:
+        while True:
+            await asyncio.sleep(ADDRESS_CHANGES_EACH_S)
+            self.world.proxy.forget()
+
+
+async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, net: Network
+) -> None:
+    async with data_link_world(tmp_path, monkeypatch, net=net) as world:
+        await until(lambda: world.link.routes.newest, 20.0, "the first datagram")
+        assert (await ask(world.client, world.drone_id, "acquire")).status_code == 200
+        await world.watcher.socket.send(json.dumps({"type": "focus", "drone_id": world.drone_id}))
+        flight = Flight(world)
+        addresses = set()
+        async with asyncio.TaskGroup() as group:
+            parts = [group.create_task(part()) for part in (flight.talk, flight.listen, flight.command, flight.move)]
+            begin = time.monotonic()
+            dark_at, light_at = begin + 5.5, 0.0
+            while time.monotonic() < begin + LASTS_S:
+                await asyncio.sleep(0.02)
+                addresses.add(world.link.routes.newest)
+                if dark_at and time.monotonic() > dark_at:
+                    await net.change("drone", Profile(black_out=True))
+                    dark_at, light_at = 0.0, time.monotonic() + 2.0
+                if light_at and time.monotonic() > light_at:
+                    await net.change("drone", BAD)
+                    light, light_at = time.monotonic(), 0.0
+            for part in parts:
+                part.cancel()
+        hub, link = world.hub, world.link
+        # Transactions complete: a round trip takes 0.3 s, so some 35 would fit between the black-out and the losses.
+        assert flight.answered >= 12
+        # State recovers: what was sent after the black-out is there one period and one way later.
+        came, sent_ms = next(one for one in flight.attitudes if one[0] > light)
+        fresh = [(at, sent) for at, sent in flight.attitudes if sent >= stamp_ms(light)]
+        assert fresh[0][0] - light < PERIOD_S + ONE_WAY_S + BUSY_MACHINE_S
+        assert sent_ms >= stamp_ms(light) - 500, f"what came first after the black-out was {came - light} s old"
+        # No duplicate delivered, though the network made many, and each was counted.
+        assert len(flight.texts) == len(set(flight.texts)) > 0.6 * flight.texts_sent
+        assert len(flight.attitudes) == len({sent for _, sent in flight.attitudes})
+        assert hub.drops[DropReason.REPLAYED] + hub.drops[DropReason.DUPLICATE] > 0
+        assert hub.drops[DropReason.NOT_AUTHENTIC] == hub.drops[DropReason.BAD_KEY_PHASE] == 0
+        # The addresses were followed, on one link.
+        assert len(addresses) >= 3
+        assert world.agent._link.up
+        assert link is world.link, "no second sign-in"
+        quality = link.quality(time.monotonic()).over_30s
+        assert quality.loss_up is not None and 0.01 < quality.loss_up < 0.5
+        assert quality.rtt_ms is not None and quality.rtt_ms >= 280
