@@ -35,7 +35,7 @@ UPGRADE_WITHIN_S: Final = 5.0
 WELCOME_WITHIN_S: Final = 5.0
 PING_INTERVAL_S: Final = 1.0
 PING_TIMEOUT_S: Final = 6.0
-"""After a black-out of 2 s TCP tries again only after 3.5 s; a link that is renewed while somebody flies by hand holds."""
+"""After a black-out of 2 s TCP tries again only after 3.5 s, and a link renewed under somebody's hand holds."""
 CLOSE_WITHIN_S: Final = 0.5
 WRITE_BUFFER_BYTES: Final = 4096
 """Datagrams travel here where UDP is blocked: what cannot leave shall wait where it can still be thrown away."""
