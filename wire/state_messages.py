@@ -19,7 +19,11 @@ _STATE_NAMES: Final = (
     "EXTENDED_SYS_STATE ADSB_VEHICLE WIND WIND_COV MEMINFO HWSTATUS POWER_STATUS MCU_STATUS AHRS AHRS2 AHRS3 SIMSTATE "
     "SIM_STATE DISTANCE_SENSOR RANGEFINDER RPM ESC_TELEMETRY_1_TO_4 ESC_TELEMETRY_5_TO_8 FENCE_STATUS "
     "ODOMETRY WHEEL_DISTANCE BATTERY2 MOUNT_STATUS GIMBAL_DEVICE_ATTITUDE_STATUS GIMBAL_MANAGER_STATUS SENSOR_OFFSETS "
-    "LOCAL_POSITION_NED_SYSTEM_GLOBAL_OFFSET AOA_SSA DEEPSTALL PID_TUNING WINCH_STATUS GENERATOR_STATUS EFI_STATUS"
+    "LOCAL_POSITION_NED_SYSTEM_GLOBAL_OFFSET AOA_SSA DEEPSTALL PID_TUNING WINCH_STATUS GENERATOR_STATUS EFI_STATUS "
+    "HIGH_LATENCY HIGH_LATENCY2 ATTITUDE_QUATERNION_COV CONTROL_SYSTEM_STATE ACTUATOR_OUTPUT_STATUS MOUNT_ORIENTATION "
+    "HYGROMETER_SENSOR WATER_DEPTH ESC_TELEMETRY_9_TO_12 ESC_TELEMETRY_13_TO_16 ESC_TELEMETRY_17_TO_20 "
+    "ORBIT_EXECUTION_STATUS VISION_POSITION_ESTIMATE VISION_SPEED_ESTIMATE CAMERA_FOV_STATUS "
+    "CAMERA_TRACKING_GEO_STATUS CAMERA_TRACKING_IMAGE_STATUS ISBD_LINK_STATUS MANUAL_SETPOINT"
 )
 
 _WITHOUT_INSTANCE: Final = (0, 0)
@@ -28,11 +32,17 @@ _INSTANCES: Final[dict[int, tuple[int, int]]] = {
     msgid: (cls.instance_offset, 1) if getattr(cls, "instance_field", None) else _WITHOUT_INSTANCE
     for msgid, cls in mavlink.mavlink_map.items()
     if cls.msgname in _STATE_NAMES.split()
-} | {mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE: (0, 4)}
-"""Message id of a state message to where its instance number stands in the payload: (offset, bytes).
-
-An ADSB_VEHICLE has no instance in the dialect but is told apart by the four bytes of its address.
-"""
+} | {
+    mavlink.MAVLINK_MSG_ID_ADSB_VEHICLE: (0, 4),  # the aircraft's address
+    mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: (8, 10),  # scripts send dozens of these, told apart by name
+    mavlink.MAVLINK_MSG_ID_NAMED_VALUE_INT: (8, 10),
+    mavlink.MAVLINK_MSG_ID_DEBUG_VECT: (20, 10),
+    mavlink.MAVLINK_MSG_ID_DEBUG: (8, 1),
+    mavlink.MAVLINK_MSG_ID_ACTUATOR_CONTROL_TARGET: (40, 1),
+    mavlink.MAVLINK_MSG_ID_RAW_RPM: (4, 1),
+    mavlink.MAVLINK_MSG_ID_OBSTACLE_DISTANCE: (156, 1),  # by the kind of sensor
+}
+"""Message id of a state message to where what tells it apart stands in the payload: (offset, bytes)."""
 
 StateKey = tuple[int, int, int, int]
 """(sysid, compid, message id, instance): frames with one key replace each other."""

@@ -13,12 +13,13 @@ import httpx
 import pytest
 from control_world import ObedientAgent, live, until
 from tower_world import Person, TowerWorld, start_tower
+from uvicorn._types import ASGIReceiveEvent
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from server import guarded_websocket
 from server.accounts.tables import Role
-from server.guarded_websocket import HIGH_WATER_BYTES, MOST_PIECES, GuardedWebSocket
+from server.guarded_websocket import HIGH_WATER_BYTES, MOST_PIECES, SLICE_BYTES, GuardedWebSocket
 from server.relay.outbox import MOST_TRANSACTIONAL
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
@@ -193,9 +194,17 @@ async def test_pings_without_end_whose_answers_nobody_reads_pile_nothing_up(
 
 
 async def test_tiny_messages_without_end_are_closed_with_a_code_and_the_other_browser_gets_everything(
-    world: TowerWorld, root: Person, agent: Agent
+    world: TowerWorld, root: Person, agent: Agent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hub = world.tower.hub
+    parsed_at_once: list[int] = []
+    received = GuardedWebSocket.receive
+
+    async def counted(connection: GuardedWebSocket) -> ASGIReceiveEvent:
+        parsed_at_once.append(connection.queue.qsize())
+        return await received(connection)
+
+    monkeypatch.setattr(GuardedWebSocket, "receive", counted)
     mallory = await world.add_user("mallory")
     flooding, client = await world.signed_in(mallory), await world.signed_in(root)
     loop = asyncio.get_running_loop()
@@ -213,6 +222,7 @@ async def test_tiny_messages_without_end_are_closed_with_a_code_and_the_other_br
         await everything_reaches(world, client, agent, beside=1)
         await asyncio.wait_for(flooder, 20)
     assert hub.drops[DropReason.FLOOD] >= 5_000
+    assert 100 < max(parsed_at_once) <= SLICE_BYTES // len(masked(BINARY, b"\xff")) + 1, "and not a whole read of them"
     assert not hub._state.browsers
 
 
