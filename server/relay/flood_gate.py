@@ -29,6 +29,10 @@ REQUESTS_PER_S: Final = 20.0
 REQUESTS_BURST: Final = 200
 """Text messages of a browser: pongs twice a second, a map that is dragged about, a page that is opened."""
 
+OPENINGS_AT_ONCE: Final = 4
+OPENINGS_REFILLED_IN_S: Final = 10.0
+"""All tabs of a user may come back four times in a row after a network that flickers, and once every ten seconds."""
+
 REPORTS_PER_S: Final = 50.0
 REPORTS_BURST: Final = 500
 """Messages of an agent about itself: a few a second while it holds, each in several copies."""
@@ -56,6 +60,7 @@ class FloodGate:
         self._reading: dict[DroneId, TokenBucket] = {}
         self._agents: dict[DroneId, TokenBucket] = {}
         self._reports: dict[DroneId, TokenBucket] = {}
+        self._openings: dict[UserId, TokenBucket] = {}
 
     def admits(self, user_id: UserId, drone_id: DroneId | None, *, flies: bool, now: float) -> bool:
         """One frame of a user. `drone_id`: where it goes, None if nowhere; `flies`: from whoever has the turn there."""
@@ -89,6 +94,15 @@ class FloodGate:
         state_dropped = len(content.frames) - len(transactional)
         return content._replace(frames=kept), state_dropped, len(transactional) - len(kept)
 
+    def admits_opening(self, user_id: UserId, now: float, *, most_open: int) -> bool:
+        """One more live connection of a user, of whom `most_open` may be open at the same time: each begins with the
+        whole picture, so opening and closing them without end is a flood too."""
+        bucket = self._openings.get(user_id)
+        if bucket is None:
+            per_s, at_once = most_open / OPENINGS_REFILLED_IN_S, most_open * OPENINGS_AT_ONCE
+            bucket = self._openings[user_id] = TokenBucket(per_s, at_once, now)
+        return bucket.take(1.0, now)
+
     def admits_report(self, drone_id: DroneId, now: float) -> bool:
         """One message of an agent's control channel, or an urgent one."""
         bucket = self._reports.get(drone_id)
@@ -98,11 +112,14 @@ class FloodGate:
 
     def forget_idle(self, drones: Container[DroneId], now: float) -> None:
         """Once a second: users who have long sent nothing, and drones that are no more, need no memory."""
-        for user_id in [one for one, bucket in self._users.items() if bucket.is_full(now)]:
-            del self._users[user_id]
+        for users in (self._users, self._openings):
+            for user_id in [one for one, bucket in users.items() if bucket.is_full(now)]:
+                del users[user_id]
         for way in (self._flying, self._reading, self._agents, self._reports):
             for drone_id in [one for one in way if one not in drones]:
                 del way[drone_id]
 
     def __len__(self) -> int:
-        return len(self._users) + sum(map(len, (self._flying, self._reading, self._agents, self._reports)))
+        return len(self._users) + sum(
+            map(len, (self._openings, self._flying, self._reading, self._agents, self._reports))
+        )

@@ -184,9 +184,12 @@ class Hub:
 
     # -- browsers --------------------------------------------------------------------------------------------
 
-    def why_no_room(self, user_id: UserId, address: str) -> str | None:
+    def why_no_room(self, user_id: UserId, address: str, now: float) -> str | None:
         """Why this user may not open one more live connection from there; None if they may."""
-        return self._socket_bounds.refusal(self._state.browsers.values(), user_id, address)
+        bounds = self._socket_bounds
+        if not self._flood.admits_opening(user_id, now, most_open=bounds.per_user):
+            return "too many connections of this user were opened in a short time: wait a little"
+        return bounds.refusal(self._state.browsers.values(), user_id, address)
 
     def hears_request(self, browser: Browser, now: float) -> bool:
         """Whether a text message of this browser is looked at. If not, it is counted and answered."""

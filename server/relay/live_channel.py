@@ -73,7 +73,7 @@ class LiveChannel:
         """Until the browser goes or its session ends."""
         await self._websocket.accept(subprotocol=self._subprotocol)
         # Nothing is awaited from here until it is attached: two that come at once cannot both have the last place.
-        no_room = self._hub.why_no_room(self._browser.viewer.user_id, self._browser.address)
+        no_room = self._hub.why_no_room(self._browser.viewer.user_id, self._browser.address, time.monotonic())
         if no_room is not None:
             self._hub.traffic.browser_closes[TOO_MANY_SOCKETS] += 1
             await close_quietly(self._websocket, TOO_MANY_SOCKETS, no_room)

@@ -174,3 +174,10 @@ def test_connections_of_a_user_and_of_an_address_have_a_bound(world: HubWorld) -
     assert bounds.refusal(browsers, UserId(1), "203.0.113.1") is not None
     assert bounds.refusal(browsers, UserId(2), "203.0.113.1") is None
     assert bounds.refusal(browsers, UserId(2), "198.51.100.7") is not None
+
+
+def test_connections_cannot_be_opened_and_closed_without_end(world: HubWorld) -> None:
+    answers = [world.hub.why_no_room(UserId(1), "198.51.100.7", 0.0) for _ in range(100)]
+    assert answers.count(None) == 80
+    assert world.hub.why_no_room(UserId(2), "198.51.100.7", 0.0) is None
+    assert world.hub.why_no_room(UserId(1), "198.51.100.7", 0.6) is None
