@@ -120,6 +120,5 @@ class FloodGate:
                 del way[drone_id]
 
     def __len__(self) -> int:
-        return len(self._users) + sum(
-            map(len, (self._openings, self._flying, self._reading, self._agents, self._reports))
-        )
+        by_drone = (self._flying, self._reading, self._agents, self._reports)
+        return len(self._users) + len(self._openings) + sum(len(way) for way in by_drone)
