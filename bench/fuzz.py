@@ -103,7 +103,9 @@ async def _messages(report: Report, tower: FuzzedTower, kind: str, messages: int
     await tower.attack(kind, chance_of(seed, f"{case} warm-up"), warm)
     before_mb = tower.rss_mb()
     tower.witness.delays_ms.clear()
+    drops_before = await tower.drops()
     account = await tower.attack(kind, chance_of(seed, case), messages - warm)
+    counted = await tower.drops() - drops_before
     report.add(case, "sent", warm + account.messages, "count")
     report.add(case, "connections", account.connections, "count")
     report.add(case, "accepted after the warm-up", account.accepted, "count")
@@ -114,7 +116,11 @@ async def _messages(report: Report, tower: FuzzedTower, kind: str, messages: int
     report.add(case, "memory grown after the warm-up", grown_mb, "MB")
     report.spread(case, "delay at another browser", tower.witness.delays_ms, "ms")
     report.add(case, "took", time.monotonic() - began, "s")
+    for reason, count in sorted(counted.items()):
+        report.add(case, f"counted by the tower {reason}", count, "count")
     found = [f"{case}: {words}" for words in account.wrong]
+    if counted.total() != account.refused.total():
+        found.append(f"{case}: {account.refused.total()} were refused, the tower's metrics count {counted.total()}")
     if grown_mb > MOST_GROWN_MB:
         found.append(f"{case}: the tower has grown by {grown_mb:.1f} MB")
     return found

@@ -61,8 +61,8 @@ class Target:
     cookie: str
     drone_ids: tuple[int, ...]
     """Of the first of them the somebody has the controls."""
-    credential: str
-    """Of a drone that is attacked as its own agent."""
+    credentials: tuple[str, ...]
+    """Of drones that are attacked as their own agents, in turn: the tower takes so many reports a second of each."""
 
 
 class _Browser:
@@ -219,11 +219,12 @@ async def attack_agent(target: Target, chance: random.Random, messages: int) -> 
     key = public_bytes(X25519PrivateKey.generate())
     hello = encode_message(Hello(agent_version="fuzz", public_key=key))
     while account.messages < messages:
+        credential = target.credentials[account.connections % len(target.credentials)]
         account.connections += 1
         connection = await connect(
             target.url.replace("http", "ws", 1) + "/api/v1/agent",
             subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
-            additional_headers={"Authorization": f"Bearer {target.credential}"},
+            additional_headers={"Authorization": f"Bearer {credential}"},
             compression=None,
             proxy=None,
             open_timeout=_ANSWER_WITHIN_S,

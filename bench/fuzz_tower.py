@@ -1,6 +1,7 @@
-"""A tower process under attack: three drones, somebody who holds the first, and a witness who only watches it.
+"""A tower process under attack: a fleet, somebody who holds the first drone, and a witness who only watches it.
 
-Drone 1 flies and is watched; drone 2's link is mutated below and above the seal; drone 3 is attacked as its own agent.
+Drone 1 flies and is watched; drone 2's link is mutated below and above the seal; the others are attacked as their own
+agents. What limits floods is opened wide: here it is what a message *is* that has to be seen, not how many there are.
 """
 
 from __future__ import annotations
@@ -8,8 +9,10 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import random
+import re
 import socket
 import time
+from collections import Counter
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +31,11 @@ from wire.content import Frames
 from wire.tagged import split_tagged
 
 _FRAMES_PER_S: Final = 20.0
+_AS_AGENTS: Final = 30
+_MOST: Final = "1000000"
+_WITHOUT_FLOOD_GATE: Final = {
+    f"TOWER_{whose}_FRAMES_{what}": _MOST for whose in ("USER", "DRONE", "AGENT") for what in ("PER_S", "BURST")
+}
 _PROGRESS: Final = {
     "type": "hold_progress",
     "order_id": 1,
@@ -121,6 +129,13 @@ class FuzzedTower:
         answer = await self._http.get(f"/api/v1/drones/{drone_id}")
         return answer.status_code == 200 and bool(answer.json()["online"])
 
+    async def drops(self) -> Counter[str]:
+        """Everything that the tower has counted as not passed on, by reason, as its metrics tell."""
+        answer = await self._http.get("/metrics")
+        answer.raise_for_status()
+        found = re.findall(r'^tower_drops_total\{reason="([^"]+)"\} (\S+)', answer.text, re.MULTILINE)
+        return Counter({reason: int(float(count)) for reason, count in found})
+
     async def attack(self, kind: str, chance: random.Random, messages: int) -> Account:
         """`kind`: as in bench.fuzz."""
         if kind == "live, bytes":
@@ -156,7 +171,7 @@ class FuzzedTower:
 async def fuzzed_tower(folder: Path) -> AsyncIterator[FuzzedTower]:
     """Until the block ends."""
     async with (
-        load_tower(folder / "tower", drones=3) as tower,
+        load_tower(folder / "tower", drones=2 + _AS_AGENTS, settings=_WITHOUT_FLOOD_GATE) as tower,
         httpx.AsyncClient(base_url=tower.url, headers={"Cookie": tower.cookie}, trust_env=False, timeout=30) as http,
     ):
         agents = await sign_in_all(tower.url, tower.credentials[:2])
@@ -165,7 +180,7 @@ async def fuzzed_tower(folder: Path) -> AsyncIterator[FuzzedTower]:
             answer.raise_for_status()
             witness = Witness(await tower.browser(), agents[0])
             witness.start()
-            target = Target(tower.url, tower.cookie, (1, 2), tower.credentials[2])
+            target = Target(tower.url, tower.cookie, (1, 2), tuple(tower.credentials[2:]))
             try:
                 yield FuzzedTower(tower, target, witness, agents, folder / "tower" / "tower.log", http)
             finally:

@@ -20,6 +20,7 @@ from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRe
 from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
 from server.relay.data_endpoint import DataEndpoint
+from server.relay.flood_gate import FloodLimits
 from server.relay.hub import Hub
 from wire.control_messages import HoldProgress, HoldStep, encode_message
 from wire.dialect import build, mavlink
@@ -30,6 +31,7 @@ DRONE: Final = DroneId(7)
 LINK: Final = LinkId(0x00C0FFEE)
 _UP, _DOWN = b"u" * 32, b"d" * 32
 _ALICE: Final = UserRef(UserId(1), "alice")
+_MOST: Final = 1 << 30
 _TICK_EVERY: Final = 64
 """Datagrams between two ticks of whoever receives them; a real tick comes more often."""
 
@@ -51,7 +53,7 @@ class TowerCore:
     def __init__(self, chance: random.Random) -> None:
         now = time.monotonic()
         self._chance = chance
-        self.hub = Hub()
+        self.hub = Hub(FloodLimits(agent_per_s=_MOST, agent_burst=_MOST))
         self.hub.apply_fleet(
             FleetSnapshot(
                 1,
@@ -99,6 +101,7 @@ class TowerCore:
 
     def rest(self) -> None:
         """Time passes: the hub ticks, the browser reads."""
+        self.hub._flood._reports.clear()  # a real agent says less in an hour than this one in a second
         self.hub.tick(time.monotonic())
         self.hub.each_second(time.monotonic())
         self._browser.take_events()
