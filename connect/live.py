@@ -54,8 +54,6 @@ class Live:
         self._socket: ClientConnection | None = None
         self._watch_only = True
         self._look_again = asyncio.Event()
-        self.dropped = 0
-        """Messages that found no open socket, or a full one."""
 
     @property
     def may_fly(self) -> bool:
@@ -70,15 +68,15 @@ class Live:
         """Now or never."""
         self._put(msgspec.json.encode(message).decode())
 
-    def send_frames(self, message: bytes) -> None:
-        """Now or never: nothing is kept for a tower that comes back later."""
-        self._put(message)
+    def send_frames(self, message: bytes) -> bool:
+        """Now or never: nothing is kept for a tower that comes back later. False if it was never."""
+        return self._put(message)
 
-    def _put(self, message: str | bytes) -> None:
+    def _put(self, message: str | bytes) -> bool:
         if self._socket is None or self._outgoing.full():
-            self.dropped += 1
-            return
+            return False
         self._outgoing.put_nowait(message)
+        return True
 
     async def run(self, *, watch_only: Callable[[], bool]) -> None:
         """Until cancelled, or until `received` or `shut` raises."""

@@ -84,8 +84,11 @@ class Session:
     def _from_program(self, program: Hashable, data: bytes) -> None:
         # A connection that is open for watching only, because nobody was there, must not be sent what flies.
         self._bridge.has_controls = self._view.has_controls and self._live.may_fly
-        for message in self._bridge.from_program(program, data, self._loop.time()):
-            self._live.send_frames(message)
+        now = self._loop.time()
+        for message in self._bridge.from_program(program, data, now):
+            if not self._live.send_frames(message):
+                self._view.say("the tower is out of reach: what a program sent was dropped, and is not sent later", now)
+                self._say_all()
         if self._options.fly and not self._live.may_fly:
             self._live.look_again()
 
@@ -99,14 +102,17 @@ class Session:
         view = self._view
         for reply in view.event(message, self._loop.time()):
             self._live.send_text(reply)
-        for sentence in view.take_sentences():
-            self._say(sentence)
+        self._say_all()
         if view.loss_check_asked:
             view.loss_check_asked = False
             if self._options.fly and not self._asking:
                 self._in_background(self._loss_check(self._drone))
         if view.out_of_squad:
             raise Ended(f"{view.name} is not in your squad any more")
+
+    def _say_all(self) -> None:
+        for sentence in self._view.take_sentences():
+            self._say(sentence)
 
     def _watch_only(self) -> bool:
         """Without --fly always; with it while every ground station is silent, so that nobody takes us for a pilot."""

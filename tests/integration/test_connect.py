@@ -234,6 +234,8 @@ def test_it_is_back_by_itself_after_the_tower_was(world: World, programs: Callab
     assert program.answer_to(FLIES) == mavlink.MAV_RESULT_ACCEPTED
     kill_9(world.tower)
     said(world, "is lost")
+    program.say(FLIES)
+    said(world, "the tower is out of reach: what a program sent was dropped")
     world.start_tower()
     said(world, f"connected with {world.address} again")
     wait_for("the controls", lambda: program.answer_to(FLIES) == mavlink.MAV_RESULT_ACCEPTED)
