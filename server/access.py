@@ -58,10 +58,10 @@ class ScopeMissing(Refusal):
 
 
 class InPersonOnly(Refusal):
-    """A token cannot make or look after tokens."""
+    """A token cannot make or look after tokens, nor change how its owner's sticks are read."""
 
     def __init__(self) -> None:
-        super().__init__("tokens are looked after in person: sign in with name and password, not with a token")
+        super().__init__("this is done in person: sign in with name and password, not with a token")
 
 
 class AdminsOnly(Refusal):
@@ -86,6 +86,7 @@ class Action(StrEnum):
     ADMINISTER = "administer"
     READ_METRICS = "read-metrics"
     LOOK_AFTER_TOKENS = "look-after-tokens"
+    CHANGE_PREFERENCES = "change-preferences"
 
 
 NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
@@ -97,6 +98,7 @@ NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
     Action.ADMINISTER: frozenset({Scope.ADMIN}),
     Action.READ_METRICS: frozenset({Scope.METRICS}),
     Action.LOOK_AFTER_TOKENS: frozenset(),
+    Action.CHANGE_PREFERENCES: frozenset(),
 }
 """Which scopes a token must have, all of them. A session has every scope."""
 
@@ -132,7 +134,7 @@ def judge(request: AccessRequest) -> Verdict:
             owners = request.owner_ids
             seen = owners is not None and (is_admin or principal.user_id in owners)
             return Verdict() if seen else Verdict(UnknownDrone())
-        case Action.LOOK_AFTER_TOKENS:
+        case Action.LOOK_AFTER_TOKENS | Action.CHANGE_PREFERENCES:
             return Verdict() if principal.in_person else Verdict(InPersonOnly())
         case Action.KNOW_ONESELF | Action.SEE_SQUAD | Action.FLY | Action.COMMAND:
             return Verdict()  # whose drone it is, and who has its controls, is decided where that is known
@@ -182,3 +184,5 @@ Commander = Annotated[Principal, who_may(Action.COMMAND)]
 Admin = Annotated[Principal, who_may(Action.ADMINISTER)]
 MetricsReader = Annotated[Principal, who_may(Action.READ_METRICS)]
 InPerson = Annotated[Principal, who_may(Action.LOOK_AFTER_TOKENS)]
+Oneself = Annotated[Principal, who_may(Action.CHANGE_PREFERENCES)]
+"""Whoever is signed in, in person."""

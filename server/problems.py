@@ -26,6 +26,7 @@ from server.access import (
     UnknownDrone,
 )
 from server.accounts.passwords import BadPassword, TooManySignIns
+from server.accounts.preferences import BadPreference, PreferenceTooLarge, TooManyPreferences
 from server.accounts.tokens import BadExpiry, BadScopes, TooManyTokens, UnknownToken
 from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
 from server.control.desk import ControlRefused
@@ -68,6 +69,9 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     UnknownUser: Kind("unknown-user", 404, "No such user"),
     UnknownToken: Kind("unknown-token", 404, "No such token"),
     TooManyTokens: Kind("too-many-tokens", 409, "Too many tokens"),
+    TooManyPreferences: Kind("too-many-preferences", 409, "Too many documents"),
+    BadPreference: Kind(INVALID.slug, INVALID.status, INVALID.title),
+    PreferenceTooLarge: Kind("too-large", 413, "The body is too large"),
     BadScopes: Kind(INVALID.slug, INVALID.status, INVALID.title, field="scopes"),
     BadExpiry: Kind(INVALID.slug, INVALID.status, INVALID.title, field="expires_at"),
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),

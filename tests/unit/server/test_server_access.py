@@ -56,6 +56,7 @@ def test_the_matrix(who: Principal, action: Action, owner_ids: frozenset[int] | 
         ("metrics", Action.READ_METRICS, AdminsOnly, None),
         ("admin", Action.READ_METRICS, ScopeMissing, ScopeMissing),
         ("admin fly metrics watch", Action.LOOK_AFTER_TOKENS, InPersonOnly, InPersonOnly),
+        ("admin fly metrics watch", Action.CHANGE_PREFERENCES, InPersonOnly, InPersonOnly),
     ],
 )
 def test_a_token_is_for_its_scopes_and_no_more_than_its_owner(
