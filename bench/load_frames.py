@@ -33,7 +33,7 @@ STATE_KINDS: Final = (
 EVENT_KINDS: Final = (
     mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
     mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT,
-    mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT,
+    mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
     mavlink.MAVLINK_MSG_ID_STATUSTEXT,
 )
 """Transactional: every single one must arrive, in order, at once."""
