@@ -24,6 +24,8 @@ class Measured:
     messages: int
     cpu_us_per_frame: float
     latencies_us: list[float]
+    sending_s: float
+    """How long our load took to send it."""
     load_late_ms: float
     """By how much our own load was late at worst."""
     rss_mb: float
@@ -37,19 +39,28 @@ async def idle_us_per_s(running: Running, for_s: float = IDLE_S) -> float:
 
 
 async def measure(
-    running: Running, *, frames_per_s: float, drones: int, pattern: Pattern, for_s: float, idle: float
+    running: Running,
+    *,
+    frames_per_s: float,
+    drones: int,
+    pattern: Pattern,
+    for_s: float,
+    idle: float,
+    warm: bool = True,
 ) -> Measured:
     """`frames_per_s`: of all drones together. `idle`: microseconds per second, to be taken off."""
     rate = frames_per_s / drones
     senders, period_s = running.senders(rate, pattern), pattern.burst / rate
-    await paced(senders, period_s, max(WARM_S, period_s))
-    await asyncio.sleep(SETTLE_S)
+    if warm:
+        await paced(senders, period_s, max(WARM_S, period_s))
+        await asyncio.sleep(SETTLE_S)
     running.sink.clear()
     gc.collect()
     gc.disable()
     try:
         sent_before, began_us, began_s = running.sent(), cpu_us(running.pid), time.monotonic()
         late_s = await paced(senders, period_s, max(for_s, period_s))
+        sending_s = time.monotonic() - began_s
         await asyncio.sleep(SETTLE_S)
         used_us = cpu_us(running.pid) - began_us - idle * (time.monotonic() - began_s)
     finally:
@@ -61,6 +72,7 @@ async def measure(
         messages=running.sink.messages,
         cpu_us_per_frame=used_us / sent,
         latencies_us=running.sink.latencies_us,
+        sending_s=sending_s,
         load_late_ms=late_s * 1e3,
         rss_mb=rss_mb(running.pid),
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import os
 import socket
 import sys
@@ -54,13 +55,17 @@ System = Callable[[Path, int], contextlib.AbstractAsyncContextManager[Running]]
 
 
 @contextlib.asynccontextmanager
-async def ours(folder: Path, drones: int, *, kinds: tuple[int, ...] = EVENT_KINDS) -> AsyncIterator[Running]:
+async def ours(
+    folder: Path, drones: int, *, kinds: tuple[int, ...] = EVENT_KINDS, watch_rate_hz: float = 0.0
+) -> AsyncIterator[Running]:
     """The tower, with a browser that watches. With transactional kinds every frame must come, and at once."""
-    async with load_tower(folder, drones=drones, cpus=UNDER_TEST) as tower:
+    async with load_tower(folder, drones=drones, cpus=under_test()) as tower:
         agents = await sign_in_all(tower.url, tower.credentials)
         sink = Sink(read_tagged)
         browser = await tower.browser()
         browser.on_binary = sink.take
+        if watch_rate_hz:
+            browser.send_text(json.dumps({"type": "watch", "rate_hz": watch_rate_hz}))
 
         def senders(rate: float, pattern: Pattern) -> list[Callable[[], None]]:
             telemetry = Telemetry(rate, kinds, burst=pattern.burst, packed=pattern.packed)
@@ -193,19 +198,18 @@ def udp_sink(sink: Sink) -> Iterator[int]:
         receiver.close()
 
 
-UNDER_TEST: set[int] | None = None
-"""The processor that a system under test is bound to; set by `share_processors`."""
-
-
 def share_processors() -> bool:
-    """Binds this process to one processor and the systems under test to another. False where there is only one."""
-    global UNDER_TEST
-    mine = sorted(os.sched_getaffinity(0))
+    """Keeps this process off one processor, which the systems under test get. False where there is only one."""
+    mine = os.sched_getaffinity(0)
     if len(mine) < 2:
         return False
-    UNDER_TEST = {mine[0]}
-    os.sched_setaffinity(0, set(mine[1:]))
+    os.sched_setaffinity(0, mine - {min(mine)})
     return True
+
+
+def under_test() -> set[int] | None:
+    """The processor for a system under test; None before `share_processors`, or where there is only one."""
+    return set(range(os.cpu_count() or 1)) - os.sched_getaffinity(0) or None
 
 
 @contextlib.asynccontextmanager
@@ -215,8 +219,9 @@ async def _process(folder: Path, *words: str) -> AsyncIterator[asyncio.subproces
             *words, stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log, cwd=folder
         )
     try:
-        if UNDER_TEST:
-            os.sched_setaffinity(process.pid, UNDER_TEST)
+        cpus = under_test()
+        if cpus:
+            os.sched_setaffinity(process.pid, cpus)
         yield process
     finally:
         await end(process)

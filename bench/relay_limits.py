@@ -1,0 +1,87 @@
+"""How far it goes: most frames per second without loss, many browsers, many drones."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+from bench.relay_measure import idle_us_per_s, measure
+from bench.relay_systems import Pattern, System, ours
+from bench.rows import Report
+
+BURST: Final = Pattern("bursts of 5", 5)
+STEP: Final = 1.3
+LIMIT_S: Final = 1.5
+LOAD_KEPT_UP: Final = 0.9
+"""Of the wanted rate: below it the load itself is the limit."""
+
+
+async def most_without_loss(
+    report: Report, systems: dict[str, System], drones: int, place: Path, first: float, steps: int
+) -> None:
+    """Raises the rate by STEP until frames are lost, or the load cannot make more (a row `load_was_the_limit`, 1)."""
+    for index, (name, system) in enumerate(systems.items()):
+        if "watching" in name:
+            continue  # conflates: that is no loss
+        folder = place / f"limit-{index}"
+        folder.mkdir()
+        best, load_limited = 0.0, 0
+        async with system(folder, drones) as running:
+            rate = first
+            for _ in range(steps):
+                began = time.monotonic()
+                one = await measure(
+                    running, frames_per_s=rate, drones=drones, pattern=BURST, for_s=LIMIT_S, idle=0.0, warm=False
+                )
+                if one.arrived < one.sent:
+                    break
+                kept_up = one.sending_s < max(LIMIT_S, BURST.burst * drones / rate) / LOAD_KEPT_UP + 0.05
+                if not kept_up:
+                    load_limited = 1
+                    best = max(best, one.sent / one.sending_s)
+                    break
+                best = rate
+                rate *= STEP
+                report.say(f"{name}: {best:,.0f} frames/s without loss ({time.monotonic() - began:.1f} s)")
+        report.system = name
+        report.add("most without loss", "frames_per_s", best, "1/s")
+        report.add("most without loss", "load_was_the_limit", load_limited, "yes=1")
+
+
+async def browsers_served(
+    report: Report, counts: Sequence[int], drones: int, rate: float, for_s: float, place: Path
+) -> None:
+    """One more browser, and one more: every frame to every one of them."""
+    report.system = "ours"
+    for count in counts:
+        folder = place / f"browsers-{count}"
+        async with ours(folder, drones) as running:
+            assert running.tower is not None
+            more = [await running.tower.browser() for _ in range(count - 1)]
+            idle = await idle_us_per_s(running)
+            before = sum(browser.bytes for browser in more)
+            one = await measure(running, frames_per_s=rate, drones=drones, pattern=BURST, for_s=for_s, idle=idle)
+            case = f"{count} browsers, {drones} drones, {rate:g} frames/s, all to each"
+            report.add(case, "cpu_per_frame_in", one.cpu_us_per_frame, "us")
+            report.add(case, "cpu_per_frame_out", one.cpu_us_per_frame / count, "us")
+            report.spread(case, "latency", [us / 1e3 for us in one.latencies_us], "ms")
+            report.add(case, "not_arrived", one.sent - one.arrived, "count")
+            report.add(case, "megabytes_to_the_others", (sum(b.bytes for b in more) - before) / 1e6, "MB")
+            report.add(case, "memory", one.rss_mb, "MB")
+
+
+async def drones_served(report: Report, fleets: Sequence[int], rate: float, for_s: float, place: Path) -> None:
+    """The same number of frames, from few drones or from many."""
+    report.system = "ours"
+    for drones in fleets:
+        async with ours(place / f"drones-{drones}", drones) as running:
+            idle = await idle_us_per_s(running)
+            one = await measure(running, frames_per_s=rate, drones=drones, pattern=BURST, for_s=for_s, idle=idle)
+            case = f"{drones} drones, {rate:g} frames/s of all together"
+            report.add(case, "cpu_per_frame", one.cpu_us_per_frame, "us")
+            report.add(case, "cpu_idle", idle / 1e4, "%")
+            report.spread(case, "latency", [us / 1e3 for us in one.latencies_us], "ms")
+            report.add(case, "not_arrived", one.sent - one.arrived, "count")
+            report.add(case, "memory", one.rss_mb, "MB")

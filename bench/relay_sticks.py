@@ -1,0 +1,145 @@
+"""How long a stick takes from the browser's socket to the autopilot's: a tower under load, a real agent, a stub."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import socket
+import sys
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+from struct import Struct
+from typing import Final
+
+import httpx
+
+from bench.lean_browser import LeanBrowser
+from bench.load_agents import Telemetry, fly, kept_alive, sign_in_all
+from bench.load_frames import EVENT_KINDS
+from bench.load_tower import LoadTower, end, load_tower
+from bench.precise_timer import PreciseTimer
+from bench.relay_systems import under_test
+from wire.dialect import build, mavlink
+from wire.frames import frame_length, message_id
+from wire.ids import DroneId
+from wire.lateness import stamp_ms
+from wire.tagged import stamp, tag
+
+AGENT: Final = Path(sys.executable).parent / "tower-agent"
+STICKS_S: Final = 0.02
+START_S: Final = 60.0
+_MANUAL_CONTROL: Final = mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL
+_BUTTONS: Final = Struct("<H")
+_BUTTONS_AT: Final = 10 + 8
+
+
+class StubAutopilot:
+    """Says that it is there, once a second, and takes down when which stick came: `buttons` is its number."""
+
+    def __init__(self, agent_port: int) -> None:
+        self.arrived: dict[int, float] = {}
+        self._agent = ("127.0.0.1", agent_port)
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._socket.bind(("127.0.0.1", 0))
+        asyncio.get_running_loop().add_reader(self._socket, self._receive)
+        self._beating = asyncio.create_task(self._beat())
+
+    async def _beat(self) -> None:
+        sequence = 0
+        while True:
+            sequence += 1
+            message = mavlink.MAVLink_heartbeat_message(2, 3, 81, 2, 4, 3)
+            self._socket.sendto(build(message, system_id=1, component_id=1, sequence=sequence), self._agent)
+            await asyncio.sleep(1.0)
+
+    def _receive(self) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                datagram = self._socket.recv(2048)
+                now, at = time.monotonic(), 0
+                while at < len(datagram):
+                    after = at + frame_length(datagram, at)
+                    frame = datagram[at:after]
+                    if message_id(frame) == _MANUAL_CONTROL:
+                        self.arrived.setdefault(_BUTTONS.unpack_from(frame.ljust(32, b"\0"), _BUTTONS_AT)[0], now)
+                    at = after
+
+    def close(self) -> None:
+        self._beating.cancel()
+        asyncio.get_running_loop().remove_reader(self._socket)
+        self._socket.close()
+
+
+async def stick_latencies_ms(
+    folder: Path, *, drones: int, frames_per_s: float, for_s: float
+) -> tuple[int, list[float]]:
+    """(sticks sent, milliseconds of each that came). The admin flies the last drone by a real agent; others are load."""
+    async with load_tower(folder, drones=drones + 1, cpus=under_test()) as tower:
+        agents = await sign_in_all(tower.url, tower.credentials[:-1])
+        async with kept_alive(agents), _real_agent(folder, tower) as autopilot:
+            browser = await tower.browser()
+            browser.on_text = lambda text: _answer(browser, text)
+            await _take(tower, drones + 1)
+            telemetry = Telemetry(frames_per_s / drones, EVENT_KINDS)
+            flying = asyncio.create_task(fly(agents, telemetry, for_s=for_s + 1.0))
+            sent = await _send_sticks(browser, DroneId(drones + 1), for_s)
+            await flying
+    took = [(autopilot.arrived[number] - at) * 1e3 for number, at in sent.items() if number in autopilot.arrived]
+    return len(sent), took
+
+
+async def _send_sticks(browser: LeanBrowser, drone_id: DroneId, for_s: float) -> dict[int, float]:
+    timer = PreciseTimer()
+    sent: dict[int, float] = {}
+    begin = time.monotonic() + 0.5
+    try:
+        for number in range(1, round(for_s / STICKS_S) + 1):
+            await timer.until(begin + number * STICKS_S)
+            message = mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, number)
+            frame = build(message, system_id=255, component_id=190, sequence=number)
+            sent[number] = now = time.monotonic()
+            browser.send_binary(stamp(stamp_ms(now)) + tag(drone_id, frame))
+        await asyncio.sleep(0.5)
+    finally:
+        timer.close()
+    return sent
+
+
+def _answer(browser: LeanBrowser, text: bytes) -> None:
+    event = json.loads(text)
+    if event["type"] == "ping":
+        browser.send_text(json.dumps({"type": "pong", "sequence": event["sequence"]}))
+
+
+async def _take(tower: LoadTower, drone_id: int) -> None:
+    """Waits until the drone's autopilot is heard, then takes the controls."""
+    async with httpx.AsyncClient(
+        base_url=f"{tower.url}/api/v1", headers={"Cookie": tower.cookie}, trust_env=False
+    ) as client:
+        async with asyncio.timeout(START_S):
+            while not (await client.get(f"/drones/{drone_id}")).json()["autopilot_heard"]:  # noqa: ASYNC110
+                await asyncio.sleep(0.1)
+        answer = await client.post(f"/drones/{drone_id}/control/take", json={"reason": "bench"})
+        answer.raise_for_status()
+
+
+@contextlib.asynccontextmanager
+async def _real_agent(folder: Path, tower: LoadTower) -> AsyncIterator[StubAutopilot]:
+    token = folder / "drone.token"
+    token.touch(mode=0o600)
+    token.write_text(tower.credentials[-1])
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    words = [str(AGENT), "run", "--tower", tower.url, "--token", str(token), "--autopilot", f"udpin:127.0.0.1:{port}"]
+    with (folder / "agent.log").open("wb") as log:
+        process = await asyncio.create_subprocess_exec(*words, stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log)
+    autopilot = StubAutopilot(port)
+    try:
+        yield autopilot
+    finally:
+        autopilot.close()
+        await end(process)
