@@ -76,7 +76,7 @@ class StubAutopilot:
 async def stick_latencies_ms(
     folder: Path, *, drones: int, frames_per_s: float, for_s: float
 ) -> tuple[int, list[float]]:
-    """(sticks sent, milliseconds of each that came). The admin flies the last drone by a real agent; others are load."""
+    """(sticks sent, milliseconds of each that came). The admin flies the last drone by a real agent; others load."""
     async with load_tower(folder, drones=drones + 1, cpus=under_test()) as tower:
         agents = await sign_in_all(tower.url, tower.credentials[:-1])
         async with kept_alive(agents), _real_agent(folder, tower) as autopilot:
