@@ -29,7 +29,7 @@ ALLOWANCE_MS: Final = 250.0
 """State may be older than the watch period by this much."""
 
 SAMPLE_S: Final = 10.0
-SETTLING_S: Final = 60.0
+SETTLING_S: Final = 120.0
 """Of a long run, the beginning is not counted for the slope of memory: buffers and caches reach their size."""
 ENROLLED_OVER_REST: Final = 100
 STORM: Final = 200

@@ -38,8 +38,12 @@ class _Counted:
 
     def note(self, report: Report, now: float) -> None:
         # One that was overtaken on its way has nothing new to say.
-        if report.expected >= self._points[-1][1].expected:
-            self._points.append((now, report))
+        points = self._points
+        if report.expected >= points[-1][1].expected:
+            points.append((now, report))
+        # The newest of those before the window is where the window begins; what is older says nothing any more.
+        while len(points) > 1 and now - points[1][0] >= LONG_WINDOW_S:
+            points.popleft()
 
     def loss(self, window_s: float, now: float) -> float | None:
         """None if nothing is known of the window; 1.0 if it is known that nothing came."""
@@ -69,6 +73,8 @@ class LinkQuality:
     def round_trip(self, rtt_s: float, now: float) -> None:
         """A ping was answered."""
         self._trips.append((now, rtt_s))
+        while now - self._trips[0][0] > LONG_WINDOW_S:
+            self._trips.popleft()
 
     def told(self, report: Report, now: float) -> None:
         """The other side says what it has received."""

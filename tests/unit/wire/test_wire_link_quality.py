@@ -83,3 +83,17 @@ def test_both_ends_know_both_directions() -> None:
     assert at_tower.loss_sent == pytest.approx(0.05, abs=0.02)
     assert at_agent.rtt_s == pytest.approx(0.08, abs=0.02)
     assert at_agent.jitter_s == pytest.approx(0.0, abs=0.01)
+
+
+def test_what_is_older_than_the_long_window_is_forgotten_but_for_where_the_window_begins() -> None:
+    """A thousand links would otherwise keep a hundred megabytes of points that nobody asks for."""
+    quality = LinkQuality(0.0)
+    for step in range(2000):
+        now = step / 5
+        quality.counted(Report(expected=step, received=step - step // 2), now)
+        quality.told(Report(expected=step, received=step), now)
+        quality.round_trip(0.1, now)
+    assert len(quality._received._points) <= 30 * 5 + 2
+    assert len(quality._trips) <= 30 * 5 + 1
+    assert quality.over(30.0, 1999 / 5).loss_received == pytest.approx(0.5, abs=0.01)
+    assert quality.over(30.0, 1999 / 5).loss_sent == 0.0
