@@ -22,7 +22,8 @@ MOST_TRANSACTIONAL: Final = 4096
 """Frames. A parameter download is about 1,400 and comes at the speed of the link, so this is several at once."""
 
 MOST_STATE_KINDS: Final = 128
-"""Kinds of state per drone. Real autopilots send about 40; a sender that invents more gets no more memory."""
+"""Kinds of state per drone. Real autopilots send about 40; a sender that invents more gets no more memory: what finds
+no place counts as lost, and the browser is told."""
 
 Offered = tuple[StateKey | None, bytes]
 """What a frame is the newest of (None: it is transactional), and the frame with its tag."""
@@ -59,7 +60,10 @@ class Outbox:
                 self._queue(drone_id, tagged)
                 look = True
             elif at_once:
-                self._focused[drone_id, key] = tagged
+                if len(self._focused) < MOST_STATE_KINDS or (drone_id, key) in self._focused:
+                    self._focused[drone_id, key] = tagged
+                else:
+                    self._lost[drone_id] += 1
                 look = True
             else:
                 kinds = self._watched.get(drone_id)
@@ -68,6 +72,8 @@ class Outbox:
                     kinds = self._watched[drone_id] = {}
                 if key in kinds or len(kinds) < MOST_STATE_KINDS:
                     kinds[key] = tagged
+                else:
+                    self._lost[drone_id] += 1
         return look
 
     def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> bool:
@@ -137,7 +143,7 @@ class Outbox:
         watched.clear()
 
     def take_lost(self) -> dict[DroneId, int]:
-        """Transactional frames dropped since the last call, per drone."""
+        """Frames dropped since the last call, per drone."""
         if not self._lost:
             return {}
         lost, self._lost = dict(self._lost), Counter()

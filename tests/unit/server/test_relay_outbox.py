@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -148,3 +149,13 @@ def test_of_two_drones_with_much_waiting_the_one_with_more_loses() -> None:
         box.offer(TWO, None, b"two %d" % number)
     assert box.take_lost() == {ONE: 50}
     assert box.waiting() == (MOST_TRANSACTIONAL, 0)
+
+
+@pytest.mark.parametrize("focused", [True, False])
+def test_kinds_of_state_beyond_the_bound_are_told_as_lost(focused: bool) -> None:
+    box = Outbox(now=0.0)
+    box.focus = ONE if focused else None
+    for kind in range(MOST_STATE_KINDS + 7):
+        box.offer(ONE, (1, 1, kind, 0), b"x")
+    assert box.take_lost() == {ONE: 7}
+    assert len(box.take(10.0)) == MOST_STATE_KINDS
