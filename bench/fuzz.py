@@ -15,7 +15,7 @@ from bench.fuzz_agent_core import AgentCore
 from bench.fuzz_cores import Core, chance_of, fuzz_core
 from bench.fuzz_tower import FuzzedTower, fuzzed_tower
 from bench.fuzz_tower_core import TowerCore
-from bench.process_cost import rss_mb
+from bench.process_cost import rss_mb, udp_drops
 from bench.rows import Report
 
 DATAGRAMS: Final = 1_000_000
@@ -133,6 +133,8 @@ async def _afterwards(report: Report, tower: FuzzedTower) -> list[str]:
     errors = tower.errors_in_log()
     report.add(case, "errors and tracebacks in its log", len(errors), "count")
     report.add(case, "events lost at another browser", tower.witness.lost(), "frames")
+    overrun = udp_drops(tower.agents[0].tower_port)
+    report.add(case, "datagrams for which its socket had no room", overrun, "count")
     report.add(case, "resident memory", tower.rss_mb(), "MB")
     alive = tower.alive and await tower.drone_online(1) and not tower.witness.lost()
     report.add(case, "serves", alive, "yes=1")
