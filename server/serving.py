@@ -92,7 +92,7 @@ def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], Non
 def _settle_memory() -> None:
     """What stands after the start stands for ever: the garbage collector need not walk through it again and again.
 
-    It did so for 50 to 100 ms at a time, during which no frame moved and no stick arrived.
+    While it does, no frame moves and no stick arrives.
     """
     gc.collect()
     gc.freeze()

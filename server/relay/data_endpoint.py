@@ -25,7 +25,7 @@ MOST_AT_ONCE: Final = 64
 RECEIVE_BUFFER_BYTES: Final = 4 << 20
 """Asked for; the kernel gives what it allows. What comes while the tower is busy waits there."""
 
-REST_S: Final = 0.001
+REST_S: Final = 0.002
 """Datagrams that come closer together than this are read together, as a network card coalesces its interrupts: the
 process sleeps for so long between two rounds. One that comes alone is read at once."""
 
