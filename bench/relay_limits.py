@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
@@ -14,6 +13,8 @@ from bench.rows import Report
 BURST: Final = Pattern("bursts of 5", 5)
 STEP: Final = 1.3
 LIMIT_S: Final = 1.5
+TRIES: Final = 3
+"""Before a rate counts as too high: a machine that stood still for a moment loses frames too."""
 LOAD_KEPT_UP: Final = 0.9
 """Of the wanted rate: below it the load itself is the limit."""
 
@@ -31,20 +32,20 @@ async def most_without_loss(
         async with system(folder, drones) as running:
             rate = first
             for _ in range(steps):
-                began = time.monotonic()
-                one = await measure(
-                    running, frames_per_s=rate, drones=drones, pattern=BURST, for_s=LIMIT_S, idle=0.0, warm=False
-                )
-                if one.arrived < one.sent:
-                    break
-                kept_up = one.sending_s < max(LIMIT_S, BURST.burst * drones / rate) / LOAD_KEPT_UP + 0.05
-                if not kept_up:
-                    load_limited = 1
-                    best = max(best, one.sent / one.sending_s)
+                for _ in range(TRIES):
+                    one = await measure(
+                        running, frames_per_s=rate, drones=drones, pattern=BURST, for_s=LIMIT_S, idle=0.0, warm=False
+                    )
+                    planned_s = max(LIMIT_S, BURST.burst * drones / rate)
+                    kept_up = one.sending_s < planned_s / LOAD_KEPT_UP + 0.05
+                    if kept_up and one.arrived >= one.sent:
+                        break
+                else:
+                    load_limited = int(one.arrived >= one.sent)
                     break
                 best = rate
                 rate *= STEP
-                report.say(f"{name}: {best:,.0f} frames/s without loss ({time.monotonic() - began:.1f} s)")
+                report.say(f"{name}: {best:,.0f} frames/s without loss")
         report.system = name
         report.add("most without loss", "frames_per_s", best, "1/s")
         report.add("most without loss", "load_was_the_limit", load_limited, "yes=1")
