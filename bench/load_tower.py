@@ -67,7 +67,9 @@ async def make_fleet(folder: Path, drones: int) -> list[str]:
         await migrate(database)
         hashed = await passwords.hash(PASSWORD)
         async with database.writing() as session:
-            await create_user(session, name=ADMIN, role=Role.ADMIN, password_hash=hashed, deed=deed)
+            await create_user(
+                session, name=ADMIN, role=Role.ADMIN, password_hash=hashed, deed=deed, must_change_password=False
+            )
             made = [await create_drone(session, name=f"Load {n + 1}", deed=deed) for n in range(drones)]
             return [str(credential) for _, credential in made]
     finally:

@@ -81,7 +81,9 @@ class Rig:
     async def start(self) -> None:
         await self._tower_command("migrate")
         for name, role in (("admin", "admin"), ("operator", "operator")):
-            await self._tower_command("user", "add", name, "--role", role, "--password-stdin", stdin=PASSWORD)
+            await self._tower_command(
+                "user", "add", name, "--role", role, "--password-stdin", "--for-good", stdin=PASSWORD
+            )
         token = str(self._folder / "drone.token")
         await self._tower_command("drone", "add", "Kestrel", "--owner", "operator", "--token-file", token)
         await self.start_tower()

@@ -15,7 +15,7 @@ import time
 import urllib.error
 import urllib.request
 from pathlib import Path
-from typing import Final, NoReturn
+from typing import Any, Final, NoReturn
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -97,11 +97,12 @@ class Squad:
         """Where the drone's credential is."""
         return self.tokens / f"{drone.lower().replace(' ', '-')}.token"
 
-    def add_user(self, name: str, role: str, password: str) -> None:
-        """Unless there is one already."""
+    def add_user(self, name: str, role: str, password: str, *, chosen: bool = False) -> None:
+        """Unless there is one already. A password that somebody has chosen need not be changed at the first sign-in."""
         if name in self.first_passwords:
             return
-        run_once(BIN / "tower", "user", "add", name, "--role", role, "--password-stdin", stdin=password)
+        first = "--for-good" if chosen else "--must-change"
+        run_once(BIN / "tower", "user", "add", name, "--role", role, first, "--password-stdin", stdin=password)
         self.first_passwords[name] = password
         self.save()
 
@@ -127,7 +128,8 @@ def prepare(var: Path, count: int) -> tuple[Squad, list[str]]:
     squad = Squad(var)
     if "admin" not in squad.first_passwords:
         say("Making the first accounts")
-    squad.add_user("admin", "admin", os.environ.get("TOWER_ADMIN_PASSWORD") or secrets.token_urlsafe(12))
+    chosen = os.environ.get("TOWER_ADMIN_PASSWORD", "")
+    squad.add_user("admin", "admin", chosen or secrets.token_urlsafe(12), chosen=bool(chosen))
     for operator in OPERATORS:
         squad.add_user(operator, "operator", secrets.token_urlsafe(12))
     names = [drone_name(number) for number in range(count)]
@@ -176,6 +178,11 @@ def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list
     return [*started, simulator]
 
 
+def accounts_now() -> dict[str, dict[str, Any]]:
+    """What the database says of the accounts, by name."""
+    return {one["name"]: one for one in json.loads(run_once(BIN / "tower", "user", "list", "--json"))}
+
+
 def print_welcome(address: str, squad: Squad, names: list[str], *, first: bool) -> None:
     """The address, and who may sign in."""
     owned = {
@@ -183,10 +190,18 @@ def print_welcome(address: str, squad: Squad, names: list[str], *, first: bool) 
         for operator in OPERATORS
     }
     print(f"\n  Control Tower is running at  {address}\n")
-    print("  First passwords:" if first else "  First passwords (as long as you have not changed them):")
+    accounts = accounts_now()
+    print("  First passwords, to be changed at the first sign-in:" if first else "  Accounts:")
     for user, password in squad.first_passwords.items():
         flies = "sees and may take every drone" if user == "admin" else f"owns {owned[user]}"
-        print(f"    {user:<8} {password:<24} {flies}")
+        account = accounts.get(user)
+        if account is None:
+            password, flies = "(deleted since)", ""
+        elif not account["first_password"]:
+            password = "(changed since)"
+        print(f"    {user:<8} {password:<24} {flies}".rstrip())
+    if not first:
+        print("  Forgotten: .venv/bin/tower user password NAME")
     if os.environ.get("TOWER_ADMIN_PASSWORD", squad.first_passwords["admin"]) != squad.first_passwords["admin"]:
         print("  TOWER_ADMIN_PASSWORD is only used at the first run; now: .venv/bin/tower user password admin")
     print("\n  Ctrl-C ends it all.\n", flush=True)

@@ -58,10 +58,17 @@ class ScopeMissing(Refusal):
 
 
 class InPersonOnly(Refusal):
-    """A token cannot make or look after tokens, nor change how its owner's sticks are read."""
+    """A token cannot look after tokens, sessions, passwords, nor change how its owner's sticks are read."""
 
     def __init__(self) -> None:
         super().__init__("this is done in person: sign in with name and password, not with a token")
+
+
+class PasswordChangeNeeded(Refusal):
+    """Somebody else knows the password."""
+
+    def __init__(self) -> None:
+        super().__init__("choose a password of your own first")
 
 
 class AdminsOnly(Refusal):
@@ -85,8 +92,10 @@ class Action(StrEnum):
     """Take the controls from somebody, give them back, assist."""
     ADMINISTER = "administer"
     READ_METRICS = "read-metrics"
-    LOOK_AFTER_TOKENS = "look-after-tokens"
     CHANGE_PREFERENCES = "change-preferences"
+    LOOK_AFTER_TOKENS = "look-after-tokens"
+    """One's tokens, sessions and second factor."""
+    CHANGE_PASSWORD = "change-password"  # noqa: S105
 
 
 NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
@@ -99,8 +108,12 @@ NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
     Action.READ_METRICS: frozenset({Scope.METRICS}),
     Action.LOOK_AFTER_TOKENS: frozenset(),
     Action.CHANGE_PREFERENCES: frozenset(),
+    Action.CHANGE_PASSWORD: frozenset(),
 }
 """Which scopes a token must have, all of them. A session has every scope."""
+
+WITH_ANY_PASSWORD: Final = frozenset({Action.KNOW_ONESELF, Action.CHANGE_PASSWORD})
+"""What may be done before the first password was changed."""
 
 
 @dataclass(frozen=True)
@@ -123,6 +136,8 @@ class Verdict:
 
 def judge(request: AccessRequest) -> Verdict:
     principal, action = request.principal, request.action
+    if principal.must_change_password and action not in WITH_ANY_PASSWORD:
+        return Verdict(PasswordChangeNeeded())
     missing = NEEDS[action] - principal.scopes
     if missing:
         return Verdict(ScopeMissing(missing))
@@ -134,7 +149,7 @@ def judge(request: AccessRequest) -> Verdict:
             owners = request.owner_ids
             seen = owners is not None and (is_admin or principal.user_id in owners)
             return Verdict() if seen else Verdict(UnknownDrone())
-        case Action.LOOK_AFTER_TOKENS | Action.CHANGE_PREFERENCES:
+        case Action.LOOK_AFTER_TOKENS | Action.CHANGE_PREFERENCES | Action.CHANGE_PASSWORD:
             return Verdict() if principal.in_person else Verdict(InPersonOnly())
         case Action.KNOW_ONESELF | Action.SEE_SQUAD | Action.FLY | Action.COMMAND:
             return Verdict()  # whose drone it is, and who has its controls, is decided where that is known
@@ -186,3 +201,4 @@ MetricsReader = Annotated[Principal, who_may(Action.READ_METRICS)]
 InPerson = Annotated[Principal, who_may(Action.LOOK_AFTER_TOKENS)]
 Oneself = Annotated[Principal, who_may(Action.CHANGE_PREFERENCES)]
 """Whoever is signed in, in person."""
+PasswordChanger = Annotated[Principal, who_may(Action.CHANGE_PASSWORD)]

@@ -12,7 +12,7 @@ from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 
 from server import health
-from server.accounts import preference_routes, session_routes, token_routes, user_routes
+from server.accounts import preference_routes, second_factor_routes, session_routes, token_routes, user_routes
 from server.accounts.passwords import Passwords
 from server.accounts.sessions import Sessions
 from server.accounts.sign_in import Door
@@ -52,6 +52,7 @@ from server.tower import Tower
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
     preference_routes.router,
+    second_factor_routes.router,
     fleet_routes.router,
     control_routes.router,
     settings_routes.router,

@@ -21,12 +21,16 @@ from server.access import (
     BadToken,
     InPersonOnly,
     NotSignedIn,
+    PasswordChangeNeeded,
     ScopeMissing,
     SessionExpired,
     UnknownDrone,
 )
 from server.accounts.passwords import BadPassword, TooManySignIns
 from server.accounts.preferences import BadPreference, PreferenceTooLarge, TooManyPreferences
+from server.accounts.second_factor import NoSecondFactorBegun, SecondFactorOn, WrongCode
+from server.accounts.sessions import UnknownSession
+from server.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
 from server.accounts.tokens import BadExpiry, BadScopes, TooManyTokens, UnknownToken
 from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
 from server.control.desk import ControlRefused
@@ -60,8 +64,16 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     SessionExpired: Kind("session-expired", 401, "The session has ended"),
     BadToken: Kind("bad-token", 401, "The token is not valid"),
     ScopeMissing: Kind("scope-missing", 403, "The token was not made for this"),
+    PasswordChangeNeeded: Kind("password-change-needed", 403, "The first password must be changed"),
     InPersonOnly: Kind("in-person-only", 403, "Not with a token"),
     WrongSignIn: Kind("wrong-sign-in", 401, "Wrong name or password"),
+    SecondFactorNeeded: Kind("second-factor-needed", 401, "A code is needed"),
+    WrongSecondFactor: Kind("wrong-code", 401, "Wrong code"),
+    WrongCode: Kind("code-refused", 403, "The code is not good"),
+    WrongPassword: Kind("wrong-password", 403, "Wrong password"),
+    SecondFactorOn: Kind("second-factor-on", 409, "There is a second factor already"),
+    NoSecondFactorBegun: Kind("no-second-factor-begun", 409, "There is no second factor"),
+    UnknownSession: Kind("unknown-session", 404, "No such session"),
     SignInThrottled: Kind("too-many-tries", 429, "Too many tries"),
     TooManySignIns: Kind("busy", 503, "The tower is busy"),
     AdminsOnly: Kind("admins-only", 403, "For admins only"),

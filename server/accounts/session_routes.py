@@ -1,15 +1,31 @@
-"""`/api/v1/session` and `/api/v1/me`: signing in, signing out, and who am I."""
+"""`/api/v1/session`, `/me` and `/sessions`: signing in and out, who am I, and where one is signed in."""
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Request, Response
+from datetime import datetime
+from typing import Annotated
 
-from server.access import COOKIE, Anybody, BadToken, NotSignedIn, SessionExpired
-from server.accounts.passwords import TooManySignIns
-from server.accounts.sessions import end_session
-from server.accounts.tables import Role, UserRow
-from server.accounts.users import SignInThrottled, WrongSignIn
-from server.accounts.views import SignIn, UserView
+from fastapi import APIRouter, Path, Query, Request, Response
+from pydantic import BaseModel, Field
+
+from server.access import (
+    COOKIE,
+    AdminsOnly,
+    Anybody,
+    BadToken,
+    InPerson,
+    InPersonOnly,
+    NotSignedIn,
+    PasswordChanger,
+    SessionExpired,
+)
+from server.accounts.passwords import BadPassword, TooManySignIns, check_password
+from server.accounts.sessions import NewSession, UnknownSession, end_session, end_sessions_of, list_sessions
+from server.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
+from server.accounts.tables import Role, SessionRow, UserRow
+from server.accounts.users import SignInThrottled, UserChange, WrongSignIn, change_user, get_user
+from server.accounts.views import Me, PasswordChange, SignIn
+from server.audit.deed import Deed
 from server.audit.trail import Actor, record
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
@@ -17,13 +33,35 @@ from server.tower import address_of, tower_of
 router = APIRouter(prefix="/api/v1", tags=["session"])
 
 
-@router.post("/session", responses=answers(WrongSignIn, SignInThrottled, TooManySignIns))
-async def sign_in(request: Request, response: Response, body: SignIn) -> UserView:
-    """Checks name and password and answers with a session cookie. A session that the request had is ended."""
+class SessionOwner(BaseModel):
+    id: int
+    name: str
+
+
+class SessionView(BaseModel):
+    """A browser that is signed in."""
+
+    id: int
+    user: SessionOwner
+    created_at: datetime
+    last_seen_at: Annotated[datetime, Field(description="To the minute")]
+    expires_at: Annotated[datetime, Field(description="When it ends if nothing more is heard of it")]
+    address: str
+    user_agent: str
+    current: Annotated[bool, Field(description="The one that asks")]
+    live: Annotated[int, Field(description="Its open live connections")]
+
+
+@router.post(
+    "/session", responses=answers(WrongSignIn, SecondFactorNeeded, WrongSecondFactor, SignInThrottled, TooManySignIns)
+)
+async def sign_in(request: Request, response: Response, body: SignIn) -> Me:
+    """Checks name, password and code; answers with a session cookie. A session that the request had is ended."""
     tower = tower_of(request)
     done = await tower.door.sign_in(
         name=body.name,
         password=body.password,
+        code=body.code,
         old_token=request.cookies.get(COOKIE),
         address=address_of(request),
         user_agent=request.headers.get("user-agent", ""),
@@ -31,15 +69,8 @@ async def sign_in(request: Request, response: Response, body: SignIn) -> UserVie
     )
     if done.ended_session_id is not None:
         tower.hub.end_sessions([done.ended_session_id])
-    response.set_cookie(
-        COOKIE,
-        done.session.token,
-        max_age=int(tower.settings.session_lifetime_s),
-        httponly=True,
-        samesite="strict",
-        secure=request.url.scheme == "https",
-    )
-    return UserView(id=done.user_id, name=done.name, role=done.role)
+    _set_cookie(request, response, done.session)
+    return Me.of(done.user)
 
 
 @router.delete("/session", status_code=204)
@@ -65,6 +96,102 @@ async def sign_out(request: Request, response: Response) -> None:
 
 
 @router.get("/me", responses=answers(NotSignedIn, SessionExpired, BadToken))
-async def me(principal: Anybody) -> UserView:
+async def me(request: Request, principal: Anybody) -> Me:
     """Who is signed in."""
-    return UserView(id=principal.user_id, name=principal.name, role=Role(principal.role))
+    async with tower_of(request).database.reading() as session:
+        return Me.of(await get_user(session, principal.user_id))
+
+
+@router.post(
+    "/me/password",
+    responses=answers(NotSignedIn, SessionExpired, InPersonOnly, WrongPassword, SignInThrottled, TooManySignIns),
+)
+async def change_own_password(
+    request: Request, response: Response, principal: PasswordChanger, body: PasswordChange
+) -> Me:
+    """A new password of one's own. Every other session of the user ends, and this one gets a new cookie."""
+    tower = tower_of(request)
+    now, address = tower.clock(), address_of(request)
+    async with tower.database.reading() as session:
+        user = await get_user(session, principal.user_id)
+    await tower.door.check_own_password(user=user, password=body.old_password, address=address, now=now)
+    check_password(body.new_password)
+    if body.new_password == body.old_password:
+        raise BadPassword("this is the old password: choose another one")
+    change = UserChange(password_hash=await tower.passwords.hash(body.new_password), must_change_password=False)
+    async with tower.database.writing() as session:
+        if (await get_user(session, user.id)).password_hash != user.password_hash:
+            raise WrongPassword  # changed while it was being checked
+        row = await change_user(session, user_id=user.id, change=change, deed=Deed(principal, now, address))
+        await end_sessions_of(session, row.id)
+        agent = request.headers.get("user-agent", "")
+        begun = await tower.sessions.begin(session, user_id=row.id, now=now, address=address, user_agent=agent)
+    tower.hub.end_user(principal.user_id, "the password was changed")
+    await tower.roster.refresh()
+    _set_cookie(request, response, begun)
+    return Me.of(row)
+
+
+@router.get("/sessions", responses=answers(NotSignedIn, SessionExpired, InPersonOnly, AdminsOnly))
+async def get_sessions(
+    request: Request,
+    principal: InPerson,
+    everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
+) -> list[SessionView]:
+    """Where one is signed in, or where everybody is; newest first."""
+    if everybody and principal.role is not Role.ADMIN:
+        raise AdminsOnly
+    tower = tower_of(request)
+    async with tower.database.reading() as session:
+        found = await list_sessions(session, user_id=None if everybody else principal.user_id)
+    views = []
+    for row, owner in found:
+        ends_at = tower.sessions.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)
+        if ends_at > tower.clock():
+            views.append(
+                SessionView(
+                    id=row.id,
+                    user=SessionOwner(id=owner.id, name=owner.name),
+                    created_at=row.created_at,
+                    last_seen_at=row.last_seen_at,
+                    expires_at=ends_at,
+                    address=row.address,
+                    user_agent=row.user_agent,
+                    current=row.id == principal.session_id,
+                    live=tower.hub.sockets_of(row.id),
+                )
+            )
+    return views
+
+
+@router.delete(
+    "/sessions/{session_id}",
+    status_code=204,
+    responses=answers(NotSignedIn, SessionExpired, InPersonOnly, UnknownSession),
+)
+async def end_one_session(
+    request: Request, principal: InPerson, session_id: Annotated[int, Path(ge=1, le=2**31 - 1)]
+) -> None:
+    """Ends a session of one's own, or as an admin anybody's. Its live connections close at once."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        row = await session.get(SessionRow, session_id)
+        if row is None or (row.user_id != principal.user_id and principal.role is not Role.ADMIN):
+            raise UnknownSession
+        owner = await get_user(session, row.user_id)
+        deed = Deed(by=principal, at=tower.clock(), address=address_of(request))
+        deed.record(session, "session.ended", user_id=owner.id, user=owner.name, session_id=row.id)
+        await session.delete(row)
+    tower.hub.end_sessions([session_id])
+    await tower.watchman.caught_up()  # what was flown with it is held when this is answered
+
+
+def _set_cookie(request: Request, response: Response, begun: NewSession) -> None:
+    response.set_cookie(
+        COOKIE,
+        begun.token,
+        max_age=int(tower_of(request).settings.session_lifetime_s),
+        httponly=True,
+        samesite="strict",
+        secure=request.url.scheme == "https",
+    )

@@ -18,10 +18,18 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.accounts.scopes import ALL_SCOPES, Scope
 from server.accounts.tables import Role, SessionRow, UserRow
 from server.database import Database
+from server.refusal import Refusal
 from wire.ids import UserId
 
 SEEN_EVERY: Final = timedelta(minutes=1)
 """`last_seen_at` is written at most this often: not every request is worth a write."""
+
+
+class UnknownSession(Refusal):
+    """No such session, or somebody else's: on purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such session")
 
 
 @dataclass(frozen=True)
@@ -47,6 +55,7 @@ class Principal:
     """When the session ends if nothing more is heard of it, or the token in any case."""
     scopes: frozenset[Scope] = ALL_SCOPES
     """What this sign-in may be used for; what the user may do is another question."""
+    must_change_password: bool = False
 
     @property
     def in_person(self) -> bool:
@@ -111,7 +120,14 @@ class Sessions:
             async with self._database.writing() as session:
                 await session.execute(update(SessionRow).where(SessionRow.id == row.id).values(last_seen_at=now))
             ends_at = self.ends_at(created_at=row.created_at, last_seen_at=now)
-        return Principal(UserId(user.id), user.name, Role(user.role), row.id, ends_at)
+        return Principal(
+            UserId(user.id),
+            user.name,
+            Role(user.role),
+            row.id,
+            ends_at,
+            must_change_password=user.must_change_password,
+        )
 
     async def begin(
         self, session: AsyncSession, *, user_id: int, now: datetime, address: str, user_agent: str
@@ -146,3 +162,11 @@ async def end_session(session: AsyncSession, token: str) -> SessionRow | None:
 
 async def end_sessions_of(session: AsyncSession, user_id: int) -> None:
     await session.execute(delete(SessionRow).where(SessionRow.user_id == user_id))
+
+
+async def list_sessions(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[SessionRow, UserRow]]:
+    """With whose they are, newest first; of everybody where `user_id` is None. Some may have ended by themselves."""
+    query = select(SessionRow, UserRow).join(UserRow, UserRow.id == SessionRow.user_id).order_by(SessionRow.id.desc())
+    if user_id is not None:
+        query = query.where(SessionRow.user_id == user_id)
+    return [(row, owner) for row, owner in await session.execute(query)]

@@ -1,4 +1,4 @@
-"""The check at the door: throttle, password, session, audit, in this order. Knows nothing of HTTP."""
+"""The check at the door: throttle, password, second factor, session, audit, in this order. Knows nothing of HTTP."""
 
 from __future__ import annotations
 
@@ -6,20 +6,38 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from server.accounts.passwords import Passwords
-from server.accounts.sessions import NewSession, Sessions, end_session
-from server.accounts.tables import Role
+from server.accounts.second_factor import WrongCode, spend
+from server.accounts.sessions import NewSession, Principal, Sessions, end_session
+from server.accounts.tables import UserRow
 from server.accounts.throttle import SignInThrottle
 from server.accounts.users import SignInThrottled, WrongSignIn, find_user
 from server.audit.trail import Actor, record
 from server.database import Database
 from server.names import name_key
+from server.refusal import Refusal
+
+
+class SecondFactorNeeded(Refusal):
+    """Name and password are right, and the account has a second factor."""
+
+    def __init__(self) -> None:
+        super().__init__("the code of your authenticator is needed as well, or a recovery code")
+
+
+class WrongSecondFactor(WrongCode):
+    """At the door: the same, and nobody is signed in."""
+
+
+class WrongPassword(Refusal):
+    """Somebody signed in gave a wrong password of theirs."""
+
+    def __init__(self) -> None:
+        super().__init__("this is not your password")
 
 
 @dataclass(frozen=True)
 class SignedIn:
-    user_id: int
-    name: str
-    role: Role
+    user: UserRow
     session: NewSession
     ended_session_id: int | None
     """The session that the browser had before."""
@@ -37,37 +55,60 @@ class Door:
         *,
         name: str,
         password: str,
+        code: str | None,
         old_token: str | None,
         address: str,
         user_agent: str,
         now: datetime,
     ) -> SignedIn:
-        """Raises SignInThrottled or WrongSignIn."""
+        """Raises SignInThrottled, WrongSignIn, SecondFactorNeeded or WrongSecondFactor."""
         name = name.strip()
-        wait_s = self.throttle.begin(name=name_key(name), address=address, now_s=now.timestamp())
-        if wait_s > 0:
-            raise SignInThrottled(retry_after_s=wait_s)
+        self._throttle(name, address, now)
         async with self.database.reading() as session:
             user = await find_user(session, name)
         known_hash = user.password_hash if user else None
         right = await self.passwords.verify(password, known_hash)
         if user is None or not right or user.disabled:
             # What was typed as a name may be a password by mistake: only names that exist are written down.
-            async with self.database.writing() as session:
-                record(
-                    session,
-                    at=now,
-                    actor=Actor(user.id if user else None, user.name if user else "unknown"),
-                    action="session.refused",
-                    address=address,
-                    detail={"why": "unknown name" if not user else "disabled" if right else "wrong password"},
-                )
+            why = "unknown name" if not user else "disabled" if right else "wrong password"
+            await self._refused(user, why, address, now)
             raise WrongSignIn
+        if user.totp_secret is not None and not code:
+            raise SecondFactorNeeded  # the try stays counted: this answer must not be cheaper than a wrong password
         new_hash = await self.passwords.hash(password) if self.passwords.needs_rehash(user.password_hash) else None
+        done = await self._begin(name, known_hash, new_hash, code, old_token, address, user_agent, now)
+        if done is None:
+            await self._refused(user, "wrong code", address, now)
+            raise WrongSecondFactor
+        self.throttle.succeeded(name=name_key(name), address=address)
+        return done
+
+    async def check_own_password(self, *, user: UserRow, password: str, address: str, now: datetime) -> None:
+        """Of somebody signed in, before what a stolen cookie must not be able to do. Raises WrongPassword."""
+        self._throttle(user.name, address, now)
+        if not await self.passwords.verify(password, user.password_hash):
+            await self._refused(user, "wrong password", address, now)
+            raise WrongPassword
+        self.throttle.succeeded(name=name_key(user.name), address=address)
+
+    async def _begin(
+        self,
+        name: str,
+        known_hash: str | None,
+        new_hash: str | None,
+        code: str | None,
+        old_token: str | None,
+        address: str,
+        user_agent: str,
+        now: datetime,
+    ) -> SignedIn | None:
+        """None where the code is wrong. Always a new session with a new token: the browser's old one is ended."""
         async with self.database.writing() as session:
             fresh = await find_user(session, name)
             if fresh is None or fresh.disabled or fresh.password_hash != known_hash:
                 raise WrongSignIn  # changed while the password was being checked
+            if fresh.totp_secret is not None and not await spend(session, fresh, code or "", now):
+                return None
             if new_hash is not None:
                 fresh.password_hash = new_hash
             ended = await end_session(session, old_token) if old_token else None
@@ -75,5 +116,27 @@ class Door:
                 session, user_id=fresh.id, now=now, address=address, user_agent=user_agent
             )
             record(session, at=now, actor=Actor(fresh.id, fresh.name), action="session.began", address=address)
-        self.throttle.succeeded(name=name_key(name), address=address)
-        return SignedIn(fresh.id, fresh.name, Role(fresh.role), begun, ended.id if ended else None)
+        return SignedIn(fresh, begun, ended.id if ended else None)
+
+    def throttle_codes(self, principal: Principal, address: str, now: datetime) -> None:
+        """Before a code of somebody signed in is looked at. Raises SignInThrottled."""
+        self._throttle(_of_codes(principal), address, now)
+
+    def code_was_right(self, principal: Principal, address: str) -> None:
+        """The counterpart of `throttle_codes`."""
+        self.throttle.succeeded(name=name_key(_of_codes(principal)), address=address)
+
+    def _throttle(self, name: str, address: str, now: datetime) -> None:
+        wait_s = self.throttle.begin(name=name_key(name), address=address, now_s=now.timestamp())
+        if wait_s > 0:
+            raise SignInThrottled(retry_after_s=wait_s)
+
+    async def _refused(self, user: UserRow | None, why: str, address: str, now: datetime) -> None:
+        actor = Actor(user.id if user else None, user.name if user else "unknown")
+        async with self.database.writing() as session:
+            record(session, at=now, actor=actor, action="session.refused", address=address, detail={"why": why})
+
+
+def _of_codes(principal: Principal) -> str:
+    """An account's codes are counted apart from its passwords: a right password must not clear wrong codes."""
+    return f"{principal.name}\ncodes"

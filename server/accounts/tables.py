@@ -1,4 +1,4 @@
-"""The tables of accounts: users, their sessions, API tokens and preferences."""
+"""The tables of accounts: users, their sessions, API tokens, recovery codes and preferences."""
 
 from __future__ import annotations
 
@@ -33,6 +33,24 @@ class UserRow(Base):
     role: Mapped[str] = mapped_column(String(16))
     disabled: Mapped[bool] = mapped_column(default=False, server_default=false())
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    must_change_password: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """Somebody else knows it: who made the account, or who reset it."""
+    password_changed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    """None: it is still the first one."""
+    totp_secret: Mapped[str | None] = mapped_column(String(64))
+    """Of the second factor, base32; None: there is none."""
+    totp_pending: Mapped[str | None] = mapped_column(String(64))
+    """Shown to its user, who has not proved yet to have it."""
+    totp_last_step: Mapped[int | None]
+    """The newest time step whose code was used: it and all before are worth nothing."""
+
+
+class RecoveryCodeRow(Base):
+    __tablename__ = "recovery_codes"
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), index=True)
+    code_hash: Mapped[str] = mapped_column(String(64))
 
 
 class SessionRow(Base):

@@ -151,4 +151,12 @@ class ApiTokens:
         if row.last_used_at is None or now - row.last_used_at >= SEEN_EVERY:
             async with self._database.writing() as session:
                 await session.execute(update(ApiTokenRow).where(ApiTokenRow.id == row.id).values(last_used_at=now))
-        return Principal(UserId(owner.id), owner.name, Role(owner.role), TokenId(row.id), ends_at, scopes_of(row))
+        return Principal(
+            UserId(owner.id),
+            owner.name,
+            Role(owner.role),
+            TokenId(row.id),
+            ends_at,
+            scopes_of(row),
+            must_change_password=owner.must_change_password,
+        )

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 
 from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
-from server.accounts import users
+from server.accounts import second_factor, users
 from server.accounts.passwords import check_password
 from server.accounts.sessions import Principal
 from server.accounts.users import LastAdmin, UnknownUser, UserChange, UserNameTaken
@@ -72,6 +72,15 @@ async def change_user(request: Request, admin: Admin, user_id: UserPath, body: U
         why = "the account was disabled" if body.disabled else "the password was changed"
         tower.hub.end_user(UserId(user_id), why)
     await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
+    return AccountView.of(row)
+
+
+@router.delete("/{user_id}/second-factor", responses=answers(UnknownUser))
+async def reset_second_factor(request: Request, admin: Admin, user_id: UserPath) -> AccountView:
+    """For somebody who has lost it: back to the password alone. Harmless where there is none."""
+    async with tower_of(request).database.writing() as session:
+        row = await users.get_user(session, user_id)
+        await second_factor.reset(session, row, _deed(request, admin))
     return AccountView.of(row)
 
 

@@ -54,6 +54,8 @@ class UserChange:
     role: Role | None = None
     disabled: bool | None = None
     password_hash: str | None = None
+    must_change_password: bool = True
+    """Goes with `password_hash`: somebody else than its user has set it."""
 
 
 async def find_user(session: AsyncSession, name: str) -> UserRow | None:
@@ -73,7 +75,15 @@ async def list_users(session: AsyncSession) -> list[UserRow]:
     return list(await session.scalars(select(UserRow).order_by(UserRow.id)))
 
 
-async def create_user(session: AsyncSession, *, name: str, role: Role, password_hash: str, deed: Deed) -> UserRow:
+async def create_user(
+    session: AsyncSession,
+    *,
+    name: str,
+    role: Role,
+    password_hash: str,
+    deed: Deed,
+    must_change_password: bool = True,
+) -> UserRow:
     name = clean_name(name)
     await begin_fleet_change(session)
     if await find_user(session, name) is not None:
@@ -85,6 +95,7 @@ async def create_user(session: AsyncSession, *, name: str, role: Role, password_
         password_hash=password_hash,
         disabled=False,
         created_at=deed.at,
+        must_change_password=must_change_password,
     )
     session.add(row)
     await session.flush()
@@ -108,6 +119,8 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
         deed.record(session, action, **_about(row))
     if change.password_hash is not None:
         row.password_hash = change.password_hash
+        row.must_change_password = change.must_change_password
+        row.password_changed_at = deed.at
         deed.record(session, "user.password_changed", **_about(row))
     if change.disabled or change.password_hash is not None:
         await end_sessions_of(session, row.id)

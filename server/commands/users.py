@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts import users
+from server.accounts import second_factor, users
 from server.accounts.passwords import check_password, generate_password
 from server.accounts.tables import Role, UserRow
 from server.accounts.users import UserChange
@@ -22,12 +24,18 @@ FromStdin = Annotated[
     bool, typer.Option("--password-stdin", help="Read the password from standard input instead of making one up.")
 ]
 
+FirstPassword = Annotated[
+    bool,
+    typer.Option("--must-change/--for-good", help="Whether the user has to change this password at the first sign-in."),
+]
+
 
 @app.command("add")
 def add_user(
     name: Name,
     role: Annotated[Role, typer.Option(help="admin or operator.")] = Role.OPERATOR,
     password_stdin: FromStdin = False,
+    first: FirstPassword = True,
 ) -> None:
     """Add a user, and print the generated password."""
     password = _password(from_stdin=password_stdin)
@@ -35,7 +43,14 @@ def add_user(
     async def work(database: Database, settings: Settings) -> UserRow:
         password_hash = await passwords_of(settings).hash(password)
         async with database.writing() as session:
-            return await users.create_user(session, name=name, role=role, password_hash=password_hash, deed=deed_now())
+            return await users.create_user(
+                session,
+                name=name,
+                role=role,
+                password_hash=password_hash,
+                deed=deed_now(),
+                must_change_password=first,
+            )
 
     row = with_database(work)
     typer.echo(f"added {row.role} {row.name} (id {row.id})")
@@ -44,30 +59,68 @@ def add_user(
 
 
 @app.command("list")
-def list_users() -> None:
+def list_users(
+    as_json: Annotated[bool, typer.Option("--json", help="For programs: a JSON list.")] = False,
+) -> None:
     """List every user."""
 
     async def work(database: Database, _settings: Settings) -> list[UserRow]:
         async with database.reading() as session:
             return await users.list_users(session)
 
-    rows = [(one.id, one.name, one.role, "disabled" if one.disabled else "") for one in with_database(work)]
+    if as_json:
+        typer.echo(json.dumps([_told(one) for one in with_database(work)]))
+        return
+    rows = [(one.id, one.name, one.role, _state(one)) for one in with_database(work)]
     typer.echo(as_table(("ID", "NAME", "ROLE", "STATE"), rows))
 
 
+def _told(row: UserRow) -> dict[str, Any]:
+    return {
+        "id": row.id,
+        "name": row.name,
+        "role": row.role,
+        "disabled": row.disabled,
+        "first_password": row.password_changed_at is None,
+        "must_change_password": row.must_change_password,
+        "second_factor": row.totp_secret is not None,
+    }
+
+
+def _state(row: UserRow) -> str:
+    told = {
+        "disabled": row.disabled,
+        "first password" if row.password_changed_at is None else "password of an admin": row.must_change_password,
+        "second factor": row.totp_secret is not None,
+    }
+    return ", ".join(word for word, true in told.items() if true)
+
+
 @app.command("password")
-def set_password(name: Name, password_stdin: FromStdin = False) -> None:
+def set_password(name: Name, password_stdin: FromStdin = False, first: FirstPassword = True) -> None:
     """Give a user another password. Signs them out everywhere."""
     password = _password(from_stdin=password_stdin)
 
     async def work(database: Database, settings: Settings) -> None:
         password_hash = await passwords_of(settings).hash(password)
-        await _change(database, name, UserChange(password_hash=password_hash))
+        await _change(database, name, UserChange(password_hash=password_hash, must_change_password=first))
 
     with_database(work)
     typer.echo(f"{name} has another password and is signed out everywhere")
     if not password_stdin:
         typer.echo(f"password: {password}")
+
+
+@app.command("second-factor-off")
+def reset_second_factor(name: Name) -> None:
+    """Take the second factor from a user who has lost it."""
+
+    async def work(database: Database, _settings: Settings) -> None:
+        async with database.writing() as session:
+            await second_factor.reset(session, await _found(session, name), deed_now())
+
+    with_database(work)
+    typer.echo(f"{name} signs in with the password alone")
 
 
 @app.command("disable")
@@ -94,10 +147,15 @@ def enable_user(name: Name) -> None:
 
 async def _change(database: Database, name: str, change: UserChange) -> None:
     async with database.writing() as session:
-        found = await users.find_user(session, name)
-        if found is None:
-            raise CommandError(f"there is no user named {name}")
+        found = await _found(session, name)
         await users.change_user(session, user_id=found.id, change=change, deed=deed_now())
+
+
+async def _found(session: AsyncSession, name: str) -> UserRow:
+    found = await users.find_user(session, name)
+    if found is None:
+        raise CommandError(f"there is no user named {name}")
+    return found
 
 
 def _password(*, from_stdin: bool) -> str:

@@ -26,6 +26,7 @@ class UserRecord:
     name: str
     role: Role
     disabled: bool
+    must_change_password: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,9 @@ async def load_snapshot(session: AsyncSession) -> FleetSnapshot:
     """Wants a session of `Database.reading()`: one consistent picture."""
     revision = await read_revision(session)
     users: dict[UserId, UserRecord] = {}
-    for user in await session.execute(select(UserRow.id, UserRow.name, UserRow.role, UserRow.disabled)):
-        users[UserId(user.id)] = UserRecord(user.name, Role(user.role), user.disabled)
+    columns = (UserRow.id, UserRow.name, UserRow.role, UserRow.disabled, UserRow.must_change_password)
+    for user in await session.execute(select(*columns)):
+        users[UserId(user.id)] = UserRecord(user.name, Role(user.role), user.disabled, user.must_change_password)
 
     def ref(user_id: int | None) -> UserRef | None:
         return None if user_id is None else UserRef(UserId(user_id), users[UserId(user_id)].name)
@@ -87,8 +89,8 @@ async def load_snapshot(session: AsyncSession) -> FleetSnapshot:
     leases = {one.drone_id: one for one in await session.scalars(select(ControlLeaseRow))}
 
     drones = []
-    columns = select(DroneRow.id, DroneRow.name, DroneRow.credential_hash)
-    for drone in await session.execute(columns.order_by(DroneRow.id)):
+    known = select(DroneRow.id, DroneRow.name, DroneRow.credential_hash)
+    for drone in await session.execute(known.order_by(DroneRow.id)):
         lease = leases.get(drone.id)
         drones.append(
             DroneRecord(

@@ -1,10 +1,11 @@
-"""The tables of the fleet: drones, who owns them, and the number that grows with each change."""
+"""The tables of the fleet: drones, who owns or has borrowed them, how their agents are enrolled, and the number of the
+last change."""
 
 from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import CheckConstraint, ForeignKey, String
+from sqlalchemy import CheckConstraint, ForeignKey, String, false
 from sqlalchemy.orm import Mapped, mapped_column
 
 from server.database import Base, UtcDateTime
@@ -27,6 +28,39 @@ class OwnershipRow(Base):
 
     drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
     user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), primary_key=True, index=True)
+
+
+class LoanRow(Base):
+    """A drone lent to a user for a while, within limits. Gone when it is over; the audit trail remembers."""
+
+    __tablename__ = "loans"
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), primary_key=True, index=True)
+    until: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
+    may_arm: Mapped[bool]
+    max_height_m: Mapped[float | None]
+    """Above home."""
+    radius_m: Mapped[float | None]
+    """Around home."""
+
+
+class EnrolmentRow(Base):
+    """A permission to fetch a drone's credential, once."""
+
+    __tablename__ = "enrolments"
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), index=True)
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    created_by: Mapped[str] = mapped_column(String(64))
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    expires_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    cancelled: Mapped[bool] = mapped_column(default=False, server_default=false())
+    used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    used_from: Mapped[str] = mapped_column(String(64), default="", server_default="")
+    agent_seen_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class FleetRevisionRow(Base):

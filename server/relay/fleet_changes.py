@@ -134,6 +134,8 @@ def _why_signed_out(browser: Browser, snapshot: FleetSnapshot) -> str:
         return ACCOUNT_DISABLED
     if account.role != browser.viewer.role:
         return f"the account is now that of an {account.role.value}"
+    if account.must_change_password:
+        return "an admin has set a new password"
     signed_in_by = browser.viewer.session_id
     revoked = isinstance(signed_in_by, TokenId) and signed_in_by.id not in snapshot.token_ids
     return "the token was revoked" if revoked else ""

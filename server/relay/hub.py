@@ -214,6 +214,10 @@ class Hub:
         """The browser is gone. Harmless if it was gone already."""
         self._audience.leave(browser, now)
 
+    def sockets_of(self, signed_in_by: SignInId) -> int:
+        """How many live connections a session or a token has open."""
+        return sum(browser.viewer.session_id == signed_in_by for browser in self._state.browsers.values())
+
     def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
         """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
         self._audience.end_sessions(session_ids)

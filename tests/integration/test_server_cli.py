@@ -70,8 +70,8 @@ async def test_users(shell: Shell) -> None:
     listed = (await shell.run("user", "list")).splitlines()
     assert [line.split() for line in listed] == [
         ["ID", "NAME", "ROLE", "STATE"],
-        ["1", "Root", "admin"],
-        ["2", "Anna", "operator"],
+        ["1", "Root", "admin", "first", "password"],
+        ["2", "Anna", "operator", "first", "password"],
     ]
     await shell.run("user", "disable", "anna")
     assert "disabled" in (await shell.run("user", "list")).splitlines()[2]

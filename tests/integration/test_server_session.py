@@ -28,7 +28,13 @@ async def test_sign_in_answers_the_user_and_a_guarded_cookie(world: TowerWorld, 
     client = await world.client()
     answer = await client.post(SESSION, json={"name": " aNNa ", "password": PASSWORD})
     assert answer.status_code == 200
-    assert answer.json() == {"id": anna.id, "name": "Anna", "role": "operator"}
+    assert answer.json() == {
+        "id": anna.id,
+        "name": "Anna",
+        "role": "operator",
+        "must_change_password": False,
+        "second_factor": False,
+    }
     cookie = answer.headers["set-cookie"].lower()
     assert cookie.startswith("tower_session=")
     assert "httponly" in cookie

@@ -115,7 +115,12 @@ async def test_every_route_says_what_it_needs(world: TowerWorld, root: httpx.Asy
             unguarded.add(route.name)
             continue
         action = Action(actions[0])
-        path = route.path.replace("{drone_id}", "9").replace("{user_id}", "999").replace("{token_id}", "999")
+        path = (
+            route.path.replace("{drone_id}", "9")
+            .replace("{user_id}", "999")
+            .replace("{token_id}", "999")
+            .replace("{session_id}", "999")
+        )
         for scope, client in nothing_but.items():
             answer = await client.request(next(iter(route.methods)), path)
             missing = bool(NEEDS[action] - {scope})

@@ -30,7 +30,8 @@ async def test_an_admin_creates_a_user_who_can_sign_in(world: TowerWorld, root: 
     assert made["role"] == "operator"
     assert made["disabled"] is False
     assert made["created_at"].endswith(("Z", "+00:00"))
-    assert "password" not in answer.text
+    assert PASSWORD not in answer.text
+    assert made["must_change_password"] is True
     assert (await admin.get(f"{USERS}/{made['id']}")).json() == made
     assert [one["name"] for one in (await admin.get(USERS)).json()] == ["Root", "Zoë"]
     assert (await (await world.signed_in("zoë")).get("/api/v1/me")).json()["id"] == made["id"]

@@ -107,7 +107,14 @@ class TowerWorld:
         """Straight into the database; the password is PASSWORD."""
         password_hash = await self.tower.passwords.hash(PASSWORD)
         async with self.database.writing() as session:
-            row = await create_user(session, name=name, role=role, password_hash=password_hash, deed=self._deed())
+            row = await create_user(
+                session,
+                name=name,
+                role=role,
+                password_hash=password_hash,
+                deed=self._deed(),
+                must_change_password=False,
+            )
         await self.tower.roster.refresh()
         return Person(row.id, row.name, Role(row.role))
 

@@ -141,7 +141,7 @@ class World:
         return done.stdout
 
     def add_user(self, name: str, role: str = "operator") -> None:
-        self.tower_command("user", "add", name, "--role", role, "--password-stdin", stdin=PASSWORD)
+        self.tower_command("user", "add", name, "--role", role, "--password-stdin", "--for-good", stdin=PASSWORD)
 
     def add_drone(self, name: str, *owners: str) -> int:
         owned = [word for owner in owners for word in ("--owner", owner)]

@@ -4,6 +4,9 @@ from server.accounts.throttle import (
     FIRST_WAIT_S,
     FORGOTTEN_AFTER_S,
     FREE_TRIES,
+    FREE_TRIES_OF_ADDRESS,
+    FREE_TRIES_OF_NAME,
+    LONGEST_WAIT_OF_NAME_S,
     LONGEST_WAIT_S,
     MOST_ENTRIES,
     SignInThrottle,
@@ -54,10 +57,37 @@ def test_names_and_addresses_do_not_share_their_tries() -> None:
     assert throttle.begin(name="anna", address="b", now_s=0) == 0.0
 
 
+def test_one_password_tried_on_many_names_from_one_address_waits() -> None:
+    throttle = SignInThrottle()
+    waits = [throttle.begin(name=str(number), address="a", now_s=0.0) for number in range(FREE_TRIES_OF_ADDRESS + 1)]
+    assert waits == [0.0] * FREE_TRIES_OF_ADDRESS + [FIRST_WAIT_S]
+    assert throttle.begin(name="anna", address="b", now_s=0.0) == 0.0
+
+
+def test_whoever_has_an_account_does_not_clear_the_address_by_signing_in() -> None:
+    throttle = SignInThrottle()
+    for number in range(FREE_TRIES_OF_ADDRESS - 1):
+        assert throttle.begin(name=str(number), address="a", now_s=0.0) == 0.0
+        assert throttle.begin(name="mine", address="a", now_s=0.0) == 0.0
+        throttle.succeeded(name="mine", address="a")
+    assert throttle.begin(name="last", address="a", now_s=0.0) == 0.0
+    assert throttle.begin(name="mine", address="a", now_s=0.0) > 0.0
+
+
+def test_one_name_from_many_addresses_waits_but_not_for_long() -> None:
+    throttle, now_s, waits = SignInThrottle(), 0.0, []
+    for number in range(FREE_TRIES_OF_NAME + 20):
+        wait_s = throttle.begin(name="anna", address=str(number), now_s=now_s)
+        waits.append(wait_s)
+        now_s += wait_s
+    assert waits[:FREE_TRIES_OF_NAME] == [0.0] * FREE_TRIES_OF_NAME
+    assert max(waits) == LONGEST_WAIT_OF_NAME_S
+
+
 def test_memory_is_bounded_and_the_oldest_goes_first() -> None:
     throttle = SignInThrottle()
     tries(throttle, FREE_TRIES + 1)
     for number in range(MOST_ENTRIES):
-        throttle.begin(name=str(number), address="a", now_s=0)
+        throttle.begin(name=str(number), address=str(number), now_s=0)
     assert len(throttle) == MOST_ENTRIES
     assert tries(throttle, 1) == [0.0]
