@@ -1,24 +1,32 @@
 /** What the map shows of the squad, from what the link layer knows. */
 
+import { isUnattended as isUnattendedNow } from './link/conditions';
 import type { Vehicle } from './link/vehicle';
 import type { SceneDrone } from './map/overlay';
-import { fixed } from './words/format';
+import { ageWords } from './words/squad_words';
+import { measured, type UnitSystem } from './words/units';
 
 /** On the monitor a trail says where a drone comes from; the whole track belongs to its own page. */
 export const TRAIL_POINTS = 60;
 
 /** Null while it has no position. */
-export function sceneDrone(vehicle: Vehicle, nowMs: number, trackPoints: number): SceneDrone | null {
+export function sceneDrone(vehicle: Vehicle, nowMs: number, trackPoints: number, units: UnitSystem): SceneDrone | null {
   const values = vehicle.values(nowMs);
   if (!values.place) return null;
-  const { id, name } = vehicle.drone.get();
+  const drone = vehicle.drone.get();
+  const age = ageWords(values);
+  const height = measured(units, 'height', values.altRelM);
+  const speed = measured(units, 'speed', values.groundSpeedMps);
+  const isUnattended = isUnattendedNow(drone, values);
   return {
-    id,
-    name,
-    detail: values.airborne ? `${fixed(values.altRelM)} m  ${fixed(values.groundSpeedMps)} m/s` : '',
+    id: drone.id,
+    name: isUnattended ? `${drone.name}: unattended` : drone.name,
+    detail: age || (values.airborne ? `${height}  ${speed}` : ''),
     place: values.place,
     headingDeg: values.headingDeg ?? 0,
     state: values.state,
     track: vehicle.telemetry.track.slice(-trackPoints),
+    isUnattended,
+    isStale: age !== '' || values.state === 'lost',
   };
 }

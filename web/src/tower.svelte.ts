@@ -11,6 +11,9 @@ export const tower = new Tower();
 tower.live.watch(WATCH_RATE_HZ);
 window.addEventListener('online', () => tower.live.retryNow());
 
+const LOOK_MS = 1_000;
+setInterval(() => tower.look(), LOOK_MS);
+
 export const beat = $state({ nowMs: tower.clock.nowMs() });
 setInterval(() => {
   beat.nowMs = tower.clock.nowMs();

@@ -1,7 +1,7 @@
 /** One drone's telemetry as the numbers and words that people read; null where the drone has not said. */
 
 import type { LinkQuality } from './wire_types';
-import { GPS_FIX_TYPE, MAV_LANDED_STATE, MAV_MODE_FLAG, MAV_STATE } from './generated/mavlink.gen';
+import { EKF_STATUS_FLAGS, GPS_FIX_TYPE, MAV_LANDED_STATE, MAV_MODE_FLAG, MAV_STATE } from './generated/mavlink.gen';
 import { distanceM } from './geometry';
 import type { Place, Target } from './messages';
 import { modeName } from './modes';
@@ -44,6 +44,11 @@ export interface FlightValues {
   readonly airborneMs: number | null;
   readonly linkRttMs: number | null;
   readonly linkLossPercent: number | null;
+  /** Whether the estimator says that it knows attitude and height; null where it says nothing. */
+  readonly ekfIsHealthy: boolean | null;
+  /** How old the newest word of these is. */
+  readonly positionAgeMs: number | null;
+  readonly batteryAgeMs: number | null;
 }
 
 /** What is known about the drone beside its telemetry. */
@@ -84,7 +89,9 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
   const motion = hudCame && positionCame && positionCame.atMs - hudCame.atMs > HUD_MAY_LAG_MS ? undefined : hud;
   const gps = telemetry.newest('GPS_RAW_INT')?.fields;
   const attitude = telemetry.newest('ATTITUDE')?.fields;
-  const system = telemetry.newest('SYS_STATUS')?.fields;
+  const systemHeard = telemetry.newest('SYS_STATUS');
+  const system = systemHeard?.fields;
+  const estimator = telemetry.newest('EKF_STATUS_REPORT')?.fields;
   const homeAt = telemetry.newest('HOME_POSITION')?.fields;
   const landedState = telemetry.newest('EXTENDED_SYS_STATE')?.fields.landed_state ?? MAV_LANDED_STATE.UNDEFINED;
 
@@ -128,7 +135,30 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     airborneMs: beside.airborneSinceMs === null ? null : nowMs - beside.airborneSinceMs,
     linkRttMs: beside.online ? (beside.link?.rtt_ms ?? null) : null,
     linkLossPercent: beside.online && beside.link ? beside.link.loss * 100 : null,
+    ekfIsHealthy: estimator ? isHealthy(estimator) : null,
+    positionAgeMs: positionCame ? nowMs - positionCame.atMs : null,
+    batteryAgeMs: systemHeard ? nowMs - systemHeard.atMs : null,
   };
+}
+
+/** ArduPilot's own limit for "EKF variance"; above it the failsafe is near. */
+const EKF_VARIANCE_LIMIT = 0.8;
+const EKF_NEEDED = EKF_STATUS_FLAGS.EKF_ATTITUDE | EKF_STATUS_FLAGS.EKF_VELOCITY_VERT;
+
+function isHealthy(report: {
+  flags: number;
+  velocity_variance: number;
+  pos_horiz_variance: number;
+  pos_vert_variance: number;
+  compass_variance: number;
+}): boolean {
+  const worst = Math.max(
+    report.velocity_variance,
+    report.pos_horiz_variance,
+    report.pos_vert_variance,
+    report.compass_variance,
+  );
+  return worst < EKF_VARIANCE_LIMIT && (report.flags & EKF_NEEDED) === EKF_NEEDED;
 }
 
 function stateOf(isHeard: boolean, systemStatus: number, armed: boolean, airborne: boolean): DroneState {

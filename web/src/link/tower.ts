@@ -4,6 +4,7 @@
  */
 
 import { realClock, type Clock } from './clock';
+import { AlertFeed } from './alert_feed';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
 import { controlWords, farewellWords, holdWords } from './event_words';
@@ -43,6 +44,7 @@ export class Tower {
   readonly user = new Store<User | null>(null);
   readonly vehicles = new Store<ReadonlyMap<number, Vehicle>>(new Map());
   readonly journal = new Journal();
+  readonly alertFeed = new AlertFeed();
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
   readonly lossChecks: LossChecks;
@@ -112,6 +114,11 @@ export class Tower {
 
   record(entry: Omit<Entry, 'key' | 'atMs'>): void {
     this.journal.add({ ...entry, key: `tower-${++this.#entries}`, atMs: this.clock.nowMs() });
+  }
+
+  /** Looks the squad over for what wants attention; once a second is enough. */
+  look(): void {
+    this.alertFeed.look(this.vehicles.get().values(), this.clock.nowMs());
   }
 
   #onEvent(event: TowerEvent): void {
@@ -184,6 +191,7 @@ export class Tower {
   #onHold(event: HoldEvent): void {
     const holdLog = this.vehicles.get().get(event.drone_id)?.holdLog;
     holdLog?.set(nextHold(holdLog.get(), event, this.clock.nowMs()));
+    this.alertFeed.hold(event, this.clock.nowMs());
     // The steps between are on the strip over the map: here they would push out what must be read.
     if (event.step !== 'ordered' && !FINAL_STEPS.has(event.step)) return;
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));
@@ -231,6 +239,7 @@ export class Tower {
     const vehicle = this.vehicles.get().get(drone.id);
     vehicle?.manual.stop('we no longer have the controls', { holds: false });
     vehicle?.abort('it is no longer in our squad');
+    this.alertFeed.gone(drone.id, this.clock.nowMs());
   }
 
   #setSquad(drones: readonly Drone[]): void {
@@ -258,7 +267,10 @@ export class Tower {
       drone,
       this.clock,
       { send: (message) => this.live.send(message), sendFresh: (message) => this.live.sendFresh(message) },
-      (entry) => this.journal.add(entry),
+      (entry) => {
+        this.journal.add(entry);
+        this.alertFeed.entry(entry);
+      },
     );
   }
 
@@ -306,6 +318,7 @@ export class Tower {
     this.assist.clear();
     this.deafSinceMs.set(null);
     this.journal.clear();
+    this.alertFeed.clear();
   }
 }
 

@@ -58,12 +58,24 @@ export interface MarkerLook {
   readonly name: string;
   readonly detail: string;
   readonly isSelected: boolean;
+  readonly isUnattended?: boolean;
+  readonly isStale?: boolean;
 }
 
 export function drawMarker(pen: Pen, theme: MapTheme, x: number, y: number, look: MarkerLook): void {
   const colour = theme.states[look.state];
   pen.save();
   pen.translate(x, y);
+  if (look.isUnattended) {
+    pen.beginPath();
+    pen.arc(0, 0, MARKER_RADIUS_PX + 11, 0, 2 * Math.PI);
+    pen.strokeStyle = theme.warning;
+    pen.lineWidth = 3;
+    pen.setLineDash([7, 5]);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+  if (look.isStale) pen.globalAlpha = 0.5;
   if (look.isSelected) {
     pen.beginPath();
     pen.arc(0, 0, MARKER_RADIUS_PX + 6, 0, 2 * Math.PI);

@@ -14,6 +14,7 @@ export interface MapTheme {
   readonly home: string;
   readonly target: string;
   readonly accent: string;
+  readonly warning: string;
   readonly states: Readonly<Record<DroneState, string>>;
 }
 
@@ -32,6 +33,7 @@ export function readTheme(): MapTheme {
     home: token('map-home'),
     target: token('map-target'),
     accent: token('accent'),
+    warning: token('warning'),
     states: {
       alert: token('state-alert'),
       flying: token('state-flying'),

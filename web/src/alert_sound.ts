@@ -1,0 +1,39 @@
+/** Alerts that can be heard, made by the browser itself: two tones for what is critical, one for a warning. */
+
+import type { AlertSeverity } from './link/conditions';
+
+const TONE_S = 0.16;
+const PAUSE_S = 0.08;
+const LOUDNESS = 0.15;
+const TONES_HZ: Record<AlertSeverity, readonly number[]> = {
+  critical: [880, 660, 880, 660],
+  warning: [620],
+  notice: [],
+};
+
+let context: AudioContext | null = null;
+
+/** False when the browser does not let us (yet): it wants the user to have done something on the page first. */
+export function sound(severity: AlertSeverity): boolean {
+  try {
+    context ??= new AudioContext();
+  } catch {
+    return false;
+  }
+  if (context.state === 'suspended') void context.resume();
+  if (context.state !== 'running') return false;
+  for (const [at, frequency] of TONES_HZ[severity].entries()) {
+    const begin = context.currentTime + at * (TONE_S + PAUSE_S);
+    const tone = context.createOscillator();
+    const gain = context.createGain();
+    tone.frequency.value = frequency;
+    gain.gain.setValueAtTime(0, begin);
+    gain.gain.linearRampToValueAtTime(LOUDNESS, begin + 0.01);
+    gain.gain.setValueAtTime(LOUDNESS, begin + TONE_S - 0.02);
+    gain.gain.linearRampToValueAtTime(0, begin + TONE_S);
+    tone.connect(gain).connect(context.destination);
+    tone.start(begin);
+    tone.stop(begin + TONE_S);
+  }
+  return true;
+}

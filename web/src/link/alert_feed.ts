@@ -1,0 +1,68 @@
+/** Turns what the tower and the drones say into alerts. It is told everything; it asks for nothing. */
+
+import { Alerts } from './alerts';
+import { conditionsOf, SILENCE, type Condition } from './conditions';
+import { causeWords, holdWords } from './event_words';
+import type { Entry } from './journal';
+import type { Vehicle } from './vehicle';
+import type { HoldEvent } from './wire_types';
+
+export class AlertFeed {
+  readonly alerts = new Alerts();
+  /** Statements come in pieces: the entry with this key, and the alert that it became. */
+  readonly #keyOf = new Map<string, string>();
+  readonly #silent = new Set<number>();
+
+  /** Once a second or so: what holds now. */
+  look(vehicles: Iterable<Vehicle>, nowMs: number): void {
+    for (const vehicle of vehicles) {
+      const drone = vehicle.drone.get();
+      const conditions = conditionsOf(drone, vehicle.values(nowMs), vehicle.wasAirborne);
+      this.alerts.holds(drone.id, this.#believed(drone.id, conditions), nowMs);
+    }
+  }
+
+  /**
+   * A page that stood still (a laptop that slept, a browser that was busy) looks before it has read what came
+   * meanwhile: silence counts when it is found twice.
+   */
+  #believed(droneId: number, conditions: readonly Condition[]): readonly Condition[] {
+    const isSilent = conditions.some(({ id }) => id === SILENCE);
+    const wasSilent = this.#silent.has(droneId);
+    if (isSilent) this.#silent.add(droneId);
+    else this.#silent.delete(droneId);
+    return isSilent && !wasSilent ? conditions.filter(({ id }) => id !== SILENCE) : conditions;
+  }
+
+  /** A drone is no longer ours to see: what held of it is over. */
+  gone(droneId: number, nowMs: number): void {
+    this.alerts.holds(droneId, [], nowMs);
+  }
+
+  /** Something for the journal. The autopilot's warnings and worse are alerts. */
+  entry(entry: Entry): void {
+    if (entry.source !== 'autopilot' || entry.severity === 'info') return;
+    const severity = entry.severity === 'error' ? 'critical' : 'warning';
+    const known = this.#keyOf.get(entry.key);
+    if (known !== undefined) {
+      this.alerts.reworded(known, entry.text);
+      return;
+    }
+    this.#keyOf.clear(); // only the newest can still grow
+    this.#keyOf.set(entry.key, this.alerts.said(entry.droneId, severity, entry.text, entry.atMs));
+  }
+
+  hold(event: HoldEvent, nowMs: number): void {
+    if (event.step === 'unconfirmed') {
+      this.alerts.said(event.drone_id, 'critical', holdWords(event), nowMs);
+    } else if (event.step === 'ordered') {
+      this.alerts.said(event.drone_id, 'warning', `Put on hold: ${causeWords(event.cause ?? 'order')}.`, nowMs);
+    }
+  }
+
+  clear(): void {
+    this.#keyOf.clear();
+    this.#silent.clear();
+    this.alerts.clear();
+  }
+}

@@ -1,0 +1,108 @@
+/** What stands on the ground of the map: home with rings of distance, the place a drone flies to, the aim. */
+
+import { offsetBy } from '../link/geometry';
+import type { Place } from '../link/messages';
+import { fontOf, haloText } from './drone_marker';
+import type { Projection } from './projection';
+import type { MapTheme } from './theme';
+
+type Pen = CanvasRenderingContext2D;
+
+/** The grid has its labels there. */
+const GRID_LABELS_PX = 28;
+const RING_WANTED_PX = 110;
+
+export function drawHome(
+  pen: Pen,
+  theme: MapTheme,
+  projection: Projection,
+  home: Place,
+  words: (metres: number) => string,
+): void {
+  const { x, y } = projection.at(home);
+  for (const radiusM of ringsM(projection, home)) {
+    const edge = projection.at(offsetBy(home, radiusM, 0));
+    pen.setLineDash([2, 5]);
+    pen.strokeStyle = theme.gridText;
+    pen.lineWidth = 1;
+    pen.globalAlpha = 0.6;
+    pen.beginPath();
+    pen.arc(x, y, Math.abs(edge.y - y), 0, 2 * Math.PI);
+    pen.stroke();
+    pen.globalAlpha = 1;
+    pen.setLineDash([]);
+    if (edge.y < GRID_LABELS_PX) continue;
+    pen.textAlign = 'center';
+    pen.textBaseline = 'middle';
+    haloText(pen, theme, words(radiusM), x, edge.y, `500 10px ${fontOf(pen)}`, theme.gridText);
+  }
+  // A house.
+  pen.beginPath();
+  pen.moveTo(x, y - 8);
+  pen.lineTo(x + 8, y - 1);
+  pen.lineTo(x + 5.5, y - 1);
+  pen.lineTo(x + 5.5, y + 7);
+  pen.lineTo(x - 5.5, y + 7);
+  pen.lineTo(x - 5.5, y - 1);
+  pen.lineTo(x - 8, y - 1);
+  pen.closePath();
+  pen.strokeStyle = theme.home;
+  pen.fillStyle = theme.halo;
+  pen.lineWidth = 1.5;
+  pen.fill();
+  pen.stroke();
+}
+
+export interface MapTarget {
+  readonly place: Place;
+  readonly from: Place | null;
+  readonly label: string;
+}
+
+export function drawTarget(pen: Pen, theme: MapTheme, projection: Projection, { place, from, label }: MapTarget): void {
+  const { x, y } = projection.at(place);
+  pen.strokeStyle = theme.target;
+  pen.lineWidth = 1.5;
+  if (from) {
+    const start = projection.at(from);
+    pen.setLineDash([6, 5]);
+    pen.beginPath();
+    pen.moveTo(start.x, start.y);
+    pen.lineTo(x, y);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+  pen.lineWidth = 2;
+  pen.beginPath();
+  pen.arc(x, y, 9, 0, 2 * Math.PI);
+  pen.moveTo(x - 14, y);
+  pen.lineTo(x + 14, y);
+  pen.moveTo(x, y - 14);
+  pen.lineTo(x, y + 14);
+  pen.stroke();
+  pen.textAlign = 'left';
+  pen.textBaseline = 'middle';
+  haloText(pen, theme, label, x + 16, y - 10, `600 11px ${fontOf(pen)}`, theme.target);
+}
+
+export function drawAim(pen: Pen, theme: MapTheme, x: number, y: number): void {
+  pen.strokeStyle = theme.target;
+  pen.lineWidth = 1.5;
+  pen.strokeRect(x - 10, y - 10, 20, 20);
+  pen.beginPath();
+  pen.moveTo(x - 4, y);
+  pen.lineTo(x + 4, y);
+  pen.moveTo(x, y - 4);
+  pen.lineTo(x, y + 4);
+  pen.stroke();
+}
+
+/** Two or three round distances that fit on the screen. */
+function ringsM(projection: Projection, home: Place): number[] {
+  const pxPerKm = Math.abs(projection.at(offsetBy(home, 1000, 0)).y - projection.at(home).y);
+  const wantedM = (RING_WANTED_PX / pxPerKm) * 1000;
+  const unit = 10 ** Math.floor(Math.log10(wantedM));
+  const step = [1, 2, 5, 10].map((times) => times * unit).find((one) => one >= wantedM) ?? wantedM;
+  // A ring over half a continent says nothing about a drone.
+  return step > 5_000 ? [] : [step, 2 * step, 3 * step];
+}

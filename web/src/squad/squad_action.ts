@@ -1,0 +1,54 @@
+/**
+ * One deed for several drones: who may be asked, and what became of it at each. An operator commands what they hold;
+ * an admin may first take what others hold. Nobody is left without an answer.
+ */
+
+import type { Outcome } from '../link/commands';
+import { outcomeWords } from '../link/commands';
+import type { ControlAction } from '../link/rest';
+import type { Drone, User } from '../link/wire_types';
+
+export type SquadDeed = 'hold' | 'return' | 'land';
+
+export const DEED_WORDS: Record<SquadDeed, { readonly verb: string; readonly does: string }> = {
+  hold: { verb: 'Hold', does: 'stops and stays where it is' },
+  return: { verb: 'Return', does: 'flies back to its home and lands there' },
+  land: { verb: 'Land', does: 'lands where it is now' },
+};
+
+export type Answer =
+  | { readonly kind: 'waiting'; readonly why: string }
+  | { readonly kind: 'done'; readonly why: string }
+  | { readonly kind: 'refused'; readonly why: string }
+  /** Accepted, but nothing shows that it does it. */
+  | { readonly kind: 'unconfirmed'; readonly why: string }
+  | { readonly kind: 'no-answer'; readonly why: string };
+
+export const ANSWER_WORDS: Record<Answer['kind'], string> = {
+  waiting: 'Waiting',
+  done: 'Done',
+  refused: 'Refused',
+  unconfirmed: 'Not confirmed',
+  'no-answer': 'No answer',
+};
+
+/** How this user gets the controls of a drone that they cannot command, or null when they cannot. */
+export function wayToControls(drone: Drone, user: User): ControlAction | null {
+  if (user.role !== 'admin' || !drone.online) return null;
+  if (drone.holder === null) return 'acquire';
+  return drone.holder.id === user.id ? null : 'take';
+}
+
+export function answerOf(droneName: string, outcome: Outcome): Answer {
+  const why = outcomeWords(droneName, outcome);
+  switch (outcome.kind) {
+    case 'accepted':
+      return { kind: 'done', why };
+    case 'no-answer':
+    case 'unconfirmed':
+      return { kind: outcome.kind, why };
+    case 'refused':
+    case 'failed':
+      return { kind: 'refused', why };
+  }
+}

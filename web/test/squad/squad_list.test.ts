@@ -1,0 +1,82 @@
+import { describe, expect, it } from 'vitest';
+
+import { flightValues, type FlightValues } from '../../src/link/flight_values';
+import { Telemetry } from '../../src/link/telemetry';
+import type { Drone } from '../../src/link/wire_types';
+import { matches, passes, sorted, windowOf, type SortKey, type SquadEntry } from '../../src/squad/squad_list';
+import { A_DRONE, heartbeat } from '../link/fakes';
+
+const OLGA = { id: 5, name: 'olga' };
+const BESIDE = { online: true, target: null, link: null, airborneSinceMs: null };
+
+function entry(drone: Partial<Drone>, values: Partial<FlightValues> = {}): SquadEntry {
+  const telemetry = new Telemetry();
+  telemetry.receive(heartbeat(5), 0);
+  return { drone: { ...A_DRONE, ...drone }, values: { ...flightValues(telemetry, BESIDE, 0), ...values }, link: null };
+}
+
+const HERON = entry({ id: 1, name: 'Heron', holder: OLGA }, { state: 'flying', airborne: true, batteryPercent: 40 });
+const SWIFT = entry({ id: 2, name: 'Swift' }, { state: 'flying', airborne: true, batteryPercent: 90 });
+const PLOVER = entry({ id: 3, name: 'Plover 10', online: false }, { state: 'lost', batteryPercent: null });
+const PLOVER_2 = entry({ id: 4, name: 'Plover 9' }, { state: 'alert', batteryPercent: 40 });
+const SQUAD = [HERON, SWIFT, PLOVER, PLOVER_2];
+
+const names = (entries: readonly SquadEntry[]): string[] => entries.map(({ drone }) => drone.name);
+const by = (key: SortKey, isDescending = false): string[] => names(sorted(SQUAD, { key, isDescending }));
+
+describe('sorting', () => {
+  it('by name reads numbers as numbers', () => {
+    expect(by('name')).toEqual(['Heron', 'Plover 9', 'Plover 10', 'Swift']);
+    expect(by('name', true)).toEqual(['Swift', 'Plover 10', 'Plover 9', 'Heron']);
+  });
+
+  it('by state begins with what wants attention most', () => {
+    expect(by('state')).toEqual(['Plover 9', 'Swift', 'Heron', 'Plover 10']);
+  });
+
+  it('puts what is not known last, either way, and equals by name', () => {
+    expect(by('battery')).toEqual(['Heron', 'Plover 9', 'Swift', 'Plover 10']);
+    expect(by('battery', true)).toEqual(['Swift', 'Heron', 'Plover 9', 'Plover 10']);
+  });
+});
+
+describe('filters', () => {
+  it.each([
+    ['all', ['Heron', 'Swift', 'Plover 10', 'Plover 9']],
+    ['mine', ['Heron']],
+    ['flying', ['Heron', 'Swift']],
+    ['unattended', ['Swift']],
+    ['attention', ['Swift', 'Plover 9']],
+    ['online', ['Heron', 'Swift', 'Plover 9']],
+    ['offline', ['Plover 10']],
+  ] as const)('%s', (filter, expected) => {
+    expect(names(SQUAD.filter((one) => passes(one, filter, OLGA)))).toEqual(expected);
+  });
+});
+
+describe('searching', () => {
+  it.each([
+    ['', 4],
+    ['plov', 2],
+    ['PLOVER 9', 1],
+    ['olga', 4],
+    ['loiter heron', 1],
+    ['free', 3],
+    ['nobody', 0],
+  ] as const)('%j finds %d', (search, count) => {
+    expect(SQUAD.filter((one) => matches(one, search))).toHaveLength(count);
+  });
+});
+
+describe('the window of a long list', () => {
+  it('is what can be seen and a little more', () => {
+    expect(windowOf(200, 100, 0, 450)).toEqual({ first: 0, end: 9 });
+    expect(windowOf(200, 100, 5_000, 450)).toEqual({ first: 46, end: 59 });
+    expect(windowOf(200, 100, 19_900, 450)).toEqual({ first: 195, end: 200 });
+  });
+
+  it('of an empty or a suddenly shorter list is no trouble', () => {
+    expect(windowOf(0, 100, 0, 450)).toEqual({ first: 0, end: 0 });
+    expect(windowOf(3, 100, 5_000, 450)).toEqual({ first: 0, end: 3 });
+  });
+});
