@@ -14,6 +14,7 @@ import typer
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.schemes import help_text, make_port
 from onboard_agent.check import check_all
+from onboard_agent.enrolment import check_can_keep, fetch_credential, keep_credential
 from onboard_agent.token_file import read_token, token_file_warning
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.unusable import Unusable
@@ -74,6 +75,37 @@ def check(tower: Tower, token: Token, autopilot: Autopilot, log_level: LogLevel 
     except Unusable as error:
         typer.echo(f"tower-agent: {error}", err=True)
         raise typer.Exit(UNUSABLE_EXIT_CODE) from None
+
+
+@app.command()
+def enrol(
+    tower: Annotated[str, typer.Argument(help="https://HOST[:PORT]", metavar="URL")],
+    enrolment_token: Annotated[str, typer.Argument(help="As an admin's console shows it.", metavar="TOKEN")],
+    token: Annotated[
+        Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="Where the credential is to be kept.")
+    ] = Path("/etc/tower-agent/token"),
+    autopilot: Annotated[
+        str, typer.Option("--autopilot", envvar="TOWER_AGENT_AUTOPILOT", help=f"Start at once. {help_text()}")
+    ] = "",
+    log_level: LogLevel = "info",
+) -> None:
+    """Fetch this drone's credential with a one-time token, keep it, and start or say how to."""
+    try:
+        address = parse_tower_url(tower)
+        if autopilot:
+            make_port(autopilot)  # what is wrong with it is said before the token is spent
+        check_can_keep(token)
+        credential, drone = fetch_credential(address, enrolment_token)
+        keep_credential(token, credential)
+    except Unusable as error:
+        typer.echo(f"tower-agent: {error}", err=True)
+        raise typer.Exit(UNUSABLE_EXIT_CODE) from None
+    typer.echo(f"this is {drone} now; its credential is in {token}")
+    if autopilot:
+        run(tower=tower, token=token, autopilot=autopilot, uplink=None, log_level=log_level)
+        return
+    typer.echo(f"start it:  tower-agent run --tower {address} --token {token} --autopilot WHERE")
+    typer.echo("or, where the unit is installed:  systemctl enable --now tower-agent")
 
 
 async def _until_told_to_stop(settings: AgentSettings) -> None:

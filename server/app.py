@@ -32,7 +32,9 @@ from server.control.rehearsal import Rehearsals
 from server.control.settings_store import load_into
 from server.control.watchman import Watchman
 from server.database import open_database
+from server.fleet import enrolment_routes
 from server.fleet import routes as fleet_routes
+from server.fleet.enrolment_news import EnrolmentNews
 from server.fleet.roster import Roster
 from server.guards import SecurityHeaders, UnexpectedErrors
 from server.listening import CannotListen
@@ -47,6 +49,8 @@ from server.relay.running import running_relay
 from server.relay.socket_bounds import SocketBounds
 from server.schema import check_schema
 from server.settings import Settings
+from server.system import routes as system_routes
+from server.system.loop_lag import LoopLag
 from server.tower import Tower
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
@@ -54,6 +58,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     preference_routes.router,
     second_factor_routes.router,
     fleet_routes.router,
+    enrolment_routes.router,
     control_routes.router,
     settings_routes.router,
     safety_routes.router,
@@ -61,6 +66,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     token_routes.router,
     user_routes.router,
     audit_routes.router,
+    system_routes.router,
     health.router,
     metrics_routes.router,
 )
@@ -68,10 +74,12 @@ _TAGS: Final = (
     {"name": "session", "description": "Signing in and out."},
     {"name": "tokens", "description": "API tokens: how a program signs in for a user."},
     {"name": "drones", "description": "The squad, and its administration."},
+    {"name": "enrolment", "description": "How the agent of a drone comes by its credential."},
     {"name": "control", "description": "Who has the controls of a drone."},
     {"name": "users", "description": "Users administration, for admins."},
     {"name": "audit", "description": "Who did what, for admins."},
     {"name": "metrics", "description": "What the tower counts, for Prometheus."},
+    {"name": "system", "description": "How the tower itself is, for admins."},
     {"name": "health", "description": "Whether the tower is well."},
 )
 
@@ -126,6 +134,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     )
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
+    enrolment_news = EnrolmentNews(database, hub, clock)
     desk = ControlDesk(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
     return Tower(
         settings=settings,
@@ -141,8 +150,17 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         loss_checks=loss_checks,
         rehearsals=rehearsals,
         watchman=Watchman(
-            desk=desk, hub=hub, database=database, clock=clock, loss_checks=loss_checks, rehearsals=rehearsals
+            desk=desk,
+            hub=hub,
+            database=database,
+            clock=clock,
+            loss_checks=loss_checks,
+            rehearsals=rehearsals,
+            agent_linked=enrolment_news.agent_linked,
         ),
+        enrolment_news=enrolment_news,
+        loop_lag=LoopLag(),
+        started_at=clock(),
     )
 
 
@@ -158,12 +176,14 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         tower.hub.on_event = tower.watchman.noticed
         stack.push_async_callback(tower.watchman.stop)
         stack.push_async_callback(tower.rehearsals.stop)
+        stack.push_async_callback(tower.enrolment_news.stop)
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
         for drone_id in tower.hub.drone_ids():
             tower.loss_checks.look_again(drone_id)
         await stack.enter_async_context(_in_background(tower.roster.follow()))
+        await stack.enter_async_context(_in_background(tower.loop_lag.watch()))
         # Last: from here on agents are answered.
         try:
             relay = running_relay(tower.hub, host=settings.udp_host, port=settings.udp_port)

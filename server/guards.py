@@ -28,6 +28,11 @@ _HEADERS: Final = {
     "Content-Security-Policy": CONTENT_SECURITY_POLICY,
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
+    # Old browsers know no frame-ancestors.
+    "X-Frame-Options": "DENY",
+    # A page of ours asks for a gamepad and the whole screen, and for nothing else that a browser could give.
+    "Permissions-Policy": "gamepad=(self), fullscreen=(self), camera=(), microphone=(), geolocation=(), usb=(), "
+    "serial=(), payment=()",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
 }

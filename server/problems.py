@@ -36,7 +36,9 @@ from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserN
 from server.control.desk import ControlRefused
 from server.control.drone_settings import BadDroneSettings
 from server.fleet.drones import DroneNameTaken
+from server.fleet.enrolments import BadEnrolment, UnknownEnrolment
 from server.names import BadName
+from server.private_path import NotPrivate
 from server.refusal import Refusal, RetryLater
 
 MEDIA_TYPE: Final = "application/problem+json"
@@ -86,6 +88,9 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     PreferenceTooLarge: Kind("too-large", 413, "The body is too large"),
     BadScopes: Kind(INVALID.slug, INVALID.status, INVALID.title, field="scopes"),
     BadExpiry: Kind(INVALID.slug, INVALID.status, INVALID.title, field="expires_at"),
+    UnknownEnrolment: Kind("unknown-enrolment", 404, "No such enrolment"),
+    BadEnrolment: Kind("bad-enrolment", 403, "The enrolment token is not good"),
+    NotPrivate: Kind("https-only", 403, "Not over plain http"),
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
     ControlRefused: Kind("control-refused", 409, "The controls did not change hands"),

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, cast
 from starlette.requests import HTTPConnection
 
 if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not import them in earnest
+    from datetime import datetime
+
     from server.accounts.passwords import Passwords
     from server.accounts.sessions import Sessions
     from server.accounts.sign_in import Door
@@ -19,9 +21,11 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.control.rehearsal import Rehearsals
     from server.control.watchman import Watchman
     from server.database import Database
+    from server.fleet.enrolment_news import EnrolmentNews
     from server.fleet.roster import Roster
     from server.relay.hub import Hub
     from server.settings import Settings
+    from server.system.loop_lag import LoopLag
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,9 @@ class Tower:
     loss_checks: LossChecks
     rehearsals: Rehearsals
     watchman: Watchman
+    enrolment_news: EnrolmentNews
+    loop_lag: LoopLag
+    started_at: datetime
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
     """Run, in order, while connections are still open: the place to say good-bye on them."""
 

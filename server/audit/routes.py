@@ -1,20 +1,30 @@
-"""`/api/v1/audit`: reading the audit trail, for admins."""
+"""`/api/v1/audit`: reading the audit trail, for admins, as JSON and as a table to download."""
 
 from __future__ import annotations
 
+import csv
+import json
+from collections.abc import AsyncIterator
 from datetime import datetime
-from typing import Annotated, Any
+from io import StringIO
+from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Query, Request
-from pydantic import BaseModel, Field
-from sqlalchemy import select
+from fastapi import APIRouter, Depends, Query, Request
+from fastapi.responses import StreamingResponse
+from pydantic import AwareDatetime, BaseModel, Field
+from sqlalchemy import Select, func, select
 
 from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
 from server.audit.tables import AuditEventRow
+from server.database import Database
 from server.problem_docs import answers
 from server.tower import tower_of
 
-router = APIRouter(prefix="/api/v1/audit", tags=["audit"])
+router = APIRouter(prefix="/api/v1", tags=["audit"])
+
+MOST_IN_CSV: Final = 100_000
+ROWS_AT_ONCE: Final = 500
+COLUMNS: Final = ("id", "at", "actor_id", "actor_name", "action", "drone_id", "address", "detail")
 
 
 class AuditEventView(BaseModel):
@@ -28,16 +38,91 @@ class AuditEventView(BaseModel):
     address: str
 
 
-@router.get("", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
+class Filters:
+    """What is looked for. All that are named must fit."""
+
+    def __init__(
+        self,
+        action: Annotated[
+            str | None, Query(max_length=64, description="A whole action, or a prefix that ends in a dot: `control.`")
+        ] = None,
+        actor: Annotated[
+            str | None, Query(max_length=64, description="A name; upper and lower case do not count")
+        ] = None,
+        drone_id: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
+        since: Annotated[AwareDatetime | None, Query(description="Not before")] = None,
+        until: Annotated[AwareDatetime | None, Query(description="Before")] = None,
+    ) -> None:
+        self._action, self._actor, self._drone_id, self._since, self._until = action, actor, drone_id, since, until
+
+    def query(self, *, before: int | None, limit: int) -> Select[AuditEventRow]:
+        """Newest first."""
+        query = select(AuditEventRow).order_by(AuditEventRow.id.desc()).limit(limit)
+        if self._action is not None and self._action.endswith("."):
+            query = query.where(AuditEventRow.action.startswith(self._action, autoescape=True))
+        elif self._action is not None:
+            query = query.where(AuditEventRow.action == self._action)
+        if self._actor is not None:
+            query = query.where(func.lower(AuditEventRow.actor_name) == self._actor.lower())
+        if self._drone_id is not None:
+            query = query.where(AuditEventRow.drone_id == self._drone_id)
+        if self._since is not None:
+            query = query.where(AuditEventRow.at >= self._since)
+        if self._until is not None:
+            query = query.where(AuditEventRow.at < self._until)
+        return query if before is None else query.where(AuditEventRow.id < before)
+
+
+Wanted = Annotated[Filters, Depends()]
+_ADMINS = answers(NotSignedIn, SessionExpired, AdminsOnly)
+
+
+@router.get("/audit", responses=_ADMINS)
 async def list_audit_events(
     request: Request,
     admin: Admin,
+    wanted: Wanted,
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
     before: Annotated[int | None, Query(ge=1, le=2**31 - 1, description="Only events with a smaller id")] = None,
 ) -> list[AuditEventView]:
     """The audit trail, newest first. For the next page, ask for what is before the last id."""
-    query = select(AuditEventRow).order_by(AuditEventRow.id.desc()).limit(limit)
-    if before is not None:
-        query = query.where(AuditEventRow.id < before)
     async with tower_of(request).database.reading() as session:
-        return [AuditEventView.model_validate(row, from_attributes=True) for row in await session.scalars(query)]
+        found = await session.scalars(wanted.query(before=before, limit=limit))
+        return [AuditEventView.model_validate(row, from_attributes=True) for row in found]
+
+
+@router.get(
+    "/audit.csv",
+    responses=_ADMINS | {200: {"content": {"text/csv": {"schema": {"type": "string"}}}}},
+    response_class=StreamingResponse,
+)
+async def download_audit_events(request: Request, admin: Admin, wanted: Wanted) -> StreamingResponse:
+    """The same as a table, newest first, at most 100,000 events."""
+    headers = {"Content-Disposition": 'attachment; filename="audit.csv"'}
+    rows = _as_csv(tower_of(request).database, wanted)
+    return StreamingResponse(rows, media_type="text/csv; charset=utf-8", headers=headers)
+
+
+async def _as_csv(database: Database, wanted: Filters) -> AsyncIterator[str]:
+    """A page at a time, each by a question of its own: a slow download must not keep the database from its work."""
+    yield ",".join(COLUMNS) + "\r\n"
+    before: int | None = None
+    for _ in range(MOST_IN_CSV // ROWS_AT_ONCE):
+        async with database.reading() as session:
+            page = list(await session.scalars(wanted.query(before=before, limit=ROWS_AT_ONCE)))
+        if not page:
+            return
+        before = page[-1].id
+        out = StringIO()
+        writer = csv.writer(out)
+        writer.writerows([_cell(row, column) for column in COLUMNS] for row in page)
+        yield out.getvalue()
+
+
+def _cell(row: AuditEventRow, column: str) -> str:
+    value = getattr(row, column)
+    if column == "detail":
+        return json.dumps(value, ensure_ascii=False, sort_keys=True)
+    told = "" if value is None else value.isoformat() if isinstance(value, datetime) else str(value)
+    # A name can begin like a formula; a spreadsheet must not carry it out.
+    return f"'{told}" if told[:1] in {"=", "+", "-", "@", "\t", "\r"} else told

@@ -25,6 +25,7 @@ from server.control.who_withdrew import who_withdrew
 from server.database import Database
 from server.relay.hub import Hub
 from server.relay.hub_events import (
+    AgentLinked,
     ControlsMoved,
     HolderExpired,
     HolderGone,
@@ -64,6 +65,7 @@ class Watchman:
         clock: Clock,
         loss_checks: LossChecks,
         rehearsals: Rehearsals,
+        agent_linked: Callable[[DroneId], None] = lambda drone_id: None,
         try_again_after_s: float = TRY_AGAIN_AFTER_S,
         monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -73,6 +75,7 @@ class Watchman:
         self._clock = clock
         self._loss_checks = loss_checks
         self._rehearsals = rehearsals
+        self._agent_linked = agent_linked
         self._try_again_after_s = try_again_after_s
         self._monotonic = monotonic
         self._waiting: dict[DroneId, deque[HubEvent]] = {}
@@ -81,6 +84,9 @@ class Watchman:
     def noticed(self, event: HubEvent) -> None:
         """Does at once what cannot wait, and sees to the rest soon. Never raises, never waits."""
         match event:
+            case AgentLinked():
+                self._agent_linked(event.drone_id)
+                return
             case LossParametersReported():
                 self._loss_checks.reported(event.drone_id, event.parameters)
                 return

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Protocol
+from collections.abc import Iterable, Mapping
+from typing import Any, Protocol
 
 from server.accounts.sessions import SignInId
 from server.accounts.tables import Role
@@ -23,6 +23,9 @@ class LivePicture(Protocol):
 
     def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
         """One drone; None when it does not exist and, on purpose the same, when it is not theirs to see."""
+
+    def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
+        """How an enrolment goes (an EnrolmentView as JSON), to every admin's live connections."""
 
     def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
         """Closes the live connections of these sessions and tokens."""

@@ -2,7 +2,6 @@
 
 import asyncio
 import hmac
-import ipaddress
 import secrets
 import time
 from collections import deque
@@ -14,6 +13,7 @@ from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from server.private_path import is_private_path
 from server.relay.agent_link import AgentLink
 from server.relay.agent_routes import OVER_CHANNEL, Address
 from server.relay.data_endpoint import DataEndpoint
@@ -54,16 +54,6 @@ class AgentRefused(Exception):
         super().__init__(words)
         self.status = status
         self.words = words
-
-
-def is_private_path(websocket: WebSocket) -> bool:
-    """Whether nobody can listen: TLS (here or at our proxy), or a connection from this very machine."""
-    if websocket.url.scheme == "wss":
-        return True
-    try:
-        return websocket.client is not None and ipaddress.ip_address(websocket.client.host).is_loopback
-    except ValueError:
-        return False
 
 
 def sign_in(hub: Hub, websocket: WebSocket) -> Credential:

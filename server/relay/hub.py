@@ -12,9 +12,10 @@ The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the bro
 `frame_paths`, `hold_orders`, `lease_changes`, `safety_watch`.
 """
 
-from collections.abc import Callable, Iterable
-from typing import Final
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Final
 
+from server.accounts.scopes import Scope
 from server.accounts.sessions import SignInId
 from server.accounts.tables import Role
 from server.fleet.snapshot import FleetSnapshot, UserRef
@@ -29,7 +30,7 @@ from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
 from server.relay.flood_gate import FloodGate, FloodLimits
 from server.relay.frame_paths import FramePaths
 from server.relay.hold_orders import HoldOrders
-from server.relay.hub_events import HubEvent
+from server.relay.hub_events import AgentLinked, HubEvent
 from server.relay.lease_changes import LeaseChanges
 from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
@@ -214,6 +215,21 @@ class Hub:
         """The browser is gone. Harmless if it was gone already."""
         self._audience.leave(browser, now)
 
+    def count_agents(self) -> tuple[int, int]:
+        """(drones there are, drones online)."""
+        return len(self._state.drones), sum(drone.online for drone in self._state.drones.values())
+
+    def count_browsers(self) -> tuple[int, int]:
+        """(live connections, different users behind them)."""
+        browsers = self._state.browsers.values()
+        return len(browsers), len({browser.viewer.user_id for browser in browsers})
+
+    def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
+        """How an enrolment goes, to every admin's browsers; to programs only if they were made for administration."""
+        for browser in self._state.browsers.values():
+            if browser.viewer.role is Role.ADMIN and Scope.ADMIN in browser.viewer.scopes:
+                browser.tell(live.EnrolmentChanged(dict(enrolment)))
+
     def sockets_of(self, signed_in_by: SignInId) -> int:
         """How many live connections a session or a token has open."""
         return sum(browser.viewer.session_id == signed_in_by for browser in self._state.browsers.values())
@@ -260,6 +276,7 @@ class Hub:
             self.detach_link(drone.link)
         drone.link = link
         self._state.links[link.link_id] = link
+        self._state.on_event(AgentLinked(drone.drone_id))
         link.post(drone.stream)
         link.post(drone.safety)
         if now - drone.sticks_at < HAND_REMEMBERED_S:

@@ -81,8 +81,16 @@ class ControlsMoved:
     drone_id: DroneId
 
 
+@dataclass(frozen=True)
+class AgentLinked:
+    """An agent has signed in."""
+
+    drone_id: DroneId
+
+
 HubEvent = (
-    HolderGone
+    AgentLinked
+    | HolderGone
     | HolderExpired
     | RightLost
     | TurnWanted

@@ -154,6 +154,12 @@ class Lost(msgspec.Struct, frozen=True, tag="lost", tag_field="type"):
     count: int
 
 
+class EnrolmentChanged(msgspec.Struct, frozen=True, tag="enrolment", tag_field="type"):
+    """How the enrolment of a drone goes, for admins: the Enrolment of docs/api.md."""
+
+    enrolment: dict[str, Any]
+
+
 class Watch(msgspec.Struct, frozen=True, tag="watch", tag_field="type"):
     """How often the newest state is wanted."""
 
@@ -208,6 +214,7 @@ ToBrowser = (
     | Links
     | Notice
     | Lost
+    | EnrolmentChanged
 )
 FromBrowser = Watch | Focus | MapShown | Pong
 

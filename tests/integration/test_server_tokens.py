@@ -120,13 +120,14 @@ async def test_every_route_says_what_it_needs(world: TowerWorld, root: httpx.Asy
             .replace("{user_id}", "999")
             .replace("{token_id}", "999")
             .replace("{session_id}", "999")
+            .replace("{enrolment_id}", "999")
         )
         for scope, client in nothing_but.items():
             answer = await client.request(next(iter(route.methods)), path)
             missing = bool(NEEDS[action] - {scope})
             slug = answer.json().get("type", "") if answer.status_code == 403 else ""
             assert (slug == "/problems/scope-missing") is missing, (route.name, scope, answer.text)
-    assert unguarded == {"sign_in", "sign_out", "health"}
+    assert unguarded == {"sign_in", "sign_out", "health", "enrol"}
 
 
 @pytest.mark.parametrize("scopes", [["admin"], ["metrics", "watch"], []])

@@ -1,0 +1,150 @@
+"""The rules of enrolment: a token that fetches a drone's credential once, instead of the credential itself being
+carried around. Knows nothing of HTTP.
+
+Every function takes a session of `Database.writing()`, so that a token is worth one use whoever comes first.
+"""
+
+from __future__ import annotations
+
+import secrets
+from datetime import datetime, timedelta
+from enum import StrEnum
+from typing import Final
+
+from sqlalchemy import select, update
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.accounts.sessions import hash_token
+from server.audit.deed import Deed
+from server.audit.trail import Actor
+from server.fleet.drones import get_drone, rotate_credential
+from server.fleet.tables import DroneRow, EnrolmentRow
+from server.refusal import Refusal
+from wire.credential import Credential
+
+PREFIX: Final = "twe_"
+MOST_LISTED: Final = 200
+COMPANION: Final = Actor(None, "enrolling agent")
+
+
+class UnknownEnrolment(Refusal):
+    def __init__(self) -> None:
+        super().__init__("there is no such enrolment")
+
+
+class BadEnrolment(Refusal):
+    """Never was, used, expired or cancelled: on purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("this enrolment token is not (any more) good: ask an admin for a new one")
+
+
+class EnrolmentState(StrEnum):
+    WAITING = "waiting"
+    USED = "used"
+    """The credential was fetched."""
+    SEEN = "seen"
+    """And the agent has linked with it."""
+    EXPIRED = "expired"
+    CANCELLED = "cancelled"
+
+
+def state_of(row: EnrolmentRow, now: datetime) -> EnrolmentState:
+    if row.used_at is not None:
+        return EnrolmentState.SEEN if row.agent_seen_at is not None else EnrolmentState.USED
+    if row.cancelled:
+        return EnrolmentState.CANCELLED
+    return EnrolmentState.EXPIRED if now >= row.expires_at else EnrolmentState.WAITING
+
+
+async def begin(
+    session: AsyncSession, *, drone_id: int, lasts_s: float, deed: Deed
+) -> tuple[EnrolmentRow, DroneRow, str, list[int]]:
+    """The token is told here and never again. Those that waited for the same drone are cancelled (their ids)."""
+    drone = await get_drone(session, drone_id)
+    waiting = (
+        await session.scalars(
+            update(EnrolmentRow)
+            .where(EnrolmentRow.drone_id == drone_id, EnrolmentRow.used_at.is_(None), EnrolmentRow.cancelled.is_(False))
+            .values(cancelled=True)
+            .returning(EnrolmentRow.id)
+        )
+    ).all()
+    token = PREFIX + secrets.token_urlsafe(32)
+    row = EnrolmentRow(
+        drone_id=drone_id,
+        token_hash=hash_token(token),
+        created_by=deed.by.name[:64],
+        created_at=deed.at,
+        expires_at=deed.at + timedelta(seconds=lasts_s),
+        cancelled=False,
+        used_from="",
+    )
+    session.add(row)
+    await session.flush()
+    deed.record(session, "enrolment.began", drone_id=drone_id, drone=drone.name, enrolment_id=row.id)
+    return row, drone, token, list(waiting)
+
+
+async def cancel(session: AsyncSession, *, enrolment_id: int, deed: Deed) -> EnrolmentRow:
+    """One that was used or has expired stays what it is."""
+    row = await session.get(EnrolmentRow, enrolment_id)
+    if row is None:
+        raise UnknownEnrolment
+    if row.used_at is None and not row.cancelled:
+        row.cancelled = True
+        deed.record(session, "enrolment.cancelled", drone_id=row.drone_id, enrolment_id=row.id)
+    return row
+
+
+async def use(session: AsyncSession, *, token: str, at: datetime, address: str) -> tuple[EnrolmentRow, Credential]:
+    """A new credential for the drone; the old one is worth nothing. Raises BadEnrolment."""
+    found = await session.scalar(
+        update(EnrolmentRow)
+        .where(
+            EnrolmentRow.token_hash == hash_token(token),
+            EnrolmentRow.used_at.is_(None),
+            EnrolmentRow.cancelled.is_(False),
+            EnrolmentRow.expires_at > at,
+        )
+        .values(used_at=at, used_from=address[:64])
+        .returning(EnrolmentRow)
+    )
+    if found is None:
+        raise BadEnrolment
+    deed = Deed(by=COMPANION, at=at, address=address)
+    drone, credential = await rotate_credential(session, drone_id=found.drone_id, deed=deed)
+    deed.record(session, "enrolment.used", drone_id=drone.id, drone=drone.name, enrolment_id=found.id)
+    return found, credential
+
+
+async def agent_seen(session: AsyncSession, *, drone_id: int, at: datetime) -> EnrolmentRow | None:
+    """The newest used one of this drone, if its agent was not seen before."""
+    row = await session.scalar(
+        select(EnrolmentRow)
+        .where(EnrolmentRow.drone_id == drone_id, EnrolmentRow.used_at.is_not(None))
+        .order_by(EnrolmentRow.id.desc())
+        .limit(1)
+    )
+    if row is None or row.agent_seen_at is not None:
+        return None
+    row.agent_seen_at = at
+    return row
+
+
+async def list_enrolments(session: AsyncSession) -> list[tuple[EnrolmentRow, DroneRow]]:
+    """Newest first, at most MOST_LISTED, with their drones."""
+    query = (
+        select(EnrolmentRow, DroneRow)
+        .join(DroneRow, DroneRow.id == EnrolmentRow.drone_id)
+        .order_by(EnrolmentRow.id.desc())
+        .limit(MOST_LISTED)
+    )
+    return [(row, drone) for row, drone in await session.execute(query)]
+
+
+async def get_enrolment(session: AsyncSession, enrolment_id: int) -> tuple[EnrolmentRow, DroneRow] | None:
+    """With its drone."""
+    query = select(EnrolmentRow, DroneRow).join(DroneRow, DroneRow.id == EnrolmentRow.drone_id)
+    found = (await session.execute(query.where(EnrolmentRow.id == enrolment_id))).one_or_none()
+    return None if found is None else (found[0], found[1])

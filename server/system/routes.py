@@ -1,0 +1,102 @@
+"""`/api/v1/system`: how the tower itself is, for admins."""
+
+from __future__ import annotations
+
+import asyncio
+import platform
+import resource
+import shutil
+import time
+from datetime import datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Request
+from pydantic import BaseModel, Field
+from sqlalchemy import make_url, text
+
+from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
+from server.problem_docs import answers
+from server.tower import Tower, tower_of
+
+router = APIRouter(prefix="/api/v1", tags=["system"])
+
+
+class LagView(BaseModel):
+    now: float
+    worst_60s: float
+
+
+class DatabaseView(BaseModel):
+    kind: str
+    revision: str
+    answered_in_ms: float
+    size_bytes: int
+
+
+class DiskView(BaseModel):
+    """Where the tower keeps its files."""
+
+    free_bytes: int
+    total_bytes: int
+
+
+class AgentsView(BaseModel):
+    known: Annotated[int, Field(description="Drones in the fleet")]
+    online: int
+
+
+class ClientsView(BaseModel):
+    live: Annotated[int, Field(description="Open live connections")]
+    users: Annotated[int, Field(description="Of so many different users")]
+
+
+class SystemView(BaseModel):
+    version: str
+    python: str
+    started_at: datetime
+    uptime_s: float
+    loop_lag_ms: LagView
+    database: DatabaseView
+    disk: DiskView
+    agents: AgentsView
+    clients: ClientsView
+    memory_bytes: Annotated[int, Field(description="The most that the process has had so far")]
+
+
+@router.get("/system", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
+async def system(request: Request, admin: Admin) -> SystemView:
+    """Database, disk, agents, clients, loop, versions, at this moment."""
+    tower = tower_of(request)
+    now = tower.clock()
+    disk = await asyncio.to_thread(shutil.disk_usage, tower.settings.var)
+    known, online = tower.hub.count_agents()
+    live, users = tower.hub.count_browsers()
+    return SystemView(
+        version=request.app.version,
+        python=platform.python_version(),
+        started_at=tower.started_at,
+        uptime_s=round((now - tower.started_at).total_seconds(), 1),
+        loop_lag_ms=LagView(now=tower.loop_lag.now_ms, worst_60s=tower.loop_lag.worst_ms),
+        database=await _database(tower),
+        disk=DiskView(free_bytes=disk.free, total_bytes=disk.total),
+        agents=AgentsView(known=known, online=online),
+        clients=ClientsView(live=live, users=users),
+        memory_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+    )
+
+
+async def _database(tower: Tower) -> DatabaseView:
+    began = time.perf_counter()
+    sqlite = tower.settings.is_sqlite
+    # On PostgreSQL the size of a large database takes a look at its files, not at its rows.
+    size = "SELECT page_count * page_size FROM pragma_page_count(), pragma_page_size()"
+    async with tower.database.reading() as session:
+        revision = await session.scalar(text("SELECT version_num FROM alembic_version"))
+        answered_in_ms = (time.perf_counter() - began) * 1000
+        size_bytes = await session.scalar(text(size if sqlite else "SELECT pg_database_size(current_database())"))
+    return DatabaseView(
+        kind=make_url(tower.settings.database_url).get_backend_name(),
+        revision=str(revision),
+        answered_in_ms=round(answered_in_ms, 1),
+        size_bytes=int(size_bytes or 0),
+    )
