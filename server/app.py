@@ -32,9 +32,10 @@ from server.control.rehearsal import Rehearsals
 from server.control.settings_store import load_into
 from server.control.watchman import Watchman
 from server.database import open_database
-from server.fleet import enrolment_routes
+from server.fleet import enrolment_routes, loan_routes
 from server.fleet import routes as fleet_routes
 from server.fleet.enrolment_news import EnrolmentNews
+from server.fleet.loans import LoanKeeper
 from server.fleet.roster import Roster
 from server.guards import SecurityHeaders, UnexpectedErrors
 from server.listening import CannotListen
@@ -59,6 +60,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     second_factor_routes.router,
     fleet_routes.router,
     enrolment_routes.router,
+    loan_routes.router,
     control_routes.router,
     settings_routes.router,
     safety_routes.router,
@@ -134,6 +136,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     )
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
+    roster = Roster(database, hub, clock)
     enrolment_news = EnrolmentNews(database, hub, clock)
     desk = ControlDesk(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
     return Tower(
@@ -146,7 +149,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         door=Door(database, passwords, sessions, SignInThrottle()),
         hub=hub,
         desk=desk,
-        roster=Roster(database, hub),
+        roster=roster,
+        loan_keeper=LoanKeeper(database, hub, roster, clock),
         loss_checks=loss_checks,
         rehearsals=rehearsals,
         watchman=Watchman(
@@ -183,6 +187,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         for drone_id in tower.hub.drone_ids():
             tower.loss_checks.look_again(drone_id)
         await stack.enter_async_context(_in_background(tower.roster.follow()))
+        await stack.enter_async_context(_in_background(tower.loan_keeper.watch()))
         await stack.enter_async_context(_in_background(tower.loop_lag.watch()))
         # Last: from here on agents are answered.
         try:

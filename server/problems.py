@@ -37,6 +37,7 @@ from server.control.desk import ControlRefused
 from server.control.drone_settings import BadDroneSettings
 from server.fleet.drones import DroneNameTaken
 from server.fleet.enrolments import BadEnrolment, UnknownEnrolment
+from server.fleet.loans import BadLoan, OwnerAlready
 from server.names import BadName
 from server.private_path import NotPrivate
 from server.refusal import Refusal, RetryLater
@@ -91,6 +92,8 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     UnknownEnrolment: Kind("unknown-enrolment", 404, "No such enrolment"),
     BadEnrolment: Kind("bad-enrolment", 403, "The enrolment token is not good"),
     NotPrivate: Kind("https-only", 403, "Not over plain http"),
+    OwnerAlready: Kind("owner-already", 409, "The user owns the drone"),
+    BadLoan: Kind(INVALID.slug, INVALID.status, INVALID.title, field="until"),
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
     ControlRefused: Kind("control-refused", 409, "The controls did not change hands"),

@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.control.watchman import Watchman
     from server.database import Database
     from server.fleet.enrolment_news import EnrolmentNews
+    from server.fleet.loans import LoanKeeper
     from server.fleet.roster import Roster
     from server.relay.hub import Hub
     from server.settings import Settings
@@ -40,6 +41,7 @@ class Tower:
     hub: Hub
     desk: ControlDesk
     roster: Roster
+    loan_keeper: LoanKeeper
     loss_checks: LossChecks
     rehearsals: Rehearsals
     watchman: Watchman

@@ -28,6 +28,7 @@ class DropReason(StrEnum):
     ASSISTED = "assisted"
     ASK_TWICE = "ask-twice"
     LOSS_CHECK = "loss-check"
+    LOAN = "loan"
     LATE = "late"
     FLOOD = "flood"
 

@@ -6,6 +6,7 @@ transaction, also where the answer was no.
 
 import time
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Final, Protocol, cast
 
 from sqlalchemy import CursorResult, select, update
@@ -21,7 +22,7 @@ from server.control.lease import Actor, Changed, Event, Lease, Refused, decide
 from server.control.tables import ControlLeaseRow
 from server.database import Database
 from server.fleet.snapshot import UserRef
-from server.fleet.tables import OwnershipRow
+from server.fleet.tables import LoanRow, OwnershipRow
 from server.relay.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 
@@ -86,7 +87,7 @@ class DatabaseLeaseStore:
     async def _decide_and_write(self, session: AsyncSession, ask: Ask) -> Committed | Refused:
         row = await session.get(ControlLeaseRow, ask.drone_id, with_for_update=True)
         before = lease_of_row(row) if row is not None else Lease()
-        outcome = decide(before, ask.event, await _actor(session, ask, before))
+        outcome = decide(before, ask.event, await _actor(session, ask, before, self._clock()))
         if isinstance(outcome, Refused):
             return outcome
         after = outcome.lease
@@ -159,10 +160,12 @@ def lease_of_row(row: ControlLeaseRow) -> Lease:
     )
 
 
-async def _actor(session: AsyncSession, ask: Ask, lease: Lease) -> Actor:
+async def _actor(session: AsyncSession, ask: Ask, lease: Lease, now: datetime) -> Actor:
     if ask.as_tower or ask.by is None:
         return Actor(None, is_tower=True, about=ask.about)
     owners = set(await session.scalars(select(OwnershipRow.user_id).where(OwnershipRow.drone_id == ask.drone_id)))
+    on_loan = select(LoanRow.user_id).where(LoanRow.drone_id == ask.drone_id, LoanRow.until > now)
+    owners |= set(await session.scalars(on_loan))
     flying_elsewhere = set(
         await session.scalars(
             select(ControlLeaseRow.operator_holder_id).where(

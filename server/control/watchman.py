@@ -31,6 +31,7 @@ from server.relay.hub_events import (
     HolderGone,
     HoldStepReported,
     HubEvent,
+    LoanLimitPassed,
     LossParametersReported,
     OfferLapsed,
     RightLost,
@@ -96,6 +97,8 @@ class Watchman:
                     return
             case HolderGone():
                 self._hub.order_hold(event.drone_id, f"the holder has been gone for {event.for_s:.0f} s")
+            case LoanLimitPassed():
+                self._hub.order_hold(event.drone_id, event.why)
             case RttTooLong():
                 self._hub.order_hold(event.drone_id, f"the round trip takes {event.rtt_ms:.0f} ms")
         self._queue(event)
@@ -178,6 +181,8 @@ class Watchman:
             case OfferLapsed():
                 reason = "the controls were not accepted in time"
                 await change(event.drone_id, Event.OFFER_LAPSED, reason=reason, now=now)
+            case LoanLimitPassed():
+                await self._record(event.drone_id, "control.loan_limit", {"user_id": event.user_id, "why": event.why})
             case HoldStepReported():
                 await self._record_hold(event)
             case ControlsMoved():

@@ -14,7 +14,14 @@ from wire.ids import UserId
 RECENTLY_S: Final = 10.0
 """A deed of another process is noticed within a second or two; an older one is another story."""
 
-_DEEDS: Final = ("drone.owner_removed", "user.disabled", "user.role_changed", "user.password_changed", "user.deleted")
+_DEEDS: Final = (
+    "drone.owner_removed",
+    "drone.loan_ended",
+    "user.disabled",
+    "user.role_changed",
+    "user.password_changed",
+    "user.deleted",
+)
 _MOST: Final = 50
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from datetime import datetime
 from typing import Any, Protocol
 
 from server.accounts.sessions import SignInId
@@ -23,6 +24,9 @@ class LivePicture(Protocol):
 
     def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
         """One drone; None when it does not exist and, on purpose the same, when it is not theirs to see."""
+
+    def end_loans(self, at: datetime) -> bool:
+        """Ends the loans whose time is over at `at`. Whether there was any."""
 
     def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
         """How an enrolment goes (an EnrolmentView as JSON), to every admin's live connections."""

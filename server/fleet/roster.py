@@ -8,6 +8,7 @@ from typing import Final
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
+from server.clock import Clock
 from server.database import Database
 from server.fleet.live_picture import LivePicture
 from server.fleet.snapshot import load_snapshot, read_revision
@@ -17,9 +18,10 @@ _log = structlog.get_logger(__name__)
 
 
 class Roster:
-    def __init__(self, database: Database, picture: LivePicture, *, poll_s: float = POLL_S) -> None:
+    def __init__(self, database: Database, picture: LivePicture, clock: Clock, *, poll_s: float = POLL_S) -> None:
         self._database = database
         self._picture = picture
+        self._clock = clock
         self._poll_s = poll_s
         self._one_at_a_time = asyncio.Lock()
         self._applied = -1
@@ -33,7 +35,7 @@ class Roster:
         """Loads the fleet and hands it over. When it returns, changes committed before the call are applied."""
         async with self._one_at_a_time:
             async with self._database.reading() as session:
-                snapshot = await load_snapshot(session)
+                snapshot = await load_snapshot(session, self._clock())
             if snapshot.revision > self._applied:
                 self._applied = snapshot.revision
                 self._picture.apply_fleet(snapshot)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 
 from sqlalchemy import select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.tables import ApiTokenRow, Role, UserRow
 from server.control.tables import ControlLeaseRow
-from server.fleet.tables import DroneRow, FleetRevisionRow, OwnershipRow
+from server.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow
 from wire.ids import DroneId, Epoch, UserId
 
 
@@ -30,6 +31,17 @@ class UserRecord:
 
 
 @dataclass(frozen=True)
+class LoanRecord:
+    """Metres above and around home; None: no limit."""
+
+    user: UserRef
+    until: datetime
+    may_arm: bool
+    max_height_m: float | None
+    radius_m: float | None
+
+
+@dataclass(frozen=True)
 class DroneRecord:
     id: DroneId
     name: str
@@ -45,6 +57,8 @@ class DroneRecord:
     assistant: UserRef | None = None
     blind: bool = False
     """`taken_from` may not watch either."""
+    loans: tuple[LoanRecord, ...] = ()
+    """In the order of the users' ids."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +84,8 @@ async def begin_fleet_change(session: AsyncSession) -> None:
     )
 
 
-async def load_snapshot(session: AsyncSession) -> FleetSnapshot:
-    """Wants a session of `Database.reading()`: one consistent picture."""
+async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> FleetSnapshot:
+    """Wants a session of `Database.reading()`: one consistent picture. Without the loans that are over at `now`."""
     revision = await read_revision(session)
     users: dict[UserId, UserRecord] = {}
     columns = (UserRow.id, UserRow.name, UserRow.role, UserRow.disabled, UserRow.must_change_password)
@@ -86,6 +100,12 @@ async def load_snapshot(session: AsyncSession) -> FleetSnapshot:
     owned = select(OwnershipRow.drone_id, OwnershipRow.user_id)
     for own in await session.execute(owned.order_by(OwnershipRow.drone_id, OwnershipRow.user_id)):
         owners[own.drone_id].append(UserRef(UserId(own.user_id), users[UserId(own.user_id)].name))
+    loans: defaultdict[int, list[LoanRecord]] = defaultdict(list)
+    for loan in await session.scalars(select(LoanRow).order_by(LoanRow.drone_id, LoanRow.user_id)):
+        borrower = ref(loan.user_id)
+        if borrower is not None and (now is None or loan.until > now):
+            told = LoanRecord(borrower, loan.until, loan.may_arm, loan.max_height_m, loan.radius_m)
+            loans[loan.drone_id].append(told)
     leases = {one.drone_id: one for one in await session.scalars(select(ControlLeaseRow))}
 
     drones = []
@@ -104,6 +124,7 @@ async def load_snapshot(session: AsyncSession) -> FleetSnapshot:
                 offered=lease.offered if lease else False,
                 assistant=ref(lease.assistant_id) if lease else None,
                 blind=lease.blind if lease else False,
+                loans=tuple(loans[drone.id]),
             )
         )
     token_ids = frozenset(await session.scalars(select(ApiTokenRow.id)))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.fleet.snapshot import UserRef
+from server.fleet.snapshot import LoanRecord, UserRef
 from wire.control_messages import LostAction
 from wire.stream_profiles import StreamChoice, StreamProfile
 
@@ -24,6 +25,28 @@ class UserRefView(BaseModel):
         return cls(id=ref.id, name=ref.name)
 
 
+class LoanView(BaseModel):
+    """Lent to a user. Metres above and around home; null: no limit."""
+
+    model_config = ConfigDict(frozen=True)
+
+    user: UserRefView
+    until: datetime
+    may_arm: bool
+    max_height_m: float | None
+    radius_m: float | None
+
+    @classmethod
+    def of(cls, loan: LoanRecord) -> LoanView:
+        return cls(
+            user=UserRefView.of(loan.user),
+            until=loan.until,
+            may_arm=loan.may_arm,
+            max_height_m=loan.max_height_m,
+            radius_m=loan.radius_m,
+        )
+
+
 class DroneView(BaseModel):
     """One drone, with who owns it, who holds its controls, and whether it is there."""
 
@@ -33,6 +56,7 @@ class DroneView(BaseModel):
     name: str
     online: Annotated[bool, Field(description="Its agent has a link to the tower")]
     owners: list[UserRefView]
+    loans: Annotated[list[LoanView], Field(description="To whom it is lent, and until when")] = []
     holder: Annotated[UserRefView | None, Field(description="Who has the controls now")]
     epoch: Annotated[int, Field(description="Grows by one each time the holder changes")]
     taken_from: Annotated[

@@ -1,15 +1,18 @@
 """What the database says, brought into the live state: drones, owners, accounts. The newest wins."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+from datetime import datetime
 from typing import Final, Literal
 
 from server.accounts.sessions import TokenId
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRef
+from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
 from server.relay import live_messages as live
 from server.relay.browser import Browser
 from server.relay.hub_events import ControlsMoved, RightLost
 from server.relay.live_drone import LiveDrone, lease_of
 from server.relay.live_state import LiveState
-from wire.ids import DroneId
+from wire.ids import DroneId, UserId
 
 CREDENTIAL_GONE = 4401
 SESSION_ENDED = 4401
@@ -25,12 +28,14 @@ class FleetChanges:
     def __init__(self, state: LiveState) -> None:
         self._state = state
         self._revision = -1
+        self._users: Mapping[UserId, UserRecord] = {}
 
     def apply(self, snapshot: FleetSnapshot) -> None:
         """Drones, owners, accounts and leases as the database knows them."""
         if snapshot.revision < self._revision:
             return
         self._revision = snapshot.revision
+        self._users = snapshot.users
         state = self._state
         records = {record.id: record for record in snapshot.drones}
         for drone_id in [known for known in state.drones if known not in records]:
@@ -43,6 +48,28 @@ class FleetChanges:
                 self.close_browser(browser, why)
         for drone in state.drones.values():
             self._report_lost_rights(drone, snapshot)
+
+    def end_loans(self, at: datetime) -> bool:
+        """Whose time is over is no borrower any more, from this instant. Whether there was any."""
+        over = [
+            (drone, loan) for drone in self._state.drones.values() for loan in drone.record.loans if loan.until <= at
+        ]
+        for drone, loan in over:
+            left = tuple(one for one in drone.record.loans if one is not loan)
+            drone.record = replace(drone.record, loans=left)
+            account = self._users.get(loan.user.id)
+            self.admit_watchers(drone)
+            self._state.tell_drone(drone)
+            if drone.is_theirs(loan.user.id) or (account is not None and account.role == "admin"):
+                continue
+            parts: tuple[tuple[UserRef | None, Part], ...] = (
+                (drone.lease.holder, "holder"),
+                (drone.lease.taken_from, "taken_from"),
+            )
+            for user, whose in parts:
+                if user is not None and user.id == loan.user.id:
+                    self._state.on_event(RightLost(drone.drone_id, user.id, whose, "the loan is over"))
+        return bool(over)
 
     def _put(self, record: DroneRecord) -> None:
         state = self._state
@@ -104,7 +131,6 @@ class FleetChanges:
         lease = drone.lease
         if lease.holder is None and lease.taken_from is None and lease.assistant is None:
             return
-        owners = {owner.id for owner in drone.record.owners}
 
         def check(user: UserRef | None, whose: Part, *, admin_only: bool) -> None:
             if user is None:
@@ -114,7 +140,7 @@ class FleetChanges:
                 why = ACCOUNT_DELETED
             elif account.disabled:
                 why = ACCOUNT_DISABLED
-            elif account.role == "admin" or (not admin_only and user.id in owners):
+            elif account.role == "admin" or (not admin_only and drone.is_theirs(user.id)):
                 return
             else:
                 why = "no longer an admin" if admin_only else "no longer an owner of this drone"

@@ -7,6 +7,7 @@ from server.relay.flood_gate import FloodGate
 from server.relay.hub_events import TurnWanted
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
+from server.relay.loan_limits import asks_beyond, home_in
 from server.relay.outbox import Offered
 from server.relay.policy import CommandSeen, Kind, Leave, command_in, ends_the_flight, kind_of, leave_for, refusal_of
 from server.relay.refusals import denied_command
@@ -19,6 +20,7 @@ from wire.ids import DroneId
 from wire.state_messages import state_key
 from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
 
+_HOME_POSITION: Final = mavlink.MAVLINK_MSG_ID_HOME_POSITION
 _SETUP_SIGNING: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 
 
@@ -51,6 +53,8 @@ class FramePaths:
                     continue
             elif key[2] == POSITION:
                 drone.position_frame = frame
+            elif message_id(frame) == _HOME_POSITION:
+                drone.home, drone.home_told = home_in(frame), True
             offered.append((key, tag_bytes + frame))
         for browser in watchers:
             browser.offer_all(drone_id, offered)
@@ -92,6 +96,7 @@ class FramePaths:
         reason = refusal_of(frame, command, standing)
         if reason is not None:
             raise Dropped(reason)
+        self._check_loan(drone, browser, frame, command)
         kind = kind_of(frame)
         safety = drone.safety
         if late_s > (safety.sticks_late_s if kind is Kind.STICKS else safety.commands_late_s):
@@ -112,6 +117,16 @@ class FramePaths:
         if kind is Kind.STICKS:
             drone.sticks_at = now
             drone.sticks_from = browser.number
+
+    @staticmethod
+    def _check_loan(drone: LiveDrone, browser: Browser, frame: bytes, command: CommandSeen | None) -> None:
+        limits = drone.limits_of(browser.viewer.user_id, browser.viewer.role)
+        if limits is None or leave_for(frame, command) is Leave.WATCHER:
+            return
+        parameters = drone.loss_parameters
+        px4 = parameters is not None and parameters.autopilot == "px4"
+        if asks_beyond(frame, command, limits, drone.home, takeoff_above_sea=px4):
+            raise Dropped(DropReason.LOAN)
 
     @staticmethod
     def _ask_twice(browser: Browser, drone_id: DroneId, command: CommandSeen, now: float) -> None:

@@ -13,6 +13,7 @@ The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the bro
 """
 
 from collections.abc import Callable, Iterable, Mapping
+from datetime import datetime
 from typing import Any, Final
 
 from server.accounts.scopes import Scope
@@ -223,6 +224,10 @@ class Hub:
         """(live connections, different users behind them)."""
         browsers = self._state.browsers.values()
         return len(browsers), len({browser.viewer.user_id for browser in browsers})
+
+    def end_loans(self, at: datetime) -> bool:
+        """Ends the loans whose time is over at `at` (the time of day). Whether there was any."""
+        return self._fleet.end_loans(at)
 
     def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
         """How an enrolment goes, to every admin's browsers; to programs only if they were made for administration."""

@@ -88,8 +88,18 @@ class AgentLinked:
     drone_id: DroneId
 
 
+@dataclass(frozen=True)
+class LoanLimitPassed:
+    """A borrower flies by hand beyond the limits of the loan. `why` is in words."""
+
+    drone_id: DroneId
+    user_id: UserId
+    why: str
+
+
 HubEvent = (
-    AgentLinked
+    LoanLimitPassed
+    | AgentLinked
     | HolderGone
     | HolderExpired
     | RightLost

@@ -6,11 +6,12 @@ from typing import Final
 from server.accounts.sessions import Principal
 from server.accounts.tables import Role
 from server.fleet.snapshot import DroneRecord, UserRef
-from server.fleet.views import DroneView, UserRefView
+from server.fleet.views import DroneView, LoanView, UserRefView
 from server.relay.agent_link import AgentLink
 from server.relay.assist_turn import AssistTurn
 from server.relay.browser import Browser
 from server.relay.holder_watch import HolderWatch
+from server.relay.loan_limits import Home, Limits, LimitWatch
 from server.relay.policy import Standing
 from server.relay.trip_meter import TooLong
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
@@ -103,6 +104,10 @@ class LiveDrone:
     """A rehearsal: the holder counts as gone until then."""
     position_frame: bytes | None = None
     """The newest GLOBAL_POSITION_INT, as it came."""
+    home: Home | None = None
+    """As HOME_POSITION says; before that, where it stood before it was armed."""
+    home_told: bool = False
+    limit_watch: LimitWatch = field(default_factory=LimitWatch)
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
     watchers: dict[int, Browser] = field(default_factory=dict)
@@ -116,9 +121,21 @@ class LiveDrone:
     def holder_id(self) -> UserId | None:
         return self.lease.holder.id if self.lease.holder else None
 
+    def is_theirs(self, user_id: UserId) -> bool:
+        """Whether this user owns it or has borrowed it."""
+        record = self.record
+        return any(one.id == user_id for one in record.owners) or any(one.user.id == user_id for one in record.loans)
+
+    def limits_of(self, user_id: UserId, role: Role) -> Limits | None:
+        """Of a borrower; None for owners and admins."""
+        if role is Role.ADMIN or any(one.id == user_id for one in self.record.owners):
+            return None
+        loan = next((one for one in self.record.loans if one.user.id == user_id), None)
+        return Limits(loan.may_arm, loan.max_height_m, loan.radius_m) if loan else None
+
     def may_be_seen_by(self, user_id: UserId, role: Role) -> bool:
         """Admins see every drone, operators their own."""
-        return role is Role.ADMIN or any(owner.id == user_id for owner in self.record.owners)
+        return role is Role.ADMIN or self.is_theirs(user_id)
 
     def frame_watchers(self) -> list[Browser]:
         """Browsers that get its frames: all who may see it, but for somebody from whom the view was taken too."""
@@ -141,11 +158,13 @@ class LiveDrone:
     def standing_of(self, viewer: Principal) -> Standing:
         """How a sender stands to this drone. Whoever signed in only to watch has no turn, whoever they are."""
         user_id = viewer.user_id
+        limits = self.limits_of(user_id, viewer.role)
         return Standing(
             has_turn=viewer.may_fly and self.may_arm(user_id),
             armed=self.armed,
             airborne=self.airborne,
             loss_check_open=self.loss_check.bars(user_id),
+            may_arm=limits is None or limits.may_arm,
         )
 
     def is_deaf_to_holder(self, user_id: UserId, now: float) -> bool:
@@ -179,6 +198,7 @@ class LiveDrone:
             name=self.record.name,
             online=self.online,
             owners=[UserRefView.of(owner) for owner in self.record.owners],
+            loans=[LoanView.of(loan) for loan in self.record.loans],
             holder=_view_of(self.lease.holder),
             epoch=self.lease.epoch,
             taken_from=_view_of(self.lease.taken_from),

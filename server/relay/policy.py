@@ -96,6 +96,8 @@ class Standing:
     airborne: bool
     loss_check_open: bool
     """A loss would be dangerous as the drone is set up, and the sender has not said that they know."""
+    may_arm: bool = True
+    """Not for a borrower to whom it was lent without."""
 
 
 def kind_of(frame: bytes) -> Kind:
@@ -158,6 +160,8 @@ def refusal_of(frame: bytes, command: CommandSeen | None, standing: Standing) ->
         return DropReason.NOT_IN_CONTROL
     if command is not None and arms(command) and standing.loss_check_open and not standing.armed:
         return DropReason.LOSS_CHECK
+    if command is not None and arms(command) and not standing.may_arm:
+        return DropReason.LOAN
     return None
 
 

@@ -30,6 +30,7 @@ _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
         f"This would make {name} fall. Send it again within 5 s if that is what you want."
     ),
     DropReason.LOSS_CHECK: lambda name: f"Read what a loss would do to {name}, and say so, before arming it.",
+    DropReason.LOAN: lambda name: f"{name} is lent to you within limits, and this is not within them.",
     DropReason.FLOOD: lambda name: (
         f"This was more than may be sent{f' to {name}' if name else ''} at once. The rest of it was not sent."
     ),

@@ -6,9 +6,10 @@ Called several times a second with `now`. It decides nothing about the lease: it
 from typing import Final
 
 from server.relay import live_messages as live
-from server.relay.hub_events import HolderExpired, HolderGone, OfferLapsed, RttTooLong, TurnWanted
+from server.relay.hub_events import HolderExpired, HolderGone, LoanLimitPassed, OfferLapsed, RttTooLong, TurnWanted
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
+from server.relay.loan_limits import Home, whole_place_in
 from wire.ids import UserId
 
 OFFER_LAPSES_AFTER_S: Final = 60.0
@@ -28,6 +29,8 @@ class SafetyWatch:
             self._watch_holder(drone, now)
             self._watch_round_trip(drone, now)
             self._watch_turn_and_offer(drone, now)
+            if drone.record.loans:
+                self._watch_loan(drone, now)
         flying = {
             user.id
             for drone in self._state.drones.values()
@@ -87,6 +90,23 @@ class SafetyWatch:
         rtt_ms = 1000.0 * (browser.trip.rtt_s(now) + keepalive.rtt_now_s(now))
         if drone.rtt_watch.check(rtt_ms, limit=drone.rtt_limit_ms, for_s=drone.rtt_limit_s, now=now):
             self._state.on_event(RttTooLong(drone.drone_id, rtt_ms))
+
+    def _watch_loan(self, drone: LiveDrone, now: float) -> None:
+        place = whole_place_in(drone.position_frame) if drone.position_frame is not None else None
+        if place is None:
+            return
+        if not drone.armed and not drone.home_told:
+            drone.home = Home(place.lat_deg, place.lon_deg, place.alt_amsl_m)
+        loan = next((one for one in drone.record.loans if one.user.id == drone.holder_id), None)
+        if loan is None or not drone.airborne or not drone.flown_by_hand(now):
+            return
+        pilot = drone.watchers.get(drone.sticks_from)
+        limits = drone.limits_of(loan.user.id, pilot.viewer.role) if pilot is not None else None
+        why = drone.limit_watch.must_hold(limits, place, drone.home) if limits is not None else None
+        if why is not None:
+            self._state.on_event(LoanLimitPassed(drone.drone_id, loan.user.id, why))
+            pilot_told = live.Notice("error", "loan", f"{drone.record.name} holds: {why}.", drone.drone_id, 1)
+            self._state.tell_watchers(drone, pilot_told)
 
     def _watch_turn_and_offer(self, drone: LiveDrone, now: float) -> None:
         if drone.lease.assistant is not None and drone.turn.over(now):

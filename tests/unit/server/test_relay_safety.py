@@ -49,8 +49,8 @@ class Scene:
         self.world = HubWorld()
         self.hub = self.world.hub
         self.events: list[HubEvent] = []
-        self.hub.on_event = self.events.append
         self.agent: FakeAgent = self.world.agent(1)
+        self.hub.on_event = self.events.append  # that the agent has linked is no news here
         self.alice: FakeBrowser = self.world.browser(1)
         self.lease(HELD, "acquired")
         self.alice.events()

@@ -1,0 +1,67 @@
+"""`/api/v1/drones/{id}/loans`: lending a drone to a user for a while, for admins."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Request
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
+
+from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.accounts.sessions import Principal
+from server.accounts.users import UnknownUser
+from server.audit.deed import Deed
+from server.fleet import loans
+from server.fleet.loans import OwnerAlready, Terms
+from server.fleet.views import DroneView
+from server.problem_docs import answers
+from server.tower import address_of, tower_of
+from wire.ids import DroneId
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}/loans/{user_id}",
+    tags=["drones"],
+    responses=answers(NotSignedIn, SessionExpired, AdminsOnly, UnknownDrone, UnknownUser),
+)
+Id = Annotated[int, Path(ge=1, le=2**31 - 1)]
+
+
+class NewLoan(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    until: AwareDatetime
+    may_arm: bool = True
+    max_height_m: Annotated[float | None, Field(ge=1, le=10_000, description="Above home")] = None
+    radius_m: Annotated[float | None, Field(ge=5, le=100_000, description="Around home")] = None
+
+
+@router.put("", responses=answers(OwnerAlready))
+async def lend_drone(request: Request, admin: Admin, drone_id: Id, user_id: Id, body: NewLoan) -> DroneView:
+    """The user sees and flies the drone until then, within the limits. Lending again changes them."""
+    tower = tower_of(request)
+    terms = Terms(body.until, body.may_arm, body.max_height_m, body.radius_m)
+    async with tower.database.writing() as session:
+        await loans.lend(session, drone_id=drone_id, user_id=user_id, terms=terms, deed=_deed(request, admin))
+    return await _changed(request, admin, drone_id)
+
+
+@router.delete("")
+async def end_loan(request: Request, admin: Admin, drone_id: Id, user_id: Id) -> DroneView:
+    """Before its time. What the user loses with it, they have lost when this is answered."""
+    async with tower_of(request).database.writing() as session:
+        await loans.end_loan(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
+    return await _changed(request, admin, drone_id)
+
+
+def _deed(request: Request, admin: Principal) -> Deed:
+    return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
+
+
+async def _changed(request: Request, admin: Principal, drone_id: int) -> DroneView:
+    tower = tower_of(request)
+    await tower.roster.refresh()
+    await tower.watchman.caught_up()
+    found = tower.hub.drone_view(DroneId(drone_id), admin.user_id, admin.role)
+    if found is None:
+        raise UnknownDrone
+    return found

@@ -1,0 +1,124 @@
+"""Lending a drone: the borrower sees and flies it within limits, and no more once the time is over."""
+
+from collections.abc import AsyncIterator
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from control_world import ObedientAgent, ask, audit, live, until
+from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
+
+from server.accounts.tables import Role
+from server.relay.hub_events import LoanLimitPassed
+from wire.dialect import build, mavlink
+from wire.ids import DroneId, UserId
+from wire.tagged import tag
+
+
+@pytest.fixture
+async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
+    async with start_tower(tmp_path) as running:
+        yield running
+
+
+@pytest.fixture
+async def root(world: TowerWorld) -> httpx.AsyncClient:
+    return await world.signed_in(await world.add_user("Root", Role.ADMIN))
+
+
+@pytest.fixture
+async def anna(world: TowerWorld) -> Person:
+    return await world.add_user("Anna")
+
+
+@pytest.fixture
+async def hawk(world: TowerWorld) -> NewDrone:
+    return await world.add_drone("hawk", await world.add_user("Olga"))
+
+
+async def lend(
+    world: TowerWorld, root: httpx.AsyncClient, drone: NewDrone, person: Person, *, for_s: float = 600, **terms: Any
+) -> httpx.Response:
+    ends = (world.clock() + timedelta(seconds=for_s)).isoformat()
+    return await root.put(f"/api/v1/drones/{drone.id}/loans/{person.id}", json={"until": ends, **terms})
+
+
+async def test_a_borrower_flies_until_the_time_is_over(
+    world: TowerWorld, root: httpx.AsyncClient, anna: Person, hawk: NewDrone
+) -> None:
+    agent = ObedientAgent(world.tower.hub, hawk.id)
+    agent.state(armed=True, airborne=True)
+    borrower = await world.signed_in(anna)
+    assert (await borrower.get("/api/v1/drones")).json() == []
+    view = (await lend(world, root, hawk, anna, may_arm=False, max_height_m=50)).json()
+    loan = view["loans"][0]
+    assert (loan["user"]["name"], loan["may_arm"], loan["max_height_m"], loan["radius_m"]) == ("Anna", False, 50, None)
+    assert (await ask(borrower, hawk.id, "acquire")).status_code == 200
+    async with live(world, borrower) as screen:
+        world.clock.advance(601)
+        await screen.event("drone_removed", drone_id=hawk.id)
+        drone = world.tower.hub.drone(DroneId(hawk.id))
+        assert drone is not None
+        await until("the revocation", lambda: drone.lease.holder is None)
+    assert [order.reason for order in agent.holds] == ["the loan is over"]
+    borrower = await world.signed_in(anna)
+    assert_problem(await ask(borrower, hawk.id, "acquire"), 404, "unknown-drone")
+    root = await world.signed_in("Root")
+    assert (await root.get(f"/api/v1/drones/{hawk.id}")).json()["loans"] == []
+    actions = {one["action"] for one in await audit(root, "drone.l")}
+    assert actions == {"drone.lent", "drone.loan_expired"}
+
+
+async def test_an_admin_ends_it_before_its_time(
+    world: TowerWorld, root: httpx.AsyncClient, anna: Person, hawk: NewDrone
+) -> None:
+    borrower = await world.signed_in(anna)
+    await lend(world, root, hawk, anna)
+    await ask(borrower, hawk.id, "acquire")
+    after = (await root.delete(f"/api/v1/drones/{hawk.id}/loans/{anna.id}")).json()
+    assert (after["loans"], after["holder"]) == ([], None)
+    assert_problem(await borrower.get(f"/api/v1/drones/{hawk.id}"), 404, "unknown-drone")
+    assert (await root.delete(f"/api/v1/drones/{hawk.id}/loans/{anna.id}")).status_code == 200
+
+
+async def test_what_is_no_loan(world: TowerWorld, root: httpx.AsyncClient, anna: Person, hawk: NewDrone) -> None:
+    document = assert_problem(await lend(world, root, hawk, anna, for_s=-1), 422, "invalid-request")
+    assert document["errors"][0]["field"] == "until"
+    assert_problem(await lend(world, root, hawk, anna, radius_m=-5), 422, "invalid-request")
+    olga = (await root.get(f"/api/v1/drones/{hawk.id}")).json()["owners"][0]
+    assert_problem(await lend(world, root, hawk, Person(olga["id"], "Olga", Role.OPERATOR)), 409, "owner-already")
+    assert_problem(await lend(world, root, hawk, Person(999, "x", Role.OPERATOR)), 404, "unknown-user")
+    assert_problem(await lend(world, await world.signed_in(anna), hawk, anna), 403, "admins-only")
+
+
+async def test_arming_and_going_too_far_are_refused(
+    world: TowerWorld, root: httpx.AsyncClient, anna: Person, hawk: NewDrone
+) -> None:
+    ObedientAgent(world.tower.hub, hawk.id).state()
+    await lend(world, root, hawk, anna, may_arm=False, radius_m=100)
+    borrower = await world.signed_in(anna)
+    await ask(borrower, hawk.id, "acquire")
+    arm = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
+    away = mavlink.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, -1, 0, 0, 0, 470000000, 80000000, 10)
+    async with live(world, borrower) as screen:
+        for message in (arm, away):
+            frame = build(message, system_id=255, component_id=190, sequence=0)
+            await screen.socket.send(tag(DroneId(hawk.id), frame))
+        await screen.event("notice", code="loan")
+        drops = world.tower.hub.drops
+        await until("both to be refused", lambda: drops["loan"] == 2)  # type: ignore[index]
+
+
+async def test_beyond_the_limit_the_drone_holds_and_it_is_written_down(
+    world: TowerWorld, root: httpx.AsyncClient, anna: Person, hawk: NewDrone
+) -> None:
+    agent = ObedientAgent(world.tower.hub, hawk.id)
+    agent.state(armed=True, airborne=True)
+    await lend(world, root, hawk, anna, max_height_m=50)
+    passed = LoanLimitPassed(DroneId(hawk.id), UserId(anna.id), "above the 50 m of the loan")
+    world.tower.watchman.noticed(passed)
+    assert [order.reason for order in agent.holds] == ["above the 50 m of the loan"]
+    await world.tower.watchman.caught_up()
+    assert len(await audit(root, "control.loan_limit")) == 1
