@@ -42,7 +42,7 @@ async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Pe
         "name": "hawk",
         "online": False,
         "owners": [],
-    "loans": [],
+        "loans": [],
         "holder": None,
         "epoch": 0,
         "taken_from": None,

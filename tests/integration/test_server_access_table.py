@@ -1,0 +1,89 @@
+"""Every route with every kind of visitor, against one table: a route without a row fails the test."""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Final
+
+import httpx
+import pytest
+from fastapi.routing import APIRoute
+from tower_world import TowerWorld, start_tower
+
+from server.accounts.tables import Role
+from server.app import ROUTERS
+
+VISITORS: Final = ("anonymous", "stranger", "owner", "admin")
+ALL, IN, OWN, RULE, COMMAND = "+ + + +", "- + + +", "- . + +", "- x x +", "- . ? +"
+"""For each visitor in turn. +: let in (whatever the route then says of the rest of the request), -: 401,
+x: 403 `admins-only` or of the table of control, .: 404, as if there were no such drone,
+?: the table of control says, which has tests of its own."""
+
+TABLE: Final[dict[str, str]] = {
+    "sign_in": ALL,
+    "sign_out": ALL,
+    "health": ALL,
+    "enrol": ALL,
+    **dict.fromkeys(("me", "change_own_password", "get_sessions", "end_one_session"), IN),
+    **dict.fromkeys(("get_second_factor", "begin_second_factor", "confirm_second_factor"), IN),
+    **dict.fromkeys(("renew_recovery_codes", "remove_second_factor"), IN),
+    **dict.fromkeys(("list_tokens", "create_token", "revoke_token", "list_drones"), IN),
+    **dict.fromkeys(("get_preferences", "put_preference"), IN),
+    **dict.fromkeys(("get_drone", "get_drone_settings", "get_loss_check", "acknowledge_loss_check"), OWN),
+    **dict.fromkeys(("get_rehearsal", "rehearse_loss", "acquire", "release", "accept"), OWN),
+    **dict.fromkeys(("take", "give", "assist", "unassist"), COMMAND),
+    "change_drone_settings": RULE,
+    **dict.fromkeys(("list_users", "create_user", "get_user", "change_user", "delete_user"), RULE),
+    **dict.fromkeys(("reset_second_factor", "create_drone", "rename_drone", "delete_drone"), RULE),
+    **dict.fromkeys(("rotate_credential", "add_owner", "remove_owner", "lend_drone", "end_loan"), RULE),
+    **dict.fromkeys(("begin_enrolment", "list_enrolments", "cancel_enrolment"), RULE),
+    **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "metrics"), RULE),
+}
+ROUTES: Final = [route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute)]
+
+
+@pytest.fixture
+async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
+    async with start_tower(tmp_path) as running:
+        yield running
+
+
+def sign_of(answer: httpx.Response) -> str:
+    slug = answer.json().get("type", "") if "problem" in answer.headers.get("content-type", "") else ""
+    if slug.endswith(("/not-signed-in", "/session-expired", "/bad-token")):
+        return "-"
+    if slug.endswith(("/admins-only", "/not-an-owner", "/scope-missing", "/in-person-only")):
+        return "x"
+    return "." if slug.endswith("/unknown-drone") else "+"
+
+
+def test_every_route_has_a_row() -> None:
+    assert {route.name for route in ROUTES} == set(TABLE)
+
+
+async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerWorld) -> None:
+    owner, stranger = await world.add_user("Owner"), await world.add_user("Stranger")
+    hawk = await world.add_drone("hawk", owner)
+    clients = {
+        "anonymous": await world.client(),
+        "stranger": await world.signed_in(stranger),
+        "owner": await world.signed_in(owner),
+        "admin": await world.signed_in(await world.add_user("Root", Role.ADMIN)),
+    }
+    wrong = []
+    # Signing out comes last: nobody is signed in after it.
+    for route in sorted(ROUTES, key=lambda route: route.name == "sign_out"):
+        expected = dict(zip(VISITORS, TABLE[route.name].split(), strict=True))
+        # What only admins may do is asked of a drone that is not there, so that it stays.
+        drone_id = 9999 if TABLE[route.name] == RULE else hawk.id
+        path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
+        for number in ("{user_id}", "{token_id}", "{session_id}", "{enrolment_id}"):
+            path = path.replace(number, "9999")
+        for visitor, client in clients.items():
+            body = {"what": "tower"} if route.name == "rehearse_loss" else None
+            answer = await client.request(next(iter(route.methods)), path, json=body)
+            sign = sign_of(answer)
+            if expected[visitor] == "+" and drone_id == 9999 and sign == ".":
+                sign = "+"
+            if expected[visitor] not in (sign, "?"):
+                wrong.append((route.name, visitor, expected[visitor], answer.status_code, answer.text[:100]))
+    assert wrong == []
