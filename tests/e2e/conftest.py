@@ -8,7 +8,7 @@ from typing import Final
 
 import pytest
 from console_page import FLAGS, ConsolePage, Somebody
-from playwright.sync_api import Browser, expect, sync_playwright
+from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
 from worlds.processes import World
 
 SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3")
@@ -64,8 +64,9 @@ def world(quiet_world: World) -> World:
 def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
     contexts = []
 
-    def come() -> ConsolePage:
-        context = chromium.new_context(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+    def come(*, has_touch: bool = False) -> ConsolePage:
+        size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
+        context = chromium.new_context(viewport=size, reduced_motion="reduce", has_touch=has_touch)
         contexts.append(context)
         page = ConsolePage(context.new_page(), address)
         page.open()

@@ -4,7 +4,7 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Protocol
 
 from playwright.sync_api import Locator, Page, WebSocket, expect
 from worlds.processes import PASSWORD
@@ -26,8 +26,10 @@ FLAGS: Final = (
 FLIGHT_TIMEOUT_S: Final = 90.0
 METRES_PER_DEGREE: Final = 111_195.0
 
-Somebody = Callable[[], "ConsolePage"]
-"""Opens the console in a browser profile of its own."""
+class Somebody(Protocol):
+    """Opens the console in a browser profile of its own; with `has_touch` on a tablet."""
+
+    def __call__(self, *, has_touch: bool = False) -> "ConsolePage": ...
 
 
 class ConsolePage:
@@ -129,9 +131,9 @@ class ConsolePage:
         return math.hypot(north, east)
 
 
-def signed_in(somebody: Somebody, name: str, drone: str | None = None) -> ConsolePage:
+def signed_in(somebody: Somebody, name: str, drone: str | None = None, *, has_touch: bool = False) -> ConsolePage:
     """Somebody who sees their squad, or the page of one drone of it."""
-    console = somebody()
+    console = somebody(has_touch=has_touch)
     console.sign_in(name)
     expect(console.part("squad-row").first).to_be_visible()
     if drone is not None:

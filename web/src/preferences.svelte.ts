@@ -8,10 +8,12 @@ export interface Preferences {
   theme: ThemeChoice;
   units: UnitSystem;
   sound: boolean;
+  /** Whether single keys do things on the Control page. */
+  shortcuts: boolean;
 }
 
 const KEY = 'tower.preferences';
-const DEFAULTS: Preferences = { theme: 'system', units: 'metric', sound: true };
+const DEFAULTS: Preferences = { theme: 'system', units: 'metric', sound: true, shortcuts: true };
 
 function read(): Preferences {
   let stored: Record<string, unknown> = {};
@@ -20,11 +22,12 @@ function read(): Preferences {
   } catch {
     // Storage that is forbidden or spoilt is no reason not to start.
   }
-  const { theme, units, sound } = stored;
+  const { theme, units, sound, shortcuts } = stored;
   return {
     theme: theme === 'dark' || theme === 'light' ? theme : DEFAULTS.theme,
     units: isUnitSystem(units) ? units : DEFAULTS.units,
     sound: typeof sound === 'boolean' ? sound : DEFAULTS.sound,
+    shortcuts: typeof shortcuts === 'boolean' ? shortcuts : DEFAULTS.shortcuts,
   };
 }
 

@@ -1,5 +1,7 @@
 /** The one connection of this page to the tower, and the beat at which numbers on screen are renewed. */
 
+import { realClock } from './link/clock';
+import { steadyClock, type TickWorker } from './link/steady_clock';
 import { Tower } from './link/tower';
 
 /** People cannot read digits that change faster. The map has its own, quicker beat. */
@@ -7,7 +9,10 @@ const READ_BEAT_MS = 200;
 /** How often the tower sends the newest state of drones that are not focused. */
 export const WATCH_RATE_HZ = 5;
 
-export const tower = new Tower();
+const openTickWorker = (): TickWorker =>
+  new Worker(new URL('./link/steady_clock_worker.ts', import.meta.url), { type: 'module' }) as TickWorker;
+
+export const tower = new Tower({ beatClock: steadyClock(realClock, openTickWorker) });
 tower.live.watch(WATCH_RATE_HZ);
 window.addEventListener('online', () => tower.live.retryNow());
 

@@ -40,6 +40,7 @@ class FakeTower:
             FakeDrone(4, "Plover", -30, -60, online=False),
         ]
         self.drones = {drone.id: drone for drone in drones}
+        self.preferences: dict[str, Any] = {}
         self.sockets: dict[WebSocket, dict[str, Any]] = {}
         self.tasks: set[asyncio.Task[None]] = set()
         busy = self.drones[3]
@@ -221,6 +222,17 @@ async def sign_out() -> Response:
 async def me(request: Request) -> Response:
     user = user_of(request.cookies)
     return JSONResponse(user) if user else problem(401, "Not signed in", "Sign in first.")
+
+
+@app.get("/api/v1/me/preferences")
+async def preferences() -> Response:
+    return JSONResponse(tower.preferences)
+
+
+@app.put("/api/v1/me/preferences/{name}")
+async def keep_preference(name: str, request: Request) -> Response:
+    tower.preferences[name] = await request.json()
+    return Response(status_code=204)
 
 
 @app.post("/api/v1/drones/{drone_id}/control/{action}")

@@ -1,5 +1,7 @@
 /** One drone's telemetry as the numbers and words that people read; null where the drone has not said. */
 
+import type { BatteryTime } from './battery_time';
+import { estimatorHealth, type EstimatorHealth } from './estimator_health';
 import type { LinkQuality } from './wire_types';
 import { EKF_STATUS_FLAGS, GPS_FIX_TYPE, MAV_LANDED_STATE, MAV_MODE_FLAG, MAV_STATE } from './generated/mavlink.gen';
 import { distanceM } from './geometry';
@@ -34,6 +36,11 @@ export interface FlightValues {
   readonly throttlePercent: number | null;
   readonly batteryPercent: number | null;
   readonly batteryV: number | null;
+  readonly batteryA: number | null;
+  readonly batteryTime: BatteryTime | null;
+  /** Where the wind comes from, and how fast, as the autopilot estimates it. */
+  readonly wind: { readonly fromDeg: number; readonly mps: number } | null;
+  readonly estimator: EstimatorHealth | null;
   readonly gpsFix: string | null;
   readonly satellites: number | null;
   readonly rollDeg: number | null;
@@ -57,6 +64,7 @@ export interface Beside {
   readonly target: Target | null;
   readonly link: LinkQuality | null;
   readonly airborneSinceMs: number | null;
+  readonly batteryTime: BatteryTime | null;
 }
 
 const GPS_WORDS: Record<number, string> = {
@@ -92,6 +100,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
   const systemHeard = telemetry.newest('SYS_STATUS');
   const system = systemHeard?.fields;
   const estimator = telemetry.newest('EKF_STATUS_REPORT')?.fields;
+  const wind = telemetry.newest('WIND')?.fields;
   const homeAt = telemetry.newest('HOME_POSITION')?.fields;
   const landedState = telemetry.newest('EXTENDED_SYS_STATE')?.fields.landed_state ?? MAV_LANDED_STATE.UNDEFINED;
 
@@ -125,6 +134,10 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     throttlePercent: hud?.throttle ?? null,
     batteryPercent: system && system.battery_remaining >= 0 ? system.battery_remaining : null,
     batteryV: system && system.voltage_battery !== UNKNOWN_U16 ? system.voltage_battery / 1000 : null,
+    batteryA: system && system.current_battery >= 0 ? system.current_battery / 100 : null,
+    batteryTime: beside.batteryTime,
+    wind: wind ? { fromDeg: (wind.direction + 360) % 360, mps: wind.speed } : null,
+    estimator: estimatorHealth(telemetry.newest('EKF_STATUS_REPORT')?.fields, system),
     gpsFix: gps ? (GPS_WORDS[gps.fix_type] ?? 'other') : null,
     satellites: gps && gps.satellites_visible !== 255 ? gps.satellites_visible : null,
     rollDeg: attitude ? degrees(attitude.roll) : null,

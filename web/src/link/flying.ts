@@ -2,8 +2,20 @@
 
 import type { Clock } from './clock';
 import { REPLACED, type Commands, type Outcome } from './commands';
-import { MAV_MODE_FLAG } from './generated/mavlink.gen';
-import { armCommand, disarmCommand, goToCommand, setModeCommand, takeOffCommand, type Target } from './messages';
+import { MAV_AUTOPILOT, MAV_MODE_FLAG } from './generated/mavlink.gen';
+import {
+  armCommand,
+  changeSpeedCommand,
+  disarmCommand,
+  goToCommand,
+  homeAtCommand,
+  homeHereCommand,
+  setModeCommand,
+  takeOffCommand,
+  turnToCommand,
+  type Place,
+  type Target,
+} from './messages';
 import { modeSetOf, type Mode, type ModeSet } from './modes';
 import { Store, type Readable } from './store';
 import type { Telemetry } from './telemetry';
@@ -11,6 +23,8 @@ import type { Telemetry } from './telemetry';
 const CONFIRM_LIMIT_MS = 3_000;
 
 const NOT_HEARD: Outcome = { kind: 'failed', why: 'its autopilot has not been heard yet' };
+const NO_PLACE: Outcome = { kind: 'failed', why: 'it has not said where it is' };
+const NO_HOME: Outcome = { kind: 'failed', why: 'it has no home yet whose height could be kept' };
 const NOT_KNOWN: Outcome = { kind: 'failed', why: 'this console does not know how to do that with its autopilot' };
 
 export class Flying {
@@ -91,11 +105,46 @@ export class Flying {
     return this.#commands.run(takeOffCommand(heightM));
   }
 
-  async goTo(target: Target): Promise<Outcome> {
+  async goTo(target: Target, headingDeg: number | null = null): Promise<Outcome> {
     const deed = ++this.#deeds;
-    const answer = await this.#commands.run(goToCommand(target));
+    const answer = await this.#commands.run(goToCommand(target, headingDeg));
     if (answer.kind === 'accepted' && deed === this.#deeds) this.#target.set(target);
     return answer;
+  }
+
+  /** Higher or lower, where it is or on its way. */
+  async changeHeight(altRelM: number): Promise<Outcome> {
+    const target = this.#target.get() ?? this.#here();
+    return target ? this.goTo({ ...target, altRelM }) : NO_PLACE;
+  }
+
+  changeSpeed(speedMps: number): Promise<Outcome> {
+    return this.#commands.run(changeSpeedCommand(speedMps));
+  }
+
+  /** ArduPilot turns by a command of its own; PX4 as part of a go-to to where it is. */
+  async turnTo(headingDeg: number): Promise<Outcome> {
+    const heartbeat = this.#telemetry.newest('HEARTBEAT');
+    if (!heartbeat) return NOT_HEARD;
+    if (heartbeat.fields.autopilot !== MAV_AUTOPILOT.PX4) return this.#commands.run(turnToCommand(headingDeg));
+    const here = this.#target.get() ?? this.#here();
+    return here ? this.goTo(here, headingDeg) : NO_PLACE;
+  }
+
+  homeHere(): Promise<Outcome> {
+    return this.#commands.run(homeHereCommand());
+  }
+
+  /** As high as the present home: a map says nothing about heights. */
+  homeAt(place: Place): Promise<Outcome> {
+    const home = this.#telemetry.newest('HOME_POSITION');
+    return home ? this.#commands.run(homeAtCommand(place, home.fields.altitude / 1000)) : Promise.resolve(NO_HOME);
+  }
+
+  #here(): Target | null {
+    const at = this.#telemetry.newest('GLOBAL_POSITION_INT')?.fields;
+    if (!at || (at.lat === 0 && at.lon === 0)) return null;
+    return { latDeg: at.lat / 1e7, lonDeg: at.lon / 1e7, altRelM: at.relative_alt / 1000 };
   }
 
   #toMode(pick: (set: ModeSet) => Mode): Promise<Outcome> {

@@ -92,7 +92,8 @@ export interface Target extends Place {
   readonly altRelM: number;
 }
 
-export function goToCommand({ latDeg, lonDeg, altRelM }: Target): Command {
+/** `headingDeg`: which way it looks on the way and there; left out, the autopilot's own rule holds. */
+export function goToCommand({ latDeg, lonDeg, altRelM }: Target, headingDeg: number | null = null): Command {
   const command = MAV_CMD.DO_REPOSITION;
   return {
     form: 'COMMAND_INT',
@@ -103,10 +104,31 @@ export function goToCommand({ latDeg, lonDeg, altRelM }: Target): Command {
       frame: MAV_FRAME.GLOBAL_RELATIVE_ALT,
       param1: DEFAULT_SPEED,
       param2: REPOSITION_CHANGES_MODE,
-      param4: NaN, // keep the autopilot's own rule for yaw
+      param4: headingDeg === null ? NaN : (wrapped(headingDeg) * Math.PI) / 180,
       x: Math.round(latDeg * 1e7),
       y: Math.round(lonDeg * 1e7),
       z: altRelM,
     },
+  };
+}
+
+/** Over the ground, in metres a second. */
+export const changeSpeedCommand = (speedMps: number): Command => long(MAV_CMD.DO_CHANGE_SPEED, [1, speedMps, -1]);
+
+/** 0..360, the short way round, as fast as the autopilot likes. */
+export const turnToCommand = (headingDeg: number): Command => long(MAV_CMD.CONDITION_YAW, [headingDeg, 0, 0, 0]);
+
+/** Home is where the drone is now. */
+export const homeHereCommand = (): Command => long(MAV_CMD.DO_SET_HOME, [1]);
+
+/** `altAmslM`: above mean sea level, as HOME_POSITION has it. */
+export function homeAtCommand({ latDeg, lonDeg }: Place, altAmslM: number): Command {
+  const command = MAV_CMD.DO_SET_HOME;
+  const [x, y] = [Math.round(latDeg * 1e7), Math.round(lonDeg * 1e7)];
+  return {
+    form: 'COMMAND_INT',
+    command,
+    repeatable: true,
+    fields: { command, frame: MAV_FRAME.GLOBAL, x, y, z: altAmslM },
   };
 }

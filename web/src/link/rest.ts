@@ -58,6 +58,16 @@ export class Rest {
     return this.#call('GET', '/me');
   }
 
+  /** The documents that the tower keeps for this user, by name. */
+  preferences(): Promise<Record<string, unknown>> {
+    return this.#call('GET', '/me/preferences');
+  }
+
+  /** At most 8 KiB of JSON. */
+  keepPreference(name: string, document: Record<string, unknown>): Promise<void> {
+    return this.#call('PUT', `/me/preferences/${name}`, document);
+  }
+
   async drones(): Promise<Drone[]> {
     return (await this.#call<DroneOnWire[]>('GET', '/drones')).map(readDrone);
   }

@@ -7,7 +7,7 @@ import { realClock, type Clock } from './clock';
 import { AlertFeed } from './alert_feed';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
-import { controlWords, farewellWords, holdWords } from './event_words';
+import { causeWords, controlWords, farewellWords, holdWords } from './event_words';
 import { FINAL_STEPS, nextHold } from './hold_log';
 import { Journal, type Entry, type Severity } from './journal';
 import { Live, liveUrl, SUBPROTOCOL, type SocketLike } from './live';
@@ -35,6 +35,8 @@ export interface TowerOptions {
   readonly clock?: Clock;
   readonly rest?: Rest;
   readonly openSocket?: () => SocketLike;
+  /** What the stream of sticks beats by; `clock` when left out. */
+  readonly beatClock?: Clock;
 }
 
 export class Tower {
@@ -52,10 +54,12 @@ export class Tower {
   readonly farewell = new Store('');
   /** Since when we do not hear the tower; null while we do. */
   readonly deafSinceMs = new Store<number | null>(null);
+  readonly #beatClock: Clock;
   #entries = 0;
 
   constructor(options: TowerOptions = {}) {
     this.clock = options.clock ?? realClock;
+    this.#beatClock = options.beatClock ?? this.clock;
     this.rest = options.rest ?? new Rest();
     this.assist = new AssistTurns(this.clock);
     this.lossChecks = new LossChecks(this.clock, (droneId) => this.readLossCheck(droneId));
@@ -189,9 +193,13 @@ export class Tower {
   }
 
   #onHold(event: HoldEvent): void {
-    const holdLog = this.vehicles.get().get(event.drone_id)?.holdLog;
-    holdLog?.set(nextHold(holdLog.get(), event, this.clock.nowMs()));
-    this.alertFeed.hold(event, this.clock.nowMs());
+    const nowMs = this.clock.nowMs();
+    const vehicle = this.vehicles.get().get(event.drone_id);
+    vehicle?.holdLog.set(nextHold(vehicle.holdLog.get(), event, nowMs));
+    this.alertFeed.hold(event, nowMs);
+    // Whoever it was that held it: sticks that fly again must be the pilot's own new beginning.
+    if (event.step === 'ordered')
+      vehicle?.manual.stop(`it was put on hold (${causeWords(event.cause ?? 'order')})`, { holds: false });
     // The steps between are on the strip over the map: here they would push out what must be read.
     if (event.step !== 'ordered' && !FINAL_STEPS.has(event.step)) return;
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));
@@ -271,6 +279,7 @@ export class Tower {
         this.journal.add(entry);
         this.alertFeed.entry(entry);
       },
+      this.#beatClock,
     );
   }
 

@@ -1,5 +1,6 @@
 /** Everything the console knows and may do about one drone. */
 
+import { BatteryMeter } from './battery_time';
 import type { Clock } from './clock';
 import { Commands, outcomeWords, type Outcome } from './commands';
 import { flightValues, type FlightValues } from './flight_values';
@@ -55,6 +56,7 @@ export class Vehicle {
   readonly #clock: Clock;
   readonly #uplink: Uplink;
   readonly #record: (entry: Entry) => void;
+  readonly #battery = new BatteryMeter();
   readonly #texts = new StatusTextAssembler();
   readonly #commands: Commands;
   readonly flying: Flying;
@@ -62,7 +64,7 @@ export class Vehicle {
   #seq = 0;
   #actions = 0;
 
-  constructor(drone: Drone, clock: Clock, uplink: Uplink, record: (entry: Entry) => void) {
+  constructor(drone: Drone, clock: Clock, uplink: Uplink, record: (entry: Entry) => void, beatClock = clock) {
     this.drone = new Store(drone);
     this.#clock = clock;
     this.#uplink = uplink;
@@ -70,7 +72,7 @@ export class Vehicle {
     this.#commands = new Commands(clock, (command, repeat) => this.#transmit(command, repeat));
     this.flying = new Flying(clock, this.#commands, this.telemetry);
     this.manual = new Manual({
-      clock,
+      clock: beatClock,
       send: (axes) => this.#sendSticks(axes),
       hold: () => void this.perform('Hold', (flying) => flying.hold()),
     });
@@ -105,6 +107,10 @@ export class Vehicle {
       });
     } else if (message.name === 'COMMAND_ACK' && this.telemetry.isFromAutopilot(message)) {
       this.#commands.receive(message);
+    } else if (message.name === 'SYS_STATUS' && this.telemetry.isFromAutopilot(message)) {
+      if (message.fields.battery_remaining >= 0) this.#battery.percentage(message.fields.battery_remaining, nowMs);
+    } else if (message.name === 'BATTERY_STATUS' && this.telemetry.isFromAutopilot(message)) {
+      if (message.fields.id === 0) this.#battery.said(message.fields.time_remaining, nowMs);
     } else if (message.name === 'HEARTBEAT' || message.name === 'EXTENDED_SYS_STATE') {
       const { airborne } = this.values(nowMs);
       if (!airborne) this.airborneSinceMs = null;
@@ -115,7 +121,14 @@ export class Vehicle {
 
   values(nowMs: number): FlightValues {
     const { link, airborneSinceMs } = this;
-    const beside = { online: this.drone.get().online, target: this.flying.target.get(), link, airborneSinceMs };
+    const batteryTime = this.#battery.left(nowMs);
+    const beside = {
+      online: this.drone.get().online,
+      target: this.flying.target.get(),
+      link,
+      airborneSinceMs,
+      batteryTime,
+    };
     return flightValues(this.telemetry, beside, nowMs);
   }
 

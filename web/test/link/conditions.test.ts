@@ -7,7 +7,7 @@ import type { Drone } from '../../src/link/wire_types';
 import { A_DRONE, fromAutopilot, heartbeat } from './fakes';
 
 const HELD: Drone = { ...A_DRONE, holder: { id: 5, name: 'olga' } };
-const BESIDE = { online: true, target: null, link: null, airborneSinceMs: null };
+const BESIDE = { online: true, target: null, link: null, airborneSinceMs: null, batteryTime: null };
 const FLYING: Partial<FlightValues> = { state: 'flying', airborne: true };
 
 function values(changes: Partial<FlightValues> = {}): FlightValues {

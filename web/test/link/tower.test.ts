@@ -3,6 +3,7 @@ import { beforeEach, describe, expect, it } from 'vitest';
 import { MAV_RESULT } from '../../src/link/generated/mavlink.gen';
 import { Rest } from '../../src/link/rest';
 import { decode } from '../../src/link/mavlink';
+import { CENTRED } from '../../src/link/sticks';
 import { splitTagged, tag } from '../../src/link/tagged_frames';
 import { Tower } from '../../src/link/tower';
 import { A_DRONE, FakeClock, FakeSocket, fromAutopilot, heartbeat, settled } from './fakes';
@@ -229,6 +230,19 @@ describe('who may fly', () => {
     expect(vehicle(1).rehearsal.get()).toMatchObject({ phase: 'held', hold_ms: 2003 });
     expect(vehicle(2).holdLog.get()).toBeNull();
     expect(texts()).toContain('Rehearsal: It holds.');
+  });
+
+  it('ends flying by hand with a hold, whoever ordered it: what flies again is a new beginning', async () => {
+    socket().saysBytes(tag(1, heartbeat(5)));
+    const { manual } = vehicle(1);
+    manual.start({ name: 'pad', read: () => CENTRED });
+    await clock.pass(100);
+    expect(manual.state.get().phase).toBe('flying');
+    socket().says({ type: 'hold', drone_id: 1, epoch: 2, step: 'ordered', detail: '', elapsed_ms: 0, cause: 'order' });
+    await clock.pass(100);
+    expect(manual.state.get()).toMatchObject({ phase: 'off' });
+    expect(manual.state.get().ended).toContain('put on hold');
+    expect(clock.waiting).toBeLessThan(5); // no beat goes on
   });
 
   it('remembers since when a drone is silent, and whether it was in the air', async () => {

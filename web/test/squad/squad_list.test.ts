@@ -7,7 +7,7 @@ import { matches, passes, sorted, windowOf, type SortKey, type SquadEntry } from
 import { A_DRONE, heartbeat } from '../link/fakes';
 
 const OLGA = { id: 5, name: 'olga' };
-const BESIDE = { online: true, target: null, link: null, airborneSinceMs: null };
+const BESIDE = { online: true, target: null, link: null, airborneSinceMs: null, batteryTime: null };
 
 function entry(drone: Partial<Drone>, values: Partial<FlightValues> = {}): SquadEntry {
   const telemetry = new Telemetry();

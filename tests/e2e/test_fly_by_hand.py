@@ -1,0 +1,198 @@
+"""Flying by hand: with a gamepad, on a touch screen, and what happens when hands or eyes are gone."""
+
+import pytest
+from console_page import ConsolePage, Somebody, signed_in
+from fake_pad import FakePad
+from playwright.sync_api import expect
+from worlds.processes import World
+
+HEIGHT_M = 12.0
+
+
+@pytest.fixture(autouse=True)
+def patient_drones(world: World) -> None:
+    """A browser that draws in software on a busy machine is late now and then; how much is too late is not tested here."""
+    patient = {"sticks_stale_s": 2.0, "sticks_late_s": 2.0, "rtt_limit_ms": 5000, "rtt_limit_s": 5.0}
+    answer = world.visitor("admin").ask("PATCH", "/drones/1/settings", patient)
+    assert answer.status == 200, answer.body
+
+
+def in_the_air(somebody: Somebody, *, has_touch: bool = False) -> ConsolePage:
+    alice = signed_in(somebody, "alice", "Kestrel", has_touch=has_touch)
+    alice.acquire("Kestrel")
+    alice.take_off("Kestrel", HEIGHT_M)
+    return alice
+
+
+def plugged_in(console: ConsolePage) -> FakePad:
+    pad = FakePad(console)
+    expect(console.part("manual-means")).to_contain_text("Test pad")
+    return pad
+
+
+def begin(console: ConsolePage) -> None:
+    console.part("manual-toggle").click()
+    console.confirm("Kestrel")
+
+
+def expect_hold(console: ConsolePage, why: str) -> None:
+    expect(console.part("manual-ended")).to_contain_text(why)
+    expect(console.part("manual-bars")).to_have_count(0)
+    console.wait("BRAKE", lambda: console.word("mode") == "BRAKE")
+    console.wait("standing still", lambda: abs(console.number("climb")) < 0.2 and console.number("speed") < 0.3)
+
+
+def test_a_gamepad_flies_and_centred_sticks_hold(somebody: Somebody) -> None:
+    alice = in_the_air(somebody)
+    pad = plugged_in(alice)
+
+    # Nothing before it was started with a centred throttle.
+    pad.move(left=(0, 1))
+    begin(alice)
+    expect(alice.part("manual-status")).to_contain_text("Centre the sticks to begin: throttle")
+    expect(alice.part("manual-bars")).to_have_attribute("data-sent", "0")
+    assert alice.word("mode") == "GUIDED"
+    pad.move()
+    expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")
+    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
+
+    pad.move(left=(0, 0.8))
+    alice.wait("climbing", lambda: alice.number("altitude") > HEIGHT_M + 4)
+    expect(alice.part("axis-throttle")).to_contain_text("1891")  # 500 * (0.8 - 0.08) / 0.92 + 1500
+    pad.move(left=(0, -0.8))
+    alice.wait("sinking", lambda: alice.number("altitude") < HEIGHT_M)
+    pad.move()
+    alice.wait("height held", lambda: abs(alice.number("climb")) < 0.2)
+    height_m, place = alice.number("altitude"), (alice.number("latitude"), alice.number("longitude"))
+
+    pad.move(right=(1, 0))
+    alice.wait("moved east", lambda: alice.distance_m(*place) > 8)
+    assert alice.number("longitude") > place[1]
+    pad.move()
+    alice.wait("place held", lambda: alice.number("speed") < 0.3)
+    assert abs(alice.number("altitude") - height_m) < 1
+    assert alice.word("mode") == "LOITER"
+    alice.part("manual-toggle").click()
+    expect_hold(alice, "you switched it off")
+
+
+def test_a_pad_that_is_unplugged_or_flaps_means_hold_and_never_resumes_by_itself(somebody: Somebody) -> None:
+    alice = in_the_air(somebody)
+    pad = plugged_in(alice)
+    begin(alice)
+    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
+    pad.move(left=(0, 1))
+    alice.wait("climbing", lambda: alice.number("climb") > 0.5)
+    pad.unplug()
+    expect_hold(alice, "Test pad is gone")
+    pad.move(left=(0, 1))
+    expect(alice.part("manual-means")).to_contain_text("Test pad")
+    expect(alice.part("holder")).to_have_attribute("data-value", "alice")
+
+    # Back, and only by her own new beginning, with centred sticks.
+    begin(alice)
+    expect(alice.part("manual-bars")).to_have_attribute("data-phase", "centring")
+    pad.move()
+    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
+    pad.flap()
+    expect_hold(alice, "Test pad was unplugged")
+    expect(alice.part("holder")).to_have_attribute("data-value", "alice")
+
+
+def test_a_hidden_tab_means_hold(somebody: Somebody) -> None:
+    alice = in_the_air(somebody)
+    pad = plugged_in(alice)
+    begin(alice)
+    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
+    pad.move(right=(0, 1))
+    alice.wait("moving", lambda: alice.number("speed") > 1)
+    alice.page.evaluate("""() => {
+      Object.defineProperty(document, 'visibilityState', { value: 'hidden', configurable: true });
+      document.dispatchEvent(new Event('visibilitychange'));
+    }""")
+    expect_hold(alice, "the page was hidden")
+
+
+def test_a_button_of_the_pad_holds(somebody: Somebody) -> None:
+    alice = in_the_air(somebody)
+    pad = plugged_in(alice)
+    alice.part("stick-setup").click()
+    alice.page.get_by_role("tab", name="Buttons").click()
+    alice.part("pad-button-2").select_option("stop")
+    expect(alice.part("sticks-state")).to_have_attribute("data-phase", "kept")
+    alice.part("sticks-close").click()
+    begin(alice)
+    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
+    pad.move(down=2)
+    expect_hold(alice, "a button of the pad")
+
+
+def test_touch_sticks_fly_and_spring_back(somebody: Somebody) -> None:
+    alice = in_the_air(somebody, has_touch=True)
+    alice.part("manual-means").select_option("touch")
+    begin(alice)
+    alice.wait("LOITER", lambda: alice.word("mode") == "LOITER")
+    box = alice.part("touch-left").bounding_box()
+    assert box is not None
+    middle = (box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    alice.page.mouse.move(*middle)
+    alice.page.mouse.down()
+    alice.page.mouse.move(middle[0], middle[1] - 80)
+    alice.wait("climbing", lambda: alice.number("altitude") > HEIGHT_M + 3)
+    expect(alice.part("axis-throttle")).to_have_attribute("data-value", "1.00")
+    alice.page.mouse.up()
+    expect(alice.part("axis-throttle")).to_have_attribute("data-value", "0.00")
+    alice.wait("height held", lambda: abs(alice.number("climb")) < 0.2)
+
+
+def test_settings_of_sticks_are_kept_for_their_pilot_in_any_browser(somebody: Somebody) -> None:
+    here = signed_in(somebody, "alice", "Kestrel")
+    pad = plugged_in(here)
+    here.part("stick-setup").click()
+    here.part("stick-mode").get_by_text("Mode 1").click()
+    here.part("pad-invert-roll").check()
+    here.part("pad-expo-pitch").fill("50")
+    expect(here.part("sticks-state")).to_have_attribute("data-phase", "kept")
+
+    there = signed_in(somebody, "alice", "Kestrel")
+    pad = plugged_in(there)
+    there.part("stick-setup").click()
+    expect(there.part("stick-mode-words")).to_contain_text("left: pitch, yaw; right: throttle, roll")
+    pad.move(left=(0, 1), right=(1, -1))
+    for axis, value in (("pitch", "1.00"), ("throttle", "-1.00"), ("roll", "-1.00"), ("yaw", "0.00")):
+        expect(there.part("setup-bars").get_by_test_id(f"axis-{axis}")).to_have_attribute("data-value", value)
+    pad.move(left=(0, 0.54))  # half of what is beyond the dead zone: 0.5 * 0.5 + 0.5 * 0.5 ** 3
+    expect(there.part("setup-bars").get_by_test_id("axis-pitch")).to_have_attribute("data-value", "0.31")
+
+    bob = signed_in(somebody, "bob", "Merlin")
+    plugged_in(bob)
+    bob.part("stick-setup").click()
+    expect(bob.part("stick-mode-words")).to_contain_text("left: throttle, yaw; right: pitch, roll")
+
+
+def test_a_pad_is_calibrated_by_moving_it(somebody: Somebody) -> None:
+    alice = signed_in(somebody, "alice", "Kestrel")
+    pad = plugged_in(alice)
+    alice.part("stick-setup").click()
+    alice.page.get_by_role("tab", name="Calibrate").click()
+    alice.part("calibration-start").click()
+    words = alice.part("calibration-words")
+    # A pad whose sticks are swapped, and whose right stick, now the left one, goes half its way only.
+    moves = (
+        ("left stick all the way to the right", {"right": (0.6, 0)}),
+        ("left stick all the way up", {"right": (0, 0.6)}),
+        ("right stick all the way to the right", {"left": (1, 0)}),
+        ("right stick all the way up", {"left": (0, 1)}),
+    )
+    for sentence, sticks in moves:
+        expect(words).to_contain_text(sentence)
+        pad.move(**sticks)
+        expect(words).not_to_contain_text(sentence)
+        pad.move()
+    for end in (1, -1):
+        pad.move(left=(end, end), right=(0.6 * end, 0.6 * end))
+        alice.page.wait_for_function(f"document.querySelector('[aria-label=\"Axis 0\"]').value === {end}")
+    alice.part("calibration-finish").click()
+    pad.move(right=(0, 0.6))
+    expect(alice.part("setup-bars").get_by_test_id("axis-throttle")).to_have_attribute("data-value", "1.00")
+    expect(alice.part("sticks-state")).to_have_attribute("data-phase", "kept")

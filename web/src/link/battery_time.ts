@@ -1,0 +1,58 @@
+/**
+ * How long a battery lasts: as the autopilot says, or else estimated from how its percentage has gone down lately.
+ * To empty; whoever flies keeps a reserve.
+ */
+
+const WINDOW_MS = 180_000;
+/** Percentages come in whole ones: fewer steps than this say more about the rounding than about the battery. */
+const LEAST_DROP = 2;
+const LEAST_SPAN_MS = 20_000;
+
+export interface BatteryTime {
+  readonly leftMs: number;
+  readonly isEstimate: boolean;
+}
+
+interface Step {
+  readonly atMs: number;
+  readonly percent: number;
+}
+
+export class BatteryMeter {
+  /** When each percentage was first seen, newest last. */
+  #steps: Step[] = [];
+  #saidMs: number | null = null;
+  #saidAtMs = 0;
+
+  /** `percent` of SYS_STATUS, 0..100. */
+  percentage(percent: number, atMs: number): void {
+    const last = this.#steps.at(-1);
+    if (last?.percent === percent) return;
+    // It does not fill in flight: this is another battery.
+    if (last && percent > last.percent) this.#steps = [];
+    this.#steps.push({ atMs, percent });
+    while (this.#steps.length > LEAST_DROP + 1 && atMs - this.#steps[0]!.atMs > WINDOW_MS) this.#steps.shift();
+  }
+
+  /** `seconds` of BATTERY_STATUS.time_remaining; 0 says nothing. */
+  said(seconds: number, atMs: number): void {
+    this.#saidMs = seconds > 0 ? seconds * 1000 : null;
+    this.#saidAtMs = atMs;
+  }
+
+  left(nowMs: number): BatteryTime | null {
+    if (this.#saidMs !== null) {
+      return { leftMs: Math.max(0, this.#saidMs - (nowMs - this.#saidAtMs)), isEstimate: false };
+    }
+    // The first one was there before we looked: the time at which it began is not known.
+    const [, first] = this.#steps;
+    const last = this.#steps.at(-1);
+    if (!first || !last || first.percent - last.percent < LEAST_DROP) return null;
+    const spanMs = last.atMs - first.atMs;
+    if (spanMs < LEAST_SPAN_MS) return null;
+    const perMs = (first.percent - last.percent) / spanMs;
+    const leftMs = last.percent / perMs - (nowMs - last.atMs);
+    // Where it was disarmed since, nothing goes down and the estimate is over.
+    return nowMs - last.atMs > 3 / perMs ? null : { leftMs: Math.max(0, leftMs), isEstimate: true };
+  }
+}

@@ -1,0 +1,140 @@
+/**
+ * How one pilot's sticks are read: mode, and for each pad that they use which axis is which, how far it travels, dead
+ * zone and expo, and what the buttons do. Kept on the tower as the document `sticks`. Whatever comes from there is
+ * checked: half a document must not fly a drone.
+ */
+
+import type { Axes } from './sticks';
+import { AXIS_NAMES } from './sticks';
+import { SLOTS, STICK_MODES, type Slot, type StickMode } from './stick_modes';
+import { DEFAULT_SHAPE, MOST_DEAD_ZONE, WHOLE_TRAVEL, type Shape, type Travel } from './stick_shaping';
+
+/** Grows when an older console would misread the document. */
+export const SETTINGS_VERSION = 1;
+/** The tower keeps 8 KiB; the settings of a pad take less than one. */
+export const MOST_PADS = 6;
+
+const MOST_AXIS = 63;
+const MOST_BUTTON = 63;
+/** Less travel to a side than this is no stick. */
+export const LEAST_TRAVEL = 0.3;
+/** Some pads count beyond one. */
+const MOST_RAW = 2;
+
+export const BUTTON_DEEDS = ['none', 'hold', 'stop', 'return', 'land', 'arm', 'disarm', 'follow', 'swap'] as const;
+export type ButtonDeed = (typeof BUTTON_DEEDS)[number];
+
+export interface SlotSetting extends Travel {
+  /** Which axis of the pad. */
+  readonly axis: number;
+  readonly isInverted: boolean;
+}
+
+export interface PadSettings {
+  readonly slots: Readonly<Record<Slot, SlotSetting>>;
+  readonly shapes: Readonly<Record<keyof Axes, Shape>>;
+  /** By number of the button; those left out do nothing. */
+  readonly buttons: Readonly<Record<number, ButtonDeed>>;
+  readonly isCalibrated: boolean;
+}
+
+export interface StickSettings {
+  readonly mode: StickMode;
+  /** On the touch screen: whether the throttle goes back to the middle when it is let go. */
+  readonly touchThrottleSprings: boolean;
+  /** By `Gamepad.id`, the one used last at the end. */
+  readonly pads: Readonly<Record<string, PadSettings>>;
+}
+
+const slot = (axis: number, isInverted: boolean): SlotSetting => ({ axis, isInverted, ...WHOLE_TRAVEL });
+
+/** The standard layout of the Gamepad API, where up is -1. */
+export const DEFAULT_PAD: PadSettings = {
+  slots: { leftX: slot(0, false), leftY: slot(1, true), rightX: slot(2, false), rightY: slot(3, true) },
+  shapes: { roll: DEFAULT_SHAPE, pitch: DEFAULT_SHAPE, yaw: DEFAULT_SHAPE, throttle: DEFAULT_SHAPE },
+  buttons: {},
+  isCalibrated: false,
+};
+
+export const DEFAULT_SETTINGS: StickSettings = { mode: 2, touchThrottleSprings: true, pads: {} };
+
+export const padSettingsOf = (settings: StickSettings, padId: string): PadSettings =>
+  settings.pads[padId] ?? DEFAULT_PAD;
+
+/** With this pad's settings as the newest; the one unused for longest goes when there are too many. */
+export function withPad(settings: StickSettings, padId: string, pad: PadSettings): StickSettings {
+  const others = Object.entries(settings.pads).filter(([id]) => id !== padId);
+  return { ...settings, pads: Object.fromEntries([...others.slice(-(MOST_PADS - 1)), [padId, pad]]) };
+}
+
+export const toDocument = (settings: StickSettings): Record<string, unknown> => ({
+  version: SETTINGS_VERSION,
+  ...settings,
+});
+
+export class UnreadableSettings extends Error {}
+
+/** Throws `UnreadableSettings` for a document that is none of ours: flying with guessed sticks is worse than not flying. */
+export function readDocument(document: unknown): StickSettings {
+  if (document === undefined || document === null) return DEFAULT_SETTINGS;
+  const { version, mode, touchThrottleSprings, pads } = object(document);
+  if (typeof version !== 'number' || version > SETTINGS_VERSION) {
+    throw new UnreadableSettings('a newer console has written your stick settings: reload this page');
+  }
+  return {
+    mode: oneOf(mode, STICK_MODES),
+    touchThrottleSprings: truth(touchThrottleSprings),
+    pads: Object.fromEntries(
+      Object.entries(object(pads))
+        .slice(-MOST_PADS)
+        .map(([id, pad]) => [id, readPad(object(pad))]),
+    ),
+  };
+}
+
+function readPad({ slots, shapes, buttons, isCalibrated }: Record<string, unknown>): PadSettings {
+  const [slotsIn, shapesIn] = [object(slots), object(shapes)];
+  return {
+    slots: each(SLOTS, (name) => readSlot(object(slotsIn[name]))),
+    shapes: each(AXIS_NAMES, (name) => readShape(object(shapesIn[name]))),
+    buttons: Object.fromEntries(
+      Object.entries(object(buttons)).map(([key, deed]) => [
+        within(Number(key), 0, MOST_BUTTON),
+        oneOf(deed, BUTTON_DEEDS),
+      ]),
+    ),
+    isCalibrated: truth(isCalibrated),
+  };
+}
+
+function readSlot(value: Record<string, unknown>): SlotSetting {
+  const axis = within(value['axis'], 0, MOST_AXIS);
+  const centre = within(value['centre'], -MOST_RAW, MOST_RAW);
+  return {
+    axis: Number.isInteger(axis) ? axis : fail(),
+    isInverted: truth(value['isInverted']),
+    low: within(value['low'], -MOST_RAW, centre - LEAST_TRAVEL),
+    centre,
+    high: within(value['high'], centre + LEAST_TRAVEL, MOST_RAW),
+  };
+}
+
+const readShape = (value: Record<string, unknown>): Shape => ({
+  deadZone: within(value['deadZone'], 0, MOST_DEAD_ZONE),
+  expo: within(value['expo'], 0, 1),
+});
+
+function fail(): never {
+  throw new UnreadableSettings('your stick settings on the tower cannot be read: set your sticks up anew');
+}
+
+const object = (value: unknown): Record<string, unknown> =>
+  typeof value === 'object' && value !== null && !Array.isArray(value) ? (value as Record<string, unknown>) : fail();
+const truth = (value: unknown): boolean => (typeof value === 'boolean' ? value : fail());
+const within = (value: unknown, least: number, most: number): number =>
+  typeof value === 'number' && value >= least && value <= most ? value : fail();
+const oneOf = <T>(value: unknown, all: readonly T[]): T => (all.includes(value as T) ? (value as T) : fail());
+
+function each<K extends string, V>(keys: readonly K[], make: (key: K) => V): Record<K, V> {
+  return Object.fromEntries(keys.map((key) => [key, make(key)])) as Record<K, V>;
+}

@@ -1,0 +1,78 @@
+/** Stick settings between this console and the tower: read after sign-in, kept there at each change. */
+
+import type { Clock } from './clock';
+import type { Rest } from './rest';
+import { DEFAULT_SETTINGS, readDocument, toDocument, type StickSettings } from './stick_settings';
+import { Store } from './store';
+
+export const DOCUMENT = 'sticks';
+const SAVE_AFTER_MS = 400;
+
+export type KeeperPhase = 'unread' | 'reading' | 'kept' | 'saving' | 'failed';
+
+export interface Kept {
+  readonly settings: StickSettings;
+  readonly phase: KeeperPhase;
+  /** Of `failed`: why; they are not as the pilot left them, or not kept. */
+  readonly why: string;
+  /** Whether they are the pilot's own. Until then nobody flies with them: guessed sticks are worse than none. */
+  readonly isRead: boolean;
+}
+
+const UNREAD: Kept = { settings: DEFAULT_SETTINGS, phase: 'unread', why: '', isRead: false };
+
+export class StickSettingsKeeper {
+  readonly kept = new Store<Kept>(UNREAD);
+  readonly #clock: Clock;
+  readonly #rest: Pick<Rest, 'preferences' | 'keepPreference'>;
+  #cancelSave: () => void = () => undefined;
+  /** Answers for a user who has gone, or to a question asked again, are not listened to. */
+  #asked = 0;
+
+  constructor(clock: Clock, rest: Pick<Rest, 'preferences' | 'keepPreference'>) {
+    this.#clock = clock;
+    this.#rest = rest;
+  }
+
+  async read(): Promise<void> {
+    const asked = ++this.#asked;
+    this.kept.update((kept) => ({ ...kept, phase: 'reading', why: '' }));
+    try {
+      const settings = readDocument((await this.#rest.preferences())[DOCUMENT]);
+      if (asked === this.#asked) this.kept.set({ settings, phase: 'kept', why: '', isRead: true });
+    } catch (error) {
+      if (asked !== this.#asked) return;
+      const why = error instanceof Error ? error.message : String(error);
+      this.kept.set({ settings: DEFAULT_SETTINGS, phase: 'failed', why, isRead: false });
+    }
+  }
+
+  /** Spoilt settings are given up, on the pilot's own word. */
+  startAnew(): void {
+    this.change(() => DEFAULT_SETTINGS);
+  }
+
+  change(change: (settings: StickSettings) => StickSettings): void {
+    this.#asked++;
+    this.kept.update(({ settings }) => ({ settings: change(settings), phase: 'saving', why: '', isRead: true }));
+    this.#cancelSave();
+    this.#cancelSave = this.#clock.after(SAVE_AFTER_MS, () => void this.#save());
+  }
+
+  forget(): void {
+    this.#asked++;
+    this.#cancelSave();
+    this.kept.set(UNREAD);
+  }
+
+  async #save(): Promise<void> {
+    const asked = ++this.#asked;
+    let [phase, why]: [KeeperPhase, string] = ['kept', ''];
+    try {
+      await this.#rest.keepPreference(DOCUMENT, toDocument(this.kept.get().settings));
+    } catch (error) {
+      [phase, why] = ['failed', error instanceof Error ? error.message : String(error)];
+    }
+    if (asked === this.#asked) this.kept.update((kept) => ({ ...kept, phase, why }));
+  }
+}

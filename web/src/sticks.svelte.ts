@@ -1,0 +1,18 @@
+/** What this page has of a pilot's hands: the settings of their sticks, and the pads that are plugged in. */
+
+import { usablePads, type PadLike } from './link/pad_source';
+import { StickSettingsKeeper } from './link/stick_settings_keeper';
+import { tower } from './tower.svelte';
+
+export const pads = (): readonly (PadLike | null)[] => navigator.getGamepads();
+export const pluggedIn = (): PadLike[] => usablePads(pads);
+
+export const sticks = new StickSettingsKeeper(tower.clock, tower.rest);
+let whose: number | null = null;
+tower.user.subscribe((user) => {
+  // Told anew with each welcome; asked again then only if the tower has not answered yet.
+  const isAnother = user?.id !== whose;
+  whose = user?.id ?? null;
+  if (!user) sticks.forget();
+  else if (isAnother || !sticks.kept.get().isRead) void sticks.read();
+});

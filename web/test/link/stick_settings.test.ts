@@ -1,0 +1,128 @@
+import { beforeEach, describe, expect, it } from 'vitest';
+
+import {
+  DEFAULT_PAD,
+  DEFAULT_SETTINGS,
+  MOST_PADS,
+  readDocument,
+  toDocument,
+  UnreadableSettings,
+  withPad,
+  type StickSettings,
+} from '../../src/link/stick_settings';
+import { StickSettingsKeeper } from '../../src/link/stick_settings_keeper';
+import { FakeClock, settled } from './fakes';
+
+const USED = withPad({ ...DEFAULT_SETTINGS, mode: 1 }, 'Some pad', { ...DEFAULT_PAD, buttons: { 3: 'hold' } });
+const onTheWire = (settings: StickSettings): Record<string, unknown> =>
+  JSON.parse(JSON.stringify(toDocument(settings))) as Record<string, unknown>;
+
+describe('the document', () => {
+  it('comes back as it was', () => {
+    expect(readDocument(onTheWire(USED))).toEqual(USED);
+    expect(readDocument(undefined)).toEqual(DEFAULT_SETTINGS);
+  });
+
+  const pads = onTheWire(USED)['pads'] as Record<string, { slots: Record<string, object> }>;
+  const broken = (slot: object): object => ({
+    pads: { P: { ...pads['Some pad'], slots: { ...pads['Some pad']!.slots, leftX: slot } } },
+  });
+  it.each<[string, object]>([
+    ['a newer version', { version: 2 }],
+    ['no version', { version: null }],
+    ['no such mode', { mode: 5 }],
+    ['a mode in words', { mode: '2' }],
+    ['no pads', { pads: [] }],
+    ['half a pad', { pads: { P: { slots: {} } } }],
+    ['half an axis', broken({ axis: 0.5, isInverted: false, low: -1, centre: 0, high: 1 })],
+    ['travel that is none', broken({ axis: 0, isInverted: false, low: 0, centre: 0, high: 0 })],
+    ['travel without end', broken({ axis: 0, isInverted: false, low: -1, centre: 0, high: 1e9 })],
+    ['no direction', broken({ axis: 0, low: -1, centre: 0, high: 1 })],
+  ])('is refused with %s', (_, changes) => {
+    expect(() => readDocument({ ...onTheWire(USED), ...changes })).toThrow(UnreadableSettings);
+  });
+
+  it('keeps the pads used last, and stays well below what the tower keeps', () => {
+    let settings = DEFAULT_SETTINGS;
+    const buttons = Object.fromEntries([...Array(17).keys()].map((number) => [number, 'disarm' as const]));
+    const awkward = { axis: 12, isInverted: true, low: -0.9137254953384399, centre: 0.003921568859368563, high: 1 };
+    const slots = { leftX: awkward, leftY: awkward, rightX: awkward, rightY: awkward };
+    for (const number of [1, 2, 3, 4, 5, 6, 7, 1]) {
+      settings = withPad(settings, `Xbox Wireless Controller ${number} (STANDARD GAMEPAD Vendor: 045e Product: 0b13)`, {
+        ...DEFAULT_PAD,
+        slots,
+        buttons,
+      });
+    }
+    const ids = Object.keys(settings.pads).map((id) => id.split(' ')[3]);
+    expect(ids).toEqual(['3', '4', '5', '6', '7', '1']);
+    expect(ids.length).toBe(MOST_PADS);
+    expect(JSON.stringify(toDocument(settings)).length).toBeLessThan(8 * 1024);
+  });
+});
+
+describe('the keeper', () => {
+  let clock: FakeClock;
+  let stored: Record<string, unknown>;
+  let puts: number;
+  let fault: Error | null;
+  let keeper: StickSettingsKeeper;
+
+  beforeEach(() => {
+    clock = new FakeClock();
+    stored = {};
+    puts = 0;
+    fault = null;
+    const answer = <T>(value: T): Promise<T> => (fault ? Promise.reject(fault) : Promise.resolve(value));
+    keeper = new StickSettingsKeeper(clock, {
+      preferences: () => answer(stored),
+      keepPreference(name, document) {
+        puts++;
+        if (!fault) stored = { ...stored, [name]: JSON.parse(JSON.stringify(document)) as unknown };
+        return answer(undefined);
+      },
+    });
+  });
+
+  it('reads what the tower has', async () => {
+    stored = { sticks: onTheWire(USED), other: {} };
+    await keeper.read();
+    expect(keeper.kept.get()).toMatchObject({ settings: USED, phase: 'kept', isRead: true });
+  });
+
+  it('says why it could not, and does not pass off guesses as the pilot’s', async () => {
+    fault = new Error('The tower cannot be reached.');
+    await keeper.read();
+    expect(keeper.kept.get()).toMatchObject({ phase: 'failed', why: 'The tower cannot be reached.', isRead: false });
+    fault = null;
+    stored = { sticks: { version: 99 } };
+    await keeper.read();
+    expect(keeper.kept.get()).toMatchObject({ phase: 'failed', isRead: false });
+    keeper.startAnew();
+    await clock.pass(1_000);
+    expect(stored['sticks']).toEqual(onTheWire(DEFAULT_SETTINGS));
+    expect(keeper.kept.get()).toMatchObject({ phase: 'kept', isRead: true });
+  });
+
+  it('keeps many changes at once, and says when it could not', async () => {
+    await keeper.read();
+    for (const mode of [1, 3, 4] as const) keeper.change((settings) => ({ ...settings, mode }));
+    expect(keeper.kept.get()).toMatchObject({ phase: 'saving', settings: { mode: 4 } });
+    await clock.pass(1_000);
+    expect(puts).toBe(1);
+    expect(stored['sticks']).toMatchObject({ mode: 4 });
+    fault = new Error('no room');
+    keeper.change((settings) => ({ ...settings, mode: 2 }));
+    await clock.pass(1_000);
+    expect(keeper.kept.get()).toMatchObject({ phase: 'failed', why: 'no room', settings: { mode: 2 }, isRead: true });
+  });
+
+  it('does not give one user the answer to another', async () => {
+    stored = { sticks: onTheWire(USED) };
+    const reading = keeper.read();
+    keeper.forget();
+    await reading;
+    await settled();
+    expect(keeper.kept.get()).toMatchObject({ phase: 'unread', isRead: false, settings: DEFAULT_SETTINGS });
+  });
+});
