@@ -26,6 +26,7 @@ FLAGS: Final = (
 FLIGHT_TIMEOUT_S: Final = 90.0
 METRES_PER_DEGREE: Final = 111_195.0
 
+
 class Somebody(Protocol):
     """Opens the console in a browser profile of its own; with `has_touch` on a tablet."""
 

@@ -11,7 +11,7 @@ HEIGHT_M = 12.0
 
 @pytest.fixture(autouse=True)
 def patient_drones(world: World) -> None:
-    """A browser that draws in software on a busy machine is late now and then; how much is too late is not tested here."""
+    """A browser that draws in software is late now and then; how late is too late is tested elsewhere."""
     patient = {"sticks_stale_s": 2.0, "sticks_late_s": 2.0, "rtt_limit_ms": 5000, "rtt_limit_s": 5.0}
     answer = world.visitor("admin").ask("PATCH", "/drones/1/settings", patient)
     assert answer.status == 200, answer.body
