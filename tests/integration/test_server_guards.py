@@ -1,5 +1,6 @@
 """What surrounds every answer: problem documents, origins, sizes, security headers, the console's files."""
 
+import gzip
 import json
 from pathlib import Path
 
@@ -159,6 +160,28 @@ async def test_the_console_and_its_pages(world: TowerWorld) -> None:
     assert "immutable" in asset.headers["cache-control"]
     assert asset.headers["content-type"].startswith("text/javascript")
     assert_problem(await client.get("/assets/gone-000000.js"), 404, "not-found")
+
+
+async def test_the_console_goes_out_compressed_and_only_once(world: TowerWorld, tmp_path: Path) -> None:
+    script = tmp_path / "dist" / "assets" / "app-1a2b3c.js"
+    script.with_name("app-1a2b3c.js.gz").write_bytes(gzip.compress(script.read_bytes()))
+    client = await world.client()
+    plain = await client.get("/assets/app-1a2b3c.js", headers={"Accept-Encoding": "identity"})
+    packed = await client.get("/assets/app-1a2b3c.js", headers={"Accept-Encoding": "br, gzip"})
+    assert "content-encoding" not in plain.headers
+    assert packed.headers["content-encoding"] == "gzip"
+    assert packed.headers["content-type"] == plain.headers["content-type"]
+    assert packed.headers["vary"] == plain.headers["vary"] == "Accept-Encoding"
+    assert packed.text == plain.text == "export {}"
+    # A shared cache must never take one for the other.
+    assert packed.headers["etag"] != plain.headers["etag"]
+
+    page = await client.get("/")
+    again = await client.get("/control/7", headers={"If-None-Match": f'"old", W/{page.headers["etag"]}'})
+    assert again.status_code == 304
+    assert again.content == b""
+    assert again.headers["etag"] == page.headers["etag"]
+    assert (await client.get("/", headers={"If-None-Match": '"old"'})).status_code == 200
 
 
 @pytest.mark.parametrize("path", ["/../secret.txt", "/%2e%2e/secret.txt", "/assets/..%2f..%2fsecret.txt", "/%00"])
