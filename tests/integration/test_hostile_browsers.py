@@ -5,7 +5,7 @@ import gc
 import os
 import socket
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -99,10 +99,21 @@ def connections() -> list[GuardedWebSocket]:
     return [one for one in found if not one.disconnected]
 
 
-async def everything_reaches(world: TowerWorld, client: httpx.AsyncClient, agent: Agent, *, beside: int) -> None:
-    """Sends many acknowledgements while `beside` others misbehave; one that reads gets each of them, in order."""
+async def everything_reaches(
+    world: TowerWorld,
+    client: httpx.AsyncClient,
+    agent: Agent,
+    *,
+    beside: int,
+    begin: Callable[[], object] = lambda: None,
+) -> None:
+    """Sends many acknowledgements while `beside` others misbehave; one that reads gets each of them, in order.
+
+    `begin` is called when all are attached: who would be closed for what it does must not be before.
+    """
     async with live(world, client) as good:
         await until("all are attached", lambda: len(world.tower.hub._state.browsers) == beside + 1)
+        begin()
         numbers: list[int] = []
         sent = 0
         async with asyncio.timeout(60):
@@ -218,9 +229,11 @@ async def test_tiny_messages_without_end_are_closed_with_a_code_and_the_other_br
             except ConnectionError:
                 return
 
-        flooder = asyncio.create_task(flood())
-        await everything_reaches(world, client, agent, beside=1)
-        await asyncio.wait_for(flooder, 20)
+        flooders: list[asyncio.Task[None]] = []
+        await everything_reaches(
+            world, client, agent, beside=1, begin=lambda: flooders.append(asyncio.create_task(flood()))
+        )
+        await asyncio.wait_for(flooders[0], 20)
     assert hub.drops[DropReason.FLOOD] >= 5_000
     assert 100 < max(parsed_at_once) <= SLICE_BYTES // len(masked(BINARY, b"\xff")) + 1, "and not a whole read of them"
     assert not hub._state.browsers
