@@ -1,8 +1,10 @@
 """Who and what is there, and how much waits for browsers, counted when somebody asks. Off the frame path."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 from server.relay.live_state import LiveState
+from wire.ids import UserId
 
 Depths = tuple[int, int, int]
 """Text messages, transactional frames, state frames."""
@@ -36,3 +38,9 @@ def take_census(state: LiveState) -> Census:
         waiting=(sum(texts), sum(transactional), sum(kinds)),
         deepest=(max(texts), max(transactional), max(kinds)),
     )
+
+
+def who_is_online(state: LiveState) -> list[tuple[UserId, str, int]]:
+    """(user, name, live connections) of everybody who has one, by name."""
+    counted = Counter((browser.viewer.name, browser.viewer.user_id) for browser in state.browsers.values())
+    return [(user_id, name, connections) for (name, user_id), connections in sorted(counted.items())]

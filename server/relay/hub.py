@@ -26,7 +26,7 @@ from server.relay.agent_link import AgentLink
 from server.relay.agent_reports import AgentReports
 from server.relay.audience import Audience
 from server.relay.browser import Browser
-from server.relay.census import Census, take_census
+from server.relay.census import Census, take_census, who_is_online
 from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
 from server.relay.flood_gate import FloodGate, FloodLimits
 from server.relay.frame_paths import FramePaths
@@ -219,6 +219,10 @@ class Hub:
     def count_agents(self) -> tuple[int, int]:
         """(drones there are, drones online)."""
         return len(self._state.drones), sum(drone.online for drone in self._state.drones.values())
+
+    def who_is_online(self) -> list[tuple[UserId, str, int]]:
+        """(user, name, live connections) of everybody who has one, by name."""
+        return who_is_online(self._state)
 
     def count_browsers(self) -> tuple[int, int]:
         """(live connections, different users behind them)."""

@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field
 from sqlalchemy import make_url, text
 
 from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
+from server.fleet.views import UserRefView
 from server.problem_docs import answers
 from server.tower import Tower, tower_of
 
@@ -61,6 +62,18 @@ class SystemView(BaseModel):
     agents: AgentsView
     clients: ClientsView
     memory_bytes: Annotated[int, Field(description="The most that the process has had so far")]
+
+
+class OnlineView(BaseModel):
+    user: UserRefView
+    connections: Annotated[int, Field(description="Live connections: browsers and programs")]
+
+
+@router.get("/online", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
+async def who_is_online(request: Request, admin: Admin) -> list[OnlineView]:
+    """Who has a live connection at this moment, by name."""
+    found = tower_of(request).hub.who_is_online()
+    return [OnlineView(user=UserRefView(id=user_id, name=name), connections=many) for user_id, name, many in found]
 
 
 @router.get("/system", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))

@@ -36,7 +36,7 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("reset_second_factor", "create_drone", "rename_drone", "delete_drone"), RULE),
     **dict.fromkeys(("rotate_credential", "add_owner", "remove_owner", "lend_drone", "end_loan"), RULE),
     **dict.fromkeys(("begin_enrolment", "list_enrolments", "cancel_enrolment"), RULE),
-    **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "metrics"), RULE),
+    **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online", "metrics"), RULE),
 }
 ROUTES: Final = [route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute)]
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import httpx
 import pytest
+from control_world import live
 from tower_world import TowerWorld, assert_problem, start_tower
 
 from server.accounts.tables import Role
@@ -85,3 +86,14 @@ async def test_the_system_says_how_it_is(world: TowerWorld, root: httpx.AsyncCli
     assert told["memory_bytes"] > 10_000_000
     operator = await world.signed_in(await world.add_user("Anna"))
     assert_problem(await operator.get("/api/v1/system"), 403, "admins-only")
+
+
+async def test_admins_see_who_is_online(world: TowerWorld, root: httpx.AsyncClient) -> None:
+    anna = await world.add_user("Anna")
+    operator = await world.signed_in(anna)
+    assert (await root.get("/api/v1/online")).json() == []
+    async with live(world, operator), live(world, operator), live(world, root):
+        told = (await root.get("/api/v1/online")).json()
+        assert [(one["user"]["name"], one["connections"]) for one in told] == [("Anna", 2), ("Root", 1)]
+        assert told[0]["user"]["id"] == anna.id
+    assert_problem(await operator.get("/api/v1/online"), 403, "admins-only")

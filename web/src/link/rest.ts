@@ -2,7 +2,7 @@
 
 import { readDrone, type DroneOnWire } from './drone_view';
 import type { LossCheck, RehearsalTerms, SafetySettings } from './safety_types';
-import type { Drone, RehearsedLoss, User } from './wire_types';
+import type { Drone, Online, RehearsedLoss, User } from './wire_types';
 
 export interface FieldError {
   readonly field: string;
@@ -66,6 +66,11 @@ export class Rest {
   /** At most 8 KiB of JSON. */
   keepPreference(name: string, document: Record<string, unknown>): Promise<void> {
     return this.#call('PUT', `/me/preferences/${name}`, document);
+  }
+
+  /** Who has a live connection now; for admins. */
+  online(): Promise<readonly Online[]> {
+    return this.#call('GET', '/online');
   }
 
   async drones(): Promise<Drone[]> {

@@ -11,6 +11,12 @@ export interface UserRef {
   readonly name: string;
 }
 
+/** Somebody with live connections: browsers and programs. */
+export interface Online {
+  readonly user: UserRef;
+  readonly connections: number;
+}
+
 /** What the agent does when the tower stays lost. */
 export type LostAction = 'return' | 'land' | 'continue' | 'nothing';
 

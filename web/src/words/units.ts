@@ -86,3 +86,14 @@ export function fromMetric(system: UnitSystem, quantity: Quantity, value: number
   const { inMetric, decimals } = UNITS[system][quantity];
   return Number((value / inMetric).toFixed(decimals));
 }
+
+/** What a field that began at `initial` means: that very value while nobody has typed another, however it is rounded. */
+export const meantBy = (system: UnitSystem, quantity: Quantity, typed: number, initial: number): number =>
+  typed === fromMetric(system, quantity, initial) ? initial : toMetric(system, quantity, typed);
+
+/** The least and the most that a field takes, rounded inwards: neither end is ever outside of what is allowed. */
+export function fieldBounds(system: UnitSystem, quantity: Quantity, least: number, most: number): [number, number] {
+  const { inMetric, decimals } = UNITS[system][quantity];
+  const step = 10 ** decimals;
+  return [Math.ceil((least / inMetric) * step) / step, Math.floor((most / inMetric) * step) / step];
+}

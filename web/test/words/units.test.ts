@@ -1,6 +1,15 @@
 import { describe, expect, it } from 'vitest';
 
-import { fromMetric, isUnitSystem, measure, measured, toMetric, UNIT_SYSTEMS } from '../../src/words/units';
+import {
+  fieldBounds,
+  fromMetric,
+  isUnitSystem,
+  meantBy,
+  measure,
+  measured,
+  toMetric,
+  UNIT_SYSTEMS,
+} from '../../src/words/units';
 
 describe('a quantity', () => {
   it.each([
@@ -36,6 +45,25 @@ describe('a quantity', () => {
       expect(fromMetric(system, 'height', toMetric(system, 'height', 120))).toBe(120);
     }
     expect(toMetric('aviation', 'speed', 1)).toBeCloseTo(0.5144, 4);
+  });
+});
+
+describe('a field', () => {
+  it('that nobody has changed means the very value that it began with', () => {
+    expect(fromMetric('imperial', 'height', 20)).toBe(66);
+    expect(meantBy('imperial', 'height', 66, 20)).toBe(20);
+    expect(meantBy('imperial', 'height', 67, 20)).toBeCloseTo(20.42, 2);
+    expect(meantBy('metric', 'height', 25, 20)).toBe(25);
+  });
+
+  it('takes nothing that is outside of what is allowed', () => {
+    expect(fieldBounds('metric', 'height', 1, 500)).toEqual([1, 500]);
+    for (const { value: system } of UNIT_SYSTEMS) {
+      const [least, most] = fieldBounds(system, 'height', 1, 500);
+      expect(toMetric(system, 'height', least)).toBeGreaterThanOrEqual(1);
+      expect(toMetric(system, 'height', most)).toBeLessThanOrEqual(500);
+    }
+    expect(fieldBounds('aviation', 'height', 1, 500)).toEqual([4, 1640]);
   });
 });
 
