@@ -22,10 +22,14 @@ from bench.relay_measure import Measured, idle_us_per_s, measure
 from bench.relay_sticks import stick_latencies_ms
 from bench.relay_systems import Pattern, System, in_c, mavproxy, ours, share_processors, to_websocket
 from bench.rows import Report
+from server.relay.read_rhythm import LONGEST_REST_S
 
 PACKED: Final = Pattern("bursts of 5", 5)
 UNPACKED: Final = Pattern("bursts of 5, a datagram each", 5, packed=False)
 ONE_BY_ONE: Final = Pattern("one by one", 1)
+DEADLINE_MS: Final = 1e3 * LONGEST_REST_S
+"""How long a datagram may wait in the tower for others to be read with. Latency is told with it and beyond it."""
+
 FLOOR: Final = "forwarder, uvloop UDP to WebSocket"
 
 
@@ -52,12 +56,14 @@ class Found:
     """Of one system in one case, over the rounds."""
 
     cpu_us: list[float] = field(default_factory=list)
+    whole_us: list[float] = field(default_factory=list)
     latencies_ms: list[float] = field(default_factory=list)
     lost: int = 0
     rss_mb: float = 0.0
 
     def add(self, one: Measured) -> None:
         self.cpu_us.append(one.cpu_us_per_frame)
+        self.whole_us.append(one.whole_us_per_frame)
         self.latencies_ms += [us / 1e3 for us in one.latencies_us]
         self.lost += max(one.sent - one.arrived, 0)
         self.rss_mb = max(self.rss_mb, one.rss_mb)
@@ -141,7 +147,8 @@ async def _side_by_side(
                             case = f"{plan.drones} drones, {rate:g} frames/s, {pattern.name}"
                             found.setdefault((case, name), Found()).add(one)
                             report.say(
-                                f"{number + 1}/{plan.rounds} {name}: {case}: {one.cpu_us_per_frame:.1f} us a frame, "
+                                f"{number + 1}/{plan.rounds} {name}: {case}: {one.cpu_us_per_frame:.1f} us a frame "
+                                f"({one.whole_us_per_frame:.1f} with all), "
                                 f"{one.arrived} of {one.sent} in {one.messages}, load late {one.load_late_ms:.1f} ms"
                             )
             except (TimeoutError, RuntimeError, OSError) as reason:
@@ -158,6 +165,13 @@ def _tell(report: Report, case: str, name: str, one: Found, found: dict[tuple[st
     floor = found.get((case.replace(UNPACKED.name, PACKED.name), FLOOR))
     if floor is not None:
         report.add(case, "cpu_of_forwarders", cpu_us / statistics.median(floor.cpu_us), "ratio")
+    report.add(case, "cpu_per_frame_whole", statistics.median(one.whole_us), "us")
+    if floor is not None:
+        report.add(
+            case, "whole_of_forwarders", statistics.median(one.whole_us) / statistics.median(floor.whole_us), "ratio"
+        )
     report.spread(case, "latency", one.latencies_ms, "ms")
+    if name == "ours":
+        report.spread(case, "latency_beyond_deadline", [max(ms - DEADLINE_MS, 0.0) for ms in one.latencies_ms], "ms")
     report.add(case, "not_arrived", one.lost, "count")
     report.add(case, "memory", one.rss_mb, "MB")

@@ -23,6 +23,9 @@ class Measured:
     arrived: int
     messages: int
     cpu_us_per_frame: float
+    """Beyond what it uses when idle with the same links."""
+    whole_us_per_frame: float
+    """All that it used meanwhile, keep-alives and clocks too."""
     latencies_us: list[float]
     sending_s: float
     """How long our load took to send it."""
@@ -62,7 +65,8 @@ async def measure(
         late_s = await paced(senders, period_s, max(for_s, period_s))
         sending_s = time.monotonic() - began_s
         await asyncio.sleep(SETTLE_S)
-        used_us = cpu_us(running.pid) - began_us - idle * (time.monotonic() - began_s)
+        whole_us = cpu_us(running.pid) - began_us
+        used_us = whole_us - idle * (time.monotonic() - began_s)
     finally:
         gc.enable()
     sent = running.sent() - sent_before
@@ -71,6 +75,7 @@ async def measure(
         arrived=running.sink.frames,
         messages=running.sink.messages,
         cpu_us_per_frame=used_us / sent,
+        whole_us_per_frame=whole_us / sent,
         latencies_us=running.sink.latencies_us,
         sending_s=sending_s,
         load_late_ms=late_s * 1e3,

@@ -5,7 +5,7 @@ side knows the loss of both directions, and a keep-alive that is lost itself tak
 """
 
 from collections import deque
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from typing import Final, NamedTuple
 
 from wire.content import Report
@@ -50,31 +50,61 @@ class _Counted:
         told_at, last = self._points[-1]
         if last.expected == 0 or now - told_at > window_s:
             return None
-        begin = self._points[0][1]
-        for at, report in self._points:
-            if at > now - window_s:
-                break
-            begin = report
+        begin = self._before(now - window_s, near_the_end=window_s <= SHORT_WINDOW_S)
         expected = last.expected - begin.expected
         if expected <= 0:
             # Two pings a second are sent at least: nothing for a whole second means that they were lost.
             return 1.0 if now - self._points[0][0] > window_s >= SHORT_WINDOW_S else None
         return min(1.0, max(0.0, 1.0 - (last.received - begin.received) / expected))
 
+    def _before(self, moment: float, *, near_the_end: bool) -> Report:
+        """The newest report that is not later than `moment`, or else the oldest of all. Looked for from the nearer end:
+        a thousand links are asked this every second."""
+        begin = self._points[0][1]
+        if near_the_end:
+            return next((report for at, report in reversed(self._points) if at <= moment), begin)
+        for at, report in self._points:
+            if at > moment:
+                break
+            begin = report
+        return begin
+
 
 class LinkQuality:
     """Feed it each round trip, each report that came, and one's own counters; ask `over`."""
 
     def __init__(self, now: float) -> None:
-        self._trips: deque[tuple[float, float]] = deque(maxlen=_REMEMBERED)
+        self._trips: deque[tuple[float, float]] = deque()
+        self._trip_sum_s = 0.0
+        """Of `_trips`."""
+        self._step_sum_s = 0.0
+        """Of the differences between each of them and the next."""
         self._sent = _Counted(now)
         self._received = _Counted(now)
 
     def round_trip(self, rtt_s: float, now: float) -> None:
         """A ping was answered."""
-        self._trips.append((now, rtt_s))
-        while now - self._trips[0][0] > LONG_WINDOW_S:
-            self._trips.popleft()
+        trips = self._trips
+        if len(trips) == _REMEMBERED:
+            self._forget_oldest()
+        if trips:
+            self._step_sum_s += abs(rtt_s - trips[-1][1])
+        self._trip_sum_s += rtt_s
+        trips.append((now, rtt_s))
+        self._forget_old(now)
+
+    def _forget_old(self, now: float) -> None:
+        while self._trips and now - self._trips[0][0] > LONG_WINDOW_S:
+            self._forget_oldest()
+
+    def _forget_oldest(self) -> None:
+        trips = self._trips
+        _, rtt_s = trips.popleft()
+        if trips:
+            self._trip_sum_s -= rtt_s
+            self._step_sum_s -= abs(trips[0][1] - rtt_s)
+        else:  # and no rounding is carried on
+            self._trip_sum_s = self._step_sum_s = 0.0
 
     def told(self, report: Report, now: float) -> None:
         """The other side says what it has received."""
@@ -86,11 +116,18 @@ class LinkQuality:
 
     def over(self, window_s: float, now: float) -> Quality:
         """`window_s`: SHORT_WINDOW_S or LONG_WINDOW_S, or between."""
-        trips = [rtt for at, rtt in self._trips if now - at <= window_s]
-        steps = [abs(later - earlier) for earlier, later in pairwise(trips)]
-        return Quality(
-            rtt_s=sum(trips) / len(trips) if trips else None,
-            jitter_s=sum(steps) / len(steps) if steps else None,
-            loss_sent=self._sent.loss(window_s, now),
-            loss_received=self._received.loss(window_s, now),
+        rtt_s, jitter_s = self._trips_over(window_s, now)
+        return Quality(rtt_s, jitter_s, self._sent.loss(window_s, now), self._received.loss(window_s, now))
+
+    def _trips_over(self, window_s: float, now: float) -> tuple[float | None, float | None]:
+        if window_s >= LONG_WINDOW_S:
+            self._forget_old(now)
+            count, trip_sum_s, step_sum_s = len(self._trips), self._trip_sum_s, self._step_sum_s
+        else:
+            trips = [rtt_s for _, rtt_s in takewhile(lambda trip: now - trip[0] <= window_s, reversed(self._trips))]
+            count, trip_sum_s = len(trips), sum(trips)
+            step_sum_s = sum(abs(later - earlier) for later, earlier in pairwise(trips))
+        return (
+            trip_sum_s / count if count else None,
+            max(0.0, step_sum_s) / (count - 1) if count > 1 else None,
         )
