@@ -19,9 +19,16 @@ export class RestError extends Error {
     readonly type: string,
     /** What is wrong with which field of the request. */
     readonly errors: readonly FieldError[] = [],
+    /** How long to wait before another try; null where the tower did not say. */
+    readonly retryAfterS: number | null = null,
   ) {
     super(detail || title);
     this.name = 'RestError';
+  }
+
+  /** The last part of the problem's type: what docs/api.md calls it. */
+  get slug(): string {
+    return this.type.slice(Math.max(this.type.lastIndexOf('/'), this.type.lastIndexOf(':')) + 1);
   }
 }
 
@@ -46,8 +53,13 @@ export class Rest {
     this.#fetch = fetcher;
   }
 
-  signIn(name: string, password: string): Promise<User> {
-    return this.#call('POST', '/session', { name, password });
+  /** `code`: of the authenticator or a recovery code, where the account asks for one. */
+  signIn(name: string, password: string, code = ''): Promise<User> {
+    return this.#call('POST', '/session', code ? { name, password, code } : { name, password });
+  }
+
+  changePassword(oldPassword: string, newPassword: string): Promise<User> {
+    return this.#call('POST', '/me/password', { old_password: oldPassword, new_password: newPassword });
   }
 
   signOut(): Promise<void> {
@@ -110,6 +122,11 @@ export class Rest {
     return this.#call('POST', `/drones/${droneId}/rehearsal`, body);
   }
 
+  /** For the other families of requests: link/account_rest.ts, link/admin_rest.ts. */
+  call<T>(method: string, path: string, body?: unknown): Promise<T> {
+    return this.#call(method, path, body);
+  }
+
   async #call<T>(method: string, path: string, body?: unknown): Promise<T> {
     const headers: Record<string, string> = { Accept: 'application/json, application/problem+json' };
     if (body !== undefined) headers['Content-Type'] = 'application/json';
@@ -142,7 +159,9 @@ async function problemOf(answer: Response): Promise<RestError> {
   const words = (key: string): string => (typeof problem[key] === 'string' ? problem[key] : '');
   const title = words('title') || answer.statusText || `Error ${answer.status}`;
   const detail = words('detail') || `The tower answered with status ${answer.status}.`;
-  return new RestError(answer.status, title, detail, words('type'), fieldErrors(problem['errors']));
+  const waits = Number(answer.headers.get('Retry-After') ?? NaN);
+  const retryAfterS = Number.isFinite(waits) ? waits : null;
+  return new RestError(answer.status, title, detail, words('type'), fieldErrors(problem['errors']), retryAfterS);
 }
 
 function fieldErrors(value: unknown): FieldError[] {

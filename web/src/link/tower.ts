@@ -4,6 +4,7 @@
  */
 
 import { realClock, type Clock } from './clock';
+import type { Enrolment } from './admin_types';
 import { AlertFeed } from './alert_feed';
 import { AssistTurns } from './assist_turns';
 import { mayCommand, readDrone } from './drone_view';
@@ -50,6 +51,8 @@ export class Tower {
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
   readonly lossChecks: LossChecks;
+  /** The invitation of a drone that changed last; for admins. */
+  readonly enrolment = new Store<Enrolment | null>(null);
   /** Why we were signed out, and what we had in hand; empty when nobody ended it but we. */
   readonly farewell = new Store('');
   /** Since when we do not hear the tower; null while we do. */
@@ -83,15 +86,24 @@ export class Tower {
 
   /** Signed in already (a cookie from before)? Then go live. */
   async resume(): Promise<void> {
-    const user = await this.rest.me();
-    this.user.set(user);
-    this.live.start();
+    this.#signedIn(await this.rest.me());
   }
 
-  async signIn(name: string, password: string): Promise<void> {
-    this.user.set(await this.rest.signIn(name, password));
+  async signIn(name: string, password: string, code = ''): Promise<void> {
+    this.#signedIn(await this.rest.signIn(name, password, code));
     this.farewell.set('');
-    this.live.start();
+  }
+
+  /** The tower ends every session of the user and begins a new one for us: the live connection follows. */
+  async changePassword(oldPassword: string, newPassword: string): Promise<void> {
+    this.live.stop();
+    try {
+      this.#signedIn(await this.rest.changePassword(oldPassword, newPassword));
+    } catch (error) {
+      const user = this.user.get();
+      if (user && !user.must_change_password) this.live.start();
+      throw error;
+    }
   }
 
   async signOut(): Promise<void> {
@@ -125,14 +137,24 @@ export class Tower {
     this.alertFeed.look(this.vehicles.get().values(), this.clock.nowMs());
   }
 
+  /** A first password lets its user change it, and nothing else: there is no live connection before. */
+  #signedIn(user: User): void {
+    this.user.set(user);
+    if (user.must_change_password) this.live.stop();
+    else this.live.start();
+  }
+
   #onEvent(event: TowerEvent): void {
     switch (event.type) {
       case 'welcome':
-        this.user.set(event.user);
+        this.user.update((known) => (known?.id === event.user.id ? { ...known, ...event.user } : event.user));
         this.#welcome(event.drones.map(readDrone));
         break;
       case 'drone':
         this.#putDrone(readDrone(event.drone));
+        break;
+      case 'enrolment':
+        this.enrolment.set(event.enrolment);
         break;
       case 'drone_removed':
         this.#dropped(this.vehicles.get().get(event.drone_id)?.drone.get());
@@ -296,7 +318,8 @@ export class Tower {
 
   async #checkSession(): Promise<void> {
     try {
-      await this.rest.me();
+      const user = await this.rest.me();
+      if (user.must_change_password) this.#signedIn(user);
     } catch (error) {
       if (error instanceof RestError && error.status === 401) {
         this.live.stop();

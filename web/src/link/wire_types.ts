@@ -1,9 +1,14 @@
 /** What the tower says in JSON, as docs/wire-protocol.md (1.2) defines it. */
 
+import type { Enrolment, Loan } from './admin_types';
+
 export interface User {
   readonly id: number;
   readonly name: string;
   readonly role: 'admin' | 'operator';
+  /** Somebody else made the password: nothing else may be done before a new one. Only REST says it. */
+  readonly must_change_password?: boolean;
+  readonly second_factor?: boolean;
 }
 
 export interface UserRef {
@@ -47,6 +52,8 @@ export interface Drone {
   readonly profile_chosen: StreamProfile | 'auto';
   /** Why it is this profile, for people. */
   readonly profile_why: string;
+  /** Who may use it until when, besides its owners. */
+  readonly loans?: readonly Loan[];
 }
 
 export type ControlChange =
@@ -136,6 +143,12 @@ export interface NoticeEvent {
   readonly count: number;
 }
 
+/** An invitation of a drone came further (docs/api.md); said to admins. */
+export interface EnrolmentEvent {
+  readonly type: 'enrolment';
+  readonly enrolment: Enrolment;
+}
+
 export type TowerEvent =
   | { readonly type: 'welcome'; readonly user: User; readonly drones: readonly Drone[]; readonly server_time: string }
   | { readonly type: 'drone'; readonly drone: Drone }
@@ -143,6 +156,7 @@ export type TowerEvent =
   | { readonly type: 'ping'; readonly sequence: number }
   | { readonly type: 'lost'; readonly drone_id: number; readonly count: number }
   | ControlEvent
+  | EnrolmentEvent
   | HoldEvent
   | LinksEvent
   | LossCheckEvent
@@ -157,6 +171,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'ping',
   'lost',
   'control',
+  'enrolment',
   'hold',
   'links',
   'loss_check',

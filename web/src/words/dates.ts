@@ -1,0 +1,55 @@
+/** Moments and spans of accounts and records: dates in UTC, as all times of the console are. */
+
+import { UNKNOWN } from './format';
+
+const MINUTE_S = 60;
+const HOUR_S = 3600;
+const DAY_S = 86_400;
+
+/** `2026-03-04 05:06:07`, in UTC. */
+export function dateTime(iso: string | null): string {
+  if (!iso) return UNKNOWN;
+  const at = new Date(iso);
+  return Number.isNaN(at.getTime()) ? UNKNOWN : at.toISOString().slice(0, 19).replace('T', ' ');
+}
+
+/** `3 min`, `2 h`, `5 d`: as long as a reader needs to know it. */
+export function span(seconds: number): string {
+  const whole = Math.max(0, seconds);
+  if (whole < MINUTE_S) return `${Math.floor(whole)} s`;
+  if (whole < HOUR_S) return `${Math.floor(whole / MINUTE_S)} min`;
+  if (whole < 2 * DAY_S) return `${Math.floor(whole / HOUR_S)} h`;
+  return `${Math.floor(whole / DAY_S)} d`;
+}
+
+export function ago(iso: string | null, nowMs: number): string {
+  if (!iso) return 'never';
+  return `${span((nowMs - new Date(iso).getTime()) / 1000)} ago`;
+}
+
+export function fromNow(iso: string, nowMs: number): string {
+  const seconds = (new Date(iso).getTime() - nowMs) / 1000;
+  return seconds > 0 ? `in ${span(seconds)}` : 'over';
+}
+
+export function bytes(count: number | null): string {
+  if (count === null) return UNKNOWN;
+  const units = ['B', 'kB', 'MB', 'GB', 'TB'];
+  let value = count;
+  let at = 0;
+  while (value >= 1000 && at < units.length - 1) {
+    value /= 1000;
+    at += 1;
+  }
+  return `${at === 0 ? value : value.toFixed(value < 10 ? 1 : 0)} ${units[at]}`;
+}
+
+/** What a `datetime-local` field holds is taken as UTC, as the field's label says. Empty for what is no date. */
+export function isoOfField(local: string): string {
+  const at = new Date(`${local}Z`);
+  return local && !Number.isNaN(at.getTime()) ? at.toISOString() : '';
+}
+
+export function fieldOfMs(atMs: number): string {
+  return new Date(atMs).toISOString().slice(0, 16);
+}

@@ -1,0 +1,20 @@
+/** How far an enrolment has come, in words. */
+
+import type { Enrolment } from '../link/admin_types';
+import { fromNow } from './dates';
+
+export function enrolmentWords({ state, expires_at, used_from, drone }: Enrolment, nowMs: number): string {
+  const from = used_from ? ` from ${used_from}` : '';
+  switch (state) {
+    case 'waiting':
+      return `Waiting for ${drone.name}. The token ends ${fromNow(expires_at, nowMs)}.`;
+    case 'used':
+      return `The credential was fetched${from}. Waiting for the agent of ${drone.name} to link.`;
+    case 'seen':
+      return `${drone.name} is enrolled: its agent has linked${from}.`;
+    case 'expired':
+      return 'The token ended before it was used. Make another command.';
+    case 'cancelled':
+      return 'This token was cancelled: another one took its place, or somebody ended it.';
+  }
+}

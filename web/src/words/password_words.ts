@@ -1,0 +1,25 @@
+/** The tower's rules for passwords, said before it has to refuse one. It decides; this only spares a round trip. */
+
+const SHORTEST = 8;
+const LONGEST = 256;
+
+export const PASSWORD_RULE = `${SHORTEST} to ${LONGEST} characters of any kind. Length counts more than signs: four words are good.`;
+
+/** What is wrong with it, or nothing. `old` is the password it takes the place of, where there is one. */
+export function passwordFault(password: string, old = ''): string {
+  const length = [...password].length;
+  if (length < SHORTEST) return `Too short: ${SHORTEST - length} more.`;
+  if (length > LONGEST) return `Too long: at most ${LONGEST} characters.`;
+  if (old && password === old) return 'This is the old password: choose another one.';
+  return '';
+}
+
+const LETTERS = 'abcdefghijkmnpqrstuvwxyz23456789'; // 32, without letters that look alike
+
+/** A first password for somebody else: 100 random bits, to be read out without mistakes. */
+export function newPassword(fill: (bytes: Uint8Array<ArrayBuffer>) => unknown = (bytes) => crypto.getRandomValues(bytes)): string {
+  const bytes = new Uint8Array(20);
+  fill(bytes);
+  const letters = [...bytes].map((byte) => LETTERS[byte % LETTERS.length]).join('');
+  return letters.replace(/(.{5})(?=.)/g, '$1-');
+}
