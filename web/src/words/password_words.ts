@@ -17,7 +17,9 @@ export function passwordFault(password: string, old = ''): string {
 const LETTERS = 'abcdefghijkmnpqrstuvwxyz23456789'; // 32, without letters that look alike
 
 /** A first password for somebody else: 100 random bits, to be read out without mistakes. */
-export function newPassword(fill: (bytes: Uint8Array<ArrayBuffer>) => unknown = (bytes) => crypto.getRandomValues(bytes)): string {
+export function newPassword(
+  fill: (bytes: Uint8Array<ArrayBuffer>) => unknown = (bytes) => crypto.getRandomValues(bytes),
+): string {
   const bytes = new Uint8Array(20);
   fill(bytes);
   const letters = [...bytes].map((byte) => LETTERS[byte % LETTERS.length]).join('');
