@@ -1,7 +1,7 @@
 """One's own account in the browser: the way in, the first password, a second factor, tokens, sessions."""
 
 import re
-from datetime import datetime
+import time
 
 import pyotp
 from console_page import ConsolePage, Somebody, signed_in
@@ -20,11 +20,14 @@ def choose_password(console: ConsolePage, old: str, new: str) -> None:
 
 def test_a_wrong_password_does_not_say_which_part_was_wrong(somebody_early: Somebody) -> None:
     console = somebody_early()
+    problem = console.part("sign-in-problem")
     console.sign_in("alice", "not the password")
-    wrong_password = console.part("sign-in-problem").inner_text()
-    expect(console.part("sign-in-problem")).to_contain_text("wrong")
+    expect(problem).to_contain_text("wrong")
+    known_name = problem.inner_text()
+    console.page.reload()
+    expect(problem).to_have_text("")
     console.sign_in("nobody of that name")
-    expect(console.part("sign-in-problem")).to_have_text(re.compile(re.escape(wrong_password)))
+    expect(problem).to_have_text(known_name)
 
 
 def test_who_tries_too_often_is_told_how_long_to_wait(somebody_early: Somebody) -> None:
@@ -62,7 +65,6 @@ def test_a_first_password_has_to_be_changed_before_anything_else(somebody_early:
 
     expect(console.part("connection-state")).to_have_attribute("data-value", "open")
     expect(console.part("first-password")).to_have_count(0)
-    quiet_world.visitor("admin")
     again = somebody_early()
     again.sign_in("carol", NEW_PASSWORD)
     expect(again.part("connection-state")).to_have_attribute("data-value", "open")
@@ -91,7 +93,7 @@ def test_a_second_factor_is_set_up_and_asked_for(somebody_early: Somebody) -> No
     by_code = somebody_early()
     by_code.sign_in("alice")
     # The code of now was used to confirm: the next one is good already.
-    next_code = pyotp.TOTP(secret).at(datetime.now(), 1)
+    next_code = pyotp.TOTP(secret).at(int(time.time()) + 30)
     by_code.part("sign-in-code").fill(next_code)
     by_code.part("sign-in-button").click()
     expect(by_code.part("connection-state")).to_have_attribute("data-value", "open")

@@ -89,8 +89,9 @@ export class AdminRest {
     return this.#rest.call('GET', '/enrolments');
   }
 
-  enrol(droneId: number, lastsS: number): Promise<EnrolmentBegun> {
-    return this.#rest.call('POST', `/drones/${droneId}/enrolments`, { lasts_s: lastsS });
+  /** `autopilot`: where the agent finds it, as docs/agent.md spells it; empty: the agent is started by hand later. */
+  enrol(droneId: number, lastsS: number, autopilot: string): Promise<EnrolmentBegun> {
+    return this.#rest.call('POST', `/drones/${droneId}/enrolments`, { lasts_s: lastsS, autopilot });
   }
 
   cancelEnrolment(enrolmentId: number): Promise<void> {

@@ -74,7 +74,7 @@ export type EnrolmentState = 'waiting' | 'used' | 'seen' | 'expired' | 'cancelle
 export interface Enrolment {
   readonly id: number;
   readonly drone: NamedRef;
-  readonly created_by: string | NamedRef;
+  readonly created_by: string;
   readonly created_at: string;
   readonly expires_at: string;
   readonly state: EnrolmentState;
@@ -126,5 +126,4 @@ export interface SystemHealth {
   readonly agents: { readonly known: number; readonly online: number };
   readonly clients: { readonly live: number; readonly users: number };
   readonly memory_bytes: number | null;
-  readonly agent_versions: Readonly<Record<string, number>>;
 }
