@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from worlds.processes import BIN, World, free_udp_ports, kill_9, wait_for
+from worlds.processes import BIN, PASSWORD, World, free_udp_ports, kill_9, wait_for
 
 from wire.dialect import build, decode, mavlink
 from wire.frame_stream import FrameStream
@@ -250,7 +250,8 @@ def test_a_revoked_token_ends_it(world: World) -> None:
 
 def test_a_new_password_signs_out_once_and_the_token_stays_good(world: World) -> None:
     connect(world, "--fly", "--tcp", "127.0.0.1:0")
-    answer = world.visitor("root").ask("PATCH", "/users/1", {"password": "another one"})
+    words = {"old_password": PASSWORD, "new_password": "another one"}
+    answer = world.visitor("alice").ask("POST", "/me/password", words)
     assert answer.status == 200, answer.body
     said(world, f"connected with {world.address} again")
     said(world, "you do NOT have the controls of Kestrel")

@@ -49,7 +49,7 @@ class Agent(ObedientAgent):
 
 @pytest.fixture
 async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
-    async with start_tower(tmp_path, user_sockets=5) as world:
+    async with start_tower(tmp_path, user_sockets=5, agent_frames_per_s=1_000_000) as world:
         yield world
 
 
