@@ -69,7 +69,7 @@ async def change_user(request: Request, admin: Admin, user_id: UserPath, body: U
         row = await users.change_user(session, user_id=user_id, change=change, deed=_deed(request, admin))
     await tower.roster.refresh()
     if body.disabled or password_hash is not None:
-        why = "the account was disabled" if body.disabled else "the password was changed"
+        why = "the account was disabled" if body.disabled else "an admin has set a new password"
         tower.hub.end_user(UserId(user_id), why)
     await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
     return AccountView.of(row)

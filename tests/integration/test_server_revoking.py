@@ -98,7 +98,7 @@ async def test_whoever_loses_the_ownership_reads_who_and_why(
     ("change", "why"),
     [
         ({"disabled": True}, "the account was disabled"),
-        ({"password": "another long password"}, "the password was changed"),
+        ({"password": "another long password"}, "an admin has set a new password"),
         ({"role": "admin"}, "the account is now that of an admin"),
         (None, "the account was disabled"),
     ],
