@@ -6,7 +6,8 @@ Laws, each with a test:
   or in an ordered hold the tower is gone, or the bound has passed, or the lost action begins. Never for ever: they hide
   the loss of the pilot from the autopilot's own failsafe.
 - The modes of the ladder are asked for in order until one is confirmed (`ModeLadder` holds the rules).
-- What the holder of the new epoch commands wins over the hold at once.
+- What the holder of the new epoch commands wins over the hold: no mode is asked for against it, and the hold ends when
+  the autopilot shows that it obeys. Until then, and if it refuses, the sticks stay centred.
 - Each step is reported when it is done, not when it is planned.
 """
 
@@ -47,6 +48,7 @@ class Hold:
         self._began_at = 0.0
         self._next_sticks_at = 0.0
         self._modes_known = False
+        self._waits = False
         self._deadline_told = False
         self._progress: list[HoldProgress] = []
         self._steps_told = 0
@@ -78,6 +80,7 @@ class Hold:
         self._settings = settings
         self._began_at = self._next_sticks_at = now
         self._modes_known = bool(rungs)
+        self._waits = False
         self._deadline_told = False
         self.phase = HoldPhase.IDLE
         self.sticks_on = False
@@ -123,7 +126,7 @@ class Hold:
             frames.append(self._maker.make(centred_sticks(vehicle_system_id), sender))
             if first:
                 self._report(HoldStep.STICKS_CENTRED, "", now)
-        if self._wants_mode:
+        if self._wants_mode and not self._waits:
             frames += self._ladder.due(now, vehicle_system_id=vehicle_system_id)
             self._follow_ladder(now)
         if elapsed_s >= DEADLINE_S and not self._deadline_told:
@@ -151,6 +154,14 @@ class Hold:
     def stop_sticks(self) -> None:
         """The holder's own sticks have come, and were centred: ours stop. The mode is still wanted."""
         self.sticks_on = False
+
+    def wait(self) -> None:
+        """The holder has commanded to fly without sticks: until it is seen what comes of it, no mode is asked for."""
+        self._waits = True
+
+    def go_on(self) -> None:
+        """Nothing came of it."""
+        self._waits = False
 
     def overruled(self, *, needs_sticks: bool, now: float, why: str = "the holder has commanded otherwise") -> None:
         """Somebody says how to fly instead. Where that needs no sticks, ours stop too."""

@@ -61,9 +61,15 @@ class Command(NamedTuple):
     """Somebody says how the drone is to fly. `needs_sticks`: in the new mode a hand must be on them."""
 
     needs_sticks: bool
+    command: int | None = None
+    """MAV_CMD; None for a message that is never acknowledged."""
 
 
-Intent = Sticks | Command
+class Target(NamedTuple):
+    """Somebody says where to, or how fast. An autopilot in a mode of sticks does not listen to it."""
+
+
+Intent = Sticks | Command | Target
 
 
 def read_intent(frame: bytes, *, autopilot_kind: int, middles_us: tuple[int, int, int, int]) -> Intent | None:
@@ -74,7 +80,7 @@ def read_intent(frame: bytes, *, autopilot_kind: int, middles_us: tuple[int, int
     if msgid == _ID_OVERRIDE:
         return _override(frame, middles_us)
     if msgid in _GUIDED_MESSAGES:
-        return Command(needs_sticks=False)
+        return Target()
     if msgid == _ID_SET_MODE:
         (custom_mode,) = _SET_MODE.unpack_from(_padded(frame, _SET_MODE.size))
         return Command(needs_sticks=not flies_without_sticks(autopilot_kind, custom_mode))
@@ -109,7 +115,7 @@ def _override(frame: bytes, middles_us: tuple[int, int, int, int]) -> Sticks | N
 def _command(frame: bytes, autopilot_kind: int) -> Command | None:
     _, param2, param3, *_, command = _COMMAND.unpack_from(_padded(frame, _COMMAND.size))
     if command in _GUIDED_COMMANDS:
-        return Command(needs_sticks=False)
+        return Command(needs_sticks=False, command=command)
     if command != mavlink.MAV_CMD_DO_SET_MODE:
         return None
     try:
@@ -118,7 +124,7 @@ def _command(frame: bytes, autopilot_kind: int) -> Command | None:
             mode = px4_custom_mode(int(param2), int(param3))
     except (ValueError, OverflowError):  # not a number, or infinite: the autopilot will refuse it
         return None
-    return Command(needs_sticks=not flies_without_sticks(autopilot_kind, mode))
+    return Command(needs_sticks=not flies_without_sticks(autopilot_kind, mode), command=command)
 
 
 def arms(frame: bytes) -> bool:

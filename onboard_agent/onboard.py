@@ -9,6 +9,7 @@ from collections import Counter
 from typing import Any, Final
 
 from onboard_agent.autopilot_state import AutopilotEvent, AutopilotView
+from onboard_agent.command_wish import CommandWish
 from onboard_agent.downlink import SETUP_SIGNING, Downlink
 from onboard_agent.flight_modes import (
     FlightMode,
@@ -20,7 +21,7 @@ from onboard_agent.flight_modes import (
 )
 from onboard_agent.hold import Hold
 from onboard_agent.inquiry import READ, Inquiry
-from onboard_agent.intent import INTERESTING, Sticks, arms, read_intent
+from onboard_agent.intent import INTERESTING, Command, Sticks, Target, arms, read_intent
 from onboard_agent.late_frames import too_late
 from onboard_agent.lost_action import Loss, LostActing
 from onboard_agent.lost_action_table import Deed
@@ -78,6 +79,7 @@ class Onboard:
         """The last that a tower has sent, over a lost link too."""
         self._gate = StickGate()
         self._stand_in = StandIn(maker)
+        self._wish = CommandWish(maker)
         self._watch = PilotWatch(now)
         self._lateness = Lateness()
         self._lost = LostActing(maker)
@@ -129,8 +131,11 @@ class Onboard:
             view.extended_sys_state(message, now)
         elif msgid in READ:
             self._inquiry.answer(msgid, message, frame, now)
-        elif self._is_ours(message):
-            self._acknowledged(message, now)
+        else:
+            if not self._is_only_ours(message) and self._wish.refused(message):
+                self.hold.go_on()
+            if self._is_ours(message):
+                self._acknowledged(message, now)
         self._autopilot_event(event, now)
 
     def _heartbeat(self, now: float) -> None:
@@ -139,6 +144,8 @@ class Onboard:
         self.hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now)
         self.hold.modes_became_known(self._rungs(), now)
         self._lost.heartbeat(view.custom_mode)
+        if self._wish.granted(needs_sticks=self._flown_by_hand()):
+            self._flies_by_command(now)
         if not view.armed:
             self._gate.let_go()
             self._mission_before_hold = False
@@ -155,6 +162,10 @@ class Onboard:
     def _is_ours(self, ack: Any) -> bool:
         """Whether an acknowledgement answers the agent, or does not say whom it answers."""
         return ack.target_system in (0, self.autopilot.system_id) and ack.target_component in (0, AGENT_COMPONENT)
+
+    def _is_only_ours(self, ack: Any) -> bool:
+        """Whether an acknowledgement says that it answers the agent."""
+        return (ack.target_system, ack.target_component) == (self.autopilot.system_id, AGENT_COMPONENT)
 
     def _autopilot_event(self, event: AutopilotEvent | None, now: float) -> None:
         if event is None:
@@ -252,12 +263,27 @@ class Onboard:
             self._inquiry.sticks_sent(now)
         else:
             self._watch.used(now)
-            self.hold.overruled(needs_sticks=intent.needs_sticks, now=now)
-            if not intent.needs_sticks:
-                self._gate.let_go()
-                self._watch.nobody_needed()
+            self._commanded(intent, now)
         self._mission_before_hold = False
         return True
+
+    def _commanded(self, intent: Command | Target, now: float) -> None:
+        if isinstance(intent, Command) and intent.needs_sticks:
+            self._wish.over()
+            self.hold.go_on()
+            self.hold.overruled(needs_sticks=True, now=now)
+        elif not self._flown_by_hand():
+            self._flies_by_command(now)
+        elif isinstance(intent, Command):
+            self._wish.ask(intent.command, now)
+            self.hold.wait()
+
+    def _flies_by_command(self, now: float) -> None:
+        """No hand is needed on the sticks, as the autopilot shows."""
+        self._wish.over()
+        self.hold.overruled(needs_sticks=False, now=now)
+        self._gate.let_go()
+        self._watch.nobody_needed()
 
     # Time, and what is to be sent
 
@@ -283,12 +309,12 @@ class Onboard:
     def _look(self, now: float) -> None:
         """What the agent notices by itself: a pilot who is gone, a tower that stays lost."""
         by_hand = self._flown_by_hand()
-        alarm = self._watch.alarm(
-            now,
-            settings=self.settings,
-            flown_by_hand=by_hand,
-            kept_centred=self._stand_in.on or (self.hold.sticks_on and self.hold.cause is HoldCause.ORDER),
-        )
+        if self._wish.lapsed(now):
+            self.hold.go_on()
+        alarm = None
+        if not self._wish.open:
+            kept_centred = self._stand_in.on or (self.hold.sticks_on and self.hold.cause is HoldCause.ORDER)
+            alarm = self._watch.alarm(now, settings=self.settings, flown_by_hand=by_hand, kept_centred=kept_centred)
         if alarm is not None:
             _log.warning("%s: holding", alarm.why)
             self._begin_hold(alarm.cause, now, why=alarm.why)
@@ -333,6 +359,7 @@ class Onboard:
         if self.hold.sticks_on:
             self._inquiry.sticks_sent(now)
         self._to_autopilot += self._lost.due(now, vehicle_system_id=system_id)
+        self._to_autopilot += self._wish.due(now, vehicle_system_id=system_id)
         for line in self._lost.take_notices():
             _log.warning("%s", line)
 
@@ -365,6 +392,7 @@ class Onboard:
         if needed:
             self._gate.close()
         self._stand_in.end()
+        self._wish.over()
         self._watch.nobody_needed()
         modes = self._modes()
         if cause is HoldCause.ORDER and modes is not None and view.custom_mode == modes.mission.custom_mode:

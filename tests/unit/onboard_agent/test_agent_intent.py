@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from onboard_agent.flight_modes import flies_without_sticks, px4_custom_mode
-from onboard_agent.intent import Command, Intent, Sticks, read_intent
+from onboard_agent.intent import Command, Intent, Sticks, Target, read_intent
 from onboard_agent.stick_gate import StickGate
 from wire.dialect import build, mavlink
 
@@ -83,15 +83,15 @@ def test_an_override_that_gives_back_or_leaves_alone_is_no_hand() -> None:
         (mavlink.MAVLink_set_mode_message(1, 1, 9), ARDUPILOT, False),
         (mavlink.MAVLink_set_mode_message(1, 1, 0), ARDUPILOT, True),
         (mavlink.MAVLink_command_int_message(1, 1, 0, 192, 0, 0, 0, 0, 0, 0, 1, 2, 3.0), ARDUPILOT, False),
-        (
-            mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, 6, 0, 0, 0, 0.0, 0, 0, 0, 0, 0, 0, 0, 0),
-            ARDUPILOT,
-            False,
-        ),
     ],
 )
 def test_commands(message: Any, kind: int, needs_sticks: bool) -> None:
-    assert intent(message, kind=kind) == Command(needs_sticks)
+    assert intent(message, kind=kind) == Command(needs_sticks, getattr(message, "command", None))
+
+
+def test_a_target_is_no_command() -> None:
+    message = mavlink.MAVLink_set_position_target_global_int_message(0, 1, 1, 6, 0, 0, 0, 0.0, 0, 0, 0, 0, 0, 0, 0, 0)
+    assert intent(message) == Target()
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_everything_else_has_no_intent(message: Any) -> None:
 @given(st.sampled_from([11, 69, 70, 75, 76, 82, 84, 86]), st.binary(max_size=255), st.sampled_from([ARDUPILOT, PX4]))
 def test_any_payload_can_be_read(msgid: int, body: bytes, kind: int) -> None:
     frame = bytes([0xFD, len(body), 0, 0, 0, 255, 190, msgid, 0, 0]) + body + b"\0\0"
-    assert isinstance(read_intent(frame, autopilot_kind=kind, middles_us=MIDDLES), Sticks | Command | None)
+    assert isinstance(read_intent(frame, autopilot_kind=kind, middles_us=MIDDLES), Sticks | Command | Target | None)
 
 
 def test_modes_that_fly_without_sticks() -> None:

@@ -22,7 +22,7 @@ from wire.frames import message_id
 from wire.ids import DroneId, Epoch
 
 STEP_S = 0.025
-LOITER, RTL, ALT_HOLD = 5, 6, 2
+LOITER, RTL, ALT_HOLD, BRAKE, STABILIZE = 5, 6, 2, 17, 0
 
 
 def frame(message: Any, *, system_id: int = 1, component_id: int = 1) -> bytes:
@@ -46,6 +46,7 @@ class World:
         self.onboard = Onboard(now=self.now, speaks_first=False)
         self.armed, self.mode, self.heard = armed, mode, heard
         self.tower_there = True
+        self.beats = True
         self.sent: list[bytes] = []
         self.told: list[Any] = []
         self.link_up()
@@ -65,7 +66,7 @@ class World:
     def pass_time(self, for_s: float) -> None:
         end = self.now + for_s
         while self.now < end:
-            if self.heard:
+            if self.heard and self.beats:
                 self.beat()
             if self.tower_there:
                 self.onboard.tower_heard(self.now)
@@ -81,8 +82,9 @@ class World:
         self.onboard.from_tower(Frames(DroneId(7), Epoch(epoch), int(self.now * 1000), list(frames)), self.now)
         self.collect()
 
-    def ack(self, command: int, *, target: tuple[int, int] = (1, 191)) -> None:
-        self.onboard.from_autopilot([frame(mavlink.MAVLink_command_ack_message(command, 0, 0, 0, *target))], self.now)
+    def ack(self, command: int, *, target: tuple[int, int] = (1, 191), result: int = 0) -> None:
+        message = mavlink.MAVLink_command_ack_message(command, result, 0, 0, *target)
+        self.onboard.from_autopilot([frame(message)], self.now)
         self.collect()
 
     def stream(self, for_s: float, x: int = 300, *, epoch: int = 5) -> None:
@@ -109,8 +111,8 @@ class World:
     def steps(self) -> list[str]:
         return [str(message.step) for message in self.told if isinstance(message, HoldProgress)]
 
-    def messages(self, kind: str) -> list[Any]:
-        found = [m for m in map(decode, self.sent) if m is not None and m.get_type() == kind]
+    def messages(self, *kinds: str) -> list[Any]:
+        found = [m for m in map(decode, self.sent) if m is not None and m.get_type() in kinds]
         self.sent.clear()
         return found
 
@@ -192,6 +194,7 @@ def test_a_command_of_the_new_holder_takes_over() -> None:
     world.pass_time(0.1)
     world.tower_sends(set_mode(RTL), epoch=6)
     assert set_mode(RTL) in world.sent
+    world.mode = RTL
     world.sent.clear()
     world.pass_time(1.0)
     assert {message_id(f) for f in world.sent} <= {0, 20, mavlink.MAVLINK_MSG_ID_COMMAND_LONG}
@@ -271,6 +274,7 @@ def test_sticks_that_stop_in_a_mode_without_sticks_are_nothing() -> None:
     world = World()
     world.stream(1.0)
     world.tower_sends(set_mode(RTL))
+    world.mode = RTL
     world.messages("MANUAL_CONTROL")
     world.pass_time(3.0)
     assert not world.messages("MANUAL_CONTROL")

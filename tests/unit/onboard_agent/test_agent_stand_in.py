@@ -80,6 +80,7 @@ def test_what_flies_by_itself_needs_no_sticks() -> None:
     world = flown_by_hand()
     turn(world, assistant=True, epoch=6)
     world.tower_sends(set_mode(RTL), epoch=6)
+    world.mode = RTL
     world.sent.clear()
     world.pass_time(2.0)
     assert axes(world) == []
