@@ -80,9 +80,9 @@ class Browser:
         if self.outbox.offer_all(drone_id, offered):
             self._wake()
 
-    def refuse(self, reason: DropReason, drone_id: DroneId | None, name: str, now: float) -> None:
+    def refuse(self, reason: DropReason, drone_id: DroneId | None, name: str, now: float, words: str) -> None:
         """Tells that a frame from here was refused, now or in the next sum."""
-        notice: Notice | None = self.refusals.refuse(reason, drone_id, name, now)
+        notice: Notice | None = self.refusals.refuse(reason, drone_id, name, now, words)
         if notice is not None:
             self.tell(notice)
 

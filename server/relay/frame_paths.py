@@ -7,7 +7,8 @@ from server.relay.flood_gate import FloodGate
 from server.relay.hub_events import TurnWanted
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
-from server.relay.loan_limits import asks_beyond, home_in
+from server.relay.loan_limits import home_in
+from server.relay.loan_requests import bar_of, words_of
 from server.relay.outbox import Offered
 from server.relay.policy import CommandSeen, Kind, Leave, command_in, ends_the_flight, kind_of, leave_for, refusal_of
 from server.relay.refusals import denied_command
@@ -22,6 +23,14 @@ from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged,
 
 _HOME_POSITION: Final = mavlink.MAVLINK_MSG_ID_HOME_POSITION
 _SETUP_SIGNING: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
+
+
+class RefusedByLoan(Dropped):
+    """`words`: which limit, as `words_of` has it."""
+
+    def __init__(self, words: str) -> None:
+        super().__init__(DropReason.LOAN)
+        self.words = words
 
 
 class FramePaths:
@@ -76,7 +85,8 @@ class FramePaths:
             try:
                 self._frame_down(browser, drone_id, frame, late_s, now)
             except Dropped as dropped:
-                self._state.refuse(browser, dropped.reason, drone_id, now)
+                words = dropped.words if isinstance(dropped, RefusedByLoan) else ""
+                self._state.refuse(browser, dropped.reason, drone_id, now, words)
                 if dropped.reason is not DropReason.FLOOD:  # which must not become a flood of answers
                     self._answer(browser, drone_id, frame, dropped.reason)
 
@@ -123,10 +133,11 @@ class FramePaths:
         limits = drone.limits_of(browser.viewer.user_id, browser.viewer.role)
         if limits is None or leave_for(frame, command) is Leave.WATCHER:
             return
-        parameters = drone.loss_parameters
-        px4 = parameters is not None and parameters.autopilot == "px4"
-        if asks_beyond(frame, command, limits, drone.home, takeoff_above_sea=px4):
-            raise Dropped(DropReason.LOAN)
+        autopilot = drone.loss_parameters.autopilot if drone.loss_parameters is not None else ""
+        px4 = autopilot == "px4" if autopilot else None
+        bar = bar_of(frame, command, limits, drone.home, armed=drone.armed, px4=px4)
+        if bar is not None:
+            raise RefusedByLoan(words_of(bar, limits))
 
     @staticmethod
     def _ask_twice(browser: Browser, drone_id: DroneId, command: CommandSeen, now: float) -> None:

@@ -158,13 +158,11 @@ class LiveDrone:
     def standing_of(self, viewer: Principal) -> Standing:
         """How a sender stands to this drone. Whoever signed in only to watch has no turn, whoever they are."""
         user_id = viewer.user_id
-        limits = self.limits_of(user_id, viewer.role)
         return Standing(
             has_turn=viewer.may_fly and self.may_arm(user_id),
             armed=self.armed,
             airborne=self.airborne,
             loss_check_open=self.loss_check.bars(user_id),
-            may_arm=limits is None or limits.may_arm,
         )
 
     def is_deaf_to_holder(self, user_id: UserId, now: float) -> bool:

@@ -80,14 +80,16 @@ class LiveState:
             ),
         )
 
-    def refuse(self, browser: Browser, reason: DropReason, drone_id: DroneId | None, now: float) -> None:
-        """Counts a frame that may not pass, and answers whoever sent it."""
+    def refuse(
+        self, browser: Browser, reason: DropReason, drone_id: DroneId | None, now: float, words: str = ""
+    ) -> None:
+        """Counts a frame that may not pass, and answers whoever sent it. `words`: which limit of a loan."""
         self.drops[reason] += 1
         self.traffic.refusals[reason.value] += 1
         drone = self.drones.get(drone_id) if drone_id is not None else None
         # The name of a drone that this browser may not see must not get into the answer.
         name = drone.record.name if drone is not None and browser.number in drone.watchers else ""
-        browser.refuse(reason, drone_id, name, now)
+        browser.refuse(reason, drone_id, name, now, words)
         if reason is DropReason.FLOOD and not browser.patience.take(1.0, now):
             browser.end(FLOODING, "too much was sent, and it did not stop")
 

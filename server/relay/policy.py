@@ -64,6 +64,22 @@ COMMANDS: Final[Mapping[int, Leave]] = {
 FORCE_DISARM: Final = 21196.0
 """param2 of MAV_CMD_COMPONENT_ARM_DISARM by which ArduPilot and PX4 disarm whatever the drone is doing."""
 
+AUX_ARMS: Final = frozenset({151.0, 153.0, 154.0, 165.0})
+"""Switches of an ArduPilot (param1 of MAV_CMD_DO_AUX_FUNCTION) that arm: TURTLE, ARMDISARM,
+ARMDISARM_AIRMODE, ARM_EMERGENCY_STOP."""
+
+AUX_STOPS: Final = AUX_ARMS | {31.0, 32.0, 81.0}
+"""Those that stop motors: MOTOR_ESTOP, MOTOR_INTERLOCK and DISARM besides."""
+
+_ARM_TOO: Final = frozenset(
+    {
+        _M.MAV_CMD_MISSION_START,  # PX4 arms for it
+        _M.MAV_CMD_DO_LAND_START,  # and makes a mission start of this one
+        _M.MAV_CMD_SOLO_BTN_FLY_CLICK,
+        _M.MAV_CMD_SOLO_BTN_FLY_HOLD,  # an ArduCopter arms and takes off
+    }
+)
+
 ASK_AGAIN_WITHIN_S: Final = 5.0
 """A command that ends a flight must be sent a second time, as a new one, within this time."""
 
@@ -96,8 +112,6 @@ class Standing:
     airborne: bool
     loss_check_open: bool
     """A loss would be dangerous as the drone is set up, and the sender has not said that they know."""
-    may_arm: bool = True
-    """Not for a borrower to whom it was lent without."""
 
 
 def kind_of(frame: bytes) -> Kind:
@@ -140,13 +154,23 @@ def ends_the_flight(command: CommandSeen, standing: Standing) -> bool:
     """
     if command.command == _M.MAV_CMD_DO_FLIGHTTERMINATION:
         return not command.param1 <= 0.5
-    disarms = command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and not arms(command)
-    return standing.airborne and (disarms or command.command == _M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN)
+    disarms = command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and not command.param1 >= 0.5
+    stops = command.command == _M.MAV_CMD_DO_AUX_FUNCTION and command.param1 in AUX_STOPS
+    return standing.airborne and (disarms or stops or command.command == _M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN)
 
 
 def arms(command: CommandSeen) -> bool:
-    """Whether it starts the motors."""
-    return command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and command.param1 >= 0.5
+    """Whether it may arm the drone: by the command for it, or beside what it is for."""
+    if command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM:
+        return not command.param1 < 0.5
+    if command.command == _M.MAV_CMD_DO_AUX_FUNCTION:
+        return command.param1 in AUX_ARMS
+    return command.command in _ARM_TOO
+
+
+def spins_motors(command: CommandSeen) -> bool:
+    """Whether it turns motors of a drone that stays disarmed."""
+    return command.command in (_M.MAV_CMD_DO_MOTOR_TEST, _M.MAV_CMD_ACTUATOR_TEST)
 
 
 def refusal_of(frame: bytes, command: CommandSeen | None, standing: Standing) -> DropReason | None:
@@ -160,8 +184,6 @@ def refusal_of(frame: bytes, command: CommandSeen | None, standing: Standing) ->
         return DropReason.NOT_IN_CONTROL
     if command is not None and arms(command) and standing.loss_check_open and not standing.armed:
         return DropReason.LOSS_CHECK
-    if command is not None and arms(command) and not standing.may_arm:
-        return DropReason.LOAN
     return None
 
 

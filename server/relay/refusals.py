@@ -30,7 +30,7 @@ _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
         f"This would make {name} fall. Send it again within 5 s if that is what you want."
     ),
     DropReason.LOSS_CHECK: lambda name: f"Read what a loss would do to {name}, and say so, before arming it.",
-    DropReason.LOAN: lambda name: f"{name} is lent to you within limits, and this is not within them.",
+    DropReason.LOAN: lambda name: f"{name} is lent to you ",  # the limit follows
     DropReason.FLOOD: lambda name: (
         f"This was more than may be sent{f' to {name}' if name else ''} at once. The rest of it was not sent."
     ),
@@ -61,7 +61,7 @@ def denied_command(frame: bytes, command: CommandSeen, reason: DropReason) -> by
     )
 
 
-_Key = tuple[DropReason, DroneId | None]
+_Key = tuple[DropReason, DroneId | None, str]
 
 
 class RefusalNotices:
@@ -70,15 +70,17 @@ class RefusalNotices:
     def __init__(self) -> None:
         self._open: dict[_Key, tuple[float, int, str]] = {}
 
-    def refuse(self, reason: DropReason, drone_id: DroneId | None, name: str, now: float) -> Notice | None:
-        """Counts one refusal. The notice to send now, or None if it goes into the next sum."""
-        key: _Key = (reason, drone_id)
+    def refuse(
+        self, reason: DropReason, drone_id: DroneId | None, name: str, now: float, words: str = ""
+    ) -> Notice | None:
+        """Counts one refusal. The notice to send now, or None if it goes into the next sum. `words` end its text."""
+        key: _Key = (reason, drone_id, words)
         if key not in self._open and len(self._open) >= MOST_OPEN:
-            key = (reason, None)
+            key = (reason, None, words)
         entry = self._open.get(key)
         if entry is None:
             self._open[key] = (now + PERIOD_S, 0, name)
-            return _notice(reason, key[1], name, 1)
+            return _notice(key, name, 1)
         due, count, _ = entry
         self._open[key] = (due, count + 1, name)
         return None
@@ -90,13 +92,16 @@ class RefusalNotices:
             if now < due:
                 continue
             if count:
-                notices.append(_notice(key[0], key[1], name, count))
+                notices.append(_notice(key, name, count))
                 self._open[key] = (now + PERIOD_S, 0, name)
             else:
                 del self._open[key]
         return notices
 
 
-def _notice(reason: DropReason, drone_id: DroneId | None, name: str, count: int) -> Notice:
+def _notice(key: _Key, name: str, count: int) -> Notice:
+    reason, drone_id, words = key
     severity: Final = "error" if reason in (DropReason.OFFLINE, DropReason.NOT_IN_CONTROL) else "warning"
-    return Notice(severity=severity, code=reason.value, text=_TEXTS[reason](name), drone_id=drone_id, count=count)
+    return Notice(
+        severity=severity, code=reason.value, text=_TEXTS[reason](name) + words, drone_id=drone_id, count=count
+    )

@@ -12,6 +12,7 @@ from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_towe
 
 from server.accounts.tables import Role
 from server.relay.hub_events import LoanLimitPassed
+from server.relay.loan_limits import Home
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
 from wire.tagged import tag
@@ -93,22 +94,69 @@ async def test_what_is_no_loan(world: TowerWorld, root: httpx.AsyncClient, anna:
     assert_problem(await lend(world, await world.signed_in(anna), hawk, anna), 403, "admins-only")
 
 
-async def test_arming_and_going_too_far_are_refused(
+REFUSED: dict[str, tuple[Any, str]] = {
+    "arming": (
+        mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0),
+        "without the right to arm it, and this could start its motors.",
+    ),
+    "a mission start, for which a PX4 arms": (
+        mavlink.MAVLink_command_int_message(1, 1, 0, 300, 0, 0, 0, 0, 0, 0, 0, 0, 0),
+        "without the right to arm it, and this could start its motors.",
+    ),
+    "sticks in the corner that arms": (
+        mavlink.MAVLink_manual_control_message(1, 0, 0, 0, 1000, 0),
+        "without the right to arm it, and this could start its motors.",
+    ),
+    "a place too far": (
+        mavlink.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, -1, 0, 0, 0, 470100000, 80000000, 10),
+        "within 100 m of home, and this goes further.",
+    ),
+    "a take-off too high": (
+        mavlink.MAVLink_command_long_message(1, 1, 22, 0, 0, 0, 0, 0, 0, 0, 60),
+        "up to 50 m above home, and this goes higher.",
+    ),
+    "an item of a mission too high": (
+        mavlink.MAVLink_mission_item_int_message(1, 1, 1, 6, 16, 0, 1, 0, 0, 0, 0, 470000000, 80000000, 60),
+        "up to 50 m above home, and this goes higher.",
+    ),
+    "the height of the fence": (
+        mavlink.MAVLink_param_set_message(1, 1, b"FENCE_ALT_MAX", 900.0, 9),
+        "within limits: its parameters, fences, home and the like are its owner's to change.",
+    ),
+}
+PASSES: tuple[Any, ...] = (
+    mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0),
+    mavlink.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, -1, 0, 0, 0, 470001000, 80000000, 40),
+    mavlink.MAVLink_command_long_message(1, 1, 20, 0, 0, 0, 0, 0, 0, 0, 0),
+)
+
+
+async def test_no_way_leads_round_the_limits_and_each_refusal_says_which(
     world: TowerWorld, root: httpx.AsyncClient, anna: Person, hawk: NewDrone
 ) -> None:
-    ObedientAgent(world.tower.hub, hawk.id).state()
-    await lend(world, root, hawk, anna, may_arm=False, radius_m=100)
+    agent = ObedientAgent(world.tower.hub, hawk.id)
+    agent.state()
+    agent.parameters()
+    drone = world.tower.hub.drone(DroneId(hawk.id))
+    assert drone is not None
+    drone.home = Home(47.0, 8.0, 500.0)
+    await lend(world, root, hawk, anna, may_arm=False, max_height_m=50, radius_m=100)
     borrower = await world.signed_in(anna)
     await ask(borrower, hawk.id, "acquire")
-    arm = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0)
-    away = mavlink.MAVLink_command_int_message(1, 1, 6, 192, 0, 0, -1, 0, 0, 0, 470000000, 80000000, 10)
+    traffic, drops = world.tower.hub.traffic, world.tower.hub.drops
     async with live(world, borrower) as screen:
-        for message in (arm, away):
+        for number, (message, _) in enumerate(REFUSED.values(), 1):
             frame = build(message, system_id=255, component_id=190, sequence=0)
             await screen.socket.send(tag(DroneId(hawk.id), frame))
-        await screen.event("notice", code="loan")
-        drops = world.tower.hub.drops
-        await until("both to be refused", lambda: drops["loan"] == 2)  # type: ignore[index]
+            await until(f"refusal {number}", lambda number=number: drops["loan"] == number)  # type: ignore[index, misc]
+        told = {"hawk is lent to you " + words for _, words in REFUSED.values()}
+        while told:
+            told.discard((await screen.event("notice", code="loan"))["text"])
+        assert traffic.frames_to_agents == 0
+        for message in PASSES:
+            await screen.socket.send(tag(DroneId(hawk.id), build(message, system_id=255, component_id=190, sequence=0)))
+        await until("what is within the limits to pass", lambda: traffic.frames_to_agents == len(PASSES))
+    assert drops["loan"] == len(REFUSED)  # type: ignore[index]
 
 
 async def test_beyond_the_limit_the_drone_holds_and_it_is_written_down(

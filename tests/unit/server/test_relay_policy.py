@@ -86,6 +86,21 @@ def test_arming_waits_for_the_loss_check_and_only_arming() -> None:
 
 
 @pytest.mark.parametrize(
+    "frame_",
+    [
+        command(M.MAV_CMD_COMPONENT_ARM_DISARM, math.nan),
+        command(M.MAV_CMD_MISSION_START),
+        command(M.MAV_CMD_DO_LAND_START),
+        command(M.MAV_CMD_SOLO_BTN_FLY_HOLD),
+        command(M.MAV_CMD_DO_AUX_FUNCTION, 153, 2),
+    ],
+)
+def test_what_arms_besides_waits_for_the_loss_check_too(frame_: bytes) -> None:
+    assert refusal_of(frame_, command_in(frame_), ON_GROUND) is DropReason.LOSS_CHECK
+    assert refusal_of(frame_, command_in(frame_), HOLDER) is None
+
+
+@pytest.mark.parametrize(
     ("frame_", "airborne", "falls"),
     [
         (command(M.MAV_CMD_COMPONENT_ARM_DISARM, 0), True, True),
@@ -98,6 +113,9 @@ def test_arming_waits_for_the_loss_check_and_only_arming() -> None:
         (command(M.MAV_CMD_DO_FLIGHTTERMINATION, math.nan), False, True),
         (command(M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1), True, True),
         (command(M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1), False, False),
+        (command(M.MAV_CMD_DO_AUX_FUNCTION, 31, 2), True, True),
+        (command(M.MAV_CMD_DO_AUX_FUNCTION, 165, 0), True, True),
+        (command(M.MAV_CMD_DO_AUX_FUNCTION, 9, 2), True, False),
         (command(M.MAV_CMD_NAV_LAND), True, False),
     ],
 )
@@ -137,5 +155,6 @@ def test_any_command_gets_a_decision(param1: float, param2: float, number: int, 
     seen = command_in(made)
     assert seen is not None
     assert seen.command == number
-    assert refusal_of(made, seen, WATCHER) in (None, DropReason.NOT_IN_CONTROL)
+    expected = {32100: (DropReason.NOT_ALLOWED,)}.get(number, (None, DropReason.NOT_IN_CONTROL))
+    assert refusal_of(made, seen, WATCHER) in expected
     ends_the_flight(seen, HOLDER)
