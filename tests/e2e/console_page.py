@@ -13,15 +13,15 @@ from wire.tagged import split_tagged
 
 FLAGS: Final = (
     "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
+    "--disable-gpu",
+    "--enable-unsafe-swiftshader",
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
 )
-"""Of a headless Chromium that draws in software and calls nobody."""
+"""Of a headless Chromium that calls nobody and draws as on a machine without a graphics card (web/bench/monitor.py)."""
 
 FLIGHT_TIMEOUT_S: Final = 90.0
 METRES_PER_DEGREE: Final = 111_195.0

@@ -1,15 +1,20 @@
 """What the Monitor costs a browser with many drones: `npm run bench` (after `npm run build`).
 
 It prints how busy the main thread is, how long a frame takes, and what one update of one drone costs, everything
-included: decoding, the list, the map. The browser is Debian's Chromium, headless, drawing in software unless
---gpu says otherwise.
+included: decoding, the list, the map. The browser is Debian's Chromium, headless. It draws
 
-    python monitor.py [--drones N] [--rate HZ] [--seconds S] [--json FILE] [--gpu]
+- `software`: as on a machine without a graphics card: pages by the browser's own painter, WebGL by an emulated card;
+- `emulated`: everything by an emulated card, pages as well, which no browser does by itself: the worst case;
+- `card`: by the machine's own graphics card.
+
+    python monitor.py [--drones N] [--rate HZ] [--seconds S] [--drawing software|emulated|card] [--json FILE]
 """
 
 import argparse
 import itertools
 import json
+import os
+import platform
 import shutil
 import socket
 import statistics
@@ -18,11 +23,15 @@ import sys
 import time
 import urllib.request
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-from playwright.sync_api import Browser, CDPSession, sync_playwright
+from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
-SOFTWARE = ["--use-gl=angle", "--use-angle=swiftshader"]
+DRAWING = {
+    "software": ["--disable-gpu", "--enable-unsafe-swiftshader"],
+    "emulated": ["--use-gl=angle", "--use-angle=swiftshader"],
+    "card": [],
+}
 QUIET = [
     "--no-sandbox",
     "--disable-quic",
@@ -31,7 +40,24 @@ QUIET = [
     "--disable-component-update",
     "--disable-sync",
 ]
+# A hand that drags the map to and fro, with each frame of the screen.
+DRAGGING = """() => {
+  const map = document.querySelector('.maplibregl-canvas');
+  const { left, top, width, height } = map.getBoundingClientRect();
+  const at = (type, dx, on) => on.dispatchEvent(new MouseEvent(type, {
+    bubbles: true, cancelable: true, view: window, button: 0, buttons: type === 'mouseup' ? 0 : 1,
+    clientX: left + width / 2 + dx, clientY: top + height / 2,
+  }));
+  at('mousedown', 0, map);
+  const begun = performance.now();
+  const drag = (now) => {
+    at('mousemove', Math.round(80 * Math.sin((now - begun) / 400)), document);
+    requestAnimationFrame(drag);
+  };
+  requestAnimationFrame(drag);
+}"""
 SETTLE_S = 6.0
+LONG_FRAME_MS = 50.0
 FRAMES = """() => new Promise((resolve) => {
   const times = [];
   const until = performance.now() + %d;
@@ -42,6 +68,14 @@ FRAMES = """() => new Promise((resolve) => {
   };
   requestAnimationFrame(next);
 })"""
+
+
+class Row(NamedTuple):
+    """One figure."""
+
+    metric: str
+    value: float
+    unit: str
 
 
 def free_port() -> int:
@@ -66,36 +100,48 @@ def counters(session: CDPSession) -> dict[str, float]:
     return {one["name"]: one["value"] for one in session.send("Performance.getMetrics")["metrics"]}
 
 
-def measure(browser: Browser, address: str, *, drones: int, rate_hz: float, seconds: float) -> list[dict[str, Any]]:
+def opened(browser: Browser, address: str) -> Page:
     page = browser.new_context(viewport={"width": 1280, "height": 800}).new_page()
     page.goto(address)
     page.get_by_test_id("squad-row").first.wait_for(timeout=60_000)
     page.wait_for_timeout(SETTLE_S * 1000)
-    transferred = page.evaluate(
-        "() => performance.getEntriesByType('resource').reduce((sum, one) => sum + one.decodedBodySize, 0)"
-    )
+    return page
+
+
+def measure(page: Page, *, updates_hz: float, seconds: float) -> list[Row]:
+    """What the page costs for so many seconds, while so many updates of single drones come each second."""
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable")
     before = counters(session)
     times = page.evaluate(FRAMES % int(seconds * 1000))
     after = counters(session)
+    session.detach()
     spent = {name: after[name] - before[name] for name in before}
     elapsed_s = spent["Timestamp"]
     gaps = [later - earlier for earlier, later in itertools.pairwise(times)]
-    updates = drones * rate_hz * elapsed_s
     return [
-        {"metric": "main thread busy", "value": 100 * spent["TaskDuration"] / elapsed_s, "unit": "%"},
-        {"metric": "of it, script", "value": 100 * spent["ScriptDuration"] / elapsed_s, "unit": "%"},
-        {
-            "metric": "of it, style and layout",
-            "value": 100 * (spent["LayoutDuration"] + spent["RecalcStyleDuration"]) / elapsed_s,
-            "unit": "%",
-        },
-        {"metric": "frame, median", "value": statistics.median(gaps), "unit": "ms"},
-        {"metric": "frame, 95th percentile", "value": statistics.quantiles(gaps, n=20)[-1], "unit": "ms"},
-        {"metric": "one update of one drone", "value": 1e6 * spent["TaskDuration"] / updates, "unit": "us"},
-        {"metric": "loaded, not compressed", "value": transferred / 1024, "unit": "KiB"},
+        Row("main thread busy", 100 * spent["TaskDuration"] / elapsed_s, "%"),
+        Row("of it, script", 100 * spent["ScriptDuration"] / elapsed_s, "%"),
+        Row("of it, style and layout", 100 * (spent["LayoutDuration"] + spent["RecalcStyleDuration"]) / elapsed_s, "%"),
+        Row("frame, median", statistics.median(gaps), "ms"),
+        Row("frame, 95th percentile", statistics.quantiles(gaps, n=20)[-1], "ms"),
+        Row("frame, longest", max(gaps), "ms"),
+        Row(f"frames beyond {LONG_FRAME_MS:g} ms", 100 * sum(gap > LONG_FRAME_MS for gap in gaps) / len(gaps), "%"),
+        Row("one update of one drone", 1e6 * spent["TaskDuration"] / (updates_hz * elapsed_s), "us"),
     ]
+
+
+def measure_all(page: Page, *, updates_hz: float, seconds: float) -> dict[str, list[Row]]:
+    """With the list as cards, as a table, and while somebody drags the map about."""
+    found = {"cards": measure(page, updates_hz=updates_hz, seconds=seconds)}
+    page.get_by_test_id("squad-view").get_by_text("Table").click()
+    page.wait_for_timeout(1000)
+    found["table"] = measure(page, updates_hz=updates_hz, seconds=seconds)
+    page.get_by_test_id("squad-view").get_by_text("Cards").click()
+    page.wait_for_timeout(1000)
+    page.evaluate(DRAGGING)
+    found["cards, map dragged"] = measure(page, updates_hz=updates_hz, seconds=seconds)
+    return found
 
 
 def main() -> None:
@@ -104,7 +150,7 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=5.0)
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--json", type=Path)
-    parser.add_argument("--gpu", action="store_true", help="let the browser use the machine's own graphics")
+    parser.add_argument("--drawing", choices=DRAWING, default="software", help="who draws (see above)")
     options = parser.parse_args()
     port = free_port()
     crowd = Path(__file__).with_name("crowd.py")
@@ -114,22 +160,27 @@ def main() -> None:
         wait_for(address)
         with sync_playwright() as playwright:
             path = shutil.which("chromium") or shutil.which("google-chrome")
-            browser = playwright.chromium.launch(
-                executable_path=path, args=[*QUIET, *([] if options.gpu else SOFTWARE)]
-            )
-            rows = measure(browser, address, drones=options.drones, rate_hz=options.rate, seconds=options.seconds)
+            browser = playwright.chromium.launch(executable_path=path, args=[*QUIET, *DRAWING[options.drawing]])
+            page = opened(browser, address)
+            found = measure_all(page, updates_hz=options.drones * options.rate, seconds=options.seconds)
             browser.close()
     finally:
         server.terminate()
         server.wait()
-    drawing = "graphics card" if options.gpu else "software rendering"
-    print(f"{options.drones} drones at {options.rate:g} Hz on the Monitor, {options.seconds:g} s, {drawing}")
-    for row in rows:
-        print(f"  {row['metric']:<26}{row['value']:>10.1f} {row['unit']}")
+    title = f"{options.drones} drones at {options.rate:g} Hz on the Monitor, drawn by {options.drawing}"
+    print(f"{title}, {options.seconds:g} s each")
+    print(f"  {'':<26}" + "".join(f"{case:>20}" for case in found))
+    for at, (metric, _, unit) in enumerate(found["cards"]):
+        figures = "".join(f"{rows[at].value:>17.1f} {unit:<2}" for rows in found.values())
+        print(f"  {metric:<26}{figures}")
     if options.json:
-        case = f"{options.drones} drones at {options.rate:g} Hz, {drawing}"
-        found = [{"case": case, "system": "ours", **row} for row in rows]
-        options.json.write_text(json.dumps({"bench": "console", "rows": found}, indent=2) + "\n")
+        rows = [
+            {"case": f"{title}, {case}", "system": "ours", **row._asdict()}
+            for case, rows in found.items()
+            for row in rows
+        ]
+        machine = {"platform": platform.platform(), "cores": os.cpu_count(), "load": os.getloadavg()[0]}
+        options.json.write_text(json.dumps({"bench": "console", "machine": machine, "rows": rows}, indent=2) + "\n")
 
 
 if __name__ == "__main__":
