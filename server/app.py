@@ -14,6 +14,7 @@ from fastapi.routing import APIRoute
 from server import health
 from server.accounts import preference_routes, second_factor_routes, session_routes, token_routes, user_routes
 from server.accounts.passwords import Passwords
+from server.accounts.sealed_factors import prepare_vault
 from server.accounts.sessions import Sessions
 from server.accounts.sign_in import Door
 from server.accounts.throttle import SignInThrottle
@@ -53,6 +54,7 @@ from server.settings import Settings
 from server.system import routes as system_routes
 from server.system.loop_lag import LoopLag
 from server.tower import Tower
+from server.vault import Vault
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
@@ -117,6 +119,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
 
 def _compose(settings: Settings, clock: Clock) -> Tower:
     database = open_database(settings.database_url)
+    vault = Vault.of(settings)
     passwords = Passwords(
         concurrency=settings.argon2_concurrency,
         memory_kib=settings.argon2_memory_kib,
@@ -143,10 +146,11 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         settings=settings,
         clock=clock,
         database=database,
+        vault=vault,
         passwords=passwords,
         sessions=sessions,
         tokens=ApiTokens(database),
-        door=Door(database, passwords, sessions, SignInThrottle()),
+        door=Door(database, passwords, sessions, SignInThrottle(), vault),
         hub=hub,
         desk=desk,
         roster=roster,
@@ -175,6 +179,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     async with AsyncExitStack() as stack:
         stack.push_async_callback(tower.database.close)
         await check_schema(tower.database)
+        await prepare_vault(tower.vault, tower.database)
         await tower.passwords.warm_up()
         await end_assistance(tower.database, tower.clock)
         tower.hub.on_event = tower.watchman.noticed

@@ -17,6 +17,7 @@ from server.listening import CannotListen, address_in_words, listen
 from server.refusal import Refusal
 from server.schema import DatabaseNotReady, migrate, newest_revision
 from server.settings import SettingsError
+from server.vault import Vault, VaultError, new_key
 
 app = typer.Typer(
     name="tower",
@@ -65,12 +66,18 @@ def migrate_database() -> None:
     async def work() -> None:
         database = open_database(settings.database_url)
         try:
-            await migrate(database)
+            await migrate(database, vault=Vault.of(settings))
         finally:
             await database.close()
 
     asyncio.run(work())
     typer.echo(f"the database is at revision {newest_revision()}")
+
+
+@app.command("new-key")
+def print_new_key() -> None:
+    """Print a key for TOWER_SECRET_KEYS, or for the key file. Changes nothing: see docs/deploy.md."""
+    typer.echo(new_key())
 
 
 @app.command("connect", add_help_option=False)
@@ -84,7 +91,7 @@ def main() -> None:
         app()
     except SettingsError as error:
         _fail(str(error), 2)
-    except (CommandError, Refusal, DatabaseNotReady, CannotListen) as error:
+    except (CommandError, Refusal, DatabaseNotReady, CannotListen, VaultError) as error:
         _fail(str(error), 1)
     except DBAPIError as error:
         _fail(f"the database refused: {str(error.orig).splitlines()[0]}", 1)

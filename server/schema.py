@@ -13,6 +13,7 @@ from sqlalchemy import Connection
 from sqlalchemy.exc import DBAPIError
 
 from server.database import Database
+from server.vault import Vault
 
 MIGRATIONS: Final = Path(__file__).resolve().parent.parent / "migrations"
 
@@ -46,15 +47,19 @@ def newest_revision() -> str | None:
     return ScriptDirectory.from_config(_config()).get_current_head()
 
 
-async def migrate(database: Database, revision: str = "head") -> None:
-    """Brings the database up (or, with an older `revision`, down) to `revision`; "base" is the empty database."""
+async def migrate(database: Database, revision: str = "head", *, vault: Vault | None = None) -> None:
+    """Brings the database up (or, with an older `revision`, down) to `revision`; "base" is the empty database.
+
+    `vault`: seals what older versions kept in the clear; None: that of the settings in the environment.
+    """
     async with database.engine.begin() as connection:
-        await connection.run_sync(_migrate, revision)
+        await connection.run_sync(_migrate, revision, vault)
 
 
-def _migrate(connection: Connection, revision: str) -> None:
+def _migrate(connection: Connection, revision: str, vault: Vault | None) -> None:
     config = _config()
     config.attributes["connection"] = connection
+    config.attributes["vault"] = vault
     known = [one.revision for one in ScriptDirectory.from_config(config).walk_revisions()]  # newest first
     current = _current_revision(connection)
     wanted = known[0] if revision == "head" else revision

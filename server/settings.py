@@ -9,9 +9,12 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
+from server.vault import KEY_FILE, parse_keys
+
 _CHECKOUT: Final = Path(__file__).resolve().parent.parent
 _DAY_S: Final = 86_400
 _VAR: Final = Path("var")
+_UNSET: Final = Path()
 _WEB: Final = _CHECKOUT / "web" / "dist"
 
 
@@ -83,6 +86,14 @@ def _secret(text: str) -> str:
     return text
 
 
+def _keys(text: str) -> str:
+    try:
+        parse_keys(text, ",")
+    except ValueError:
+        raise ValueError("must be keys as `tower new-key` prints them, with commas between, newest first") from None
+    return text
+
+
 def _log_format(text: str) -> str:
     if text not in {"auto", "human", "json"}:
         raise ValueError("must be auto, human or json")
@@ -113,6 +124,9 @@ class Settings:
     var: Path = field(default=_VAR, metadata=_from("TOWER_VAR", Path))
     database_url: str = _setting("", "DATABASE_URL", _database_url)
     web: Path = field(default=_WEB, metadata=_from("TOWER_WEB", Path))
+    secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))
+    """With them secrets that must be read again are sealed in the database. Empty: those in `secret_key_file`."""
+    secret_key_file: Path = field(default=_UNSET, metadata=_from("TOWER_SECRET_KEY_FILE", Path))
     session_idle_s: float = _setting(float(_DAY_S), "TOWER_SESSION_IDLE_S", _number(60, 366 * _DAY_S, float))
     session_lifetime_s: float = _setting(
         float(7 * _DAY_S), "TOWER_SESSION_LIFETIME_S", _number(60, 366 * _DAY_S, float)
@@ -134,10 +148,17 @@ class Settings:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "var", self.var.absolute())
+        if self.secret_key_file == _UNSET:
+            object.__setattr__(self, "secret_key_file", self.var / KEY_FILE)
         if not self.udp_host:
             object.__setattr__(self, "udp_host", self.host)
         if not self.database_url:
             object.__setattr__(self, "database_url", f"sqlite+aiosqlite:///{self.var / 'tower.sqlite3'}")
+
+    @property
+    def secret_key_list(self) -> tuple[str, ...]:
+        """Newest first."""
+        return parse_keys(self.secret_keys, ",") if self.secret_keys else ()
 
     @property
     def is_sqlite(self) -> bool:

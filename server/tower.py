@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.relay.hub import Hub
     from server.settings import Settings
     from server.system.loop_lag import LoopLag
+    from server.vault import Vault
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Tower:
     settings: Settings
     clock: Clock
     database: Database
+    vault: Vault
     passwords: Passwords
     sessions: Sessions
     tokens: ApiTokens

@@ -66,7 +66,7 @@ async def get_second_factor(request: Request, principal: InPerson) -> SecondFact
     async with tower_of(request).database.reading() as session:
         row = await get_user(session, principal.user_id)
         left = await second_factor.codes_left(session, row.id)
-    return SecondFactorView(enabled=row.totp_secret is not None, recovery_codes_left=left)
+    return SecondFactorView(enabled=row.totp_sealed is not None, recovery_codes_left=left)
 
 
 @router.post("", responses=answers(SecondFactorOn, *_PROVED))
@@ -75,7 +75,7 @@ async def begin_second_factor(request: Request, principal: InPerson, body: OwnPa
     await _checked(request, principal, body.password)
     async with tower_of(request).database.writing() as session:
         row = await get_user(session, principal.user_id)
-        secret = second_factor.begin(row)
+        secret = second_factor.begin(row, tower_of(request).vault)
     uri = totp.provisioning_uri(secret, row.name)
     return SecondFactorBegun(secret=secret, uri=uri, qr_svg=totp.qr_svg(uri))
 
@@ -87,7 +87,7 @@ async def confirm_second_factor(request: Request, principal: InPerson, body: Cod
     tower.door.throttle_codes(principal, address_of(request), tower.clock())
     async with tower.database.writing() as session:
         row = await get_user(session, principal.user_id)
-        codes = await second_factor.confirm(session, row, body.code, _deed(request, principal))
+        codes = await second_factor.confirm(session, row, body.code, _deed(request, principal), tower.vault)
     tower.door.code_was_right(principal, address_of(request))
     return RecoveryCodes(recovery_codes=codes)
 
@@ -100,7 +100,7 @@ async def renew_recovery_codes(request: Request, principal: InPerson, body: Pass
     tower.door.throttle_codes(principal, address_of(request), tower.clock())
     async with tower.database.writing() as session:
         row = await get_user(session, principal.user_id)
-        codes = await second_factor.renew_codes(session, row, body.code, _deed(request, principal))
+        codes = await second_factor.renew_codes(session, row, body.code, _deed(request, principal), tower.vault)
     tower.door.code_was_right(principal, address_of(request))
     return RecoveryCodes(recovery_codes=codes)
 
@@ -113,5 +113,5 @@ async def remove_second_factor(request: Request, principal: InPerson, body: Pass
     tower.door.throttle_codes(principal, address_of(request), tower.clock())
     async with tower.database.writing() as session:
         row = await get_user(session, principal.user_id)
-        await second_factor.remove(session, row, body.code, _deed(request, principal))
+        await second_factor.remove(session, row, body.code, _deed(request, principal), tower.vault)
     tower.door.code_was_right(principal, address_of(request))

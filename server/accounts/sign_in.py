@@ -15,6 +15,7 @@ from server.audit.trail import Actor, record
 from server.database import Database
 from server.names import name_key
 from server.refusal import Refusal
+from server.vault import Vault
 
 
 class SecondFactorNeeded(Refusal):
@@ -49,6 +50,7 @@ class Door:
     passwords: Passwords
     sessions: Sessions
     throttle: SignInThrottle
+    vault: Vault
 
     async def sign_in(
         self,
@@ -73,7 +75,7 @@ class Door:
             why = "unknown name" if not user else "disabled" if right else "wrong password"
             await self._refused(user, why, address, now)
             raise WrongSignIn
-        if user.totp_secret is not None and not code:
+        if user.totp_sealed is not None and not code:
             raise SecondFactorNeeded  # the try stays counted: this answer must not be cheaper than a wrong password
         new_hash = await self.passwords.hash(password) if self.passwords.needs_rehash(user.password_hash) else None
         done = await self._begin(name, known_hash, new_hash, code, old_token, address, user_agent, now)
@@ -107,7 +109,7 @@ class Door:
             fresh = await find_user(session, name)
             if fresh is None or fresh.disabled or fresh.password_hash != known_hash:
                 raise WrongSignIn  # changed while the password was being checked
-            if fresh.totp_secret is not None and not await spend(session, fresh, code or "", now):
+            if fresh.totp_sealed is not None and not await spend(session, fresh, code or "", now, self.vault):
                 return None
             if new_hash is not None:
                 fresh.password_hash = new_hash

@@ -37,10 +37,10 @@ class UserRow(Base):
     """Somebody else knows it: who made the account, or who reset it."""
     password_changed_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     """None: it is still the first one."""
-    totp_secret: Mapped[str | None] = mapped_column(String(64))
-    """Of the second factor, base32; None: there is none."""
-    totp_pending: Mapped[str | None] = mapped_column(String(64))
-    """Shown to its user, who has not proved yet to have it."""
+    totp_sealed: Mapped[str | None] = mapped_column(String(255))
+    """The secret of the second factor, as `server/vault.py` seals it; None: there is none."""
+    totp_pending_sealed: Mapped[str | None] = mapped_column(String(255))
+    """One that was shown to its user, who has not proved yet to have it."""
     totp_last_step: Mapped[int | None]
     """The newest time step whose code was used: it and all before are worth nothing."""
 

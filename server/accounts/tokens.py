@@ -12,7 +12,7 @@ from collections.abc import Collection
 from datetime import UTC, datetime, timedelta
 from typing import Any, Final
 
-from sqlalchemy import ColumnElement, delete, func, select, update
+from sqlalchemy import ColumnElement, delete, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.scopes import FOR_ADMINS, Scope
@@ -75,9 +75,7 @@ async def create_token(
     if expires_at is not None and not deed.at < expires_at <= deed.at + LONGEST_LIFE:
         raise BadExpiry("a token ends in the future, within ten years, or never")
     await begin_fleet_change(session)
-    number = await session.scalar(select(func.count()).select_from(ApiTokenRow).where(ApiTokenRow.user_id == owner.id))
-    if (number or 0) >= MOST_OF_ONE_USER:
-        raise TooManyTokens
+    await _make_room(session, owner, deed)
     secret = PREFIX + secrets.token_urlsafe(32)
     row = ApiTokenRow(
         token_hash=hash_token(secret),
@@ -111,6 +109,19 @@ async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | N
     owner = await session.get_one(UserRow, row.user_id)
     deed.record(session, "token.revoked", **_about(row, owner))
     await session.delete(row)
+
+
+async def _make_room(session: AsyncSession, owner: UserRow, deed: Deed) -> None:
+    """For one more. Expired ones are listed for as long as there is room, and stand in nobody's way."""
+    kept = list(await session.scalars(select(ApiTokenRow).where(ApiTokenRow.user_id == owner.id)))
+    if len(kept) < MOST_OF_ONE_USER:
+        return
+    over = [row for row in kept if row.expires_at is not None and row.expires_at <= deed.at]
+    if not over:
+        raise TooManyTokens
+    for row in over:
+        deed.record(session, "token.expired", **_about(row, owner))
+        await session.delete(row)
 
 
 def _about(row: ApiTokenRow, owner: UserRow) -> dict[str, Any]:

@@ -64,7 +64,7 @@ class Me(BaseModel):
             name=row.name,
             role=Role(row.role),
             must_change_password=row.must_change_password,
-            second_factor=row.totp_secret is not None,
+            second_factor=row.totp_sealed is not None,
         )
 
 

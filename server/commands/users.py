@@ -83,7 +83,7 @@ def _told(row: UserRow) -> dict[str, Any]:
         "disabled": row.disabled,
         "first_password": row.password_changed_at is None,
         "must_change_password": row.must_change_password,
-        "second_factor": row.totp_secret is not None,
+        "second_factor": row.totp_sealed is not None,
     }
 
 
@@ -91,7 +91,7 @@ def _state(row: UserRow) -> str:
     told = {
         "disabled": row.disabled,
         "first password" if row.password_changed_at is None else "password of an admin": row.must_change_password,
-        "second factor": row.totp_secret is not None,
+        "second factor": row.totp_sealed is not None,
     }
     return ", ".join(word for word, true in told.items() if true)
 

@@ -11,6 +11,7 @@ from server.database import Database, open_database
 from server.fleet.snapshot import load_snapshot
 from server.schema import DatabaseNotReady, check_schema, migrate
 from server.tables import METADATA
+from server.vault import Vault
 
 
 def _difference(connection: Connection) -> list[object]:
@@ -66,9 +67,53 @@ async def test_a_database_of_a_newer_version_is_left_alone(sqlite: Database) -> 
         await check_schema(sqlite)
 
 
-async def test_postgres_up_down_up(postgres_url: str) -> None:
+async def test_postgres_up_down_up(postgres_url: str, tmp_path: Path) -> None:
     database = open_database(postgres_url.replace("postgresql://", "postgresql+asyncpg://"))
     try:
         await _up_down_up(database)
+        await migrate(database, "base")
+        await _second_factors_are_sealed_and_opened(database, Vault(key_file=tmp_path / "secret.key"))
     finally:
         await database.close()
+
+
+SECRETS = {"totp_secret": "JBSWY3DPEHPK3PXPJBSWY3DPEHPK3PXP", "totp_pending": "KRSXG5CTMVRXEZLUKRSXG5CTMVRXEZLU"}
+
+
+async def _second_factors_are_sealed_and_opened(database: Database, vault: Vault) -> None:
+    """Up to 0006 and down again, of a database that holds them in the clear."""
+    await migrate(database, "0005")
+    async with database.writing() as session:
+        for name in ("anna", "ben"):
+            secret, pending = (f"'{value}'" if name == "anna" else "NULL" for value in SECRETS.values())
+            await session.execute(
+                text(
+                    "INSERT INTO users (name, name_key, password_hash, role, created_at, totp_secret, totp_pending) "
+                    f"VALUES ('{name}', '{name}', 'x', 'operator', '2026-01-01 00:00:00', {secret}, {pending})"
+                )
+            )
+    await migrate(database, "0006", vault=vault)
+    async with database.reading() as session:
+        rows = (await session.execute(text("SELECT id, totp_sealed, totp_pending_sealed FROM users ORDER BY id"))).all()
+    (anna, *sealed), (_, *none) = rows
+    assert none == [None, None]
+    about = f"second factor of user {anna}"
+    assert [vault.open(one, about=about) for one in sealed] == list(SECRETS.values())
+    assert not any(secret in str(rows) for secret in SECRETS.values())
+    await migrate(database, "0005", vault=vault)
+    async with database.reading() as session:
+        found = (await session.execute(text("SELECT totp_secret, totp_pending FROM users WHERE name = 'anna'"))).one()
+    assert list(found) == list(SECRETS.values())
+    await migrate(database, vault=vault)
+    await check_schema(database)
+
+
+async def test_second_factors_in_the_clear_are_sealed_and_leave_no_trace(sqlite: Database, tmp_path: Path) -> None:
+    key_file = tmp_path / "keys" / "secret.key"
+    await _second_factors_are_sealed_and_opened(sqlite, Vault(key_file=key_file))
+    assert key_file.stat().st_mode & 0o777 == 0o600
+    await sqlite.close()
+    files = (tmp_path / f"tower.sqlite3{ending}" for ending in ("", "-wal", "-shm"))
+    left = b"".join(one.read_bytes() for one in files if one.exists())
+    assert b"anna" in left
+    assert not any(secret.encode() in left for secret in SECRETS.values())

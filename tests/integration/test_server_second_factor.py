@@ -7,10 +7,11 @@ import httpx
 import pyotp
 import pytest
 from control_world import audit
-from sqlalchemy import select
+from sqlalchemy import select, update
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import RecoveryCodeRow, Role
+from server.accounts.tables import RecoveryCodeRow, Role, UserRow
+from server.vault import VaultError, new_key
 
 FACTOR = "/api/v1/me/second-factor"
 
@@ -121,3 +122,54 @@ async def test_a_try_without_the_code_counts_like_a_wrong_password(world: TowerW
     await enrolled(world, anna)
     slugs = [(await sign_in(world)).json()["type"] for _ in range(7)]
     assert slugs == ["/problems/second-factor-needed"] * 5 + ["/problems/too-many-tries"] * 2
+
+
+async def test_the_database_holds_it_sealed_and_a_new_key_seals_it_anew(tmp_path: Path) -> None:
+    old, new = new_key(), new_key()
+    sealed = []
+    secret = ""
+    for number, keys in enumerate((old, f"{new},{old}", new)):
+        async with start_tower(tmp_path, secret_keys=keys) as world:
+            if number == 0:
+                client = await world.signed_in(await world.add_user("Anna"))
+                secret = (await client.post(FACTOR, json={"password": PASSWORD})).json()["secret"]
+                code = pyotp.TOTP(secret).at(world.clock())
+                assert (await client.post(f"{FACTOR}/confirm", json={"code": code})).status_code == 200
+            world.clock.advance(60.0 * (number + 1))
+            answer = await sign_in(world, pyotp.TOTP(secret).at(world.clock()))
+            assert answer.status_code == 200, answer.text
+            async with world.database.reading() as session:
+                row = (await session.scalars(select(UserRow))).one()
+            sealed.append(row.totp_sealed)
+            assert secret not in str(vars(row))
+    assert sealed[0] != sealed[1] == sealed[2]
+
+
+async def test_without_its_key_the_tower_does_not_start_and_says_what_to_do(tmp_path: Path) -> None:
+    key_file = tmp_path / "var" / "secret.key"
+    async with start_tower(tmp_path) as world:
+        await enrolled(world, await world.add_user("Anna"))
+    kept = key_file.read_text()
+    key_file.unlink()
+    with pytest.raises(VaultError, match=r"sealed \(Anna\).*key is missing.*TOWER_SECRET_KEYS.*second-factor-off"):
+        async with start_tower(tmp_path):
+            raise AssertionError("it must not start")
+    assert not key_file.exists(), "a new key would hide that the old one is missing"
+    with pytest.raises(VaultError, match=r"second factor of Anna.*cannot be opened"):
+        async with start_tower(tmp_path, secret_keys=new_key()):
+            raise AssertionError("it must not start")
+    key_file.write_text(kept)
+    async with start_tower(tmp_path) as world:
+        assert_problem(await sign_in(world), 401, "second-factor-needed")
+
+
+async def test_a_secret_moved_to_another_account_opens_nothing(world: TowerWorld, anna: Person) -> None:
+    await enrolled(world, anna)
+    ben = await world.add_user("Ben")
+    async with world.database.writing() as session:
+        theirs = await session.scalar(select(UserRow.totp_sealed).where(UserRow.id == anna.id))
+        await session.execute(update(UserRow).where(UserRow.id == ben.id).values(totp_sealed=theirs))
+    body = {"name": "Ben", "password": PASSWORD, "code": "123456"}
+    answer = await (await world.client()).post("/api/v1/session", json=body)
+    assert_problem(answer, 500, "internal-error")
+    assert "set-cookie" not in answer.headers

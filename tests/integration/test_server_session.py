@@ -138,6 +138,14 @@ async def test_signing_in_again_ends_the_session_before(world: TowerWorld, anna:
     assert_problem(await old.get("/api/v1/me"), 401, "session-expired")
 
 
+async def test_a_cookie_that_somebody_planted_is_not_taken_over(world: TowerWorld, anna: Person) -> None:
+    client = await world.client(cookies={"tower_session": "planted"})
+    answer = await client.post(SESSION, json={"name": "Anna", "password": PASSWORD})
+    assert "planted" not in answer.headers["set-cookie"]
+    planted = await world.client(cookies={"tower_session": "planted"})
+    assert_problem(await planted.get("/api/v1/me"), 401, "session-expired")
+
+
 async def test_signing_out_ends_the_session(world: TowerWorld, anna: Person) -> None:
     client = await world.signed_in(anna)
     kept = await world.client(cookies={"tower_session": client.cookies["tower_session"]})

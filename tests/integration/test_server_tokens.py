@@ -282,6 +282,21 @@ async def test_there_is_a_bound(world: TowerWorld, anna: Person, monkeypatch: py
     assert_problem(answer, 409, "too-many-tokens")
 
 
+async def test_expired_ones_make_room(
+    world: TowerWorld, anna: Person, root: httpx.AsyncClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tokens, "MOST_OF_ONE_USER", 2)
+    person = await world.signed_in(anna)
+    await made(person, "watch")
+    await made(person, "watch", expires_at=(world.clock() + timedelta(seconds=60)).isoformat())
+    world.clock.advance(61)
+    assert len((await person.get(TOKENS)).json()) == 2, "listed for as long as there is room"
+    await made(person, "fly")
+    assert [one["scopes"] for one in (await person.get(TOKENS)).json()] == [["watch"], ["fly"]]
+    assert len(await audit(root, "token.expired")) == 1
+    assert_problem(await person.post(TOKENS, json={"name": "x", "scopes": ["watch"]}), 409, "too-many-tokens")
+
+
 async def test_a_deleted_users_tokens_are_gone(world: TowerWorld, anna: Person, root: httpx.AsyncClient) -> None:
     await made(await world.signed_in(anna), "watch")
     await root.delete(f"/api/v1/users/{anna.id}")

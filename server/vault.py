@@ -1,0 +1,132 @@
+"""Seals the few secrets that the tower must be able to read again (those of second factors), so that a copy of the
+database alone is worth nothing. Everything else secret is kept as a hash.
+
+The keys are Fernet's, of the library `cryptography`, newest first: the first one seals, all of them open.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cryptography.fernet import Fernet, InvalidToken, MultiFernet
+
+if TYPE_CHECKING:
+    from server.settings import Settings
+
+KEY_FILE: Final = "secret.key"
+"""Beside the database of a tower that was told nothing else; one key a line."""
+
+
+class VaultError(Exception):
+    """The message says in one line what is wrong with the keys, and what to do. Shows none of them."""
+
+
+def new_key() -> str:
+    """256 random bits as text."""
+    return Fernet.generate_key().decode()
+
+
+def parse_keys(text: str, separator: str) -> tuple[str, ...]:
+    """Raises ValueError unless there is at least one, and all of them are keys."""
+    keys = tuple(part.strip() for part in text.split(separator) if part.strip())
+    if not keys:
+        raise ValueError("no key")
+    for key in keys:
+        Fernet(key)
+    return keys
+
+
+class Vault:
+    """Finds its keys when it is told to. Until then it can neither seal nor open."""
+
+    def __init__(self, *, keys: Sequence[str] = (), key_file: Path) -> None:
+        self._key_file = key_file
+        self._fernet: MultiFernet | None = None
+        if keys:
+            self._take(keys)
+
+    @classmethod
+    def of(cls, settings: Settings) -> Vault:
+        return cls(keys=settings.secret_key_list, key_file=settings.secret_key_file)
+
+    @property
+    def where(self) -> str:
+        """Where its keys are looked for, in words."""
+        return f"TOWER_SECRET_KEYS is not set and there is no file {self._key_file}"
+
+    def find_keys(self) -> bool:
+        """Whether there are any. Raises VaultError where the file holds something else."""
+        if self._fernet is None:
+            try:
+                self._take(parse_keys(self._key_file.read_text(), "\n"))
+            except FileNotFoundError:
+                return False
+            except OSError as error:
+                raise VaultError(f"the key file {self._key_file} cannot be read: {error.strerror}") from error
+            except ValueError:
+                raise VaultError(
+                    f"the key file {self._key_file} must hold keys as `tower new-key` prints them, one a line"
+                ) from None
+        return True
+
+    def make_key(self) -> None:
+        """A first key in the file, for the tower's user alone. Only where nothing has been sealed yet."""
+        try:
+            self._key_file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            # Written beside and linked into place: never half a key, and never over another process's.
+            draft = self._key_file.with_name(f".{self._key_file.name}.{os.getpid()}")
+            descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+            try:
+                with os.fdopen(descriptor, "w") as out:
+                    out.write(f"{new_key()}\n")
+                    out.flush()
+                    os.fsync(out.fileno())
+                os.link(draft, self._key_file)
+            finally:
+                draft.unlink()
+        except FileExistsError:
+            pass  # another process was first
+        except OSError as error:
+            raise VaultError(f"the key file {self._key_file} cannot be made: {error.strerror}") from error
+        if not self.find_keys():
+            raise VaultError(f"the key file {self._key_file} cannot be made: another process was making one")
+
+    def seal(self, secret: str, *, about: str) -> str:
+        """`about`: whose it is and what for. It opens for the same only."""
+        return self._opened().encrypt(f"{about}\n{secret}".encode()).decode()
+
+    def open(self, sealed: str, *, about: str) -> str:
+        """Raises VaultError where it was sealed with another key, for something else, or is damaged."""
+        try:
+            told, _, secret = self._opened().decrypt(sealed).decode().partition("\n")
+        except InvalidToken:
+            raise VaultError("a sealed secret cannot be opened with the keys that are here") from None
+        if told != about:
+            raise VaultError("a sealed secret was found where another one belongs")
+        return secret
+
+    def sealed_anew(self, sealed: str) -> str:
+        """The same secret under the newest key. Raises VaultError where it cannot be opened."""
+        try:
+            return self._opened().rotate(sealed).decode()
+        except InvalidToken:
+            raise VaultError("a sealed secret cannot be opened with the keys that are here") from None
+
+    def by_newest_key(self, sealed: str) -> bool:
+        try:
+            self._newest.decrypt(sealed)
+        except InvalidToken:
+            return False
+        return True
+
+    def _take(self, keys: Sequence[str]) -> None:
+        self._newest = Fernet(keys[0])
+        self._fernet = MultiFernet([Fernet(key) for key in keys])
+
+    def _opened(self) -> MultiFernet:
+        if self._fernet is None:
+            raise VaultError(self.where)
+        return self._fernet
