@@ -196,3 +196,26 @@ def test_a_pad_is_calibrated_by_moving_it(somebody: Somebody) -> None:
     pad.move(right=(0, 0.6))
     expect(alice.part("setup-bars").get_by_test_id("axis-throttle")).to_have_attribute("data-value", "1.00")
     expect(alice.part("sticks-state")).to_have_attribute("data-phase", "kept")
+
+
+def test_a_question_goes_with_its_page_and_keys_are_sticks_in_any_layout(somebody: Somebody) -> None:
+    alice = signed_in(somebody, "alice", "Kestrel")
+    alice.acquire("Kestrel")
+    alice.part("manual-means").select_option("keyboard")
+    dialog = alice.page.get_by_role("dialog")
+    alice.part("manual-toggle").click()
+    expect(dialog).to_contain_text("Fly Kestrel by hand?")
+    alice.page.go_back()
+    expect(alice.part("squad-row").first).to_be_visible()
+    expect(dialog).to_have_count(0)
+
+    alice.open_drone("Kestrel")
+    begin(alice)
+    expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")
+    # Colemak: where S is on other keyboards, R stands; it must not ask to return.
+    alice.page.evaluate("window.dispatchEvent(new KeyboardEvent('keydown', { code: 'KeyS', key: 'r' }))")
+    expect(alice.part("axis-throttle")).to_have_attribute("data-value", "-1.00")
+    expect(dialog).to_have_count(0)
+    # With Command held, macOS never says that it came up.
+    alice.page.evaluate("window.dispatchEvent(new KeyboardEvent('keydown', { code: 'MetaLeft', key: 'Meta' }))")
+    expect(alice.part("axis-throttle")).to_have_attribute("data-value", "0.00")

@@ -27,9 +27,12 @@ interface Asked extends Question {
 
 export const confirmation = $state<{ asked: Asked | null }>({ asked: null });
 
+/** Nobody answers any more: whoever asked, or what it was about, has gone. */
+export const dismiss = (): void => confirmation.asked?.answer(null);
+
 /** Null when the user thought better of it. */
 export function ask(question: Question): Promise<Consent | null> {
-  confirmation.asked?.answer(null);
+  dismiss();
   return new Promise((resolve) => {
     confirmation.asked = {
       ...question,

@@ -18,6 +18,9 @@ const KEYS: Record<string, readonly [keyof Axes, 1 | -1]> = {
   ArrowRight: ['roll', 1],
 };
 
+/** Whether the key of this code moves a stick. */
+export const isStickKey = (code: string): boolean => Object.hasOwn(KEYS, code);
+
 export class KeyboardSticks implements AxesSource {
   readonly name = 'Keyboard: W S height, A D turn, arrows move';
   readonly #held = new Set<string>();
@@ -26,13 +29,21 @@ export class KeyboardSticks implements AxesSource {
 
   /** True when the key is one of ours. */
   press(code: string): boolean {
-    if (!(code in KEYS)) return false;
+    if (!isStickKey(code)) return false;
     this.#held.add(code);
     return true;
   }
 
   release(code: string): void {
     this.#held.delete(code);
+  }
+
+  /**
+   * The sticks spring back. For when keys may come up without a word: macOS is silent about those released together
+   * with Command, and menus (of the browser, or under the pointer) keep them for themselves.
+   */
+  letGo(): void {
+    this.#held.clear();
   }
 
   /** No key is held any more, whatever we did not hear of. */

@@ -66,7 +66,7 @@ export class Manual {
     this.#cancelBeat();
     this.#source = source;
     this.#onBegun = onBegun;
-    this.#begunMs = this.#options.clock.nowMs();
+    this.#begunMs = this.#options.clock.monotonicMs();
     this.#state.set({ ...OFF, phase: 'centring', source: source.name });
     this.#beat(this.#options.clock.monotonicMs());
   }
@@ -83,7 +83,7 @@ export class Manual {
 
   #beat(dueMs: number): void {
     const { clock } = this.#options;
-    const axes = this.#source?.read(clock.nowMs()) ?? null;
+    const axes = this.#read();
     if (!axes) return this.stop(`${this.#state.get().source} is gone`, { holds: true });
     if (this.#state.get().phase === 'centring') this.#centring(axes);
     if (this.#state.get().phase === 'flying') this.#send(axes);
@@ -94,10 +94,19 @@ export class Manual {
     this.#cancelBeat = clock.after(nextMs - now, () => this.#beat(nextMs));
   }
 
+  /** What cannot be read is gone: a loop that died of it would look like flying. */
+  #read(): Axes | null {
+    try {
+      return this.#source?.read(this.#options.clock.monotonicMs()) ?? null;
+    } catch {
+      return null;
+    }
+  }
+
   #centring(axes: Axes): void {
     const off = offCentre(axes);
     if (off.length > 0) {
-      if (this.#options.clock.nowMs() - this.#begunMs > CENTRING_LIMIT_MS) {
+      if (this.#options.clock.monotonicMs() - this.#begunMs > CENTRING_LIMIT_MS) {
         return this.stop('the sticks were not centred', { holds: false });
       }
       this.#state.update((state) => ({ ...state, axes, offCentre: off }));

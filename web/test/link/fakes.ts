@@ -8,10 +8,16 @@ import type { Drone } from '../../src/link/wire_types';
 
 export class FakeClock implements Clock {
   #now = 1_000_000;
+  #setAheadMs = 0;
   #timers: { dueMs: number; callback: () => void }[] = [];
 
   nowMs(): number {
-    return this.#now;
+    return this.#now + this.#setAheadMs;
+  }
+
+  /** Somebody sets the computer's clock. */
+  set(aheadMs: number): void {
+    this.#setAheadMs += aheadMs;
   }
 
   /** Fractions, as performance.now() has them. */

@@ -2,7 +2,8 @@ import { beforeEach, describe, expect, it } from 'vitest';
 
 import type { Sending } from '../../src/link/live';
 import { CENTRING_LIMIT_MS, Manual, manualControlFields } from '../../src/link/manual';
-import { CENTRED, type Axes } from '../../src/link/sticks';
+import { KeyboardSticks } from '../../src/link/keyboard_sticks';
+import { CENTRED, type Axes, type AxesSource } from '../../src/link/sticks';
 import { FakeClock } from './fakes';
 
 let clock: FakeClock;
@@ -13,11 +14,13 @@ let holds: number;
 let begun: number;
 let manual: Manual;
 const phase = (): string => manual.state.get().phase;
-const start = (): void => manual.start({ name: 'pad', read: () => hands }, () => begun++);
+let source: AxesSource;
+const start = (): void => manual.start(source, () => begun++);
 
 beforeEach(() => {
   clock = new FakeClock();
   hands = CENTRED;
+  source = { name: 'pad', read: () => hands };
   sending = 'sent';
   sent = [];
   holds = 0;
@@ -64,6 +67,30 @@ describe('flying by hand', () => {
     expect(manual.state.get()).toMatchObject({ phase: 'off', ended: 'the sticks were not centred' });
     expect(holds).toBe(0);
     expect(clock.waiting).toBe(0);
+  });
+
+  it('does not jump when the clock of the computer is set', async () => {
+    const keys = new KeyboardSticks();
+    manual.start(keys);
+    await clock.pass(100);
+    keys.press('KeyW');
+    await clock.pass(40);
+    clock.set(3_600_000);
+    await clock.pass(20);
+    expect(sent.at(-1)?.throttle).toBeLessThan(0.2);
+  });
+
+  it('ends with a hold when the sticks cannot be read', async () => {
+    start();
+    await clock.pass(100);
+    Object.defineProperty(source, 'read', {
+      value: () => {
+        throw new Error('no leave to see gamepads');
+      },
+    });
+    await clock.pass(100);
+    expect(phase()).toBe('off');
+    expect(holds).toBe(1);
   });
 
   it('leaves out beats that cannot leave at once, and does not make up for them', async () => {

@@ -42,7 +42,18 @@ describe('keys', () => {
     expect(keys.read(1_020)).toEqual(CENTRED);
   });
 
+  it('that may come up unheard of are let go, and their sticks spring back', () => {
+    const keys = new KeyboardSticks();
+    keys.read(0);
+    keys.press('KeyW');
+    expect(keys.read(1_000).throttle).toBe(1);
+    keys.letGo();
+    expect(keys.read(1_100).throttle).toBeCloseTo(0.5);
+    expect(keys.read(1_300)).toEqual(CENTRED);
+  });
+
   it('of other uses are left alone', () => {
     expect(new KeyboardSticks().press('Escape')).toBe(false);
+    expect(new KeyboardSticks().press('toString')).toBe(false);
   });
 });
