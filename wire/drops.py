@@ -30,6 +30,7 @@ class DropReason(StrEnum):
     LOSS_CHECK = "loss-check"
     LOAN = "loan"
     LATE = "late"
+    OTHER_HANDS = "other-hands"
     FLOOD = "flood"
 
 

@@ -7,6 +7,7 @@ keep-alive measures that).
 """
 
 from collections import deque
+from math import inf
 from typing import Final
 
 WINDOW_S: Final = 30.0
@@ -33,8 +34,12 @@ class Lateness:
         self._least: deque[tuple[float, float]] = deque()
         """(beginning of the bucket, least offset in it), oldest first."""
 
-    def late_by(self, stamp: int, now: float) -> float:
-        """Seconds by which this stamp is late, 0 or more. The first one of a sender is never late."""
+    def late_by(self, stamp: int, now: float, *, at_most_s: float = inf) -> float:
+        """Seconds by which this stamp is late, 0 or more. The first one of a sender is never late.
+
+        `at_most_s`: what is otherwise known of it. A stamp that claims more tells of a clock that stood still (a
+        computer that slept), and is measured anew by what is known.
+        """
         if self._first is None:
             self._first = (stamp, now)
         first_stamp, first_now = self._first
@@ -59,4 +64,9 @@ class Lateness:
             buckets[-1] = (start, min(least, offset))
         else:
             buckets.append((now, offset))
-        return max(0.0, offset - min(least for _, least in buckets))
+        late_s = max(0.0, offset - min(least for _, least in buckets))
+        if late_s <= at_most_s:
+            return late_s
+        for at, (start, least) in enumerate(buckets):
+            buckets[at] = (start, max(least, offset - at_most_s))
+        return at_most_s

@@ -80,7 +80,8 @@ class FramePaths:
             self._state.refuse(browser, DropReason.MALFORMED if admitted else DropReason.FLOOD, None, now)
             return
         self._state.traffic.frames_from_browsers += len(parts)
-        late_s = 0.0 if sent_ms is None else browser.lateness.late_by(sent_ms, now)
+        at_most_s = browser.trip.late_at_most_s(now)
+        late_s = 0.0 if sent_ms is None else browser.lateness.late_by(sent_ms, now, at_most_s=at_most_s)
         for drone_id, frame in parts:
             try:
                 self._frame_down(browser, drone_id, frame, late_s, now)
@@ -121,6 +122,8 @@ class FramePaths:
                 self._ask_twice(browser, drone_id, command, now)
             if drone.lease.assistant is not None and not self._turn_allows(drone, user_id, frame, now):
                 return
+        if kind is Kind.STICKS and drone.other_hands_of(browser, now):
+            raise Dropped(DropReason.OTHER_HANDS)
         if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
             raise Dropped(DropReason.OFFLINE)
         self._state.traffic.frames_to_agents += 1

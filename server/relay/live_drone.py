@@ -20,6 +20,9 @@ from wire.ids import DroneId, Epoch, UserId
 MANUAL_FOR_S: Final = 3.0
 """A drone counts as flown by hand for so long after the last stick frame: RC_OVERRIDE_TIME of the autopilots."""
 
+ONE_HAND_S: Final = 1.0
+"""Two windows of one user do not fly by turns: whoever began goes on, until none of their sticks came for so long."""
+
 NEVER: Final = float("-inf")
 
 
@@ -172,6 +175,13 @@ class LiveDrone:
     def flown_by_hand(self, now: float) -> bool:
         """Whether sticks have moved this drone within the last seconds."""
         return now - self.sticks_at < MANUAL_FOR_S
+
+    def other_hands_of(self, browser: Browser, now: float) -> bool:
+        """Whether another window or program of the same user is flying by hand."""
+        if browser.number == self.sticks_from or now - self.sticks_at >= ONE_HAND_S:
+            return False
+        flying = self.watchers.get(self.sticks_from)
+        return flying is not None and flying.viewer.user_id == browser.viewer.user_id
 
     def holder_present(self) -> bool:
         """Whether the holder has a live browser, one that may fly: a program that only watches is nobody's hand."""

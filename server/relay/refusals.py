@@ -34,6 +34,9 @@ _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
     DropReason.FLOOD: lambda name: (
         f"This was more than may be sent{f' to {name}' if name else ''} at once. The rest of it was not sent."
     ),
+    DropReason.OTHER_HANDS: lambda name: (
+        f"Another window or program of yours flies {name} by hand: its sticks count, and these were not sent."
+    ),
     DropReason.LATE: lambda name: f"Your link was stalled; what came late was not sent to {name}.",
 }
 

@@ -15,6 +15,7 @@ class TripMeter:
         self._next_at = 0.0
         self._open: dict[int, float] = {}
         self._last_s: float | None = None
+        self._answered_at = float("-inf")
 
     def ping_due(self, now: float) -> int | None:
         """The sequence of a ping to send now, or None."""
@@ -33,8 +34,13 @@ class TripMeter:
         if sent is None:
             return
         self._last_s = now - sent
+        self._answered_at = max(self._answered_at, sent)
         for older in [one for one in self._open if one < sequence]:
             del self._open[older]
+
+    def late_at_most_s(self, now: float) -> float:
+        """How late a message that comes now can be: it was sent after the last answer, and that after its ping."""
+        return now - self._answered_at
 
     def rtt_s(self, now: float) -> float:
         """The last round trip, or how long the oldest answer has been missing, whichever is longer; 0 if unknown."""

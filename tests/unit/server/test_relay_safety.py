@@ -225,6 +225,45 @@ def test_a_round_trip_that_stays_too_long_while_flying_by_hand_is_reported_once(
     assert 500 < event.rtt_ms < 1000
 
 
+def test_two_windows_of_one_pilot_do_not_fly_by_turns(scene: Scene) -> None:
+    other = scene.world.browser(1)
+    scene.fly(0.5)
+    scene.fly(0.6, other)
+    scene.fly(0.7)
+    assert len(scene.agent.received()) == 2
+    assert "other-hands" in scene.notices(other)
+    assert scene.notices(scene.alice) == []
+    # Commands of the other one pass: it may hold. And when the first has stopped, it may fly.
+    other.send(tag(ONE, command_long()), now=0.8)
+    scene.fly(1.8, other)
+    assert len(scene.agent.received()) == 2
+    assert scene.notices(other) == []
+
+
+def test_a_window_that_was_closed_does_not_keep_the_next_one_out(scene: Scene) -> None:
+    scene.fly(0.5)
+    scene.hub.detach_browser(scene.alice.browser, 0.6)
+    scene.agent.received()
+    scene.fly(0.7, scene.world.browser(1))
+    assert len(scene.agent.received()) == 1
+
+
+def test_a_clock_that_stood_still_makes_nothing_late_once_a_ping_is_answered(scene: Scene) -> None:
+    """A laptop that slept for 20 s: its stamps are 20 s behind from now on."""
+    for now in range(1, 10):
+        scene.keep_alive(now)
+        scene.alice.send(stamp(now * 1000) + tag(ONE, sticks()), now=now + 0.05)
+    scene.agent.received()
+    for tenths in range(300, 320):
+        now, slept = tenths / 10, tenths * 100 - 20_000
+        scene.keep_alive(now)
+        for event in scene.alice.events():
+            if isinstance(event, live.Ping):
+                scene.alice.browser.trip.pong(event.sequence, now + 0.02)
+        scene.alice.send(stamp(slept) + tag(ONE, sticks()), now=now + 0.05)
+    assert len(scene.agent.received()) >= 18
+
+
 def test_late_sticks_and_late_commands_are_discarded_and_answered(scene: Scene) -> None:
     settings = SafetySettings(sticks_late_s=0.4, commands_late_s=2.0)
     scene.hub.apply_safety(ONE, settings, rtt_limit_ms=500, rtt_limit_s=1)

@@ -52,6 +52,15 @@ def test_after_hours_of_silence_the_clocks_are_compared_anew() -> None:
     assert meter.late_by(int(FORGET_S * 1000), FORGET_S + 2.0) == 0.0
 
 
+def test_it_is_never_later_than_what_is_known_otherwise_and_measured_by_that() -> None:
+    meter = Lateness()
+    meter.late_by(0, 0.0)
+    assert meter.late_by(1000, 21.0, at_most_s=0.5) == 0.5
+    assert meter.late_by(1100, 21.1, at_most_s=0.02) == 0.02
+    assert round(meter.late_by(1200, 21.2, at_most_s=5.0), 3) == 0.02
+    assert round(meter.late_by(1300, 21.8, at_most_s=5.0), 3) == 0.52
+
+
 @given(st.lists(st.tuples(st.integers(0, CLOCK_MS - 1), st.floats(0, 10)), max_size=200))
 def test_any_stamps_give_a_lateness_and_bounded_memory(stamps: list[tuple[int, float]]) -> None:
     meter = Lateness()

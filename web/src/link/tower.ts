@@ -232,6 +232,7 @@ export class Tower {
     const vehicle = drone_id === null ? undefined : this.vehicles.get().get(drone_id);
     if (!vehicle) return;
     if (REFUSING_NOTICES.has(code)) vehicle.abort(text);
+    if (code === 'other-hands') vehicle.manual.stop('another window or program of yours flies it', { holds: false });
     if (code === 'assisted') this.assist.refused(vehicle.drone.get());
     if (code === 'loss-check') void this.readLossCheck(vehicle.drone.get().id).catch(() => undefined);
   }

@@ -169,6 +169,21 @@ describe('who may fly', () => {
     expect(tower.assist.turns.get().size).toBe(0);
   });
 
+  it('stops the sticks when another window of the same pilot flies already, and holds nothing: that one flies on', async () => {
+    socket().says({ type: 'drone', drone: { ...HERON, epoch: 5, holder: OLGA } });
+    socket().saysBytes(tag(1, heartbeat(5, true)));
+    const { manual } = vehicle(1);
+    manual.start({ name: 'pad', read: () => CENTRED });
+    await clock.pass(40);
+    expect(manual.state.get().phase).toBe('flying');
+    const before = socket().frames.length;
+    const notice = { severity: 'warning', code: 'other-hands', text: 'Another window.', drone_id: 1, count: 1 };
+    socket().says({ type: 'notice', ...notice });
+    await clock.pass(200);
+    expect(manual.state.get()).toMatchObject({ phase: 'off', ended: 'another window or program of yours flies it' });
+    expect(socket().frames.length).toBe(before);
+  });
+
   it('reads the check before flight when the tower refuses an arming for it', async () => {
     const check = { complete: true, has_radio: null, sentences: [], dangerous: true, acknowledged: false };
     answers['/api/v1/drones/1/loss-check'] = [200, check];
