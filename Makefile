@@ -6,6 +6,7 @@ SHELL := /bin/bash
 
 PYTHON ?= python3
 BIN := .venv/bin
+TEST_WORKERS ?= 3
 SAY := printf '\033[1m==>\033[0m %s\n'
 PIP := $(BIN)/python -m pip --disable-pip-version-check -qq
 
@@ -39,12 +40,14 @@ check: $(DEV_READY) $(WEB_READY) ## format, lint, types and import rules, of Pyt
 	@cd web && npm run --silent check
 
 .PHONY: test
-test: setup ## run every test: unit, integration, and the browser's
-	@PYTHON=$(BIN)/python deploy/install_test_parts.sh
-	@$(SAY) "Console: unit tests"
-	@cd web && npm test --silent
+test: setup ## run every test: unit, integration, and the browser's; TEST_WORKERS=3 at a time
+	@PYTHON=$(BIN)/python deploy/install_test_parts.sh & parts=$$!; \
+	trap 'kill $$parts 2>/dev/null || true' EXIT; \
+	$(SAY) "Console: unit tests"; \
+	(cd web && npm test --silent); \
+	wait $$parts
 	@$(SAY) "Unit, integration and browser tests"
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n $(TEST_WORKERS)
 
 .PHONY: format
 format: $(DEV_READY) $(WEB_READY) ## put every file into the house format

@@ -3,17 +3,42 @@
 import asyncio
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from uuid import uuid4
 
 import asyncpg
 import pytest
 from worlds.postgres import postgres_programs, temporary_postgres
+from worlds.side_by_side import Groups, rank_of, turns_of_this_run
 
 CHROMIUM_NAMES: Final = ("chromium", "chromium-browser", "google-chrome")
 CONSOLE: Final = Path(__file__).resolve().parent.parent / "web" / "dist" / "index.html"
+
+
+_turns = turns_of_this_run()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Groups:
+    return Groups(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    if _turns is not None:
+        items.sort(key=rank_of)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> Generator[None, bool, bool]:
+    if _turns is not None:
+        _turns.enter(item)
+    try:
+        return (yield)
+    finally:
+        if _turns is not None:
+            _turns.leave(item, nextitem)
 
 
 @pytest.fixture(scope="session")

@@ -47,6 +47,12 @@ class Agent(ObedientAgent):
             self._hub.datagram(datagram, read_link_id(datagram), ("203.0.113.1", 5), now)
 
 
+@pytest.fixture(autouse=True)
+def busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who does not read stays until a test has seen what it wants to see, however long that takes here."""
+    monkeypatch.setattr(guarded_websocket, "STALLED_AFTER_S", 600.0)
+
+
 @pytest.fixture
 async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
     async with start_tower(tmp_path, user_sockets=5, agent_frames_per_s=1_000_000) as world:

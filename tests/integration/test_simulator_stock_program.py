@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from worlds.free_ports import free_tcp_port, free_udp_ports
 
 SPEED = 5
 DEADLINE_S = 60.0
@@ -21,9 +22,7 @@ HOME = "47.397742,8.545594,488,90"
 
 @pytest.fixture
 def free_port() -> int:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    return free_udp_ports(1)[0]
 
 
 @pytest.fixture
@@ -209,9 +208,7 @@ async def test_tcp_both_ways(start):
         start("--out", f"tcp:127.0.0.1:{server.sockets[0].getsockname()[1]}")
         assert (await asyncio.wait_for(connected.get(), DEADLINE_S))[0] == 0xFD
 
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_tcp_port()
     start("--out", f"tcpin:127.0.0.1:{port}")
     loop = asyncio.get_running_loop()
     end_s = loop.time() + DEADLINE_S

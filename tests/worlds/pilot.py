@@ -35,6 +35,7 @@ class Pilot:
         self.mode = -1
         self.armed = False
         self.has_position = False
+        self.place_deg = (0.0, 0.0)
         self.altitude_m = 0.0
         self.climb_mps = 0.0
         self.roll_pitch_rad = (0.0, 0.0)
@@ -131,6 +132,7 @@ class Pilot:
             self.mode, self.armed = message.custom_mode, bool(message.base_mode & 128)
         elif kind == "GLOBAL_POSITION_INT":
             self.has_position = message.lat != 0
+            self.place_deg = (message.lat / 1e7, message.lon / 1e7)
             self.altitude_m, self.climb_mps = message.relative_alt / 1000, -message.vz / 100
         elif kind == "ATTITUDE":
             self.roll_pitch_rad = (message.roll, message.pitch)

@@ -3,12 +3,13 @@
 import os
 import pwd
 import shutil
-import socket
 import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from worlds.free_ports import free_tcp_port
 
 START_WITHIN_S = 60.0
 
@@ -35,9 +36,7 @@ def temporary_postgres(programs: Path, folder: Path) -> Iterator[str]:
             if place.stat().st_uid == 0 and str(place).startswith("/tmp/"):
                 place.chmod(place.stat().st_mode | 0o011)
         os.chown(cluster, account["user"], -1)
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_tcp_port()
     subprocess.run(
         [programs / "initdb", "-D", cluster, "-U", "tower", "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C"],
         check=True,

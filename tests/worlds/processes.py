@@ -1,4 +1,4 @@
-"""A world of real programs: `tower`, `tower-agent` and `tower-sim` as processes, on ports that the kernel picks.
+"""A world of real programs: `tower`, `tower-agent` and `tower-sim` as processes, on ports of its own.
 
 Each test brings its own folder, and with it its own database, credentials and logs. Waiting is always for a condition
 with a deadline.
@@ -9,7 +9,6 @@ import json
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -19,6 +18,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, TypeVar
+
+from worlds.free_ports import free_tcp_port, free_udp_ports
 
 BIN: Final = Path(sys.executable).parent
 CHECKOUT: Final = Path(__file__).resolve().parents[2]
@@ -157,17 +158,22 @@ class World:
         return (self.folder / f"{name}.log").read_text(errors="replace")
 
     def start(self, name: str, *command: str) -> subprocess.Popen[bytes]:
+        """A program of this checkout, by its name."""
+        process = self._spawn(name, str(BIN / command[0]), *command[1:], env=self.environment)
+        self._started[name] = (process, command)
+        return process
+
+    def paste(self, name: str, line: str, **environment: str) -> subprocess.Popen[bytes]:
+        """What somebody pastes into a shell that finds our programs, as it is."""
+        path = f"{BIN}{os.pathsep}{os.environ['PATH']}"
+        return self._spawn(name, "bash", "-c", line, env={**self.environment, "PATH": path, **environment})
+
+    def _spawn(self, name: str, *command: str, env: dict[str, str]) -> subprocess.Popen[bytes]:
         with (self.folder / f"{name}.log").open("ab") as log:
             process = subprocess.Popen(
-                [str(BIN / command[0]), *command[1:]],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                env=self.environment,
-                cwd=CHECKOUT,
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, env=env, cwd=CHECKOUT
             )
         self._running.append(process)
-        self._started[name] = (process, command)
         return process
 
     def running(self, name: str) -> subprocess.Popen[bytes]:
@@ -181,6 +187,9 @@ class World:
     def start_tower(self) -> subprocess.Popen[bytes]:
         """Until it answers. A second call, after the first one was killed, takes the same port again."""
         self._logs += 1
+        # Its own for as long as the world lasts: while it is away, nobody who asks for any port gets it.
+        self.port = self.port or free_tcp_port()
+        self.udp_port = self.udp_port or free_udp_ports(1)[0]
         name = f"tower-{self._logs}"
         process = self.start(name, "tower", "serve")
 
@@ -227,15 +236,3 @@ def kill_9(process: subprocess.Popen[bytes]) -> None:
     """As the kernel does when memory runs out: no good-bye."""
     process.send_signal(signal.SIGKILL)
     process.wait()
-
-
-def free_udp_ports(count: int) -> list[int]:
-    """Ports that the kernel just picked; whoever they are for takes them a moment later."""
-    probes = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
-    try:
-        for probe in probes:
-            probe.bind(("127.0.0.1", 0))
-        return [probe.getsockname()[1] for probe in probes]
-    finally:
-        for probe in probes:
-            probe.close()
