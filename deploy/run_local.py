@@ -5,7 +5,6 @@ wire as they would in the field. Ctrl-C ends everything it started. What it know
 `$TOWER_VAR/squad.json` (names, and the first passwords, readable by you alone).
 """
 
-import json
 import os
 import secrets
 import signal
@@ -15,13 +14,13 @@ import time
 import urllib.error
 import urllib.request
 from pathlib import Path
-from typing import Any, Final, NoReturn
+from typing import Final, NoReturn
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from squad import BIN, Squad, accounts_now
 from supervised import Program, ProgramFailed, StepFailed, end_all, run_once
 
-BIN: Final = Path(sys.executable).parent
 OPERATORS: Final = ("alice", "bob")
 DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobby", "Buzzard", "Falcon")
 HOME: Final = "47.3977,8.5456,488,0"
@@ -72,50 +71,6 @@ def free_udp_ports(count: int) -> list[int]:
             probe.close()
 
 
-class Squad:
-    """Who and what exists in this data folder, kept in a file so that a second run starts at once."""
-
-    def __init__(self, var: Path) -> None:
-        self._file = var / "squad.json"
-        self.tokens = var / "tokens"
-        self.first_passwords: dict[str, str] = {}
-        self.drones: dict[str, str] = {}
-        """Drone name to its operator."""
-        if self._file.exists():
-            known = json.loads(self._file.read_text())
-            self.first_passwords, self.drones = known["first_passwords"], known["drones"]
-
-    def save(self) -> None:
-        """Written after each step, so that an interrupted first run is taken up where it was."""
-        draft = self._file.with_suffix(".new")
-        descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-        with os.fdopen(descriptor, "w") as out:
-            json.dump({"first_passwords": self.first_passwords, "drones": self.drones}, out, indent=2)
-        draft.replace(self._file)
-
-    def token_file(self, drone: str) -> Path:
-        """Where the drone's credential is."""
-        return self.tokens / f"{drone.lower().replace(' ', '-')}.token"
-
-    def add_user(self, name: str, role: str, password: str, *, chosen: bool = False) -> None:
-        """Unless there is one already. A password that somebody has chosen need not be changed at the first sign-in."""
-        if name in self.first_passwords:
-            return
-        first = "--for-good" if chosen else "--must-change"
-        run_once(BIN / "tower", "user", "add", name, "--role", role, first, "--password-stdin", stdin=password)
-        self.first_passwords[name] = password
-        self.save()
-
-    def add_drone(self, name: str, operator: str) -> None:
-        """Unless there is one already."""
-        if name in self.drones:
-            return
-        self.tokens.mkdir(mode=0o700, exist_ok=True)
-        run_once(BIN / "tower", "drone", "add", name, "--owner", operator, "--token-file", self.token_file(name))
-        self.drones[name] = operator
-        self.save()
-
-
 def drone_name(number: int) -> str:
     """Birds of prey first, numbers when they run out."""
     return DRONE_NAMES[number] if number < len(DRONE_NAMES) else f"Drone {number + 1}"
@@ -129,9 +84,9 @@ def prepare(var: Path, count: int) -> tuple[Squad, list[str]]:
     if "admin" not in squad.first_passwords:
         say("Making the first accounts")
     chosen = os.environ.get("TOWER_ADMIN_PASSWORD", "")
-    squad.add_user("admin", "admin", chosen or secrets.token_urlsafe(12), chosen=bool(chosen))
-    for operator in OPERATORS:
-        squad.add_user(operator, "operator", secrets.token_urlsafe(12))
+    wanted = {"admin": ("admin", chosen or secrets.token_urlsafe(12), bool(chosen))}
+    wanted |= {operator: ("operator", secrets.token_urlsafe(12), False) for operator in OPERATORS}
+    squad.add_users(wanted)
     names = [drone_name(number) for number in range(count)]
     # The two operators own the drones between them: the first half and the rest.
     for number, name in enumerate(names):
@@ -176,11 +131,6 @@ def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list
     )
     simulator.start()
     return [*started, simulator]
-
-
-def accounts_now() -> dict[str, dict[str, Any]]:
-    """What the database says of the accounts, by name."""
-    return {one["name"]: one for one in json.loads(run_once(BIN / "tower", "user", "list", "--json"))}
 
 
 def print_welcome(address: str, squad: Squad, names: list[str], *, first: bool) -> None:
