@@ -105,7 +105,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
     app.state.tower = tower
     app.state.metrics_registry = metrics_routes.new_registry(tower)
     handle_problems(app)
-    describe_problems(app)
+    describe_problems(app, [route for router in ROUTERS for route in router.routes])
     for router in ROUTERS:
         app.include_router(router)
     serve_console(app, settings.web)

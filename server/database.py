@@ -83,14 +83,15 @@ class Database:
 
 
 def open_database(url: str) -> Database:
-    """Prepares the engine; the first connection is made by the first question."""
+    """Prepares the engine; the first connection is made by the first question. Its errors show no values: they end
+    up in logs."""
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
-        return Database(create_async_engine(parsed, pool_pre_ping=True))
+        return Database(create_async_engine(parsed, pool_pre_ping=True, hide_parameters=True))
     if parsed.database:
         # Nobody else on the machine has any business with it.
         Path(parsed.database).parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-    engine = create_async_engine(parsed)
+    engine = create_async_engine(parsed, hide_parameters=True)
     event.listen(engine.sync_engine, "connect", _prepare_sqlite)
     event.listen(engine.sync_engine, "begin", _begin_sqlite)
     return Database(engine)

@@ -19,7 +19,8 @@ def configure_log(log_format: str = "auto") -> None:
     """Everything goes to standard error, the server's and the libraries' lines too."""
     human = log_format == "human" or (log_format == "auto" and sys.stderr.isatty())
     renderer: tuple[structlog.typing.Processor, ...] = (
-        (structlog.dev.ConsoleRenderer(),)
+        # The usual picture of an exception shows every local variable: passwords, codes, tokens.
+        (structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback),)
         if human
         else (structlog.processors.format_exc_info, structlog.processors.JSONRenderer())
     )

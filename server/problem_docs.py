@@ -3,13 +3,27 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from http import HTTPStatus
+from collections.abc import Iterable
 from typing import Any, Final
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from fastapi.routing import APIRoute
+from starlette.routing import BaseRoute
 
-from server.problems import PROBLEMS
+from server.access import (
+    NEEDS,
+    WITH_ANY_PASSWORD,
+    Action,
+    AdminsOnly,
+    BadToken,
+    InPersonOnly,
+    NotSignedIn,
+    PasswordChangeNeeded,
+    ScopeMissing,
+    SessionExpired,
+)
+from server.problems import INTERNAL, INVALID, JSON_ONLY, MALFORMED_JSON, PROBLEMS, TOO_LARGE, WRONG_ORIGIN, Kind
 from server.refusal import Refusal
 
 _REF: Final = {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}}
@@ -46,12 +60,13 @@ def answers(*refusals: type[Refusal]) -> dict[int | str, dict[str, Any]]:
     slugs: defaultdict[int, list[str]] = defaultdict(list)
     for one in refusals:
         kind = PROBLEMS[one]
-        slugs[kind.status].append(f"`{kind.slug}`: {kind.title}")
+        slugs[kind.status].append(_line(kind))
     return {status: {"description": "; ".join(lines), "content": _REF} for status, lines in slugs.items()}
 
 
-def describe_problems(app: FastAPI) -> None:
-    """Replaces the framework's own description of errors."""
+def describe_problems(app: FastAPI, routes: Iterable[BaseRoute]) -> None:
+    """Replaces the framework's own description of errors. `routes`: all that there are."""
+    actions = _actions(routes)
 
     def build() -> dict[str, Any]:
         if app.openapi_schema is None:
@@ -68,17 +83,60 @@ def describe_problems(app: FastAPI) -> None:
             components["Problem"] = _SCHEMA
             for path in schema["paths"].values():
                 for method, operation in path.items():
-                    _complete(method, operation["responses"])
+                    _complete(method, operation, actions.get(operation["operationId"]))
             app.openapi_schema = schema
         return app.openapi_schema
 
     app.openapi = build  # type: ignore[method-assign]
 
 
-def _complete(method: str, responses: dict[str, Any]) -> None:
+def _actions(routes: Iterable[BaseRoute]) -> dict[str, Action]:
+    """Operation to what it has to be allowed, where it has."""
+    found = {}
+    for route in routes:
+        if isinstance(route, APIRoute):
+            for one in route.dependant.dependencies:
+                action = getattr(one.call, "action", None)
+                if action is not None:
+                    found[route.operation_id or route.name] = action
+    return found
+
+
+def _refusals_of(action: Action) -> list[type[Refusal]]:
+    """What the one judgement at the door may answer (`server/access.py`)."""
+    at_the_door: list[type[Refusal]] = [NotSignedIn, SessionExpired, BadToken]
+    if action not in WITH_ANY_PASSWORD:
+        at_the_door.append(PasswordChangeNeeded)
+    if NEEDS[action]:
+        at_the_door.append(ScopeMissing)
+    if action in (Action.ADMINISTER, Action.READ_METRICS):
+        at_the_door.append(AdminsOnly)
+    if action in (Action.LOOK_AFTER_TOKENS, Action.CHANGE_PREFERENCES, Action.CHANGE_PASSWORD):
+        at_the_door.append(InPersonOnly)
+    return at_the_door
+
+
+def _complete(method: str, operation: dict[str, Any], action: Action | None) -> None:
+    """Whatever may be answered before a route's own code runs, or in spite of it."""
+    responses = operation["responses"]
     if "422" in responses:
-        responses["422"] = {"description": "`invalid-request`: The request is not valid", "content": _REF}
+        responses["422"] = {"description": _line(INVALID), "content": _REF}
+    for one in _refusals_of(action) if action is not None else ():
+        _add(responses, PROBLEMS[one])
     if method != "get":
-        responses.setdefault("403", {"description": HTTPStatus.FORBIDDEN.phrase, "content": _REF})
-        responses["403"]["description"] += "; `wrong-origin`: The request came from another site"
-    responses["default"] = {"description": "Any other problem", "content": _REF}
+        _add(responses, WRONG_ORIGIN)
+    if "requestBody" in operation:
+        _add(responses, MALFORMED_JSON)
+    for kind in (TOO_LARGE, JSON_ONLY, INTERNAL):
+        _add(responses, kind)
+
+
+def _line(kind: Kind) -> str:
+    return f"`{kind.slug}`: {kind.title}"
+
+
+def _add(responses: dict[str, Any], kind: Kind) -> None:
+    told = responses.setdefault(str(kind.status), {"description": "", "content": _REF})
+    lines = [line for line in told["description"].split("; ") if line]
+    if _line(kind) not in lines:
+        told["description"] = "; ".join([*lines, _line(kind)])

@@ -6,14 +6,18 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Path, Request
 from pydantic import BaseModel, Field
 
-from server.access import Commander, Pilot
+from server.access import Commander, Pilot, UnknownDrone
 from server.accounts.sessions import Principal
+from server.control.desk import ControlRefused
 from server.control.lease import Event
 from server.fleet.views import DroneView
+from server.problem_docs import answers
 from server.tower import address_of, tower_of
 from wire.ids import DroneId
 
-router = APIRouter(prefix="/api/v1/drones/{drone_id}/control", tags=["control"])
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}/control", tags=["control"], responses=answers(UnknownDrone, ControlRefused)
+)
 
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 

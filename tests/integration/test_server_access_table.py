@@ -6,44 +6,53 @@ from typing import Final
 
 import httpx
 import pytest
-from fastapi.routing import APIRoute
+from fastapi.routing import APIRoute, APIWebSocketRoute
+from starlette.routing import Route
 from tower_world import TowerWorld, start_tower
 
 from server.accounts.tables import Role
-from server.app import ROUTERS
+from server.app import ROUTERS, create_app
+from server.settings import Settings
 
 VISITORS: Final = ("anonymous", "stranger", "owner", "admin")
-ALL, IN, OWN, RULE, COMMAND = "+ + + +", "- + + +", "- . + +", "- x x +", "- . ? +"
-"""For each visitor in turn. +: let in (whatever the route then says of the rest of the request), -: 401,
-x: 403 `admins-only` or of the table of control, .: 404, as if there were no such drone,
-?: the table of control says, which has tests of its own."""
+TOKENS: Final = ("for watch", "for fly", "for admin", "for metrics", "of the settings")
+"""API tokens of an admin, each with one scope; and what TOWER_METRICS_TOKEN holds."""
+ALL, SELF, IN_PERSON = "+ + + +   + + + + +", "- + + +   + + + + -", "- + + +   x x x x -"
+LOOK, OWN_LOOK, OWN_FLY = "- + + +   + x x x -", "- . + +   + x x x -", "- . + +   x + x x -"
+RULE, COMMAND, METRICS = "- x x +   x x + x -", "- . ? +   x x x x -", "- x x +   x x x + +"
+"""For each visitor in turn, then for each token. +: let in (whatever the route then says of the rest of the request),
+-: 401, x: 403 `admins-only`, `scope-missing`, `in-person-only` or of the table of control, .: 404, as if there were no
+such drone, ?: the table of control says, which has tests of its own."""
 
 TABLE: Final[dict[str, str]] = {
     "sign_in": ALL,
     "sign_out": ALL,
     "health": ALL,
     "enrol": ALL,
-    **dict.fromkeys(("me", "change_own_password", "get_sessions", "end_one_session"), IN),
-    **dict.fromkeys(("get_second_factor", "begin_second_factor", "confirm_second_factor"), IN),
-    **dict.fromkeys(("renew_recovery_codes", "remove_second_factor"), IN),
-    **dict.fromkeys(("list_tokens", "create_token", "revoke_token", "list_drones"), IN),
-    **dict.fromkeys(("get_preferences", "put_preference"), IN),
-    **dict.fromkeys(("get_drone", "get_drone_settings", "get_loss_check", "acknowledge_loss_check"), OWN),
-    **dict.fromkeys(("get_rehearsal", "rehearse_loss", "acquire", "release", "accept"), OWN),
+    **dict.fromkeys(("me", "get_preferences"), SELF),
+    **dict.fromkeys(("change_own_password", "get_sessions", "end_one_session", "put_preference"), IN_PERSON),
+    **dict.fromkeys(("get_second_factor", "begin_second_factor", "confirm_second_factor"), IN_PERSON),
+    **dict.fromkeys(("renew_recovery_codes", "remove_second_factor"), IN_PERSON),
+    **dict.fromkeys(("list_tokens", "create_token", "revoke_token"), IN_PERSON),
+    "list_drones": LOOK,
+    **dict.fromkeys(("get_drone", "get_drone_settings", "get_loss_check", "get_rehearsal"), OWN_LOOK),
+    **dict.fromkeys(("acknowledge_loss_check", "rehearse_loss", "acquire", "release", "accept"), OWN_FLY),
     **dict.fromkeys(("take", "give", "assist", "unassist"), COMMAND),
     "change_drone_settings": RULE,
     **dict.fromkeys(("list_users", "create_user", "get_user", "change_user", "delete_user"), RULE),
     **dict.fromkeys(("reset_second_factor", "create_drone", "rename_drone", "delete_drone"), RULE),
     **dict.fromkeys(("rotate_credential", "add_owner", "remove_owner", "lend_drone", "end_loan"), RULE),
     **dict.fromkeys(("begin_enrolment", "list_enrolments", "cancel_enrolment"), RULE),
-    **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online", "metrics"), RULE),
+    **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online"), RULE),
+    "metrics": METRICS,
 }
+METRICS_SECRET: Final = "0123456789abcdef0123456789abcdef"
 ROUTES: Final = [route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute)]
 
 
 @pytest.fixture
 async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
-    async with start_tower(tmp_path) as running:
+    async with start_tower(tmp_path, metrics_token=METRICS_SECRET) as running:
         yield running
 
 
@@ -58,6 +67,22 @@ def sign_of(answer: httpx.Response) -> str:
 
 def test_every_route_has_a_row() -> None:
     assert {route.name for route in ROUTES} == set(TABLE)
+    assert all(len(row.split()) == len(VISITORS) + len(TOKENS) for row in TABLE.values())
+
+
+def test_there_is_no_route_beside_the_table(tmp_path: Path) -> None:
+    """What the running application answers is the table, the description of the API, the two channels and the pages."""
+    app = create_app(Settings(var=tmp_path, web=tmp_path))
+    of_its_own = [route.path for route in app.routes if isinstance(route, Route)]
+    assert of_its_own == ["/api/v1/openapi.json"]
+    described = {operation["operationId"] for path in app.openapi()["paths"].values() for operation in path.values()}
+    assert described == {route.operation_id or route.name for route in ROUTES}
+    others = [
+        route for router in ROUTERS for route in router.routes if not isinstance(route, APIRoute | APIWebSocketRoute)
+    ]
+    assert others == []
+    channels = {route.path for router in ROUTERS for route in router.routes if isinstance(route, APIWebSocketRoute)}
+    assert channels == {"/api/v1/live", "/api/v1/agent"}
 
 
 async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerWorld) -> None:
@@ -69,10 +94,16 @@ async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerW
         "owner": await world.signed_in(owner),
         "admin": await world.signed_in(await world.add_user("Root", Role.ADMIN)),
     }
+    for name in TOKENS:
+        secret = METRICS_SECRET
+        if name.startswith("for "):
+            asked = {"name": name, "scopes": [name.removeprefix("for ")]}
+            secret = (await clients["admin"].post("/api/v1/tokens", json=asked)).json()["secret"]
+        clients[name] = await world.client(headers={"Authorization": f"Bearer {secret}"})
     wrong = []
     # Signing out comes last: nobody is signed in after it.
     for route in sorted(ROUTES, key=lambda route: route.name == "sign_out"):
-        expected = dict(zip(VISITORS, TABLE[route.name].split(), strict=True))
+        expected = dict(zip((*VISITORS, *TOKENS), TABLE[route.name].split(), strict=True))
         # What only admins may do is asked of a drone that is not there, so that it stays.
         drone_id = 9999 if TABLE[route.name] == RULE else hawk.id
         path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")

@@ -205,7 +205,8 @@ async def test_openapi_tells_of_every_route_and_its_problems(world: TowerWorld) 
     assert {"sign_in", "list_drones", "create_user", "acquire_control"} <= set(names)
     for one in operations:
         assert one["tags"]
-        assert "application/problem+json" in one["responses"]["default"]["content"]
+        assert "default" not in one["responses"], "each status that can come is named"
+        assert "application/problem+json" in one["responses"]["500"]["content"]
     assert "HTTPValidationError" not in schema["components"]["schemas"]
     assert "unknown-drone" in schema["paths"]["/api/v1/drones/{drone_id}"]["get"]["responses"]["404"]["description"]
 
