@@ -1,19 +1,15 @@
 """A real Chromium and a real squad for the browser tests."""
 
-import contextlib
 import os
 import shlex
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final
 
 import pytest
-from console_page import FLAGS, ConsolePage, Somebody
-from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright
+from console_page import FLAGS, SIMULATOR, Somebody, visitors
+from playwright.sync_api import Browser, expect, sync_playwright
 from worlds.processes import World
-
-SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -74,23 +70,6 @@ def world(quiet_world: World) -> World:
     quiet_world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
     quiet_world.wait_until_online(quiet_world.visitor("admin"), 1, 2)
     return quiet_world
-
-
-@contextlib.contextmanager
-def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
-    contexts = []
-
-    def come(*, has_touch: bool = False) -> ConsolePage:
-        size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
-        context = chromium.new_context(viewport=size, reduced_motion="reduce", has_touch=has_touch)
-        contexts.append(context)
-        page = ConsolePage(context.new_page(), address)
-        page.open()
-        return page
-
-    yield come
-    for context in contexts:
-        context.close()
 
 
 @pytest.fixture

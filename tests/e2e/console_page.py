@@ -1,12 +1,13 @@
 """The console as a test sees it: the page of one signed-in person, with what they would look at and press."""
 
+import contextlib
 import math
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Final, Protocol
 
-from playwright.sync_api import Locator, Page, WebSocket, expect
+from playwright.sync_api import Browser, Locator, Page, ViewportSize, WebSocket, expect
 from worlds.processes import PASSWORD
 
 from wire.tagged import split_tagged
@@ -22,6 +23,8 @@ FLAGS: Final = (
     "--disable-sync",
 )
 """Of a headless Chromium that calls nobody and draws as on a machine without a graphics card (web/bench/monitor.py)."""
+
+SIMULATOR: Final = ("--boot-s", "2", "--seed", "7", "--speed", "3")
 
 FLIGHT_TIMEOUT_S: Final = 90.0
 METRES_PER_DEGREE: Final = 111_195.0
@@ -140,3 +143,20 @@ def signed_in(somebody: Somebody, name: str, drone: str | None = None, *, has_to
     if drone is not None:
         console.open_drone(drone)
     return console
+
+
+@contextlib.contextmanager
+def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
+    contexts = []
+
+    def come(*, has_touch: bool = False) -> ConsolePage:
+        size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
+        context = chromium.new_context(viewport=size, reduced_motion="reduce", has_touch=has_touch)
+        contexts.append(context)
+        page = ConsolePage(context.new_page(), address)
+        page.open()
+        return page
+
+    yield come
+    for context in contexts:
+        context.close()

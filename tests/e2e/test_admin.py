@@ -1,7 +1,9 @@
-"""The administration in the browser: users, owners, sessions, the audit trail."""
+"""The administration in the browser: users, owners, loans, enrolments, the audit trail."""
 
-from console_page import Somebody, signed_in
-from playwright.sync_api import expect
+from datetime import UTC, datetime, timedelta
+
+from console_page import ConsolePage, Somebody, signed_in
+from playwright.sync_api import Route, expect
 from worlds.processes import World
 
 
@@ -27,18 +29,133 @@ def test_an_admin_makes_a_user_who_then_signs_in(somebody_early: Somebody) -> No
     expect(dave.part("sign-in-name")).to_be_visible()
 
 
-def test_a_second_owner_sees_the_drone_at_once(somebody_early: Somebody, quiet_world: World) -> None:
+def agree(console: ConsolePage, drone: str) -> None:
+    """To a question over another dialog, which stays."""
+    question = console.part("confirm-dialog")
+    expect(question).to_contain_text(drone)
+    console.part("confirm-button").click()
+    expect(question).to_have_count(0)
+
+
+def test_a_second_owner_sees_the_drone_at_once(somebody_early: Somebody) -> None:
     admin, bob = signed_in(somebody_early, "admin"), signed_in(somebody_early, "bob")
     assert bob.squad() == ["2"]
     admin.open("/#/admin/drones")
+    kestrel = admin.part("drone-row").filter(has_text="Kestrel")
+    expect(kestrel).to_be_visible()
+    read_again: list[str] = []
+    admin.page.on("request", lambda sent: read_again.append(sent.url) if sent.method == "GET" else None)
     admin.part("drone-menu-1").click()
     admin.part("drone-owners").click()
     admin.part("owner-choose").click()
     admin.page.get_by_role("option", name="bob").click()
     admin.part("owner-add").click()
     expect(bob.part("squad-row")).to_have_count(2)
+    expect(kestrel).to_contain_text("bob")
+
+    # Asked first: Escape takes back the question, not the dialog beneath.
     admin.part("owner-remove-bob").click()
+    expect(admin.part("confirm-dialog")).to_contain_text("Kestrel leaves the squad of bob at once.")
+    admin.page.keyboard.press("Escape")
+    expect(admin.part("confirm-dialog")).to_have_count(0)
+    expect(admin.part("owner-remove-bob")).to_be_focused()
+    admin.part("owner-remove-bob").press("Enter")
+    agree(admin, "Kestrel")
     expect(bob.part("squad-row")).to_have_count(1)
+    expect(kestrel).not_to_contain_text("bob")
+    assert not read_again, "what the tower says live is not read again"
+
+
+def test_what_an_admin_takes_away_is_asked_first_with_the_drone_that_is_flown(
+    somebody_early: Somebody, quiet_world: World
+) -> None:
+    admin = signed_in(somebody_early, "admin")
+    by_rest = quiet_world.visitor("admin")
+    users = {one["name"]: one["id"] for one in by_rest.ask("GET", "/users").json}
+    bob = quiet_world.visitor("bob")
+    tomorrow = (datetime.now(UTC) + timedelta(days=1)).isoformat()
+    lent = by_rest.ask("PUT", f"/drones/1/loans/{users['bob']}", {"until": tomorrow})
+    assert lent.status == 200, lent.body
+    assert bob.ask("POST", "/drones/1/control/acquire", {}).status == 200
+
+    admin.open("/#/admin/drones")
+    admin.part("drone-menu-1").click()
+    admin.part("drone-lend").click()
+    admin.part("loan-end-bob").click()
+    expect(admin.part("confirm-dialog")).to_contain_text("bob flies it now: Kestrel is told to hold")
+    admin.page.keyboard.press("Escape")
+    admin.part("loan-close").click()
+
+    for section, deeds in {
+        "users": ("user-reset", "user-disable", "user-delete"),
+        "sessions": ("end-session",),
+    }.items():
+        admin.part(f"section-{section}").click()
+        for deed in deeds:
+            if section == "users":
+                admin.part("user-menu-bob").click()
+                admin.part(deed).click()
+            else:
+                admin.part("session-row").filter(has_text="bob").get_by_test_id(deed).click()
+            expect(admin.page.get_by_role("dialog")).to_contain_text("bob flies Kestrel now: told to hold")
+            admin.page.keyboard.press("Escape")
+            expect(admin.page.get_by_role("dialog")).to_have_count(0)
+
+    admin.part("section-drones").click()
+    admin.part("drone-menu-1").click()
+    admin.part("drone-lend").click()
+    admin.part("loan-end-bob").click()
+    agree(admin, "Kestrel")
+    expect(admin.part("loan-row")).to_have_count(0)
+    assert bob.drone(1).get("holder") is None
+
+
+def test_a_new_drone_is_enrolled_and_its_enrolment_cancelled(somebody_early: Somebody) -> None:
+    admin = signed_in(somebody_early, "admin")
+    admin.open("/#/admin/drones")
+    admin.part("new-drone").click()
+    admin.part("drone-name-field").fill("Bittern")
+    admin.part("drone-save").click()
+    admin.part("enrol-begin").click()
+    expect(admin.part("enrol-command")).to_contain_text("tower-agent enrol")
+    admin.part("enrol-close").click()
+    expect(admin.part("drone-row").filter(has_text="Bittern")).to_contain_text("offline")
+    admin.part("section-enrolment").click()
+    row = admin.part("enrolment-row").filter(has_text="Bittern")
+    expect(row).to_have_attribute("data-state", "waiting")
+    admin.part("enrolment-cancel").click()
+    admin.confirm("Bittern")
+    expect(row).to_have_attribute("data-state", "cancelled")
+
+
+def test_a_tower_that_does_not_answer_is_told_and_asked_again(somebody_early: Somebody) -> None:
+    admin = signed_in(somebody_early, "admin")
+    answers = [
+        (429, "Too many requests. Wait 7 s."),
+        (500, "The tower failed. Its log says why."),
+        (403, "Only admins may do this."),
+        (0, "The tower cannot be reached."),
+    ]
+    refused: list[tuple[int, str]] = list(answers)
+
+    def answer(route: Route) -> None:
+        if not refused:
+            route.continue_()
+            return
+        status, words = refused.pop(0)
+        if status:
+            route.fulfill(status=status, json={"title": "Refused", "detail": words})
+        else:
+            route.abort()
+
+    admin.page.route("**/api/v1/audit?*", answer)
+    admin.open("/#/admin/audit")
+    for _, words in answers:
+        expect(admin.part("section-problem")).to_contain_text(words)
+        expect(admin.page.get_by_text("Reading…")).to_have_count(0)
+        admin.part("retry").click()
+    expect(admin.part("audit-row").first).to_be_visible()
+    expect(admin.part("section-problem")).to_have_count(0)
 
 
 def test_the_audit_trail_tells_who_did_it(somebody_early: Somebody) -> None:
@@ -50,8 +167,8 @@ def test_the_audit_trail_tells_who_did_it(somebody_early: Somebody) -> None:
     admin.part("drone-save").click()
     expect(admin.part("drone-row").filter(has_text="Osprey")).to_have_count(1)
     admin.open("/#/admin/audit")
-    row = admin.part("audit-row").filter(has_text="Osprey")
-    expect(row).to_contain_text("drone.renamed")
+    row = admin.part("audit-row").filter(has_text="drone.renamed")
+    expect(row).to_contain_text("Osprey")
     expect(row).to_contain_text("admin")
 
 

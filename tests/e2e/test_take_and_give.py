@@ -119,7 +119,7 @@ def test_while_an_admin_assists_the_operator_waits_and_goes_on_by_herself(somebo
     expect(alice.part("blocked-reason")).to_contain_text("admin assists: your commands wait")
     for action in ACTIONS:
         expect(alice.part(action)).to_be_disabled()
-    refusal = alice.part("messages").locator("li", has_text="admin")
+    refusal = alice.part("messages").get_by_test_id("message").filter(has_text="admin")
     expect(refusal.filter(has_text="assist").last).to_be_visible()
 
     # One second after the admin's last command hers pass again.

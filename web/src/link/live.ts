@@ -73,6 +73,7 @@ export class Live {
   #expectsTraffic = false;
   #heardAtMs: number | null = null;
   #pingedAtMs = -Infinity;
+  #isMoving = false;
 
   constructor(options: LiveOptions) {
     this.#options = options;
@@ -97,6 +98,17 @@ export class Live {
   stop(): void {
     this.#drop();
     this.#state.set({ phase: 'stopped', failures: 0, retryAtMs: null, why: '' });
+  }
+
+  /** Our session is about to be replaced by another one: until `moved`, the end of the old one is no sign-out. */
+  move(): void {
+    this.#isMoving = true;
+  }
+
+  /** `isNew`: there is another session, and the connection goes over to it. Else everything is as it was. */
+  moved(isNew: boolean): void {
+    this.#isMoving = false;
+    if (isNew || (this.#state.get().phase === 'connecting' && !this.#socket)) this.#connect(0);
   }
 
   /** The network is said to be back: do not wait for the back-off to end. */
@@ -200,6 +212,10 @@ export class Live {
   #lost(code: number, why = ''): void {
     const failures = this.#state.get().failures + 1;
     this.#drop();
+    if (code === CLOSE_SIGNED_OUT && this.#isMoving) {
+      this.#state.set({ phase: 'connecting', failures: 0, retryAtMs: null, why: '' });
+      return;
+    }
     if (code === CLOSE_SIGNED_OUT) {
       this.#state.set({ phase: 'signed-out', failures: 0, retryAtMs: null, why });
       return;

@@ -94,14 +94,19 @@ export class Tower {
     this.farewell.set('');
   }
 
-  /** The tower ends every session of the user and begins a new one for us: the live connection follows. */
+  /**
+   * The tower ends every session of the user and begins a new one for us: the live connection follows. A refusal
+   * leaves it alone.
+   */
   async changePassword(oldPassword: string, newPassword: string): Promise<void> {
-    this.live.stop();
+    const isLive = this.user.get()?.must_change_password !== true;
+    if (isLive) this.live.move();
     try {
-      this.#signedIn(await this.rest.changePassword(oldPassword, newPassword));
+      const user = await this.rest.changePassword(oldPassword, newPassword);
+      if (isLive) this.live.moved(true);
+      this.#signedIn(user);
     } catch (error) {
-      const user = this.user.get();
-      if (user && !user.must_change_password) this.live.start();
+      if (isLive) this.live.moved(false);
       throw error;
     }
   }

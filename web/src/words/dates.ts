@@ -13,13 +13,20 @@ export function dateTime(iso: string | null): string {
   return Number.isNaN(at.getTime()) ? UNKNOWN : at.toISOString().slice(0, 19).replace('T', ' ');
 }
 
-/** `3 min`, `2 h`, `5 d`: as long as a reader needs to know it. */
+/** `2026-03-04 05:06`, in UTC, where seconds say nothing. */
+export const dateMinute = (iso: string | null): string => dateTime(iso).slice(0, 'YYYY-MM-DD HH:MM'.length);
+
+/** `3 min`, `2 h 5 min`, `5 d 1 h`: as exact as a reader needs it. */
 export function span(seconds: number): string {
   const whole = Math.max(0, seconds);
   if (whole < MINUTE_S) return `${Math.floor(whole)} s`;
   if (whole < HOUR_S) return `${Math.floor(whole / MINUTE_S)} min`;
-  if (whole < 2 * DAY_S) return `${Math.floor(whole / HOUR_S)} h`;
-  return `${Math.floor(whole / DAY_S)} d`;
+  return whole < 2 * DAY_S ? inTwo(whole, HOUR_S, 'h', MINUTE_S, 'min') : inTwo(whole, DAY_S, 'd', HOUR_S, 'h');
+}
+
+function inTwo(seconds: number, longS: number, long: string, shortS: number, short: string): string {
+  const rest = Math.floor((seconds % longS) / shortS);
+  return `${Math.floor(seconds / longS)} ${long}${rest > 0 ? ` ${rest} ${short}` : ''}`;
 }
 
 export function ago(iso: string | null, nowMs: number): string {

@@ -38,6 +38,41 @@ beforeEach(async () => {
   socket().says({ type: 'welcome', user: OLGA, drones: [SWIFT, HERON], server_time: '' });
 });
 
+describe('a new password', () => {
+  const phases: string[] = [];
+  beforeEach(() => {
+    phases.length = 0;
+    tower.live.state.subscribe(({ phase }) => phases.push(phase));
+  });
+
+  it('that is refused leaves the live connection alone', async () => {
+    answers['/api/v1/me/password'] = [403, { title: 'Refused', detail: 'The present password is wrong.' }];
+    await expect(tower.changePassword('wrong', 'four words are longer')).rejects.toThrow('is wrong');
+    expect(phases).toEqual(['open']);
+    expect(sockets).toHaveLength(1);
+  });
+
+  it('takes the live connection over to the new session, and signs nobody out meanwhile', async () => {
+    answers['/api/v1/me/password'] = [200, OLGA];
+    const changing = tower.changePassword('secret', 'four words are longer');
+    socket().onclose?.({ code: 4401, reason: 'Your password was changed.' });
+    await changing;
+    socket().says({ type: 'welcome', user: OLGA, drones: [HERON], server_time: '' });
+    expect(new Set(phases)).toEqual(new Set(['open', 'connecting']));
+    expect(phases.at(-1)).toBe('open');
+    expect(tower.user.get()).toEqual(OLGA);
+    expect(tower.farewell.get()).toBe('');
+  });
+
+  it('of somebody whose session ends for another reason afterwards signs them out', async () => {
+    answers['/api/v1/me/password'] = [200, OLGA];
+    await tower.changePassword('secret', 'four words are longer');
+    expect(sockets).toHaveLength(2);
+    socket().onclose?.({ code: 4401, reason: 'An admin has ended this session.' });
+    expect(tower.user.get()).toBeNull();
+  });
+});
+
 describe('the squad', () => {
   it('is what the welcome says, in a steady order', () => {
     expect([...tower.vehicles.get().keys()]).toEqual([1, 2]);

@@ -1,0 +1,291 @@
+"""axe-core finds no serious or critical fault on any page of the console, with its dialogs and menus open.
+
+Each state of a page is looked at twice: dark on a desk's screen, light on a tablet's. The script comes from the
+console's development packages and is evaluated through the browser's debugger, which the tower's
+Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each look is kept as a picture too.
+"""
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Final, Literal
+
+import pyotp
+import pytest
+from console_page import SIMULATOR, ConsolePage, Somebody, visitors
+from fake_pad import FakePad
+from furnished import FIRST_PASSWORD, NEWCOMER, furnish
+from playwright.sync_api import Browser, expect
+from worlds.processes import CHECKOUT, PASSWORD, World
+
+AXE: Final = CHECKOUT / "web" / "node_modules" / "axe-core" / "axe.min.js"
+GRAVE: Final = ("serious", "critical")
+LOOKS: Final[tuple[tuple[Literal["dark", "light"], int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
+
+RUN: Final = """async () => {
+  // What a modal dialog covers was looked at before it opened, and cannot be reached now.
+  const { violations } = await axe.run(document.querySelector('[role=dialog]') ?? document, {
+    resultTypes: ['violations'],
+    preload: false,
+    elementRef: false,
+  });
+  return violations.map(({ id, impact, help, nodes }) => ({
+    id, impact, help, nodes: nodes.map(({ target, failureSummary }) => `${target.join(' ')}: ${failureSummary}`),
+  }));
+}"""
+
+
+class Axe:
+    """Looks at one page after another and keeps what it finds."""
+
+    def __init__(self) -> None:
+        self._script = AXE.read_text()
+        self._pictures = os.environ.get("CONSOLE_PICTURES")
+        self.faults: list[str] = []
+
+    def look(self, console: ConsolePage, state: str) -> None:
+        page = console.page
+        for theme, width, height in LOOKS:
+            page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+            page.set_viewport_size({"width": width, "height": height})
+            expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)
+            if not page.evaluate("'axe' in window"):
+                page.evaluate(self._script)
+            if self._pictures:
+                page.screenshot(path=Path(self._pictures) / f"{state}-{theme}.png")
+            found: list[dict[str, Any]] = page.evaluate(RUN)
+            self.faults += [
+                f"{state} ({theme}): {one['impact']} {one['id']}: {one['help']}: {json.dumps(one['nodes'], indent=1)}"
+                for one in found
+                if one["impact"] in GRAVE
+            ]
+
+    def look_beneath(self, console: ConsolePage, opener: str, state: str) -> None:
+        """At what a button opens: a menu or a dialog, closed again with Escape, which gives the focus back."""
+        button = console.part(opener)
+        button.click()
+        opened = console.page.locator("[role=dialog], [role=menu]")
+        expect(opened).to_be_visible()
+        self.look(console, state)
+        console.page.keyboard.press("Escape")
+        expect(opened).to_have_count(0)
+        expect(button).to_be_focused()
+
+
+@pytest.fixture(scope="module")
+def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
+    """Kestrel and Merlin are switched on, the other drones are not."""
+    folder = tmp_path_factory.mktemp("office")
+    shutil.copytree(prepared_folder, folder, dirs_exist_ok=True)
+    with World(folder, prepared=True) as world:
+        world.start_tower()
+        world.start_simulated("Kestrel", "Merlin", options=SIMULATOR)
+        admin = world.visitor("admin")
+        furnish(world, admin)
+        world.wait_until_online(admin, 1, 2)
+        yield world
+
+
+@pytest.fixture
+def come(chromium: Browser, office: World) -> Iterator[Somebody]:
+    with visitors(chromium, office.address) as somebody:
+        yield somebody
+
+
+@pytest.fixture
+def axe() -> Iterator[Axe]:
+    looks = Axe()
+    yield looks
+    assert not looks.faults, "\n".join(looks.faults)
+
+
+def entered(come: Somebody, name: str, address: str = "/") -> ConsolePage:
+    console = come()
+    console.sign_in(name)
+    expect(console.part("squad-row").first).to_be_visible()
+    if address != "/":
+        console.open(address)
+    return console
+
+
+def test_the_way_in(come: Somebody, axe: Axe) -> None:
+    console = come()
+    axe.look(console, "sign-in")
+    console.sign_in("alice", "not the password")
+    expect(console.part("sign-in-problem")).to_contain_text("wrong")
+    axe.look(console, "sign-in-wrong")
+    console.sign_in(NEWCOMER, FIRST_PASSWORD)
+    expect(console.part("first-password")).to_be_visible()
+    console.part("new-password").fill("short")
+    console.part("new-password-again").fill("shorter")
+    axe.look(console, "first-password")
+
+
+def test_ones_own_account(come: Somebody, axe: Axe) -> None:
+    console = entered(come, "bob", "/#/account")
+    sections = [
+        link.get_attribute("data-testid") for link in console.page.locator("nav a[data-testid^=section-]").all()
+    ]
+    assert sections == ["section-password", "section-second-factor", "section-sessions", "section-tokens"]
+    axe.look(console, "account-password")
+
+    console.part("section-second-factor").click()
+    console.part("begin-factor").click()
+    axe.look(console, "account-factor-password")
+    console.part("factor-password").fill(PASSWORD)
+    console.part("factor-submit").click()
+    secret = console.part("factor-secret").inner_text()
+    axe.look(console, "account-factor-secret")
+    console.part("factor-code").fill(pyotp.TOTP(secret).now())
+    console.part("factor-submit").click()
+    expect(console.part("recovery-codes")).to_be_visible()
+    axe.look(console, "account-recovery-codes")
+    console.part("remove-factor").click()
+    axe.look(console, "account-factor-remove")
+
+    there = come()
+    there.sign_in("bob")
+    expect(there.part("sign-in-code")).to_be_visible()
+    axe.look(there, "sign-in-code")
+    there.part("sign-in-code").fill(pyotp.TOTP(secret).at(0))
+    there.part("sign-in-button").click()
+    expect(there.part("sign-in-problem")).to_contain_text("wrong")
+    axe.look(there, "sign-in-wrong-code")
+
+    console.part("section-sessions").click()
+    expect(console.part("session-row")).to_have_count(1)
+    axe.look(console, "account-sessions")
+    console.part("section-tokens").click()
+    expect(console.part("tokens").or_(console.page.get_by_text("There is no token"))).to_be_visible()
+    axe.look(console, "account-no-tokens")
+    axe.look_beneath(console, "new-token", "account-new-token")
+    console.part("new-token").click()
+    console.part("token-name").fill("QGroundControl in the van")
+    console.part("token-make").click()
+    expect(console.part("token-secret")).to_be_visible()
+    axe.look(console, "account-token-secret")
+    console.part("token-close").click()
+    axe.look_beneath(console, "revoke-token", "account-revoke-token")
+    axe.look_beneath(console, "user-menu", "user-menu")
+
+
+def test_the_administration(come: Somebody, axe: Axe) -> None:
+    console = entered(come, "admin", "/#/admin")
+    entered(come, "alice")  # somebody else is signed in
+    sections = {
+        "users": "user-row",
+        "drones": "drone-row",
+        "enrolment": "enrolment-row",
+        "sessions": "session-row",
+        "tokens": "token-row",
+        "audit": "audit-row",
+        "system": "system",
+    }
+    links = console.page.locator("nav a[data-testid^=section-]")
+    expect(links).to_have_count(len(sections))
+    for section, row in sections.items():
+        console.part(f"section-{section}").click()
+        expect(console.part(row).first).to_be_visible()
+        axe.look(console, f"admin-{section}")
+
+    console.part("section-users").click()
+    axe.look_beneath(console, "new-user", "admin-new-user")
+    axe.look_beneath(console, "user-menu-alice", "admin-user-menu")
+    for deed in ("user-reset", "user-role", "user-disable", "user-delete"):
+        console.part("user-menu-alice").click()
+        console.part(deed).click()
+        axe.look(console, f"admin-{deed}")
+        console.page.keyboard.press("Escape")
+
+    console.part("section-drones").click()
+    axe.look_beneath(console, "new-drone", "admin-new-drone")
+    menu = console.part("drone-row").filter(has_text="Swift").get_by_role("button")
+    menu.click()
+    axe.look(console, "admin-drone-menu")
+    console.page.keyboard.press("Escape")
+    for deed in ("owners", "lend", "settings", "enrol", "name", "delete"):
+        menu.click()
+        console.part(f"drone-{deed}").click()
+        expect(console.page.get_by_role("dialog")).to_contain_text("Swift")
+        if deed == "owners":
+            console.part("owner-choose").click()
+            expect(console.page.get_by_role("option", name="alice")).to_be_visible()
+            axe.look(console, "admin-drone-owner-choose")
+            console.page.keyboard.press("Escape")
+        expect(console.page.get_by_text("Reading…")).to_have_count(0)
+        axe.look(console, f"admin-drone-{deed}")
+        console.page.keyboard.press("Escape")
+        expect(console.page.get_by_role("dialog")).to_have_count(0)
+        expect(menu).to_be_focused()
+    menu.click()
+    console.part("drone-enrol").click()
+    console.part("enrol-begin").click()
+    expect(console.part("enrol-command")).to_be_visible()
+    axe.look(console, "admin-enrol-command")
+
+
+def test_an_operator_who_comes_to_the_administration(come: Somebody, axe: Axe) -> None:
+    console = entered(come, "alice", "/#/admin")
+    expect(console.page.get_by_text("Only an admin may see this page.")).to_be_visible()
+    axe.look(console, "admin-not-for-you")
+    console.open("/#/drone/99")
+    expect(console.part("no-such-drone")).to_be_visible()
+    axe.look(console, "no-such-drone")
+
+
+def test_the_monitor(come: Somebody, axe: Axe) -> None:
+    console = entered(come, "admin")
+    axe.look(console, "monitor")
+    for tab in ("Messages", "Who flies what"):
+        console.page.get_by_role("tab", name=tab).click()
+        axe.look(console, f"monitor-{tab.split()[0].lower()}")
+    console.part("squad-view").get_by_text("Table").click()
+    axe.look(console, "monitor-table")
+    console.part("choose-all").check()
+    axe.look_beneath(console, "squad-hold", "monitor-squad-hold")
+    console.part("alert-bell").click()
+    axe.look(console, "monitor-alerts")
+
+
+def test_the_control_page_in_flight_for_its_pilot_and_for_a_watcher(come: Somebody, axe: Axe) -> None:
+    pilot = entered(come, "alice")
+    pilot.open_drone("Kestrel")
+    axe.look(pilot, "control-free")
+    pilot.acquire("Kestrel")
+    pilot.take_off("Kestrel", 8)
+    pilot.part("in-flight").locator("summary").click()
+    axe.look(pilot, "control-pilot")
+    pilot.part("swap").click()
+    axe.look(pilot, "control-video")
+    pilot.part("swap").click()
+    for opener in ("open-keys", "open-settings", "rehearse", "action-disarm", "manual-toggle"):
+        axe.look_beneath(pilot, opener, f"control-{opener}")
+    pilot.page.keyboard.press("g")
+    pilot.page.keyboard.press("Enter")
+    expect(pilot.part("goto-dialog")).to_be_visible()
+    axe.look(pilot, "control-goto")
+    pilot.page.keyboard.press("Escape")
+    FakePad(pilot)
+    expect(pilot.part("manual-means")).to_contain_text("Test pad")
+    pilot.part("stick-setup").click()
+    tabs = pilot.part("stick-setup-dialog").get_by_role("tab")
+    for at in range(tabs.count()):
+        tabs.nth(at).click()
+        axe.look(pilot, f"control-sticks-{at}")
+    pilot.page.keyboard.press("Escape")
+    pilot.part("manual-toggle").click()
+    pilot.confirm("Kestrel")
+    expect(pilot.part("manual-bars")).to_have_attribute("data-phase", "flying")
+    axe.look(pilot, "control-by-hand")
+
+    admin = entered(come, "admin")
+    admin.open_drone("Kestrel")
+    expect(admin.part("blocked-reason")).to_contain_text("alice")
+    axe.look(admin, "control-watcher")
+    axe.look_beneath(admin, "control-take", "control-take")
+    admin.takes_from("alice", "Kestrel", reason="weather", may_watch=False)
+    expect(pilot.part("view-cover")).to_be_visible()
+    axe.look(pilot, "control-taken")
+    axe.look(admin, "control-taker")

@@ -1,0 +1,14 @@
+/** What an admin's deed against a user does to the drones that this user flies at this moment: said before it is done. */
+
+import type { NamedRef } from './link/admin_types';
+import { tower } from './tower.svelte';
+
+/** A sentence that names them; empty when they fly none. */
+export function flownNow(user: NamedRef): string {
+  const names = [...tower.vehicles.get().values()]
+    .map((vehicle) => vehicle.drone.get())
+    .filter(({ holder }) => holder?.id === user.id)
+    .map(({ name }) => name);
+  if (names.length === 0) return '';
+  return `${user.name} flies ${names.join(' and ')} now: told to hold, and without a pilot from then on.`;
+}

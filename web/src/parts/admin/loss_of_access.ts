@@ -1,0 +1,14 @@
+/** What it means for somebody, and for the drone, when they own it or have it on loan no longer. */
+
+import type { Account, NamedRef } from '../../link/admin_types';
+import type { Drone } from '../../link/wire_types';
+
+/** The question's text, before ownership of `drone` or a loan of it is taken from `user`. */
+export function lossOfAccess(drone: Drone, user: NamedRef, users: readonly Account[]): string {
+  if (users.find(({ id }) => id === user.id)?.role === 'admin')
+    return `${user.name} is an admin, and sees ${drone.name} and may fly it all the same.`;
+  const sees = `${drone.name} leaves the squad of ${user.name} at once.`;
+  return drone.holder?.id === user.id
+    ? `${sees} ${user.name} flies it now: ${drone.name} is told to hold, and has no pilot from then on.`
+    : sees;
+}
