@@ -66,6 +66,9 @@ class DroneView(BaseModel):
     autopilot_heard: Annotated[bool, Field(description="The agent hears its autopilot")]
     armed: Annotated[bool, Field(description="As the agent says")] = False
     airborne: Annotated[bool, Field(description="As the agent says")] = False
+    airborne_since: Annotated[
+        datetime | None, Field(description="When it left the ground, as the tower heard it; null if it is not known")
+    ] = None
     offered: Annotated[bool, Field(description="Given back to `taken_from`, who has not accepted yet")] = False
     assistant: Annotated[UserRefView | None, Field(description="An admin who assists the holder")] = None
     may_watch: Annotated[bool, Field(description="False for an operator from whom the view was taken as well")] = True

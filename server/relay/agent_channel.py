@@ -13,6 +13,7 @@ from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from server.clock import Clock
 from server.private_path import is_private_path
 from server.relay.agent_link import AgentLink
 from server.relay.agent_routes import OVER_CHANNEL, Address
@@ -81,8 +82,9 @@ def _call_later(delay_s: float, call: Callable[[float], None]) -> None:
 class AgentChannel:
     """One agent's WebSocket, from the upgrade to its end."""
 
-    def __init__(self, websocket: WebSocket, hub: Hub, endpoint: DataEndpoint) -> None:
+    def __init__(self, websocket: WebSocket, hub: Hub, endpoint: DataEndpoint, clock: Clock) -> None:
         self._websocket = websocket
+        self._clock = clock
         self._hub = hub
         self._endpoint = endpoint
         self._outgoing: deque[ToAgent] = deque()
@@ -201,7 +203,7 @@ class AgentChannel:
                 if message.get("bytes") is not None:
                     self._datagram(link, message["bytes"])
                 elif self._hub.hears_report(link, time.monotonic()):
-                    self._hub.report(link, decode_to_tower(message["text"]))
+                    self._hub.report(link, decode_to_tower(message["text"]), at=self._clock())
         except (MalformedMessage, KeyError):
             self._hub.drops[DropReason.MALFORMED] += 1
             self._ending.wish(BAD_MESSAGE, "not a message of this channel")

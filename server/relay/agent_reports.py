@@ -3,6 +3,7 @@
 One entry for each message of `wire.control_messages.ToTower`; a report over a link that has been replaced says nothing.
 """
 
+from datetime import datetime
 from typing import Final
 
 from server.relay import live_messages as live
@@ -22,14 +23,14 @@ class AgentReports:
     def __init__(self, state: LiveState) -> None:
         self._state = state
 
-    def take(self, link: AgentLink, message: ToTower) -> None:
-        """A message came. A hello has its place at the beginning only and is ignored here."""
+    def take(self, link: AgentLink, message: ToTower, at: datetime | None) -> None:
+        """A message came, at this time of day. A hello has its place at the beginning only and is ignored here."""
         drone = self._state.drones.get(link.drone_id)
         if drone is None or drone.link is not link:
             return
         match message:
             case AutopilotState():
-                self._autopilot_state(drone, message)
+                self._autopilot_state(drone, message, at)
             case HoldProgress():
                 self._hold_progress(drone, link, message)
             case LossParameters():
@@ -40,9 +41,10 @@ class AgentReports:
                     drone.stream_state = message
                     self._state.tell_drone(drone)
 
-    def _autopilot_state(self, drone: LiveDrone, state: AutopilotState) -> None:
+    def _autopilot_state(self, drone: LiveDrone, state: AutopilotState, at: datetime | None) -> None:
         before = (drone.autopilot_heard, drone.armed, drone.airborne)
         drone.autopilot_heard, drone.armed, drone.airborne = state.heard, state.armed, state.airborne
+        drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
         if before != (state.heard, state.armed, state.airborne):
             self._state.tell_drone(drone)
 

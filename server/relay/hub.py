@@ -337,9 +337,9 @@ class Hub:
         self.drops[DropReason.FLOOD] += not heard
         return heard
 
-    def report(self, link: AgentLink, message: ToTower) -> None:
-        """The agent tells something on its control channel."""
-        self._reports.take(link, message)
+    def report(self, link: AgentLink, message: ToTower, *, at: datetime | None = None) -> None:
+        """The agent tells something. `at`: the time of day, for what people are told the time of."""
+        self._reports.take(link, message, at)
 
     # -- holds and rehearsals --------------------------------------------------------------------------------
 

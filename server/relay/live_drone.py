@@ -10,6 +10,7 @@ from server.fleet.views import DroneView, LoanView, UserRefView
 from server.relay.agent_link import AgentLink
 from server.relay.assist_turn import AssistTurn
 from server.relay.browser import Browser
+from server.relay.flight_start import FlightStart
 from server.relay.holder_watch import HolderWatch
 from server.relay.loan_limits import Home, Limits, LimitWatch
 from server.relay.policy import Standing
@@ -85,6 +86,7 @@ class LiveDrone:
     autopilot_heard: bool = False
     armed: bool = False
     airborne: bool = False
+    flight_start: FlightStart = field(default_factory=FlightStart)
     fenced: bool = False
     """A change of control is on its way to the database: until it is decided nobody's commands pass."""
     sticks_at: float = NEVER
@@ -197,6 +199,7 @@ class LiveDrone:
         """The agent is gone."""
         self.link = self.stream_state = None
         self.online = self.autopilot_heard = self.armed = self.airborne = False
+        self.flight_start.lost()
         self.orders.clear()
 
     def view(self) -> DroneView:
@@ -213,6 +216,7 @@ class LiveDrone:
             autopilot_heard=self.autopilot_heard,
             armed=self.armed,
             airborne=self.airborne,
+            airborne_since=self.flight_start.since if self.airborne else None,
             offered=self.lease.offered,
             assistant=_view_of(self.lease.assistant),
             may_watch=True,

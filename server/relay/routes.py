@@ -73,4 +73,5 @@ async def _still_signed_in(tower: Tower, signed_in_by: SignInId, now: datetime) 
 @router.websocket("/api/v1/agent")
 async def agent(websocket: WebSocket) -> None:
     """The control channel of one agent."""
-    await AgentChannel(websocket, tower_of(websocket).hub, websocket.app.state.data_endpoint).run()
+    tower = tower_of(websocket)
+    await AgentChannel(websocket, tower.hub, websocket.app.state.data_endpoint, tower.clock).run()

@@ -49,6 +49,7 @@ async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Pe
         "autopilot_heard": False,
         "armed": False,
         "airborne": False,
+        "airborne_since": None,
         "offered": False,
         "assistant": None,
         "may_watch": True,

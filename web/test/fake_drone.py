@@ -207,6 +207,7 @@ class FakeDrone:
             "autopilot_heard": self.online,
             "armed": self.armed,
             "airborne": self.alt > 0.5,
+            "airborne_since": None,
             "offered": self.offered,
             "assistant": self.assistant,
             "may_watch": not self.shut_out(viewer),

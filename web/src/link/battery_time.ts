@@ -1,12 +1,14 @@
 /**
- * How long a battery lasts: as the autopilot says, or else estimated from how its percentage has gone down lately.
- * To empty; whoever flies keeps a reserve.
+ * How long a battery lasts in flight: as the autopilot says, or else estimated from how its percentage has gone down
+ * lately. On the ground there is no answer: what it draws there says nothing about flying. To empty; whoever flies
+ * keeps a reserve.
  */
 
-const WINDOW_MS = 180_000;
+const WINDOW_MS = 240_000;
 /** Percentages come in whole ones: fewer steps than this say more about the rounding than about the battery. */
-const LEAST_DROP = 2;
-const LEAST_SPAN_MS = 20_000;
+const LEAST_DROP = 3;
+/** A climb after take-off costs twice what the flight does: not before that has passed for the most part. */
+const LEAST_SPAN_MS = 120_000;
 
 export interface BatteryTime {
   readonly leftMs: number;
@@ -19,13 +21,22 @@ interface Step {
 }
 
 export class BatteryMeter {
-  /** When each percentage was first seen, newest last. */
+  /** When each percentage was first seen in this flight, newest last. */
   #steps: Step[] = [];
+  #isInAir = false;
   #saidMs: number | null = null;
   #saidAtMs = 0;
 
+  /** Whether it flies; with each flight all begins anew. */
+  inAir(isInAir: boolean): void {
+    if (isInAir === this.#isInAir) return;
+    this.#isInAir = isInAir;
+    this.#steps = [];
+  }
+
   /** `percent` of SYS_STATUS, 0..100. */
   percentage(percent: number, atMs: number): void {
+    if (!this.#isInAir) return;
     const last = this.#steps.at(-1);
     if (last?.percent === percent) return;
     // It does not fill in flight: this is another battery.
@@ -40,7 +51,9 @@ export class BatteryMeter {
     this.#saidAtMs = atMs;
   }
 
+  /** Null on the ground, and for the first minutes of a flight whose autopilot does not say. */
   left(nowMs: number): BatteryTime | null {
+    if (!this.#isInAir) return null;
     if (this.#saidMs !== null) {
       return { leftMs: Math.max(0, this.#saidMs - (nowMs - this.#saidAtMs)), isEstimate: false };
     }
@@ -52,7 +65,7 @@ export class BatteryMeter {
     if (spanMs < LEAST_SPAN_MS) return null;
     const perMs = (first.percent - last.percent) / spanMs;
     const leftMs = last.percent / perMs - (nowMs - last.atMs);
-    // Where it was disarmed since, nothing goes down and the estimate is over.
+    // It goes down no more, or much slower: the estimate is over.
     return nowMs - last.atMs > 3 / perMs ? null : { leftMs: Math.max(0, leftMs), isEstimate: true };
   }
 }

@@ -5,6 +5,7 @@ import type { Drone, User } from './wire_types';
 const BEFORE_THESE_FIELDS = {
   armed: false,
   airborne: false,
+  airborne_since: null,
   offered: false,
   assistant: null,
   may_watch: true,

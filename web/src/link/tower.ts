@@ -58,6 +58,8 @@ export class Tower {
   /** Since when we do not hear the tower; null while we do. */
   readonly deafSinceMs = new Store<number | null>(null);
   readonly #beatClock: Clock;
+  /** By how much the tower's time of day is behind our clock; as it was when the connection began. */
+  #towerLagMs = 0;
   #entries = 0;
 
   constructor(options: TowerOptions = {}) {
@@ -153,6 +155,7 @@ export class Tower {
     switch (event.type) {
       case 'welcome':
         this.user.update((known) => (known?.id === event.user.id ? { ...known, ...event.user } : event.user));
+        this.#setTowerTime(event.server_time);
         this.#welcome(event.drones.map(readDrone));
         break;
       case 'drone':
@@ -201,6 +204,11 @@ export class Tower {
         );
         break;
     }
+  }
+
+  #setTowerTime(said: string): void {
+    const saidMs = Date.parse(said);
+    if (Number.isFinite(saidMs)) this.#towerLagMs = this.clock.nowMs() - saidMs;
   }
 
   #onControl(event: ControlEvent): void {
@@ -289,7 +297,7 @@ export class Tower {
       if (vehicle.drone.get() !== drone || !known) {
         this.lostControls.drone(known?.drone.get() ?? null, drone, me, nowMs);
         this.assist.drone(drone);
-        vehicle.put(drone, nowMs);
+        vehicle.put(drone, nowMs, this.#towerLagMs);
       }
       if (me && !mayCommand(drone, me)) vehicle.manual.stop('we no longer have the controls', { holds: false });
       next.set(drone.id, vehicle);

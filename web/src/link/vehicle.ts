@@ -46,8 +46,10 @@ export class Vehicle {
   readonly rehearsal = new Store<Rehearsal | null>(null);
   readonly lossCheck = new Store<LossCheck | null>(null);
   link: LinkQuality | null = null;
-  /** On the link clock; null while not flying. */
-  airborneSinceMs: number | null = null;
+  /** As this page saw it, on the link clock; null while not flying. */
+  #airborneSeenMs: number | null = null;
+  /** As the tower says, on the link clock: a page that was opened in mid-flight does not begin at nought. */
+  #airborneToldMs: number | null = null;
   /** Since when the tower does not hear it, as far as we saw; null while it does. */
   silentSinceMs: number | null = null;
   /** In the air when it was last heard. */
@@ -79,8 +81,10 @@ export class Vehicle {
     this.wasAirborne = drone.airborne;
   }
 
-  /** The tower's newest view of it. */
-  put(drone: Drone, nowMs: number): void {
+  /** The tower's newest view of it. `towerLagMs`: by how much the tower's time of day is behind our clock. */
+  put(drone: Drone, nowMs: number, towerLagMs = 0): void {
+    const sinceMs = drone.airborne_since === null ? NaN : Date.parse(drone.airborne_since) + towerLagMs;
+    this.#airborneToldMs = Number.isFinite(sinceMs) ? Math.min(sinceMs, nowMs) : null;
     if (drone.online) this.silentSinceMs = null;
     else if (this.drone.get().online) this.silentSinceMs = nowMs;
     if (drone.online) this.wasAirborne = this.isAirborne(drone, nowMs);
@@ -113,14 +117,17 @@ export class Vehicle {
       if (message.fields.id === 0) this.#battery.said(message.fields.time_remaining, nowMs);
     } else if (message.name === 'HEARTBEAT' || message.name === 'EXTENDED_SYS_STATE') {
       const { airborne } = this.values(nowMs);
-      if (!airborne) this.airborneSinceMs = null;
-      else this.airborneSinceMs ??= nowMs;
+      if (!airborne) this.#airborneSeenMs = null;
+      else this.#airborneSeenMs ??= nowMs;
+      this.#battery.inAir(airborne);
       this.wasAirborne = airborne || this.drone.get().airborne;
     }
   }
 
   values(nowMs: number): FlightValues {
-    const { link, airborneSinceMs } = this;
+    const { link } = this;
+    const seenMs = this.#airborneSeenMs;
+    const airborneSinceMs = seenMs === null ? null : Math.min(seenMs, this.#airborneToldMs ?? seenMs);
     const batteryTime = this.#battery.left(nowMs);
     const beside = {
       online: this.drone.get().online,

@@ -39,6 +39,8 @@ export interface Drone {
   readonly autopilot_heard: boolean;
   readonly armed: boolean;
   readonly airborne: boolean;
+  /** When it left the ground, by the tower's clock; null where the tower does not know. */
+  readonly airborne_since: string | null;
   /** The controls were given back to `taken_from`, who has not accepted yet. */
   readonly offered: boolean;
   readonly assistant: UserRef | null;

@@ -129,6 +129,7 @@ export const A_DRONE: Drone = {
   autopilot_heard: true,
   armed: false,
   airborne: false,
+  airborne_since: null,
   offered: false,
   assistant: null,
   may_watch: true,

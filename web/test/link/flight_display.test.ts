@@ -42,33 +42,64 @@ describe('attitude between two messages', () => {
 });
 
 describe('how long the battery lasts', () => {
-  it('is what the autopilot says, counted down', () => {
+  const flying = (): BatteryMeter => {
     const meter = new BatteryMeter();
+    meter.inAir(true);
+    return meter;
+  };
+  /** Down by one each ten seconds, from `percent`, for so long. */
+  function drain(meter: BatteryMeter, percent: number, fromMs: number, forMs: number): void {
+    for (let ms = 0; ms <= forMs; ms += 1000) meter.percentage(percent - Math.floor(ms / 10_000), fromMs + ms);
+  }
+
+  it('is what the autopilot says in flight, counted down', () => {
+    const meter = flying();
     meter.said(600, 0);
     expect(meter.left(60_000)).toEqual({ leftMs: 540_000, isEstimate: false });
     meter.said(0, 61_000);
     expect(meter.left(61_000)).toBeNull();
   });
 
-  it('is estimated from how it goes down, once there is enough to go by', () => {
+  it('is not known on the ground, whatever the autopilot makes of the idle current', () => {
     const meter = new BatteryMeter();
-    for (let second = 0; second <= 40; second++) meter.percentage(80 - Math.floor(second / 10), second * 1000);
-    // 79 at 10 s, 76 at 40 s: 10 s each.
-    expect(meter.left(40_000)).toEqual({ leftMs: 760_000, isEstimate: true });
-    expect(meter.left(45_000)?.leftMs).toBe(755_000);
-    expect(meter.left(90_000)).toBeNull(); // it goes down no more
+    meter.said(36_000, 0);
+    drain(meter, 90, 0, 300_000);
+    expect(meter.left(300_000)).toBeNull();
+    meter.inAir(true);
+    expect(meter.left(300_000)).toEqual({ leftMs: 35_700_000, isEstimate: false });
+    meter.inAir(false);
+    expect(meter.left(300_000)).toBeNull();
   });
 
-  it('is not guessed at from little, nor over a change of battery', () => {
-    const meter = new BatteryMeter();
-    meter.percentage(80, 0);
-    meter.percentage(79, 30_000);
-    meter.percentage(78, 60_000);
-    expect(meter.left(60_000)).toBeNull();
-    meter.percentage(77, 90_000);
-    expect(meter.left(90_000)).not.toBeNull();
-    meter.percentage(100, 91_000);
-    expect(meter.left(91_000)).toBeNull();
+  it('is estimated from how it goes down, once there are minutes to go by', () => {
+    const meter = flying();
+    drain(meter, 90, 0, 120_000);
+    expect(meter.left(120_000)).toBeNull(); // 89 % at 10 s, 78 % at 120 s: not two minutes
+    drain(meter, 77, 130_000, 0);
+    expect(meter.left(130_000)).toEqual({ leftMs: 770_000, isEstimate: true });
+    expect(meter.left(135_000)?.leftMs).toBe(765_000);
+    expect(meter.left(170_000)).toBeNull(); // it goes down no more
+  });
+
+  it('goes by what was drawn lately', () => {
+    const meter = flying();
+    drain(meter, 90, 0, 300_000); // 60 % after five minutes
+    for (let ms = 0; ms <= 300_000; ms += 1000) meter.percentage(60 - Math.floor(ms / 30_000), 300_000 + ms);
+    // 50 % now, at 30 s each.
+    expect(meter.left(600_000)!.leftMs).toBeCloseTo(1_500_000, -5);
+  });
+
+  it('is not guessed at over a change of battery, nor from the flight before', () => {
+    const meter = flying();
+    drain(meter, 90, 0, 200_000);
+    expect(meter.left(200_000)).not.toBeNull();
+    meter.percentage(100, 201_000);
+    expect(meter.left(201_000)).toBeNull();
+    drain(meter, 100, 201_000, 200_000);
+    expect(meter.left(401_000)).not.toBeNull();
+    meter.inAir(false);
+    meter.inAir(true);
+    expect(meter.left(402_000)).toBeNull();
   });
 });
 

@@ -78,6 +78,16 @@ describe('the squad', () => {
     expect([...tower.vehicles.get().keys()]).toEqual([1, 2]);
   });
 
+  it("reads the tower's times by the tower's clock", () => {
+    const ahead = (seconds: number): string => new Date(clock.nowMs() + seconds * 1000).toISOString();
+    const flown = { ...HERON, airborne: true, airborne_since: ahead(3_600 - 90) };
+    socket().says({ type: 'welcome', user: OLGA, drones: [flown], server_time: ahead(3_600) });
+    const heard = vehicle(flown.id);
+    heard.receive(heartbeat(4, true), clock.nowMs());
+    heard.receive(fromAutopilot('EXTENDED_SYS_STATE', { landed_state: 2 }), clock.nowMs());
+    expect(heard.values(clock.nowMs()).airborneMs).toBe(90_000);
+  });
+
   it('keeps what was heard of a drone when the connection comes back', async () => {
     const before = vehicle(1);
     socket().onclose?.({ code: 1006 });

@@ -288,6 +288,28 @@ describe('the values', () => {
     expect(vehicle.values(clock.nowMs()).airborneMs).toBeNull();
   });
 
+  it('have the time in the air from the tower where the page was opened later', async () => {
+    const told = (msAgo: number): string => new Date(clock.nowMs() - msAgo).toISOString();
+    const flies = (): void => {
+      hears(heartbeat(4, true));
+      hears(fromAutopilot('EXTENDED_SYS_STATE', { landed_state: 2 }));
+    };
+    vehicle.put({ ...A_DRONE, airborne: true, airborne_since: told(60_000) }, clock.nowMs());
+    expect(vehicle.values(clock.nowMs()).airborneMs).toBeNull(); // its autopilot has not said that it flies
+    flies();
+    expect(vehicle.values(clock.nowMs()).airborneMs).toBe(60_000);
+    // A tower whose clock is ten seconds behind ours.
+    vehicle.put({ ...A_DRONE, airborne: true, airborne_since: told(70_000) }, clock.nowMs(), 10_000);
+    expect(vehicle.values(clock.nowMs()).airborneMs).toBe(60_000);
+    // One that does not know, or is wrong about the future, cannot make it shorter than what we saw.
+    await clock.pass(4_000);
+    flies();
+    for (const airborne_since of [null, told(-60_000), 'nonsense']) {
+      vehicle.put({ ...A_DRONE, airborne: true, airborne_since }, clock.nowMs());
+      expect(vehicle.values(clock.nowMs()).airborneMs).toBe(4_000);
+    }
+  });
+
   it('keep a bounded track without points that say nothing', () => {
     hears(heartbeat(4, true));
     for (let step = 0; step < 2_000; step++) {
