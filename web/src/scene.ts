@@ -1,6 +1,7 @@
 /** What the map shows of the squad, from what the link layer knows. */
 
 import { isUnattended as isUnattendedNow } from './link/conditions';
+import type { FlightValues } from './link/flight_values';
 import type { Vehicle } from './link/vehicle';
 import type { SceneDrone } from './map/overlay';
 import { ageWords } from './words/squad_words';
@@ -10,8 +11,12 @@ import { measured, type UnitSystem } from './words/units';
 export const TRAIL_POINTS = 60;
 
 /** Null while it has no position. */
-export function sceneDrone(vehicle: Vehicle, nowMs: number, trackPoints: number, units: UnitSystem): SceneDrone | null {
-  const values = vehicle.values(nowMs);
+export function sceneDrone(
+  vehicle: Vehicle,
+  values: FlightValues,
+  trackPoints: number,
+  units: UnitSystem,
+): SceneDrone | null {
   if (!values.place) return null;
   const drone = vehicle.drone.get();
   const age = ageWords(values);

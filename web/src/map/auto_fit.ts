@@ -1,12 +1,18 @@
 /**
  * When the map goes to the squad by itself: as drones get their first positions, one after the other, for a while
- * after the first; never again once the user has moved the map. Knows nothing of any map: `fit` is one's own.
+ * after the first, and when one's first position turns out to have been wrong; never again once the user has moved the
+ * map. Knows nothing of any map: `fit` is one's own.
  */
 
+import { distanceM } from '../link/geometry';
 import type { Place } from '../link/messages';
 
 /** A squad that is switched on together has its positions together; one that comes later must not move the map. */
 export const GATHERING_MS = 120_000;
+
+/** Whatever is this much further off than at the last beat, and was quicker there than anything flies, was not there. */
+const LEAP_M = 2_000;
+const LEAP_MPS = 350;
 
 export interface Located {
   readonly id: number;
@@ -14,7 +20,8 @@ export interface Located {
 }
 
 export class AutoFit {
-  readonly #shown = new Set<number>();
+  /** Where each was at the last beat at which all were shown. */
+  readonly #seen = new Map<number, { readonly place: Place; readonly atMs: number }>();
   #firstMs: number | null = null;
   #isOver = false;
 
@@ -33,9 +40,15 @@ export class AutoFit {
       this.#isOver = true;
       return;
     }
-    if (drones.every(({ id }) => this.#shown.has(id))) return;
-    if (!fit(drones.map(({ place }) => place))) return;
+    const isAsBefore = drones.every((drone) => this.#isKnown(drone, nowMs));
+    if (!isAsBefore && !fit(drones.map(({ place }) => place))) return;
     this.#firstMs ??= nowMs;
-    for (const { id } of drones) this.#shown.add(id);
+    for (const { id, place } of drones) this.#seen.set(id, { place, atMs: nowMs });
+  }
+
+  #isKnown({ id, place }: Located, nowMs: number): boolean {
+    const before = this.#seen.get(id);
+    if (!before) return false;
+    return distanceM(before.place, place) < Math.max(LEAP_M, (LEAP_MPS * (nowMs - before.atMs)) / 1000);
   }
 }

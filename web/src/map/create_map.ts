@@ -25,7 +25,13 @@ function basemap(theme: MapTheme): StyleSpecification {
     sources: { land: source('land'), borders: source('borders') },
     layers: [
       { id: 'sea', type: 'background', paint: { 'background-color': theme.sea } },
-      { id: 'land', type: 'fill', source: 'land', paint: { 'fill-color': theme.land } },
+      {
+        id: 'land',
+        type: 'fill',
+        source: 'land',
+        // The coast is drawn over its edge.
+        paint: { 'fill-color': theme.land, 'fill-antialias': false },
+      },
       { id: 'borders', type: 'line', source: 'borders', paint: { 'line-color': theme.border, 'line-width': 1 } },
       { id: 'coast', type: 'line', source: 'land', paint: { 'line-color': theme.coast, 'line-width': 1 } },
     ],

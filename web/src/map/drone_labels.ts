@@ -3,6 +3,7 @@
 import type { DroneState } from '../link/flight_values';
 import { drawLabel, labelSize, MARKER_RADIUS_PX } from './drone_marker';
 import { layoutLabels } from './label_layout';
+import type { Box } from './obstacles';
 import type { MapTheme } from './theme';
 
 const RADIUS_PX = MARKER_RADIUS_PX + 8;
@@ -13,18 +14,19 @@ interface Named {
   readonly at: { readonly x: number; readonly y: number };
 }
 
-/** Answers the slots, for the next drawing. */
+/** Not over what is `inTheWay`. Answers the slots, for the next drawing. */
 export function drawLabels(
   pen: CanvasRenderingContext2D,
   theme: MapTheme,
   drones: readonly Named[],
   selectedId: number | null,
   last: ReadonlyMap<number, number>,
+  inTheWay: readonly Box[],
 ): ReadonlyMap<number, number> {
   const rank = ({ drone }: Named): number => (drone.id === selectedId ? 0 : RANK[drone.state]);
   const ordered = [...drones].sort((a, b) => rank(a) - rank(b) || a.drone.id - b.drone.id);
   const wanted = ordered.map(({ drone, at }) => ({ id: drone.id, ...at, ...labelSize(pen, drone) }));
-  const places = layoutLabels(wanted, RADIUS_PX, last);
+  const places = layoutLabels(wanted, RADIUS_PX, last, inTheWay);
   for (const [index, { drone, at }] of ordered.entries()) {
     const place = places.get(drone.id);
     if (!place) continue;

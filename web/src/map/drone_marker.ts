@@ -104,11 +104,24 @@ const nameFont = (pen: Pen): string => `600 12px ${fontOf(pen)}`;
 const detailFont = (pen: Pen): string => `500 11px ${fontOf(pen)}`;
 
 export function labelSize(pen: Pen, { name, detail }: Words): { width: number; height: number } {
-  pen.font = nameFont(pen);
-  const nameWidth = pen.measureText(name).width;
+  const nameWidth = widthOf(pen, nameFont(pen), name);
   if (!detail) return { width: nameWidth, height: 16 };
-  pen.font = detailFont(pen);
-  return { width: Math.max(nameWidth, pen.measureText(detail).width), height: 31 };
+  return { width: Math.max(nameWidth, widthOf(pen, detailFont(pen), detail)), height: 31 };
+}
+
+/** Figures come again and again, and measuring a text costs more than looking it up. */
+const WIDTHS_KEPT = 4_000;
+const widths = new Map<string, number>();
+
+function widthOf(pen: Pen, font: string, text: string): number {
+  const key = `${font}|${text}`;
+  const known = widths.get(key);
+  if (known !== undefined) return known;
+  if (widths.size >= WIDTHS_KEPT) widths.clear();
+  pen.font = font;
+  const { width } = pen.measureText(text);
+  widths.set(key, width);
+  return width;
 }
 
 /** `x` is the left end, `y` the middle. */

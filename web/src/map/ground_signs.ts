@@ -3,6 +3,7 @@
 import { offsetBy } from '../link/geometry';
 import type { Place } from '../link/messages';
 import { fontOf, haloText } from './drone_marker';
+import type { Box } from './obstacles';
 import type { Projection } from './projection';
 import type { MapTheme } from './theme';
 
@@ -11,6 +12,7 @@ type Pen = CanvasRenderingContext2D;
 /** The grid has its labels there. */
 const GRID_LABELS_PX = 28;
 const RING_WANTED_PX = 110;
+export const HOME_RADIUS_PX = 8;
 
 export function drawHome(
   pen: Pen,
@@ -59,7 +61,16 @@ export interface MapTarget {
   readonly label: string;
 }
 
-export function drawTarget(pen: Pen, theme: MapTheme, projection: Projection, { place, from, label }: MapTarget): void {
+const TARGET_RADIUS_PX = 14;
+const TARGET_FONT_PX = 11;
+
+/** Answers what it covers, its words and its sign, so that nothing is written over them. */
+export function drawTarget(
+  pen: Pen,
+  theme: MapTheme,
+  projection: Projection,
+  { place, from, label }: MapTarget,
+): readonly Box[] {
   const { x, y } = projection.at(place);
   pen.strokeStyle = theme.target;
   pen.lineWidth = 1.5;
@@ -75,14 +86,29 @@ export function drawTarget(pen: Pen, theme: MapTheme, projection: Projection, { 
   pen.lineWidth = 2;
   pen.beginPath();
   pen.arc(x, y, 9, 0, 2 * Math.PI);
-  pen.moveTo(x - 14, y);
-  pen.lineTo(x + 14, y);
-  pen.moveTo(x, y - 14);
-  pen.lineTo(x, y + 14);
+  pen.moveTo(x - TARGET_RADIUS_PX, y);
+  pen.lineTo(x + TARGET_RADIUS_PX, y);
+  pen.moveTo(x, y - TARGET_RADIUS_PX);
+  pen.lineTo(x, y + TARGET_RADIUS_PX);
   pen.stroke();
   pen.textAlign = 'left';
   pen.textBaseline = 'middle';
-  haloText(pen, theme, label, x + 16, y - 10, `600 11px ${fontOf(pen)}`, theme.target);
+  pen.font = `600 ${TARGET_FONT_PX}px ${fontOf(pen)}`;
+  const width = pen.measureText(label).width;
+  // Away from where the drone comes from: there are its line and its own name.
+  const start = from && projection.at(from);
+  const left = start && start.x > x ? x - TARGET_RADIUS_PX - 2 - width : x + TARGET_RADIUS_PX + 2;
+  const middle = start && start.y < y ? y + 10 : y - 10;
+  haloText(pen, theme, label, left, middle, pen.font, theme.target);
+  return [
+    { left, right: left + width, top: middle - TARGET_FONT_PX, bottom: middle + TARGET_FONT_PX },
+    {
+      left: x - TARGET_RADIUS_PX,
+      right: x + TARGET_RADIUS_PX,
+      top: y - TARGET_RADIUS_PX,
+      bottom: y + TARGET_RADIUS_PX,
+    },
+  ];
 }
 
 export function drawAim(pen: Pen, theme: MapTheme, x: number, y: number): void {

@@ -3,6 +3,8 @@
  * nowhere for want of room. Pure; all in pixels of the screen. Those that come first choose first.
  */
 
+import { Obstacles, type Box } from './obstacles';
+
 export interface LabelWanted {
   readonly id: number;
   /** The middle of the marker. */
@@ -22,13 +24,6 @@ export interface LabelPlace {
   readonly isFar: boolean;
 }
 
-interface Box {
-  readonly left: number;
-  readonly top: number;
-  readonly right: number;
-  readonly bottom: number;
-}
-
 /** Direction of each candidate: right first, because that is where people look. */
 const DIRECTIONS: readonly (readonly [number, number])[] = [
   [1, 0],
@@ -42,9 +37,6 @@ const DIRECTIONS: readonly (readonly [number, number])[] = [
 ];
 const FAR_PX = 22;
 const BREATH_PX = 2;
-
-const overlap = (a: Box, b: Box): boolean =>
-  a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 
 function place({ x, y, width, height }: LabelWanted, slot: number, radiusPx: number): LabelPlace {
   const [east, south] = DIRECTIONS[slot % DIRECTIONS.length]!;
@@ -62,32 +54,34 @@ const boxOf = (at: LabelPlace, { width, height }: LabelWanted): Box => ({
   bottom: at.y + height / 2,
 });
 
+const NEAR_SLOTS = DIRECTIONS.length;
+const SLOTS: readonly number[] = [...Array(2 * NEAR_SLOTS).keys()];
+
 /**
- * `radiusPx`: of a marker with its margin; names do not cover other drones' markers either. `last`: the slots of
- * the time before. A name without a place is not in the answer.
+ * `radiusPx`: of a marker with its margin; names do not cover other drones' markers either, nor what is `inTheWay`.
+ * `last`: the slots of the time before. A name without a place is not in the answer.
  */
 export function layoutLabels(
   wanted: readonly LabelWanted[],
   radiusPx: number,
   last: ReadonlyMap<number, number>,
+  inTheWay: readonly Box[] = [],
 ): Map<number, LabelPlace> {
-  const taken: Box[] = [];
+  const obstacles = new Obstacles();
   const half = radiusPx * 0.6;
-  const markers = wanted.map(({ x, y }) => ({ left: x - half, right: x + half, top: y - half, bottom: y + half }));
+  for (const { id, x, y } of wanted)
+    obstacles.add({ left: x - half, right: x + half, top: y - half, bottom: y + half }, id);
+  for (const box of inTheWay) obstacles.add(box);
   const places = new Map<number, LabelPlace>();
-  for (const [index, one] of wanted.entries()) {
+  for (const one of wanted) {
     const before = last.get(one.id);
-    const slots = [...Array(2 * DIRECTIONS.length).keys()];
     // Its old place is kept while it is free, unless that was a far one and a near one may have come free.
-    if (before !== undefined && before < DIRECTIONS.length) slots.unshift(before);
+    const slots = before !== undefined && before < NEAR_SLOTS ? [before, ...SLOTS] : SLOTS;
     for (const slot of slots) {
       const at = place(one, slot, radiusPx);
       const box = boxOf(at, one);
-      const isFree =
-        !taken.some((other) => overlap(box, other)) &&
-        !markers.some((marker, other) => other !== index && overlap(box, marker));
-      if (!isFree) continue;
-      taken.push(box);
+      if (!obstacles.isFree(box, one.id)) continue;
+      obstacles.add(box);
       places.set(one.id, at);
       break;
     }

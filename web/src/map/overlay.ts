@@ -12,9 +12,12 @@ import { CLUSTER_BELOW_ZOOM, CLUSTER_RADIUS_PX, gather, type Cluster } from './c
 import { drawLabels } from './drone_labels';
 import { drawMarker, MARKER_RADIUS_PX } from './drone_marker';
 import { drawGraticule } from './graticule';
-import { drawAim, drawHome, drawTarget, type MapTarget } from './ground_signs';
+import { drawAim, drawHome, drawTarget, HOME_RADIUS_PX, type MapTarget } from './ground_signs';
+import type { Box } from './obstacles';
 import { Projection, type Point } from './projection';
+import { sameScene } from './scene_change';
 import { readTheme, type MapTheme } from './theme';
+import { thinned } from './trail';
 
 const HIT_RADIUS_PX = MARKER_RADIUS_PX + 8;
 const LABEL_MARGIN_PX = 160;
@@ -40,7 +43,7 @@ export interface Scene {
   readonly target: MapTarget | null;
   /** Where a pick by keyboard would fall: the middle of the map. */
   readonly showsAim: boolean;
-  /** Distances in the user's units. */
+  /** Distances in the user's units; another function when those change. */
   readonly distanceWords?: (metres: number) => string;
 }
 
@@ -50,6 +53,12 @@ interface Drawn {
 }
 
 const EMPTY: Scene = { drones: [], selectedId: null, home: null, target: null, showsAim: false };
+const around = ({ x, y }: Point, radiusPx: number): Box => ({
+  left: x - radiusPx,
+  right: x + radiusPx,
+  top: y - radiusPx,
+  bottom: y + radiusPx,
+});
 const METRES = (metres: number): string => (metres >= 1000 ? `${metres / 1000} km` : `${metres} m`);
 
 export class Overlay {
@@ -76,8 +85,9 @@ export class Overlay {
   }
 
   set scene(scene: Scene) {
+    const isNew = !sameScene(this.#scene, scene);
     this.#scene = scene;
-    this.#frame ||= requestAnimationFrame(() => this.#draw());
+    if (isNew) this.#frame ||= requestAnimationFrame(() => this.#draw());
   }
 
   renewTheme(): void {
@@ -138,9 +148,12 @@ export class Overlay {
     const singles = this.#clusters.flatMap(({ members }) => (members.length === 1 ? members : []));
 
     for (const { drone } of singles) this.#drawTrack(projection, drone);
-    if (target) drawTarget(pen, theme, projection, target);
+    const inTheWay: Box[] = [];
+    if (home) inTheWay.push(around(projection.at(home), HOME_RADIUS_PX));
+    if (target) inTheWay.push(...drawTarget(pen, theme, projection, target));
     for (const { members, x, y } of this.#clusters) {
       if (members.length === 1) continue;
+      inTheWay.push(around({ x, y }, CLUSTER_DISC_PX + 2));
       drawCluster(
         pen,
         theme,
@@ -152,7 +165,7 @@ export class Overlay {
     for (const { drone, at } of singles) {
       drawMarker(pen, theme, at.x, at.y, { ...drone, isSelected: drone.id === selectedId });
     }
-    this.#labelSlots = drawLabels(pen, theme, singles, selectedId, this.#labelSlots);
+    this.#labelSlots = drawLabels(pen, theme, singles, selectedId, this.#labelSlots, inTheWay);
     if (showsAim) drawAim(pen, theme, width / 2, height / 2);
   }
 
@@ -160,11 +173,7 @@ export class Overlay {
     if (track.length === 0) return;
     const pen = this.#pen;
     pen.beginPath();
-    for (const [index, point] of [...track, place].entries()) {
-      const { x, y } = projection.at(point);
-      if (index === 0) pen.moveTo(x, y);
-      else pen.lineTo(x, y);
-    }
+    for (const { x, y } of thinned([...track, place].map((point) => projection.at(point)))) pen.lineTo(x, y);
     pen.strokeStyle = this.#theme.states[state];
     pen.globalAlpha = isStale ? 0.25 : 0.55;
     pen.lineWidth = 2;

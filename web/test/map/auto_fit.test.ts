@@ -31,10 +31,20 @@ describe('the map goes to the squad', () => {
 
   it('anew for each drone that gets its position a little later, and not for one that moves', () => {
     consider([at(1)], 1_000);
-    consider([at(1, 47.1)], 2_000);
-    consider([at(1, 47.1), at(2)], 3_000);
-    consider([at(1, 47.2), at(2)], 4_000);
+    consider([at(1, 47.002)], 2_000);
+    consider([at(1, 47.002), at(2)], 3_000);
+    consider([at(1, 47.004), at(2)], 4_000);
     expect(fitted.map((places) => places.length)).toEqual([1, 2]);
+  });
+
+  it('anew when a first position was nowhere near', () => {
+    consider([at(1, 0, 0.01), at(2)], 1_000);
+    consider([at(1, 0, 0.01), at(2)], 1_200);
+    expect(fitted).toHaveLength(1);
+    consider([at(1), at(2)], 1_400);
+    expect(fitted).toHaveLength(2);
+    consider([at(1, 47.5), at(2)], 1_600 + 160_000); // 55 km in 160 s: it flew there
+    expect(fitted).toHaveLength(2);
   });
 
   it('again until the map could do it', () => {

@@ -29,6 +29,12 @@ describe('names on the map', () => {
     expect(at.x).toBeLessThan(100);
   });
 
+  it('do not cover what else stands on the map', () => {
+    const target = { left: 110, right: 230, top: 80, bottom: 120 };
+    const at = layoutLabels([wanted(1, 100, 100)], RADIUS, new Map(), [target]).get(1)!;
+    expect(at.x + 60).toBeLessThanOrEqual(target.left);
+  });
+
   it('are left out where there is no room, the last ones first', () => {
     const crowd = Array.from({ length: 60 }, (_, id) => wanted(id, 100, 100));
     const places = lay(crowd);

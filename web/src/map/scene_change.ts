@@ -1,0 +1,40 @@
+/** Whether a scene looks different from the one before: what stands still is not drawn again. Pure. */
+
+import type { Place } from '../link/messages';
+import type { MapTarget } from './ground_signs';
+import type { Scene, SceneDrone } from './overlay';
+
+const samePlace = (a: Place | null, b: Place | null): boolean =>
+  a === b || (a !== null && b !== null && a.latDeg === b.latDeg && a.lonDeg === b.lonDeg);
+
+/** Points are only added at one end and dropped at the other. */
+const sameTrack = (a: readonly Place[], b: readonly Place[]): boolean =>
+  a === b || (a.length === b.length && a[0] === b[0] && a.at(-1) === b.at(-1));
+
+const sameDrone = (a: SceneDrone, b: SceneDrone): boolean =>
+  a === b ||
+  (a.id === b.id &&
+    a.name === b.name &&
+    a.detail === b.detail &&
+    samePlace(a.place, b.place) &&
+    a.headingDeg === b.headingDeg &&
+    a.state === b.state &&
+    a.isUnattended === b.isUnattended &&
+    a.isStale === b.isStale &&
+    sameTrack(a.track, b.track));
+
+const sameTarget = (a: MapTarget | null, b: MapTarget | null): boolean =>
+  a === b ||
+  (a !== null && b !== null && a.label === b.label && samePlace(a.place, b.place) && samePlace(a.from, b.from));
+
+export function sameScene(a: Scene, b: Scene): boolean {
+  return (
+    a.selectedId === b.selectedId &&
+    a.showsAim === b.showsAim &&
+    a.distanceWords === b.distanceWords &&
+    samePlace(a.home, b.home) &&
+    sameTarget(a.target, b.target) &&
+    a.drones.length === b.drones.length &&
+    a.drones.every((drone, index) => sameDrone(drone, b.drones[index]!))
+  );
+}
