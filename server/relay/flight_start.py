@@ -27,5 +27,5 @@ class FlightStart:
         self._was_on_ground = not airborne
 
     def lost(self) -> None:
-        """The agent is gone, or does not hear its autopilot: whether the drone takes off meanwhile will not be known."""
+        """The agent is gone or hears no autopilot: whether the drone takes off meanwhile will not be known."""
         self._was_on_ground = False
