@@ -56,7 +56,15 @@ class ControlView:
             event = msgspec.json.decode(text)
         except msgspec.DecodeError:
             return []
-        kind = event.get("type") if isinstance(event, dict) else None
+        if not isinstance(event, dict):
+            return []
+        try:
+            return self._event(event, now)
+        except (KeyError, TypeError):
+            return []  # a tower of another version must not end a flight
+
+    def _event(self, event: dict[str, Any], now: float) -> list[dict[str, Any]]:
+        kind = event.get("type")
         if kind == "ping":
             return [{"type": "pong", "sequence": event["sequence"]}]
         if kind == "welcome":

@@ -15,6 +15,9 @@ PEER_FORGOTTEN_AFTER_S: Final = 30.0
 MOST_PEERS: Final = 16
 """Programs on one UDP port. More of them are not answered until one falls silent."""
 
+MAGICS: Final = frozenset({0xFD, 0xFE})
+"""How a MAVLink program begins to speak: with a frame of version 2 or 1."""
+
 MOST_UNREAD_BYTES: Final = 1 << 20
 """A TCP program that reads so little is cut off: half a minute of telemetry."""
 
@@ -129,8 +132,12 @@ class TcpOn:
     async def open(self, received: Received, gone: Gone) -> None:
         async def serve(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
             self._writers.add(writer)
+            is_known = False
             try:
                 while data := await reader.read(16384):
+                    if not is_known and data[0] not in MAGICS:
+                        return  # a web page, for one: any may send to ports of this machine, frames in its request too
+                    is_known = True
                     received(writer, data)
             except OSError:
                 pass  # the program has gone without a word

@@ -21,6 +21,8 @@ NOT_ALLOWED: Final = 4403
 FIRST_WAIT_S: Final = 0.25
 LONGEST_WAIT_S: Final = 2.0
 OPEN_WITHIN_S: Final = 10.0
+STEADY_S: Final = 2.0
+"""A connection that ends sooner was none: a tower that lets us in and closes at once is not knocked at all the time."""
 
 LOOK_EVERY_S: Final = 0.5
 
@@ -82,13 +84,16 @@ class Live:
         """Until cancelled, or until `received` or `shut` raises."""
         wait_s = 0.0
         lost = False
+        loop = asyncio.get_running_loop()
         while True:
             self._watch_only = watch_only()
+            opened_at = None
             try:
                 async with self._opened() as socket:
+                    opened_at = loop.time()
                     if lost:
                         self._say(f"connected with {self._tower.origin} again")
-                    lost, wait_s = False, 0.0
+                    lost = False
                     await self._serve(socket, watch_only)
                     continue  # on purpose, to come back with other scopes
             except ConnectionClosed as closed:
@@ -101,6 +106,8 @@ class Live:
             if not lost:
                 self._say(f"{self._tower.origin} is lost ({why}); trying on")
             lost = True
+            if opened_at is not None and loop.time() - opened_at >= STEADY_S:
+                wait_s = 0.0
             await asyncio.sleep(wait_s * random.uniform(0.5, 1.0))  # noqa: S311 - spreads, guards nothing
             wait_s = min(LONGEST_WAIT_S, wait_s * 2 or FIRST_WAIT_S)
 
@@ -110,6 +117,7 @@ class Live:
             subprotocols=[SUBPROTOCOL],
             additional_headers={"Authorization": f"Bearer {self._token}"},
             compression=None,
+            proxy=True if self._tower.secure else None,
             open_timeout=OPEN_WITHIN_S,
             max_size=LARGEST_MESSAGE_BYTES,
             ping_interval=5,

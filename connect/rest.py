@@ -44,7 +44,8 @@ class Rest:
     def __init__(self, tower: TowerUrl, token: str) -> None:
         self._tower = tower
         self._token = token
-        self._opener = urllib.request.build_opener(_NoRedirects)
+        proxies = urllib.request.ProxyHandler(None if tower.secure else {})
+        self._opener = urllib.request.build_opener(_NoRedirects, proxies)
 
     async def ask(self, method: str, path: str, body: Any = None) -> Answer:
         """`path` begins behind `/api/v1`."""

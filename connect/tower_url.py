@@ -17,6 +17,11 @@ class TowerUrl:
     origin: str
 
     @property
+    def secure(self) -> bool:
+        """Whether nobody on the way can read the token. Where not, it may not leave this machine: no proxy."""
+        return self.origin.startswith("https:")
+
+    @property
     def api(self) -> str:
         """What REST paths are put behind."""
         return self.origin + _API

@@ -8,6 +8,9 @@ import random
 from collections.abc import Callable
 from typing import Final
 
+STEADY_S: Final = 1.0
+"""What lasts this long was good, and is renewed at once; what ends sooner waits as a failure does."""
+
 FIRST_S: Final = 0.25
 LONGEST_S: Final = 2.0
 

@@ -30,7 +30,9 @@ def fetch_credential(tower: TowerUrl, token: str) -> tuple[Credential, str]:
         headers={"Content-Type": "application/json"},
         method="POST",
     )
-    opener = urllib.request.build_opener(_NoRedirects)
+    # In the clear it may not leave this machine, whatever proxy the environment names.
+    proxies = urllib.request.ProxyHandler(None if tower.secure else {})
+    opener = urllib.request.build_opener(_NoRedirects, proxies)
     try:
         with opener.open(request, timeout=TIMEOUT_S) as answer:
             told = json.loads(answer.read(LARGEST_ANSWER_BYTES))

@@ -11,7 +11,7 @@ from websockets.asyncio.client import ClientConnection
 from websockets.exceptions import ConnectionClosed
 
 from onboard_agent.auto_profile import LOSS_NOW_OVER_S, LOSS_OVER_S, Measured
-from onboard_agent.backoff import Backoff
+from onboard_agent.backoff import STEADY_S, Backoff
 from onboard_agent.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
 from onboard_agent.data_channel import DataChannel
 from onboard_agent.data_socket import ANY_UPLINK
@@ -40,9 +40,6 @@ REPLACED_RETRY_S: Final = 5.0
 """Two agents with one credential would otherwise throw each other out many times a second."""
 
 REPLACED_CODE: Final = 4409
-
-STEADY_S: Final = 1.0
-"""A link that lasts this long was a good one, and is renewed at once; one that ends sooner waits as a failure does."""
 
 URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
 """Further copies of an urgent message: a little apart, since losses come in a row."""

@@ -9,7 +9,7 @@ from typing import Any, Final
 import serial
 
 from onboard_agent.autopilot_port.port import LARGEST_BACKLOG_BYTES, AutopilotPort, OnBytes
-from onboard_agent.backoff import Backoff
+from onboard_agent.backoff import STEADY_S, Backoff
 
 _log = logging.getLogger(__name__)
 
@@ -55,7 +55,7 @@ class SerialLine(AutopilotPort):
                 await asyncio.sleep(backoff.next_delay_s())
                 continue
             told = False
-            backoff.reset()
+            opened_at = loop.time()
             self._fd = self._line.fileno()
             self._backlog = b""
             self._gone = loop.create_future()
@@ -68,6 +68,8 @@ class SerialLine(AutopilotPort):
                 told = True
             finally:
                 self._close(loop)
+            if loop.time() - opened_at >= STEADY_S:
+                backoff.reset()
             await asyncio.sleep(backoff.next_delay_s())
 
     def send(self, data: bytes) -> None:

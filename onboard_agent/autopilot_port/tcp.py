@@ -6,7 +6,7 @@ import logging
 
 from onboard_agent.autopilot_port.peer import FAITHFUL_FOR_S
 from onboard_agent.autopilot_port.port import LARGEST_BACKLOG_BYTES, AutopilotPort, OnBytes
-from onboard_agent.backoff import Backoff
+from onboard_agent.backoff import STEADY_S, Backoff
 from onboard_agent.unusable import Unusable
 
 _log = logging.getLogger(__name__)
@@ -96,13 +96,15 @@ class TcpOut(_TcpPort):
                     told = True
                 await asyncio.sleep(backoff.next_delay_s())
                 continue
-            backoff.reset()
             told = False
+            opened_at = loop.time()
             try:
                 await asyncio.shield(stream.closed)
             finally:
                 if self._transport is not None:
                     self._transport.abort()
+            if loop.time() - opened_at >= STEADY_S:
+                backoff.reset()
             await asyncio.sleep(backoff.next_delay_s())
 
 

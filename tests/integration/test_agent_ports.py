@@ -115,6 +115,21 @@ async def test_tcp_connects_when_the_autopilot_comes_and_again_when_it_has_gone(
     await server.wait_closed()
 
 
+async def test_tcp_to_a_port_that_closes_at_once_is_tried_ever_less_often() -> None:
+    """As a simulator does that has one connection already."""
+    came: list[float] = []
+    loop = asyncio.get_running_loop()
+
+    async def refuse(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        came.append(loop.time())
+        await closed(writer)
+
+    server = await asyncio.start_server(refuse, HOST, 0)
+    async with server, running(TcpOut("tcp", HOST, server.sockets[0].getsockname()[1])):
+        await until(lambda: len(came) >= 4)
+    assert came[3] - came[1] >= 0.3  # 0.25 s and 0.5 s, each shortened by up to a half
+
+
 async def test_tcp_waits_for_an_autopilot_that_is_not_there_yet() -> None:
     async with udp_socket() as (_, _, number):  # a number that nobody listens to on TCP
         port = TcpOut("tcp", HOST, number)

@@ -84,6 +84,8 @@ def test_other_drones_and_unknown_events_are_nothing(view: ControlView) -> None:
     assert told(view, type="something-new", drone_id=3) == []
     view.event("not json", 0.0)
     view.event("[1]", 0.0)
+    for half in ({"type": "ping"}, {"type": "turn", "drone_id": 3}, {"type": "drone", "drone": 3}, {"type": "welcome"}):
+        assert told(view, **half) == []
     assert not view.out_of_squad
     told(view, type="drone_removed", drone_id=3)
     assert view.out_of_squad
