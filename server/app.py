@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
-from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
 from importlib.metadata import version
-from typing import Any, Final
+from typing import Final
 
 from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
@@ -20,6 +19,7 @@ from server.accounts.sign_in import Door
 from server.accounts.throttle import SignInThrottle
 from server.accounts.tokens import ApiTokens
 from server.audit import routes as audit_routes
+from server.background import in_background
 from server.body import BodyCheck
 from server.clock import Clock, utc_now
 from server.console import serve_console
@@ -191,9 +191,9 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await load_into(tower.hub, tower.database)
         for drone_id in tower.hub.drone_ids():
             tower.loss_checks.look_again(drone_id)
-        await stack.enter_async_context(_in_background(tower.roster.follow()))
-        await stack.enter_async_context(_in_background(tower.loan_keeper.watch()))
-        await stack.enter_async_context(_in_background(tower.loop_lag.watch()))
+        await stack.enter_async_context(in_background("roster", tower.roster.follow))
+        await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))
+        await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         # Last: from here on agents are answered.
         try:
             relay = running_relay(tower.hub, host=settings.udp_host, port=settings.udp_port)
@@ -213,14 +213,3 @@ def _good_bye(tower: Tower) -> Callable[[], Awaitable[None]]:
 
 def _operation_id(route: APIRoute) -> str:
     return route.name
-
-
-@asynccontextmanager
-async def _in_background(work: Coroutine[Any, Any, None]) -> AsyncIterator[None]:
-    task = asyncio.create_task(work)
-    try:
-        yield
-    finally:
-        task.cancel()
-        with suppress(asyncio.CancelledError):
-            await task
