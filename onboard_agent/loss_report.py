@@ -22,7 +22,7 @@ class LossReport:
         report = LossParameters(
             autopilot=_AUTOPILOTS.get(autopilot_kind, ""),
             values=parameters.loss_values,
-            complete=True,
+            complete=parameters.complete,
             has_radio=has_radio,
         )
         if report == self._told:

@@ -51,6 +51,17 @@ LOSS_NAMES: Final[dict[int, tuple[str, ...]]] = {
 }
 """By autopilot, the parameters that decide what happens on a loss, and by which a simulated one is known."""
 
+DECIDING: Final[dict[int, tuple[str, ...]]] = {
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ("FS_THR_ENABLE", "FS_GCS_ENABLE", "RC_OVERRIDE_TIME"),
+    mavlink.MAV_AUTOPILOT_PX4: ("COM_RC_IN_MODE", "NAV_RCL_ACT", "NAV_DLL_ACT"),
+}
+"""Those of them that every autopilot has and without which nobody knows what it does: a few, read once, can be lost on
+the way, three times too."""
+
+ASK_AGAIN_AFTER_S: Final = 30.0
+MOST_AGAIN: Final = 20
+"""Ten minutes: a plane, say, has other names for them."""
+
 NAMES: Final[dict[int, tuple[str, ...]]] = {
     mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: tuple(
         dict.fromkeys((*GROUND_STATION_NAMES, *_MIDDLES, *LOSS_NAMES[mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA]))
@@ -96,6 +107,8 @@ class Parameters:
         self._asking: Asking[str] = Asking(timeout_s=ANSWER_WITHIN_S, tries=TRIES)
         self._kind = 0
         self._values: dict[str, float] = {}
+        self._ask_again_at: float | None = None
+        self._asked_again = 0
 
     def ask_all(self, autopilot_kind: int) -> None:
         """From the beginning. What is known of an autopilot of the same kind counts until it is read again."""
@@ -103,15 +116,27 @@ class Parameters:
             self._values.clear()
         self._kind = autopilot_kind
         self._asking.ask(NAMES.get(autopilot_kind, ()))
+        self._ask_again_at = None
+        self._asked_again = 0
 
     def due(self, now: float, *, vehicle_system_id: int) -> bytes | None:
         """A request to send now."""
         while self._asking.current in GROUND_STATION_NAMES and self._ground_station_known():
             self._asking.answered()
+        if self._asking.current is None and not self.complete and self._kind in NAMES:
+            self._ask_missing_again(now)
         question = self._asking.due(now)
         if question is None:
             return None
         return self._maker.make(read_parameter(vehicle_system_id, question[0]), agent_sender(vehicle_system_id))
+
+    def _ask_missing_again(self, now: float) -> None:
+        if self._ask_again_at is None:
+            self._ask_again_at = now + ASK_AGAIN_AFTER_S
+        elif now >= self._ask_again_at and self._asked_again < MOST_AGAIN:
+            self._ask_again_at = None
+            self._asked_again += 1
+            self._asking.ask(name for name in NAMES[self._kind] if name not in self._values)
 
     def value(self, frame: bytes) -> None:
         """A PARAM_VALUE of the autopilot, whoever asked for it: somebody may have just set it."""
@@ -126,8 +151,15 @@ class Parameters:
 
     @property
     def all_read(self) -> bool:
-        """Whether each has been answered or given up."""
-        return self._asking.current is None
+        """Whether each has been answered or given up, for the first time."""
+        return self._asking.current is None or self._asked_again > 0
+
+    @property
+    def complete(self) -> bool:
+        """Whether it is known what the autopilot does on a loss, as far as we know what to ask it for."""
+        if any(name not in self._values for name in DECIDING.get(self._kind, ("",))):
+            return False
+        return self._kind != mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA or self._ground_station_known()
 
     @property
     def loss_values(self) -> dict[str, float]:

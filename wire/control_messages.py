@@ -141,7 +141,8 @@ class StreamState(msgspec.Struct, frozen=True, tag="stream_state", tag_field="ty
 class LossParameters(msgspec.Struct, frozen=True, tag="loss_parameters", tag_field="type", kw_only=True):
     """Agent to tower, when read and on each change: the parameters that decide what the autopilot does on a loss.
 
-    `values` holds those that the autopilot has, by their own names. `complete`: every one was answered or given up.
+    `values` holds those that the autopilot has, by their own names. `complete`: those without which nobody
+    knows what it does are among them.
     `has_radio`: whether RC input from a receiver is seen (None: not known).
     """
 

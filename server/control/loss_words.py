@@ -33,7 +33,7 @@ def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -
     sane = {name: value for name, value in parameters.values.items() if isfinite(value)}
     parameters = msgspec.structs.replace(parameters, values=sane)
     if not parameters.complete:
-        found.append(warning("operator", "Not every parameter that decides on a loss has been read yet."))
+        found.append(warning("operator", "Not every parameter that decides on a loss is known."))
     if parameters.autopilot == "ardupilot":
         found += ardupilot_sentences(parameters, settings)
     elif parameters.autopilot == "px4":

@@ -122,6 +122,11 @@ def _radio(values: dict[str, float], has_radio: bool | None) -> Iterable[Sentenc
     # It counts from the last message that brought sticks, though these themselves are in force for longer.
     wait_s = values.get("RC_FS_TIMEOUT", _DEFAULT_RADIO_FAILSAFE_S)
     does = _THROTTLE_ACTIONS.get(int(failsafe or 0), "acts as configured")
+    if failsafe is None and not has_radio:
+        yield warning(
+            "radio",
+            "The autopilot does not tell FS_THR_ENABLE: what it does when sticks from the tower end is not known.",
+        )
     if has_radio is None:
         yield warning("radio", "It is not known whether a radio receiver is on board.")
     elif has_radio:

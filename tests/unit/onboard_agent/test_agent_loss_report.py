@@ -4,7 +4,7 @@ from typing import Any
 
 from onboard_agent.loss_report import LossReport
 from onboard_agent.own_frames import FrameMaker, Sender
-from onboard_agent.parameters import NAMES, Parameters
+from onboard_agent.parameters import ANSWER_WITHIN_S, NAMES, Parameters
 from onboard_agent.radio import LAPSE_S, Radio
 from wire.control_messages import LossParameters
 from wire.dialect import mavlink
@@ -79,14 +79,15 @@ def test_it_is_told_when_all_are_read_then_on_each_change_and_to_each_new_link()
 
     parameters.ask_all(3)
     assert told() is None, "not read yet"
-    read_all(parameters, {"FS_GCS_ENABLE": 1.0})
-    expected = LossParameters(autopilot="ardupilot", values={"FS_GCS_ENABLE": 1.0}, complete=True)
+    values = {"FS_GCS_ENABLE": 1.0, "FS_THR_ENABLE": 1.0, "RC_OVERRIDE_TIME": 3.0, "SYSID_MYGCS": 255.0}
+    read_all(parameters, values)
+    expected = LossParameters(autopilot="ardupilot", values=values, complete=True)
     assert told() == expected
     assert told() is None
     parameters.value(param_value("FS_GCS_ENABLE", 2.0))
     changed = told()
     assert changed is not None
-    assert changed.values == {"FS_GCS_ENABLE": 2.0}
+    assert changed.values == values | {"FS_GCS_ENABLE": 2.0}
     with_radio = told(True)
     assert with_radio is not None
     assert with_radio.has_radio is True
@@ -100,5 +101,30 @@ def test_the_autopilot_is_named() -> None:
         parameters.ask_all(kind)
         read_all(parameters, {})
         report = LossReport().changed(parameters, autopilot_kind=kind, has_radio=None)
-        assert report == LossParameters(autopilot=name, values={}, complete=True)
+        assert report == LossParameters(autopilot=name, values={}, complete=False)
     assert set(NAMES) == {3, 12}
+
+
+def test_what_decides_and_was_not_answered_is_not_known_and_asked_for_again() -> None:
+    """A narrow line has lost three requests: the check before flight must not say that there is no danger."""
+    report, parameters = LossReport(), Parameters(FrameMaker())
+    parameters.ask_all(3)
+    some = {"FS_GCS_ENABLE": 1.0, "RC_OVERRIDE_TIME": 3.0, "SYSID_MYGCS": 255.0}
+    now = 0.0
+    while parameters.due(now, vehicle_system_id=1) is not None or not parameters.all_read:
+        for name, number in some.items():
+            parameters.value(param_value(name, number))
+        now += ANSWER_WITHIN_S
+    told = report.changed(parameters, autopilot_kind=3, has_radio=False)
+    assert told is not None
+    assert not told.complete
+    asked: list[bytes] = []
+    while now < 200.0:
+        now += ANSWER_WITHIN_S
+        asked += filter(None, [parameters.due(now, vehicle_system_id=1)])
+    assert any(b"FS_THR_ENABLE" in frame for frame in asked)
+    assert not any(b"FS_GCS_ENABLE" in frame for frame in asked)
+    parameters.value(param_value("FS_THR_ENABLE", 0.0))
+    told = report.changed(parameters, autopilot_kind=3, has_radio=False)
+    assert told is not None
+    assert told.complete

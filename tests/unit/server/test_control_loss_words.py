@@ -48,6 +48,7 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
         (COPTER | {"RC_OPTIONS": 1.0}, True, USUAL, "radio", "warning", "ignore the radio receiver"),
         (COPTER | {"RC_OPTIONS": 4.0}, True, USUAL, "radio", "warning", "lost contact"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, False, USUAL, "radio", "danger", "no radio"),
+        ({"RC_OVERRIDE_TIME": 3.0}, False, USUAL, "radio", "warning", "not known"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, True, USUAL, "radio", "warning", "does nothing"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, None, USUAL, "radio", "warning", "does nothing"),
         (COPTER, False, USUAL, "radio", "info", "There is no radio. 1 s after the last sticks"),
