@@ -29,13 +29,17 @@ run: $(RUN_READY) $(CONSOLE) ## build what is missing, then start the tower with
 .PHONY: setup
 setup: $(DEV_READY) $(WEB_READY) $(CONSOLE) ## install everything into .venv and web/, start nothing
 
-.PHONY: check
-check: $(DEV_READY) $(WEB_READY) ## format, lint, types and import rules, of Python and of the console
+.PHONY: check check-python check-console
+check: check-python check-console ## format, lint, types and import rules, of Python and of the console
+
+check-python: $(DEV_READY)
 	@$(SAY) "Python: format, lint, types, import rules"
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
+
+check-console: $(WEB_READY)
 	@$(SAY) "Console: format, lint, types"
 	@cd web && npm run --silent check
 
