@@ -37,7 +37,7 @@ CREDENTIAL = parse_credential("twd_7_" + "c" * 43)
 DRONE = CREDENTIAL.drone_id
 
 
-async def until(condition: Callable[[], Any], timeout_s: float = 5.0, what: str = "") -> Any:
+async def until(condition: Callable[[], Any], timeout_s: float = 20.0, what: str = "") -> Any:
     """Waits for a condition, with a deadline; returns what it returned."""
     deadline = time.monotonic() + timeout_s
     while not (found := condition()):
@@ -150,7 +150,7 @@ class FakeTower(asyncio.DatagramProtocol):
         for datagram in answers + self.sealed.datagrams_to_send(time.monotonic()):
             self._udp.sendto(datagram, addr)
 
-    async def linked(self, times: int = 1, timeout_s: float = 5.0) -> None:
+    async def linked(self, times: int = 1, timeout_s: float = 20.0) -> None:
         """Waits until the agent has signed in so often, and its datagrams are here."""
         await until(lambda: len(self.hellos) >= times and self.addresses, timeout_s, f"link {times}")
 

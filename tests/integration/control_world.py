@@ -18,7 +18,7 @@ from wire.ids import DroneId, LinkId
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
 
-DEADLINE_S = 10.0
+DEADLINE_S = 30.0
 
 
 async def ask(client: httpx.AsyncClient, drone_id: int, what: str, **body: Any) -> httpx.Response:

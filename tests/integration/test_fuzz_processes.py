@@ -84,7 +84,7 @@ async def _attack(tower: FakeTower) -> None:
 
 
 async def _gets_through(tower: FakeTower, frames: list[bytes]) -> None:
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(30):
         while PING not in frames:
             tower.send_frames(PING, drone_id=DRONE)
             await asyncio.sleep(0.02)

@@ -38,7 +38,7 @@ class Shell:
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
         )
-        out, err = await asyncio.wait_for(process.communicate(stdin.encode()), 30)
+        out, err = await asyncio.wait_for(process.communicate(stdin.encode()), 120)
         assert process.returncode == code, (out, err)
         assert b"Traceback" not in err
         return (err if code else out).decode()
@@ -165,7 +165,7 @@ async def test_serve_tells_its_address_and_stops_quietly(shell: Shell) -> None:
         assert f"port {port} on 127.0.0.1 is in use: set TOWER_PORT to another one" in error
     finally:
         process.send_signal(signal.SIGTERM)
-    _, err = await asyncio.wait_for(process.communicate(), 10)
+    _, err = await asyncio.wait_for(process.communicate(), 60)
     assert process.returncode == 0, err
     assert b"Traceback" not in err
     assert b"password of root" not in err

@@ -1,5 +1,6 @@
 """Settings of a drone, the check before flight, and losses made on purpose, over REST."""
 
+import asyncio
 import time
 from datetime import UTC, datetime
 from pathlib import Path
@@ -250,13 +251,22 @@ async def test_losing_the_tower_where_no_hold_comes(
     live_drone = scene.world.tower.hub.drone(DroneId(scene.drone.id))
     assert live_drone is not None
     if by_hand:
-        live_drone.sticks_at = time.monotonic()
-    monkeypatch.setattr(scene.world.tower.rehearsals, "_given_up_after_s", 0.1)
+        live_drone.sticks_at = time.monotonic() + 60.0  # fresh, however long it takes to get there
+    rehearsals, asked = scene.world.tower.rehearsals, asyncio.Event()
+    outcome = rehearsals._outcome
+
+    async def outcome_when_asked(*rehearsal: Any) -> Any:
+        await asked.wait()
+        return await outcome(*rehearsal)
+
+    monkeypatch.setattr(rehearsals, "_outcome", outcome_when_asked)
+    monkeypatch.setattr(rehearsals, "_given_up_after_s", 0.1)
     monkeypatch.setitem(LASTS_S, "tower", 0.05)
     wanted = {"what": "tower", "in_flight": armed}
     async with live(scene.world, scene.root) as screen:
         await scene.root.post(f"{scene.path}/rehearsal", json=wanted)
         assert (await scene.root.get(f"{scene.path}/rehearsal")).json()["running"]
+        asked.set()
         told = await screen.event("rehearsal", phase=phase)
         assert (words in told["text"], told["hold_ms"]) == (True, None)
         await screen.event("rehearsal", phase="ended")

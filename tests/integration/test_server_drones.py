@@ -165,6 +165,6 @@ async def test_a_drone_added_by_another_process_is_noticed(world: TowerWorld, ro
     async with other_process.writing() as session:
         await create_drone(session, name="kite", deed=world._deed())
     await other_process.close()
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(30):
         while [one["name"] for one in (await admin.get(DRONES)).json()] != ["kite"]:  # noqa: ASYNC110 - another process
             await asyncio.sleep(0.05)

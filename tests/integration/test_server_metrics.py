@@ -95,7 +95,7 @@ async def test_the_figures_follow_what_passes(world: TowerWorld, root: Person, d
         for datagram in agent._sealed.seal_frames(Epoch(0), [ack] * 5, time.monotonic()):
             hub.datagram(datagram, read_link_id(datagram), ("203.0.113.1", 5), time.monotonic())
         received = b""
-        async with asyncio.timeout(10):
+        async with asyncio.timeout(30):
             while len(received) < 5 * len(tag(DroneId(drone.id), ack)):
                 message = await browser.socket.recv()
                 received += message if isinstance(message, bytes) else b""

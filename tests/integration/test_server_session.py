@@ -78,6 +78,7 @@ async def test_a_disabled_user_gets_the_same_answer(world: TowerWorld, anna: Per
 
 
 async def test_after_a_few_failures_one_has_to_wait_and_then_may_again(world: TowerWorld, anna: Person) -> None:
+    world.clock.stop()
     client = await world.client()
     for _ in range(5):
         await client.post(SESSION, json={"name": "Anna", "password": "wrong"})

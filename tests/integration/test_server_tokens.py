@@ -67,7 +67,7 @@ async def live(world: TowerWorld, secret: str, query: str = "", **headers: str) 
 
 
 async def close_code(socket: Any) -> int:
-    async with asyncio.timeout(10):
+    async with asyncio.timeout(30):
         with pytest.raises(ConnectionClosed) as closed:
             while True:
                 await socket.recv()

@@ -246,7 +246,7 @@ async def test_without_a_session_the_live_channel_says_so(world: World) -> None:
         url = world.address.replace("http", "ws") + "/api/v1/live"
         async with connect(url, additional_headers=headers) as socket_:
             with pytest.raises(ConnectionClosed) as closed:
-                await asyncio.wait_for(socket_.recv(), 10)
+                await asyncio.wait_for(socket_.recv(), 30)
             assert closed.value.rcvd is not None
             assert closed.value.rcvd.code == code
 

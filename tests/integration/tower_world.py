@@ -33,7 +33,7 @@ from server.tower import Tower
 
 PASSWORD = "correct horse battery"
 """Of every user that a world makes."""
-START_WITHIN_S = 10.0
+START_WITHIN_S = 30.0
 
 
 def assert_problem(answer: httpx.Response, status: int, slug: str) -> dict[str, Any]:
@@ -49,13 +49,18 @@ def assert_problem(answer: httpx.Response, status: int, slug: str) -> dict[str, 
 
 
 class MovableClock:
-    """The time of day, plus whatever a test has moved it by."""
+    """The time of day, plus whatever a test has moved it by. Stopped, it goes on by being moved only."""
 
     def __init__(self) -> None:
         self._ahead = timedelta()
+        self._stopped_at: datetime | None = None
 
     def __call__(self) -> datetime:
-        return datetime.now(UTC) + self._ahead
+        return (self._stopped_at or datetime.now(UTC)) + self._ahead
+
+    def stop(self) -> None:
+        """For waits of a second: on a busy machine they would be over before the next request."""
+        self._stopped_at = datetime.now(UTC)
 
     def advance(self, seconds: float) -> None:
         self._ahead += timedelta(seconds=seconds)
