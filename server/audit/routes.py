@@ -24,6 +24,8 @@ router = APIRouter(prefix="/api/v1", tags=["audit"])
 
 MOST_IN_CSV: Final = 100_000
 ROWS_AT_ONCE: Final = 500
+_NO_NUL: Final = r"^[^\x00]*$"
+"""Not every database can look for it, and nothing has it."""
 COLUMNS: Final = ("id", "at", "actor_id", "actor_name", "action", "drone_id", "address", "detail")
 
 
@@ -44,10 +46,13 @@ class Filters:
     def __init__(
         self,
         action: Annotated[
-            str | None, Query(max_length=64, description="A whole action, or a prefix that ends in a dot: `control.`")
+            str | None,
+            Query(
+                max_length=64, pattern=_NO_NUL, description="A whole action, or a prefix that ends in a dot: `control.`"
+            ),
         ] = None,
         actor: Annotated[
-            str | None, Query(max_length=64, description="A name; upper and lower case do not count")
+            str | None, Query(max_length=64, pattern=_NO_NUL, description="A name; upper and lower case do not count")
         ] = None,
         drone_id: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
         since: Annotated[AwareDatetime | None, Query(description="Not before")] = None,
