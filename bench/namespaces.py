@@ -77,7 +77,7 @@ class Network:
     @contextlib.contextmanager
     def inside(self, host: str) -> Iterator[None]:
         """What this thread opens meanwhile belongs to that host, and stays there. No await in between."""
-        with _namespace_of(f"/run/netns/{self.namespace(host)}"):
+        with inside_namespace(f"/run/netns/{self.namespace(host)}"):
             yield
 
     async def change(self, host: str, profile: Profile | None = None, **ways: Profile) -> None:
@@ -158,7 +158,8 @@ def _open_tun() -> int:
 
 
 @contextlib.contextmanager
-def _namespace_of(path: str) -> Iterator[None]:
+def inside_namespace(path: str) -> Iterator[None]:
+    """What this thread opens meanwhile belongs to the network namespace with this file."""
     home = os.open("/proc/thread-self/ns/net", os.O_RDONLY)
     try:
         _enter(path)

@@ -7,6 +7,7 @@ import datetime
 import ipaddress
 import socket
 import ssl
+import weakref
 from pathlib import Path
 
 from cryptography import x509
@@ -46,6 +47,7 @@ class TlsFront:
         self._tower_port = tower_port
         self._server: asyncio.Server | None = None
         self._carrying: set[asyncio.Task[None]] = set()
+        self._writers: weakref.WeakSet[asyncio.StreamWriter] = weakref.WeakSet()
 
     async def open(self, address: str, certificate: Path, key: Path) -> int:
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
@@ -57,6 +59,7 @@ class TlsFront:
         task = asyncio.current_task()
         assert task is not None
         self._carrying.add(task)
+        self._writers.add(writer)
         try:
             inner_reader, inner_writer = await asyncio.open_connection("127.0.0.1", self._tower_port)
             for one in (writer, inner_writer):
@@ -84,6 +87,8 @@ class TlsFront:
         for task in list(self._carrying):
             task.cancel()
         await asyncio.gather(*self._carrying, return_exceptions=True)
+        for writer in list(self._writers):
+            writer.transport.abort()  # the good-bye of TLS would wait for peers that are cut off
 
 
 async def _carry(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:

@@ -99,6 +99,10 @@ class Agent:
     def link_down(self) -> None:
         self._onboard.link_broken(self._loop.time())
 
+    def link_resumed(self) -> None:
+        self._onboard.resumed()
+        self._flush()
+
     def message(self, message: ToAgent) -> None:
         self._onboard.message(message, self._loop.time())
         self._tick()

@@ -2,10 +2,9 @@
 
 import asyncio
 import functools
-import ipaddress
-import socket
 import ssl
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
@@ -14,12 +13,19 @@ from websockets.exceptions import InvalidHandshake, InvalidStatus, WebSocketExce
 from websockets.typing import Subprotocol
 
 from onboard_agent import VERSION
+from onboard_agent.connecting import Unreachable, connect_tcp
+from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.tower_url import TowerUrl
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
     LARGEST_MESSAGE_BYTES,
     Hello,
     MalformedMessage,
+    ResumeChallenge,
+    Resumed,
+    ResumeProof,
+    ToAgent,
+    ToTower,
     Welcome,
     decode_to_agent,
     encode_message,
@@ -27,9 +33,9 @@ from wire.control_messages import (
 from wire.credential import Credential
 from wire.ids import DroneId, LinkId
 from wire.key_agreement import BadPublicKey, agree, public_bytes
+from wire.resuming import Challenge
 from wire.sealed_link import SealedLink
 
-CONNECT_WITHIN_S: Final = 2.0
 UPGRADE_WITHIN_S: Final = 5.0
 """TLS and the HTTP upgrade on a slow cellular network."""
 WELCOME_WITHIN_S: Final = 5.0
@@ -39,8 +45,6 @@ PING_TIMEOUT_S: Final = 6.0
 CLOSE_WITHIN_S: Final = 0.5
 WRITE_BUFFER_BYTES: Final = 4096
 """Datagrams travel here where UDP is blocked: what cannot leave shall wait where it can still be thrown away."""
-UNSENT_BYTES: Final = 8192
-"""The same for the kernel's own buffer (TCP_NOTSENT_LOWAT)."""
 
 
 class NoLink(Exception):
@@ -59,29 +63,30 @@ class OpenedChannel:
     welcome: Welcome
     sealed: SealedLink
     host: str
+    resume_key: bytes = b""
 
 
-async def open_channel(url: TowerUrl, credential: Credential) -> OpenedChannel:
-    """Signs in. Raises NoLink or CredentialRefused."""
-    connection = await upgrade(url, credential)
+async def open_channel(
+    url: TowerUrl,
+    credential: Credential,
+    *,
+    uplinks: Sequence[str] = (ANY_UPLINK,),
+    resuming: OpenedChannel | None = None,
+) -> OpenedChannel:
+    """Signs in, by the first of `uplinks` that leads to the tower. Raises NoLink or CredentialRefused.
+
+    `resuming`: the link that shall go on. Then what is returned is either that (the same `sealed`) with another
+    connection, or a new link, if the tower wanted it so.
+    """
+    connection = await upgrade(url, credential, uplinks, None if resuming is None else resuming.host)
     try:
-        host = str(connection.remote_address[0])
-        private_key = X25519PrivateKey.generate()
-        hello = Hello(agent_version=VERSION, public_key=public_bytes(private_key))
         async with asyncio.timeout(WELCOME_WITHIN_S):
-            await connection.send(encode_message(hello))
-            answer = await connection.recv()
-        if not isinstance(answer, str):
-            raise NoLink("the tower answered hello with bytes")
-        welcome = decode_to_agent(answer)
-        if not isinstance(welcome, Welcome):
-            raise NoLink("the tower answered hello with something else than welcome")
-        if welcome.drone_id != credential.drone_id:
-            raise NoLink(f"the tower takes us for drone {welcome.drone_id}, we are drone {credential.drone_id}")
-        link_id = LinkId(welcome.link_id)
-        keys = agree(private_key, welcome.public_key, credential_hash=credential.hashed(), link_id=link_id)
+            return await _say_hello(connection, credential, resuming)
     except BaseException as error:
-        await connection.close()
+        if resuming is None:
+            await connection.close()
+        else:  # a good-bye would end a link that the tower may have resumed by now
+            connection.transport.abort()
         if isinstance(error, NoLink):
             raise
         if isinstance(error, TimeoutError):
@@ -91,6 +96,42 @@ async def open_channel(url: TowerUrl, credential: Credential) -> OpenedChannel:
         if isinstance(error, WebSocketException):
             raise NoLink(f"the tower ended the connection: {error}") from None
         raise
+
+
+async def _say_hello(
+    connection: ClientConnection, credential: Credential, resuming: OpenedChannel | None
+) -> OpenedChannel:
+    private_key = X25519PrivateKey.generate()
+    hello = Hello(
+        agent_version=VERSION,
+        public_key=public_bytes(private_key),
+        resume=None if resuming is None else resuming.sealed.link_id,
+    )
+    answer = await _ask(connection, hello)
+    if isinstance(answer, ResumeChallenge) and resuming is not None:
+        challenge = Challenge(
+            resuming.resume_key,
+            link_id=resuming.sealed.link_id,
+            public_key=hello.public_key,
+            nonce=answer.nonce,
+        )
+        answer = await _ask(connection, ResumeProof(proof=challenge.by_agent()))
+        if isinstance(answer, Resumed):
+            if answer.link_id != resuming.sealed.link_id or not challenge.tower_proves(answer.proof):
+                raise NoLink("the tower says that our link goes on, and cannot prove that it has it")
+            return replace(resuming, connection=connection)
+    if not isinstance(answer, Welcome):
+        raise NoLink("the tower answered hello with something else than welcome")
+    return _new_link(connection, credential, private_key, answer)
+
+
+def _new_link(
+    connection: ClientConnection, credential: Credential, private_key: X25519PrivateKey, welcome: Welcome
+) -> OpenedChannel:
+    if welcome.drone_id != credential.drone_id:
+        raise NoLink(f"the tower takes us for drone {welcome.drone_id}, we are drone {credential.drone_id}")
+    link_id = LinkId(welcome.link_id)
+    keys = agree(private_key, welcome.public_key, credential_hash=credential.hashed(), link_id=link_id)
     sealed = SealedLink(
         link_id=link_id,
         drone_id=DroneId(welcome.drone_id),
@@ -98,12 +139,28 @@ async def open_channel(url: TowerUrl, credential: Credential) -> OpenedChannel:
         receive_key=keys.tower_to_agent,
         now=asyncio.get_running_loop().time(),
     )
-    return OpenedChannel(connection, welcome, sealed, host)
+    return OpenedChannel(connection, welcome, sealed, str(connection.remote_address[0]), keys.resume)
 
 
-async def upgrade(url: TowerUrl, credential: Credential) -> ClientConnection:
-    """Connects and presents the credential, but says no hello yet. Raises NoLink or CredentialRefused."""
-    sock = await _connect_tcp(url)
+async def _ask(connection: ClientConnection, message: ToTower) -> ToAgent:
+    await connection.send(encode_message(message))
+    answer = await connection.recv()
+    if not isinstance(answer, str):
+        raise NoLink("the tower answered hello with bytes")
+    return decode_to_agent(answer)
+
+
+async def upgrade(
+    url: TowerUrl, credential: Credential, uplinks: Sequence[str] = (ANY_UPLINK,), host: str | None = None
+) -> ClientConnection:
+    """Connects and presents the credential, but says no hello yet. Raises NoLink or CredentialRefused.
+
+    `uplinks`, `host`: as in `connect_tcp`.
+    """
+    try:
+        sock = await connect_tcp(url, uplinks, host)
+    except Unreachable as error:
+        raise NoLink(str(error)) from None
     try:
         return await connect(
             url.channel,
@@ -140,36 +197,3 @@ async def upgrade(url: TowerUrl, credential: Credential) -> ClientConnection:
 def _trust() -> ssl.SSLContext:
     """The system's certificates, read once: reading them takes longer than a stick's interval."""
     return ssl.create_default_context()
-
-
-async def _connect_tcp(url: TowerUrl) -> socket.socket:
-    """A connected socket, trying each address that the name has. Without TLS only loopback addresses are tried."""
-    loop = asyncio.get_running_loop()
-    try:
-        async with asyncio.timeout(CONNECT_WITHIN_S):
-            found = await loop.getaddrinfo(url.host, url.port, type=socket.SOCK_STREAM)
-    except (OSError, TimeoutError):
-        raise NoLink(f"the name {url.host} cannot be resolved") from None
-    reason = "its name has no address that may be used"
-    for family, kind, protocol, _, address in found:
-        if not url.secure and not ipaddress.ip_address(address[0]).is_loopback:
-            continue
-        sock = socket.socket(family, kind, protocol)
-        sock.setblocking(False)
-        try:
-            async with asyncio.timeout(CONNECT_WITHIN_S):
-                await loop.sock_connect(sock, address)
-        except TimeoutError:
-            sock.close()
-            reason = "no answer"
-        except OSError as error:
-            sock.close()
-            reason = error.strerror or str(error)
-        except BaseException:
-            sock.close()
-            raise
-        else:
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, UNSENT_BYTES)
-            return sock
-    raise NoLink(f"{url} cannot be reached: {reason}")

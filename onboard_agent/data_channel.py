@@ -28,6 +28,12 @@ UDP_SILENT_S: Final = 3.0
 UPLINK_PING_S: Final = 0.5
 """Each of several uplinks says so often where it is."""
 
+UPLINK_LOST_S: Final = 1.0
+"""An uplink by which nothing came for so long, where some six datagrams a second do, carries nothing."""
+
+UPLINK_WORKS_S: Final = 0.6
+"""Another one works if something came by it within this: a little more than the interval of the keep-alives."""
+
 TICK_S: Final = 0.1
 
 
@@ -97,6 +103,29 @@ class DataChannel:
                 _log.warning("uplink %s cannot be opened: %s", uplink.socket.uplink, error)
         if failed is not None and not any(uplink.socket.is_open for uplink in self._uplinks):
             raise failed
+
+    # -- what the control channel has to know ------------------------------------------------------------------
+
+    def silent_s(self, now: float) -> float:
+        """Since the tower was last heard, by whatever way."""
+        return self.sealed.keepalive.silent_for(now)
+
+    @property
+    def over_udp(self) -> bool:
+        """Whether the datagrams go over UDP, and not over the control channel."""
+        return self.choice.transport is Transport.UDP
+
+    def uplinks_that_work(self, now: float) -> list[str]:
+        """Of several, those by which the tower was heard just now, the last heard first."""
+        working = [one for one in self._uplinks if now - one.heard_at <= UPLINK_WORKS_S]
+        return [one.socket.uplink for one in sorted(working, key=lambda one: -one.heard_at)]
+
+    def is_cut_off(self, local_address: str, now: float) -> bool:
+        """Whether the uplink with this address of ours is silent, while another one is not."""
+        lost = any(
+            one.socket.local_address == local_address and now - one.heard_at > UPLINK_LOST_S for one in self._uplinks
+        )
+        return lost and bool(self.uplinks_that_work(now))
 
     def close(self) -> None:
         for uplink in self._uplinks:
@@ -191,26 +220,34 @@ class DataChannel:
 
     def from_websocket(self, datagram: bytes) -> None:
         """A binary message of the control channel."""
-        self._received(datagram, Transport.WEBSOCKET)
-
-    def _from_uplink(self, number: int, datagram: bytes) -> None:
-        received = self._received(datagram, Transport.UDP)
-        if received is None:
-            return
-        uplink = self._uplinks[number]
-        uplink.heard_at = self._loop.time()
-        uplink.told = False
-        if received.answer is not None:
-            uplink.socket.send(received.answer)
-
-    def _received(self, datagram: bytes, transport: Transport) -> Received | None:
-        now = self._loop.time()
         try:
-            received = self.sealed.receive(datagram, now)
+            self._received(datagram, Transport.WEBSOCKET)
         except Dropped as dropped:
             copy = dropped.reason is DropReason.REPLAYED and len(self._uplinks) > 1
             self._counts[DropReason.DUPLICATE if copy else dropped.reason] += 1
-            return None
+
+    def _from_uplink(self, number: int, datagram: bytes) -> None:
+        uplink = self._uplinks[number]
+        try:
+            received = self._received(datagram, Transport.UDP)
+        except Dropped as dropped:
+            copy = dropped.reason is DropReason.REPLAYED and len(self._uplinks) > 1
+            self._counts[DropReason.DUPLICATE if copy else dropped.reason] += 1
+            if copy:  # it is authentic, and the copy that came first came by another uplink
+                self._heard(uplink)
+            return
+        self._heard(uplink)
+        if received.answer is not None:
+            uplink.socket.send(received.answer)
+
+    def _heard(self, uplink: _Uplink) -> None:
+        uplink.heard_at = self._loop.time()
+        uplink.told = False
+
+    def _received(self, datagram: bytes, transport: Transport) -> Received:
+        """Raises Dropped."""
+        now = self._loop.time()
+        received = self.sealed.receive(datagram, now)
         self._user.tower_heard()
         if received.frames is not None:
             self._user.frames(received.frames)

@@ -34,6 +34,11 @@ class DataSocket:
     def is_open(self) -> bool:
         return self._transport is not None
 
+    @property
+    def local_address(self) -> str | None:
+        """Of this machine, on this uplink; None while it is not open."""
+        return None if self._socket is None else str(self._socket.getsockname()[0])
+
     async def open(self, host: str, port: int) -> None:
         """Opens, or opens anew from another source port. Raises OSError, and then the old one is still in use."""
         opened = bound_socket(host, port, self.uplink)
@@ -76,7 +81,7 @@ def bound_socket(host: str, port: int, uplink: str) -> socket.socket:
     try:
         opened.setblocking(False)
         if uplink:
-            _bind(opened, uplink)
+            bind_to_uplink(opened, uplink)
         opened.connect((host, port))
     except BaseException:
         opened.close()
@@ -84,7 +89,8 @@ def bound_socket(host: str, port: int, uplink: str) -> socket.socket:
     return opened
 
 
-def _bind(opened: socket.socket, uplink: str) -> None:
+def bind_to_uplink(opened: socket.socket, uplink: str) -> None:
+    """What is sent by this socket leaves by `uplink`, an interface or a local address. Raises OSError."""
     try:
         ipaddress.ip_address(uplink)
     except ValueError:

@@ -91,6 +91,7 @@ class Onboard:
         self._holder_present = False
         self._news = TowerNews(autopilot=self.autopilot, hold=self.hold, inquiry=self._inquiry, stream=self.stream)
         self._newest_order = 0
+        self._newest_control = 0
         self._to_autopilot: list[bytes] = []
 
     # From the autopilot
@@ -183,11 +184,15 @@ class Onboard:
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
         self._stand_in.end()
-        self._newest_order = 0
+        self._newest_order = self._newest_control = 0
         # Another link, perhaps another tower: its clock is not the one that we measured.
         self._lateness = Lateness()
         self._watch.loss.link_up(now)
         self.stream.link_up(now)
+        self._news.link_up()
+
+    def resumed(self) -> None:
+        """The link goes on with another control channel: what was told on the last may be lost."""
         self._news.link_up()
 
     def link_broken(self, now: float) -> None:
@@ -205,6 +210,9 @@ class Onboard:
     def message(self, message: ToAgent, now: float) -> None:
         """A message of the control channel came."""
         if isinstance(message, ControlChanged):
+            if 0 < message.number <= self._newest_control:
+                return  # it comes on two channels, and more than once
+            self._newest_control = message.number
             if message.epoch >= self.downlink.epoch:
                 self._stand_in.turn(assistant_flies=message.assistant_flies)
             self._epoch_told(message.epoch, now)

@@ -15,9 +15,11 @@ from onboard_agent.backoff import STEADY_S, Backoff
 from onboard_agent.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
 from onboard_agent.data_channel import DataChannel
 from onboard_agent.data_socket import ANY_UPLINK
+from onboard_agent.successor import successor
 from onboard_agent.tower_url import TowerUrl
 from wire.content import LARGEST_URGENT_BYTES, Frames
 from wire.control_messages import (
+    ControlChanged,
     HoldOrder,
     HoldProgress,
     MalformedMessage,
@@ -44,6 +46,9 @@ REPLACED_CODE: Final = 4409
 URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
 """Further copies of an urgent message: a little apart, since losses come in a row."""
 
+PROGRESS_KEPT: Final = 32
+"""Steps of holds that are told again on another control channel of the same link. The tower counts each once."""
+
 OUTBOX: Final = 64
 """Messages that wait for the control channel. A tower that cannot take these is dead: the link is given up."""
 
@@ -56,6 +61,9 @@ class LinkUser(Protocol):
 
     def link_down(self) -> None:
         """The link that was up is gone."""
+
+    def link_resumed(self) -> None:
+        """The link that is up has another control channel, on which everything is to be told anew."""
 
     def message(self, message: ToAgent) -> None:
         """A message of the control channel."""
@@ -79,8 +87,16 @@ class TowerLink:
         self._backoff = Backoff()
         self._opened: OpenedChannel | None = None
         self._uplinks = uplinks
+        self._ways = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
+        """Of the control channel: by one of several uplinks, or as the routes say."""
         self._data: DataChannel | None = None
         self._outbox: deque[ToTower] = deque()
+        self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
+        """Of this link, the newest."""
+        self._untold: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
+        """Said while there was no control channel. If the link ends without another one, the next link tells it."""
+        self._reading: asyncio.Task[None] | None = None
+        """Of the control channel; done when that has ended."""
         self._something_to_write = asyncio.Event()
         self._loop = asyncio.get_running_loop()
         self._last_reason = ""
@@ -110,10 +126,12 @@ class TowerLink:
 
     async def run(self) -> None:
         """Keeps a link up until cancelled."""
+        opened: OpenedChannel | None = None
         while True:
             delay_s = self._backoff.next_delay_s()
             try:
-                opened = await open_channel(self._url, self._credential)
+                if opened is None:
+                    opened = await open_channel(self._url, self._credential, uplinks=self._ways)
             except CredentialRefused as error:
                 self._say_once(f"{error}; asking again every {REFUSED_RETRY_S:.0f} s")
                 delay_s = REFUSED_RETRY_S
@@ -122,14 +140,15 @@ class TowerLink:
             else:
                 self._last_reason = ""
                 up_at = self._loop.time()
-                code = await self._live(opened)
+                code, opened = await self._live(opened)
                 if self._loop.time() - up_at >= STEADY_S:
                     self._backoff.reset()
                 delay_s = self._backoff.next_delay_s()
                 if code == REPLACED_CODE:
                     _log.error("another agent has signed in with this drone's credential; waiting")
                     delay_s = REPLACED_RETRY_S
-            await asyncio.sleep(delay_s)
+            if opened is None:
+                await asyncio.sleep(delay_s)
 
     def _say_once(self, reason: str) -> None:
         if reason != self._last_reason:
@@ -148,31 +167,58 @@ class TowerLink:
             counts=self.counts,
         )
 
-    async def _live(self, opened: OpenedChannel) -> int | None:
-        """From link up to link down; returns the code with which the tower closed, if it did."""
-        connection = opened.connection
+    async def _live(self, opened: OpenedChannel) -> tuple[int | None, OpenedChannel | None]:
+        """From link up to link down. Returns the code with which the tower closed, if it did, and the new link that the
+        tower has given us instead, if it has."""
         data = self._data_channel(opened)
-        tasks: list[asyncio.Task[None]] = []
+        running: asyncio.Task[None] | None = None
+        following: OpenedChannel | None = None
         try:
             await data.open()
             self._opened, self._data = opened, data
-            self._outbox = deque()
+            self._outbox, self._progress = deque(self._untold), deque(self._untold, PROGRESS_KEPT)
+            self._untold.clear()
             _log.info("link up: drone %d (%s)", opened.welcome.drone_id, opened.welcome.name)
             self._user.link_up(opened.welcome)
-            tasks = [asyncio.create_task(self._write(connection, data)), asyncio.create_task(data.run())]
-            await self._read(connection, data)
+            running = asyncio.create_task(data.run())
+            while (following := await self._serve(opened, data)) is not None and following.sealed is opened.sealed:
+                opened.connection.transport.abort()
+                opened = self._opened = following
+                self._resumed()
         except OSError as error:
             _log.warning("the data channel cannot be opened: %s", error)
         finally:
-            for task in tasks:
-                task.cancel()
+            if running is not None:
+                running.cancel()
             data.close()
-            if self._opened is opened:
+            if self._data is data:
                 self._opened = self._data = None
                 self._user.link_down()
-            await connection.close()
-            _log.warning("link lost: %s", connection.close_reason or connection.close_code)
-        return connection.close_code
+            if following is not None:
+                opened.connection.transport.abort()
+            await opened.connection.close()
+            _log.warning("link lost: %s", opened.connection.close_reason or opened.connection.close_code)
+        return opened.connection.close_code, following
+
+    def _resumed(self) -> None:
+        """What was written last may be lost with the old control channel: all is told once more."""
+        _log.warning("the link goes on, with another control channel")
+        self._outbox = deque(self._progress)
+        self._untold.clear()
+        self._user.link_resumed()
+
+    async def _serve(self, opened: OpenedChannel, data: DataChannel) -> OpenedChannel | None:
+        """One control channel, until there is one to take its place; None: the link has ended with it."""
+        reading = self._reading = asyncio.create_task(self._read(opened.connection, data))
+        writing = asyncio.create_task(self._write(opened.connection, data))
+        try:
+            return await successor(opened, data, reading, self._open_another)
+        finally:
+            reading.cancel()
+            writing.cancel()
+
+    async def _open_another(self, opened: OpenedChannel, uplinks: Sequence[str]) -> OpenedChannel:
+        return await open_channel(self._url, self._credential, uplinks=uplinks or self._ways, resuming=opened)
 
     async def _read(self, connection: ClientConnection, data: DataChannel) -> None:
         with contextlib.suppress(ConnectionClosed):
@@ -206,7 +252,7 @@ class TowerLink:
         except MalformedMessage:
             self.counts[DropReason.BAD_CONTENT] += 1
             return
-        if isinstance(message, HoldOrder):
+        if isinstance(message, (HoldOrder, ControlChanged)):
             self._user.message(message)
 
     def _send_urgent(self, message: ToTower) -> None:
@@ -219,7 +265,7 @@ class TowerLink:
             self._loop.call_later(delay_s, self._send_copy, self._opened, text)
 
     def _send_copy(self, opened: OpenedChannel | None, text: bytes) -> None:
-        if opened is not None and opened is self._opened and self._data is not None:
+        if opened is not None and self._data is not None and opened.sealed is self._data.sealed:
             self._data.send_urgent(text)
 
     def send_frames(self, epoch: Epoch, frames: list[bytes]) -> None:
@@ -232,6 +278,9 @@ class TowerLink:
     def send_message(self, message: ToTower) -> None:
         """A message for the control channel. One that a stuck channel cannot take ends the link."""
         if isinstance(message, HoldProgress):
+            self._progress.append(message)
+            if self._reading is not None and self._reading.done():
+                self._untold.append(message)
             self._send_urgent(message)
         if len(self._outbox) >= OUTBOX:
             self.counts["message to a stuck control channel"] += 1

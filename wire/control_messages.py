@@ -42,11 +42,16 @@ class HoldStep(StrEnum):
 
 
 class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=True):
-    """Agent to tower, first. `public_key`: X25519, 32 bytes, base64 in JSON."""
+    """Agent to tower, first. `public_key`: X25519, 32 bytes, base64 in JSON.
+
+    `resume`: the link that the agent still has, whose control channel this shall be (wire.resuming). A tower that
+    cannot or will not answers as always.
+    """
 
     agent_version: str
     public_key: bytes
     protocol: int = PROTOCOL
+    resume: U32 | None = None
 
 
 class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_only=True):
@@ -62,11 +67,34 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
     holder_present: bool = False
 
 
+class ResumeChallenge(msgspec.Struct, frozen=True, tag="resume_challenge", tag_field="type", kw_only=True):
+    """Tower to agent, the answer to a hello that names a link which could be resumed. `nonce`: 32 bytes."""
+
+    nonce: bytes
+
+
+class ResumeProof(msgspec.Struct, frozen=True, tag="resume_proof", tag_field="type", kw_only=True):
+    """Agent to tower, the answer to that. `proof`: 32 bytes (wire.resuming)."""
+
+    proof: bytes
+
+
+class Resumed(msgspec.Struct, frozen=True, tag="resumed", tag_field="type", kw_only=True):
+    """Tower to agent, instead of a welcome: the link goes on as it is, with this as its control channel."""
+
+    link_id: U32
+    proof: bytes
+
+
 class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_field="type", kw_only=True):
     """Tower to agent: who has the controls. `holder_present`: they have a live connection.
 
-    `assistant_flies`: an admin assists the holder, and it is their frames that pass now.
+    `assistant_flies`: an admin assists the holder, and it is their frames that pass now. `number` grows with each of a
+    link: it comes on two channels, and what is no newer than the last one says nothing. 0: from a tower that counts
+    none.
     """
+
+    number: U32 = 0
 
     epoch: U32
     holder: str | None
@@ -177,8 +205,8 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     airborne: bool
 
 
-ToTower = Hello | HoldProgress | AutopilotState | LossParameters | StreamState
-ToAgent = Welcome | ControlChanged | HoldOrder | SafetySettings | StreamSettings
+ToTower = Hello | ResumeProof | HoldProgress | AutopilotState | LossParameters | StreamState
+ToAgent = Welcome | ResumeChallenge | Resumed | ControlChanged | HoldOrder | SafetySettings | StreamSettings
 
 UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 """All that msgspec raises about JSON that it does not take: no UTF-8 and nesting too deep have names of their own."""

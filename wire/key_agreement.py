@@ -1,4 +1,4 @@
-"""From two public keys and the drone's credential to the two keys of the data channel.
+"""From two public keys and the drone's credential to the two keys of the data channel, and the one that proves a link.
 
 The exchange travels in the control channel (TLS). Fresh X25519 keys give each link keys of its own that nobody can
 work out later; the credential's hash as the salt means that somebody in the middle of the TLS would need it too.
@@ -19,10 +19,12 @@ class BadPublicKey(ValueError):
 
 
 class LinkKeys(NamedTuple):
-    """One 32-byte ChaCha20-Poly1305 key for each direction."""
+    """One 32-byte ChaCha20-Poly1305 key for each direction; and 32 bytes that prove possession of the link."""
 
     agent_to_tower: bytes
     tower_to_agent: bytes
+    resume: bytes
+    """Stays what it is when the others change (wire.rekeying), and opens nothing: who learns it reads no datagram."""
 
 
 def public_bytes(private_key: X25519PrivateKey) -> bytes:
@@ -42,8 +44,8 @@ def agree(private_key: X25519PrivateKey, their_public_key: bytes, *, credential_
         raise BadPublicKey(str(error)) from None
     okm = HKDF(
         algorithm=SHA256(),
-        length=64,
+        length=96,
         salt=bytes.fromhex(credential_hash),
         info=b"tower data v1" + link_id.to_bytes(4, "little"),
     ).derive(secret)
-    return LinkKeys(agent_to_tower=okm[:32], tower_to_agent=okm[32:])
+    return LinkKeys(agent_to_tower=okm[:32], tower_to_agent=okm[32:64], resume=okm[64:])

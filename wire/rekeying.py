@@ -11,6 +11,9 @@ REKEY_AFTER_S: Final = 600.0
 REKEY_AFTER_DATAGRAMS: Final = 1 << 20
 """Seventeen minutes of a thousand datagrams a second; the cipher would bear 2**60 and more."""
 
+OUTLIVED_AFTER_S: Final = 2 * REKEY_AFTER_S
+"""A key that should have been changed long ago: nothing under it has arrived since. Such a link is not resumed."""
+
 OVERLAP_S: Final = 10.0
 """What was on its way when the key changed has arrived by then."""
 
@@ -33,6 +36,10 @@ class Rekeying:
         self._since = now
         self._first = sealed
         return True
+
+    def outlived(self, now: float) -> bool:
+        """Whether the present key is in use for longer than any should be."""
+        return now - self._since > OUTLIVED_AFTER_S
 
 
 class Retiring:

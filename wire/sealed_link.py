@@ -120,6 +120,10 @@ class SealedLink:
         self.datagram_bytes = datagram_bytes
         self._batcher.room_bytes = datagram_bytes - OVERHEAD_BYTES - FRAMES_HEADER_BYTES
 
+    def keys_outlived(self, now: float) -> bool:
+        """Whether this side's key should have been changed long ago (wire.rekeying)."""
+        return self._rekeying.outlived(now)
+
     def unproven_s(self, now: float) -> float:
         """Seconds since it was last shown that something which this side sent has arrived."""
         return now - self._proven_at

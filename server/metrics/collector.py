@@ -69,6 +69,11 @@ class RelayCollector(Collector):
         yield _by("tower_control_events", "Changes of who has the controls", "event", traffic.control_events)
         yield _by("tower_hold_steps", "Steps of holds as agents reported them", "step", traffic.hold_steps)
         yield CounterMetricFamily("tower_holds_ordered", "Holds that the tower ordered", value=traffic.holds_ordered)
+        for name, words, links in (
+            ("tower_links_orphaned", "Control channels of agents lost, their links going on", traffic.links_orphaned),
+            ("tower_links_resumed", "Links that went on with another control channel", traffic.links_resumed),
+        ):
+            yield CounterMetricFamily(name, words, value=links)
         yield CounterMetricFamily(
             "tower_frames_lost", "Transactional frames browsers were too slow for", value=traffic.frames_lost
         )

@@ -25,7 +25,11 @@ from wire.control_messages import (
     PROTOCOL,
     Hello,
     MalformedMessage,
+    ResumeChallenge,
+    Resumed,
+    ResumeProof,
     ToAgent,
+    ToTower,
     Welcome,
     decode_to_tower,
     encode_message,
@@ -35,6 +39,7 @@ from wire.datagram_lane import DatagramLane
 from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
 from wire.key_agreement import BadPublicKey, agree, public_bytes
+from wire.resuming import NONCE_BYTES, Challenge
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
 
@@ -44,6 +49,9 @@ MOST_WAITING: Final = 256
 
 BAD_MESSAGE: Final = 4400
 TOO_SLOW: Final = 4408
+MOVED: Final = 4410
+BROKEN_OFF: Final = (1005, 1006, 1011)
+"""Codes of a connection that ended without anybody's wish; 1011 is what a side says that got no answer to its pings."""
 
 _log = structlog.get_logger(__name__)
 
@@ -91,6 +99,7 @@ class AgentChannel:
         self._lane = DatagramLane()
         self._something_to_send = asyncio.Event()
         self._ending = Ending()
+        self._broken_off = False
 
     async def run(self) -> None:
         """Until either side ends it."""
@@ -102,7 +111,7 @@ class AgentChannel:
             return
         await self._websocket.accept(subprotocol=AGENT_SUBPROTOCOL)
         try:
-            link = await self._welcome(credential)
+            link = await self._greet(credential)
         except (MalformedMessage, BadPublicKey, TimeoutError) as error:
             self._hub.drops[DropReason.MALFORMED] += 1
             await close_quietly(self._websocket, BAD_MESSAGE, str(error) or "no hello in time")
@@ -114,13 +123,22 @@ class AgentChannel:
         except WebSocketDisconnect as gone:
             self._hub.drops[DropReason.MALFORMED] += is_breach(gone.code)
             return
-        log = _log.bind(drone_id=link.drone_id)
-        log.info("link_up")
+        log = _log.bind(drone_id=link.drone_id, link_id=link.link_id)
         try:
             await self._serve(link)
         finally:
+            self._lost(link, log)
+
+    def _lost(self, link: AgentLink, log: structlog.stdlib.BoundLogger) -> None:
+        if link.channel is not self:
+            return
+        if not self._broken_off or self._ending.wished:
             self._hub.detach_link(link)
             log.info("link_down")
+        elif self._hub.lose_channel(link, time.monotonic()):
+            log.info("link_down", why="its control channel broke off")
+        else:
+            log.warning("link_orphaned")
 
     async def _deny(self, refused: AgentRefused) -> None:
         headers = {"WWW-Authenticate": "Bearer"} if refused.status == 401 else None
@@ -128,12 +146,51 @@ class AgentChannel:
             PlainTextResponse(refused.words, status_code=refused.status, headers=headers)
         )
 
-    async def _welcome(self, credential: Credential) -> AgentLink:
-        hello = decode_to_tower(await asyncio.wait_for(self._websocket.receive_text(), HELLO_WITHIN_S))
+    async def _greet(self, credential: Credential) -> AgentLink:
+        """The link that this channel is of: a new one, or one that the agent has proven to have."""
+        hello = await self._first_words()
         if not isinstance(hello, Hello):
             raise MalformedMessage("the first message must be a hello")
         if hello.protocol != PROTOCOL:
             raise MalformedMessage(f"this tower speaks protocol {PROTOCOL}, the agent {hello.protocol}")
+        link = await self._resume(hello, credential)
+        if link is None:
+            link = self._welcome(hello, credential)
+            _log.info("link_up", drone_id=link.drone_id, link_id=link.link_id)
+        else:
+            _log.info("link_resumed", drone_id=link.drone_id, link_id=link.link_id)
+        return link
+
+    async def _first_words(self) -> ToTower:
+        return decode_to_tower(await asyncio.wait_for(self._websocket.receive_text(), HELLO_WITHIN_S))
+
+    async def _resume(self, hello: Hello, credential: Credential) -> AgentLink | None:
+        """The link that the hello names, once its agent has proven that it has it. None: it is to have a new one."""
+        if hello.resume is None:
+            return None
+        drone_id = credential.drone_id
+        link = self._hub.resumable(hello.resume, drone_id, time.monotonic())
+        if link is None:
+            return None
+        nonce = secrets.token_bytes(NONCE_BYTES)
+        challenge = Challenge(link.resume_key, link_id=link.link_id, public_key=hello.public_key, nonce=nonce)
+        await self._websocket.send_text(encode_message(ResumeChallenge(nonce=nonce)))
+        answer = await self._first_words()
+        if not isinstance(answer, ResumeProof):
+            raise MalformedMessage("a challenge must be answered with a proof")
+        if not challenge.agent_proves(answer.proof):
+            _log.warning("link_not_resumed", drone_id=drone_id, why="the proof is wrong")
+            return None
+        # The link may have ended meanwhile, by whatever ends links.
+        if self._hub.resumable(hello.resume, drone_id, time.monotonic()) is not link:
+            return None
+        link.close(MOVED, "the link goes on by another control channel")
+        self._post(Resumed(link_id=link.link_id, proof=challenge.by_tower()))
+        link.adopt(send_datagram=self._send_datagram, post=self._post, close=self._ending.wish, channel=self)
+        self._hub.resumed(link)
+        return link
+
+    def _welcome(self, hello: Hello, credential: Credential) -> AgentLink:
         link_id = self._free_link_id()
         private_key = X25519PrivateKey.generate()
         keys = agree(private_key, hello.public_key, credential_hash=credential.hashed(), link_id=link_id)
@@ -152,6 +209,8 @@ class AgentChannel:
             post=self._post,
             close=self._ending.wish,
             call_later=_call_later,
+            resume_key=keys.resume,
+            channel=self,
         )
         self._post(
             Welcome(
@@ -199,10 +258,11 @@ class AgentChannel:
                 message = await self._websocket.receive()
                 if message["type"] == "websocket.disconnect":
                     self._hub.drops[DropReason.MALFORMED] += is_breach(message["code"])
+                    self._broken_off = message["code"] in BROKEN_OFF
                     return
                 if message.get("bytes") is not None:
                     self._datagram(link, message["bytes"])
-                elif self._hub.hears_report(link, time.monotonic()):
+                elif link.channel is self and self._hub.hears_report(link, time.monotonic()):
                     self._hub.report(link, decode_to_tower(message["text"]), at=self._clock())
         except (MalformedMessage, KeyError):
             self._hub.drops[DropReason.MALFORMED] += 1
@@ -211,7 +271,7 @@ class AgentChannel:
     def _datagram(self, link: AgentLink, datagram: bytes) -> None:
         """What would have come over UDP, and is checked as if it had. A channel carries those of its own link only."""
         try:
-            if read_link_id(datagram) != link.link_id:
+            if read_link_id(datagram) != link.link_id or link.channel is not self:
                 raise Dropped(DropReason.UNKNOWN_LINK)
             self._hub.datagram(datagram, link.link_id, OVER_CHANNEL, time.monotonic())
         except Dropped as dropped:
@@ -231,4 +291,4 @@ class AgentChannel:
                     self._something_to_send.clear()
                     await self._something_to_send.wait()
         except (WebSocketDisconnect, RuntimeError):
-            return
+            self._broken_off = True

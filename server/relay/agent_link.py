@@ -7,7 +7,7 @@ from typing import Final
 from server.relay.agent_routes import OVER_CHANNEL, Address, AgentRoutes
 from server.relay.live_messages import LinkOver, LinkQuality
 from wire.content import LARGEST_URGENT_BYTES
-from wire.control_messages import HoldProgress, ToAgent, encode_message
+from wire.control_messages import HoldOrder, HoldProgress, ToAgent, encode_message
 from wire.datagram_lane import STALLED_AFTER_S
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId
@@ -26,6 +26,8 @@ COPIES_AT_ONCE: Final = 2
 """Two at once get through 399 of 400 times where one in twenty is lost; the rest are for losses that come in a row."""
 
 MOST_REMEMBERED: Final = 64
+MOST_ORDERS: Final = 8
+"""To hold, that no step of a hold has answered yet. The newest says what the older ones say."""
 
 SILENT_AFTER_S: Final = 3.0
 """A link that sent nothing for so long counts as offline: six keep-alives in a row are missing."""
@@ -42,8 +44,14 @@ class AgentLink:
         post: PostMessage,
         close: Callable[[int, str], None],
         call_later: CallLater,
+        resume_key: bytes = b"",
+        channel: object = None,
     ) -> None:
         self.sealed = sealed
+        self.resume_key = resume_key
+        """Proves possession of the link (wire.resuming); empty: it cannot be resumed."""
+        self.channel = channel
+        """Whose link this is: the newest control channel that it had."""
         self.routes = AgentRoutes()
         self.post = post
         """Puts a message onto the control channel. Never blocks; a channel that cannot take it is closed."""
@@ -58,6 +66,8 @@ class AgentLink:
         """Urgent messages and how many more copies of each are to be sent."""
         self._told: deque[HoldProgress] = deque(maxlen=MOST_REMEMBERED)
         self._newest_step = 0
+        self._orders: deque[HoldOrder] = deque(maxlen=MOST_ORDERS)
+        self._numbered = 0
 
     @property
     def link_id(self) -> LinkId:
@@ -133,11 +143,46 @@ class AgentLink:
         # An urgent frame may have taken along what the alarm was set for, and more have come since.
         self._set_alarm(now)
 
+    def next_number(self) -> int:
+        """For a message that comes on two channels, and of which only the newest counts."""
+        self._numbered += 1
+        return self._numbered
+
+    # -- without a control channel, and with another one ------------------------------------------------------
+
+    def forget_channel(self) -> None:
+        """The control channel is gone and the link goes on: what would be posted is lost, and told anew on the next."""
+        self.post = _lose
+        self.close = _close_nothing
+
+    def adopt(
+        self,
+        *,
+        send_datagram: SendDatagram,
+        post: PostMessage,
+        close: Callable[[int, str], None],
+        channel: object,
+    ) -> None:
+        """Another control channel takes the place of the one that it had. Orders that are open are posted on it."""
+        self._send_datagram = send_datagram
+        self.post, self.close, self.channel = post, close, channel
+        for order in self._orders:
+            post(order)
+
+    def repeat_orders(self, now: float) -> None:
+        """Orders to hold that nobody has answered, once more over the data channel."""
+        if now >= self.mute_until and self.routes.newest is not None:
+            self._send([self.sealed.seal_urgent(encode_message(order).encode()) for order in self._orders])
+
+    # -- urgent messages -----------------------------------------------------------------------------------------
+
     def send_urgent(self, message: ToAgent) -> None:
         """Sends a message on the data channel, several times, beside the control channel: a hold must not wait until
         TCP has noticed a lost packet. The agent counts it once."""
         text = encode_message(message).encode()
         self.post(message)
+        if isinstance(message, HoldOrder):
+            self._orders.append(message)
         if len(text) > LARGEST_URGENT_BYTES:
             return
         copies = 0
@@ -153,6 +198,8 @@ class AgentLink:
         Copies are equal in everything; two holds of one epoch that went alike still differ in `number`. A step between
         that was overtaken by a later one is no news any more; how a hold ended always is.
         """
+        if progress.order_id:
+            self._orders = deque((one for one in self._orders if one.order_id > progress.order_id), MOST_ORDERS)
         overtaken = 0 < progress.number < self._newest_step and not progress.step.final
         if overtaken or progress in self._told:
             return False
@@ -173,3 +220,11 @@ class AgentLink:
             self._send([self.sealed.seal_urgent(text)])
             if copies > 1:
                 self._repeats.append((text, copies - 1))
+
+
+def _lose(message: ToAgent) -> None:
+    """Where a control channel was."""
+
+
+def _close_nothing(code: int, why: str) -> None:
+    """There is nothing to close."""

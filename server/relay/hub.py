@@ -9,7 +9,7 @@ Its laws:
 - What it notices and cannot decide, it tells (`on_event`), and goes on.
 
 The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the browsers), `fleet_changes`, `flood_gate`,
-`frame_paths`, `hold_orders`, `lease_changes`, `safety_watch`.
+`frame_paths`, `hold_orders`, `lease_changes`, `link_changes`, `safety_watch`.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -31,8 +31,9 @@ from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
 from server.relay.flood_gate import FloodGate, FloodLimits
 from server.relay.frame_paths import FramePaths
 from server.relay.hold_orders import HoldOrders
-from server.relay.hub_events import AgentLinked, HubEvent
+from server.relay.hub_events import HubEvent
 from server.relay.lease_changes import LeaseChanges
+from server.relay.link_changes import LINK_REPLACED, LinkChanges
 from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
@@ -51,10 +52,6 @@ from wire.drops import DropCounts, Dropped, DropReason
 from wire.ids import DroneId, LinkId, UserId
 
 GOING_DOWN: Final = 1001
-LINK_REPLACED: Final = 4409
-
-HAND_REMEMBERED_S: Final = 15.0
-"""How long after the last stick a link that comes back is met with a hold: an agent that was started again is there."""
 
 __all__ = ["GOING_DOWN", "LINK_REPLACED", "SESSION_ENDED", "Hub"]
 
@@ -71,6 +68,7 @@ class Hub:
         self._reports = AgentReports(self._state)
         self._safety = SafetyWatch(self._state)
         self._holds = HoldOrders(self._state)
+        self._links = LinkChanges(self._state, order_hold=self._holds.order)
         self._leases = LeaseChanges(self._state, note_presence=self._safety.note_presence)
         self._audience = Audience(
             self._state, note_presence_of=self._safety.note_presence_of, close=self._fleet.close_browser
@@ -274,30 +272,24 @@ class Hub:
     # -- agents ----------------------------------------------------------------------------------------------
 
     def attach_link(self, link: AgentLink, now: float) -> None:
-        """An agent signed in. A link that its drone already had is closed: the newest one counts.
-
-        If it went while somebody flew by hand, the drone holds: the agent may be a new process, which does not know
-        that a hand was on the sticks.
-        """
-        drone = self._state.drones[link.drone_id]
-        if drone.link is not None:
-            drone.link.close(LINK_REPLACED, "the same drone has signed in again")
-            self.detach_link(drone.link)
-        drone.link = link
-        self._state.links[link.link_id] = link
-        self._state.on_event(AgentLinked(drone.drone_id))
-        link.post(drone.stream)
-        link.post(drone.safety)
-        if now - drone.sticks_at < HAND_REMEMBERED_S:
-            self.order_hold(drone.drone_id, "the agent's link was renewed while flying by hand")
+        """An agent signed in. A link that its drone already had is closed: the newest one counts."""
+        self._links.attach(link, now)
 
     def detach_link(self, link: AgentLink) -> None:
         """The link is gone. Harmless if it was gone already or has been replaced."""
-        self._state.links.pop(link.link_id, None)
-        drone = self._state.drones.get(link.drone_id)
-        if drone is not None and drone.link is link:
-            drone.forget_link()
-            self._state.tell_drone(drone)
+        self._links.detach(link)
+
+    def lose_channel(self, link: AgentLink, now: float) -> bool:
+        """The control channel of a link has broken off. Whether that was the link's end."""
+        return self._links.lose_channel(link, now)
+
+    def resumable(self, link_id: int, drone_id: DroneId, now: float) -> AgentLink | None:
+        """The link of this drone that may have another control channel, if the agent proves that it is its."""
+        return self._links.resumable(link_id, drone_id, now)
+
+    def resumed(self, link: AgentLink) -> None:
+        """The link has another control channel."""
+        self._links.resumed(link)
 
     def has_link_id(self, link_id: LinkId) -> bool:
         """Whether a live link has this number."""
@@ -375,6 +367,7 @@ class Hub:
     def tick(self, now: float) -> None:
         """Several times a second: everything that time alone can change."""
         self._safety.tick(now)
+        self._links.tick(now)
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""

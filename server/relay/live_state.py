@@ -68,11 +68,13 @@ class LiveState:
             drone.link.post(message)
 
     def tell_agent_who_holds(self, drone: LiveDrone) -> None:
-        """Epoch, holder, and whether they are there."""
+        """Epoch, holder, and whether they are there. On both channels: a control channel may be lost unnoticed."""
+        if drone.link is None:
+            return
         holder = drone.lease.holder
-        self.tell_agent(
-            drone,
+        drone.link.send_urgent(
             ControlChanged(
+                number=drone.link.next_number(),
                 epoch=drone.lease.epoch,
                 holder=holder.name if holder else None,
                 holder_present=drone.somebody_flies(),

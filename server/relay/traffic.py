@@ -46,6 +46,8 @@ class Traffic:
         "frames_to_browsers",
         "hold_steps",
         "holds_ordered",
+        "links_orphaned",
+        "links_resumed",
         "loop_late",
         "messages_from_browsers",
         "messages_to_browsers",
@@ -63,6 +65,8 @@ class Traffic:
         self.frames_lost = 0
         """Transactional frames that a browser was told it lost."""
         self.holds_ordered = 0
+        self.links_orphaned = self.links_resumed = 0
+        """Control channels that were lost while the data channel went on; and that had a successor."""
         self.hold_steps: Counter[str] = Counter()
         self.control_events: Counter[str] = Counter()
         self.refusals: Counter[str] = Counter()

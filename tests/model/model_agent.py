@@ -6,6 +6,7 @@ from onboard_agent.onboard import Onboard
 from server.relay.agent_link import AgentLink
 from server.relay.hub import Hub
 from wire.control_messages import (
+    ControlChanged,
     HoldOrder,
     ToAgent,
     Welcome,
@@ -105,7 +106,7 @@ class ModelAgent:
         self.onboard.tower_heard(now)
         if received.urgent is not None:
             message = decode_to_agent(received.urgent)
-            if isinstance(message, HoldOrder):
+            if isinstance(message, (HoldOrder, ControlChanged)):
                 self.onboard.message(message, now)
         if received.frames is None:
             return

@@ -1,5 +1,7 @@
 """The hub's laws: who gets which frames, which frames reach a drone, and what becomes of the rest."""
 
+from unittest.mock import ANY
+
 import msgspec
 import pytest
 from hub_world import HubWorld, command_ack, command_long, heartbeat, record, sticks
@@ -158,7 +160,7 @@ def test_control_moves_the_epoch_and_shuts_the_old_holder_out(world: HubWorld) -
     admin.send(tag(ONE, sticks()))
     assert [epoch for epoch, _ in agent.received()] == [2]
     assert agent.posted[-2:] == [
-        ControlChanged(epoch=2, holder="admin", holder_present=True),
+        ControlChanged(number=ANY, epoch=2, holder="admin", holder_present=True),
         HoldOrder(order_id=1, epoch=2, reason="weather"),
     ]
 
@@ -289,11 +291,11 @@ def test_online_is_told_when_the_data_channel_works_and_when_it_falls_silent(wor
 def test_the_agent_is_told_whether_the_holder_is_there(world: HubWorld) -> None:
     agent = world.agent(1)
     give_controls(world)
-    assert agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=False)
+    assert agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=False)
     alice = world.browser(1)
-    assert agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=True)
+    assert agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=True)
     world.hub.detach_browser(alice.browser, 1.0)
-    assert agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=False)
+    assert agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=False)
 
 
 def test_hold_progress_reaches_those_who_watch(world: HubWorld) -> None:

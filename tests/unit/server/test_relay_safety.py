@@ -1,6 +1,7 @@
 """What the hub watches for safety: holders who go, turns of an assistant, round trips, lateness, fences, rehearsals."""
 
 from dataclasses import replace
+from unittest.mock import ANY
 
 import pytest
 from hub_world import FakeAgent, FakeBrowser, HubWorld, command_ack, command_long, heartbeat, record, sticks
@@ -78,7 +79,7 @@ def scene() -> Scene:
 def test_a_holder_who_flew_by_hand_and_went_is_reported_after_2_s_and_expires_after_30(scene: Scene) -> None:
     scene.fly(0.5)
     scene.hub.detach_browser(scene.alice.browser, 1.0)
-    assert scene.agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=False)
+    assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=False)
     scene.hub.tick(2.9)
     assert scene.events == []
     scene.hub.tick(3.0)
@@ -100,7 +101,7 @@ def test_a_holder_who_is_back_in_time_is_not_reported(scene: Scene) -> None:
     scene.hub.detach_browser(scene.alice.browser, 1.0)
     scene.hub.tick(2.0)
     scene.world.browser(1)
-    assert scene.agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=True)
+    assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=True)
     scene.hub.tick(40.0)
     assert scene.events == []
 
@@ -136,7 +137,7 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     scene.lease(replace(assisted, epoch=Epoch(3)), "turn", now=1.12)
     assert scene.agent.received() == [(3, command_long(400))]
     told = scene.agent.posted[-1]
-    assert told == ControlChanged(epoch=3, holder="alice", holder_present=True, assistant_flies=True)
+    assert told == ControlChanged(number=ANY, epoch=3, holder="alice", holder_present=True, assistant_flies=True)
     assert scene.notices(scene.alice) == ["assisted"]
     scene.fly(1.2)
     assert scene.agent.received() == []
@@ -146,7 +147,7 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     scene.keep_alive(2.1)
     assert scene.events[1:] == [TurnWanted(ONE, "holder")]
     scene.lease(replace(assisted, epoch=Epoch(4)), "turn", now=2.11)
-    assert scene.agent.posted[-1] == ControlChanged(epoch=4, holder="alice", holder_present=True)
+    assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=4, holder="alice", holder_present=True)
     scene.fly(2.2)
     assert [epoch for epoch, _ in scene.agent.received()] == [4]
 
@@ -366,13 +367,13 @@ def test_the_last_session_of_a_holder_that_ends_is_reported(scene: Scene) -> Non
 
 def test_a_rehearsed_loss_of_the_operator_looks_like_one(scene: Scene) -> None:
     scene.hub.rehearse_operator_loss(ONE, for_s=5.0, now=1.0)
-    assert scene.agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=False)
+    assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=False)
     scene.fly(1.5)
     assert scene.agent.received() == []
     scene.keep_alive(3.0)
     assert [type(event) for event in scene.events] == [HolderGone]
     scene.keep_alive(6.1)
-    assert scene.agent.posted[-1] == ControlChanged(epoch=1, holder="alice", holder_present=True)
+    assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=True)
     scene.fly(6.2)
     assert len(scene.agent.received()) == 1
 
@@ -412,7 +413,8 @@ def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_o
     scene.hub.tick(0.3)
     sent, scene.agent.sent_to = scene.agent.sent_to, []
     heard = [scene.agent.sealed.receive(datagram, 0.3).urgent for datagram, _ in sent]
-    assert [decode_to_agent(text) for text in heard if text] == [order] * 4
+    told = [decode_to_agent(text) for text in heard if text]
+    assert [message for message in told if isinstance(message, HoldOrder)] == [order] * 4
     progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
     scene.hub.report(scene.agent.link, progress)
     for _ in range(2):

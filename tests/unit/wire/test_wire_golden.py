@@ -79,4 +79,5 @@ def test_link_keys_are_hkdf_sha256_as_written() -> None:
     information = b"tower data v1" + (5).to_bytes(4, "little")
     first = hmac.digest(extracted, information + b"\x01", hashlib.sha256)
     second = hmac.digest(extracted, first + information + b"\x02", hashlib.sha256)
-    assert keys == (first, second)
+    third = hmac.digest(extracted, second + information + b"\x03", hashlib.sha256)
+    assert keys == (first, second, third)

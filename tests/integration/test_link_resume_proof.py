@@ -1,0 +1,131 @@
+"""A control channel that breaks off and its successor, at a real tower: who may go on with a link, and who may not."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from agent_fakes import until
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
+from data_link_world import DataLinkWorld, data_link_world
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed
+
+from wire.control_messages import (
+    AGENT_SUBPROTOCOL,
+    Hello,
+    ResumeChallenge,
+    ResumeProof,
+    StreamSettings,
+    ToAgent,
+    ToTower,
+    Welcome,
+    decode_to_agent,
+    encode_message,
+)
+from wire.ids import LinkId
+from wire.key_agreement import public_bytes
+from wire.resuming import Challenge
+
+
+@pytest.fixture
+async def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[DataLinkWorld]:
+    async with data_link_world(tmp_path, monkeypatch) as world:
+        await until(lambda: world.hub.resumable(world.link.link_id, world.drone_id, asyncio.get_running_loop().time()))
+        yield world
+
+
+@contextlib.asynccontextmanager
+async def channel(world: DataLinkWorld, credential: str) -> AsyncIterator[ClientConnection]:
+    async with connect(
+        world.tower.agent_url,
+        subprotocols=[AGENT_SUBPROTOCOL],  # type: ignore[list-item]
+        additional_headers={"Authorization": f"Bearer {credential}"},
+        proxy=None,
+    ) as opened:
+        yield opened
+
+
+async def ask(opened: ClientConnection, message: ToTower) -> ToAgent:
+    await opened.send(encode_message(message))
+    return decode_to_agent(await asyncio.wait_for(opened.recv(), 5.0))
+
+
+def hello(link_id: int) -> Hello:
+    return Hello(agent_version="1", public_key=public_bytes(X25519PrivateKey.generate()), resume=link_id)
+
+
+def credential_of(world: DataLinkWorld) -> str:
+    return str(world.agent._link._credential)
+
+
+async def test_a_control_channel_that_breaks_off_is_replaced_and_the_link_goes_on(world: DataLinkWorld) -> None:
+    link, posted = world.link, world.link.post
+    for times in (1, 2):
+        opened: Any = world.agent._link._opened
+        opened.connection.transport.abort()
+        await until(lambda opened=opened: world.agent._link._opened not in (None, opened))  # type: ignore[misc]
+        assert world.hub.traffic.links_resumed == times
+    assert world.link is link and link.post != posted
+    # The new control channel is heard, both ways.
+    drone = world.hub.drone(world.drone_id)
+    assert drone is not None
+    drone.armed = not drone.armed  # as if the tower had missed it
+    world.autopilot.armed = not world.autopilot.armed
+    await until(lambda: world.agent._onboard.autopilot.armed == world.autopilot.armed)
+    await until(lambda: drone.armed == world.autopilot.armed)
+    world.hub.apply_stream(world.drone_id, StreamSettings(profile="thin"))  # type: ignore[arg-type]
+    await until(lambda: drone.stream_state and drone.stream_state.profile == "thin")
+    await world.told_link(drone_id=world.drone_id)
+    assert [e for e in world.watcher.events if e["type"] == "drone" and not e["drone"]["online"]] == []
+
+
+async def test_a_wrong_proof_gets_a_link_of_its_own(world: DataLinkWorld) -> None:
+    old = world.link
+    async with channel(world, credential_of(world)) as opened:
+        asked = await ask(opened, hello(old.link_id))
+        assert isinstance(asked, ResumeChallenge)
+        answer = await ask(opened, ResumeProof(proof=b"x" * 32))
+        assert isinstance(answer, Welcome) and answer.link_id != old.link_id
+        assert world.hub.traffic.links_resumed == 0
+
+
+async def test_a_proof_of_one_channel_is_worth_nothing_on_another(world: DataLinkWorld) -> None:
+    link = world.link
+    said = hello(link.link_id)
+    async with channel(world, credential_of(world)) as first, channel(world, credential_of(world)) as second:
+        nonces = []
+        for opened in (first, second):
+            asked = await ask(opened, said)
+            assert isinstance(asked, ResumeChallenge)
+            nonces.append(asked.nonce)
+        assert nonces[0] != nonces[1]
+        overheard = Challenge(
+            link.resume_key, link_id=LinkId(link.link_id), public_key=said.public_key, nonce=nonces[0]
+        ).by_agent()
+        assert isinstance(await ask(second, ResumeProof(proof=overheard)), Welcome)
+
+
+async def test_another_drones_credential_is_not_even_asked_for_a_proof(world: DataLinkWorld) -> None:
+    other = await world.tower.add_drone("Merlin")
+    link = world.link
+    async with channel(world, other.credential) as opened:
+        answer = await ask(opened, hello(link.link_id))
+        assert isinstance(answer, Welcome) and answer.drone_id == other.id and answer.link_id != link.link_id
+    assert world.link is link and world.agent._link.up
+
+
+@pytest.mark.parametrize(
+    "instead", ['{"type":"autopilot_state","heard":true,"armed":true,"airborne":true}', "nonsense"]
+)
+async def test_whoever_does_not_answer_the_challenge_is_sent_away(world: DataLinkWorld, instead: str) -> None:
+    link = world.link
+    async with channel(world, credential_of(world)) as opened:
+        assert isinstance(await ask(opened, hello(link.link_id)), ResumeChallenge)
+        await opened.send(instead)
+        with pytest.raises(ConnectionClosed):
+            await asyncio.wait_for(opened.recv(), 5.0)
+        assert opened.close_code == 4400
+    assert world.link is link and world.agent._link.up, "the link that was named is untouched"
