@@ -27,6 +27,10 @@ class DatagramLane:
         self._waiting: deque[tuple[float, bytes]] = deque()
         self._bytes = 0
 
+    def __len__(self) -> int:
+        """Datagrams that wait."""
+        return len(self._waiting)
+
     def put(self, datagram: bytes, now: float) -> None:
         """Takes it, at the cost of the oldest if there is no room."""
         self._waiting.append((now, datagram))

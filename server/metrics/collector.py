@@ -3,7 +3,7 @@
 docs/metrics.md lists the same; a test compares the two.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
@@ -96,15 +96,14 @@ class RelayCollector(Collector):
             ("tower_drones_held", "Drones whose controls somebody has", census.held),
         ):
             yield GaugeMetricFamily(name, words, value=value)
-        waiting = GaugeMetricFamily("tower_queue_depth", "What waits for all browsers together", labels=("queue",))
-        deepest = GaugeMetricFamily("tower_queue_deepest", "What waits for the slowest of them", labels=("queue",))
-        for queue, of_all, of_one in zip(
-            ("text", "transactional", "state"), census.waiting, census.deepest, strict=True
-        ):
-            waiting.add_metric((queue,), of_all)
-            deepest.add_metric((queue,), of_one)
-        yield waiting
-        yield deepest
+        queues = ("text", "transactional", "state")
+        yield _depths("tower_queue_depth", "What waits for all browsers together", queues, census.waiting)
+        yield _depths("tower_queue_deepest", "What waits for the slowest of them", queues, census.deepest)
+        of_agents = ("message", "datagram")
+        yield _depths("tower_agent_queue_depth", "What waits for all agents together", of_agents, census.agents_waiting)
+        yield _depths(
+            "tower_agent_queue_deepest", "What waits for the slowest of them", of_agents, census.agents_deepest
+        )
 
     def _database(self) -> Iterator[Metric]:
         if not isinstance(self._pool, QueuePool):
@@ -114,6 +113,13 @@ class RelayCollector(Collector):
         family.add_metric(("idle",), self._pool.checkedin())
         yield family
         yield GaugeMetricFamily("tower_database_pool_size", "Connections kept open at most", value=self._pool.size())
+
+
+def _depths(name: str, words: str, queues: Sequence[str], depths: Sequence[int]) -> GaugeMetricFamily:
+    family = GaugeMetricFamily(name, words, labels=("queue",))
+    for queue, depth in zip(queues, depths, strict=True):
+        family.add_metric((queue,), depth)
+    return family
 
 
 def _by(name: str, words: str, label: str, counts: Mapping[Any, int]) -> CounterMetricFamily:

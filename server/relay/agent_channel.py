@@ -186,7 +186,13 @@ class AgentChannel:
             return None
         link.close(MOVED, "the link goes on by another control channel")
         self._post(Resumed(link_id=link.link_id, proof=challenge.by_tower()))
-        link.adopt(send_datagram=self._send_datagram, post=self._post, close=self._ending.wish, channel=self)
+        link.adopt(
+            send_datagram=self._send_datagram,
+            post=self._post,
+            close=self._ending.wish,
+            channel=self,
+            waiting=self._waiting,
+        )
         self._hub.resumed(link)
         return link
 
@@ -211,6 +217,7 @@ class AgentChannel:
             call_later=_call_later,
             resume_key=keys.resume,
             channel=self,
+            waiting=self._waiting,
         )
         self._post(
             Welcome(
@@ -239,6 +246,9 @@ class AgentChannel:
             return
         self._outgoing.append(message)
         self._something_to_send.set()
+
+    def _waiting(self) -> tuple[int, int]:
+        return len(self._outgoing), len(self._lane)
 
     def _send_datagram(self, datagram: bytes, address: Address) -> None:
         if address != OVER_CHANNEL:

@@ -16,6 +16,8 @@ from wire.sealed_link import Received, SealedLink
 
 SendDatagram = Callable[[bytes, Address], None]
 PostMessage = Callable[[ToAgent], None]
+Waiting = Callable[[], tuple[int, int]]
+"""(messages, datagrams) that wait until the control channel takes them."""
 CallLater = Callable[[float, Callable[[float], None]], object]
 """Calls back after so many seconds, with the time that it is then."""
 
@@ -46,8 +48,10 @@ class AgentLink:
         call_later: CallLater,
         resume_key: bytes = b"",
         channel: object = None,
+        waiting: Waiting | None = None,
     ) -> None:
         self.sealed = sealed
+        self.waiting = waiting or _nothing_waits
         self.resume_key = resume_key
         """Proves possession of the link (wire.resuming); empty: it cannot be resumed."""
         self.channel = channel
@@ -154,6 +158,7 @@ class AgentLink:
         """The control channel is gone and the link goes on: what would be posted is lost, and told anew on the next."""
         self.post = _lose
         self.close = _close_nothing
+        self.waiting = _nothing_waits
 
     def adopt(
         self,
@@ -162,10 +167,11 @@ class AgentLink:
         post: PostMessage,
         close: Callable[[int, str], None],
         channel: object,
+        waiting: Waiting,
     ) -> None:
         """Another control channel takes the place of the one that it had. Orders that are open are posted on it."""
         self._send_datagram = send_datagram
-        self.post, self.close, self.channel = post, close, channel
+        self.post, self.close, self.channel, self.waiting = post, close, channel, waiting
         for order in self._orders:
             post(order)
 
@@ -228,3 +234,7 @@ def _lose(message: ToAgent) -> None:
 
 def _close_nothing(code: int, why: str) -> None:
     """There is nothing to close."""
+
+
+def _nothing_waits() -> tuple[int, int]:
+    return 0, 0

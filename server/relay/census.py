@@ -1,4 +1,4 @@
-"""Who and what is there, and how much waits for browsers, counted when somebody asks. Off the frame path."""
+"""Who and what is there, and how much waits for browsers and agents, counted when somebody asks. Off the frame path."""
 
 from collections import Counter
 from dataclasses import dataclass
@@ -12,7 +12,8 @@ Depths = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class Census:
-    """`waiting`: for all browsers together; `deepest`: for the one that has most, of each."""
+    """`waiting`: for all browsers together; `deepest`: for the one that has most, of each. `agents_waiting`,
+    `agents_deepest`: the same for agents."""
 
     browsers: int
     users: int
@@ -22,12 +23,16 @@ class Census:
     held: int
     waiting: Depths
     deepest: Depths
+    agents_waiting: tuple[int, int]
+    """Messages of the control channel, and datagrams that go by it."""
+    agents_deepest: tuple[int, int]
 
 
 def take_census(state: LiveState) -> Census:
     """Of this moment."""
     depths = [browser.waiting() for browser in state.browsers.values()] or [(0, 0, 0)]
     texts, transactional, kinds = zip(*depths, strict=True)
+    messages, datagrams = zip(*([link.waiting() for link in state.links.values()] or [(0, 0)]), strict=True)
     return Census(
         browsers=len(state.browsers),
         users=len({browser.viewer.user_id for browser in state.browsers.values()}),
@@ -37,6 +42,8 @@ def take_census(state: LiveState) -> Census:
         held=sum(drone.lease.holder is not None for drone in state.drones.values()),
         waiting=(sum(texts), sum(transactional), sum(kinds)),
         deepest=(max(texts), max(transactional), max(kinds)),
+        agents_waiting=(sum(messages), sum(datagrams)),
+        agents_deepest=(max(messages), max(datagrams)),
     )
 
 

@@ -75,6 +75,7 @@ class Scene:
             post=posted.append,
             close=lambda code, why: None,
             channel=object(),
+            waiting=lambda: (1, 2),
         )
         self.hub.resumed(self.agent.link)
         return posted
@@ -197,6 +198,9 @@ def test_resumed_it_is_the_same_link_and_all_is_told_anew(scene: Scene) -> None:
     ]
     scene.live_until(ORPHAN_S + 3.0, begin=3.1)
     assert scene.has_link, "it is an orphan no more"
+    assert scene.hub.census().agents_waiting == scene.hub.census().agents_deepest == (1, 2), (
+        "of the new control channel"
+    )
     assert scene.hub.traffic.holds_ordered == 0
 
 
