@@ -8,17 +8,22 @@ import shutil
 import sys
 import tempfile
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 CHECKOUT: Final = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(CHECKOUT / "tests"), str(CHECKOUT / "tests" / "e2e")]
 
 from console_page import FLAGS, ConsolePage  # noqa: E402
+from furnished import furnish  # noqa: E402
 from playwright.sync_api import Browser, expect, sync_playwright  # noqa: E402
 from worlds.processes import World  # noqa: E402
 
 PICTURES: Final = CHECKOUT / "docs" / "screenshots"
 SIZE: Final = {"width": 1280, "height": 800}
+TABLET: Final = {"width": 1024, "height": 768}
+THEMES: Final[tuple[Literal["dark", "light"], ...]] = ("dark", "light")
+ADMIN_PAGES: Final = {"users": "user-row", "drones": "drone-row", "audit": "audit-row", "system": "system"}
+"""Each with what has to be there before the picture is taken."""
 FLEET: Final = {"Kestrel": "alice", "Merlin": "alice", "Osprey": "bob"}
 
 
@@ -46,6 +51,16 @@ def fly(console: ConsolePage, drone: str, height_m: int, click: tuple[float, flo
     assert box is not None
     console.page.mouse.click(box["x"] + box["width"] * click[0], box["y"] + box["height"] * click[1])
     console.part("goto-confirm").click()
+
+
+def look_at_administration(admin: ConsolePage) -> None:
+    """In both themes."""
+    for section, row in ADMIN_PAGES.items():
+        admin.open(f"/#/admin/{section}")
+        expect(admin.part(row).first).to_be_visible()
+        for theme in THEMES:
+            admin.page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+            admin.page.screenshot(path=PICTURES / f"admin-{section}-{theme}.png")
 
 
 def main() -> None:
@@ -76,6 +91,13 @@ def main() -> None:
         admin = come(browser, world, "admin")
         admin.page.wait_for_timeout(3000)
         admin.page.screenshot(path=PICTURES / "monitor.png")
+        alice.page.set_viewport_size(TABLET)
+        for theme in THEMES:
+            alice.page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+            alice.page.wait_for_timeout(1000)
+            alice.page.screenshot(path=PICTURES / f"control-tablet-{theme}.png")
+        furnish(world, world.visitor("admin"))
+        look_at_administration(admin)
         browser.close()
     print(f"{len(list(PICTURES.iterdir()))} pictures in {PICTURES.relative_to(CHECKOUT)}")
 
