@@ -135,8 +135,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     batteryPercent: system && system.battery_remaining >= 0 ? system.battery_remaining : null,
     batteryV: system && system.voltage_battery !== UNKNOWN_U16 ? system.voltage_battery / 1000 : null,
     batteryA: system && system.current_battery >= 0 ? system.current_battery / 100 : null,
-    // On the ground next to nothing is drawn: hours that no flight will last.
-    batteryTime: armed === true ? beside.batteryTime : null,
+    batteryTime: beside.batteryTime,
     wind: wind ? { fromDeg: (wind.direction + 360) % 360, mps: wind.speed } : null,
     estimator: estimatorHealth(telemetry.newest('EKF_STATUS_REPORT')?.fields, system),
     gpsFix: gps ? (GPS_WORDS[gps.fix_type] ?? 'other') : null,
