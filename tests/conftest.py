@@ -41,6 +41,11 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
             _turns.leave(item, nextitem)
 
 
+def pytest_sessionfinish() -> None:
+    if _turns is not None:
+        _turns.tidy_up()
+
+
 @pytest.fixture(scope="session")
 def missing() -> Callable[[str], None]:
     """Call it with the name of a part that is not there, and how to get it."""

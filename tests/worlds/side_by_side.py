@@ -57,8 +57,10 @@ class Turns:
 
     def __init__(self, run_id: str) -> None:
         # Whoever waits to be alone holds the turnstile, so that no more others go in before.
-        self._turnstile = _opened(f"tower-tests-{run_id}-turnstile")
-        self._room = _opened(f"tower-tests-{run_id}-room")
+        places = [Path(tempfile.gettempdir()) / f"tower-tests-{run_id}-{name}" for name in ("turnstile", "room")]
+        # Closed, and with that let go, when the process ends, however it ends.
+        self._turnstile, self._room = (os.open(place, os.O_RDWR | os.O_CREAT, 0o600) for place in places)
+        self._places = places
         self._is_kept = False
 
     def enter(self, item: pytest.Item) -> None:
@@ -74,6 +76,11 @@ class Turns:
         if not self._is_kept:
             fcntl.flock(self._room, fcntl.LOCK_UN)
 
+    def tidy_up(self) -> None:
+        """Leaves no file behind. Nobody begins before all have opened them, so any worker's end will do."""
+        for place in self._places:
+            place.unlink(missing_ok=True)
+
 
 def turns_of_this_run() -> Turns | None:
     """None where nobody else is: a run without workers, and the process that only hands out the work."""
@@ -83,8 +90,3 @@ def turns_of_this_run() -> Turns | None:
 
 def _is_alone(item: pytest.Item) -> bool:
     return item.path.name in ALONE
-
-
-def _opened(name: str) -> int:
-    # Closed, and with that let go, when the process ends, however it ends.
-    return os.open(Path(tempfile.gettempdir()) / name, os.O_RDWR | os.O_CREAT, 0o600)
