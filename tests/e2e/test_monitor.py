@@ -1,15 +1,43 @@
-"""The squad on the map and in the list."""
+"""The squad on the map and in the list: three drones of two owners."""
 
-from console_page import Somebody, signed_in
-from playwright.sync_api import expect
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from console_page import ConsolePage, Somebody, signed_in
+from playwright.sync_api import Locator, expect
 from worlds.processes import World
+
+SQUAD = ("Kestrel", "Merlin", "Plover")
+
+
+@pytest.fixture
+def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
+    """A tower where bob has a second drone, Plover (3), and none is switched on."""
+    shutil.copytree(prepared_folder, tmp_path, dirs_exist_ok=True)
+    with World(tmp_path, prepared=True) as world:
+        assert world.add_drone("Plover", "bob") == 3
+        world.start_tower()
+        yield world
+
+
+@pytest.fixture
+def world(quiet_world: World) -> World:
+    quiet_world.start_simulated(*SQUAD, options=("--boot-s", "2", "--seed", "7", "--speed", "3"))
+    quiet_world.wait_until_online(quiet_world.visitor("admin"), 1, 2, 3)
+    return quiet_world
+
+
+def row_of(console: ConsolePage, drone_id: int) -> Locator:
+    return console.part("squad-row").and_(console.page.locator(f"[data-drone-id='{drone_id}']"))
 
 
 def test_the_map_goes_to_a_squad_that_gets_its_first_position_after_sign_in(
     somebody_early: Somebody, quiet_world: World
 ) -> None:
     admin = signed_in(somebody_early, "admin")
-    quiet_world.start_simulated("Kestrel", "Merlin", options=("--boot-s", "3", "--seed", "7"))
+    quiet_world.start_simulated(*SQUAD, options=("--boot-s", "3", "--seed", "7"))
 
     def shows_the_squad() -> bool:
         lat, lon, zoom = (admin.part("map").get_attribute(f"data-{name}") or "0" for name in ("lat", "lon", "zoom"))
@@ -18,21 +46,63 @@ def test_the_map_goes_to_a_squad_that_gets_its_first_position_after_sign_in(
     admin.wait("the map at the squad", shows_the_squad)
 
 
-def test_the_squad_is_searched_filtered_and_sorted(somebody: Somebody) -> None:
+def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sorted(somebody: Somebody) -> None:
     admin = signed_in(somebody, "admin")
-    expect(admin.part("squad-row")).to_have_count(2)
+    expect(admin.part("squad-row")).to_have_count(3)
+    admin.wait_for_frames(3)
+    for drone_id, owner in ((1, "alice"), (2, "bob"), (3, "bob")):
+        row = row_of(admin, drone_id)
+        expect(row).to_contain_text(f"Owner: {owner}")
+        expect(row).to_contain_text("Controls: Free")
+        expect(row).to_have_attribute("data-state", "idle")
+
     admin.part("squad-search").fill("merl")
     expect(admin.part("squad-row")).to_have_count(1)
     assert admin.squad() == ["2"]
+    admin.part("squad-search").fill("bob")
+    expect(admin.part("squad-row")).to_have_count(2)
+    assert admin.squad() == ["2", "3"]
     admin.part("squad-search").fill("")
+
+    # One of them is flown, by its owner; the admin's list shows who, and finds it by its state.
+    alice = signed_in(somebody, "alice", "Kestrel")
+    alice.acquire("Kestrel")
+    alice.take_off("Kestrel", 8)
+    expect(row_of(admin, 1).get_by_test_id("row-holder")).to_have_text("alice")
     admin.part("squad-filter").select_option(label="In the air")
+    expect(admin.part("squad-row")).to_have_count(1)
+    assert admin.squad() == ["1"]
+    admin.part("squad-filter").select_option(label="Mine to fly")
     expect(admin.part("squad-row")).to_have_count(0)
     admin.part("squad-filter").select_option(label="All drones")
+
     admin.part("squad-view").get_by_text("Table").click()
     # By name already: pressed again it is the other way round.
     admin.part("sort-name").click()
     expect(admin.page.get_by_role("columnheader", name="Drone")).to_have_attribute("aria-sort", "descending")
-    assert admin.squad() == ["2", "1"]
+    assert admin.squad() == ["3", "2", "1"]
+    admin.part("sort-owner").click()
+    expect(admin.page.get_by_role("columnheader", name="Owner")).to_have_attribute("aria-sort", "ascending")
+    assert admin.squad() == ["1", "2", "3"]
+    admin.part("sort-height").click()
+    admin.part("sort-height").click()
+    expect(admin.page.get_by_role("columnheader", name="Height")).to_have_attribute("aria-sort", "descending")
+    assert admin.squad()[0] == "1"
+
+    # Her page, opened anew in mid-flight, knows how long the flight is: the tower tells.
+    alice.wait("five seconds in the air", lambda: alice.number("flight-time") > 5_000)
+    before_ms = alice.number("flight-time")
+    alice.page.reload()
+    alice.wait("the time in the air", lambda: alice.number("flight-time") >= before_ms)
+
+    # Whoever lets go of it in the air leaves it unattended, and that stands out.
+    alice.part("control-release").click()
+    alice.confirm("Kestrel")
+    expect(row_of(admin, 1)).to_have_attribute("data-unattended", "true")
+    expect(row_of(admin, 1)).to_contain_text("Unattended")
+    admin.part("squad-filter").select_option(label="Unattended")
+    expect(admin.part("squad-row")).to_have_count(1)
+    expect(admin.part("alert").filter(has_text="Kestrel").first).to_contain_text("nobody")
 
 
 def test_a_hold_of_several_drones_is_asked_once_and_answered_by_each(somebody: Somebody) -> None:
@@ -43,6 +113,8 @@ def test_a_hold_of_several_drones_is_asked_once_and_answered_by_each(somebody: S
     admin.wait("the autopilot", lambda: admin.word("mode") != "")
     admin.open("/#/")
     admin.part("choose-all").check()
+    expect(admin.part("chosen-count")).to_have_text("3 chosen")
+    row_of(admin, 3).get_by_test_id("choose-drone").uncheck()
     admin.part("squad-hold").click()
     dialog = admin.page.get_by_role("dialog", name="Hold 2 drones?")
     expect(dialog).to_contain_text("Merlin")

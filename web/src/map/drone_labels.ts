@@ -1,7 +1,7 @@
 /** The names of drones beside their markers: those that matter most get a place first. */
 
 import type { DroneState } from '../link/flight_values';
-import { drawLabel, labelSize, MARKER_RADIUS_PX } from './drone_marker';
+import { drawLabel, labelSize, MARKER_RADIUS_PX, UNATTENDED_RADIUS_PX } from './drone_marker';
 import { layoutLabels } from './label_layout';
 import type { Box } from './obstacles';
 import type { MapTheme } from './theme';
@@ -10,7 +10,13 @@ const RADIUS_PX = MARKER_RADIUS_PX + 8;
 const RANK: Record<DroneState, number> = { alert: 1, flying: 2, armed: 3, lost: 4, idle: 5 };
 
 interface Named {
-  readonly drone: { readonly id: number; readonly name: string; readonly detail: string; readonly state: DroneState };
+  readonly drone: {
+    readonly id: number;
+    readonly name: string;
+    readonly detail: string;
+    readonly state: DroneState;
+    readonly isUnattended?: boolean;
+  };
   readonly at: { readonly x: number; readonly y: number };
 }
 
@@ -25,7 +31,12 @@ export function drawLabels(
 ): ReadonlyMap<number, number> {
   const rank = ({ drone }: Named): number => (drone.id === selectedId ? 0 : RANK[drone.state]);
   const ordered = [...drones].sort((a, b) => rank(a) - rank(b) || a.drone.id - b.drone.id);
-  const wanted = ordered.map(({ drone, at }) => ({ id: drone.id, ...at, ...labelSize(pen, drone) }));
+  const wanted = ordered.map(({ drone, at }) => ({
+    id: drone.id,
+    ...at,
+    ...labelSize(pen, drone),
+    radiusPx: drone.isUnattended ? UNATTENDED_RADIUS_PX + 5 : RADIUS_PX,
+  }));
   const places = layoutLabels(wanted, RADIUS_PX, last, inTheWay);
   for (const [index, { drone, at }] of ordered.entries()) {
     const place = places.get(drone.id);

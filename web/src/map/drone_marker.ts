@@ -4,6 +4,8 @@ import type { DroneState } from '../link/flight_values';
 import type { MapTheme } from './theme';
 
 export const MARKER_RADIUS_PX = 12;
+/** Of the ring around a drone that flies with nobody at its controls. */
+export const UNATTENDED_RADIUS_PX = MARKER_RADIUS_PX + 11;
 
 type Pen = CanvasRenderingContext2D;
 
@@ -68,7 +70,7 @@ export function drawMarker(pen: Pen, theme: MapTheme, x: number, y: number, look
   pen.translate(x, y);
   if (look.isUnattended) {
     pen.beginPath();
-    pen.arc(0, 0, MARKER_RADIUS_PX + 11, 0, 2 * Math.PI);
+    pen.arc(0, 0, UNATTENDED_RADIUS_PX, 0, 2 * Math.PI);
     pen.strokeStyle = theme.warning;
     pen.lineWidth = 3;
     pen.setLineDash([7, 5]);

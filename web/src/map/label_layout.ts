@@ -12,6 +12,8 @@ export interface LabelWanted {
   readonly y: number;
   readonly width: number;
   readonly height: number;
+  /** Of its own marker with all that is drawn around it, where that is more than others have. */
+  readonly radiusPx?: number;
 }
 
 export interface LabelPlace {
@@ -78,7 +80,7 @@ export function layoutLabels(
     // Its old place is kept while it is free, unless that was a far one and a near one may have come free.
     const slots = before !== undefined && before < NEAR_SLOTS ? [before, ...SLOTS] : SLOTS;
     for (const slot of slots) {
-      const at = place(one, slot, radiusPx);
+      const at = place(one, slot, one.radiusPx ?? radiusPx);
       const box = boxOf(at, one);
       if (!obstacles.isFree(box, one.id)) continue;
       obstacles.add(box);

@@ -29,6 +29,11 @@ describe('names on the map', () => {
     expect(at.x).toBeLessThan(100);
   });
 
+  it('stand clear of a ring around their own marker', () => {
+    const at = lay([{ ...wanted(1, 100, 100), radiusPx: 28 }]).get(1)!;
+    expect(at.x).toBe(128);
+  });
+
   it('do not cover what else stands on the map', () => {
     const target = { left: 110, right: 230, top: 80, bottom: 120 };
     const at = layoutLabels([wanted(1, 100, 100)], RADIUS, new Map(), [target]).get(1)!;
