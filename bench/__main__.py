@@ -36,6 +36,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--repeats", type=int, help="how often each trigger is pulled again (10)")
     parser.add_argument("--case", action="append", help="only cases with this in their name")
+    parser.add_argument("--system", action="append", metavar="NAME", help="relay: only this one; may be repeated")
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep databases and logs there")
     parser.add_argument(
         "--peers", type=Path, metavar="FOLDER", default=Path("var/peers"), help="relay: MAVProxy is installed there"

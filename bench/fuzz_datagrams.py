@@ -128,7 +128,7 @@ class DatagramFuzzer:
     def _genuine_content(self) -> bytes:
         pick = self._chance.random()
         if pick < 0.15:
-            return encode_keepalive(Ping(self._u32(), self._chance.getrandbits(64)))
+            return encode_keepalive(Ping(self._u32(), trip_us=self._u32()))
         if pick < 0.25:
             return encode_urgent(json.dumps(self._urgent).encode())
         return self.frames_content([self._frame() for _ in range(self._chance.randint(1, _LARGEST_FRAMES))])
@@ -207,7 +207,7 @@ class DatagramFuzzer:
 
     def _keepalive(self) -> bytes:
         kind = self._chance.choice((Ping, Pong))
-        return self.seal(encode_keepalive(kind(self._chance.choice((0, 1, self._u32())), self._chance.getrandbits(64))))
+        return self.seal(encode_keepalive(kind(self._chance.choice((0, 1, self._u32())))))
 
     def _u32(self) -> int:
         return self._chance.choice((0, 1, self._chance.getrandbits(32), 0xFFFFFFFF))

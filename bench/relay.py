@@ -109,18 +109,19 @@ async def _systems(
         "forwarder, websockets.broadcast": partial(to_websocket, library=True),
     }
     patterns: dict[str, tuple[Pattern, ...]] = {"ours": (PACKED, UNPACKED, ONE_BY_ONE)}
+    wanted: list[str] | None = options.system
     if shutil.which("gcc"):
         systems["C, recvfrom and sendto"] = in_c
     else:
         report.say("no C compiler: without the physical floor")
-    if not options.quick:
+    if not options.quick and (wanted is None or any(name.startswith("MAVProxy") for name in wanted)):
         try:
             program = await mavproxy_in(options.peers.resolve())
             systems["MAVProxy, no modules"] = partial(mavproxy, program=program, modules=False)
             systems["MAVProxy, as usual"] = partial(mavproxy, program=program, modules=True)
         except CannotInstall as reason:
             report.say(f"without MAVProxy: {reason}")
-    return systems, patterns
+    return {name: one for name, one in systems.items() if wanted is None or name in wanted}, patterns
 
 
 async def _side_by_side(

@@ -251,7 +251,8 @@ class DataChannel:
         self._user.tower_heard()
         if received.frames is not None:
             self._user.frames(received.frames)
-            return received
+            if received.frames.ping is None:
+                return received
         if received.urgent is not None:
             self._urgent(received.urgent)
             return received

@@ -1,4 +1,5 @@
-"""What is inside a sealed datagram: frames, half of a keep-alive, an urgent message (docs/wire-protocol.md, 3.2)."""
+"""What is inside a sealed datagram: frames (with a ping or without), a ping, a pong, an urgent message (docs/wire-protocol.md,
+3.2)."""
 
 from collections.abc import Sequence
 from enum import IntEnum
@@ -12,28 +13,32 @@ from wire.sealing import LARGEST_CONTENT_BYTES
 
 _FRAMES: Final = 1
 _URGENT: Final = 4
-_PING: Final = 5
-_PONG: Final = 6
+_PING: Final = 7
+_PONG: Final = 8
+_PING_AND_FRAMES: Final = 9
 
 LARGEST_URGENT_BYTES: Final = LARGEST_CONTENT_BYTES - 1
 
 _FRAMES_HEADER: Final = Struct("<BIII")
 FRAMES_HEADER_BYTES: Final = _FRAMES_HEADER.size
-_PING_FIXED: Final = Struct("<BIQQQBB")
-_PONG_FIXED: Final = Struct("<BIQQQ")
+_PING_FIXED: Final = Struct("<BIQQBBIB")
+_PONG_FIXED: Final = Struct("<BIQQ")
 PING_BYTES: Final = _PING_FIXED.size
+LOST_OF: Final = 255
+"""Loss is told in parts of this."""
 
 
 class Frames(NamedTuple):
     """Whole MAVLink frames of one drone, in order, the epoch that the sender knew, and when it sent them.
 
-    `sent_ms` is the sender's monotonic clock, milliseconds modulo 2**32 (`wire.lateness`).
+    `sent_ms` is the sender's monotonic clock, milliseconds modulo 2**32 (`wire.lateness`). `ping`: one that came along.
     """
 
     drone_id: DroneId
     epoch: Epoch
     sent_ms: int
     frames: list[bytes]
+    ping: "Ping | None" = None
 
 
 class Report(NamedTuple):
@@ -57,25 +62,30 @@ class Purpose(IntEnum):
     """As a probe, and tells the address of one of several uplinks."""
 
 
-class Ping(NamedTuple):
-    """Asks for a Pong. `clock_us` is the sender's own clock, which means nothing to anybody else.
+_PURPOSES: Final = tuple(Purpose)
 
-    `uplink`: 0..255, which one it left by. `padding_bytes`: zeros behind it, for trying out a size.
+
+class Ping(NamedTuple):
+    """Asks for a Pong, and tells what its sender has measured, so that the other side need not ask by itself.
+
+    `uplink`: 0..255, which one it left by. `trip_us`: the round trip of the sender's ping that was answered last, 0 if
+    none was since its last ping. `lost`: share of the sender's last pings that nobody answered, in parts of LOST_OF.
+    `padding_bytes`: zeros behind it, for trying out a size.
     """
 
     sequence: int
-    clock_us: int
     report: Report = Report()
     purpose: Purpose = Purpose.KEEPALIVE
     uplink: int = 0
+    trip_us: int = 0
+    lost: int = 0
     padding_bytes: int = 0
 
 
 class Pong(NamedTuple):
-    """The answer to a Ping: its first two fields, unchanged. Never longer than the ping."""
+    """The answer to a Ping, by its number. Shorter than the ping."""
 
     sequence: int
-    clock_us: int
     report: Report = Report()
 
 
@@ -99,11 +109,11 @@ def encode_urgent(text: bytes) -> bytes:
 
 
 def encode_keepalive(content: Ping | Pong) -> bytes:
-    """31 bytes and the padding of a ping, 29 of a pong."""
+    """28 bytes and the padding of a ping, 21 of a pong."""
     if isinstance(content, Pong):
-        return _PONG_FIXED.pack(_PONG, content.sequence, content.clock_us, *content.report)
-    sequence, clock_us, report, purpose, uplink, padding_bytes = content
-    return _PING_FIXED.pack(_PING, sequence, clock_us, *report, purpose, uplink) + bytes(padding_bytes)
+        return _PONG_FIXED.pack(_PONG, content.sequence, *content.report)
+    sequence, report, purpose, uplink, trip_us, lost, padding_bytes = content
+    return _PING_FIXED.pack(_PING, sequence, *report, purpose, uplink, trip_us, lost) + bytes(padding_bytes)
 
 
 def encode_frames(
@@ -113,13 +123,17 @@ def encode_frames(
     frames: Sequence[bytes],
     *,
     largest_bytes: int = LARGEST_CONTENT_BYTES,
+    ping: Ping | None = None,
 ) -> list[bytes]:
     """As few contents of at most `largest_bytes` as the frames fit into, in order. Each frame (280 bytes at most) stays
-    whole."""
+    whole. `ping`: goes along in the first one; the caller knows that there is room for it."""
     header = _FRAMES_HEADER.pack(_FRAMES, drone_id, epoch, sent_ms)
     contents: list[bytes] = []
     parts = [header]
     size = len(header)
+    if ping is not None:
+        parts[0] = bytes((_PING_AND_FRAMES,)) + encode_keepalive(ping)[1:] + header
+        size += PING_BYTES
     for frame in frames:
         if size + len(frame) > largest_bytes and len(parts) > 1:
             contents.append(b"".join(parts))
@@ -136,27 +150,37 @@ def decode_content(content: bytes) -> Content:
     """Raises Dropped with BAD_CONTENT, or BAD_FRAME where the frames do not fill it exactly."""
     kind = content[0] if content else 0
     if kind == _FRAMES:
-        if len(content) <= _FRAMES_HEADER.size:
+        return _decode_frames(content, 0, None)
+    if kind == _PING_AND_FRAMES and len(content) > PING_BYTES and content[PING_BYTES] == _FRAMES:
+        ping = _decode_ping(content[:PING_BYTES])
+        if ping.purpose is not Purpose.KEEPALIVE:
             raise Dropped(DropReason.BAD_CONTENT)
-        _, drone_id, epoch, sent_ms = _FRAMES_HEADER.unpack_from(content)
-        try:
-            frames = split_frames(content, _FRAMES_HEADER.size)
-        except MalformedFrame:
-            raise Dropped(DropReason.BAD_FRAME) from None
-        return Frames(DroneId(drone_id), Epoch(epoch), sent_ms, frames)
+        return _decode_frames(content, PING_BYTES, ping)
     if kind == _PING and len(content) >= PING_BYTES:
         return _decode_ping(content)
     if kind == _PONG and len(content) == _PONG_FIXED.size:
-        _, sequence, clock_us, expected, received = _PONG_FIXED.unpack(content)
-        return Pong(sequence, clock_us, Report(expected, received))
+        _, sequence, expected, received = _PONG_FIXED.unpack(content)
+        return Pong(sequence, Report(expected, received))
     if kind == _URGENT and len(content) > 1:
         return Urgent(content[1:])
     raise Dropped(DropReason.BAD_CONTENT)
 
 
-def _decode_ping(content: bytes) -> Ping:
-    _, sequence, clock_us, expected, received, purpose, uplink = _PING_FIXED.unpack_from(content)
-    padding_bytes = len(content) - PING_BYTES
-    if purpose > max(Purpose) or content.count(0, PING_BYTES) != padding_bytes:
+def _decode_frames(content: bytes, at: int, ping: Ping | None) -> Frames:
+    begin = at + FRAMES_HEADER_BYTES
+    if len(content) <= begin:
         raise Dropped(DropReason.BAD_CONTENT)
-    return Ping(sequence, clock_us, Report(expected, received), Purpose(purpose), uplink, padding_bytes)
+    _, drone_id, epoch, sent_ms = _FRAMES_HEADER.unpack_from(content, at)
+    try:
+        frames = split_frames(content, begin)
+    except MalformedFrame:
+        raise Dropped(DropReason.BAD_FRAME) from None
+    return Frames(drone_id, epoch, sent_ms, frames, ping)
+
+
+def _decode_ping(content: bytes) -> Ping:
+    _, sequence, expected, received, purpose, uplink, trip_us, lost = _PING_FIXED.unpack_from(content)
+    padding_bytes = len(content) - PING_BYTES
+    if purpose >= len(_PURPOSES) or (padding_bytes and content.count(0, PING_BYTES) != padding_bytes):
+        raise Dropped(DropReason.BAD_CONTENT)
+    return Ping(sequence, Report(expected, received), _PURPOSES[purpose], uplink, trip_us, lost, padding_bytes)

@@ -1,4 +1,8 @@
-"""Round trip and loss of a link, measured by pings that each side sends on its own.
+"""Round trip and loss of a link. One side leads, the agent: it pings on its own and tells in each ping what it measured.
+
+So the tower knows as much without pings and clocks of its own: with a thousand links they would be most of its work.
+Only while somebody flies does it ping as well (`watch_closely`): then it must notice by itself, and at once, that
+answers stay away.
 
 Takes `now` (seconds, monotonic); reads no clock.
 """
@@ -6,10 +10,14 @@ Takes `now` (seconds, monotonic); reads no clock.
 from collections import deque
 from typing import Final
 
-from wire.content import Ping, Pong
+from wire.content import LOST_OF, Ping, Pong
 
 PING_INTERVAL_S: Final = 0.5
 """Two a second: the 2 s after which a silent link counts as lost then spans four of them."""
+
+ALONG_AFTER_S: Final = 0.4
+"""A datagram with frames that leaves so long after the last ping takes the next one along: it costs 28 bytes there, and
+a datagram otherwise."""
 
 ANSWER_WITHIN_S: Final = 2.0
 """A ping not answered by then counts as lost."""
@@ -20,49 +28,64 @@ PROBE_SEQUENCES: Final = 1 << 31
 REMEMBERED: Final = 20
 """Pings over which the loss is told: ten seconds."""
 
-
-def clock_stamp_us(now: float) -> int:
-    """`now` as a ping carries it."""
-    return int(now * 1e6) & 0xFFFFFFFFFFFFFFFF
+_LONGEST_TOLD_US: Final = (1 << 32) - 1
+_NEVER: Final = float("inf")
 
 
 class Keepalive:
-    """One side's view of a link. Ask `ping_due`; feed it every pong; read `rtt_s`, `loss`, `silent_for`."""
+    """One side's view of a link. Ask `ping_due`; feed it pongs and the other side's pings; read `rtt_s`, `loss`."""
 
-    def __init__(self, now: float) -> None:
-        self._next_ping = now
+    def __init__(self, now: float, *, leads: bool = True) -> None:
+        self._leads = leads
+        self._pings = leads
+        """Whether pings are sent at all at the moment."""
+        self.next_ping_at = now if leads else _NEVER
+        """When `ping_due` will have something."""
         self._sequence = 0
         self._waiting: dict[int, float] = {}
         self._answered: deque[bool] = deque(maxlen=REMEMBERED)
-        self._last_heard = now
         self._newest_answered = 0
+        self._newest_heard = 0
+        self._told_loss = 0.0
+        self._to_tell_us = 0
+        self.heard_at = now
+        """When the other side was last heard: set it with any authentic datagram."""
         self.rtt_s: float | None = None
         """Smoothed round trip, or None before the first answer."""
 
-    def ping_due(self, now: float) -> Ping | None:
-        """A ping to send now, or None. Never more than one for each PING_INTERVAL_S."""
-        if now < self._next_ping:
+    def watch_closely(self, closely: bool, now: float) -> None:
+        """Whether the side that does not lead is to measure by itself. Nothing changes for the one that leads."""
+        if self._leads or closely == self._pings:
+            return
+        self._pings = closely
+        self.next_ping_at = now if closely else _NEVER
+        self._waiting.clear()
+        self._answered.clear()
+
+    def ping_due(self, now: float, *, along: bool = False) -> Ping | None:
+        """A ping to send now, or None. Never more than one for each PING_INTERVAL_S; `along` with frames that leave
+        anyway a little earlier."""
+        if now < (self.along_at if along else self.next_ping_at):
             return None
-        self._next_ping = now + PING_INTERVAL_S
+        self.next_ping_at = now + PING_INTERVAL_S
         for sequence, sent in list(self._waiting.items()):
             if now - sent > ANSWER_WITHIN_S:
                 del self._waiting[sequence]
                 self._answered.append(False)
         self._sequence = (self._sequence + 1) % PROBE_SEQUENCES
         self._waiting[self._sequence] = now
-        return Ping(self._sequence, clock_stamp_us(now))
+        trip_us, self._to_tell_us = self._to_tell_us, 0
+        return Ping(self._sequence, trip_us=trip_us, lost=round(self.loss * LOST_OF))
+
+    @property
+    def along_at(self) -> float:
+        """When `ping_due` will have something to go along with frames."""
+        return self.next_ping_at - (PING_INTERVAL_S - ALONG_AFTER_S)
 
     def hurry(self, now: float) -> None:
         """The way has changed: the other side has to hear of it, so the next ping is due now."""
-        self._next_ping = now
-
-    def next_ping_at(self) -> float:
-        """When `ping_due` will have something."""
-        return self._next_ping
-
-    def heard(self, now: float) -> None:
-        """Any authentic datagram came."""
-        self._last_heard = now
+        if self._pings:
+            self.next_ping_at = now
 
     def pong(self, pong: Pong, now: float) -> float | None:
         """An answer came: its round trip in seconds. None for one that nobody waits for (late, or repeated)."""
@@ -72,8 +95,24 @@ class Keepalive:
         self._answered.append(True)
         self._newest_answered = max(self._newest_answered, pong.sequence)
         sample = max(0.0, now - sent)
-        self.rtt_s = sample if self.rtt_s is None else self.rtt_s + (sample - self.rtt_s) / 4
+        self._to_tell_us = min(max(round(sample * 1e6), 1), _LONGEST_TOLD_US)
+        self._smooth(sample)
         return sample
+
+    def told(self, ping: Ping) -> float | None:
+        """The other side's ping: the round trip in it, in seconds, unless it has none or this side measures by itself."""
+        if self._pings or ping.sequence <= self._newest_heard:
+            return None
+        self._newest_heard = ping.sequence
+        self._told_loss = ping.lost / LOST_OF
+        if not ping.trip_us:
+            return None
+        sample = ping.trip_us / 1e6
+        self._smooth(sample)
+        return sample
+
+    def _smooth(self, sample: float) -> None:
+        self.rtt_s = sample if self.rtt_s is None else self.rtt_s + (sample - self.rtt_s) / 4
 
     def rtt_now_s(self, now: float) -> float:
         """The round trip, or how long an answer is overdue if that is longer; 0 before anything is known.
@@ -86,9 +125,11 @@ class Keepalive:
 
     def silent_for(self, now: float) -> float:
         """Seconds since the other side was last heard."""
-        return now - self._last_heard
+        return now - self.heard_at
 
     @property
     def loss(self) -> float:
         """Share of the last pings that nobody answered, 0..1."""
-        return self._answered.count(False) / len(self._answered) if self._answered else 0.0
+        if self._answered:
+            return self._answered.count(False) / len(self._answered)
+        return self._told_loss

@@ -6,7 +6,7 @@ content (the tag, the epoch) is its own rule and stands where that side is.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from wire.batching import Batch, Batcher
 from wire.content import (
@@ -24,12 +24,17 @@ from wire.content import (
     encode_urgent,
 )
 from wire.ids import DroneId, Epoch, LinkId
-from wire.keepalive import ANSWER_WITHIN_S, PROBE_SEQUENCES, Keepalive, clock_stamp_us
+from wire.keepalive import ANSWER_WITHIN_S, PROBE_SEQUENCES, Keepalive
 from wire.lateness import stamp_ms
 from wire.link_quality import LinkQuality
 from wire.path_mtu import SAFE_DATAGRAM_BYTES, SeenMtu
 from wire.rekeying import Rekeying, Retiring
 from wire.sealing import OVERHEAD_BYTES, Opener, Sealer
+
+
+PINGS_ALONG_WHILE_PROVEN_S: Final = 0.75
+"""A ping goes along with frames only while what this side sends is known to arrive: where it is not, frames may be kept
+back on their way out (a stream that has stalled) and pings must not."""
 
 
 class Probed(NamedTuple):
@@ -57,12 +62,21 @@ class Received(NamedTuple):
 
 
 class SealedLink:
-    """Keys, counters and keep-alive of one link, seen from one side."""
+    """Keys, counters and keep-alive of one link, seen from one side. `leads`: it pings on its own (wire.keepalive)."""
 
-    def __init__(self, *, link_id: LinkId, drone_id: DroneId, send_key: bytes, receive_key: bytes, now: float) -> None:
+    def __init__(
+        self,
+        *,
+        link_id: LinkId,
+        drone_id: DroneId,
+        send_key: bytes,
+        receive_key: bytes,
+        now: float,
+        leads: bool = True,
+    ) -> None:
         self.link_id = link_id
         self.drone_id = drone_id
-        self.keepalive = Keepalive(now)
+        self.keepalive = Keepalive(now, leads=leads)
         self.quality = LinkQuality(now)
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
         """The largest datagram that is known to pass to the other side."""
@@ -84,22 +98,20 @@ class SealedLink:
     def receive(self, datagram: bytes, now: float) -> Received:
         """Opens one datagram. Raises wire.drops.Dropped with the first check that it fails."""
         content, newest = self._opener.open(datagram)
-        self.keepalive.heard(now)
+        self.keepalive.heard_at = now
         decoded = decode_content(content)
         if isinstance(decoded, Frames):
-            return Received(decoded, newest)
+            if decoded.ping is None:
+                return Received(decoded, newest)
+            proof = self._told(decoded.ping.report, now)
+            self._answers.append(self._answer(decoded.ping, now))
+            return Received(decoded, newest, proof=proof)
         if isinstance(decoded, Urgent):
             return Received(None, newest, decoded.text)
-        self.quality.told(decoded.report, now)
-        report = self._report(now)
-        proof = decoded.report.received > self._arrived
-        if proof:
-            self._arrived = decoded.report.received
-            self._proven_at = now
-        self._told_counter = max(self._told_counter, decoded.report.expected)
+        proof = self._told(decoded.report, now)
         if isinstance(decoded, Pong):
             return Received(None, newest, probed=self._pong(decoded, now), proof=proof)
-        answer = self._sealer.seal(encode_keepalive(Pong(decoded.sequence, decoded.clock_us, report)))
+        answer = self._answer(decoded, now)
         if decoded.purpose is Purpose.PROBE:
             self._seen_mtu.probe_came(len(datagram), now)
             self.fill_datagrams(self._seen_mtu.datagram_bytes)
@@ -107,6 +119,24 @@ class SealedLink:
             self._answers.append(answer)
             return Received(None, newest, proof=proof)
         return Received(None, False, answer=answer, uplink=self._uplink(decoded), proof=proof)
+
+    def _told(self, report: Report, now: float) -> bool:
+        """What the other side has received. Whether it proves that something more of ours arrived."""
+        self.quality.told(report, now)
+        if report.expected > self._told_counter:
+            self._told_counter = report.expected
+        if report.received <= self._arrived:
+            return False
+        self._arrived = report.received
+        self._proven_at = now
+        return True
+
+    def _answer(self, ping: Ping, now: float) -> bytes:
+        if ping.purpose is Purpose.KEEPALIVE:
+            trip_s = self.keepalive.told(ping)
+            if trip_s is not None:
+                self.quality.round_trip(trip_s, now)
+        return self._sealer.seal(encode_keepalive(Pong(ping.sequence, self._report(now))))
 
     def _uplink(self, ping: Ping) -> int | None:
         """The uplink whose address this ping tells: none that is older than another of the same uplink."""
@@ -162,8 +192,17 @@ class SealedLink:
         """Datagrams with these frames alone, in order, each as full as it may be, stamped with `now`."""
         seal = self._sealer.seal
         largest_bytes = self.datagram_bytes - OVERHEAD_BYTES
-        contents = encode_frames(self.drone_id, epoch, stamp_ms(now), frames, largest_bytes=largest_bytes)
+        ping = self._ping_along(frames, largest_bytes, now) if now >= self.keepalive.along_at else None
+        contents = encode_frames(self.drone_id, epoch, stamp_ms(now), frames, largest_bytes=largest_bytes, ping=ping)
         return [seal(content) for content in contents]
+
+    def _ping_along(self, frames: Sequence[bytes], largest_bytes: int, now: float) -> Ping | None:
+        """A ping to go with these frames, if there is room for it."""
+        size = PING_BYTES + FRAMES_HEADER_BYTES + sum(map(len, frames))
+        if not frames or size > largest_bytes or now - self._proven_at > PINGS_ALONG_WHILE_PROVEN_S:
+            return None
+        ping = self.keepalive.ping_due(now, along=True)
+        return None if ping is None else ping._replace(report=self._report(now))
 
     def seal_urgent(self, text: bytes) -> bytes:
         """One datagram with a message of the control channel. Raises ValueError if it is too long for one."""
@@ -180,15 +219,14 @@ class SealedLink:
         self._probe_sequence = (self._probe_sequence + 1) % PROBE_SEQUENCES + PROBE_SEQUENCES
         padding_bytes = max(0, datagram_bytes - OVERHEAD_BYTES - PING_BYTES)
         purpose = Purpose.PROBE if uplink is None else Purpose.UPLINK
-        report, clock_us = self._report(now), clock_stamp_us(now)
-        ping = Ping(self._probe_sequence, clock_us, report, purpose, uplink or 0, padding_bytes)
+        ping = Ping(self._probe_sequence, self._report(now), purpose, uplink or 0, padding_bytes=padding_bytes)
         datagram = self._sealer.seal(encode_keepalive(ping))
         self._probes[self._probe_sequence] = (now, uplink, len(datagram))
         return datagram
 
     def has_to_send(self, now: float) -> bool:
         """Whether `datagrams_to_send` has something."""
-        return bool(self._answers) or now >= self.keepalive.next_ping_at()
+        return bool(self._answers) or now >= self.keepalive.next_ping_at
 
     def datagrams_to_send(self, now: float) -> list[bytes]:
         """Answers to pings, and a ping of our own where one is due. Also the moment at which keys are changed."""

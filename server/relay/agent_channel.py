@@ -205,6 +205,7 @@ class AgentChannel:
             raise MalformedMessage("the drone has been removed")
         link = AgentLink(
             sealed=SealedLink(
+                leads=False,
                 link_id=link_id,
                 drone_id=drone.drone_id,
                 send_key=keys.tower_to_agent,

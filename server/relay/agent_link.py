@@ -114,6 +114,7 @@ class AgentLink:
             self.routes.uplink(received.uplink, address, now)
         if received.answer is not None and now >= self.mute_until:
             self._send_datagram(received.answer, address)
+        self.send_keepalives(now)
         return received
 
     def send_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> bool:
@@ -216,7 +217,7 @@ class AgentLink:
     def send_keepalives(self, now: float) -> None:
         """Sends what the keep-alive has to say and another copy of what is urgent, if there is somewhere to send it."""
         if not self._repeats and not self.sealed.has_to_send(now):
-            return  # nearly always: it is asked for each datagram that comes
+            return  # nearly always: it is asked for each datagram that comes, and at each tick
         self.routes.forget_silent(now)
         if self.routes.newest is None or now < self.mute_until:
             return

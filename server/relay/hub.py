@@ -303,7 +303,6 @@ class Hub:
         received = link.receive(datagram, address, now)
         self.traffic.datagrams_from_agents += 1
         self.traffic.bytes_from_agents += len(datagram)
-        link.send_keepalives(now)
         drone = self._state.drones[link.drone_id]
         if not drone.online:
             drone.online = True

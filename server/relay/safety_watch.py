@@ -14,6 +14,9 @@ from wire.ids import UserId
 
 OFFER_LAPSES_AFTER_S: Final = 60.0
 
+CLOSE_FOR_S: Final = 60.0
+"""For so long after the last stick the tower goes on to ping by itself: longer than any hold that it may have to see."""
+
 
 class SafetyWatch:
     """One for the hub."""
@@ -66,6 +69,8 @@ class SafetyWatch:
     def _watch_link(self, drone: LiveDrone, now: float) -> None:
         if drone.link is None:
             return
+        flown = drone.holder_id is not None or drone.lease.assistant is not None
+        drone.link.sealed.keepalive.watch_closely(flown or now - drone.sticks_at < CLOSE_FOR_S, now)
         drone.link.send_keepalives(now)
         if drone.online and not drone.link.is_heard(now):
             drone.online = False

@@ -66,7 +66,7 @@ class FakeAgent:
         """What the link asked to be called back for: (after so many seconds, call)."""
         self.closed: list[tuple[int, str]] = []
         self.link = AgentLink(
-            sealed=_sealed(drone_id, link_id, send=b"t" * 32, receive=b"a" * 32, now=now),
+            sealed=_sealed(drone_id, link_id, send=b"t" * 32, receive=b"a" * 32, now=now, leads=False),
             send_datagram=lambda datagram, address: self.sent_to.append((datagram, address)),
             post=self.posted.append,
             close=lambda code, why: self.closed.append((code, why)),
@@ -98,8 +98,9 @@ class FakeAgent:
         return frames
 
 
-def _sealed(drone_id: int, link_id: int, *, send: bytes, receive: bytes, now: float) -> SealedLink:
-    return SealedLink(link_id=LinkId(link_id), drone_id=DroneId(drone_id), send_key=send, receive_key=receive, now=now)
+def _sealed(drone_id: int, link_id: int, *, send: bytes, receive: bytes, now: float, leads: bool = True) -> SealedLink:
+    keys = {"send_key": send, "receive_key": receive}
+    return SealedLink(link_id=LinkId(link_id), drone_id=DroneId(drone_id), **keys, now=now, leads=leads)
 
 
 class FakeBrowser:

@@ -269,7 +269,7 @@ def test_a_tag_of_another_drone_is_dropped(world: HubWorld) -> None:
 def test_a_datagram_under_a_wrong_key_is_dropped_and_not_answered(world: HubWorld) -> None:
     agent = world.agent(1)
     agent.received()
-    forged = Sealer(b"x" * 32, agent.link.link_id).seal(encode_keepalive(Ping(1, 1)))
+    forged = Sealer(b"x" * 32, agent.link.link_id).seal(encode_keepalive(Ping(1)))
     with pytest.raises(Dropped, match="not_authentic"):
         agent.deliver(forged, address=("203.0.113.66", 6))
     assert agent.link.routes.newest == agent.address
@@ -356,7 +356,8 @@ def test_watchers_are_told_how_the_link_is_seen_from_the_drone(world: HubWorld) 
         now = step / 10
         agent.link.send_keepalives(now)
         agent.answer_pings(now)
-        agent.sealed.seal_frames(Epoch(0), [heartbeat()], now)  # lost on its way up
+        if step % 5 in (1, 2, 3):  # while no ping would go along
+            agent.sealed.seal_frames(Epoch(0), [heartbeat()], now)  # lost on its way up
         agent.answer_pings(now + 0.04)
     alice.events()
     world.hub.each_second(30.0)

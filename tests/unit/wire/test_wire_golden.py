@@ -21,9 +21,9 @@ HEARTBEAT = build(mavlink.MAVLink_heartbeat_message(2, 3, 81, 5, 4, 3), system_i
 ATTITUDE = build(
     mavlink.MAVLink_attitude_message(1000, 0.5, -0.25, 1.0, 0, 0, 0), system_id=1, component_id=1, sequence=8
 )
-PING = Ping(1, 2_000_000, Report(7, 6))
-PROBE = Ping(1 << 31, 2_000_000, Report(7, 6), Purpose.UPLINK, uplink=3, padding_bytes=4)
-PONG = Pong(1, 2_000_000, Report(9, 9))
+PING = Ping(1, Report(7, 6), trip_us=40_000, lost=51)
+PROBE = Ping(1 << 31, Report(7, 6), Purpose.UPLINK, uplink=3, padding_bytes=4)
+PONG = Pong(1, Report(9, 9))
 
 
 def golden(name: str) -> bytes:
@@ -49,12 +49,17 @@ def test_sealed_datagrams() -> None:
     assert sealer.seal(encode_keepalive(PING)) == golden("sealed_keepalive_ping")
     assert sealer.seal(encode_keepalive(PROBE)) == golden("sealed_uplink_ping")
     assert sealer.seal(encode_keepalive(PONG)) == golden("sealed_keepalive_pong")
+    (content,) = encode_frames(DroneId(7), Epoch(3), 5000, [ATTITUDE], ping=PING)
+    assert sealer.seal(content) == golden("sealed_ping_and_frames")
 
 
 def test_keepalives_by_the_written_layout_alone() -> None:
-    assert encode_keepalive(PING) == struct.pack("<BIQQQBB", 5, 1, 2_000_000, 7, 6, 0, 0)
-    assert encode_keepalive(PROBE) == struct.pack("<BIQQQBB", 5, 1 << 31, 2_000_000, 7, 6, 2, 3) + bytes(4)
-    assert encode_keepalive(PONG) == struct.pack("<BIQQQ", 6, 1, 2_000_000, 9, 9)
+    assert encode_keepalive(PING) == struct.pack("<BIQQBBIB", 7, 1, 7, 6, 0, 0, 40_000, 51)
+    assert encode_keepalive(PROBE) == struct.pack("<BIQQBBIB", 7, 1 << 31, 7, 6, 2, 3, 0, 0) + bytes(4)
+    assert encode_keepalive(PONG) == struct.pack("<BIQQ", 8, 1, 9, 9)
+    (along,) = encode_frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT], ping=PING)
+    assert along[:28] == b"\x09" + encode_keepalive(PING)[1:]
+    assert [along[28:]] == encode_frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT])
 
 
 def test_a_golden_datagram_opens_by_the_written_layout_alone() -> None:
@@ -66,9 +71,10 @@ def test_a_golden_datagram_opens_by_the_written_layout_alone() -> None:
 
 def test_golden_datagrams_open() -> None:
     opener = Opener(KEY, LINK)
-    names = ("sealed_frames", "sealed_keepalive_ping", "sealed_uplink_ping", "sealed_keepalive_pong")
-    contents = [decode_content(opener.open(golden(name)).content) for name in names]
-    assert contents == [Frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT, ATTITUDE]), PING, PROBE, PONG]
+    names = ("frames", "keepalive_ping", "uplink_ping", "keepalive_pong", "ping_and_frames")
+    contents = [decode_content(opener.open(golden(f"sealed_{name}")).content) for name in names]
+    frames = Frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT, ATTITUDE])
+    assert contents == [frames, PING, PROBE, PONG, frames._replace(frames=[ATTITUDE], ping=PING)]
 
 
 def test_link_keys_are_hkdf_sha256_as_written() -> None:

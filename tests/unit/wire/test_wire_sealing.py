@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from wire.content import (
     LARGEST_URGENT_BYTES,
+    PING_BYTES,
     Frames,
     Pong,
     Urgent,
@@ -21,7 +22,14 @@ from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId
 from wire.replay import WINDOW, ReplayWindow
 from wire.sealed_link import SealedLink
-from wire.sealing import LARGEST_CONTENT_BYTES, LARGEST_DATAGRAM_BYTES, SMALLEST_DATAGRAM_BYTES, Opener, Sealer
+from wire.sealing import (
+    LARGEST_CONTENT_BYTES,
+    LARGEST_DATAGRAM_BYTES,
+    OVERHEAD_BYTES,
+    SMALLEST_DATAGRAM_BYTES,
+    Opener,
+    Sealer,
+)
 
 KEY = b"k" * 32
 LINK = LinkId(9)
@@ -106,14 +114,16 @@ def test_opener_raises_nothing_but_dropped(data: bytes) -> None:
 @given(st.binary(max_size=200))
 def test_content_raises_nothing_but_dropped(data: bytes) -> None:
     frames = b"\x01" + bytes(12) + FRAME
-    for content in (data, frames, frames + data, *(bytes((kind,)) + data for kind in range(8))):
+    for content in (data, frames, frames + data, *(bytes((kind,)) + data for kind in range(11))):
         try:
             decoded = decode_content(content)
         except Dropped as dropped:
             assert dropped.reason in (DropReason.BAD_CONTENT, DropReason.BAD_FRAME)
             continue
         if isinstance(decoded, Frames):
-            assert content[13:] == b"".join(decoded.frames)
+            along = b"" if decoded.ping is None else encode_keepalive(decoded.ping)
+            assert content[len(along) + 13 :] == b"".join(decoded.frames)
+            assert content[1 : len(along)] == along[1:]
         elif isinstance(decoded, Urgent):
             assert encode_urgent(decoded.text) == content
         else:
@@ -122,13 +132,21 @@ def test_content_raises_nothing_but_dropped(data: bytes) -> None:
 
 CONTENTS = {
     "nothing": (b"", DropReason.BAD_CONTENT),
-    "an unknown kind": (b"\x07" + bytes(30), DropReason.BAD_CONTENT),
+    "an unknown kind": (b"\x0a" + bytes(30), DropReason.BAD_CONTENT),
     "the ping of a draft": (b"\x02" + bytes(12), DropReason.BAD_CONTENT),
+    "the ping of a later draft": (b"\x05" + bytes(30), DropReason.BAD_CONTENT),
     "frames without frames": (b"\x01" + bytes(8), DropReason.BAD_CONTENT),
-    "a short ping": (b"\x05" + bytes(29), DropReason.BAD_CONTENT),
-    "a ping with something in its padding": (b"\x05" + bytes(30) + b"x", DropReason.BAD_CONTENT),
-    "a ping of a purpose that nobody knows": (b"\x05" + bytes(28) + b"\x03\0", DropReason.BAD_CONTENT),
-    "a long pong": (b"\x06" + bytes(29), DropReason.BAD_CONTENT),
+    "a short ping": (b"\x07" + bytes(26), DropReason.BAD_CONTENT),
+    "a ping with something in its padding": (b"\x07" + bytes(27) + b"x", DropReason.BAD_CONTENT),
+    "a ping of a purpose that nobody knows": (b"\x07" + bytes(20) + b"\x03" + bytes(6), DropReason.BAD_CONTENT),
+    "a long pong": (b"\x08" + bytes(21), DropReason.BAD_CONTENT),
+    "a ping with nothing along": (b"\x09" + bytes(27), DropReason.BAD_CONTENT),
+    "a ping with another ping along": (b"\x09" + bytes(27) + b"\x07" + bytes(27), DropReason.BAD_CONTENT),
+    "a probe with frames along": (
+        b"\x09" + bytes(20) + b"\x01" + bytes(6) + b"\x01" + bytes(12) + FRAME,
+        DropReason.BAD_CONTENT,
+    ),
+    "a ping with a cut frame along": (b"\x09" + bytes(27) + b"\x01" + bytes(12) + FRAME[:-1], DropReason.BAD_FRAME),
     "a cut frame": (b"\x01" + bytes(8) + FRAME[:-1], DropReason.BAD_FRAME),
     "bytes behind the last frame": (b"\x01" + bytes(8) + FRAME + b"\0", DropReason.BAD_FRAME),
 }
@@ -185,7 +203,9 @@ def test_the_replay_window_against_a_set(counters: list[int]) -> None:
 
 def links() -> tuple[SealedLink, SealedLink]:
     agent = SealedLink(link_id=LINK, drone_id=DroneId(1), send_key=b"a" * 32, receive_key=b"b" * 32, now=0.0)
-    tower = SealedLink(link_id=LINK, drone_id=DroneId(1), send_key=b"b" * 32, receive_key=b"a" * 32, now=0.0)
+    tower = SealedLink(
+        link_id=LINK, drone_id=DroneId(1), send_key=b"b" * 32, receive_key=b"a" * 32, now=0.0, leads=False
+    )
     return agent, tower
 
 
@@ -199,6 +219,56 @@ def test_a_link_carries_frames_and_measures_itself() -> None:
     agent.receive(pong, 1.04)
     assert agent.keepalive.rtt_s == pytest.approx(0.04)
     assert agent.keepalive.silent_for(1.54) == pytest.approx(0.5)
+
+
+def test_the_side_that_does_not_lead_is_told_what_the_other_measured_and_pings_only_while_it_watches() -> None:
+    agent, tower = links()
+
+    def turn(now: float) -> None:
+        """The agent's ping goes up and is answered, 10 ms each way."""
+        for datagram in agent.datagrams_to_send(now):
+            tower.receive(datagram, now + 0.01)
+        for datagram in tower.datagrams_to_send(now + 0.01):
+            agent.receive(datagram, now + 0.02)
+
+    turn(0.0)
+    assert tower.keepalive.rtt_s is None, "nothing was measured before the first ping"
+    turn(0.5)
+    assert tower.keepalive.rtt_s == pytest.approx(0.02)
+    assert tower.quality.over(1.0, 0.6).rtt_s == pytest.approx(0.02)
+    agent.datagrams_to_send(1.0)  # is lost
+    turn(1.5)
+    turn(4.0)
+    assert tower.keepalive.loss == pytest.approx(0.25, abs=0.01), "of the four that are decided"
+    assert not tower.has_to_send(100.0)
+    tower.keepalive.watch_closely(True, 5.0)
+    assert len(tower.datagrams_to_send(5.0)) == 1
+    assert tower.keepalive.rtt_now_s(5.9) == pytest.approx(0.9), "an answer is missing, and it sees that by itself"
+    tower.keepalive.watch_closely(False, 6.0)
+    assert not tower.has_to_send(100.0)
+    assert tower.keepalive.rtt_now_s(100.0) == pytest.approx(0.02)
+
+
+def test_a_ping_goes_along_with_frames_where_there_is_room_and_the_way_is_proven() -> None:
+    agent, tower = links()
+    agent.datagrams_to_send(0.0)
+    (early,) = agent.seal_frames(Epoch(0), [FRAME], 0.39)
+    (along,) = agent.seal_frames(Epoch(0), [FRAME], 0.4)
+    assert len(along) == len(early) + PING_BYTES
+    assert not agent.has_to_send(0.89), "it was the ping that was due"
+    received = tower.receive(along, 0.41).frames
+    assert received is not None
+    assert received.frames == [FRAME]
+    (pong,) = tower.datagrams_to_send(0.41)
+    assert agent.receive(pong, 0.42).proof
+    assert agent.keepalive.rtt_s == pytest.approx(0.02)
+    full = [FRAME] * ((agent.datagram_bytes - OVERHEAD_BYTES - 13) // len(FRAME))
+    (alone,) = agent.seal_frames(Epoch(0), full, 0.9)
+    assert len(alone) <= agent.datagram_bytes
+    assert agent.has_to_send(0.9), "there was no room for it"
+    agent.datagrams_to_send(0.9)
+    (alone,) = agent.seal_frames(Epoch(0), [FRAME], 1.5)
+    assert len(alone) == len(early), "nothing shows that the way still works: the ping must go by itself"
 
 
 def test_a_link_does_not_hear_itself() -> None:
@@ -215,7 +285,7 @@ def test_pongs_are_not_answered() -> None:
     tower.datagrams_to_send(0.0)
     pong = Sealer(b"b" * 32, LINK)
     pong.seal(b"x")
-    agent.receive(pong.seal(encode_keepalive(Pong(1, 0))), 0.1)
+    agent.receive(pong.seal(encode_keepalive(Pong(1))), 0.1)
     assert agent.datagrams_to_send(0.1) == []
 
 
