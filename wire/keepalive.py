@@ -15,10 +15,6 @@ from wire.content import LOST_OF, Ping, Pong
 PING_INTERVAL_S: Final = 0.5
 """Two a second: the 2 s after which a silent link counts as lost then spans four of them."""
 
-ALONG_AFTER_S: Final = 0.4
-"""A datagram with frames that leaves so long after the last ping takes the next one along: it costs 28 bytes there, and
-a datagram otherwise."""
-
 ANSWER_WITHIN_S: Final = 2.0
 """A ping not answered by then counts as lost."""
 
@@ -62,11 +58,12 @@ class Keepalive:
         self._waiting.clear()
         self._answered.clear()
 
-    def ping_due(self, now: float, *, along: bool = False) -> Ping | None:
-        """A ping to send now, or None. Never more than one for each PING_INTERVAL_S; `along` with frames that leave
-        anyway a little earlier."""
-        if now < (self.along_at if along else self.next_ping_at):
-            return None
+    def ping_due(self, now: float) -> Ping | None:
+        """A ping to send now, or None. Never more than one for each PING_INTERVAL_S, but for those that went along."""
+        return None if now < self.next_ping_at else self.ping(now)
+
+    def ping(self, now: float) -> Ping:
+        """A ping to send now, due or not: the next one is due an interval later."""
         self.next_ping_at = now + PING_INTERVAL_S
         for sequence, sent in list(self._waiting.items()):
             if now - sent > ANSWER_WITHIN_S:
@@ -76,11 +73,6 @@ class Keepalive:
         self._waiting[self._sequence] = now
         trip_us, self._to_tell_us = self._to_tell_us, 0
         return Ping(self._sequence, trip_us=trip_us, lost=round(self.loss * LOST_OF))
-
-    @property
-    def along_at(self) -> float:
-        """When `ping_due` will have something to go along with frames."""
-        return self.next_ping_at - (PING_INTERVAL_S - ALONG_AFTER_S)
 
     def hurry(self, now: float) -> None:
         """The way has changed: the other side has to hear of it, so the next ping is due now."""

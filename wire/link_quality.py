@@ -5,7 +5,6 @@ side knows the loss of both directions, and a keep-alive that is lost itself tak
 """
 
 from collections import deque
-from itertools import pairwise, takewhile
 from typing import Final, NamedTuple
 
 from wire.content import Report
@@ -62,7 +61,10 @@ class _Counted:
         a thousand links are asked this every second."""
         begin = self._points[0][1]
         if near_the_end:
-            return next((report for at, report in reversed(self._points) if at <= moment), begin)
+            for at, report in reversed(self._points):
+                if at <= moment:
+                    return report
+            return begin
         for at, report in self._points:
             if at > moment:
                 break
@@ -124,9 +126,15 @@ class LinkQuality:
             self._forget_old(now)
             count, trip_sum_s, step_sum_s = len(self._trips), self._trip_sum_s, self._step_sum_s
         else:
-            trips = [rtt_s for _, rtt_s in takewhile(lambda trip: now - trip[0] <= window_s, reversed(self._trips))]
-            count, trip_sum_s = len(trips), sum(trips)
-            step_sum_s = sum(abs(later - earlier) for later, earlier in pairwise(trips))
+            count, trip_sum_s, step_sum_s, later_s = 0, 0.0, 0.0, None
+            for at, rtt_s in reversed(self._trips):
+                if now - at > window_s:
+                    break
+                count += 1
+                trip_sum_s += rtt_s
+                if later_s is not None:
+                    step_sum_s += abs(later_s - rtt_s)
+                later_s = rtt_s
         return (
             trip_sum_s / count if count else None,
             max(0.0, step_sum_s) / (count - 1) if count > 1 else None,

@@ -24,7 +24,7 @@ from wire.content import (
     encode_urgent,
 )
 from wire.ids import DroneId, Epoch, LinkId
-from wire.keepalive import ANSWER_WITHIN_S, PROBE_SEQUENCES, Keepalive
+from wire.keepalive import ANSWER_WITHIN_S, PING_INTERVAL_S, PROBE_SEQUENCES, Keepalive
 from wire.lateness import stamp_ms
 from wire.link_quality import LinkQuality
 from wire.path_mtu import SAFE_DATAGRAM_BYTES, SeenMtu
@@ -91,6 +91,7 @@ class SealedLink:
         self._newest_of_uplink: dict[int, int] = {}
         self._arrived = 0
         self._proven_at = now
+        self._frames_left_at = now
         self._told_counter = 0
         self._rekeying = Rekeying(now)
         self._retiring = Retiring()
@@ -192,17 +193,20 @@ class SealedLink:
         """Datagrams with these frames alone, in order, each as full as it may be, stamped with `now`."""
         seal = self._sealer.seal
         largest_bytes = self.datagram_bytes - OVERHEAD_BYTES
-        ping = self._ping_along(frames, largest_bytes, now) if now >= self.keepalive.along_at else None
+        ping = self._ping_along(frames, largest_bytes, now)
         contents = encode_frames(self.drone_id, epoch, stamp_ms(now), frames, largest_bytes=largest_bytes, ping=ping)
         return [seal(content) for content in contents]
 
     def _ping_along(self, frames: Sequence[bytes], largest_bytes: int, now: float) -> Ping | None:
-        """A ping to go with these frames, if there is room for it."""
-        size = PING_BYTES + FRAMES_HEADER_BYTES + sum(map(len, frames))
-        if not frames or size > largest_bytes or now - self._proven_at > PINGS_ALONG_WHILE_PROVEN_S:
+        """A ping to go with these frames, where it saves a datagram: by the time that the next frames come, if they come
+        as the last ones did, it would have had to leave by itself."""
+        interval_s = min(now - self._frames_left_at, PING_INTERVAL_S)
+        self._frames_left_at = now
+        if now + interval_s < self.keepalive.next_ping_at or now - self._proven_at > PINGS_ALONG_WHILE_PROVEN_S:
             return None
-        ping = self.keepalive.ping_due(now, along=True)
-        return None if ping is None else ping._replace(report=self._report(now))
+        if not frames or PING_BYTES + FRAMES_HEADER_BYTES + sum(map(len, frames)) > largest_bytes:
+            return None
+        return self.keepalive.ping(now)._replace(report=self._report(now))
 
     def seal_urgent(self, text: bytes) -> bytes:
         """One datagram with a message of the control channel. Raises ValueError if it is too long for one."""

@@ -214,6 +214,10 @@ class AgentLink:
         self._newest_step = max(self._newest_step, progress.number)
         return True
 
+    def wants_time(self, now: float) -> bool:
+        """Whether `send_keepalives` has something, or the agent has been silent for too long."""
+        return bool(self._repeats) or self.sealed.has_to_send(now) or not self.is_heard(now)
+
     def send_keepalives(self, now: float) -> None:
         """Sends what the keep-alive has to say and another copy of what is urgent, if there is somewhere to send it."""
         if not self._repeats and not self.sealed.has_to_send(now):

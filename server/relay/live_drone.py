@@ -115,6 +115,8 @@ class LiveDrone:
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
+    settled: bool = False
+    """Nobody flies it and the clock changes nothing about it: `safety_watch` looks at its link only."""
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
 

@@ -26,7 +26,26 @@ class SafetyWatch:
 
     def tick(self, now: float) -> None:
         """Everything that time alone can change."""
+        flying: set[UserId] = set()
         for drone in list(self._state.drones.values()):
+            lease = drone.lease
+            # Most drones of a large fleet are flown by nobody: ten times a second they cost no more than these lines.
+            if (
+                lease.holder is None
+                and lease.assistant is None
+                and not lease.offered
+                and not drone.record.loans
+                and now - drone.sticks_at > CLOSE_FOR_S
+            ):
+                if drone.settled:
+                    link = drone.link
+                    if link is not None and link.wants_time(now):
+                        self._watch_link(drone, now)
+                    continue
+                drone.settled = True  # after this last look, which takes everything back
+            else:
+                drone.settled = False
+                flying.update(user.id for user in (lease.holder, lease.assistant) if user is not None)
             self._watch_link(drone, now)
             self.note_presence(drone, now)
             self._watch_holder(drone, now)
@@ -34,12 +53,6 @@ class SafetyWatch:
             self._watch_turn_and_offer(drone, now)
             if drone.record.loans:
                 self._watch_loan(drone, now)
-        flying = {
-            user.id
-            for drone in self._state.drones.values()
-            for user in (drone.lease.holder, drone.lease.assistant)
-            if user is not None
-        }
         for browser in list(self._state.browsers.values()):
             for notice in browser.refusals.due(now):
                 browser.tell(notice)
