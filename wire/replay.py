@@ -14,25 +14,21 @@ _MASK: Final = (1 << WINDOW) - 1
 class ReplayWindow:
     """Which counters have been seen. Call `accept` only for datagrams that have been authenticated."""
 
-    __slots__ = ("_newest", "_seen", "accepted")
+    __slots__ = ("_seen", "accepted", "newest")
 
     def __init__(self) -> None:
-        self._newest = -1
+        self.newest = -1
+        """The highest counter accepted, or -1."""
         self._seen = 0
         self.accepted = 0
         """How many counters were accepted: with `newest` it tells how many are missing."""
 
-    @property
-    def newest(self) -> int:
-        """The highest counter accepted, or -1."""
-        return self._newest
-
     def accept(self, counter: int) -> bool:
         """True the first time for a counter inside the window; False for a repeat or one that is too old."""
-        ahead = counter - self._newest
+        ahead = counter - self.newest
         if ahead > 0:
             self._seen = ((self._seen << ahead) & _MASK | 1) if ahead < WINDOW else 1
-            self._newest = counter
+            self.newest = counter
             self.accepted += 1
             return True
         behind = -ahead

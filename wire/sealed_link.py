@@ -98,7 +98,8 @@ class SealedLink:
 
     def receive(self, datagram: bytes, now: float) -> Received:
         """Opens one datagram. Raises wire.drops.Dropped with the first check that it fails."""
-        content, newest = self._opener.open(datagram)
+        content = self._opener.open(datagram)
+        newest = self._opener.newest
         self.keepalive.heard_at = now
         decoded = decode_content(content)
         if isinstance(decoded, Frames):

@@ -5,7 +5,7 @@ docs/wire-protocol.md, 3.1, and each has a drop reason. Nothing here knows what 
 """
 
 from struct import Struct
-from typing import Final, NamedTuple
+from typing import Final
 
 from cryptography.exceptions import InvalidTag
 from cryptography.hazmat.primitives.ciphers.aead import ChaCha20Poly1305
@@ -31,14 +31,6 @@ LARGEST_CONTENT_BYTES: Final = LARGEST_DATAGRAM_BYTES - OVERHEAD_BYTES
 
 _COUNTER_LIMIT: Final = 1 << 60
 """Far below the end of 64 bits: a nonce is never used twice under one key."""
-
-
-class Opened(NamedTuple):
-    """What an authentic, fresh datagram contained."""
-
-    content: bytes
-    newest: bool
-    """Whether no later datagram has come before it: only then may its address be followed."""
 
 
 def read_link_id(datagram: bytes) -> LinkId:
@@ -96,7 +88,7 @@ class Sealer:
 class Opener:
     """The receiving half of one direction of one link. Knows the present key, the next, and for a while the last."""
 
-    __slots__ = ("_ciphers", "_head", "_key", "_next", "_window", "phase")
+    __slots__ = ("_ciphers", "_key", "_link_id", "_next", "_window", "newest", "phase")
 
     def __init__(self, key: bytes, link_id: LinkId) -> None:
         self.phase = 0
@@ -106,9 +98,11 @@ class Opener:
         """By phase: the present one, and the one before until it is retired."""
         self._next: tuple[bytes, ChaCha20Poly1305] | None = None
         """Worked out when first needed, so that a forger makes us do it once and not each time."""
-        self._head = bytes((VERSION,)) + link_id.to_bytes(4, "little")
-        """Version and link, with which every datagram begins; the key phase stands between."""
+        self._link_id = link_id
         self._window = ReplayWindow()
+        self.newest = False
+        """Whether no later datagram had come before the one that was opened last: only then may its address be
+        followed."""
 
     def so_far(self) -> tuple[int, int]:
         """(datagrams that the other side has sent at least, datagrams of them that came)."""
@@ -118,28 +112,30 @@ class Opener:
         """What was sealed under the key before the present one is not opened any more."""
         self._ciphers = {self.phase: self._ciphers[self.phase]}
 
-    def open(self, datagram: bytes) -> Opened:
-        """The content of a datagram of this link. Raises Dropped with the first check that it fails."""
+    def open(self, datagram: bytes) -> bytes:
+        """The content of a datagram of this link, 1 byte or more. Raises Dropped with the first check that it fails."""
+        if not SMALLEST_DATAGRAM_BYTES <= len(datagram) <= LARGEST_DATAGRAM_BYTES:
+            read_link_id(datagram)  # says what is wrong with it
         header = datagram[:HEADER_BYTES]
-        if (
-            header[:1] + header[2:6] != self._head
-            or not SMALLEST_DATAGRAM_BYTES <= len(datagram) <= LARGEST_DATAGRAM_BYTES
-        ):
-            read_link_id(datagram)  # says what is wrong with it, unless it is the link
+        version, phase, link_id, counter = _HEADER.unpack(header)
+        if version != VERSION or link_id != self._link_id:
+            read_link_id(datagram)
             raise Dropped(DropReason.UNKNOWN_LINK)
-        phase = header[1]
-        cipher = self._ciphers.get(phase) or self._next_cipher(phase)
+        cipher = self._ciphers.get(phase)
         try:
-            content = cipher.decrypt(b"\0\0\0\0" + header[6:], datagram[HEADER_BYTES:], header)
+            content = (cipher or self._next_cipher(phase)).decrypt(
+                b"\0\0\0\0" + header[6:], datagram[HEADER_BYTES:], header
+            )
         except InvalidTag:
             raise Dropped(DropReason.NOT_AUTHENTIC) from None
-        counter = int.from_bytes(header[6:], "little")
-        newest = counter > self._window.newest
-        if not self._window.accept(counter):
+        window = self._window
+        newest = counter > window.newest
+        if not window.accept(counter):
             raise Dropped(DropReason.REPLAYED)
-        if phase not in self._ciphers:
+        if cipher is None:
             self._enter(phase)
-        return Opened(content, newest)
+        self.newest = newest
+        return content
 
     def _next_cipher(self, phase: int) -> ChaCha20Poly1305:
         if phase != (self.phase + 1) % KEY_PHASES:

@@ -108,13 +108,14 @@ class AgentLink:
             if dropped.reason is DropReason.REPLAYED and self.routes.may_be_copy(address):
                 raise Dropped(DropReason.DUPLICATE) from None
             raise
-        if received.newest:
+        if received.newest and address != self.routes.newest:
             self.routes.follow(address)
         if received.uplink is not None:
             self.routes.uplink(received.uplink, address, now)
         if received.answer is not None and now >= self.mute_until:
             self._send_datagram(received.answer, address)
-        self.send_keepalives(now)
+        if self._repeats or self.sealed.has_to_send(now):
+            self.send_keepalives(now)
         return received
 
     def send_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> bool:

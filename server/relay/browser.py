@@ -7,7 +7,7 @@ from server.accounts.sessions import Principal
 from server.relay.event_queue import EventQueue
 from server.relay.flood_gate import PATIENCE, PATIENCE_PER_S, REQUESTS_BURST, REQUESTS_PER_S
 from server.relay.live_messages import Lost, Notice, ToBrowser
-from server.relay.outbox import Offered, Outbox
+from server.relay.outbox import Outbox
 from server.relay.policy import AskTwice
 from server.relay.refusals import RefusalNotices
 from server.relay.token_bucket import TokenBucket
@@ -16,6 +16,7 @@ from server.relay.viewport import Viewport
 from wire.drops import DropReason
 from wire.ids import DroneId
 from wire.lateness import Lateness
+from wire.state_messages import StateKey
 
 TOO_SLOW: Final = 4408
 
@@ -75,9 +76,11 @@ class Browser:
         """(text messages, transactional frames, state frames) that wait at this moment."""
         return len(self._events), *self.outbox.waiting()
 
-    def offer_all(self, drone_id: DroneId, offered: Sequence[Offered]) -> None:
+    def offer(
+        self, drone_id: DroneId, state: Sequence[tuple[StateKey, bytes]], transactional: Sequence[bytes]
+    ) -> None:
         """Puts tagged frames of one drone in the outbox."""
-        if self.outbox.offer_all(drone_id, offered):
+        if self.outbox.offer_all(drone_id, state, transactional):
             self._wake()
 
     def refuse(self, reason: DropReason, drone_id: DroneId | None, name: str, now: float, words: str) -> None:

@@ -18,7 +18,7 @@ from server.relay.read_gate import ReadGate
 from server.relay.read_rhythm import ReadRhythm
 from server.relay.write_round import WriteRound
 from wire.drops import Dropped
-from wire.sealing import read_link_id
+from wire.ids import LinkId
 
 _log = structlog.get_logger(__name__)
 
@@ -90,7 +90,8 @@ class DataEndpoint:
     def datagram_received(self, datagram: bytes, address: tuple[str, int], now: float) -> None:
         """One datagram, from whomever. `address` may have more than host and port."""
         try:
-            self._hub.datagram(datagram, read_link_id(datagram), address[:2], now)
+            # What the bytes say is only believed once they are opened, and then checked again.
+            self._hub.datagram(datagram, LinkId(int.from_bytes(datagram[2:6], "little")), address[:2], now)
         except Dropped as dropped:
             self._hub.drops[dropped.reason] += 1
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from server.relay.token_bucket import TokenBucket
-from wire.content import Frames
 from wire.ids import DroneId, UserId
 from wire.state_messages import state_key
 
@@ -55,6 +54,7 @@ class FloodGate:
 
     def __init__(self, limits: FloodLimits) -> None:
         self._limits = limits
+        self._agents_reserve = RESERVED * limits.agent_burst
         self._users: dict[UserId, TokenBucket] = {}
         self._flying: dict[DroneId, TokenBucket] = {}
         self._reading: dict[DroneId, TokenBucket] = {}
@@ -78,21 +78,25 @@ class FloodGate:
             bucket = way[drone_id] = TokenBucket(limits.drone_per_s, limits.drone_burst, now)
         return bucket.take(1.0, now)
 
-    def admitted(self, drone_id: DroneId, content: Frames, now: float) -> tuple[Frames, int, int]:
-        """What of a datagram of an agent may go on, and how many frames were dropped: (state, transactional).
+    def admits_all(self, drone_id: DroneId, count: int, now: float) -> bool:
+        """Whether all frames of a datagram of an agent may go on, without asking what they are: nearly always. If not,
+        `admitted` says which."""
+        bucket = self._agents.get(drone_id)
+        if bucket is None:
+            limits = self._limits
+            bucket = self._agents[drone_id] = TokenBucket(limits.agent_per_s, limits.agent_burst, now)
+        return bucket.take(count, now, leave=self._agents_reserve)
+
+    def admitted(self, drone_id: DroneId, frames: list[bytes], now: float) -> tuple[list[bytes], int, int]:
+        """What of a datagram that `admits_all` refused may go on, and how many frames were dropped: (state,
+        transactional).
 
         State goes first: the next one says the same.
         """
-        limits = self._limits
-        bucket = self._agents.get(drone_id)
-        if bucket is None:
-            bucket = self._agents[drone_id] = TokenBucket(limits.agent_per_s, limits.agent_burst, now)
-        if bucket.take(len(content.frames), now, leave=RESERVED * limits.agent_burst):
-            return content, 0, 0
-        transactional = [frame for frame in content.frames if state_key(frame) is None]
+        bucket = self._agents[drone_id]
+        transactional = [frame for frame in frames if state_key(frame) is None]
         kept = [frame for frame in transactional if bucket.take(1.0, now)]
-        state_dropped = len(content.frames) - len(transactional)
-        return content._replace(frames=kept), state_dropped, len(transactional) - len(kept)
+        return kept, len(frames) - len(transactional), len(transactional) - len(kept)
 
     def admits_opening(self, user_id: UserId, now: float, *, most_open: int) -> bool:
         """One more live connection of a user, of whom `most_open` may be open at the same time: each begins with the

@@ -9,7 +9,6 @@ from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
 from server.relay.loan_limits import home_in
 from server.relay.loan_requests import bar_of, words_of
-from server.relay.outbox import Offered
 from server.relay.policy import CommandSeen, Kind, Leave, command_in, ends_the_flight, kind_of, leave_for, refusal_of
 from server.relay.refusals import denied_command
 from server.relay.viewport import POSITION
@@ -18,7 +17,7 @@ from wire.dialect import mavlink
 from wire.drops import Dropped, DropReason
 from wire.frames import MalformedFrame, checksum_holds, is_known, message_id
 from wire.ids import DroneId
-from wire.state_messages import state_key
+from wire.state_messages import StateKey, state_key
 from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
 
 _HOME_POSITION: Final = mavlink.MAVLINK_MSG_ID_HOME_POSITION
@@ -42,31 +41,36 @@ class FramePaths:
 
     def up(self, drone: LiveDrone, content: Frames, now: float) -> None:
         """Frames of the drone's own link. Raises Dropped for a tag of another drone."""
-        if content.drone_id != drone.drone_id:
+        if content.drone_id != drone.record.id:
             raise Dropped(DropReason.FOREIGN_TAG)
-        drone_id = drone.drone_id
-        watchers = drone.frame_watchers()
-        self._state.traffic.frames_from_agents += len(content.frames)
-        content, state_dropped, lost = self._flood.admitted(drone_id, content, now)
-        if state_dropped or lost:
+        drone_id, frames = content.drone_id, content.frames
+        self._state.traffic.frames_from_agents += len(frames)
+        watchers = drone.watchers.values() if not drone.lease.blind else drone.frame_watchers()
+        if not self._flood.admits_all(drone_id, len(frames), now):
+            frames, state_dropped, lost = self._flood.admitted(drone_id, frames, now)
             self._state.drops[DropReason.FLOOD] += state_dropped + lost
             for browser in watchers:
                 browser.outbox.lose(drone_id, lost)
+        # What is the newest of something, and what must arrive: apart from here on, each in order.
+        state: list[tuple[StateKey, bytes]] = []
+        transactional: list[bytes] = []
         tag_bytes = tag(drone_id, b"")
-        offered: list[Offered] = []
-        for frame in content.frames:
+        for frame in frames:
             key = state_key(frame)
             if key is None:
                 if message_id(frame) == _SETUP_SIGNING:
                     self._state.drops[DropReason.NOT_ALLOWED] += 1
-                    continue
-            elif key[2] == POSITION:
+                else:
+                    transactional.append(tag_bytes + frame)
+                continue
+            state.append((key, tag_bytes + frame))
+            msgid = key[2]
+            if msgid == POSITION:
                 drone.position_frame = frame
-            elif message_id(frame) == _HOME_POSITION:
+            elif msgid == _HOME_POSITION:
                 drone.home, drone.home_told = home_in(frame), True
-            offered.append((key, tag_bytes + frame))
         for browser in watchers:
-            browser.offer_all(drone_id, offered)
+            browser.offer(drone_id, state, transactional)
 
     def down(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message of a browser: checks each frame in turn, passes on what may pass, answers the rest."""
@@ -168,4 +172,4 @@ class FramePaths:
         command = command_in(frame)
         if drone is None or command is None or browser.number not in drone.watchers:
             return
-        browser.offer_all(drone_id, [(None, tag(drone_id, denied_command(frame, command, reason)))])
+        browser.offer(drone_id, (), (tag(drone_id, denied_command(frame, command, reason)),))

@@ -50,6 +50,7 @@ from wire.control_messages import (
 )
 from wire.drops import DropCounts, Dropped, DropReason
 from wire.ids import DroneId, LinkId, UserId
+from wire.sealing import read_link_id
 
 GOING_DOWN: Final = 1001
 
@@ -297,16 +298,19 @@ class Hub:
 
     def datagram(self, datagram: bytes, link_id: LinkId, address: tuple[str, int], now: float) -> None:
         """A datagram that claims to be of `link_id`. Raises Dropped with the check that it failed."""
-        link = self._state.links.get(link_id)
+        state = self._state
+        link = state.links.get(link_id)
         if link is None:
+            read_link_id(datagram)  # says what is wrong with it, unless it is the link
             raise Dropped(DropReason.UNKNOWN_LINK)
         received = link.receive(datagram, address, now)
-        self.traffic.datagrams_from_agents += 1
-        self.traffic.bytes_from_agents += len(datagram)
-        drone = self._state.drones[link.drone_id]
+        traffic = state.traffic
+        traffic.datagrams_from_agents += 1
+        traffic.bytes_from_agents += len(datagram)
+        drone = state.drones[link.sealed.drone_id]
         if not drone.online:
             drone.online = True
-            self._state.tell_drone(drone)
+            state.tell_drone(drone)
         if received.frames is not None:
             self._paths.up(drone, received.frames, now)
         elif received.urgent is not None:

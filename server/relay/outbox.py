@@ -7,7 +7,7 @@ that has most of them waiting go first, so that one that talks without end costs
 """
 
 from collections import Counter, deque
-from collections.abc import Iterable, Set
+from collections.abc import Sequence, Set
 from typing import Final
 
 from wire.ids import DroneId
@@ -24,10 +24,6 @@ MOST_TRANSACTIONAL: Final = 4096
 MOST_STATE_KINDS: Final = 128
 """Kinds of state per drone. Real autopilots send about 40; a sender that invents more gets no more memory: what finds
 no place counts as lost, and the browser is told."""
-
-Offered = tuple[StateKey | None, bytes]
-"""What a frame is the newest of (None: it is transactional), and the frame with its tag."""
-
 
 class Outbox:
     """Offer frames as they come; take what is due when the socket can send."""
@@ -51,42 +47,46 @@ class Outbox:
         self._watch_period_s = 1.0 / rate_hz
         self._next_beat = min(self._next_beat, now + self._watch_period_s)
 
-    def offer_all(self, drone_id: DroneId, offered: Iterable[Offered]) -> bool:
-        """Takes frames of one drone, in order. True if the sender must look again: something is due, a beat is set."""
-        at_once = drone_id == self.focus
+    def offer_all(
+        self, drone_id: DroneId, state: Sequence[tuple[StateKey, bytes]], transactional: Sequence[bytes] = ()
+    ) -> bool:
+        """Takes tagged frames of one drone, each kind in order. True if the sender must look again: something is due, a
+        beat is set."""
         look = False
-        for key, tagged in offered:
-            if key is None:
-                self._queue(drone_id, tagged)
-                look = True
-            elif at_once:
+        if transactional:
+            self._queue(drone_id, transactional)
+            look = True
+        if not state:
+            return look
+        if drone_id == self.focus:
+            for key, tagged in state:
                 if len(self._focused) < MOST_STATE_KINDS or (drone_id, key) in self._focused:
                     self._focused[drone_id, key] = tagged
                 else:
                     self._lost[drone_id] += 1
-                look = True
+            return True
+        kinds = self._watched.get(drone_id)
+        if kinds is None:
+            look = look or not self._watched
+            kinds = self._watched[drone_id] = {}
+        for key, tagged in state:
+            if key in kinds or len(kinds) < MOST_STATE_KINDS:
+                kinds[key] = tagged
             else:
-                kinds = self._watched.get(drone_id)
-                if kinds is None:
-                    look = look or not self._watched
-                    kinds = self._watched[drone_id] = {}
-                if key in kinds or len(kinds) < MOST_STATE_KINDS:
-                    kinds[key] = tagged
-                else:
-                    self._lost[drone_id] += 1
+                self._lost[drone_id] += 1
         return look
 
     def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> bool:
-        """`offer_all` of one frame."""
-        return self.offer_all(drone_id, ((key, tagged),))
+        """`offer_all` of one frame; `key` None: it is transactional."""
+        return self.offer_all(drone_id, (), (tagged,)) if key is None else self.offer_all(drone_id, ((key, tagged),))
 
-    def _queue(self, drone_id: DroneId, tagged: bytes) -> None:
+    def _queue(self, drone_id: DroneId, tagged: Sequence[bytes]) -> None:
         queue = self._transactional.get(drone_id)
         if queue is None:
             queue = self._transactional[drone_id] = deque()
-        queue.append(tagged)
-        self._transactional_count += 1
-        if self._transactional_count > MOST_TRANSACTIONAL:
+        queue.extend(tagged)
+        self._transactional_count += len(tagged)
+        while self._transactional_count > MOST_TRANSACTIONAL:
             self._lose_one(drone_id)
 
     def lose(self, drone_id: DroneId, count: int) -> None:

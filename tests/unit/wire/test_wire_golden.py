@@ -72,7 +72,7 @@ def test_a_golden_datagram_opens_by_the_written_layout_alone() -> None:
 def test_golden_datagrams_open() -> None:
     opener = Opener(KEY, LINK)
     names = ("frames", "keepalive_ping", "uplink_ping", "keepalive_pong", "ping_and_frames")
-    contents = [decode_content(opener.open(golden(f"sealed_{name}")).content) for name in names]
+    contents = [decode_content(opener.open(golden(f"sealed_{name}"))) for name in names]
     frames = Frames(DroneId(7), Epoch(3), 5000, [HEARTBEAT, ATTITUDE])
     assert contents == [frames, PING, PROBE, PONG, frames._replace(frames=[ATTITUDE], ping=PING)]
 

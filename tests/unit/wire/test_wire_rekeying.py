@@ -32,13 +32,13 @@ def test_the_receiver_follows_and_opens_what_was_still_on_its_way() -> None:
     opener.open(sealer.seal(b"1"))
     on_its_way, never_came = sealer.seal(b"2"), sealer.seal(b"3")
     sealer.next_key()
-    assert opener.open(sealer.seal(b"4")).content == b"4"
+    assert opener.open(sealer.seal(b"4")) == b"4"
     assert opener.phase == 1
-    assert opener.open(on_its_way).content == b"2"
+    assert opener.open(on_its_way) == b"2"
     assert reason_of(opener, on_its_way) is DropReason.REPLAYED
     opener.retire_last_key()
     assert reason_of(opener, never_came) is DropReason.BAD_KEY_PHASE
-    assert opener.open(sealer.seal(b"5")).content == b"5"
+    assert opener.open(sealer.seal(b"5")) == b"5"
 
 
 def test_a_forger_changes_no_key() -> None:
@@ -47,7 +47,7 @@ def test_a_forger_changes_no_key() -> None:
     for _ in range(3):
         assert reason_of(opener, good[:1] + b"\x01" + good[2:]) is DropReason.NOT_AUTHENTIC
     assert opener.phase == 0
-    assert opener.open(good).content == b"1"
+    assert opener.open(good) == b"1"
 
 
 def test_the_counter_goes_on_so_no_nonce_comes_twice_and_phases_wrap() -> None:

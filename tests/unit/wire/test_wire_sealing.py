@@ -69,7 +69,7 @@ def test_each_refusal_has_its_reason_and_spoils_nothing(case: str) -> None:
     datagram, expected = REFUSALS[case]
     opener = Opener(KEY, LINK)
     assert reason_of(opener, datagram) is expected
-    assert opener.open(GOOD).content == b"content"
+    assert opener.open(GOOD) == b"content"
 
 
 def test_a_repeat_is_refused() -> None:
@@ -81,7 +81,11 @@ def test_a_repeat_is_refused() -> None:
 def test_newest_is_said_of_the_newest_only() -> None:
     sealer, opener = Sealer(KEY, LINK), Opener(KEY, LINK)
     first, second, third = (sealer.seal(bytes([n])) for n in range(3))
-    assert [opener.open(datagram).newest for datagram in (first, third, second)] == [True, True, False]
+    newest = []
+    for datagram in (first, third, second):
+        opener.open(datagram)
+        newest.append(opener.newest)
+    assert newest == [True, True, False]
 
 
 @pytest.mark.parametrize("size", [0, LARGEST_CONTENT_BYTES + 1])
@@ -93,7 +97,7 @@ def test_a_content_that_does_not_fit_is_our_own_mistake(size: int) -> None:
 def test_the_largest_content_makes_the_largest_datagram() -> None:
     datagram = Sealer(KEY, LINK).seal(bytes(LARGEST_CONTENT_BYTES))
     assert len(datagram) == LARGEST_DATAGRAM_BYTES
-    assert Opener(KEY, LINK).open(datagram).content == bytes(LARGEST_CONTENT_BYTES)
+    assert Opener(KEY, LINK).open(datagram) == bytes(LARGEST_CONTENT_BYTES)
 
 
 def test_no_counter_is_used_twice() -> None:
