@@ -51,6 +51,7 @@ class DataEndpoint:
 
     def _came(self) -> None:
         now = time.monotonic()
+        self._rhythm.by_hand = self._hub.anybody_flies_by_hand(now)
         rest_s = self._rhythm.came(now)
         if rest_s is None:
             self._read(now, 1)
@@ -59,7 +60,9 @@ class DataEndpoint:
             self._resting = self._loop.call_later(rest_s, self._rested)
 
     def _rested(self) -> None:
-        count = self._read(time.monotonic(), MOST_AT_ONCE)
+        now = time.monotonic()
+        self._rhythm.by_hand = self._hub.anybody_flies_by_hand(now)
+        count = self._read(now, MOST_AT_ONCE)
         rest_s = 0.0 if count == MOST_AT_ONCE else self._rhythm.rested(count)
         if rest_s is None:
             self._resting = None

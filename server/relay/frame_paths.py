@@ -132,7 +132,7 @@ class FramePaths:
             raise Dropped(DropReason.OFFLINE)
         self._state.traffic.frames_to_agents += 1
         if kind is Kind.STICKS:
-            drone.sticks_at = now
+            drone.sticks_at = self._state.sticks_at = now
             drone.sticks_from = browser.number
 
     @staticmethod

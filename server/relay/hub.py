@@ -34,7 +34,7 @@ from server.relay.hold_orders import HoldOrders
 from server.relay.hub_events import HubEvent
 from server.relay.lease_changes import LeaseChanges
 from server.relay.link_changes import LINK_REPLACED, LinkChanges
-from server.relay.live_drone import LeaseView, LiveDrone, LossCheckMark
+from server.relay.live_drone import MANUAL_FOR_S, LeaseView, LiveDrone, LossCheckMark
 from server.relay.live_state import LiveState
 from server.relay.safety_watch import SafetyWatch
 from server.relay.socket_bounds import SocketBounds
@@ -178,6 +178,10 @@ class Hub:
     def drone_ids(self) -> list[DroneId]:
         """Of every drone there is."""
         return sorted(self._state.drones)
+
+    def anybody_flies_by_hand(self, now: float) -> bool:
+        """Whether sticks have moved any drone within the last seconds."""
+        return now - self._state.sticks_at < MANUAL_FOR_S
 
     def flown_by_hand(self, drone: LiveDrone, now: float) -> bool:
         """Whether sticks have moved this drone within the last seconds."""

@@ -29,6 +29,8 @@ class LiveState:
         self.browsers: dict[int, Browser] = {}
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
+        self.sticks_at = float("-inf")
+        """When the last stick frame of anybody was passed on."""
         self.on_event: Callable[[HubEvent], None] = lambda event: None
         """Whoever acts on what the hub notices."""
 

@@ -1,7 +1,7 @@
 """When the data channel's socket is read: at once, or in rounds with a rest before each. Sans-I/O.
 
-The deadline of batching on this side is LONGEST_REST_S: no datagram waits longer for being read together with others,
-whatever is in it (it is sealed, so nobody can know). Downwards nothing waits.
+The deadline of batching on this side is LONGEST_REST_S, and half of it while anybody flies by hand: no datagram waits
+longer for being read together with others, whatever is in it (it is sealed, so nobody can know). Downwards nothing waits.
 
 A rest pays where company is to be expected. A datagram that comes alone after silence is read at once, and so is each
 one of a single agent that sends every 10 ms: resting would delay them all and bring no two together. Where company is
@@ -12,15 +12,21 @@ much comes that many would wait, rests get shorter: less memory of the kernel, l
 
 from typing import Final
 
-LONGEST_REST_S: Final = 0.010
-"""As long as frames wait for company in the agent (wire.batching)."""
+LONGEST_REST_S: Final = 0.020
+"""For eyes on a map, which is drawn ten times a second. A wake-up of the process costs as much as ten datagrams."""
+
+BY_HAND_REST_S: Final = 0.010
+"""While somebody flies by hand: as long as frames wait for company in the agent (wire.batching)."""
+
+COMPANY_WITHIN_S: Final = 0.005
+"""Datagrams that come so close to each other are company: a single agent sends every 10 ms at most."""
 
 SHORTEST_REST_S: Final = 0.001
 
-ENOUGH: Final = 16
+ENOUGH: Final = 32
 """Datagrams that are to be read together: what one costs does not get less with more of them."""
 
-SEVERAL: Final = 3
+SEVERAL: Final = 4
 """In one rest: then the next one is as good as certain to bring some."""
 
 PATIENCE: Final = 8
@@ -31,15 +37,21 @@ class ReadRhythm:
     """Tell it what came; it says how long to rest, or None: do not."""
 
     def __init__(self) -> None:
+        self.by_hand = False
+        """Whether anybody flies by hand: keep it current."""
         self._patience = 0
         self._rest_s = LONGEST_REST_S
         self._last_alone_at = float("-inf")
 
+    @property
+    def _longest_s(self) -> float:
+        return BY_HAND_REST_S if self.by_hand else LONGEST_REST_S
+
     def came(self, now: float) -> float | None:
         """Something has come while the socket was watched. How long to rest before it is read; None: read it at once."""
         if self._patience:
-            return self._rest_s
-        if now - self._last_alone_at < LONGEST_REST_S / 2:
+            return min(self._rest_s, self._longest_s)
+        if now - self._last_alone_at < COMPANY_WITHIN_S:
             self._patience = PATIENCE
         self._last_alone_at = now
         return None
@@ -48,8 +60,9 @@ class ReadRhythm:
         """So many datagrams were read after a rest. How long the next rest is to be; None: watch the socket."""
         if count > 1:
             self._patience = PATIENCE
-            self._rest_s = min(max(self._rest_s * ENOUGH / count, SHORTEST_REST_S), LONGEST_REST_S)
-            return self._rest_s if count >= SEVERAL or self._rest_s < LONGEST_REST_S else None
+            longest_s = self._longest_s
+            self._rest_s = min(max(self._rest_s * ENOUGH / count, SHORTEST_REST_S), longest_s)
+            return self._rest_s if count >= SEVERAL or self._rest_s < longest_s else None
         self._patience -= 1
         self._rest_s = LONGEST_REST_S
         self._last_alone_at = float("-inf")

@@ -1,6 +1,14 @@
 """When the data channel's socket is read at once, and when it rests for company."""
 
-from server.relay.read_rhythm import ENOUGH, LONGEST_REST_S, PATIENCE, SEVERAL, SHORTEST_REST_S, ReadRhythm
+from server.relay.read_rhythm import (
+    BY_HAND_REST_S,
+    ENOUGH,
+    LONGEST_REST_S,
+    PATIENCE,
+    SEVERAL,
+    SHORTEST_REST_S,
+    ReadRhythm,
+)
 
 
 def in_company() -> ReadRhythm:
@@ -17,7 +25,7 @@ def test_datagrams_far_apart_are_read_at_once() -> None:
 
 def test_one_agent_that_sends_at_every_deadline_is_never_delayed() -> None:
     rhythm = ReadRhythm()
-    assert [rhythm.came(number * LONGEST_REST_S) for number in range(100)] == [None] * 100
+    assert [rhythm.came(number * 0.010) for number in range(100)] == [None] * 100
 
 
 def test_after_two_close_together_the_next_one_begins_a_rest() -> None:
@@ -29,6 +37,17 @@ def test_after_a_round_of_several_the_next_rest_begins_at_once_and_after_a_pair_
     assert rhythm.rested(SEVERAL) == LONGEST_REST_S
     assert rhythm.rested(2) is None
     assert rhythm.came(1.1) == LONGEST_REST_S
+
+
+def test_while_somebody_flies_by_hand_rests_are_shorter_from_the_next_one_on() -> None:
+    rhythm = in_company()
+    assert rhythm.rested(SEVERAL) == LONGEST_REST_S
+    rhythm.by_hand = True
+    assert rhythm.rested(SEVERAL) == BY_HAND_REST_S
+    assert rhythm.rested(2) is None
+    assert rhythm.came(1.1) == BY_HAND_REST_S
+    rhythm.by_hand = False
+    assert rhythm.rested(SEVERAL) == LONGEST_REST_S
 
 
 def test_an_empty_round_is_followed_by_watching() -> None:
