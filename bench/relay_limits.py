@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from bench.relay_measure import idle_us_per_s, measure
-from bench.relay_systems import Pattern, System, ours
+from bench.relay_systems import Pattern, Running, System, ours
 from bench.rows import Report
 
 BURST: Final = Pattern("bursts of 5", 5)
@@ -15,6 +15,9 @@ STEP: Final = 1.3
 LIMIT_S: Final = 1.5
 TRIES: Final = 3
 """Before a rate counts as too high: a machine that stood still for a moment loses frames too."""
+LEAST: Final = 50.0
+"""Frames per second: below this the machine stands still, whatever the system."""
+LOAD_WAS_LATE: Final = "the load could not make more"
 LOAD_KEPT_UP: Final = 0.9
 """Of the wanted rate: below it the load itself is the limit."""
 
@@ -22,33 +25,61 @@ LOAD_KEPT_UP: Final = 0.9
 async def most_without_loss(
     report: Report, systems: dict[str, System], drones: int, place: Path, first: float, steps: int
 ) -> None:
-    """Raises the rate by STEP until frames are lost, or the load cannot make more (a row `load_was_the_limit`, 1)."""
+    """Raises the rate by STEP until frames are lost, or the load cannot make more (a row `load_was_the_limit`, 1).
+
+    Where already the first rate is too much it is lowered by STEP until it is not: every system gets a figure, or a row
+    `failed` with the reason said.
+    """
     for index, (name, system) in enumerate(systems.items()):
         if "watching" in name:
             continue  # conflates: that is no loss
         folder = place / f"limit-{index}"
         folder.mkdir()
-        best, load_limited = 0.0, 0
-        async with system(folder, drones) as running:
-            rate = first
-            for _ in range(steps):
-                for _ in range(TRIES):
-                    one = await measure(
-                        running, frames_per_s=rate, drones=drones, pattern=BURST, for_s=LIMIT_S, idle=0.0, warm=False
-                    )
-                    planned_s = max(LIMIT_S, BURST.burst * drones / rate)
-                    kept_up = one.sending_s < planned_s / LOAD_KEPT_UP + 0.05
-                    if kept_up and one.arrived >= one.sent:
-                        break
-                else:
-                    load_limited = int(one.arrived >= one.sent)
-                    break
-                best = rate
-                rate *= STEP
-                report.say(f"{name}: {best:,.0f} frames/s without loss")
         report.system = name
-        report.add("most without loss", "frames_per_s", best, "1/s")
-        report.add("most without loss", "load_was_the_limit", load_limited, "yes=1")
+        try:
+            async with system(folder, drones) as running:
+                await _find_most(report, name, running, drones, first, steps)
+        except (TimeoutError, RuntimeError, OSError) as reason:
+            report.say(f"{name}: given up: {reason}")
+            report.add("most without loss", "failed", 1, "yes=1")
+
+
+async def _find_most(report: Report, name: str, running: Running, drones: int, first: float, steps: int) -> None:
+    best, why, rate, lowered = 0.0, "", first, False
+    for _ in range(steps):
+        refused = await _why_not(running, rate, drones)
+        if not refused:
+            best = rate
+            report.say(f"{name}: {best:,.0f} frames/s without loss")
+            if lowered:
+                break
+            rate *= STEP
+            continue
+        why = refused
+        report.say(f"{name}: {rate:,.0f} frames/s: {why}")
+        rate /= STEP
+        if best or rate < LEAST:
+            break
+        lowered = True
+    report.add("most without loss", "frames_per_s", best, "1/s")
+    report.add("most without loss", "load_was_the_limit", int(why == LOAD_WAS_LATE), "yes=1")
+
+
+async def _why_not(running: Running, rate: float, drones: int) -> str:
+    """Why this rate is too much; empty if it is not."""
+    why = ""
+    for _ in range(TRIES):
+        one = await measure(
+            running, frames_per_s=rate, drones=drones, pattern=BURST, for_s=LIMIT_S, idle=0.0, warm=False
+        )
+        planned_s = max(LIMIT_S, BURST.burst * drones / rate)
+        if one.arrived < one.sent:
+            why = f"{one.sent - one.arrived} of {one.sent} lost"
+        elif one.sending_s >= planned_s / LOAD_KEPT_UP + 0.05:
+            why = LOAD_WAS_LATE
+        else:
+            return ""
+    return why
 
 
 async def browsers_served(

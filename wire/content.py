@@ -1,5 +1,7 @@
-"""What is inside a sealed datagram: frames (with a ping or without), a ping, a pong, an urgent message (docs/wire-protocol.md,
-3.2)."""
+"""What is inside a sealed datagram: frames (with a ping or without), a ping, a pong, an urgent message.
+
+The layouts are in docs/wire-protocol.md, 3.2.
+"""
 
 from collections.abc import Sequence
 from enum import IntEnum

@@ -1,4 +1,4 @@
-"""Round trip and loss of a link. One side leads, the agent: it pings on its own and tells in each ping what it measured.
+"""Round trip and loss of a link. One side leads, the agent: it pings on its own and says in each ping what it measured.
 
 So the tower knows as much without pings and clocks of its own: with a thousand links they would be most of its work.
 Only while somebody flies does it ping as well (`watch_closely`): then it must notice by itself, and at once, that
@@ -92,7 +92,7 @@ class Keepalive:
         return sample
 
     def told(self, ping: Ping) -> float | None:
-        """The other side's ping: the round trip in it, in seconds, unless it has none or this side measures by itself."""
+        """The other side's ping: the round trip told in it, in seconds. None if this side measures by itself."""
         if self._pings or ping.sequence <= self._newest_heard:
             return None
         self._newest_heard = ping.sequence

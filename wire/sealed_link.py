@@ -31,7 +31,6 @@ from wire.path_mtu import SAFE_DATAGRAM_BYTES, SeenMtu
 from wire.rekeying import Rekeying, Retiring
 from wire.sealing import OVERHEAD_BYTES, Opener, Sealer
 
-
 PINGS_ALONG_WHILE_PROVEN_S: Final = 0.75
 """A ping goes along with frames only while what this side sends is known to arrive: where it is not, frames may be kept
 back on their way out (a stream that has stalled) and pings must not."""
@@ -199,8 +198,8 @@ class SealedLink:
         return [seal(content) for content in contents]
 
     def _ping_along(self, frames: Sequence[bytes], largest_bytes: int, now: float) -> Ping | None:
-        """A ping to go with these frames, where it saves a datagram: by the time that the next frames come, if they come
-        as the last ones did, it would have had to leave by itself."""
+        """A ping to go with these frames, where that saves a datagram: it would have to leave by itself before the next
+        frames come, if they come as the last ones did."""
         interval_s = min(now - self._frames_left_at, PING_INTERVAL_S)
         self._frames_left_at = now
         if now + interval_s < self.keepalive.next_ping_at or now - self._proven_at > PINGS_ALONG_WHILE_PROVEN_S:

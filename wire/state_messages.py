@@ -60,7 +60,8 @@ def state_key(frame: bytes) -> StateKey | None:
 
     The instance tells apart, say, two batteries of one sender; it is 0 where the message has none.
     """
-    # Asked once for every frame that anybody sends: the five bytes that say who sent what answer for nearly all of them.
+    # Asked once for every frame that anybody sends: the five bytes of the header that say who sent what are enough for
+    # nearly all of them.
     if frame[0] == MAGIC_V2:
         head = frame[5:10]
         known = _KNOWN.get(head, _UNKNOWN)

@@ -20,7 +20,7 @@ from enum import StrEnum
 from typing import Final
 
 FALL_BACK_AFTER_S: Final = 1.5
-"""Some eight proofs are due in this time, with those of the probes that are sent in doubt."""
+"""Some six proofs are due in this time, with those of the probes that are sent in doubt."""
 
 IN_DOUBT_AFTER_S: Final = 0.75
 PROBE_IN_DOUBT_S: Final = 0.2

@@ -76,9 +76,7 @@ class Browser:
         """(text messages, transactional frames, state frames) that wait at this moment."""
         return len(self._events), *self.outbox.waiting()
 
-    def offer(
-        self, drone_id: DroneId, state: Sequence[tuple[StateKey, bytes]], transactional: Sequence[bytes]
-    ) -> None:
+    def offer(self, drone_id: DroneId, state: Sequence[tuple[StateKey, bytes]], transactional: Sequence[bytes]) -> None:
         """Puts tagged frames of one drone in the outbox."""
         if self.outbox.offer_all(drone_id, state, transactional):
             self._wake()

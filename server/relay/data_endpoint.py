@@ -1,8 +1,9 @@
 """The tower's UDP socket, the thin shell of the data channel: hands datagrams to the hub, counts what it refuses.
 
 A plain socket: with 50 drones at 500 to 2,500 datagrams a second that costs a quarter to a third less than uvloop's own
-datagram transport, and the same on a loop that has none. A datagram that comes alone is read at once. Those that come in
-company are read in rounds (`read_rhythm`): a wake-up of the process costs as much as ten datagrams in one that is awake.
+datagram transport, and the same on a loop that has none. A datagram that comes alone is read at once. Those that come
+in company are read in rounds (`read_rhythm`): a wake-up of the process costs more than ten datagrams in one that is
+awake.
 """
 
 import asyncio

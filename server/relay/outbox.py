@@ -25,6 +25,7 @@ MOST_STATE_KINDS: Final = 128
 """Kinds of state per drone. Real autopilots send about 40; a sender that invents more gets no more memory: what finds
 no place counts as lost, and the browser is told."""
 
+
 class Outbox:
     """Offer frames as they come; take what is due when the socket can send."""
 

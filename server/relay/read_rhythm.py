@@ -1,7 +1,8 @@
 """When the data channel's socket is read: at once, or in rounds with a rest before each. Sans-I/O.
 
 The deadline of batching on this side is LONGEST_REST_S, and half of it while anybody flies by hand: no datagram waits
-longer for being read together with others, whatever is in it (it is sealed, so nobody can know). Downwards nothing waits.
+longer for being read together with others, whatever is in it (it is sealed, so nobody can know). Downwards nothing
+waits.
 
 A rest pays where company is to be expected. A datagram that comes alone after silence is read at once, and so is each
 one of a single agent that sends every 10 ms: resting would delay them all and bring no two together. Where company is
@@ -48,7 +49,7 @@ class ReadRhythm:
         return BY_HAND_REST_S if self.by_hand else LONGEST_REST_S
 
     def came(self, now: float) -> float | None:
-        """Something has come while the socket was watched. How long to rest before it is read; None: read it at once."""
+        """Something has come while the socket was watched. How long to rest before reading it; None: do it at once."""
         if self._patience:
             return min(self._rest_s, self._longest_s)
         if now - self._last_alone_at < COMPANY_WITHIN_S:

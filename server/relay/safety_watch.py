@@ -15,7 +15,7 @@ from wire.ids import UserId
 OFFER_LAPSES_AFTER_S: Final = 60.0
 
 CLOSE_FOR_S: Final = 60.0
-"""For so long after the last stick the tower goes on to ping by itself: longer than any hold that it may have to see."""
+"""For so long after the last stick the tower goes on to ping by itself: longer than any hold it may have to see."""
 
 
 class SafetyWatch:

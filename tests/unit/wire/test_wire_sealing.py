@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from wire.content import (
     LARGEST_URGENT_BYTES,
-    PING_BYTES,
     Frames,
     Pong,
     Urgent,
