@@ -115,6 +115,8 @@ class LiveDrone:
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
+    close_until: float = NEVER
+    """Until then the tower measures the round trip by itself (`safety_watch`)."""
     settled: bool = False
     """Nobody flies it and the clock changes nothing about it: `safety_watch` looks at its link only."""
     watchers: dict[int, Browser] = field(default_factory=dict)

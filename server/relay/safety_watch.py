@@ -15,7 +15,7 @@ from wire.ids import UserId
 OFFER_LAPSES_AFTER_S: Final = 60.0
 
 CLOSE_FOR_S: Final = 60.0
-"""For so long after the last stick the tower goes on to ping by itself: longer than any hold it may have to see."""
+"""For so long after somebody had the controls the tower goes on to ping by itself: longer than any hold lasts."""
 
 
 class SafetyWatch:
@@ -35,7 +35,7 @@ class SafetyWatch:
                 and lease.assistant is None
                 and not lease.offered
                 and not drone.record.loans
-                and now - drone.sticks_at > CLOSE_FOR_S
+                and now > drone.close_until
             ):
                 if drone.settled:
                     link = drone.link
@@ -82,8 +82,9 @@ class SafetyWatch:
     def _watch_link(self, drone: LiveDrone, now: float) -> None:
         if drone.link is None:
             return
-        flown = drone.holder_id is not None or drone.lease.assistant is not None
-        drone.link.sealed.keepalive.watch_closely(flown or now - drone.sticks_at < CLOSE_FOR_S, now)
+        if drone.holder_id is not None or drone.lease.assistant is not None:
+            drone.close_until = now + CLOSE_FOR_S
+        drone.link.sealed.keepalive.watch_closely(now <= drone.close_until, now)
         drone.link.send_keepalives(now)
         if drone.online and not drone.link.is_heard(now):
             drone.online = False

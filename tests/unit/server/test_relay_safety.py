@@ -226,6 +226,38 @@ def test_a_round_trip_that_stays_too_long_while_flying_by_hand_is_reported_once(
     assert 500 < event.rtt_ms < 1000
 
 
+def test_while_somebody_has_the_controls_and_for_a_while_after_it_the_tower_pings_by_itself(scene: Scene) -> None:
+    def tower_pings(now: float) -> bool:
+        """Whether a ping of its own is set, and goes out when it is due."""
+        scene.keep_alive(now)
+        keepalive = scene.agent.link.sealed.keepalive
+        set_for = keepalive.next_ping_at
+        scene.keep_alive(now + 0.51)
+        return set_for <= now + 0.5 and keepalive.next_ping_at > set_for
+
+    assert all(tower_pings(now) for now in (1.0, 1.6, 2.2))
+    scene.lease(LeaseView(holder=None, taken_from=None, epoch=Epoch(2)), "revoked", 3.0)
+    assert tower_pings(3.1), "a hold may be on its way"
+    assert tower_pings(50.0)
+    assert not any(tower_pings(70.0 + second) for second in range(3))
+    scene.lease(LeaseView(holder=ALICE, taken_from=None, epoch=Epoch(3)), "acquired", 80.0)
+    assert tower_pings(80.1)
+
+
+def test_a_drone_that_nobody_flies_still_goes_offline_and_comes_back(scene: Scene) -> None:
+    scene.lease(LeaseView(holder=None, taken_from=None, epoch=Epoch(2)), "released")
+    for second in range(70):
+        scene.keep_alive(float(second))
+    drone = scene.hub.drone(ONE)
+    assert drone is not None and drone.settled and drone.online
+    scene.hub.tick(72.0)
+    assert drone.online
+    scene.hub.tick(72.5)
+    assert not drone.online
+    scene.keep_alive(73.0)
+    assert drone.online
+
+
 def test_two_windows_of_one_pilot_do_not_fly_by_turns(scene: Scene) -> None:
     other = scene.world.browser(1)
     scene.fly(0.5)
