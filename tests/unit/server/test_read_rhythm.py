@@ -74,4 +74,4 @@ def test_many_make_rests_shorter_until_enough_come_together() -> None:
         rest_s = rhythm.rested(round(per_s * rest_s))
     assert rest_s is not None and round(per_s * rest_s) == ENOUGH
     assert rhythm.rested(100 * ENOUGH) == SHORTEST_REST_S
-    assert rhythm.rested(2) == 8 * SHORTEST_REST_S
+    assert rhythm.rested(2) == ENOUGH / 2 * SHORTEST_REST_S

@@ -211,5 +211,5 @@ def test_what_may_not_be_resumed(scene: Scene) -> None:
     assert scene.hub.resumable(link_id + 1, ONE, 0.5) is None
     assert scene.hub.resumable(link_id, ONE, SILENT_S + 0.1) is None, "its datagrams do not come"
     late = OUTLIVED_AFTER_S + 1.0
-    scene.agent.link.sealed.keepalive.heard(late)
+    scene.agent.link.sealed.keepalive.heard_at = late
     assert scene.hub.resumable(link_id, ONE, late) is None, "keys that should have been changed long ago"
