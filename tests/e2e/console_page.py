@@ -151,7 +151,10 @@ def visitors(chromium: Browser, address: str) -> Iterator[Somebody]:
 
     def come(*, has_touch: bool = False) -> ConsolePage:
         size: ViewportSize = {"width": 1180, "height": 820} if has_touch else {"width": 1280, "height": 800}
-        context = chromium.new_context(viewport=size, reduced_motion="reduce", has_touch=has_touch)
+        # What is kept for times without a network has tests of its own; filling it would cost each profile seconds.
+        context = chromium.new_context(
+            viewport=size, reduced_motion="reduce", has_touch=has_touch, service_workers="block"
+        )
         contexts.append(context)
         page = ConsolePage(context.new_page(), address)
         page.open()

@@ -51,4 +51,7 @@ export function applyTheme(): void {
   const { theme } = preferences;
   const isLight = theme === 'light' || (theme === 'system' && systemIsLight.matches);
   document.documentElement.dataset['theme'] = isLight ? 'light' : 'dark';
+  // The bar of an installed console has the colour of ours; the page's own words know only what the system prefers.
+  const panel = getComputedStyle(document.documentElement).getPropertyValue('--panel').trim();
+  for (const one of document.querySelectorAll<HTMLMetaElement>('meta[name="theme-color"]')) one.content = panel;
 }

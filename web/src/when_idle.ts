@@ -1,0 +1,22 @@
+/** Work that must not be in the way of what somebody waits for. */
+
+const LATEST_MS = 3_000;
+const WITHOUT_IDLE_MS = 1_000;
+
+/** Runs `work` once the page is loaded and has nothing to do. Returns what calls it off. */
+export function whenIdle(work: () => void): () => void {
+  let isOff = false;
+  const run = (): void => {
+    if (!isOff) work();
+  };
+  const wait = (): void => {
+    // Not every browser has it.
+    if ('requestIdleCallback' in window) window.requestIdleCallback(run, { timeout: LATEST_MS });
+    else setTimeout(run, WITHOUT_IDLE_MS);
+  };
+  if (document.readyState === 'complete') wait();
+  else window.addEventListener('load', wait, { once: true });
+  return () => {
+    isOff = true;
+  };
+}
