@@ -53,6 +53,8 @@ from server.schema import check_schema
 from server.settings import Settings
 from server.system import routes as system_routes
 from server.system.loop_lag import LoopLag
+from server.tile_source import TileAddresses
+from server.tiles import routes as tile_routes
 from server.tower import Tower
 from server.vault import Vault
 
@@ -67,6 +69,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     settings_routes.router,
     safety_routes.router,
     relay_routes.router,
+    tile_routes.router,
     token_routes.router,
     user_routes.router,
     audit_routes.router,
@@ -80,6 +83,7 @@ _TAGS: Final = (
     {"name": "drones", "description": "The squad, and its administration."},
     {"name": "enrolment", "description": "How the agent of a drone comes by its credential."},
     {"name": "control", "description": "Who has the controls of a drone."},
+    {"name": "map", "description": "The tiles of the map."},
     {"name": "users", "description": "Users administration, for admins."},
     {"name": "audit", "description": "Who did what, for admins."},
     {"name": "metrics", "description": "What the tower counts, for Prometheus."},
@@ -113,7 +117,8 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
     app.add_middleware(BodyCheck)
     app.add_middleware(OriginCheck, settings=settings)
     app.add_middleware(UnexpectedErrors)
-    app.add_middleware(SecurityHeaders, api_prefix="/api/")
+    tiles_from = settings.tiles.origin if isinstance(settings.tiles, TileAddresses) else None
+    app.add_middleware(SecurityHeaders, api_prefix="/api/", tiles_from=tiles_from)
     return app
 
 

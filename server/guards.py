@@ -10,22 +10,27 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from server.problems import INTERNAL, problem
 
-CONTENT_SECURITY_POLICY: Final = "; ".join(
-    (
-        "default-src 'self'",
-        "script-src 'self'",
-        "style-src 'self'",
-        "img-src 'self' data: blob:",
-        "worker-src 'self'",
-        "connect-src 'self'",
-        "object-src 'none'",
-        "base-uri 'none'",
-        "frame-ancestors 'none'",
-        "form-action 'self'",
+
+def content_security_policy(tiles_from: str | None = None) -> str:
+    """What a page of ours may load. `tiles_from`: the one other origin, of map tiles, that an admin has set."""
+    tiles = f" {tiles_from}" if tiles_from else ""
+    return "; ".join(
+        (
+            "default-src 'self'",
+            "script-src 'self'",
+            "style-src 'self'",
+            f"img-src 'self' data: blob:{tiles}",
+            "worker-src 'self'",
+            f"connect-src 'self'{tiles}",
+            "object-src 'none'",
+            "base-uri 'none'",
+            "frame-ancestors 'none'",
+            "form-action 'self'",
+        )
     )
-)
+
+
 _HEADERS: Final = {
-    "Content-Security-Policy": CONTENT_SECURITY_POLICY,
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     # Old browsers know no frame-ancestors.
@@ -40,9 +45,10 @@ _log = structlog.get_logger(__name__)
 
 
 class SecurityHeaders:
-    def __init__(self, app: ASGIApp, *, api_prefix: str) -> None:
+    def __init__(self, app: ASGIApp, *, api_prefix: str, tiles_from: str | None = None) -> None:
         self._app = app
         self._api_prefix = api_prefix
+        self._headers = {"Content-Security-Policy": content_security_policy(tiles_from), **_HEADERS}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -53,10 +59,10 @@ class SecurityHeaders:
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
-                for name, value in _HEADERS.items():
+                for name, value in self._headers.items():
                     headers[name] = value
                 if is_api:
-                    headers["Cache-Control"] = "no-store"
+                    headers.setdefault("Cache-Control", "no-store")
             await send(message)
 
         await self._app(scope, receive, send_with_headers)

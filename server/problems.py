@@ -41,6 +41,7 @@ from server.fleet.loans import BadLoan, OwnerAlready
 from server.names import BadName
 from server.private_path import NotPrivate
 from server.refusal import Refusal, RetryLater
+from server.tile_source import NoTileFile
 
 MEDIA_TYPE: Final = "application/problem+json"
 
@@ -81,6 +82,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     TooManySignIns: Kind("busy", 503, "The tower is busy"),
     AdminsOnly: Kind("admins-only", 403, "For admins only"),
     UnknownDrone: Kind("unknown-drone", 404, "No such drone"),
+    NoTileFile: Kind("no-tiles", 404, "No map tiles here"),
     UnknownUser: Kind("unknown-user", 404, "No such user"),
     UnknownToken: Kind("unknown-token", 404, "No such token"),
     TooManyTokens: Kind("too-many-tokens", 409, "Too many tokens"),

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
+from server.tile_source import TileSource, read_tiles
 from server.vault import KEY_FILE, parse_keys
 
 _CHECKOUT: Final = Path(__file__).resolve().parent.parent
@@ -94,6 +95,12 @@ def _keys(text: str) -> str:
     return text
 
 
+def _attribution(text: str) -> str:
+    if len(text) > 200 or not text.isprintable():
+        raise ValueError("must be at most 200 printable characters")
+    return text
+
+
 def _log_format(text: str) -> str:
     if text not in {"auto", "human", "json"}:
         raise ValueError("must be auto, human or json")
@@ -144,6 +151,11 @@ class Settings:
     address_sockets: int = _setting(200, "TOWER_ADDRESS_SOCKETS", _number(1, 100_000))
     metrics_token: str = field(default="", repr=False, metadata=_from("TOWER_METRICS_TOKEN", _secret))
     """Whoever shows it may read the metrics. Empty: only admins, and API tokens made for it."""
+    tiles: TileSource | None = field(default=None, metadata=_from("TOWER_TILES", read_tiles))
+    """What the map shows over its coastline; None: nothing."""
+    tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)
+    tiles_most_zoom: int = _setting(19, "TOWER_TILES_MOST_ZOOM", _number(0, 24))
+    """Of tiles from elsewhere; beyond it they are stretched. A file says its own."""
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
 
     def __post_init__(self) -> None:

@@ -1,4 +1,4 @@
-/** A MapLibre map with the embedded basemap: coastlines and borders, all served by the tower. */
+/** A MapLibre map with the embedded basemap (coastlines and borders, served by the tower), and tiles over it if there are any. */
 
 import {
   Map as MapLibreMap,
@@ -11,18 +11,21 @@ import workerUrl from 'maplibre-gl/dist/maplibre-gl-worker.mjs?worker&url';
 import 'maplibre-gl/dist/maplibre-gl.css';
 
 import { readTheme, type MapTheme } from './theme';
+import { TILES, tileLayers, tileSource, type Tiles } from './tile_layers';
+
+export { readTiles } from './tile_source';
 
 setWorkerUrl(new URL(workerUrl, import.meta.url).href);
 
 const MOST_ZOOM = 21;
 
-function basemap(theme: MapTheme): StyleSpecification {
+function basemap(theme: MapTheme, tiles: Tiles | null): StyleSpecification {
   const served = (name: string): string => new URL(`basemap/${name}.json`, document.baseURI).href;
   // Natural Earth is coarse: beyond this zoom its tiles are only stretched.
   const source = (name: string) => ({ type: 'geojson' as const, data: served(name), maxzoom: 8, tolerance: 0.3 });
   return {
     version: 8,
-    sources: { land: source('land'), borders: source('borders') },
+    sources: { land: source('land'), borders: source('borders'), ...(tiles && { [TILES]: tileSource(tiles) }) },
     layers: [
       { id: 'sea', type: 'background', paint: { 'background-color': theme.sea } },
       {
@@ -34,14 +37,15 @@ function basemap(theme: MapTheme): StyleSpecification {
       },
       { id: 'borders', type: 'line', source: 'borders', paint: { 'line-color': theme.border, 'line-width': 1 } },
       { id: 'coast', type: 'line', source: 'land', paint: { 'line-color': theme.coast, 'line-width': 1 } },
+      ...(tiles ? tileLayers(tiles, theme) : []),
     ],
   };
 }
 
-export function createMap(container: HTMLElement): MapLibreMap {
+export function createMap(container: HTMLElement, tiles: Tiles | null): MapLibreMap {
   const map = new MapLibreMap({
     container,
-    style: basemap(readTheme()),
+    style: basemap(readTheme(), tiles),
     center: [8, 47],
     zoom: 3,
     maxZoom: MOST_ZOOM,
@@ -60,6 +64,6 @@ export function createMap(container: HTMLElement): MapLibreMap {
   return map;
 }
 
-export function applyTheme(map: MapLibreMap): void {
-  map.setStyle(basemap(readTheme()), { diff: true });
+export function applyTheme(map: MapLibreMap, tiles: Tiles | null): void {
+  map.setStyle(basemap(readTheme(), tiles), { diff: true });
 }

@@ -7,6 +7,9 @@ export interface MapTheme {
   readonly land: string;
   readonly coast: string;
   readonly border: string;
+  readonly green: string;
+  readonly building: string;
+  readonly road: string;
   readonly grid: string;
   readonly gridText: string;
   readonly halo: string;
@@ -26,6 +29,9 @@ export function readTheme(): MapTheme {
     land: token('map-land'),
     coast: token('map-coast'),
     border: token('map-border'),
+    green: token('map-green'),
+    building: token('map-building'),
+    road: token('map-road'),
     grid: token('map-grid'),
     gridText: token('map-grid-text'),
     halo: token('map-halo'),

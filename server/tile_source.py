@@ -1,0 +1,101 @@
+"""Where the map's tiles come from: the text of `TOWER_TILES`, read into what the tower and the console need of it.
+
+Nothing (the console's own coastline), a template of addresses of raster tiles somewhere else, or a PMTiles file that
+the tower serves. A file is looked into here, so that a wrong one is said at start and not by an empty map.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+from urllib.parse import urlsplit
+
+from server.refusal import Refusal
+
+PLACES: Final = ("{z}", "{x}", "{y}")
+TileKind = Literal["raster", "vector"]
+
+# https://github.com/protomaps/PMTiles/blob/main/spec/v3/spec.md
+_HEADER_BYTES: Final = 127
+_MAGIC: Final = b"PMTiles"
+_VERSION: Final = 3
+_TILE_TYPE_AT: Final = 99
+_TILE_TYPES: Final[dict[int, TileKind]] = {1: "vector", 2: "raster", 3: "raster", 4: "raster", 5: "raster"}
+"""MVT; PNG, JPEG, WebP, AVIF."""
+
+
+class NoTileFile(Refusal):
+    """This tower serves no tiles of its own."""
+
+    def __init__(self) -> None:
+        super().__init__("this tower has no file of map tiles")
+
+
+@dataclass(frozen=True)
+class TileAddresses:
+    """Raster tiles that browsers fetch from somewhere else."""
+
+    template: str
+
+    @property
+    def origin(self) -> str:
+        """The only address besides ours that the console's page may then ask."""
+        parts = urlsplit(self.template)
+        return f"{parts.scheme}://{parts.netloc}"
+
+
+@dataclass(frozen=True)
+class TileFile:
+    """A PMTiles file, absolute."""
+
+    path: Path
+    kind: TileKind
+
+
+TileSource = TileAddresses | TileFile
+
+
+def read_tiles(text: str) -> TileSource:
+    """Raises ValueError with what is wrong."""
+    return _addresses(text) if "://" in text else _file(Path(text))
+
+
+def _addresses(text: str) -> TileAddresses:
+    if not text.startswith(("https://", "http://")):
+        raise ValueError("must be an https:// address, or the path of a .pmtiles file")
+    if not text.isascii() or not text.isprintable() or any(letter in text for letter in " ;,'\"<>\\"):
+        raise ValueError("must not contain spaces, quotes, commas or semicolons")
+    missing = [place for place in PLACES if text.count(place) != 1]
+    if missing:
+        raise ValueError(
+            f"must contain {', '.join(missing)} once, like https://tiles.example.org/{{z}}/{{x}}/{{y}}.png"
+        )
+    parts = urlsplit(text)
+    try:
+        has_host = bool(parts.hostname) and (parts.port is None or parts.port > 0)
+    except ValueError:
+        has_host = False
+    if not has_host or any(place in parts.netloc for place in ("{", "}", "*", "@")):
+        raise ValueError("must name one host, without a password and without {s} or * in it")
+    if any(letter in text.replace("{z}", "").replace("{x}", "").replace("{y}", "") for letter in "{}"):
+        raise ValueError("must not contain other places than {z}, {x} and {y}")
+    return TileAddresses(text)
+
+
+def _file(path: Path) -> TileFile:
+    try:
+        with path.open("rb") as file:
+            header = file.read(_HEADER_BYTES)
+    except FileNotFoundError:
+        raise ValueError("names a file that is not there") from None
+    except OSError as error:
+        raise ValueError(f"names a file that cannot be read: {error.strerror}") from None
+    if len(header) < _HEADER_BYTES or not header.startswith(_MAGIC):
+        raise ValueError("names a file that is not PMTiles")
+    if header[len(_MAGIC)] != _VERSION:
+        raise ValueError(f"names a PMTiles file of version {header[len(_MAGIC)]}: only version {_VERSION} is known")
+    kind = _TILE_TYPES.get(header[_TILE_TYPE_AT])
+    if kind is None:
+        raise ValueError("names a PMTiles file whose tiles are neither images nor MVT")
+    return TileFile(path.absolute(), kind)

@@ -1,0 +1,84 @@
+"""Tiles that the tower serves, seen on the map: drawn where there are any, and the coastline where there are none."""
+
+import base64
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from console_page import ConsolePage, signed_in, visitors
+from playwright.sync_api import Browser, expect
+from tile_files import MVT, PNG, all_over_mvt, one_colour_png, write_tile_file
+from worlds.processes import World
+
+EAST, WEST = 31.7, -11.3
+"""Degrees of longitude: land in the half with a tile, sea in the half without."""
+RED = (200, 30, 40)
+COLOUR_AT = """async ([picture, x, y]) => {
+  const image = new Image();
+  image.src = `data:image/png;base64,${picture}`;
+  await image.decode();
+  const canvas = new OffscreenCanvas(image.width, image.height).getContext('2d');
+  canvas.drawImage(image, 0, 0);
+  return [...canvas.getImageData(x, y, 1, 1).data].slice(0, 3);
+}"""
+
+
+@pytest.fixture
+def tiled(tmp_path: Path, prepared_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[World]:
+    """A tower with a file of tiles beside its database."""
+    shutil.copytree(prepared_folder, tmp_path, dirs_exist_ok=True)
+    monkeypatch.setenv("TOWER_TILES", str(tmp_path / "tiles.pmtiles"))
+    monkeypatch.setenv("TOWER_TILES_ATTRIBUTION", "© The surveyors")
+    write_tile_file(tmp_path / "tiles.pmtiles", PNG, one_colour_png(*RED), {})
+    with World(tmp_path, prepared=True) as world:
+        world.start_tower()
+        yield world
+
+
+def token(console: ConsolePage, name: str) -> tuple[int, ...]:
+    text = console.page.evaluate(f"getComputedStyle(document.documentElement).getPropertyValue('--{name}').trim()")
+    return tuple(bytes.fromhex(str(text).removeprefix("#")))
+
+
+def colour(console: ConsolePage, lon_deg: float) -> tuple[int, ...]:
+    """Of the map in its middle height, at this longitude."""
+    frame = console.part("map")
+    box = frame.bounding_box()
+    assert box is not None
+    zoom, middle = float(frame.get_attribute("data-zoom") or 0), float(frame.get_attribute("data-lon") or 0)
+    x = box["width"] / 2 + (lon_deg - middle) * 512 * 2**zoom / 360
+    picture = base64.b64encode(frame.screenshot()).decode()
+    return tuple(console.page.evaluate(COLOUR_AT, [picture, round(x), round(box["height"] / 2)]))
+
+
+def expect_colours(console: ConsolePage, east: tuple[int, ...]) -> None:
+    expect(console.part("map")).to_have_attribute("data-zoom", "3.0")
+    console.wait("the tile", lambda: colour(console, EAST) == east)
+    # No tile there, and no hole either.
+    assert colour(console, WEST) == token(console, "map-sea")
+
+
+def test_tiles_are_drawn_where_the_file_has_some_and_the_coastline_elsewhere(chromium: Browser, tiled: World) -> None:
+    with visitors(chromium, tiled.address) as somebody:
+        alice = signed_in(somebody, "alice")
+        expect(alice.part("map-attribution")).to_have_text("© The surveyors")
+        # She moves it by a hair, so that the page says where it is.
+        alice.page.locator(".maplibregl-canvas").press("ArrowRight")
+        expect_colours(alice, RED)
+        assert [said for said in alice.complaints if "401" not in said] == []
+
+        # Another file in its place is a vector map: its colours are the theme's.
+        write_tile_file(
+            tiled.folder / "tiles.pmtiles",
+            MVT,
+            all_over_mvt("buildings"),
+            {"vector_layers": [{"id": "buildings", "fields": {}}, {"id": "places", "fields": {}}]},
+        )
+        tiled.tower.terminate()
+        tiled.tower.wait()
+        tiled.start_tower()
+        alice.page.reload()
+        expect(alice.part("squad-row").first).to_be_visible()
+        alice.page.locator(".maplibregl-canvas").press("ArrowRight")
+        expect_colours(alice, token(alice, "map-building"))

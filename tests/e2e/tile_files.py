@@ -1,0 +1,58 @@
+"""Small PMTiles files (version 3), written down byte by byte: one tile of zoom 1, and nothing anywhere else."""
+
+import json
+import struct
+import zlib
+from pathlib import Path
+from typing import Final
+
+NORTH_EAST_ID: Final = 4
+"""Of tile 1/1/0, in the order of the Hilbert curve: east of Greenwich, north of the equator."""
+PNG, MVT = 2, 1
+NOT_COMPRESSED: Final = 1
+
+
+def varint(number: int) -> bytes:
+    out = bytearray()
+    while number > 0x7F:
+        out.append(number & 0x7F | 0x80)
+        number >>= 7
+    return bytes([*out, number])
+
+
+def write_tile_file(file: Path, kind: int, tile: bytes, metadata: object) -> None:
+    # How many entries; of each: id, how often it repeats, length, offset plus one.
+    directory = b"".join(varint(number) for number in (1, NORTH_EAST_ID, 1, len(tile), 1))
+    said = json.dumps(metadata).encode()
+    at = 127
+    places = (at, len(directory), at + len(directory), len(said), 0, 0, at + len(directory) + len(said), len(tile))
+    head = struct.pack("<7sB8Q3Q", b"PMTiles", 3, *places, 1, 1, 1)
+    # The whole north is said to be covered: that the western half is not there is found out by asking.
+    bounds = (-1_800_000_000, 0, 1_800_000_000, 850_000_000)
+    rest = struct.pack("<6B4iB2i", 1, NOT_COMPRESSED, NOT_COMPRESSED, kind, 1, 1, *bounds, 1, 0, 0)
+    file.write_bytes(head + rest + directory + said + tile)
+
+
+def one_colour_png(red: int, green: int, blue: int, side: int = 256) -> bytes:
+    def chunk(name: bytes, body: bytes) -> bytes:
+        return struct.pack(">I", len(body)) + name + body + struct.pack(">I", zlib.crc32(name + body))
+
+    rows = (b"\0" + bytes((red, green, blue)) * side) * side
+    head = struct.pack(">2I5B", side, side, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+
+
+def all_over_mvt(layer: str, extent: int = 4096) -> bytes:
+    """A vector tile with one polygon, which is the whole tile."""
+
+    def field(number: int, body: bytes) -> bytes:
+        return varint(number << 3 | 2) + varint(len(body)) + body
+
+    def value(number: int, what: int) -> bytes:
+        return varint(number << 3) + varint(what)
+
+    there, back = 2 * extent, 2 * extent - 1  # zigzag
+    move_to, line_to_thrice, close = 9, 26, 15
+    steps = (move_to, 0, 0, line_to_thrice, there, 0, 0, there, back, 0, close)
+    feature = value(3, 3) + field(4, b"".join(varint(step) for step in steps))
+    return field(3, field(1, layer.encode()) + field(2, feature) + value(5, extent) + value(15, 2))

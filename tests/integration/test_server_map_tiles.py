@@ -1,0 +1,105 @@
+"""The map's tiles as the tower gives them out: which there are, and a file of them by ranges."""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Final
+
+import httpx
+import pytest
+from tower_world import TowerWorld, assert_problem, start_tower
+
+from server.tile_source import TileAddresses, TileFile
+
+CONTENT: Final = bytes(range(256)) * 40
+FILE: Final = "/api/v1/map/tiles.pmtiles"
+
+
+@pytest.fixture
+async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
+    file = tmp_path / "region.pmtiles"
+    file.write_bytes(CONTENT)
+    source = TileFile(file, "raster")
+    async with start_tower(tmp_path, tiles=source, tiles_attribution="© The surveyors") as running:
+        yield running
+
+
+@pytest.fixture
+async def olga(world: TowerWorld) -> httpx.AsyncClient:
+    return await world.signed_in(await world.add_user("olga"))
+
+
+async def test_the_file_is_for_whoever_is_signed_in(world: TowerWorld, olga: httpx.AsyncClient) -> None:
+    stranger = await world.client()
+    assert_problem(await stranger.get("/api/v1/map"), 401, "not-signed-in")
+    assert_problem(await stranger.get(FILE, headers={"Range": "bytes=0-9"}), 401, "not-signed-in")
+    assert (await stranger.head(FILE)).status_code == 401
+    said = (await olga.get("/api/v1/map")).json()
+    url = said.pop("url")
+    assert said == {"tiles": "file", "kind": "raster", "most_zoom": None, "attribution": "© The surveyors"}
+    whole = await olga.get(url)
+    assert whole.status_code == 200
+    assert whole.content == CONTENT
+    assert whole.headers["accept-ranges"] == "bytes"
+    assert whole.headers["content-type"] == "application/vnd.pmtiles"
+    assert whole.headers["cache-control"] == "private, max-age=604800, no-transform"
+    assert "content-encoding" not in whole.headers
+
+
+@pytest.mark.parametrize(
+    ("asked", "first", "last"),
+    [("bytes=0-126", 0, 126), ("bytes=100-100", 100, 100), ("bytes=10200-", 10200, 10239), ("bytes=-7", 10233, 10239)],
+)
+async def test_a_range_is_answered_with_just_that(olga: httpx.AsyncClient, asked: str, first: int, last: int) -> None:
+    answer = await olga.get(FILE, headers={"Range": asked, "Accept-Encoding": "br, gzip"})
+    assert answer.status_code == 206
+    assert answer.content == CONTENT[first : last + 1]
+    assert answer.headers["content-range"] == f"bytes {first}-{last}/{len(CONTENT)}"
+    assert answer.headers["content-length"] == str(last - first + 1)
+    assert "content-encoding" not in answer.headers
+    head = await olga.head(FILE, headers={"Range": asked})
+    assert (head.status_code, head.content) == (206, b"")
+    assert head.headers["content-range"] == answer.headers["content-range"]
+
+
+async def test_what_is_not_in_the_file_is_said_so(olga: httpx.AsyncClient) -> None:
+    beyond = await olga.get(FILE, headers={"Range": f"bytes={len(CONTENT)}-"})
+    assert beyond.status_code == 416
+    assert beyond.headers["content-range"] == f"bytes */{len(CONTENT)}"
+    assert beyond.headers["cache-control"] == "no-store"
+    assert (await olga.get(FILE, headers={"Range": "lines=1-2"})).status_code == 400
+
+
+async def test_a_file_that_was_replaced_meanwhile_is_noticed(world: TowerWorld, olga: httpx.AsyncClient) -> None:
+    url = (await olga.get("/api/v1/map")).json()["url"]
+    known = (await olga.head(FILE)).headers
+    assert not known["etag"].startswith("W/")
+    fresh = {"Range": "bytes=0-9", "If-Range": known["etag"]}
+    assert (await olga.get(FILE, headers=fresh)).status_code == 206
+    assert isinstance(world.settings.tiles, TileFile)
+    world.settings.tiles.path.write_bytes(CONTENT + b"more")
+    stale = await olga.get(FILE, headers=fresh)
+    assert stale.status_code == 200
+    assert stale.content == CONTENT + b"more"
+    assert stale.headers["etag"] != known["etag"]
+    assert (await olga.get("/api/v1/map")).json()["url"] != url
+    world.settings.tiles.path.unlink()
+    assert_problem(await olga.get(FILE), 404, "no-tiles")
+
+
+async def test_without_a_setting_there_is_only_the_coastline(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:
+        olga = await world.signed_in(await world.add_user("olga"))
+        assert (await olga.get("/api/v1/map")).json()["tiles"] == "none"
+        assert_problem(await olga.get(FILE), 404, "no-tiles")
+        assert "https:" not in (await olga.get("/")).headers["content-security-policy"]
+
+
+async def test_tiles_from_elsewhere_widen_the_policy_by_their_origin(tmp_path: Path) -> None:
+    template = "https://tiles.example.org/{z}/{x}/{y}.png"
+    async with start_tower(tmp_path, tiles=TileAddresses(template), tiles_most_zoom=17) as world:
+        olga = await world.signed_in(await world.add_user("olga"))
+        said = (await olga.get("/api/v1/map")).json()
+        assert (said["tiles"], said["url"], said["most_zoom"]) == ("addresses", template, 17)
+        policy = (await olga.get("/")).headers["content-security-policy"]
+        assert "connect-src 'self' https://tiles.example.org;" in policy
+        assert_problem(await olga.get(FILE), 404, "no-tiles")

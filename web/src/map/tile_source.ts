@@ -1,0 +1,36 @@
+/** Which tiles this tower wants on the map. A file of them is read by ranges, with the library that belongs to its format. */
+
+import { addProtocol } from 'maplibre-gl';
+
+import type { Rest } from '../link/rest';
+import type { Tiles } from './tile_layers';
+
+interface MapOnWire {
+  readonly tiles: 'none' | 'addresses' | 'file';
+  readonly kind: 'raster' | 'vector' | null;
+  readonly url: string;
+  readonly most_zoom: number | null;
+  readonly attribution: string;
+}
+
+/** Null where the map is the coastline alone. Raises RestError, or whatever is wrong with the file. */
+export async function readTiles(rest: Rest): Promise<Tiles | null> {
+  const said = await rest.call<MapOnWire>('GET', '/map');
+  if (said.tiles === 'none' || said.kind === null) return null;
+  const { tiles: from, kind, most_zoom: mostZoom, attribution } = said;
+  if (from === 'addresses') return { from, kind, url: said.url, mostZoom, attribution, layers: [] };
+  const url = new URL(said.url, document.baseURI).href;
+  return { from, kind, url, mostZoom, attribution, layers: await openFile(url, kind) };
+}
+
+/** Makes the file known to the map. Gives the names of its vector layers. */
+async function openFile(url: string, kind: 'raster' | 'vector'): Promise<readonly string[]> {
+  const { PMTiles, Protocol } = await import('pmtiles');
+  const protocol = new Protocol();
+  addProtocol('pmtiles', protocol.tile);
+  const file = new PMTiles(url);
+  protocol.add(file);
+  if (kind === 'raster') return [];
+  const { vector_layers: layers } = (await file.getMetadata()) as { vector_layers?: readonly { id: string }[] };
+  return (layers ?? []).map(({ id }) => id);
+}
