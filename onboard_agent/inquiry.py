@@ -9,7 +9,7 @@ from onboard_agent.loss_report import LossReport
 from onboard_agent.own_frames import FrameMaker
 from onboard_agent.parameters import Parameters
 from onboard_agent.radio import Radio
-from onboard_agent.rates import WATCHED, Rates
+from onboard_agent.rates import Rates
 from wire.control_messages import LossParameters
 from wire.dialect import mavlink
 from wire.ids import SystemId
@@ -55,8 +55,7 @@ class Inquiry:
 
     def heard(self, message_id: int, now: float) -> None:
         """Any message of the autopilot came."""
-        if message_id == WATCHED:
-            self._rates.watched_came(now)
+        self._rates.heard(message_id, now)
 
     def answer(self, message_id: int, message: Any, frame: bytes, now: float) -> None:
         """One of READ came from the autopilot."""

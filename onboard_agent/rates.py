@@ -59,6 +59,8 @@ _READ_HERE: Final = frozenset(
 
 WATCHED: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
+_RATE_OF: Final = {wish.message_id: wish.rate_hz for wish in WISHES}
+
 
 class Rates:
     """Call `ask_all` when the autopilot appears or has rebooted, `due` at each tick, `acknowledged` for each ACK."""
@@ -73,6 +75,8 @@ class Rates:
         self._watched_granted = False
         self._watched_at = 0.0
         self._asked_all_at = 0.0
+        self._came_at: dict[int, float] = {}
+        self._looked_at = 0.0
 
     @property
     def unsupported(self) -> frozenset[int]:
@@ -81,9 +85,10 @@ class Rates:
 
     def ask_all(self, now: float) -> None:
         """From the beginning of the table."""
-        self._asked_all_at = now
+        self._asked_all_at = self._looked_at = now
         self._watched_granted = False
         self._granted.clear()
+        self._came_at.clear()
         self._ask_what_differs()
 
     def follow(self, profile: StreamProfile) -> None:
@@ -106,9 +111,12 @@ class Rates:
             return wish.rate_hz
         return min(wish.rate_hz, rate_hz(self._profile, wish.message_id, by_hand=True))
 
-    def watched_came(self, now: float) -> None:
-        """The message by which we see that the rates are still in force."""
-        self._watched_at = now
+    def heard(self, message_id: int, now: float) -> None:
+        """Any message of the autopilot came."""
+        if message_id in _RATE_OF:
+            self._came_at[message_id] = now
+            if message_id == WATCHED:
+                self._watched_at = now
 
     def due(self, now: float, *, vehicle_system_id: int) -> bytes | None:
         """A request to send now."""
@@ -118,6 +126,10 @@ class Rates:
             and now - self._asked_all_at > ASK_AGAIN_AFTER_S
         ):
             self.ask_all(now)
+        if now - self._looked_at > ASK_AGAIN_AFTER_S:
+            self._looked_at = now
+            if self._asking.current is None:
+                self._asking.ask(self._missing(now))
         question = self._asking.due(now)
         if question is None:
             return None
@@ -129,6 +141,17 @@ class Rates:
         else:
             message = request_message(vehicle_system_id, wish.message_id, confirmation=asked)
         return self._maker.make(message, agent_sender(vehicle_system_id))
+
+    def _missing(self, now: float) -> list[Wish]:
+        """What does not come although nobody refused it: an answer says for which command it is, but not for which
+        message, so that a late one may have stood for the next; and a busy autopilot may have answered nothing."""
+        missing = []
+        for wish in WISHES:
+            period_s = 1.0 / self._wanted_hz(wish) if wish.rate_hz else float("inf")
+            silent_s = now - self._came_at.get(wish.message_id, float("-inf"))
+            if wish.message_id not in self._unsupported and silent_s > max(MISSED_FOR_S, 3.0 * period_s):
+                missing.append(wish._replace(rate_hz=self._wanted_hz(wish)))
+        return missing
 
     def acknowledged(self, ack: Any, now: float) -> None:
         """A COMMAND_ACK of the autopilot that is meant for us."""

@@ -64,6 +64,11 @@ class RatesBench:
             self.rates.acknowledged(ack(message.command, 3 if message.param1 == refuse else 0), now)
         return asked
 
+    def hear_all(self, now: float, *, but: frozenset[int] = frozenset()) -> None:
+        for wish in WISHES:
+            if wish.message_id not in but:
+                self.rates.heard(wish.message_id, now)
+
 
 def test_the_whole_table_is_asked_for_in_order() -> None:
     assert RatesBench().grant_all(0.0) == [wish.message_id for wish in WISHES]
@@ -148,13 +153,42 @@ def test_not_now_means_wait(result: int) -> None:
 def test_rates_that_were_forgotten_are_asked_for_again_but_not_too_often() -> None:
     bench = RatesBench()
     bench.grant_all(0.0)
-    bench.rates.watched_came(20.0)
+    bench.hear_all(20.0)
     assert bench.ask(20.0 + MISSED_FOR_S) is None, "the last request is too recent"
-    bench.rates.watched_came(ASK_AGAIN_AFTER_S)
+    bench.hear_all(ASK_AGAIN_AFTER_S)
     assert bench.ask(ASK_AGAIN_AFTER_S + 1.0) is None, "it still comes"
     later = ASK_AGAIN_AFTER_S + MISSED_FOR_S + 0.1
     assert len(bench.grant_all(later)) == len(WISHES)
     assert bench.ask(later + MISSED_FOR_S + 1.0) is None
+
+
+@pytest.mark.parametrize("answered", [True, False])
+def test_one_message_that_does_not_come_is_asked_for_again(answered: bool) -> None:
+    """Answered: its answer was another's. Not answered: the autopilot was too busy for all three requests."""
+    bench = RatesBench()
+    gps = mavlink.MAVLINK_MSG_ID_GPS_RAW_INT
+    now = 0.0
+    while now < 10.0:
+        message = bench.ask(now)
+        if message is not None and (answered or message.param1 != gps):
+            bench.rates.acknowledged(ack(message.command), now)
+        now += 0.25
+    now = ASK_AGAIN_AFTER_S
+    bench.hear_all(now, but=frozenset({gps}))
+    assert bench.ask(now) is None, "not yet"
+    assert bench.grant_all(now + 0.1) == [gps]
+    bench.hear_all(now + 1.0)
+    bench.hear_all(2 * now + 0.2, but=frozenset({gps}))
+    assert bench.grant_all(2 * now + 0.2) == [gps], "each time anew"
+    bench.hear_all(3 * now + 0.3)
+    assert bench.grant_all(3 * now + 0.4) == []
+
+
+def test_what_was_refused_for_good_is_not_missed() -> None:
+    bench = RatesBench()
+    bench.grant_all(0.0, refuse=mavlink.MAVLINK_MSG_ID_WIND)
+    bench.hear_all(ASK_AGAIN_AFTER_S, but=frozenset({mavlink.MAVLINK_MSG_ID_WIND}))
+    assert bench.grant_all(ASK_AGAIN_AFTER_S + 0.1) == []
 
 
 def value(name: str, number: float) -> Any:
