@@ -102,7 +102,7 @@ class Rehearsals:
         if what == "operator":
             self._hub.rehearse_operator_loss(drone_id, for_s=LASTS_S[what], now=now)
         else:
-            self._hub.rehearse_tower_loss(drone_id, for_s=LASTS_S[what], now=now)
+            self._hub.rehearse_tower_loss(drone_id, for_s=LASTS_S[what])
         deed = Deed(by=principal, at=self._clock(), address=address)
         task = asyncio.create_task(self._see_through(drone_id, what, running, deed))
         self._tasks.add(task)

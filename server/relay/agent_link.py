@@ -21,8 +21,6 @@ Waiting = Callable[[], tuple[int, int]]
 CallLater = Callable[[float, Callable[[float], None]], object]
 """Calls back after so many seconds, with the time that it is then."""
 
-NEVER: Final = float("-inf")
-
 COPIES: Final = 4
 COPIES_AT_ONCE: Final = 2
 """Two at once get through 399 of 400 times where one in twenty is lost; the rest are for losses that come in a row."""
@@ -61,8 +59,9 @@ class AgentLink:
         """Puts a message onto the control channel. Never blocks; a channel that cannot take it is closed."""
         self.close = close
         """Closes the control channel with a code and a reason."""
-        self.mute_until = NEVER
-        """A rehearsal: nothing is sent on the data channel until then."""
+        self._muted = False
+        """A rehearsal: nothing is sent on the data channel."""
+        self._rehearsals = 0
         self._send_datagram = send_datagram
         self._call_later = call_later
         self._alarm_set = False
@@ -112,7 +111,7 @@ class AgentLink:
             self.routes.follow(address)
         if received.uplink is not None:
             self.routes.uplink(received.uplink, address, now)
-        if received.answer is not None and now >= self.mute_until:
+        if received.answer is not None and not self._muted:
             self._send_datagram(received.answer, address)
         if self._repeats or self.sealed.has_to_send(now):
             self.send_keepalives(now)
@@ -124,7 +123,7 @@ class AgentLink:
         newest = self.routes.newest
         if newest is None or (newest == OVER_CHANNEL and self.sealed.unproven_s(now) > STALLED_AFTER_S):
             return False
-        if now < self.mute_until:
+        if self._muted:
             return True
         self._send(self.sealed.batch_frames(epoch, frames, now))
         self._set_alarm(now)
@@ -144,7 +143,7 @@ class AgentLink:
     def _send_batch(self, now: float) -> None:
         self._alarm_set = False
         datagrams = self.sealed.batch_due(now)
-        if now >= self.mute_until:
+        if not self._muted:
             self._send(datagrams)
         # An urgent frame may have taken along what the alarm was set for, and more have come since.
         self._set_alarm(now)
@@ -153,6 +152,18 @@ class AgentLink:
         """For a message that comes on two channels, and of which only the newest counts."""
         self._numbered += 1
         return self._numbered
+
+    def mute(self, for_s: float) -> None:
+        """A rehearsal: nothing is sent on the data channel for so long. The newest rehearsal counts."""
+        self._muted = True
+        self._rehearsals += 1
+        rehearsal = self._rehearsals
+
+        def over(now: float) -> None:
+            if rehearsal == self._rehearsals:
+                self._muted = False
+
+        self._call_later(for_s, over)
 
     # -- without a control channel, and with another one ------------------------------------------------------
 
@@ -177,9 +188,9 @@ class AgentLink:
         for order in self._orders:
             post(order)
 
-    def repeat_orders(self, now: float) -> None:
+    def repeat_orders(self) -> None:
         """Orders to hold that nobody has answered, once more over the data channel."""
-        if now >= self.mute_until and self.routes.newest is not None:
+        if not self._muted and self.routes.newest is not None:
             self._send([self.sealed.seal_urgent(encode_message(order).encode()) for order in self._orders])
 
     # -- urgent messages -----------------------------------------------------------------------------------------
@@ -194,7 +205,7 @@ class AgentLink:
         if len(text) > LARGEST_URGENT_BYTES:
             return
         copies = 0
-        if self.routes.newest is not None and self.mute_until == NEVER:
+        if self.routes.newest is not None and not self._muted:
             copies = COPIES_AT_ONCE
             self._send([self.sealed.seal_urgent(text) for _ in range(copies)])
         if len(self._repeats) < MOST_REMEMBERED:
@@ -224,7 +235,7 @@ class AgentLink:
         if not self._repeats and not self.sealed.has_to_send(now):
             return  # nearly always: it is asked for each datagram that comes, and at each tick
         self.routes.forget_silent(now)
-        if self.routes.newest is None or now < self.mute_until:
+        if self.routes.newest is None or self._muted:
             return
         self._send(self.sealed.datagrams_to_send(now))
         repeats, self._repeats = self._repeats, []

@@ -355,11 +355,11 @@ class Hub:
             # A rehearsal is there to see the hold, so it counts as flown by hand.
             drone.holder_watch.by_hand = True
 
-    def rehearse_tower_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
+    def rehearse_tower_loss(self, drone_id: DroneId, *, for_s: float) -> None:
         """Nothing is sent to this agent on the data channel for so long."""
         drone = self._state.drones.get(drone_id)
         if drone is not None and drone.link is not None:
-            drone.link.mute_until = now + for_s
+            drone.link.mute(for_s)
 
     def tell_rehearsal(
         self, drone_id: DroneId, what: str, phase: str, hold_ms: float | None, text: str, *, lasts_s: float

@@ -56,4 +56,4 @@ class Orphans:
             if now >= until or not outlives_its_channel(link, now):
                 self._end(link)
             else:
-                link.repeat_orders(now)
+                link.repeat_orders()

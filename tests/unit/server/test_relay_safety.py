@@ -8,6 +8,7 @@ from hub_world import FakeAgent, FakeBrowser, HubWorld, command_ack, command_lon
 
 from server.fleet.snapshot import UserRef
 from server.relay import live_messages as live
+from server.relay.agent_link import COPIES_AT_ONCE
 from server.relay.hub_events import (
     ControlsMoved,
     HolderExpired,
@@ -63,6 +64,10 @@ class Scene:
         """The link is heard, and time passes."""
         self.agent.send(heartbeat(), now=now)
         self.hub.tick(now)
+
+    def rehearsal_is_over(self, now: float) -> None:
+        """The alarm goes off that the link was given for the end of the rehearsed loss of the tower."""
+        self.agent.alarms.pop()[1](now)
 
     def fly(self, now: float, browser: FakeBrowser | None = None) -> None:
         (browser or self.alice).send(tag(ONE, sticks()), now=now)
@@ -412,12 +417,34 @@ def test_a_rehearsed_loss_of_the_operator_looks_like_one(scene: Scene) -> None:
 
 def test_a_rehearsed_loss_of_the_tower_sends_nothing_to_the_agent(scene: Scene) -> None:
     scene.agent.received()
-    scene.hub.rehearse_tower_loss(ONE, for_s=4.0, now=1.0)
+    scene.hub.rehearse_tower_loss(ONE, for_s=4.0)
     scene.keep_alive(2.0)
     scene.fly(3.0)
+    scene.hub.order_hold(ONE, "gusts")
     assert scene.agent.sent_to == []
+    scene.rehearsal_is_over(5.0)
     scene.keep_alive(5.1)
     assert scene.agent.sent_to != []
+
+
+def test_a_newer_rehearsal_of_a_loss_counts(scene: Scene) -> None:
+    scene.hub.rehearse_tower_loss(ONE, for_s=4.0)
+    scene.hub.rehearse_tower_loss(ONE, for_s=4.0)
+    scene.agent.received()
+    scene.agent.alarms.pop(-2)[1](4.0)
+    scene.keep_alive(4.1)
+    assert scene.agent.sent_to == []
+    scene.rehearsal_is_over(5.0)
+    scene.keep_alive(5.1)
+    assert scene.agent.sent_to != []
+
+
+def test_after_a_rehearsal_an_order_to_hold_goes_out_at_once_again(scene: Scene) -> None:
+    scene.hub.rehearse_tower_loss(ONE, for_s=4.0)
+    scene.rehearsal_is_over(4.0)
+    scene.agent.received()
+    scene.hub.order_hold(ONE, "gusts")
+    assert len(scene.agent.sent_to) == COPIES_AT_ONCE
 
 
 def test_a_link_that_was_renewed_while_flying_by_hand_holds(scene: Scene) -> None:
