@@ -61,7 +61,12 @@ def test_the_key_file_is_made_once_and_for_its_owner_only(tmp_path: Path) -> Non
     assert other.open(vault.seal("x", about=ABOUT), about=ABOUT) == "x"
 
 
-@pytest.mark.parametrize("text", ["", "\n", "not a key\n", f"{new_key()}\nshort\n"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "\n", "not a key\n", f"{new_key()}\nshort\n"],
+    # Names of their own: a new key in one would differ between workers, which must have the same tests.
+    ids=["empty", "an empty line", "words", "a key and something else"],
+)
 def test_a_key_file_with_something_else_is_named_and_not_shown(tmp_path: Path, text: str) -> None:
     key_file = tmp_path / "secret.key"
     key_file.write_text(text)
