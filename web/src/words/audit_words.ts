@@ -1,11 +1,19 @@
 /** What an event of the audit trail adds to who, what and which drone. */
 
-/** `name: value` pairs; an id is left out where its name stands beside it. */
+import { dateMinute } from './dates';
+
+const MOMENT = /^\d{4}-\d\d-\d\dT\d\d:\d\d/;
+
+/** `name: value` pairs; an id is left out where its name stands beside it, and so is what has no value. */
 export function detailWords(detail: Readonly<Record<string, unknown>>): string {
   return Object.entries(detail)
-    .filter(([name]) => !(name.endsWith('_id') && name.slice(0, -'_id'.length) in detail))
-    .map(
-      ([name, value]) => `${name.replaceAll('_', ' ')}: ${typeof value === 'string' ? value : JSON.stringify(value)}`,
-    )
+    .filter(([name, value]) => value !== null && !(name.endsWith('_id') && name.slice(0, -'_id'.length) in detail))
+    .map(([name, value]) => `${name.replaceAll('_', ' ')}: ${valueWords(value)}`)
     .join(', ');
+}
+
+function valueWords(value: unknown): string {
+  if (typeof value === 'string') return MOMENT.test(value) ? dateMinute(value) : value;
+  if (typeof value === 'boolean') return value ? 'yes' : 'no';
+  return JSON.stringify(value);
 }
