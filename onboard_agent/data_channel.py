@@ -16,7 +16,7 @@ from wire.content import Frames
 from wire.datagram_lane import STALLED_AFTER_S, DatagramLane
 from wire.drops import Dropped, DropReason
 from wire.ids import Epoch
-from wire.path_mtu import PathMtu
+from wire.path_mtu import PathMtus
 from wire.sealed_link import Received, SealedLink
 from wire.transport_choice import IN_DOUBT_AFTER_S, Transport, TransportChoice
 
@@ -79,7 +79,7 @@ class DataChannel:
         self.sealed = sealed
         self.choice = TransportChoice(now)
         self.lane = DatagramLane()
-        self._path_mtu = PathMtu(now)
+        self._path_mtu = PathMtus(len(uplinks), now)
         self._host, self._port = host, port
         self._user = user
         self._urgent = urgent
@@ -195,14 +195,14 @@ class DataChannel:
             uplink.socket.send(self.sealed.seal_probe(now))
 
     def _probe_mtu(self, now: float) -> None:
-        """Of one way only, and while it works: several uplinks keep to what every path must carry."""
-        if len(self._uplinks) > 1 or self.choice.transport is not Transport.UDP:
+        """By every way that works."""
+        if self.choice.transport is not Transport.UDP or self.sealed.unproven_s(now) > IN_DOUBT_AFTER_S:
             return
-        if self.sealed.unproven_s(now) > IN_DOUBT_AFTER_S:
-            return
-        datagram_bytes = self._path_mtu.probe_due(now)
-        if datagram_bytes is not None:
-            self._uplinks[0].socket.send_whole(self.sealed.seal_probe(now, datagram_bytes=datagram_bytes))
+        several = len(self._uplinks) > 1
+        working = [one.number for one in self._uplinks if not several or now - one.heard_at <= UPLINK_LOST_S]
+        for number, size in self._path_mtu.probes_due(working, now):
+            probe = self.sealed.seal_probe(now, uplink=number if several else None, datagram_bytes=size)
+            self._uplinks[number].socket.send_whole(probe)
         self.sealed.fill_datagrams(self._path_mtu.datagram_bytes)
 
     async def _renew(self, uplink: _Uplink, now: float) -> None:
@@ -263,7 +263,7 @@ class DataChannel:
                 self._websocket_proven_at = now
         if received.probed is not None:
             self.choice.probe_answered(now)
-            self._path_mtu.answered(received.probed.datagram_bytes, now)
+            self._path_mtu.answered(received.probed.uplink or 0, received.probed.datagram_bytes, now)
         self._transport_changed(before, now)
         self._send_all(self.sealed.datagrams_to_send(now), keepalive=True)
         return received

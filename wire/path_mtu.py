@@ -5,8 +5,10 @@ Begins at a size that every path must carry, tries the largest that makes sense,
 size that was found is tried again from time to time; where it does not pass any more, the search begins anew.
 
 The agent probes. The tower takes over what it saw arrive: on nearly every path both directions carry the same.
+Where several uplinks are in use, each datagram goes by all of them, so the least of what they carry counts.
 """
 
+from collections.abc import Collection
 from typing import Final
 
 from wire.sealing import LARGEST_DATAGRAM_BYTES
@@ -23,6 +25,9 @@ VERIFY_S: Final = 30.0
 SEARCH_AGAIN_S: Final = 600.0
 BELIEVED_FOR_S: Final = 100.0
 """By the side that does not probe: three probes of the other have not come."""
+
+SILENT_UPLINK_S: Final = 2.0
+"""By the side that does not probe: an uplink that said nothing for so long, where another did, is not sent to."""
 
 
 class PathMtu:
@@ -88,22 +93,61 @@ class PathMtu:
             self._next = now + VERIFY_S
 
 
+class PathMtus:
+    """The side that probes, with its uplinks 0..`uplinks` - 1."""
+
+    def __init__(self, uplinks: int, now: float) -> None:
+        self.datagram_bytes = SAFE_DATAGRAM_BYTES
+        """The largest that is known to pass by every uplink that worked when it was last asked for."""
+        self._paths = [PathMtu(now) for _ in range(uplinks)]
+
+    def probes_due(self, working: Collection[int], now: float) -> list[tuple[int, int]]:
+        """(uplink, size) of the probes to send now. `working`: the uplinks that carry anything at the moment.
+
+        The others are not probed, since nothing would be learnt, and make no datagram smaller meanwhile.
+        """
+        due = [(number, self._paths[number].probe_due(now)) for number in working]
+        if due:
+            self.datagram_bytes = min(self._paths[number].datagram_bytes for number in working)
+        return [(number, size) for number, size in due if size is not None]
+
+    def answered(self, uplink: int, datagram_bytes: int, now: float) -> None:
+        """A probe of this size was answered by this uplink."""
+        self._paths[uplink].answered(datagram_bytes, now)
+
+
+class _Seen:
+    """Of one uplink."""
+
+    def __init__(self, now: float) -> None:
+        self.datagram_bytes = SAFE_DATAGRAM_BYTES
+        self.seen_at = self.heard_at = now
+
+
 class SeenMtu:
     """The side that does not probe."""
 
     def __init__(self) -> None:
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
-        self._seen_at = 0.0
+        """The least of what the other side's uplinks carry."""
+        self._uplinks: dict[int, _Seen] = {}
 
-    def probe_came(self, datagram_bytes: int, now: float) -> None:
-        """A probe of this size arrived in one piece."""
-        if datagram_bytes >= self.datagram_bytes:
-            self.datagram_bytes = datagram_bytes
-            self._seen_at = now
+    def probe_came(self, uplink: int, datagram_bytes: int, now: float) -> None:
+        """A probe of this size arrived in one piece, by the uplink with this number (0..255)."""
+        seen = self._uplinks.setdefault(uplink, _Seen(now))
+        seen.heard_at = now
+        if datagram_bytes >= seen.datagram_bytes:
+            seen.datagram_bytes, seen.seen_at = datagram_bytes, now
+        self.look(now)
 
-    def outdated(self, now: float) -> bool:
-        """Whether nothing of this size has come for long: then it is the safe one again."""
-        if self.datagram_bytes == SAFE_DATAGRAM_BYTES or now - self._seen_at <= BELIEVED_FOR_S:
-            return False
-        self.datagram_bytes = SAFE_DATAGRAM_BYTES
-        return True
+    def look(self, now: float) -> None:
+        """Time has passed: a size of which nothing has come for long is the safe one again, and an uplink that is
+        silent while another is not does not count."""
+        if not self._uplinks:
+            return
+        for seen in self._uplinks.values():
+            if now - seen.seen_at > BELIEVED_FOR_S:
+                seen.datagram_bytes = SAFE_DATAGRAM_BYTES
+        last = max(seen.heard_at for seen in self._uplinks.values())
+        spoken = (one.datagram_bytes for one in self._uplinks.values() if last - one.heard_at <= SILENT_UPLINK_S)
+        self.datagram_bytes = min(spoken)

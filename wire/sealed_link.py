@@ -113,12 +113,11 @@ class SealedLink:
         if isinstance(decoded, Pong):
             return Received(None, newest, probed=self._pong(decoded, now), proof=proof)
         answer = self._answer(decoded, now)
-        if decoded.purpose is Purpose.PROBE:
-            self._seen_mtu.probe_came(len(datagram), now)
-            self.fill_datagrams(self._seen_mtu.datagram_bytes)
         if decoded.purpose is Purpose.KEEPALIVE:
             self._answers.append(answer)
             return Received(None, newest, proof=proof)
+        self._seen_mtu.probe_came(decoded.uplink, len(datagram), now)
+        self.fill_datagrams(self._seen_mtu.datagram_bytes)
         return Received(None, False, answer=answer, uplink=self._uplink(decoded), proof=proof)
 
     def _told(self, report: Report, now: float) -> bool:
@@ -150,6 +149,13 @@ class SealedLink:
         """From here on datagrams with frames are as large as this."""
         self.datagram_bytes = datagram_bytes
         self._batcher.room_bytes = datagram_bytes - OVERHEAD_BYTES - FRAMES_HEADER_BYTES
+
+    def _look_at_size(self, now: float) -> None:
+        """The side that does not probe fills its datagrams as far as what it saw is still believed."""
+        before = self._seen_mtu.datagram_bytes
+        self._seen_mtu.look(now)
+        if self._seen_mtu.datagram_bytes != before:
+            self.fill_datagrams(self._seen_mtu.datagram_bytes)
 
     def keys_outlived(self, now: float) -> bool:
         """Whether this side's key should have been changed long ago (wire.rekeying)."""
@@ -236,8 +242,7 @@ class SealedLink:
         """Answers to pings, and a ping of our own where one is due. Also the moment at which keys are changed."""
         if self._rekeying.due(sealed=self._sealer.sealed, arrived=self._told_counter, now=now):
             self._sealer.next_key()
-        if self._seen_mtu.outdated(now):
-            self.fill_datagrams(self._seen_mtu.datagram_bytes)
+        self._look_at_size(now)
         if self._retiring.due(phase=self._opener.phase, now=now):
             self._opener.retire_last_key()
         datagrams, self._answers = self._answers, []

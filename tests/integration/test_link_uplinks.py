@@ -96,9 +96,11 @@ async def test_a_replay_from_elsewhere_moves_nothing_and_is_counted(
         assert world.link.routes.newest == before
 
 
-@pytest.mark.parametrize("passes", [1500, 1320])
-async def test_the_path_mtu_is_found_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, passes: int) -> None:
-    async with data_link_world(tmp_path, monkeypatch, largest_bytes=passes) as world:
+@pytest.mark.parametrize(("passes", "uplinks"), [(1500, ("",)), (1320, (WIFI, CELL))], ids=["wide", "two narrow"])
+async def test_the_path_mtu_is_found_and_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, passes: int, uplinks: tuple[str, ...]
+) -> None:
+    async with data_link_world(tmp_path, monkeypatch, largest_bytes=passes, uplinks=uplinks) as world:
         least = min(passes, 1452) - 16
         await until(lambda: world.link.sealed.datagram_bytes >= least, 25.0, "the size is found")
         told = await world.told_link(path_mtu=world.link.sealed.datagram_bytes)

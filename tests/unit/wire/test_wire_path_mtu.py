@@ -5,7 +5,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from wire.ids import DroneId, LinkId
-from wire.path_mtu import BELIEVED_FOR_S, CLOSE_ENOUGH_BYTES, SAFE_DATAGRAM_BYTES, SEARCH_AGAIN_S, VERIFY_S, PathMtu
+from wire.path_mtu import (
+    BELIEVED_FOR_S,
+    CLOSE_ENOUGH_BYTES,
+    SAFE_DATAGRAM_BYTES,
+    SEARCH_AGAIN_S,
+    SILENT_UPLINK_S,
+    VERIFY_S,
+    PathMtu,
+    PathMtus,
+)
 from wire.sealed_link import SealedLink
 from wire.sealing import LARGEST_DATAGRAM_BYTES
 
@@ -68,10 +77,7 @@ def test_an_answer_to_a_smaller_probe_says_nothing_of_the_larger() -> None:
 
 
 def test_the_other_side_fills_its_datagrams_as_far_as_it_saw_probes_arrive() -> None:
-    agent, tower = (
-        SealedLink(link_id=LinkId(3), drone_id=DroneId(1), send_key=send, receive_key=receive, now=0.0)
-        for send, receive in ((b"a" * 32, b"b" * 32), (b"b" * 32, b"a" * 32))
-    )
+    agent, tower = two_sides()
     assert tower.datagram_bytes == SAFE_DATAGRAM_BYTES
     tower.receive(agent.seal_probe(5.0), 5.0)
     assert tower.datagram_bytes == SAFE_DATAGRAM_BYTES
@@ -82,6 +88,72 @@ def test_the_other_side_fills_its_datagrams_as_far_as_it_saw_probes_arrive() -> 
     tower.datagrams_to_send(5.1 + BELIEVED_FOR_S)
     assert tower.datagram_bytes == SAFE_DATAGRAM_BYTES
     assert agent.datagram_bytes == SAFE_DATAGRAM_BYTES
+
+
+def run_several(search: PathMtus, passes: dict[int, int], *, since: float, for_s: float) -> set[int]:
+    """As `run`, over several uplinks: the number of each that works and what it carries. Returns which were probed."""
+    probed = set()
+    for tenths in range(int(for_s * 10)):
+        now = since + tenths / 10
+        for number, size in search.probes_due(passes, now):
+            probed.add(number)
+            if size <= passes[number]:
+                search.answered(number, size, now + 0.05)
+    return probed
+
+
+def test_of_several_uplinks_the_least_counts_that_works() -> None:
+    search = PathMtus(2, 0.0)
+    assert run_several(search, {0: 1500, 1: 1300}, since=0.0, for_s=29.0) == {0, 1}
+    assert 1300 - CLOSE_ENOUGH_BYTES <= search.datagram_bytes <= 1300
+    narrow = search.datagram_bytes
+    assert run_several(search, {0: 1500}, since=29.0, for_s=VERIFY_S) == {0}, "what carries nothing is not probed"
+    assert search.datagram_bytes == LARGEST_DATAGRAM_BYTES
+    assert run_several(search, {}, since=60.0, for_s=10.0) == set()
+    assert search.datagram_bytes == LARGEST_DATAGRAM_BYTES, "nothing has been learnt"
+    run_several(search, {0: 1500, 1: 1300}, since=70.0, for_s=0.1)
+    assert search.datagram_bytes == narrow, "it is back, and what it carried is known"
+
+
+def test_an_uplink_by_which_no_probe_was_answered_yet_keeps_the_size_safe() -> None:
+    search = PathMtus(2, 0.0)
+    for number, size in search.probes_due([0, 1], 0.0):
+        if number == 0:
+            search.answered(number, size, 0.05)
+    search.probes_due([0, 1], 0.1)
+    assert search.datagram_bytes == SAFE_DATAGRAM_BYTES
+
+
+def test_the_other_side_goes_by_the_least_of_the_uplinks_too() -> None:
+    agent, tower = two_sides()
+
+    def say(now: float, *, uplink: int, datagram_bytes: int = 0) -> None:
+        tower.receive(agent.seal_probe(now, uplink=uplink, datagram_bytes=datagram_bytes), now)
+
+    say(5.0, uplink=0, datagram_bytes=1452)
+    assert tower.datagram_bytes == 1452
+    say(5.1, uplink=1)
+    assert tower.datagram_bytes == SAFE_DATAGRAM_BYTES, "nothing is known of that one"
+    say(5.2, uplink=1, datagram_bytes=1300)
+    assert tower.datagram_bytes == 1300
+    for tenths in range(1, 22):
+        say(5.2 + tenths / 10, uplink=0)
+        assert tower.datagram_bytes == (1300 if tenths / 10 <= SILENT_UPLINK_S else 1452)
+    say(7.4, uplink=1)
+    assert tower.datagram_bytes == 1300, "it is back"
+    tower.datagrams_to_send(7.4 + SILENT_UPLINK_S)
+    assert tower.datagram_bytes == 1300
+    say(5.1 + BELIEVED_FOR_S, uplink=0)
+    assert tower.datagram_bytes == SAFE_DATAGRAM_BYTES, "no probe of its size for long"
+
+
+def two_sides() -> tuple[SealedLink, SealedLink]:
+    """(agent, tower)"""
+    agent, tower = (
+        SealedLink(link_id=LinkId(3), drone_id=DroneId(1), send_key=send, receive_key=receive, now=0.0)
+        for send, receive in ((b"a" * 32, b"b" * 32), (b"b" * 32, b"a" * 32))
+    )
+    return agent, tower
 
 
 @pytest.mark.parametrize("datagram_bytes", [SAFE_DATAGRAM_BYTES, 1300, LARGEST_DATAGRAM_BYTES])
