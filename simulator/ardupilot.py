@@ -7,6 +7,7 @@ from simulator.commands import HANDLERS
 from simulator.commands_flight import set_mode_number
 from simulator.failsafe import Failsafes
 from simulator.flavour import Flavour
+from simulator.mission_plan import PlanKind
 from simulator.mode_table import make_behaviours
 from simulator.modes import RULES, Mode
 from simulator.parameters import Parameters
@@ -24,6 +25,9 @@ ARDUPILOT = Flavour(
     make_sticks=lambda parameters, has_radio: Sticks(parameters, has_radio=has_radio),
     make_failsafes=Failsafes,
     why_not_arm=why_not_arm,
+    home_slot=True,
+    keeps_nan=False,
+    items_max=dict.fromkeys(PlanKind, 724),
     handlers=HANDLERS,
     reports={**HEALTH_REPORTS, **MOTION_REPORTS},
     intervals_s={0: 1.0},

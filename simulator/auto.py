@@ -75,7 +75,7 @@ class Auto(Behaviour):
         if not plans.has_mission:
             return "init failed"
         if flight.landed and flight.armed:
-            first = next((i for i in plans.mission[1:] if i.command in NAVIGATION), None)
+            first = next((i for i in plans.mission[plans.first :] if i.command in NAVIGATION), None)
             if first is None or first.command != TAKE_OFF:
                 flight.say(Severity.CRITICAL, "Auto: Missing Takeoff Cmd")
                 return "init failed"
@@ -84,8 +84,8 @@ class Auto(Behaviour):
     def enter(self) -> None:
         plans = self.flight.plans
         restart = self.flight.parameters.whole("MIS_RESTART") == 1
-        if restart or not 0 < plans.current < len(plans.mission):
-            plans.current = 1
+        if restart or not plans.first <= plans.current < len(plans.mission):
+            plans.current = plans.first
         self._progress, self._flown = None, None
         self._jumps_left, self._paused, self._ended = {}, False, False
         self._take_off_allowed = not self.flight.landed
@@ -94,9 +94,20 @@ class Auto(Behaviour):
         """MAV_CMD_MISSION_START: leave to take off without a raised throttle."""
         self._take_off_allowed = True
 
-    def jump_to(self, seq: int) -> None:
+    @property
+    def paused(self) -> bool:
+        return self._paused
+
+    @property
+    def ended(self) -> bool:
+        """The last item has been passed."""
+        return self._ended
+
+    def jump_to(self, seq: int, *, reset_jumps: bool = False) -> None:
         self.flight.plans.current = seq
         self._progress, self._ended = None, False
+        if reset_jumps:
+            self._jumps_left = {}
 
     def pause(self) -> bool:
         self._paused = True
@@ -130,7 +141,7 @@ class Auto(Behaviour):
 
     def _item(self) -> Item | None:
         plans = self.flight.plans
-        return plans.mission[plans.current] if 0 < plans.current < len(plans.mission) else None
+        return plans.mission[plans.current] if plans.first <= plans.current < len(plans.mission) else None
 
     def _advance(self) -> bool:
         """Begin the current item if it has not begun, or go on to the next if it is done; True if one was passed."""
@@ -159,12 +170,12 @@ class Auto(Behaviour):
         plans = self.flight.plans
         if item.command != JUMP:
             return plans.current + 1
-        left = self._jumps_left.setdefault(plans.current, int(item.params[1]))
-        if left == 0 or not 0 < int(item.params[0]) < len(plans.mission):
+        left = self._jumps_left.setdefault(plans.current, int(item.number(1)))
+        if left == 0 or not plans.first <= int(item.number(0)) < len(plans.mission):
             return plans.current + 1
         if left != JUMP_FOREVER:
             self._jumps_left[plans.current] = left - 1
-        return int(item.params[0])
+        return int(item.number(0))
 
     def _begin(self, item: Item) -> None:
         flight, plans = self.flight, self.flight.plans
@@ -177,12 +188,12 @@ class Auto(Behaviour):
             flight.lift_off()
         elif item.command == RETURN:
             self._homing.enter()
-        elif item.command == CHANGE_SPEED and item.params[0] in (0.0, 1.0) and item.params[1] > 0:
-            flight.speed_override_mps = item.params[1]
+        elif item.command == CHANGE_SPEED and item.number(0) in (0.0, 1.0) and item.number(1) > 0:
+            flight.speed_override_mps = item.number(1)
         elif item.command == CONDITION_YAW:
-            base = flight.body.attitude()[2] if item.params[3] else 0.0
-            sign = -1.0 if item.params[3] and item.params[2] < 0 else 1.0
-            flight.yaw_override_rad = base + sign * math.radians(item.params[0])
+            base = flight.body.attitude()[2] if item.number(3) else 0.0
+            sign = -1.0 if item.number(3) and item.number(2) < 0 else 1.0
+            flight.yaw_override_rad = base + sign * math.radians(item.number(0))
 
     def _destination(self, item: Item) -> tuple[float, float, float]:
         flight, target = self.flight, self.flight.target
@@ -204,9 +215,9 @@ class Auto(Behaviour):
         if item.command == LAND:
             return flight.landed
         if item.command == CONDITION_DELAY:
-            return flight.now_s - progress.started_s >= item.params[0]
+            return flight.now_s - progress.started_s >= item.number(0)
         if item.command == DELAY:
-            return flight.now_s - progress.started_s >= max(item.params[0], 0.0)
+            return flight.now_s - progress.started_s >= max(item.number(0), 0.0)
         if item.command not in NAVIGATION:
             return True
         north_m, east_m, alt_m = progress.destination
@@ -218,10 +229,10 @@ class Auto(Behaviour):
             progress.reached_since_s = flight.now_s
         if progress.reached_since_s is None:
             return False
-        stay_s = item.params[0] if item.command in (WAYPOINT, SPLINE, LOITER_TIME) else 0.0
+        stay_s = item.number(0) if item.command in (WAYPOINT, SPLINE, LOITER_TIME) else 0.0
         if item.command == LOITER_TURNS:
             # Flown as a wait on the spot for as long as the turns would take.
-            stay_s = abs(item.params[0]) * 360.0 / max(abs(flight.parameters["CIRCLE_RATE"]), 1.0)
+            stay_s = abs(item.number(0)) * 360.0 / max(abs(flight.parameters["CIRCLE_RATE"]), 1.0)
         return flight.now_s - progress.reached_since_s >= stay_s
 
     def _fly_item(self, progress: Progress) -> None:

@@ -147,14 +147,16 @@ def start_mission(flight: Flight, command: Command) -> int:
 
 
 def set_current_item(flight: Flight, command: Command) -> int:
-    return ACCEPTED if jump_to_item(flight, int(command.params[0])) else DENIED
+    """A second parameter of 1 lets counted jumps begin anew."""
+    done = jump_to_item(flight, int(command.params[0]), reset_jumps=command.params[1] == 1.0)
+    return ACCEPTED if done else DENIED
 
 
-def jump_to_item(flight: Flight, seq: int) -> bool:
+def jump_to_item(flight: Flight, seq: int, *, reset_jumps: bool = False) -> bool:
     auto = next((one for one in flight.behaviours() if isinstance(one, Auto)), None)
     if not 0 <= seq < len(flight.plans.mission) or auto is None:
         return False
-    auto.jump_to(max(seq, 1))
+    auto.jump_to(max(seq, flight.plans.first), reset_jumps=reset_jumps)
     return True
 
 

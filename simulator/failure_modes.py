@@ -10,6 +10,18 @@ class Failure(StrEnum):
     """The first MISSION_COUNT, MISSION_REQUEST_LIST and MISSION_REQUEST(_INT) get no answer."""
     MISSION_FINAL_ACK_MISSING = "mission-final-ack-missing"
     """The mission is stored but the MISSION_ACK never comes."""
+    MISSION_WRITTEN_IN_PLACE = "mission-written-in-place"
+    """As ArduPilot stores missions and rally points: MISSION_COUNT cuts the stored plan to that length, and each item
+    is written as it comes. An upload that breaks off leaves new items before old ones. Fences are exchanged whole."""
+    MISSION_WRONG_SEQUENCE = "mission-wrong-sequence"
+    """Half-way through an upload the item after the next one is asked for; what comes is dropped, and the right one
+    asked for."""
+    MISSION_REQUESTS_TWICE = "mission-requests-twice"
+    """Every request for an item is sent twice, and so is the final MISSION_ACK."""
+    MISSION_ENDS_EARLY = "mission-ends-early"
+    """After half of the items the upload is acknowledged as accepted: what is stored is that half."""
+    REBOOT_DURING_UPLOAD = "reboot-during-upload"
+    """After half of the items of an upload the vehicle starts anew, once; not while it is armed."""
     MISSION_FULL = "mission-full"
     """MISSION_COUNT is answered with MAV_MISSION_NO_SPACE."""
     OLD_MISSION_REQUESTS = "old-mission-requests"

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from simulator.behaviours import Behaviour
     from simulator.commands import Command
     from simulator.flight import Flight
+    from simulator.mission_plan import PlanKind
     from simulator.modes import ModeRules
     from simulator.parameters import Parameters
 
@@ -78,6 +79,11 @@ class Flavour:
     make_sticks: Callable[[Parameters, bool], PilotInput]
     make_failsafes: Callable[[], OwnFailsafes]
     why_not_arm: Callable[[Flight], str | None]
+    home_slot: bool
+    """Item 0 of a mission is home, not something to fly."""
+    keeps_nan: bool
+    """NaN in an item's parameters is stored and handed back; otherwise it becomes 0."""
+    items_max: Mapping[PlanKind, int]
     handlers: Mapping[int, Callable[[Flight, Command], int]]
     """MAV_CMD to what it does; the commands about messages and reboots are the vehicle's own."""
     reports: Mapping[int, Callable[[Flight], Any]]

@@ -68,7 +68,7 @@ class Flight:
         self.estimator = Estimator(settings.boot_s)
         self.estimator_was_ready = False
         self.failsafes = flavour.make_failsafes()
-        self.plans = Plans()
+        self.plans = Plans(flavour.home_slot)
         self.attitude = AttitudeControl()
         self.position = PositionControl()
         self.target = Target()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
 
@@ -40,6 +41,11 @@ class Item:
     z: float = 0.0
     autocontinue: int = 1
 
+    def number(self, index: int) -> float:
+        """One of the four parameters, to fly by; NaN ("as it is") is 0."""
+        value = self.params[index]
+        return 0.0 if math.isnan(value) else value
+
     @property
     def has_place(self) -> bool:
         return self.x != 0 or self.y != 0
@@ -51,11 +57,17 @@ def home_item(home: Place) -> Item:
 
 @dataclass(slots=True)
 class Plans:
-    """What is stored. Slot 0 of the mission is home, whatever was uploaded there."""
+    """What is stored. Where there is a home slot, item 0 of the mission is home, whatever was uploaded there."""
 
+    home_slot: bool = True
     items: dict[PlanKind, list[Item]] = field(default_factory=lambda: {kind: [] for kind in PlanKind})
     changes: dict[PlanKind, int] = field(default_factory=lambda: dict.fromkeys(PlanKind, 0))
     current: int = 0
+
+    @property
+    def first(self) -> int:
+        """The first item of a mission that is flown."""
+        return 1 if self.home_slot else 0
 
     @property
     def mission(self) -> list[Item]:
@@ -63,16 +75,29 @@ class Plans:
 
     @property
     def has_mission(self) -> bool:
-        return len(self.mission) > 1
+        return len(self.mission) > self.first
 
     def store(self, kind: PlanKind, items: list[Item], home: Place | None) -> None:
         self.items[kind] = items
         self.changes[kind] += 1
         if kind is PlanKind.MISSION:
-            self.current = 1 if len(items) > 1 else 0
+            self.current = self.first if self.has_mission else 0
+            self.home_moved(home)
+
+    def begin_in_place(self, kind: PlanKind, count: int) -> None:
+        """What ArduPilot does with a MISSION_COUNT: the stored plan loses what would be too long."""
+        self.items[kind] = self.items[kind][:count]
+        self.changes[kind] += 1
+
+    def write_in_place(self, kind: PlanKind, seq: int, item: Item, home: Place | None) -> None:
+        """One item, over the old one of that number or behind the last."""
+        items = self.items[kind]
+        self.items[kind] = [*items[:seq], item, *items[seq + 1 :]]
+        self.changes[kind] += 1
+        if kind is PlanKind.MISSION:
             self.home_moved(home)
 
     def home_moved(self, home: Place | None) -> None:
-        if self.mission:
+        if self.mission and self.home_slot:
             slot = home_item(home) if home is not None else replace(self.mission[0], command=WAYPOINT)
             self.mission[0] = slot

@@ -1,12 +1,11 @@
 """The server half of the mission protocol, for missions, fences and rally points.
 
 An upload is collected beside the stored plan and takes its place only when it is whole, so that one which fails
-half-way leaves the old plan as it was. One upload at a time.
+half-way leaves the old plan as it was; unless the failure that writes plans in place is on. One upload at a time.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -14,27 +13,14 @@ from simulator.auto import Auto
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
 from simulator.flight import Flight
+from simulator.mission_items import read_item, why_not
 from simulator.mission_plan import Item, PlanKind
 from simulator.notices import Severity
 
-ITEMS_MAX = 724
 REPEAT_S = 1.0
 UPLOAD_TIMEOUT_S = 8.0
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
-FRAMES = frozenset({0, 2, 3, 5, 6, 10, 11})
-COMMANDS = frozenset(
-    {16, 17, 18, 19, 20, 21, 22, 82, 93, 112, 114, 115, 177, 178, 179, 181, 183, 184, 189, 195, 197, 201, 205}
-    | {206, 211, 212, 222, 2000, 2001, 2500, 2501}
-)
-FENCE_COMMANDS = frozenset(range(5000, 5005))
-RALLY_COMMANDS = frozenset({5100})
-KNOWN_COMMANDS = {
-    PlanKind.MISSION: COMMANDS,
-    PlanKind.FENCE: FENCE_COMMANDS,
-    PlanKind.RALLY: RALLY_COMMANDS,
-}
-
 Peer = tuple[int, int]
 """System and component of whoever we talk with."""
 
@@ -47,12 +33,21 @@ class Upload:
     last_heard_s: float
     asked_s: float
     items: list[Item] = field(default_factory=list)
+    in_place: bool = False
+    asked_wrongly: bool = False
+
+    @property
+    def half_way(self) -> bool:
+        return len(self.items) == (self.count + 1) // 2
 
 
 class MissionServer:
-    def __init__(self, flight: Flight, send: Callable[[Message], None]) -> None:
+    def __init__(
+        self, flight: Flight, send: Callable[[Message], None], restart: Callable[[], None] = lambda: None
+    ) -> None:
         self._flight = flight
         self._send = send
+        self._restart = restart
         self._upload: Upload | None = None
         self._ignored: set[str] = set()
 
@@ -87,9 +82,12 @@ class MissionServer:
         elif now_s - upload.asked_s >= REPEAT_S:
             self._ask_next(upload)
 
+    def _fails(self, failure: Failure) -> bool:
+        return failure in self._flight.failures
+
     def _ignores(self, step: str) -> bool:
         """The first of each step, where that failure is switched on."""
-        if Failure.FIRST_MISSION_REQUEST_IGNORED not in self._flight.failures or step in self._ignored:
+        if not self._fails(Failure.FIRST_MISSION_REQUEST_IGNORED) or step in self._ignored:
             return False
         self._ignored.add(step)
         return True
@@ -99,11 +97,14 @@ class MissionServer:
             return
         if self._upload is not None and self._upload.peer != peer:
             self._ack(peer, mavlink.MAV_MISSION_DENIED, kind)
-        elif count > ITEMS_MAX or Failure.MISSION_FULL in self._flight.failures:
+        elif count > self._flight.flavour.items_max[kind] or self._fails(Failure.MISSION_FULL):
             self._ack(peer, mavlink.MAV_MISSION_NO_SPACE, kind)
         else:
             now_s = self._flight.now_s
-            self._upload = Upload(peer, kind, count, now_s, now_s)
+            in_place = kind is not PlanKind.FENCE and self._fails(Failure.MISSION_WRITTEN_IN_PLACE)
+            self._upload = Upload(peer, kind, count, now_s, now_s, in_place=in_place)
+            if in_place:
+                self._flight.plans.begin_in_place(kind, count)
             if count == 0:
                 self._finish(self._upload)
             else:
@@ -111,9 +112,17 @@ class MissionServer:
 
     def _ask_next(self, upload: Upload) -> None:
         upload.asked_s = self._flight.now_s
-        old = Failure.OLD_MISSION_REQUESTS in self._flight.failures
-        ask = mavlink.MAVLink_mission_request_message if old else mavlink.MAVLink_mission_request_int_message
-        self._send(ask(*upload.peer, len(upload.items), int(upload.kind)))
+        seq = len(upload.items)
+        if self._fails(Failure.MISSION_WRONG_SEQUENCE) and upload.half_way and not upload.asked_wrongly:
+            upload.asked_wrongly = True
+            seq += 1
+        ask = (
+            mavlink.MAVLink_mission_request_message
+            if self._fails(Failure.OLD_MISSION_REQUESTS)
+            else mavlink.MAVLink_mission_request_int_message
+        )
+        for _ in range(2 if self._fails(Failure.MISSION_REQUESTS_TWICE) else 1):
+            self._send(ask(*upload.peer, seq, int(upload.kind)))
 
     def _take(self, message: Message, kind: PlanKind, peer: Peer) -> None:
         upload = self._upload
@@ -121,26 +130,38 @@ class MissionServer:
             self._ack(peer, mavlink.MAV_MISSION_ERROR, kind)
             return
         if message.seq != len(upload.items):
-            if message.seq > len(upload.items):
+            if upload.asked_wrongly and upload.half_way:
+                self._ask_next(upload)
+            elif message.seq > len(upload.items):
                 self._ack(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE, kind)
             return  # one that came twice is no error
         upload.last_heard_s = self._flight.now_s
-        item = read_item(message)
+        flavour = self._flight.flavour
+        item = read_item(message, keep_nan=flavour.keeps_nan)
         problem = why_not(item, kind)
         if problem is not None:
             self._upload = None
             self._ack(peer, problem, kind)
             return
         upload.items.append(item)
-        if len(upload.items) == upload.count:
+        if upload.in_place:
+            self._flight.plans.write_in_place(kind, message.seq, item, self._flight.home)
+        ends_early = upload.half_way and self._fails(Failure.MISSION_ENDS_EARLY)
+        if len(upload.items) == upload.count or ends_early:
             self._finish(upload)
+        elif upload.half_way and self._fails(Failure.REBOOT_DURING_UPLOAD) and not self._flight.armed:
+            self._flight.failures.discard(Failure.REBOOT_DURING_UPLOAD)
+            self._upload = None
+            self._restart()
         else:
             self._ask_next(upload)
 
     def _finish(self, upload: Upload) -> None:
         self._upload = None
         self._flight.plans.store(upload.kind, upload.items, self._flight.home)
-        if Failure.MISSION_FINAL_ACK_MISSING not in self._flight.failures:
+        if self._fails(Failure.MISSION_FINAL_ACK_MISSING):
+            return
+        for _ in range(2 if self._fails(Failure.MISSION_REQUESTS_TWICE) else 1):
             self._ack(upload.peer, ACCEPTED, upload.kind)
 
     def _count(self, kind: PlanKind, peer: Peer) -> None:
@@ -186,39 +207,3 @@ class MissionServer:
 
 def plan_kind(mission_type: int) -> PlanKind | None:
     return PlanKind(mission_type) if mission_type in (0, 1, 2) else None
-
-
-def read_item(message: Message) -> Item:
-    if message.get_type() == "MISSION_ITEM":
-        x, y = (round(v * 1e7) if math.isfinite(v) and abs(v) < 200 else 2**31 - 1 for v in (message.x, message.y))
-    else:
-        x, y = message.x, message.y
-    raw = (message.param1, message.param2, message.param3, message.param4)
-    params = tuple(0.0 if math.isnan(value) else value for value in raw)
-    return Item(
-        message.command,
-        message.frame,
-        (params[0], params[1], params[2], params[3]),
-        x,
-        y,
-        message.z,
-        message.autocontinue,
-    )
-
-
-def why_not(item: Item, kind: PlanKind) -> int | None:
-    """The MAV_MISSION_RESULT with which an item is refused, or None."""
-    if item.command not in KNOWN_COMMANDS[kind]:
-        return int(mavlink.MAV_MISSION_UNSUPPORTED)
-    if item.frame not in FRAMES:
-        return int(mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
-    for number, value in enumerate(item.params):
-        if not math.isfinite(value):
-            return int(mavlink.MAV_MISSION_INVALID_PARAM1) + number
-    if abs(item.x) > 900_000_000:
-        return int(mavlink.MAV_MISSION_INVALID_PARAM5_X)
-    if abs(item.y) > 1_800_000_000:
-        return int(mavlink.MAV_MISSION_INVALID_PARAM6_Y)
-    if not math.isfinite(item.z) or abs(item.z) > 50_000:
-        return int(mavlink.MAV_MISSION_INVALID_PARAM7)
-    return None

@@ -188,14 +188,19 @@ def servo_outputs(flight: Flight) -> Message:
 
 
 def mission_current(flight: Flight) -> Message:
+    """The dialect that is installed has no mission_id, fence_id and rally_points_id yet."""
     plans = flight.plans
-    if not plans.has_mission:
+    auto = next((one for one in flight.behaviours() if isinstance(one, Auto)), None)
+    if not plans.has_mission or auto is None:
         state = mavlink.MISSION_STATE_NO_MISSION
-    elif isinstance(flight.flying, Auto):
-        state = mavlink.MISSION_STATE_ACTIVE
+    elif auto.ended:
+        state = mavlink.MISSION_STATE_COMPLETE
+    elif flight.flying is auto:
+        state = mavlink.MISSION_STATE_PAUSED if auto.paused else mavlink.MISSION_STATE_ACTIVE
     else:
-        state = mavlink.MISSION_STATE_NOT_STARTED
-    total = max(len(plans.mission) - 1, 0)
+        begun = plans.current > plans.first
+        state = mavlink.MISSION_STATE_PAUSED if begun else mavlink.MISSION_STATE_NOT_STARTED
+    total = max(len(plans.mission) - plans.first, 0)
     return mavlink.MAVLink_mission_current_message(
         plans.current, total, state, 1 if isinstance(flight.flying, Auto) else 2
     )

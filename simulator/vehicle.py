@@ -74,7 +74,7 @@ class Vehicle:
             self.flight.on_mode_change = self._owe_heartbeat
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
         self._telemetry = Telemetry(self.settings.flavour)
-        self._missions = MissionServer(self.flight, self._send)
+        self._missions = MissionServer(self.flight, self._send, self._restart_soon)
         self._parameter_server = ParameterServer(self.parameters, self._send)
         self._say(Severity.INFO, self.settings.flavour.banner[0])
 
@@ -126,6 +126,10 @@ class Vehicle:
     def _owe_heartbeat(self) -> None:
         """A mode change is told at once: at the end of this tick, and so after the acknowledgement."""
         self._owed.append(mavlink.MAVLINK_MSG_ID_HEARTBEAT)
+
+    def _restart_soon(self) -> None:
+        """By itself, not because somebody asked: with the next tick."""
+        self._reboot_tick = self._ticks + 1
 
     def _reboot(self) -> None:
         old = self.flight

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simulator.flavour import Flavour
+from simulator.mission_plan import PlanKind
 from simulator.px4.commands import HANDLERS, set_mode_number
 from simulator.px4.failsafe import Px4Failsafes
 from simulator.px4.modes import RULES, Px4Mode, make_behaviours
@@ -49,6 +50,9 @@ PX4 = Flavour(
     make_sticks=lambda parameters, has_radio: Px4Sticks(parameters, has_radio=has_radio),
     make_failsafes=Px4Failsafes,
     why_not_arm=why_not_arm,
+    home_slot=False,
+    keeps_nan=True,
+    items_max={PlanKind.MISSION: 2000, PlanKind.FENCE: 64, PlanKind.RALLY: 32},
     handlers=HANDLERS,
     reports=REPORTS,
     intervals_s=INTERVALS_S,

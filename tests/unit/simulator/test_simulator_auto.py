@@ -117,6 +117,18 @@ def test_jumps_delays_speed_and_the_end(ground):
     assert abs(station.body.alt_m - 10) < 0.5
 
 
+@pytest.mark.parametrize(("reset", "reached"), [(0, [1, 2, 1, 2, 1, 2]), (1, [1, 2, 1, 2, 1, 2, 1, 2])])
+def test_counted_jumps_begin_anew_only_when_that_is_asked_for(ground, reset, reached):
+    station = ground().take_off()
+    jump = Item(177, params=(1.0, 1.0, 0.0, 0.0))
+    store(station, at(station, 16, 6, 0, 10), at(station, 16, 0, 0, 10), jump)
+    station.set_mode(Mode.AUTO)
+    station.until(lambda: "Mission complete" in station.texts(), 120)
+    assert station.command(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT, 1, reset) == ACCEPTED
+    station.until(lambda: station.texts().count("Mission complete") == 2, 120)
+    assert [m.seq for m in station.of("MISSION_ITEM_REACHED")] == reached
+
+
 def test_a_mission_of_jumps_only_does_not_hang(ground):
     station = ground().take_off()
     store(station, Item(177, params=(2.0, -1.0, 0.0, 0.0)), Item(177, params=(1.0, -1.0, 0.0, 0.0)))

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
 from simulator.geodesy import e7
+from simulator.modes import Mode
+from simulator.px4.flavour import PX4
 
 from_item = ("frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "x", "y", "z")
 
@@ -79,7 +83,14 @@ def test_slot_zero_is_home_whatever_was_uploaded(ground):
 
 @pytest.mark.parametrize(
     "failure",
-    [Failure.FIRST_MISSION_REQUEST_IGNORED, Failure.DROP_EVERY_TENTH, Failure.OLD_MISSION_REQUESTS],
+    [
+        Failure.FIRST_MISSION_REQUEST_IGNORED,
+        Failure.DROP_EVERY_TENTH,
+        Failure.OLD_MISSION_REQUESTS,
+        Failure.MISSION_WRONG_SEQUENCE,
+        Failure.MISSION_REQUESTS_TWICE,
+        Failure.MISSION_WRITTEN_IN_PLACE,
+    ],
 )
 def test_a_careful_client_gets_through_failures(ground, failure):
     station = ground(failures={failure}).ready()
@@ -194,3 +205,118 @@ def test_old_style_items_in_floats(ground):
     station.send(mavlink.MAVLink_mission_item_message(1, 1, 0, 3, 5001, 0, 1, 0, 0, 0, 0, 47.5, 8.5, 0, 1))
     station.run(0.1)
     assert download(station, 1)[0].x == 475_000_000
+
+
+def flown_heights(station) -> list[float]:
+    return [m.z for m in download(station)[1:]]
+
+
+@pytest.mark.parametrize("kind", [0, 2])
+@pytest.mark.parametrize(("failures", "mixed"), [(set(), False), ({Failure.MISSION_WRITTEN_IN_PLACE}, True)])
+def test_a_broken_upload_leaves_the_old_plan_or_written_in_place_a_mix(ground, kind, failures, mixed):
+    station = ground(failures=failures).ready()
+    command = {0: 16, 2: 5100}[kind]
+    assert upload(station, [item(i, command, kind=kind, z=10) for i in range(8)], kind) == 0
+    station.send(mavlink.MAVLink_mission_count_message(1, 1, 6, kind))
+    for seq in range(3):
+        station.send(item(seq, command, kind=kind, z=50))
+    station.run(9)  # long enough for the server to give up
+    heights = [m.z for m in download(station, kind)][1:]
+    assert heights == ([50, 50, 10, 10, 10] if mixed else [10] * 7)
+
+
+def test_a_fence_is_exchanged_whole_even_where_plans_are_written_in_place(ground):
+    station = ground(failures={Failure.MISSION_WRITTEN_IN_PLACE}).ready()
+    upload(station, mission(5, 1), 1)
+    station.send(mavlink.MAVLink_mission_count_message(1, 1, 3, 1))
+    station.send(item(0, 5001, kind=1, z=50))
+    station.run(9)
+    assert [m.z for m in download(station, 1)] == [10] * 5
+
+
+def test_a_wrong_item_is_asked_for_once_and_not_kept(ground):
+    station = ground(failures={Failure.MISSION_WRONG_SEQUENCE}).ready()
+    assert upload(station, mission(6)) == 0
+    asked = [m.seq for m in station.of("MISSION_REQUEST_INT")]
+    assert asked == [0, 1, 2, 4, 3, 4, 5]
+
+
+def test_requests_that_come_twice(ground):
+    station = ground(failures={Failure.MISSION_REQUESTS_TWICE}).ready()
+    assert upload(station, mission(3)) == 0
+    station.run(0.1)
+    assert [m.seq for m in station.of("MISSION_REQUEST_INT")] == [0, 0, 1, 1, 2, 2]
+    # The second copy of the last item comes when there is no upload any more: an error, as on a real one.
+    assert [m.type for m in station.of("MISSION_ACK")] == [0, 0, mavlink.MAV_MISSION_ERROR]
+
+
+def test_an_upload_that_is_said_to_be_done_after_half_of_it(ground):
+    station = ground(failures={Failure.MISSION_ENDS_EARLY}).ready()
+    assert upload(station, mission(9)) == mavlink.MAV_MISSION_ACCEPTED
+    assert len(download(station)) == 5
+
+
+@pytest.mark.parametrize(("in_place", "kept"), [(False, [10] * 3), (True, [50, 50, 10])])
+def test_a_reboot_in_the_middle_of_an_upload_happens_once(ground, in_place, kept):
+    failures = {Failure.REBOOT_DURING_UPLOAD} | ({Failure.MISSION_WRITTEN_IN_PLACE} if in_place else set())
+    station = ground().ready()
+    assert upload(station, [item(i) for i in range(4)]) == 0
+    station.vehicle.failures |= failures
+    new = [item(i, z=50) for i in range(6)]
+    assert upload(station, new[:6], resend=False) is None
+    assert station.texts().count("ArduCopter V4.6.2 (simulated)") == 2  # it has started twice
+    station.ready()
+    assert flown_heights(station) == kept
+    assert upload(station, new) == 0
+    assert flown_heights(station) == [50] * 5
+
+
+def test_an_armed_vehicle_does_not_reboot_in_the_middle_of_an_upload(ground):
+    station = ground(failures={Failure.REBOOT_DURING_UPLOAD}).take_off()
+    assert upload(station, mission(6)) == 0
+    assert station.flight.armed
+
+
+def test_mission_current_tells_how_many_and_what_state(ground):
+    station = ground().ready()
+
+    def current() -> tuple[int, int, int, int]:
+        station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, 42)
+        now = station.of("MISSION_CURRENT")[-1]
+        return now.seq, now.total, now.mission_state, now.mission_mode
+
+    assert current() == (0, 0, mavlink.MISSION_STATE_NO_MISSION, 2)
+    takeoff = item(1, 22, x=0, y=0)
+    assert upload(station, [item(0), takeoff, item(2, x=473980000), item(3)]) == 0
+    assert current() == (1, 3, mavlink.MISSION_STATE_NOT_STARTED, 2)
+    station.take_off()
+    station.set_mode(Mode.AUTO)
+    station.until(lambda: station.flight.plans.current == 2)
+    assert current() == (2, 3, mavlink.MISSION_STATE_ACTIVE, 1)
+    station.command(mavlink.MAV_CMD_DO_PAUSE_CONTINUE, 0)
+    assert current() == (2, 3, mavlink.MISSION_STATE_PAUSED, 1)
+    station.set_mode(Mode.LOITER)
+    assert current() == (2, 3, mavlink.MISSION_STATE_PAUSED, 2)
+    station.set_mode(Mode.AUTO)
+    station.until(lambda: "Mission complete" in station.texts(), 120)
+    assert current()[2] == mavlink.MISSION_STATE_COMPLETE
+
+
+def test_px4_keeps_no_home_slot_and_hands_back_what_is_not_a_number(ground):
+    station = ground(flavour=PX4).ready()
+    items = [item(i, params=(0, 0, 0, float("nan"))) for i in range(3)]
+    assert upload(station, items) == 0
+    back = download(station)
+    assert [m.x for m in back] == [m.x for m in items]
+    assert all(math.isnan(m.param4) for m in back)
+    station.command(mavlink.MAV_CMD_REQUEST_MESSAGE, 42)
+    now = station.of("MISSION_CURRENT")[-1]
+    assert (now.seq, now.total, now.mission_state) == (0, 3, mavlink.MISSION_STATE_NOT_STARTED)
+
+
+@pytest.mark.parametrize(("kind", "most"), [(1, 64), (2, 32)])
+def test_px4_has_limits_of_its_own(ground, kind, most):
+    station = ground(flavour=PX4).ready()
+    assert upload(station, mission(most, kind), kind) == mavlink.MAV_MISSION_ACCEPTED
+    assert upload(station, mission(most + 1, kind), kind) == mavlink.MAV_MISSION_NO_SPACE
+    assert len(download(station, kind)) == most
