@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+import secrets
 from collections import Counter
 from dataclasses import dataclass
 from typing import Final
@@ -44,7 +45,10 @@ class Agent:
         self._port = settings.port
         self._port.on_open = self._port_opened
         self._onboard = Onboard(
-            now=self._loop.time(), speaks_first=self._port.speaks_first, narrow_line=self._port.narrow
+            now=self._loop.time(),
+            speaks_first=self._port.speaks_first,
+            narrow_line=self._port.narrow,
+            steps_told=secrets.randbits(31),
         )
         self._link = TowerLink(settings.tower, settings.credential, self, settings.uplinks)
         self._stream = FrameStream()

@@ -34,9 +34,12 @@ _EVENTS: Final = {LadderStep.ACCEPTED: HoldEvent.ACCEPTED, LadderStep.CONFIRMED:
 
 
 class Hold:
-    """One at a time. `begin`, then `tick`; feed it heartbeats, acknowledgements and what the holder commands."""
+    """One at a time. `begin`, then `tick`; feed it heartbeats, acknowledgements and what the holder commands.
 
-    def __init__(self, maker: FrameMaker) -> None:
+    `steps_told`: where the numbers of the steps begin; each process wants another beginning (HoldProgress).
+    """
+
+    def __init__(self, maker: FrameMaker, steps_told: int = 0) -> None:
         self._maker = maker
         self.phase = HoldPhase.IDLE
         self.sticks_on = False
@@ -51,7 +54,7 @@ class Hold:
         self._waits = False
         self._deadline_told = False
         self._progress: list[HoldProgress] = []
-        self._steps_told = 0
+        self._steps_told = steps_told
 
     @property
     def active(self) -> bool:

@@ -65,14 +65,14 @@ _READ: Final = READ | {
 
 class Onboard:
     """One drone. `speaks_first`: the autopilot hears of us only when we have spoken. `narrow_line`: no room to spare on
-    the way to it."""
+    the way to it. `steps_told`: where the numbers of the steps of holds begin (Hold)."""
 
-    def __init__(self, *, now: float, speaks_first: bool, narrow_line: bool = False) -> None:
+    def __init__(self, *, now: float, speaks_first: bool, narrow_line: bool = False, steps_told: int = 0) -> None:
         maker = FrameMaker()
         self.autopilot = AutopilotView()
         self.downlink = Downlink()
         self.stream = TelemetryStream()
-        self.hold = Hold(maker)
+        self.hold = Hold(maker, steps_told)
         self.counts: Counter[str] = Counter()
         """Frames not passed on for reasons that the downlink does not know, by reason."""
         self.settings = SafetySettings()

@@ -19,6 +19,7 @@ from onboard_agent.successor import successor
 from onboard_agent.tower_url import TowerUrl
 from wire.content import LARGEST_URGENT_BYTES, Frames
 from wire.control_messages import (
+    AutopilotState,
     ControlChanged,
     HoldOrder,
     HoldProgress,
@@ -45,6 +46,9 @@ REPLACED_CODE: Final = 4409
 
 URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
 """Further copies of an urgent message: a little apart, since losses come in a row."""
+
+STATE_AGAIN_S: Final = 1.0
+"""So often the autopilot's state is told over the data channel while there is no control channel."""
 
 PROGRESS_KEPT: Final = 32
 """Steps of holds that are told again on another control channel of the same link. The tower counts each once."""
@@ -95,6 +99,8 @@ class TowerLink:
         """Of this link, the newest."""
         self._untold: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
         """Said while there was no control channel. If the link ends without another one, the next link tells it."""
+        self._state: AutopilotState | None = None
+        """As last told on this link."""
         self._reading: asyncio.Task[None] | None = None
         """Of the control channel; done when that has ended."""
         self._something_to_write = asyncio.Event()
@@ -171,16 +177,17 @@ class TowerLink:
         """From link up to link down. Returns the code with which the tower closed, if it did, and the new link that the
         tower has given us instead, if it has."""
         data = self._data_channel(opened)
-        running: asyncio.Task[None] | None = None
+        running: list[asyncio.Task[None]] = []
         following: OpenedChannel | None = None
         try:
             await data.open()
             self._opened, self._data = opened, data
             self._outbox, self._progress = deque(self._untold), deque(self._untold, PROGRESS_KEPT)
             self._untold.clear()
+            self._state = None
             _log.info("link up: drone %d (%s)", opened.welcome.drone_id, opened.welcome.name)
             self._user.link_up(opened.welcome)
-            running = asyncio.create_task(data.run())
+            running = [asyncio.create_task(data.run()), asyncio.create_task(self._tell_state_again())]
             while (following := await self._serve(opened, data)) is not None and following.sealed is opened.sealed:
                 opened.connection.transport.abort()
                 opened = self._opened = following
@@ -188,8 +195,8 @@ class TowerLink:
         except OSError as error:
             _log.warning("the data channel cannot be opened: %s", error)
         finally:
-            if running is not None:
-                running.cancel()
+            for task in running:
+                task.cancel()
             data.close()
             if self._data is data:
                 self._opened = self._data = None
@@ -268,6 +275,22 @@ class TowerLink:
         if opened is not None and self._data is not None and opened.sealed is self._data.sealed:
             self._data.send_urgent(text)
 
+    @property
+    def _has_no_channel(self) -> bool:
+        return self._reading is not None and self._reading.done()
+
+    def _tell_state(self) -> None:
+        """Always the newest over the data channel, for a tower to which the control channel is lost."""
+        if self._state is not None:
+            self._send_copy(self._opened, encode_message(self._state).encode())
+
+    async def _tell_state_again(self) -> None:
+        """The tower may see that the control channel is lost later than we do, and a change may have been then."""
+        while True:
+            await asyncio.sleep(STATE_AGAIN_S)
+            if self._has_no_channel:
+                self._tell_state()
+
     def send_frames(self, epoch: Epoch, frames: list[bytes]) -> None:
         """Frames for the tower: the urgent ones now, the others within `wire.batching`'s deadline."""
         if self._data is None:
@@ -279,9 +302,14 @@ class TowerLink:
         """A message for the control channel. One that a stuck channel cannot take ends the link."""
         if isinstance(message, HoldProgress):
             self._progress.append(message)
-            if self._reading is not None and self._reading.done():
+            if self._has_no_channel:
                 self._untold.append(message)
             self._send_urgent(message)
+        elif isinstance(message, AutopilotState):
+            self._state = message
+            self._tell_state()
+            for delay_s in URGENT_COPIES_AFTER_S:
+                self._loop.call_later(delay_s, self._tell_state)
         if len(self._outbox) >= OUTBOX:
             self.counts["message to a stuck control channel"] += 1
             if self._opened is not None:

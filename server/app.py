@@ -141,6 +141,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             agent_burst=settings.agent_frames_burst,
         ),
         SocketBounds(per_user=settings.user_sockets, per_address=settings.address_sockets),
+        clock,
     )
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)

@@ -185,7 +185,8 @@ class HoldProgress(msgspec.Struct, frozen=True, tag="hold_progress", tag_field="
     """Agent to tower: one step of a hold was done. `elapsed_ms` since the order came.
 
     `number` counts the steps that this agent process told: what comes twice (two channels, several copies) has the same
-    one. Without it a second hold that took just as long as the one before would pass for a copy of it.
+    one. Without it a second hold that took just as long as the one before would pass for a copy of it; and it begins
+    anywhere, so that the first steps of an agent that was started again do not pass for those before.
     """
 
     number: U32 = 0

@@ -7,7 +7,7 @@ from typing import Final
 from server.relay.agent_routes import OVER_CHANNEL, Address, AgentRoutes
 from server.relay.live_messages import LinkOver, LinkQuality
 from wire.content import LARGEST_URGENT_BYTES
-from wire.control_messages import HoldOrder, HoldProgress, ToAgent, encode_message
+from wire.control_messages import HoldOrder, ToAgent, encode_message
 from wire.datagram_lane import STALLED_AFTER_S
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId
@@ -25,7 +25,7 @@ COPIES: Final = 4
 COPIES_AT_ONCE: Final = 2
 """Two at once get through 399 of 400 times where one in twenty is lost; the rest are for losses that come in a row."""
 
-MOST_REMEMBERED: Final = 64
+MOST_REPEATED: Final = 64
 MOST_ORDERS: Final = 8
 """To hold, that no step of a hold has answered yet. The newest says what the older ones say."""
 
@@ -54,6 +54,8 @@ class AgentLink:
         """Proves possession of the link (wire.resuming); empty: it cannot be resumed."""
         self.channel = channel
         """Whose link this is: the newest control channel that it had."""
+        self.has_channel = True
+        """Whether its control channel is there, as far as is known."""
         self.routes = AgentRoutes()
         self.post = post
         """Puts a message onto the control channel. Never blocks; a channel that cannot take it is closed."""
@@ -67,8 +69,6 @@ class AgentLink:
         self._alarm_set = False
         self._repeats: list[tuple[bytes, int]] = []
         """Urgent messages and how many more copies of each are to be sent."""
-        self._told: deque[HoldProgress] = deque(maxlen=MOST_REMEMBERED)
-        self._newest_step = 0
         self._orders: deque[HoldOrder] = deque(maxlen=MOST_ORDERS)
         self._numbered = 0
 
@@ -169,6 +169,7 @@ class AgentLink:
 
     def forget_channel(self) -> None:
         """The control channel is gone and the link goes on: what would be posted is lost, and told anew on the next."""
+        self.has_channel = False
         self.post = _lose
         self.close = _close_nothing
         self.waiting = _nothing_waits
@@ -183,6 +184,7 @@ class AgentLink:
         waiting: Waiting,
     ) -> None:
         """Another control channel takes the place of the one that it had. Orders that are open are posted on it."""
+        self.has_channel = True
         self._send_datagram = send_datagram
         self.post, self.close, self.channel, self.waiting = post, close, channel, waiting
         for order in self._orders:
@@ -208,23 +210,13 @@ class AgentLink:
         if self.routes.newest is not None and not self._muted:
             copies = COPIES_AT_ONCE
             self._send([self.sealed.seal_urgent(text) for _ in range(copies)])
-        if len(self._repeats) < MOST_REMEMBERED:
+        if len(self._repeats) < MOST_REPEATED:
             self._repeats.append((text, COPIES - copies))
 
-    def is_news(self, progress: HoldProgress) -> bool:
-        """Whether this step of a hold was not told before: it comes on two channels, and more than once.
-
-        Copies are equal in everything; two holds of one epoch that went alike still differ in `number`. A step between
-        that was overtaken by a later one is no news any more; how a hold ended always is.
-        """
-        if progress.order_id:
-            self._orders = deque((one for one in self._orders if one.order_id > progress.order_id), MOST_ORDERS)
-        overtaken = 0 < progress.number < self._newest_step and not progress.step.final
-        if overtaken or progress in self._told:
-            return False
-        self._told.append(progress)
-        self._newest_step = max(self._newest_step, progress.number)
-        return True
+    def answered(self, order_id: int) -> None:
+        """A step of the hold came that this order began (0: of one that nobody ordered)."""
+        if order_id:
+            self._orders = deque((one for one in self._orders if one.order_id > order_id), MOST_ORDERS)
 
     def wants_time(self, now: float) -> bool:
         """Whether `send_keepalives` has something, or the agent has been silent for too long."""

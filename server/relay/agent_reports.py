@@ -49,7 +49,8 @@ class AgentReports:
             self._state.tell_drone(drone)
 
     def _hold_progress(self, drone: LiveDrone, link: AgentLink, progress: HoldProgress) -> None:
-        if not link.is_news(progress):
+        link.answered(progress.order_id)
+        if not drone.hold_steps.is_news(progress):
             return
         told = live.Hold(
             drone.drone_id,

@@ -19,6 +19,7 @@ from typing import Any, Final
 from server.accounts.scopes import Scope
 from server.accounts.sessions import SignInId
 from server.accounts.tables import Role
+from server.clock import Clock, utc_now
 from server.fleet.snapshot import FleetSnapshot, UserRef
 from server.fleet.views import DroneView
 from server.relay import live_messages as live
@@ -41,6 +42,7 @@ from server.relay.socket_bounds import SocketBounds
 from server.relay.traffic import Traffic
 from server.relay.viewport import Viewport
 from wire.control_messages import (
+    AutopilotState,
     HoldProgress,
     MalformedMessage,
     SafetySettings,
@@ -58,9 +60,15 @@ __all__ = ["GOING_DOWN", "LINK_REPLACED", "SESSION_ENDED", "Hub"]
 
 
 class Hub:
-    """See the module's laws. `now` is monotonic seconds everywhere."""
+    """See the module's laws. `now` is monotonic seconds everywhere; `clock` tells the time of day, for people."""
 
-    def __init__(self, flood_limits: FloodLimits | None = None, socket_bounds: SocketBounds | None = None) -> None:
+    def __init__(
+        self,
+        flood_limits: FloodLimits | None = None,
+        socket_bounds: SocketBounds | None = None,
+        clock: Clock = utc_now,
+    ) -> None:
+        self._clock = clock
         self._state = LiveState()
         self._flood = FloodGate(flood_limits or FloodLimits())
         self._socket_bounds = socket_bounds or SocketBounds()
@@ -329,6 +337,9 @@ class Hub:
             raise Dropped(DropReason.BAD_CONTENT) from None
         if isinstance(message, HoldProgress):
             self.report(link, message)
+        elif isinstance(message, AutopilotState) and not link.has_channel:
+            # Else the control channel tells it, where nothing can be overtaken.
+            self.report(link, message, at=self._clock())
 
     def hears_report(self, link: AgentLink, now: float) -> bool:
         """Whether a message of this agent's control channel is looked at. If not, it is counted."""

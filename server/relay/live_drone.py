@@ -11,6 +11,7 @@ from server.relay.agent_link import AgentLink
 from server.relay.assist_turn import AssistTurn
 from server.relay.browser import Browser
 from server.relay.flight_start import FlightStart
+from server.relay.hold_steps import HoldSteps
 from server.relay.holder_watch import HolderWatch
 from server.relay.loan_limits import Home, Limits, LimitWatch
 from server.relay.policy import Standing
@@ -115,6 +116,7 @@ class LiveDrone:
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
+    hold_steps: HoldSteps = field(default_factory=HoldSteps)
     close_until: float = NEVER
     """Until then the tower measures the round trip by itself (`safety_watch`)."""
     settled: bool = False
@@ -204,6 +206,7 @@ class LiveDrone:
         self.link = self.stream_state = None
         self.online = self.autopilot_heard = self.armed = self.airborne = False
         self.flight_start.lost()
+        self.hold_steps.link_ended()
         self.orders.clear()
 
     def view(self) -> DroneView:

@@ -18,6 +18,8 @@ from wire.sealing import read_link_id
 
 NAMES = {1: "alice", 2: "bob", 9: "admin"}
 LATER = datetime(2100, 1, 1, tzinfo=UTC)
+NOW = datetime(2026, 1, 1, tzinfo=UTC)
+"""The time of day, always."""
 
 
 def heartbeat(sequence: int = 0) -> bytes:
@@ -134,7 +136,7 @@ class HubWorld:
     """alice owns drone 1, bob owns drone 2, the admin owns none; every drone is sysid 1."""
 
     def __init__(self) -> None:
-        self.hub = Hub()
+        self.hub = Hub(clock=lambda: NOW)
         self.revision = 0
         self.disabled: set[int] = set()
         self.apply(record(1, (1,)), record(2, (2,)))

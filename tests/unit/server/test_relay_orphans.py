@@ -3,14 +3,17 @@
 from unittest.mock import ANY
 
 import pytest
-from hub_world import FakeAgent, FakeBrowser, HubWorld, command_ack, heartbeat, record, sticks
+from hub_world import NOW, FakeAgent, FakeBrowser, HubWorld, command_ack, heartbeat, record, sticks
 
 from server.fleet.snapshot import UserRef
+from server.relay import live_messages as live
 from server.relay.agent_routes import OVER_CHANNEL
 from server.relay.live_drone import LeaseView
 from server.relay.orphans import ORPHAN_S, SILENT_S
 from wire.control_messages import (
+    AutopilotState,
     ControlChanged,
+    HoldCause,
     HoldOrder,
     HoldProgress,
     HoldStep,
@@ -23,6 +26,7 @@ from wire.ids import DroneId, Epoch, UserId
 from wire.rekeying import OUTLIVED_AFTER_S
 from wire.tagged import tag
 
+OWN = HoldCause.PILOT_LOST
 ONE, TWO = DroneId(1), DroneId(2)
 ALICE, ADMIN = UserRef(UserId(1), "alice"), UserRef(UserId(9), "admin")
 
@@ -202,6 +206,52 @@ def test_resumed_it_is_the_same_link_and_all_is_told_anew(scene: Scene) -> None:
         "of the new control channel"
     )
     assert scene.hub.traffic.holds_ordered == 0
+
+
+def test_its_picture_goes_on_over_udp_and_the_control_channel_alone_has_it_again(scene: Scene) -> None:
+    drone = scene.hub.drone(ONE)
+    assert drone is not None
+
+    def tell(now: float, *, armed: bool, airborne: bool) -> None:
+        state = AutopilotState(heard=True, armed=armed, airborne=airborne)
+        scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(state).encode()), now=now)
+
+    tell(0.2, armed=True, airborne=False)
+    tell(0.4, armed=True, airborne=True)
+    assert (drone.autopilot_heard, drone.armed, drone.airborne) == (True, True, True)
+    assert drone.flight_start.since == NOW, "the time of day is known over UDP too"
+    assert [one.drone.airborne for one in scene.alice.events() if isinstance(one, live.DroneChanged)][-1]
+    scene.adopt()
+    tell(0.5, armed=False, airborne=False)
+    assert drone.airborne, "a datagram that was long on its way says nothing beside the control channel"
+
+
+def test_steps_of_a_hold_that_the_next_link_tells_again_are_told_once(scene: Scene) -> None:
+    told = [
+        HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=0.0, cause=OWN, number=7 + number)
+        for number, step in enumerate((HoldStep.ORDERED, HoldStep.STICKS_CENTRED, HoldStep.CONFIRMED))
+    ]
+    for progress in told[:2]:
+        scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()), now=0.2)
+    scene.hub.tick(2.0 + SILENT_S)
+    assert not scene.has_link
+    new = scene.world.agent(1, link_id=500)
+    for progress in told:
+        scene.hub.report(new.link, progress)
+    holds = [event for event in scene.alice.events() if isinstance(event, live.Hold)]
+    assert [event.step for event in holds if event.cause == OWN] == [progress.step for progress in told]
+
+
+def test_an_agent_that_was_started_again_is_heard_though_it_counts_from_elsewhere(scene: Scene) -> None:
+    def told(number: int) -> HoldProgress:
+        step = HoldStep.STICKS_CENTRED
+        return HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=0.0, number=number)
+
+    scene.hub.report(scene.agent.link, told(900))
+    new = scene.world.agent(1, link_id=500)
+    scene.alice.events()
+    scene.hub.report(new.link, told(3))
+    assert [event for event in scene.alice.events() if isinstance(event, live.Hold)]
 
 
 def test_what_may_not_be_resumed(scene: Scene) -> None:
