@@ -13,6 +13,7 @@ from data_link_world import DataLinkWorld, data_link_world
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
+from onboard_agent.control_channel import OpenedChannel, open_channel
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
     Hello,
@@ -80,6 +81,28 @@ async def test_a_control_channel_that_breaks_off_is_replaced_and_the_link_goes_o
     await until(lambda: drone.stream_state and drone.stream_state.profile == "thin")
     await world.told_link(drone_id=world.drone_id)
     assert [e for e in world.watcher.events if e["type"] == "drone" and not e["drone"]["online"]] == []
+
+
+async def test_what_the_autopilot_does_is_known_while_there_is_no_control_channel(
+    world: DataLinkWorld, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drone = world.hub.drone(world.drone_id)
+    assert drone is not None
+    may_open = asyncio.Event()
+
+    async def open_later(*args: Any, **more: Any) -> OpenedChannel:
+        await may_open.wait()
+        return await open_channel(*args, **more)
+
+    monkeypatch.setattr("onboard_agent.tower_link.open_channel", open_later)
+    opened: Any = world.agent._link._opened
+    opened.connection.transport.abort()
+    await until(lambda: not world.link.has_channel)
+    armed = world.autopilot.armed = not drone.armed
+    await until(lambda: drone.armed == armed)
+    assert world.hub.traffic.links_resumed == 0
+    may_open.set()
+    await until(lambda: world.hub.traffic.links_resumed == 1)
 
 
 async def test_a_wrong_proof_gets_a_link_of_its_own(world: DataLinkWorld) -> None:
