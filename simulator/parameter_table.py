@@ -1,22 +1,18 @@
 """What is in the parameter table by default: ArduCopter 4.6 names, types and (mostly) default values.
 
 Where a default of the real autopilot differs from what its own simulator is started with, the simulator's is here
-(radio ranges, flight modes on channel 5), and batteries have their failsafe switched on.
+(radio ranges, flight modes on channel 5), and batteries have their failsafe switched on. What is written here is what
+the simulator flies by, or was measured; the rest of a real vehicle's list is in `parameter_groups`.
 """
 
 from __future__ import annotations
 
-from enum import IntEnum
+from simulator.parameter_groups.equipment import EQUIPMENT
+from simulator.parameter_groups.flying import FLYING
+from simulator.parameter_groups.sensing import SENSING
+from simulator.parameter_notation import Kind
 
-
-class Kind(IntEnum):
-    """MAV_PARAM_TYPE of what ArduPilot has."""
-
-    INT8 = 2
-    INT16 = 4
-    INT32 = 6
-    FLOAT = 9
-
+__all__ = ["TABLE", "Kind"]
 
 _I8, _I16, _I32, _F = Kind.INT8, Kind.INT16, Kind.INT32, Kind.FLOAT
 
@@ -241,5 +237,8 @@ TABLE: list[tuple[str, Kind, float]] = [
     *_RADIO,
     *_CHANNELS,
     *_STREAMS,
+    *FLYING,
+    *SENSING,
+    *EQUIPMENT,
     *_SIMULATED,
 ]

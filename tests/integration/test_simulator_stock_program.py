@@ -64,7 +64,7 @@ def test_heartbeat_parameters_mission_arming_and_take_off(free_port, start, monk
     monkeypatch.setenv("MAVLINK20", "1")
     from pymavlink import mavutil
 
-    start("--out", f"udp:127.0.0.1:{free_port}", "--speed", str(SPEED), "--boot-s", "2", "--param-count", "900")
+    start("--out", f"udp:127.0.0.1:{free_port}", "--speed", str(SPEED), "--boot-s", "2", "--param-count", "1500")
     master = mavutil.mavlink_connection(f"udpin:127.0.0.1:{free_port}", source_system=255)
     try:
         assert master.wait_heartbeat(timeout=DEADLINE_S) is not None
@@ -72,7 +72,7 @@ def test_heartbeat_parameters_mission_arming_and_take_off(free_port, start, monk
         assert master.flightmode == "STABILIZE"
 
         parameters = download_parameters(master)
-        assert len(parameters) == 900
+        assert len(parameters) == 1500
         assert parameters["SYSID_MYGCS"] == 255
 
         sent = upload_mission(master, mavutil.mavlink)

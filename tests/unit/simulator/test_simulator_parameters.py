@@ -6,6 +6,7 @@ import pytest
 
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
+from simulator.parameter_notation import rows
 from simulator.parameter_table import TABLE
 from simulator.parameters import Kind, Parameters
 
@@ -28,16 +29,46 @@ def test_the_whole_list_comes_once_in_order_after_a_banner(ground):
     assert kinds.index("STATUSTEXT") < kinds.index("PARAM_VALUE")
 
 
-def test_a_table_filled_up_to_the_size_of_a_real_one_is_the_same_each_time(ground):
-    first, second = (listed(ground(parameter_count=1400).ready(), 5) for _ in range(2))
-    assert len(first) == 1400
+def test_a_table_filled_up_is_the_same_each_time(ground):
+    first, second = (listed(ground(parameter_count=1600).ready(), 5) for _ in range(2))
+    assert len(first) == 1600
     assert [(m.param_id, m.param_value) for m in first] == [(m.param_id, m.param_value) for m in second]
 
 
+def test_it_has_as_many_as_a_real_copter_and_a_list_takes_less_than_a_second(ground):
+    assert 1350 <= len(TABLE) <= 1450
+    station = ground().ready()
+    assert len(listed(station, 0.9)) == len(TABLE)
+
+
+def test_the_list_is_written_in_what_can_be_stored():
+    """A default that its type cannot hold would be another value as soon as somebody set it to itself."""
+    parameters = Parameters()
+    for name, kind, value in TABLE:
+        stored = parameters.set(name, value)
+        assert stored is not None, name
+        assert stored.value == pytest.approx(value, rel=1e-6), (name, kind)
+
+
+def test_groups_that_repeat_have_each_member():
+    names = {name for name, _, _ in TABLE}
+    assert {f"SERVO{n}_FUNCTION" for n in range(1, 17)} <= names
+    assert {f"BATT{n}_MONITOR" for n in ("", *range(2, 10))} <= names
+    assert {f"EK3_SRC{n}_YAW" for n in (1, 2, 3)} <= names
+    assert {"COMPASS_OFS_X", "COMPASS_OFS2_X", "COMPASS_OFS3_X", "RNGFNDA_TYPE", "ATC_RAT_YAW_FLTE"} <= names
+    assert [Parameters()[f"SERVO{n}_FUNCTION"] for n in range(1, 6)] == [33, 34, 35, 36, 0]
+
+
+@pytest.mark.parametrize("wrong", ["GPS_ TYPE=x1", "GPS_ TYPE", "GPS_ TYPE=b", "GPS_ TYPE=b1=2"])
+def test_what_is_not_in_the_notation_is_refused(wrong):
+    with pytest.raises((KeyError, ValueError, IndexError)):
+        rows(wrong)
+
+
 def test_names_fit_and_types_are_those_that_ardupilot_has():
-    parameters = Parameters(total_count=1400)
+    parameters = Parameters(total_count=1600)
     assert all(1 <= len(p.name) <= 16 and p.name.isascii() for p in parameters)
-    assert len({p.name for p in parameters}) == 1400
+    assert len({p.name for p in parameters}) == 1600
     assert {int(p.kind) for p in parameters} == {2, 4, 6, 9}
 
 
