@@ -1,0 +1,354 @@
+/**
+ * The commands that the planner knows: what they are called, whether they have a place, what their parameters are, which
+ * autopilots carry them out in a mission. Facts of MAVLink's common.xml, ArduPilot's mission list (Copter 4.6) and PX4's
+ * feasibility check. An item with another command is kept as it is: it has numbers instead of names.
+ */
+
+export const CMD = {
+  WAYPOINT: 16,
+  LOITER_UNLIMITED: 17,
+  LOITER_TURNS: 18,
+  LOITER_TIME: 19,
+  RETURN: 20,
+  LAND: 21,
+  TAKEOFF: 22,
+  LOITER_TO_HEIGHT: 31,
+  SPLINE_WAYPOINT: 82,
+  VTOL_TAKEOFF: 84,
+  VTOL_LAND: 85,
+  NAV_DELAY: 93,
+  CONDITION_DELAY: 112,
+  CONDITION_DISTANCE: 114,
+  CONDITION_YAW: 115,
+  JUMP: 177,
+  CHANGE_SPEED: 178,
+  SET_HOME: 179,
+  SET_RELAY: 181,
+  SET_SERVO: 183,
+  LAND_START: 189,
+  ROI_LOCATION: 195,
+  ROI_NONE: 197,
+  ROI: 201,
+  CAMERA_SHOT: 203,
+  MOUNT_CONTROL: 205,
+  TRIGGER_DISTANCE: 206,
+  GRIPPER: 211,
+  GIMBAL_PITCH_YAW: 1000,
+  IMAGE_START: 2000,
+  IMAGE_STOP: 2001,
+  VIDEO_START: 2500,
+  VIDEO_STOP: 2501,
+  FENCE_RETURN: 5000,
+  FENCE_POLYGON_IN: 5001,
+  FENCE_POLYGON_OUT: 5002,
+  FENCE_CIRCLE_IN: 5003,
+  FENCE_CIRCLE_OUT: 5004,
+  RALLY: 5100,
+} as const;
+
+export type AutopilotKind = 'ardupilot' | 'px4';
+export const AUTOPILOT_WORDS: Record<AutopilotKind, string> = { ardupilot: 'ArduPilot', px4: 'PX4' };
+
+export type ParamUnit = 's' | 'm' | 'm/s' | 'deg' | 'deg/s' | '%' | 'us' | '';
+
+export interface ParamSpec {
+  /** 0 is MAVLink's parameter 1. */
+  readonly at: 0 | 1 | 2 | 3;
+  readonly name: string;
+  readonly unit: ParamUnit;
+  readonly least?: number;
+  readonly most?: number;
+  readonly whole?: boolean;
+  readonly choices?: readonly (readonly [number, string])[];
+  /** May be left open: the autopilot decides. */
+  readonly mayBeOpen?: boolean;
+  readonly initial: number | null;
+}
+
+export type PlaceUse =
+  /** It cannot be without one. */
+  | 'needed'
+  /** 0, 0 stands for "where the drone is then". */
+  | 'here-if-none'
+  | 'none';
+
+export interface CommandSpec {
+  readonly command: number;
+  readonly label: string;
+  readonly place: PlaceUse;
+  /** z is a height that it flies to or looks at. */
+  readonly height: boolean;
+  /** The drone flies to its place. */
+  readonly flies: boolean;
+  readonly params: readonly ParamSpec[];
+  readonly knownTo: readonly AutopilotKind[];
+}
+
+const BOTH: readonly AutopilotKind[] = ['ardupilot', 'px4'];
+const ARDUPILOT: readonly AutopilotKind[] = ['ardupilot'];
+const PX4: readonly AutopilotKind[] = ['px4'];
+
+const param = (at: 0 | 1 | 2 | 3, name: string, unit: ParamUnit, rest: Partial<ParamSpec> = {}): ParamSpec => ({
+  at,
+  name,
+  unit,
+  initial: 0,
+  ...rest,
+});
+
+/** Zero stands for the autopilot's own. */
+const HOLD = param(0, 'Wait there', 's', { least: 0, most: 65_535 });
+const REACHED = param(1, 'Reached within', 'm', { least: 0, most: 1_000 });
+const YAW = param(3, 'Heading', 'deg', { least: -360, most: 360, mayBeOpen: true, initial: null });
+const RADIUS = param(2, 'Radius, negative: counter-clockwise', 'm', { least: -10_000, most: 10_000 });
+
+function spec(
+  command: number,
+  label: string,
+  place: PlaceUse,
+  knownTo: readonly AutopilotKind[],
+  params: readonly ParamSpec[] = [],
+  uses: { readonly height?: boolean; readonly flies?: boolean } = {},
+): CommandSpec {
+  return { command, label, place, knownTo, params, height: uses.height ?? false, flies: uses.flies ?? false };
+}
+
+/** Jumps are checked against the plan that they are in; this is only what the number can hold. */
+const MOST_SEQ = 65_535;
+
+const GOES = { height: true, flies: true };
+
+const SPECS: readonly CommandSpec[] = [
+  spec(
+    CMD.WAYPOINT,
+    'Waypoint',
+    'needed',
+    BOTH,
+    [HOLD, REACHED, param(2, 'Pass by at', 'm', { least: -1_000, most: 1_000 }), YAW],
+    GOES,
+  ),
+  spec(CMD.SPLINE_WAYPOINT, 'Spline waypoint', 'needed', ARDUPILOT, [HOLD], GOES),
+  spec(CMD.TAKEOFF, 'Take-off', 'here-if-none', BOTH, [param(0, 'Pitch', 'deg', { least: 0, most: 90 }), YAW], GOES),
+  spec(CMD.VTOL_TAKEOFF, 'Take-off (VTOL)', 'here-if-none', BOTH, [YAW], GOES),
+  spec(
+    CMD.LAND,
+    'Land',
+    'here-if-none',
+    BOTH,
+    [
+      param(0, 'Height to abort to', 'm', { least: 0, most: 1_000 }),
+      param(1, 'Precision landing', '', {
+        choices: [
+          [0, 'no'],
+          [1, 'if a target is seen'],
+          [2, 'only on a target'],
+        ],
+      }),
+      YAW,
+    ],
+    GOES,
+  ),
+  spec(
+    CMD.VTOL_LAND,
+    'Land (VTOL)',
+    'here-if-none',
+    BOTH,
+    [param(2, 'Approach height', 'm', { mayBeOpen: true, least: 0, most: 1_000 }), YAW],
+    GOES,
+  ),
+  spec(CMD.RETURN, 'Return', 'none', BOTH),
+  spec(CMD.LOITER_UNLIMITED, 'Loiter until told', 'here-if-none', BOTH, [RADIUS, YAW], GOES),
+  spec(
+    CMD.LOITER_TURNS,
+    'Loiter, turns',
+    'here-if-none',
+    ARDUPILOT,
+    // ArduPilot keeps turns and radius in a byte each.
+    [param(0, 'Turns', '', { least: 0.1, most: 255, initial: 1 }), RADIUS],
+    GOES,
+  ),
+  spec(
+    CMD.LOITER_TIME,
+    'Loiter, time',
+    'here-if-none',
+    BOTH,
+    [param(0, 'Time', 's', { least: 0, most: 65_535, initial: 10 }), RADIUS],
+    GOES,
+  ),
+  spec(CMD.LOITER_TO_HEIGHT, 'Loiter to height', 'here-if-none', BOTH, [{ ...RADIUS, at: 1 }], GOES),
+  spec(CMD.NAV_DELAY, 'Wait', 'none', BOTH, [
+    param(0, 'Time, -1: until a time of day', 's', { least: -1, most: 65_535, initial: 10 }),
+    param(1, 'Hour (UTC), -1: any', '', { least: -1, most: 23, whole: true, initial: -1 }),
+    param(2, 'Minute, -1: any', '', { least: -1, most: 59, whole: true, initial: -1 }),
+    param(3, 'Second, -1: any', '', { least: -1, most: 59, whole: true, initial: -1 }),
+  ]),
+  spec(CMD.CONDITION_DELAY, 'Delay what follows', 'none', ARDUPILOT, [
+    param(0, 'Time', 's', { least: 0, most: 65_535, initial: 5 }),
+  ]),
+  spec(CMD.CONDITION_DISTANCE, 'Delay until near', 'none', ARDUPILOT, [
+    param(0, 'Distance to the next waypoint', 'm', { least: 0, most: 100_000, initial: 10 }),
+  ]),
+  spec(CMD.CONDITION_YAW, 'Heading', 'none', ARDUPILOT, [
+    param(0, 'Angle', 'deg', { least: 0, most: 360 }),
+    param(1, 'Turning at', 'deg/s', { least: 0, most: 360 }),
+    param(2, 'Direction', '', {
+      choices: [
+        [-1, 'counter-clockwise'],
+        [0, 'shortest'],
+        [1, 'clockwise'],
+      ],
+    }),
+    param(3, 'Measured from', '', {
+      choices: [
+        [0, 'north'],
+        [1, 'the heading then'],
+      ],
+    }),
+  ]),
+  spec(CMD.JUMP, 'Jump', 'none', BOTH, [
+    param(0, 'To item', '', { least: 0, most: MOST_SEQ, whole: true }),
+    param(1, 'Times, -1: for ever', '', { least: -1, most: 32_767, whole: true, initial: 1 }),
+  ]),
+  spec(CMD.CHANGE_SPEED, 'Speed', 'none', BOTH, [
+    param(0, 'Which', '', {
+      choices: [
+        [0, 'airspeed'],
+        [1, 'ground speed'],
+        [2, 'climb speed'],
+        [3, 'descent speed'],
+      ],
+      initial: 1,
+    }),
+    param(1, 'Speed, -1: as it is, -2: its usual', 'm/s', { least: -2, most: 150, initial: 5 }),
+    param(2, 'Throttle, -1: as it is, -2: its usual', '%', { least: -2, most: 100, initial: -1 }),
+  ]),
+  spec(
+    CMD.SET_HOME,
+    'Set home',
+    'here-if-none',
+    BOTH,
+    [
+      param(0, 'Where', '', {
+        choices: [
+          [0, 'the place below'],
+          [1, 'where it is then'],
+        ],
+      }),
+    ],
+    { height: true },
+  ),
+  spec(
+    CMD.ROI_LOCATION,
+    'Look at',
+    'needed',
+    BOTH,
+    [param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true })],
+    {
+      height: true,
+    },
+  ),
+  spec(
+    CMD.ROI,
+    'Look at (older)',
+    'here-if-none',
+    BOTH,
+    [
+      param(0, 'Kind', '', {
+        choices: [
+          [0, 'nothing'],
+          [1, 'the next waypoint'],
+          [2, 'a waypoint'],
+          [3, 'a place'],
+          [4, 'a target'],
+        ],
+        initial: 3,
+      }),
+      param(1, 'Waypoint or target', '', { least: 0, most: 65_535, whole: true }),
+      param(2, 'Index', '', { least: 0, most: 255, whole: true }),
+    ],
+    { height: true },
+  ),
+  spec(CMD.ROI_NONE, 'Look ahead again', 'none', BOTH, [
+    param(0, 'Gimbal, 0: all', '', { least: 0, most: 255, whole: true }),
+  ]),
+  spec(CMD.TRIGGER_DISTANCE, 'Camera every distance', 'none', BOTH, [
+    param(0, 'Distance, 0: stop', 'm', { least: 0, most: 10_000, initial: 20 }),
+    param(1, 'Shutter, milliseconds', '', { least: -1, most: 60_000, mayBeOpen: true }),
+    param(2, 'One at once', '', {
+      choices: [
+        [0, 'no'],
+        [1, 'yes'],
+      ],
+    }),
+    param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, mayBeOpen: true }),
+  ]),
+  spec(CMD.CAMERA_SHOT, 'Camera, one picture', 'none', BOTH),
+  spec(CMD.IMAGE_START, 'Camera, pictures', 'none', BOTH, [
+    param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
+    param(1, 'Time between', 's', { least: 0, most: 65_535 }),
+    param(2, 'How many, 0: until told', '', { least: 0, most: 65_535, whole: true, initial: 1 }),
+    param(3, 'First number', '', { least: 0, most: 65_535, whole: true, mayBeOpen: true }),
+  ]),
+  spec(CMD.IMAGE_STOP, 'Camera, no more pictures', 'none', BOTH, [
+    param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
+  ]),
+  spec(CMD.VIDEO_START, 'Record video', 'none', BOTH, [
+    param(0, 'Stream, 0: all', '', { least: 0, most: 255, whole: true }),
+    param(1, 'Reports a second', '', { least: 0, most: 100 }),
+  ]),
+  spec(CMD.VIDEO_STOP, 'Stop recording', 'none', BOTH, [
+    param(0, 'Stream, 0: all', '', { least: 0, most: 255, whole: true }),
+  ]),
+  spec(CMD.MOUNT_CONTROL, 'Gimbal (older)', 'none', BOTH, [
+    param(0, 'Pitch', 'deg', { least: -180, most: 180 }),
+    param(1, 'Roll', 'deg', { least: -180, most: 180 }),
+    param(2, 'Yaw', 'deg', { least: -360, most: 360 }),
+  ]),
+  spec(CMD.GIMBAL_PITCH_YAW, 'Gimbal', 'none', BOTH, [
+    param(0, 'Pitch', 'deg', { least: -180, most: 180, mayBeOpen: true }),
+    param(1, 'Yaw', 'deg', { least: -360, most: 360, mayBeOpen: true }),
+    param(2, 'Pitch rate', 'deg/s', { least: -360, most: 360, mayBeOpen: true, initial: null }),
+    param(3, 'Yaw rate', 'deg/s', { least: -360, most: 360, mayBeOpen: true, initial: null }),
+  ]),
+  spec(CMD.SET_SERVO, 'Servo', 'none', BOTH, [
+    param(0, 'Servo', '', { least: 1, most: 32, whole: true, initial: 9 }),
+    param(1, 'Pulse', 'us', { least: 0, most: 3_000, whole: true, initial: 1_500 }),
+  ]),
+  spec(CMD.SET_RELAY, 'Relay', 'none', ARDUPILOT, [
+    param(0, 'Relay', '', { least: 0, most: 15, whole: true }),
+    param(1, 'Switch', '', {
+      choices: [
+        [0, 'off'],
+        [1, 'on'],
+      ],
+    }),
+  ]),
+  spec(CMD.GRIPPER, 'Gripper', 'none', BOTH, [
+    param(0, 'Gripper', '', { least: 0, most: 6, whole: true, initial: 1 }),
+    param(1, 'Does', '', {
+      choices: [
+        [0, 'release'],
+        [1, 'grab'],
+      ],
+    }),
+  ]),
+  spec(CMD.LAND_START, 'Landing begins', 'here-if-none', BOTH, [], { height: true }),
+  spec(3000, 'VTOL transition', 'none', PX4, [
+    param(0, 'To', '', {
+      choices: [
+        [3, 'hovering'],
+        [4, 'forward flight'],
+      ],
+      initial: 4,
+    }),
+  ]),
+];
+
+export const CATALOGUE: ReadonlyMap<number, CommandSpec> = new Map(SPECS.map((one) => [one.command, one]));
+
+export const specOf = (command: number): CommandSpec | null => CATALOGUE.get(command) ?? null;
+
+export const commandWords = (command: number): string => specOf(command)?.label ?? `Command ${command}`;
+
+/** The drone flies somewhere or does something that takes its course: not a switch beside the way. */
+export const isNavigation = (command: number): boolean => command < 95;

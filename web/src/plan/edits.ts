@@ -1,0 +1,276 @@
+/**
+ * What can be done to a plan, as commands: each makes a new plan out of one and leaves the old alone. An edit that names what is
+ * no longer there changes nothing. Jumps keep their item, wherever it moves; when it is taken out they go to what followed it.
+ */
+
+import { CMD, commandWords, specOf } from './catalogue';
+import { FRAME } from './frames';
+import type {
+  FenceReturn,
+  FenceShape,
+  PartId,
+  Plan,
+  PlanDefaults,
+  PlanItem,
+  PlannedHome,
+  Params,
+  RallyPoint,
+  Spot,
+  WireItem,
+} from './plan_types';
+import { planItems, wireItem } from './wire_items';
+
+export interface Edit {
+  /** "Move item 3": what undo and redo say. */
+  readonly words: string;
+  /** Edits of one gesture (a drag, a number being typed) are one step of undo. */
+  readonly gesture?: string;
+  readonly apply: (plan: Plan) => Plan;
+}
+
+/** A jump that goes nowhere: the checks refuse to send it. */
+export const NOWHERE = -1;
+
+type Seed = WireItem & { readonly jumpTo?: PartId };
+type WithoutId<T> = T extends unknown ? Omit<T, 'id'> : never;
+
+const edit = (words: string, apply: (plan: Plan) => Plan, gesture?: string): Edit =>
+  gesture === undefined ? { words, apply } : { words, apply, gesture };
+
+/** A new item of this command with the plan's defaults; `spot` where the command has a place. */
+export function newItem(defaults: PlanDefaults, command: number, spot: Spot | null): WireItem {
+  const spec = specOf(command);
+  const params: [number | null, number | null, number | null, number | null] = [0, 0, 0, 0];
+  for (const one of spec?.params ?? []) params[one.at] = one.initial;
+  if (command === CMD.CHANGE_SPEED) params[1] = defaults.speedMS;
+  const hasPlace = spec === null || spec.place !== 'none';
+  const frame = hasPlace ? defaults.frame : FRAME.MISSION;
+  const lands = command === CMD.LAND || command === CMD.VTOL_LAND || command === CMD.ROI_LOCATION;
+  const z = spec?.height && !lands ? defaults.heightM : 0;
+  const { latE7, lonE7 } = hasPlace && spot ? spot : { latE7: 0, lonE7: 0 };
+  return wireItem(command, frame, params, latE7, lonE7, z);
+}
+
+export function insertItems(at: number, seeds: readonly Seed[]): Edit {
+  const words = seeds.length === 1 ? `Add ${commandWords(seeds[0]!.command)}` : `Add ${seeds.length} items`;
+  return edit(words, (plan) => {
+    if (seeds.length === 0) return plan;
+    const items = seeds.map(({ jumpTo, ...item }, index): PlanItem => ({
+      ...item,
+      id: plan.nextId + index,
+      jumpTo: jumpTo ?? null,
+    }));
+    return { ...plan, items: plan.items.toSpliced(at, 0, ...items), nextId: plan.nextId + items.length };
+  });
+}
+
+/** Items from elsewhere, whose jumps count from the first of them. */
+export const appendItems = (wire: readonly WireItem[]): Edit =>
+  edit(`Add ${wire.length} items`, (plan) => ({
+    ...plan,
+    items: [...plan.items, ...planItems(wire, plan.nextId)],
+    nextId: plan.nextId + wire.length,
+  }));
+
+/** The jump after its item is gone. */
+function followed(item: PlanItem, items: readonly PlanItem[], gone: ReadonlySet<PartId>): PlanItem {
+  if (item.jumpTo === null || !gone.has(item.jumpTo)) return item;
+  const from = items.findIndex((one) => one.id === item.jumpTo);
+  const heir = items.find((one, seq) => seq > from && !gone.has(one.id) && one.id !== item.id);
+  if (heir) return { ...item, jumpTo: heir.id };
+  return { ...item, jumpTo: null, params: [NOWHERE, item.params[1], item.params[2], item.params[3]] };
+}
+
+export function removeItems(ids: Iterable<PartId>): Edit {
+  const gone = new Set(ids);
+  return edit(gone.size === 1 ? 'Remove an item' : `Remove ${gone.size} items`, (plan) => {
+    if (!plan.items.some((item) => gone.has(item.id))) return plan;
+    const left = plan.items.filter((item) => !gone.has(item.id));
+    return { ...plan, items: left.map((item) => followed(item, plan.items, gone)) };
+  });
+}
+
+/** Puts these items, in their order, before another one, or at the end (`null`). */
+export function moveItems(ids: Iterable<PartId>, before: PartId | null): Edit {
+  const moved = new Set(ids);
+  return edit(moved.size === 1 ? 'Move an item in the list' : `Move ${moved.size} items in the list`, (plan) => {
+    if (before !== null && moved.has(before)) return plan;
+    const rest = plan.items.filter((item) => !moved.has(item.id));
+    const at = before === null ? rest.length : rest.findIndex((item) => item.id === before);
+    if (at < 0) return plan;
+    const items = rest.toSpliced(at, 0, ...plan.items.filter((item) => moved.has(item.id)));
+    return items.every((item, seq) => item === plan.items[seq]) ? plan : { ...plan, items };
+  });
+}
+
+function changedItem(words: string, id: PartId, change: (item: PlanItem) => PlanItem, gesture?: string): Edit {
+  return edit(
+    words,
+    (plan) => {
+      const at = plan.items.findIndex((item) => item.id === id);
+      if (at < 0) return plan;
+      const before = plan.items[at]!;
+      const after = change(before);
+      return after === before ? plan : { ...plan, items: plan.items.with(at, after) };
+    },
+    gesture,
+  );
+}
+
+const rewired = (item: PlanItem, wire: WireItem): PlanItem => ({ ...wire, id: item.id, jumpTo: item.jumpTo });
+
+/** Drags an item: one step of undo for each `gesture`. */
+export const placeItem = (id: PartId, spot: Spot, gesture?: string): Edit =>
+  changedItem('Move an item', id, (item) => ({ ...item, x: spot.latE7, y: spot.lonE7 }), gesture);
+
+export const setParam = (id: PartId, at: 0 | 1 | 2 | 3, value: number | null, gesture?: string): Edit =>
+  changedItem(
+    'Change an item',
+    id,
+    (item) => {
+      const { command, frame, x, y, z, autocontinue } = item;
+      const params = item.params.with(at, value) as unknown as Params;
+      return rewired(item, wireItem(command, frame, params, x, y, z, autocontinue));
+    },
+    gesture,
+  );
+
+export const setHeight = (id: PartId, heightM: number, gesture?: string): Edit =>
+  changedItem(
+    'Change a height',
+    id,
+    (item) =>
+      rewired(item, wireItem(item.command, item.frame, item.params, item.x, item.y, heightM, item.autocontinue)),
+    gesture,
+  );
+
+export const setFrame = (id: PartId, frame: number): Edit =>
+  changedItem('Change what a height is measured from', id, (item) => ({ ...item, frame }));
+
+/** Another command in its stead, with that command's own parameters, at the same place and height. */
+export const setCommand = (id: PartId, command: number): Edit =>
+  edit(`Make it ${commandWords(command)}`, (plan) => {
+    const at = plan.items.findIndex((item) => item.id === id);
+    const before = plan.items[at];
+    if (!before || before.command === command) return plan;
+    const hadPlace = specOf(before.command)?.place !== 'none';
+    const fresh = newItem(plan.defaults, command, hadPlace ? { latE7: before.x, lonE7: before.y } : null);
+    const hasHeight = hadPlace && before.z !== 0 && specOf(command)?.height;
+    const wire = hasHeight ? { ...fresh, frame: before.frame, z: before.z } : fresh;
+    return { ...plan, items: plan.items.with(at, { ...wire, id, jumpTo: null }) };
+  });
+
+export const setJumpTarget = (id: PartId, target: PartId): Edit =>
+  edit('Change where a jump goes', (plan) => {
+    const at = plan.items.findIndex((item) => item.id === id && item.command === CMD.JUMP);
+    if (at < 0 || !plan.items.some((item) => item.id === target)) return plan;
+    return { ...plan, items: plan.items.with(at, { ...plan.items[at]!, jumpTo: target }) };
+  });
+
+export const setHome = (home: PlannedHome | null, gesture?: string): Edit =>
+  edit('Move the planned home', (plan) => ({ ...plan, home }), gesture);
+
+export const setDefaults = (defaults: PlanDefaults): Edit =>
+  edit('Change what new items begin with', (plan) => ({ ...plan, defaults }));
+
+/** The whole plan, as from a file, the library or the drone. Ids go on from the old plan's: nothing takes up a dead one's. */
+export const replacePlan = (words: string, other: Plan): Edit =>
+  edit(words, (plan) => ({ ...other, nextId: Math.max(plan.nextId, other.nextId) }));
+
+// --- fence ---
+
+export const addShape = (shape: WithoutId<FenceShape>): Edit =>
+  edit(shape.shape === 'circle' ? 'Add a circle to the fence' : 'Add a polygon to the fence', (plan) => ({
+    ...plan,
+    fence: { ...plan.fence, shapes: [...plan.fence.shapes, { ...shape, id: plan.nextId } as FenceShape] },
+    nextId: plan.nextId + 1,
+  }));
+
+function changedShape(words: string, id: PartId, change: (shape: FenceShape) => FenceShape, gesture?: string): Edit {
+  return edit(
+    words,
+    (plan) => {
+      const at = plan.fence.shapes.findIndex((shape) => shape.id === id);
+      if (at < 0) return plan;
+      const before = plan.fence.shapes[at]!;
+      const after = change(before);
+      if (after === before) return plan;
+      return { ...plan, fence: { ...plan.fence, shapes: plan.fence.shapes.with(at, after) } };
+    },
+    gesture,
+  );
+}
+
+export const setInclusion = (id: PartId, inclusion: boolean): Edit =>
+  changedShape('Change a side of the fence', id, (shape) => ({ ...shape, inclusion }));
+
+export const placeCircle = (id: PartId, centre: Spot, gesture?: string): Edit =>
+  changedShape('Move a circle', id, (shape) => (shape.shape === 'circle' ? { ...shape, centre } : shape), gesture);
+
+export const setRadius = (id: PartId, radiusM: number, gesture?: string): Edit =>
+  changedShape(
+    'Change a radius',
+    id,
+    (shape) => (shape.shape === 'circle' ? { ...shape, radiusM: Math.fround(radiusM) } : shape),
+    gesture,
+  );
+
+export const placeCorner = (id: PartId, at: number, spot: Spot, gesture?: string): Edit =>
+  changedShape(
+    'Move a corner',
+    id,
+    (shape) =>
+      shape.shape === 'polygon' && at >= 0 && at < shape.corners.length
+        ? { ...shape, corners: shape.corners.with(at, spot) }
+        : shape,
+    gesture,
+  );
+
+export const insertCorner = (id: PartId, at: number, spot: Spot): Edit =>
+  changedShape('Add a corner', id, (shape) =>
+    shape.shape === 'polygon' ? { ...shape, corners: shape.corners.toSpliced(at, 0, spot) } : shape,
+  );
+
+/** Three are the fewest. */
+export const removeCorner = (id: PartId, at: number): Edit =>
+  changedShape('Remove a corner', id, (shape) =>
+    shape.shape === 'polygon' && shape.corners.length > 3 && at >= 0 && at < shape.corners.length
+      ? { ...shape, corners: shape.corners.toSpliced(at, 1) }
+      : shape,
+  );
+
+export const removeShape = (id: PartId): Edit =>
+  edit('Remove a part of the fence', (plan) => {
+    const shapes = plan.fence.shapes.filter((shape) => shape.id !== id);
+    return shapes.length === plan.fence.shapes.length ? plan : { ...plan, fence: { ...plan.fence, shapes } };
+  });
+
+export const setReturnPoint = (returnPoint: FenceReturn | null): Edit =>
+  edit("Move the fence's return point", (plan) => ({ ...plan, fence: { ...plan.fence, returnPoint } }));
+
+// --- rally ---
+
+export const addRally = (point: Omit<RallyPoint, 'id'>): Edit =>
+  edit('Add a rally point', (plan) => ({
+    ...plan,
+    rally: [...plan.rally, { ...point, id: plan.nextId, heightM: Math.fround(point.heightM) }],
+    nextId: plan.nextId + 1,
+  }));
+
+export const changeRally = (id: PartId, change: Partial<Omit<RallyPoint, 'id'>>, gesture?: string): Edit =>
+  edit(
+    'Change a rally point',
+    (plan) => {
+      const at = plan.rally.findIndex((point) => point.id === id);
+      if (at < 0) return plan;
+      const point = { ...plan.rally[at]!, ...change };
+      return { ...plan, rally: plan.rally.with(at, { ...point, heightM: Math.fround(point.heightM) }) };
+    },
+    gesture,
+  );
+
+export const removeRally = (id: PartId): Edit =>
+  edit('Remove a rally point', (plan) => {
+    const rally = plan.rally.filter((point) => point.id !== id);
+    return rally.length === plan.rally.length ? plan : { ...plan, rally };
+  });

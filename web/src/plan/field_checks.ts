@@ -1,0 +1,113 @@
+/** What is wrong with one field of an item, in words: for the table, while somebody types. Whole plans: plan_checks.ts. */
+
+import { CMD, specOf, type ParamSpec } from './catalogue';
+import { datumOf, FRAME } from './frames';
+import { isOnEarth, type FenceShape, type Param, type PlanItem, type RallyPoint, type Spot } from './plan_types';
+
+export type Field = 'command' | 'frame' | 'place' | 'height' | 'p1' | 'p2' | 'p3' | 'p4';
+
+export interface Fault {
+  readonly field: Field;
+  readonly words: string;
+}
+
+const PARAM_FIELDS = ['p1', 'p2', 'p3', 'p4'] as const;
+/** Deeper than the Dead Sea and higher than any of these aircraft. */
+export const LEAST_HEIGHT_M = -500;
+export const MOST_HEIGHT_M = 10_000;
+export const MOST_RADIUS_M = 100_000;
+
+const withUnit = (value: number, unit: string): string => (unit === '' ? `${value}` : `${value} ${unit}`);
+
+export function paramFault(spec: ParamSpec, value: Param): string | null {
+  const { name, unit, least, most, choices } = spec;
+  if (value === null) return spec.mayBeOpen ? null : `${name}: a number is needed.`;
+  if (!Number.isFinite(value)) return `${name}: that is not a number.`;
+  if (choices) {
+    if (choices.some(([number]) => number === value)) return null;
+    return `${name}: ${value} is none of ${choices.map(([number, label]) => `${number} (${label})`).join(', ')}.`;
+  }
+  if (spec.whole && !Number.isInteger(value)) return `${name}: a whole number is needed.`;
+  const [isLow, isHigh] = [least !== undefined && value < least, most !== undefined && value > most];
+  if (!isLow && !isHigh) return null;
+  if (least !== undefined && most !== undefined) {
+    return `${name}: ${withUnit(value, unit)} is outside of ${least} to ${withUnit(most, unit)}.`;
+  }
+  return isLow
+    ? `${name}: ${withUnit(value, unit)} is less than ${withUnit(least!, unit)}.`
+    : `${name}: ${withUnit(value, unit)} is more than ${withUnit(most!, unit)}.`;
+}
+
+export function heightFault(heightM: number): string | null {
+  if (!Number.isFinite(heightM)) return 'Height: a number is needed.';
+  if (heightM >= LEAST_HEIGHT_M && heightM <= MOST_HEIGHT_M) return null;
+  return `Height: ${heightM} m is outside of ${LEAST_HEIGHT_M} to ${MOST_HEIGHT_M} m.`;
+}
+
+/** 0, 0 is what autopilots take for "no place". */
+export const isNoPlace = (spot: Spot): boolean => spot.latE7 === 0 && spot.lonE7 === 0;
+
+/** Every fault of an item; `count` is how many items its plan has. */
+export function itemFaults(item: PlanItem, count: number): Fault[] {
+  const faults: Fault[] = [];
+  const add = (field: Field, words: string | null): void => {
+    if (words !== null) faults.push({ field, words });
+  };
+  if (!Number.isInteger(item.command) || item.command < 0 || item.command > 0xffff) {
+    add('command', 'Command: a whole number from 0 to 65535 is needed.');
+  }
+  const spec = specOf(item.command);
+  if (!spec) {
+    for (const [at, value] of item.params.entries()) {
+      if (value !== null && !Number.isFinite(value))
+        add(PARAM_FIELDS[at]!, `Parameter ${at + 1}: that is not a number.`);
+    }
+    if (!Number.isFinite(item.z)) add('height', heightFault(item.z));
+    return faults;
+  }
+  for (const one of spec.params) {
+    // Where a jump goes is a choice among items, whatever the number says.
+    if (item.command === CMD.JUMP && one.at === 0) continue;
+    add(PARAM_FIELDS[one.at], paramFault(one, item.params[one.at]));
+  }
+  if (item.command === CMD.JUMP && item.jumpTo === null) {
+    const target = item.params[0];
+    add(
+      'p1',
+      target !== null && target >= 0
+        ? `To item: there is no item ${target + 1}, there are ${count}.`
+        : 'To item: choose one.',
+    );
+  }
+  const spot = { latE7: item.x, lonE7: item.y };
+  if (spec.place !== 'none') {
+    const isOpen = spec.place === 'here-if-none' && isNoPlace(spot);
+    if (datumOf(item.frame) === null && !(isOpen && item.frame === FRAME.MISSION)) {
+      add('frame', `Height measured from: frame ${item.frame} is not one of places on earth.`);
+    }
+    if (!isOnEarth(spot)) add('place', 'Place: latitude is from -90 to 90 degrees, longitude from -180 to 180.');
+    else if (spec.place === 'needed' && isNoPlace(spot)) add('place', 'Place: it has none yet (0, 0).');
+  }
+  if (spec.height) add('height', heightFault(item.z));
+  return faults;
+}
+
+export function shapeFaults(shape: FenceShape): string[] {
+  const faults: string[] = [];
+  const spots = shape.shape === 'polygon' ? shape.corners : [shape.centre];
+  if (!spots.every(isOnEarth)) faults.push('A corner or centre is not a place on earth.');
+  if (shape.shape === 'polygon') {
+    if (shape.corners.length < 3) faults.push('A polygon has three corners at least.');
+  } else if (!(shape.radiusM > 0 && shape.radiusM <= MOST_RADIUS_M)) {
+    faults.push(`Radius: more than 0 and at most ${MOST_RADIUS_M} m are needed.`);
+  }
+  return faults;
+}
+
+export function rallyFaults(point: RallyPoint): string[] {
+  const faults: string[] = [];
+  if (!isOnEarth(point.spot) || isNoPlace(point.spot)) faults.push('It is not a place on earth.');
+  const height = heightFault(point.heightM);
+  if (height) faults.push(height);
+  return faults;
+}

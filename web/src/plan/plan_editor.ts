@@ -1,0 +1,88 @@
+/** A plan under the hand: what it is now, and the way back and forth. */
+
+import type { Edit } from './edits';
+import { EMPTY_PLAN, type Plan } from './plan_types';
+
+/** Plans share what did not change: a step costs a list of items at most, 700 times 200 of them a megabyte or so. */
+export const MOST_STEPS = 200;
+
+interface Step {
+  readonly words: string;
+  readonly gesture: string | undefined;
+  /** The plan on the other side of the step. */
+  readonly plan: Plan;
+}
+
+export class PlanEditor {
+  #plan: Plan;
+  #saved: Plan;
+  #past: Step[] = [];
+  #future: Step[] = [];
+  readonly #changed: () => void;
+
+  /** `changed` is called after each change, with the new plan in place. */
+  constructor(plan: Plan = EMPTY_PLAN, changed: () => void = () => undefined) {
+    this.#plan = plan;
+    this.#saved = plan;
+    this.#changed = changed;
+  }
+
+  get plan(): Plan {
+    return this.#plan;
+  }
+
+  /** What undo would take back, in words. */
+  get undoWords(): string | null {
+    return this.#past.at(-1)?.words ?? null;
+  }
+
+  get redoWords(): string | null {
+    return this.#future.at(-1)?.words ?? null;
+  }
+
+  /** Something is here that `markSaved` has not seen. */
+  get hasUnsaved(): boolean {
+    const parts = ['home', 'items', 'fence', 'rally', 'defaults'] as const;
+    return parts.some((part) => this.#plan[part] !== this.#saved[part]);
+  }
+
+  markSaved(): void {
+    this.#saved = this.#plan;
+  }
+
+  /** False when the edit changed nothing. */
+  apply(edit: Edit): boolean {
+    const after = edit.apply(this.#plan);
+    if (after === this.#plan) return false;
+    const last = this.#past.at(-1);
+    const goesOn = edit.gesture !== undefined && last?.gesture === edit.gesture && this.#future.length === 0;
+    if (!goesOn) {
+      this.#past.push({ words: edit.words, gesture: edit.gesture, plan: this.#plan });
+      if (this.#past.length > MOST_STEPS) this.#past.shift();
+    }
+    this.#future = [];
+    this.#plan = after;
+    this.#changed();
+    return true;
+  }
+
+  undo(): boolean {
+    return this.#cross(this.#past, this.#future);
+  }
+
+  redo(): boolean {
+    return this.#cross(this.#future, this.#past);
+  }
+
+  #cross(from: Step[], to: Step[]): boolean {
+    const step = from.pop();
+    if (!step) return false;
+    // Without its gesture: what comes after an undo is a step of its own.
+    to.push({ words: step.words, gesture: undefined, plan: this.#plan });
+    // Ids are never used twice, not even by those who took something back.
+    const nextId = Math.max(step.plan.nextId, this.#plan.nextId);
+    this.#plan = step.plan.nextId === nextId ? step.plan : { ...step.plan, nextId };
+    this.#changed();
+    return true;
+  }
+}
