@@ -31,7 +31,10 @@ export default ts.config(
     // The planner knows no framework, no map and no connection.
     files: ['src/plan/**/*.ts'],
     rules: {
-      'no-restricted-imports': ['error', { patterns: ['svelte', 'svelte/*', 'maplibre-gl', '../link/*', '../parts/*'] }],
+      'no-restricted-imports': [
+        'error',
+        { patterns: ['svelte', 'svelte/*', 'maplibre-gl', '../link/*', '../parts/*'] },
+      ],
     },
   },
   { files: ['test/fake_tower/**', 'scripts/**'], rules: { 'no-console': 'off' } },
