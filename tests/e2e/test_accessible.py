@@ -125,6 +125,7 @@ def test_the_way_in(come: Somebody, axe: Axe) -> None:
 
 def test_ones_own_account(come: Somebody, axe: Axe) -> None:
     console = entered(come, "bob", "/#/account")
+    expect(console.part("section-tokens")).to_be_visible()
     sections = [
         link.get_attribute("data-testid") for link in console.page.locator("nav a[data-testid^=section-]").all()
     ]

@@ -262,7 +262,7 @@ def test_the_loss_check_is_read_out_and_asked_for_on_a_terminal(world: World) ->
     alice = world.visitor("alice")
     world.running("simulator").terminate()
     words = world.running("simulator").args
-    assert isinstance(words, list)
+    assert isinstance(words, list | tuple)
     world.start("simulator-2", "tower-sim", *words[1:], "--param", "RC_OVERRIDE_TIME=-1")
     wait_for("the danger", lambda: alice.ask("GET", "/drones/1/loss-check").json["dangerous"])
     ask = ("Kestrel", "--tower", world.address, "--fly", "--acknowledge-loss-check", "--tcp", "127.0.0.1:0")

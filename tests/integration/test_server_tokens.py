@@ -123,7 +123,8 @@ async def test_every_route_says_what_it_needs(world: TowerWorld, root: httpx.Asy
             .replace("{enrolment_id}", "999")
         )
         for scope, client in nothing_but.items():
-            answer = await client.request(next(iter(route.methods)), path)
+            # An answer to HEAD has no body that could say why.
+            answer = await client.request(min(route.methods - {"HEAD"}), path)
             missing = bool(NEEDS[action] - {scope})
             slug = answer.json().get("type", "") if answer.status_code == 403 else ""
             assert (slug == "/problems/scope-missing") is missing, (route.name, scope, answer.text)
