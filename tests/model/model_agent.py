@@ -1,16 +1,22 @@
 """A real agent's core behind a real sealed link, with an autopilot that is flown by hand and notes by whom."""
 
 from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
 
 from onboard_agent.onboard import Onboard
 from server.relay.agent_link import AgentLink
 from server.relay.hub import Hub
 from wire.control_messages import (
+    AutopilotState,
     ControlChanged,
     HoldOrder,
+    HoldProgress,
     ToAgent,
+    ToTower,
     Welcome,
     decode_to_agent,
+    encode_message,
 )
 from wire.dialect import build, decode, mavlink
 from wire.drops import Dropped
@@ -37,7 +43,13 @@ class ModelAgent:
         self.onboard = Onboard(now=now, speaks_first=False)
         self.flown_by: list[tuple[int, int]] = []
         self.control: deque[ToAgent] = deque()
+        self.has_channel = False
         self.link: AgentLink | None = None
+        self._held = 0
+        """The epoch of the newest hold that the tower ordered on this link."""
+        self._progress: list[HoldProgress] = []
+        """Steps of holds that are told again on another control channel."""
+        self._send: Callable[[bytes, tuple[str, int]], None] = lambda datagram, address: None
         self._sealed: SealedLink | None = None
         self._coming: SealedLink | None = None
         self.onboard.from_autopilot([ARMED_ALT_HOLD], now)
@@ -45,14 +57,18 @@ class ModelAgent:
     def connect(self, hub: Hub, link_id: LinkId, network: deque[tuple[DroneId, bytes]], now: float) -> None:
         """Signs in: the welcome is on its way when this returns, as in the control channel of the tower."""
         self.disconnect(hub, now)
+        self.has_channel = True
+        self._held = 0
+        self._send = lambda datagram, address: network.append((self.drone_id, datagram))
         keys = link_id.to_bytes(4, "little") * 8, (link_id ^ 0xFFFFFFFF).to_bytes(4, "little") * 8
         self._coming = _sealed(link_id, self.drone_id, send=keys[0], receive=keys[1], now=now)
         self.link = AgentLink(
             sealed=_sealed(link_id, self.drone_id, send=keys[1], receive=keys[0], now=now),
-            send_datagram=lambda datagram, address: network.append((self.drone_id, datagram)),
+            send_datagram=self._send,
             post=self.control.append,
             close=lambda code, why: None,
             call_later=lambda delay_s, call: None,  # the model flies with urgent frames alone
+            resume_key=b"r" * 32,
         )
         drone = hub.drone(self.drone_id)
         assert drone is not None
@@ -78,7 +94,42 @@ class ModelAgent:
         if self._sealed is not None:
             self.onboard.link_broken(now)
         self.link = self._sealed = self._coming = None
+        self.has_channel = False
         self.control.clear()
+        self._progress.clear()
+
+    def lose_channel(self, hub: Hub, now: float) -> None:
+        """The control channel breaks off, with what was on its way on it. The link goes on, or ends with it."""
+        if self.link is None or not self.has_channel:
+            return
+        self.control.clear()
+        self.has_channel = False
+        if hub.lose_channel(self.link, now):
+            self.disconnect(None, now)
+
+    def resume(self, hub: Hub, now: float) -> None:
+        """Another control channel for the same link, if the tower has it still; whether or not the last one is lost."""
+        link = self.link
+        if link is None or not self.linked or hub.resumable(link.link_id, self.drone_id, now) is not link:
+            return
+        self.control.clear()
+        link.adopt(
+            send_datagram=self._send,
+            post=self.control.append,
+            close=lambda code, why: None,
+            channel=object(),
+            waiting=lambda: (0, 0),
+        )
+        hub.resumed(link)
+        self.has_channel = True
+        for progress in self._progress:
+            hub.report(link, progress)
+        self.onboard.resumed()
+
+    def is_linked_to(self, hub: Hub) -> bool:
+        """Whether both believe in the same link."""
+        drone = hub.drone(self.drone_id)
+        return self.linked and drone is not None and drone.link is self.link
 
     @property
     def linked(self) -> bool:
@@ -93,7 +144,12 @@ class ModelAgent:
             self.onboard.welcomed(message, now)
             self.speak(hub, now)
         else:
-            self.onboard.message(message, now)
+            self._message(message, now)
+
+    def _message(self, message: ToAgent, now: float) -> None:
+        if isinstance(message, HoldOrder):
+            self._held = max(self._held, message.epoch)
+        self.onboard.message(message, now)
 
     def datagram(self, datagram: bytes, now: float) -> None:
         """From the network: whole, late, twice or of a link of the past."""
@@ -107,7 +163,7 @@ class ModelAgent:
         if received.urgent is not None:
             message = decode_to_agent(received.urgent)
             if isinstance(message, (HoldOrder, ControlChanged)):
-                self.onboard.message(message, now)
+                self._message(message, now)
         if received.frames is None:
             return
         known = self.onboard.downlink.epoch
@@ -121,13 +177,28 @@ class ModelAgent:
         self._to_autopilot()
 
     def speak(self, hub: Hub, now: float) -> None:
-        """What the agent has to say, on both channels."""
+        """What the agent has to say, on both channels, or on the one that there is."""
         if self._sealed is None or self.link is None:
             return
         for datagram in self._sealed.datagrams_to_send(now):
-            hub.datagram(datagram, self._sealed.link_id, ("203.0.113.1", 4000), now)
+            self._to_tower(hub, datagram, now)
         for message in self.onboard.take_to_tower(now):
+            self._tell(hub, message, now)
+
+    def _tell(self, hub: Hub, message: ToTower, now: float) -> None:
+        assert self._sealed is not None and self.link is not None
+        if isinstance(message, HoldProgress):
+            self._progress.append(message)
+        if self.has_channel:
             hub.report(self.link, message)
+        elif isinstance(message, (HoldProgress, AutopilotState)):
+            self._to_tower(hub, self._sealed.seal_urgent(encode_message(message).encode()), now)
+
+    def _to_tower(self, hub: Hub, datagram: bytes, now: float) -> None:
+        assert self._sealed is not None
+        # The tower may not know the link any more: an orphan of which the agent does not know yet that it has ended.
+        with suppress(Dropped):
+            hub.datagram(datagram, self._sealed.link_id, ("203.0.113.1", 4000), now)
 
     def _to_autopilot(self) -> None:
         for frame in self.onboard.take_to_autopilot():
@@ -136,6 +207,7 @@ class ModelAgent:
             message = decode(frame)
             assert message is not None
             if message.buttons:  # the agent's own centred sticks press none
+                assert self.onboard.downlink.epoch >= self._held, "sticks of an epoch that a hold has ended"
                 self.flown_by.append((Epoch(self.onboard.downlink.epoch), message.buttons))
 
 

@@ -5,7 +5,9 @@ What must hold at every step:
 - The sticks of two people never reach an autopilot in one epoch.
 - Only the holder's do, and the assistant's.
 - What the tower believes is in the store; once everything has settled it is all that is there, and the agents know it.
-- Epochs never go back within a link (in `model_agent`).
+- Epochs never go back within a link, and no sticks pass whose epoch an order to hold has ended (in `model_agent`).
+- A link without a control channel is resumed or ends; until then an order to hold that nobody has answered reaches the
+  drone as soon as anything does.
 - While the controls are being taken, the tower passes nobody's sticks on.
 """
 
@@ -20,6 +22,7 @@ from model_tower import ModelTower
 
 from server.accounts.tables import Role
 from server.control.lease import Event, Lease
+from server.relay.orphans import ORPHAN_S
 from wire.ids import DroneId, LinkId, UserId
 
 ALICE, BOB, ROOT, TOOR = UserId(1), UserId(2), UserId(8), UserId(9)
@@ -205,13 +208,35 @@ class ControlModel(RuleBasedStateMachine):
             drone_id, datagram = self.network.popleft()
             self.agents[drone_id].datagram(datagram, self.now)
 
+    # -- links without a control channel ---------------------------------------------------------------------
+
+    @rule(drone_id=drones)
+    def control_channel_breaks_off(self, drone_id: DroneId) -> None:
+        self.agents[drone_id].lose_channel(self.tower.hub, self.now)
+
+    @rule(drone_id=drones)
+    def link_is_resumed(self, drone_id: DroneId) -> None:
+        self.agents[drone_id].resume(self.tower.hub, self.now)
+
+    @rule(drone_id=drones, seconds=st.sampled_from([0.4, 1.1, 2.0]))
+    def nothing_is_heard_of(self, drone_id: DroneId, seconds: float) -> None:
+        """Its datagrams are lost as well: what is an orphan ends."""
+        self._time_passes(seconds, silent=drone_id)
+
+    def _orphans(self) -> list[ModelAgent]:
+        return [one for one in self.agents.values() if not one.has_channel and one.is_linked_to(self.tower.hub)]
+
     # -- time, deaths ----------------------------------------------------------------------------------------
 
     @rule(seconds=st.sampled_from([0.02, 0.1, 0.1, 0.4, 0.4, 1.1, 1.1, 2.5, 31.0, 61.0]))
     def time_passes(self, seconds: float) -> None:
+        self._time_passes(seconds)
+
+    def _time_passes(self, seconds: float, *, silent: DroneId | None = None) -> None:
         self.now += seconds
         for agent in self.agents.values():
-            agent.speak(self.tower.hub, self.now)
+            if agent.drone_id != silent:
+                agent.speak(self.tower.hub, self.now)
             agent.tick(self.now)
         self.tower.tick()
 
@@ -273,8 +298,19 @@ class ControlModel(RuleBasedStateMachine):
         self.one_person_flies_in_one_epoch_and_has_a_right_to()
         self.the_tower_believes_what_is_in_the_store()
         for drone_id, agent in self.agents.items():
-            if agent.linked:
+            if agent.has_channel and agent.linked:
                 assert agent.onboard.downlink.epoch == self.store.leases[drone_id].epoch
+        self._orphans_are_told_or_end()
+
+    def _orphans_are_told_or_end(self) -> None:
+        self._time_passes(0.1)
+        self.everything_arrives()
+        for agent in self._orphans():
+            assert agent.link is not None
+            ordered = [order.epoch for order in agent.link._orders]
+            assert agent.onboard.downlink.epoch >= max(ordered, default=0), "a hold did not reach an orphan"
+        self._time_passes(ORPHAN_S)
+        assert self._orphans() == []
 
 
 ControlModel.TestCase.settings = settings(

@@ -142,3 +142,55 @@ def test_the_operator_flies_again_only_after_their_own_word(model: ControlModel)
     assert flown(model) == {}, "after a hold the sticks have to be centred once"
     model.sticks_that_arrive("holder", ONE, (True, False))
     assert flown(model) == {4: {ALICE}}
+
+
+def test_a_take_reaches_a_link_without_a_control_channel_though_many_copies_are_lost(model: ControlModel) -> None:
+    model.time_passes(0.1)
+    model.control_channel_breaks_off(ONE)
+    model.sticks("holder", ONE, (True,))
+    old = model.network.pop()
+    model._ask(ROOT, ONE, Event.TAKE, at_once=True)
+    for _ in range(8):
+        model.network.clear()
+        model.time_passes(0.1)
+    model.network.clear()
+    agent = model.agents[ONE]
+    assert agent.is_linked_to(model.tower.hub) and agent.onboard.downlink.epoch == 1
+    model.time_passes(0.1)
+    model.everything_arrives()
+    assert agent.onboard.downlink.epoch == 2 and agent.onboard.hold.active
+    agent.datagram(old[1], model.now)
+    model.sticks_that_arrive("holder", ONE, (True,))
+    assert flown(model) == {2: {ROOT}}
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_take_that_does_not_reach_an_orphan_ends_it(model: ControlModel, dark: bool) -> None:
+    model.time_passes(0.1)
+    model.control_channel_breaks_off(ONE)
+    model.sticks("holder", ONE, (True,))
+    old = model.network.pop()
+    model._ask(ROOT, ONE, Event.TAKE, at_once=True)
+    for _ in range(4 if dark else 26):
+        model.nothing_is_heard_of(ONE, 0.4) if dark else model.time_passes(0.4)
+        model.network.clear()
+    agent = model.agents[ONE]
+    assert agent.linked and not agent.is_linked_to(model.tower.hub)
+    agent.datagram(old[1], model.now)
+    model.connect(ONE)
+    model.everything_arrives()
+    model.sticks_that_arrive("holder", ONE, (True,))
+    assert flown(model).get(1, {ALICE}) == {ALICE}
+    assert agent.onboard.downlink.epoch == 2 and flown(model)[2] == {ROOT}
+
+
+def test_a_resumed_link_hears_what_its_last_control_channel_lost(model: ControlModel) -> None:
+    model.time_passes(0.1)
+    model._ask(ROOT, ONE, Event.TAKE, at_once=True)
+    model.network.clear()
+    model.control_channel_breaks_off(ONE)
+    model.link_is_resumed(ONE)
+    agent = model.agents[ONE]
+    assert agent.has_channel and agent.onboard.downlink.epoch == 1
+    model.control_messages(ONE, 100)
+    assert agent.onboard.downlink.epoch == 2 and agent.onboard.hold.active
