@@ -6,6 +6,7 @@ from simulator.arming import why_not_arm
 from simulator.commands import HANDLERS
 from simulator.commands_flight import set_mode_number
 from simulator.failsafe import Failsafes
+from simulator.fence_rules import fence_limits, on_fence_breach
 from simulator.flavour import Flavour
 from simulator.mission_plan import PlanKind
 from simulator.mode_table import make_behaviours
@@ -28,6 +29,8 @@ ARDUPILOT = Flavour(
     home_slot=True,
     keeps_nan=False,
     items_max=dict.fromkeys(PlanKind, 724),
+    fence_limits=fence_limits,
+    on_fence_breach=on_fence_breach,
     handlers=HANDLERS,
     reports={**HEALTH_REPORTS, **MOTION_REPORTS},
     intervals_s={0: 1.0},

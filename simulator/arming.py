@@ -25,6 +25,9 @@ def why_not_arm(flight: Flight) -> str | None:
         return "PreArm: GPS 1: Bad fix"
     if not flight.estimator.position_ok and (rules.needs_position or not flight.estimator_was_ready):
         return "PreArm: Need Position Estimate"
+    fence = flight.fence.why_not_arm(flight)
+    if fence is not None:
+        return f"PreArm: {fence}"
     if parameters.whole("FS_THR_ENABLE"):
         if not flight.sticks.ever_heard:
             return "PreArm: RC not found"

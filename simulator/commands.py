@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from simulator import commands_flight as fly
 from simulator.dialect import Message, mavlink
+from simulator.fence_rules import enable_fence
 from simulator.flight import Flight
 from simulator.geodesy import clamp
 from simulator.modes import Mode
@@ -113,6 +114,7 @@ HANDLERS: dict[int, Handler] = {
     int(mavlink.MAV_CMD_MISSION_START): fly.start_mission,
     int(mavlink.MAV_CMD_DO_SET_MISSION_CURRENT): fly.set_current_item,
     int(mavlink.MAV_CMD_DO_FLIGHTTERMINATION): fly.terminate,
+    int(mavlink.MAV_CMD_DO_FENCE_ENABLE): enable_fence,
     int(mavlink.MAV_CMD_RUN_PREARM_CHECKS): fly.run_checks,
     int(mavlink.MAV_CMD_PREFLIGHT_CALIBRATION): lambda f, _: FAILED if f.armed else ACCEPTED,
 }

@@ -69,11 +69,14 @@ def reposition(flight: Flight, command: Command) -> int:
         return DENIED
     if not command.place_is_valid or command.frame not in PLACE_FRAMES:
         return DENIED
+    north, east = flight.origin.to_local(command.lat_e7 * 1e-7, command.lon_e7 * 1e-7)
+    alt_m = height_over_origin(flight, command.frame, command.alt_m)
+    if flight.fence.outside(flight, (north, east), alt_m - flight.home_local()[2]):
+        return FAILED
     guided = flight.behaviour(Mode.GUIDED)
     if not flight.set_mode(Mode.GUIDED) or not isinstance(guided, Guided):
         return FAILED
-    north, east = flight.origin.to_local(command.lat_e7 * 1e-7, command.lon_e7 * 1e-7)
-    guided.go(GoTo(north, east, height_over_origin(flight, command.frame, command.alt_m)))
+    guided.go(GoTo(north, east, alt_m))
     return ACCEPTED
 
 

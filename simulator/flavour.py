@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 if TYPE_CHECKING:
     from simulator.behaviours import Behaviour
     from simulator.commands import Command
+    from simulator.fence import Limits
     from simulator.flight import Flight
     from simulator.mission_plan import PlanKind
     from simulator.modes import ModeRules
@@ -84,6 +85,10 @@ class Flavour:
     keeps_nan: bool
     """NaN in an item's parameters is stored and handed back; otherwise it becomes 0."""
     items_max: Mapping[PlanKind, int]
+    fence_limits: Callable[[Flight], Limits]
+    """Which fences hold now."""
+    on_fence_breach: Callable[[Flight], IntEnum | None]
+    """Acts; the mode that may not be left before the breach is over, if any."""
     handlers: Mapping[int, Callable[[Flight, Command], int]]
     """MAV_CMD to what it does; the commands about messages and reboots are the vehicle's own."""
     reports: Mapping[int, Callable[[Flight], Any]]

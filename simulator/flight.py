@@ -20,6 +20,7 @@ from simulator.battery import Battery
 from simulator.behaviours import Behaviour
 from simulator.estimator import Estimator
 from simulator.failure_modes import Failure
+from simulator.fence import Fence
 from simulator.flavour import Flavour
 from simulator.flight_constants import TICK_S
 from simulator.geodesy import LocalFrame, Place
@@ -69,6 +70,7 @@ class Flight:
         self.estimator_was_ready = False
         self.failsafes = flavour.make_failsafes()
         self.plans = Plans(flavour.home_slot)
+        self.fence = Fence()
         self.attitude = AttitudeControl()
         self.position = PositionControl()
         self.target = Target()
@@ -123,6 +125,8 @@ class Flight:
         refusal: str | None = None
         if self.armed and self.rules(mode).needs_position and not self.estimator.position_ok:
             refusal = "requires position"
+        elif self.armed and self.fence.kept_mode is self.mode:
+            refusal = "in fence recovery"
         else:
             refusal = self._behaviours[mode].why_not()
         if refusal:
@@ -247,6 +251,7 @@ class Flight:
         self.sticks.update(now_s, transmitter_lost=Failure.RADIO_LOST in self.failures)
         self._read_mode_switch()
         self.failsafes.update(self)
+        self.fence.update(self)
         if self.armed:
             self.flying.run()
         else:

@@ -11,6 +11,7 @@ from simulator.flight_constants import TICK_S
 from simulator.geodesy import clamp
 from simulator.notices import Severity
 from simulator.piloted import lean_of_sticks, turn_with_stick
+from simulator.rally import Refuge, nearest_refuge
 
 if TYPE_CHECKING:
     from simulator.flight import Flight
@@ -64,6 +65,7 @@ class ReturnToLaunch(Behaviour):
     def __init__(self, flight: Flight) -> None:
         super().__init__(flight)
         self.leg = Leg.CLIMB
+        self.goal = Refuge(0.0, 0.0)
         self._alt_m = 0.0
         self._start = (0.0, 0.0)
         self._waiting_since_s = 0.0
@@ -74,11 +76,15 @@ class ReturnToLaunch(Behaviour):
 
     def enter(self) -> None:
         flight, parameters = self.flight, self.flight.parameters
-        home_n, home_e, home_alt = flight.home_local()
+        self.goal = nearest_refuge(flight)
+        _, _, home_alt = flight.home_local()
         alt = flight.alt_over_home_m()
-        distance = math.hypot(home_n - flight.body.north_m, home_e - flight.body.east_m)
+        distance = math.hypot(self.goal.north_m - flight.body.north_m, self.goal.east_m - flight.body.east_m)
         least = max(2.0, alt + max(parameters["RTL_CLIMB_MIN"] / 100.0, 0.0))
-        wanted = max(min(parameters["RTL_ALT"] / 100.0, RTL_ALT_MAX_M), least)
+        return_alt = self.goal.alt_over_home_m
+        if return_alt is None:
+            return_alt = parameters["RTL_ALT"] / 100.0
+        wanted = max(min(return_alt, RTL_ALT_MAX_M), least)
         slope = parameters["RTL_CONE_SLOPE"]
         if slope >= RTL_MIN_CONE_SLOPE:
             wanted = max(alt, min(wanted, max(distance * slope, least)))
@@ -98,14 +104,14 @@ class ReturnToLaunch(Behaviour):
         if flight.parameters["RTL_SPEED"] > 0:
             limits.speed_mps = clamp(flight.parameters["RTL_SPEED"] / 100.0, 0.2, 50.0)
         target.climb_to(self._alt_m, limits, TICK_S)
-        home_n, home_e, _ = flight.home_local()
         if self.leg is Leg.CLIMB:
             target.fly_with(0.0, 0.0, limits, TICK_S)
             if abs(flight.body.alt_m - self._alt_m) < 0.3:
                 self.leg = Leg.RETURN
         else:
-            gap_n, gap_e = home_n - flight.body.north_m, home_e - flight.body.east_m
-            target.fly_to(home_n, home_e, limits, flight.body, TICK_S)
+            goal_n, goal_e = self.goal.north_m, self.goal.east_m
+            gap_n, gap_e = goal_n - flight.body.north_m, goal_e - flight.body.east_m
+            target.fly_to(goal_n, goal_e, limits, flight.body, TICK_S)
             if math.hypot(gap_n, gap_e) > 2.0 and flight.parameters.whole("WP_YAW_BEHAVIOR") == 1:
                 flight.attitude.turn_towards(math.atan2(gap_e, gap_n), math.radians(60.0), TICK_S)
             self._count_arrival(math.hypot(gap_n, gap_e))

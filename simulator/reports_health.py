@@ -66,7 +66,11 @@ def sensors(flight: Flight, *, with_prearm: bool) -> Message:
     battery, present = flight.battery, _SENSORS
     if flight.sticks.has_radio:
         present |= mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+    if not flight.flavour.fence_limits(flight).none:
+        present |= mavlink.MAV_SYS_STATUS_GEOFENCE
     health = present
+    if flight.fence.breaches:
+        health &= ~mavlink.MAV_SYS_STATUS_GEOFENCE
     if not flight.estimator.gps_fix:
         health &= ~mavlink.MAV_SYS_STATUS_SENSOR_GPS
     if not flight.estimator.attitude_ok:
@@ -206,6 +210,13 @@ def mission_current(flight: Flight) -> Message:
     )
 
 
+def fence_status(flight: Flight) -> Message:
+    fence = flight.fence
+    return mavlink.MAVLink_fence_status_message(
+        int(bool(fence.breaches)), fence.count, int(fence.last), round(fence.last_s * 1000), 0
+    )
+
+
 def system_time(flight: Flight) -> Message:
     unix = BOOT_UNIX_US + us(flight) if flight.estimator.gps_fix else 0
     return mavlink.MAVLink_system_time_message(unix, ms(flight))
@@ -236,6 +247,7 @@ HEALTH_REPORTS: dict[int, Callable[[Flight], Message | None]] = {
     147: battery_status,
     148: autopilot_version,
     152: meminfo,
+    162: fence_status,
     193: ekf_status,
     241: vibration,
     242: home_position,

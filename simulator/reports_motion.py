@@ -108,7 +108,7 @@ def nav_controller_output(flight: Flight) -> Message:
     roll, pitch, yaw = (math.degrees(angle) for angle in body.attitude())
     goal_n, goal_e = target.north_m, target.east_m
     if isinstance(flight.flying, ReturnToLaunch):
-        goal_n, goal_e, _ = flight.home_local()
+        goal_n, goal_e = flight.flying.goal.north_m, flight.flying.goal.east_m
     guided = flight.flying
     if isinstance(guided, Guided) and isinstance(guided.wish, GoTo):
         goal_n, goal_e = guided.wish.north_m, guided.wish.east_m

@@ -16,7 +16,7 @@ TIMESYNC_S = 10.0
 
 STREAMS: dict[int, tuple[int, ...]] = {
     mavlink.MAV_DATA_STREAM_RAW_SENSORS: (27, 29),
-    mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (1, 24, 42, 62, 87, 125, 152),
+    mavlink.MAV_DATA_STREAM_EXTENDED_STATUS: (1, 24, 42, 62, 87, 125, 152, 162),
     mavlink.MAV_DATA_STREAM_RC_CHANNELS: (36, 65),
     mavlink.MAV_DATA_STREAM_POSITION: (32, 33),
     mavlink.MAV_DATA_STREAM_EXTRA1: (30,),

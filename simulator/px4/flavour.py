@@ -8,6 +8,7 @@ from simulator.flavour import Flavour
 from simulator.mission_plan import PlanKind
 from simulator.px4.commands import HANDLERS, set_mode_number
 from simulator.px4.failsafe import Px4Failsafes
+from simulator.px4.fence import fence_limits, on_fence_breach
 from simulator.px4.modes import RULES, Px4Mode, make_behaviours
 from simulator.px4.parameters import make_parameters
 from simulator.px4.reports import INTERVALS_S, REPORTS
@@ -31,6 +32,9 @@ def why_not_arm(flight: Flight) -> str | None:
         return "Arming denied: throttle above center"
     if rules.manual_throttle and flight.sticks.throttle > 100.0:
         return "Arming denied: high throttle"
+    fence = flight.fence.why_not_arm(flight) if flight.estimator.position_ok else None
+    if fence is not None:
+        return f"Preflight Fail: {fence}"
     if flight.failsafes.battery_low or flight.failsafes.battery_critical:
         return "Preflight Fail: Battery low"
     return None
@@ -53,6 +57,8 @@ PX4 = Flavour(
     home_slot=False,
     keeps_nan=True,
     items_max={PlanKind.MISSION: 2000, PlanKind.FENCE: 64, PlanKind.RALLY: 32},
+    fence_limits=fence_limits,
+    on_fence_breach=on_fence_breach,
     handlers=HANDLERS,
     reports=REPORTS,
     intervals_s=INTERVALS_S,

@@ -41,6 +41,8 @@ TABLE: list[tuple[str, Kind, float]] = [
     ("NAV_ACC_RAD", _F, 2),
     ("NAV_MC_ALT_RAD", _F, 0.8),
     ("GF_ACTION", _I32, 2),
+    ("GF_MAX_HOR_DIST", _F, 0),
+    ("GF_MAX_VER_DIST", _F, 0),
     ("RTL_RETURN_ALT", _F, 60),
     ("RTL_DESCEND_ALT", _F, 30),
     ("RTL_LAND_DELAY", _F, 0),
@@ -114,6 +116,8 @@ _MEANING: dict[str, Callable[[Parameters], float]] = {
     "WP_YAW_BEHAVIOR": lambda _: 1.0,
     "CIRCLE_RATE": lambda _: 20.0,
     "MIS_RESTART": lambda _: 0.0,
+    "RALLY_LIMIT_KM": lambda _: 0.0,
+    "RALLY_INCL_HOME": lambda _: 1.0,
 }
 
 
