@@ -1,6 +1,6 @@
 """What the database says, brought into the live state: drones, owners, accounts. The newest wins."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime
 from typing import Final, Literal
@@ -10,7 +10,7 @@ from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRe
 from server.relay import live_messages as live
 from server.relay.browser import Browser
 from server.relay.hub_events import ControlsMoved, RightLost
-from server.relay.live_drone import LiveDrone, lease_of
+from server.relay.live_drone import LeaseView, LiveDrone, lease_of
 from server.relay.live_state import LiveState
 from wire.ids import DroneId, UserId
 
@@ -23,10 +23,12 @@ Part = Literal["holder", "taken_from", "assistant"]
 
 
 class FleetChanges:
-    """Takes snapshots over. One older than the last is ignored."""
+    """Takes snapshots over. One older than the last is ignored. `lease_learnt`: called with a drone whose lease a
+    snapshot has changed, the lease before, and why its holder may hold it no more (empty: they may)."""
 
-    def __init__(self, state: LiveState) -> None:
+    def __init__(self, state: LiveState, *, lease_learnt: Callable[[LiveDrone, LeaseView, str], None]) -> None:
         self._state = state
+        self._lease_learnt = lease_learnt
         self._revision = -1
         self._users: Mapping[UserId, UserRecord] = {}
 
@@ -88,10 +90,11 @@ class FleetChanges:
         drone.record = record
         # The lease in a snapshot may have been read before a change that has been applied meanwhile.
         if record.epoch >= drone.lease.epoch:
-            newer = record.epoch > drone.lease.epoch
+            last = drone.lease
             drone.lease = lease_of(record)
-            if newer:
+            if record.epoch > last.epoch:
                 drone.turn.reset()
+                self._lease_learnt(drone, last, _why_lost(drone, last.holder, self._users))
                 state.tell_agent_who_holds(drone)
                 state.on_event(ControlsMoved(record.id))
         if drone.view() != before:
@@ -135,20 +138,30 @@ class FleetChanges:
         def check(user: UserRef | None, whose: Part, *, admin_only: bool) -> None:
             if user is None:
                 return
-            account = snapshot.users.get(user.id)
-            if account is None:
-                why = ACCOUNT_DELETED
-            elif account.disabled:
-                why = ACCOUNT_DISABLED
-            elif account.role == "admin" or (not admin_only and drone.is_theirs(user.id)):
-                return
-            else:
-                why = "no longer an admin" if admin_only else "no longer an owner of this drone"
-            self._state.on_event(RightLost(drone.drone_id, user.id, whose, why))
+            why = _why_lost(drone, user, snapshot.users, admin_only=admin_only)
+            if why:
+                self._state.on_event(RightLost(drone.drone_id, user.id, whose, why))
 
         check(lease.holder, "holder", admin_only=lease.taken_from is not None)
         check(lease.taken_from, "taken_from", admin_only=False)
         check(lease.assistant, "assistant", admin_only=True)
+
+
+def _why_lost(
+    drone: LiveDrone, user: UserRef | None, users: Mapping[UserId, UserRecord], *, admin_only: bool = False
+) -> str:
+    """Why this user may have no part in the lease any more, in words; empty where they may. `admin_only`: only an admin
+    may have this part."""
+    if user is None:
+        return ""
+    account = users.get(user.id)
+    if account is None:
+        return ACCOUNT_DELETED
+    if account.disabled:
+        return ACCOUNT_DISABLED
+    if account.role == "admin" or (not admin_only and drone.is_theirs(user.id)):
+        return ""
+    return "no longer an admin" if admin_only else "no longer an owner of this drone"
 
 
 def _why_signed_out(browser: Browser, snapshot: FleetSnapshot) -> str:

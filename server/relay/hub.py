@@ -72,13 +72,13 @@ class Hub:
         self._state = LiveState()
         self._flood = FloodGate(flood_limits or FloodLimits())
         self._socket_bounds = socket_bounds or SocketBounds()
-        self._fleet = FleetChanges(self._state)
         self._paths = FramePaths(self._state, self._flood)
         self._reports = AgentReports(self._state)
         self._safety = SafetyWatch(self._state)
         self._holds = HoldOrders(self._state)
         self._links = LinkChanges(self._state, order_hold=self._holds.order)
         self._leases = LeaseChanges(self._state, note_presence=self._safety.note_presence)
+        self._fleet = FleetChanges(self._state, lease_learnt=self._leases.learnt)
         self._audience = Audience(
             self._state, note_presence_of=self._safety.note_presence_of, close=self._fleet.close_browser
         )
@@ -386,6 +386,7 @@ class Hub:
         """Several times a second: everything that time alone can change."""
         self._safety.tick(now)
         self._links.tick(now)
+        self._leases.tick(now)
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""

@@ -1,0 +1,135 @@
+"""What people are told of a lease that a snapshot of the database has changed, and when."""
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hub_world import FakeBrowser, HubWorld, record
+
+from server.fleet.snapshot import UserRef
+from server.relay import live_messages as live
+from server.relay.lease_changes import DESK_SPEAKS_WITHIN_S, ELSEWHERE
+from server.relay.live_drone import LeaseView
+from wire.ids import DroneId, Epoch, UserId
+
+ONE = DroneId(1)
+ALICE, ADMIN = UserRef(UserId(1), "alice"), UserRef(UserId(9), "admin")
+NO_OWNER = "no longer an owner of this drone"
+
+
+class Scene:
+    """alice and the admin watch drone 1; what snapshots say of its lease is up to the test."""
+
+    def __init__(self, lease: dict[str, Any] | None = None) -> None:
+        self.world = HubWorld()
+        self.epoch = 0
+        self.snapshot(**({"holder": ALICE} if lease is None else lease))
+        self.alice, self.admin = self.world.browser(1), self.world.browser(9)
+        self.wait(0.0)
+        self.told(self.alice)
+        self.told(self.admin)
+
+    def snapshot(self, *, owners: tuple[int, ...] = (1,), **lease: Any) -> None:
+        self.epoch += 1
+        self.world.apply(replace(record(1, owners, epoch=self.epoch), **lease), record(2, (2,)))
+
+    def desk(self, lease: LeaseView, event: str, now: float) -> None:
+        self.world.hub.apply_lease(ONE, lease, event=event, by=ADMIN, reason="gusts", now=now)
+
+    def wait(self, since: float) -> None:
+        """So long that the desk has nothing more to say."""
+        self.world.hub.tick(since)
+        self.world.hub.tick(since + DESK_SPEAKS_WITHIN_S)
+
+    @staticmethod
+    def told(browser: FakeBrowser) -> list[tuple[str, int, str | None, str]]:
+        """(event, epoch, by, reason)"""
+        events = [event for event in browser.events() if isinstance(event, live.Control)]
+        return [(one.event, one.epoch, one.by.name if one.by else None, one.reason) for one in events]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "event"),
+    [
+        ({}, {"holder": ALICE}, "acquired"),
+        ({"holder": ALICE}, {}, "released"),
+        ({"holder": ALICE}, {"holder": ADMIN, "taken_from": ALICE}, "taken"),
+        ({"holder": ADMIN, "taken_from": ALICE}, {"holder": ADMIN, "taken_from": ALICE, "offered": True}, "given"),
+        ({"holder": ADMIN, "taken_from": ALICE, "offered": True}, {"holder": ADMIN, "taken_from": ALICE}, "taken"),
+        ({"holder": ADMIN, "taken_from": ALICE, "offered": True}, {"holder": ALICE}, "accepted"),
+        ({"holder": ADMIN, "taken_from": ALICE}, {"holder": ADMIN}, "revoked"),
+        ({"holder": ALICE}, {"holder": ALICE, "assistant": ADMIN}, "assisting"),
+        ({"holder": ALICE, "assistant": ADMIN}, {"holder": ALICE}, "assist_ended"),
+    ],
+)
+def test_what_another_process_did_is_told_after_a_while(
+    before: dict[str, Any], after: dict[str, Any], event: str
+) -> None:
+    scene = Scene(before)
+    scene.snapshot(**after)
+    scene.world.hub.tick(5.0)
+    scene.world.hub.tick(4.9 + DESK_SPEAKS_WITHIN_S)
+    assert scene.told(scene.alice) == []
+    scene.world.hub.tick(5.0 + DESK_SPEAKS_WITHIN_S)
+    assert scene.told(scene.alice) == scene.told(scene.admin) == [(event, 2, None, ELSEWHERE)]
+    scene.wait(9.0)
+    assert scene.told(scene.alice) == [], "once"
+
+
+def test_an_epoch_that_grew_alone_is_no_news() -> None:
+    scene = Scene()
+    scene.snapshot(holder=ALICE)
+    scene.wait(5.0)
+    assert scene.told(scene.alice) == []
+
+
+def test_a_former_holder_whose_ownership_went_with_the_controls_hears_of_both() -> None:
+    scene = Scene()
+    scene.snapshot(owners=())
+    scene.wait(5.0)
+    events = scene.alice.events()
+    assert events[0] == live.DroneRemoved(1)
+    assert events[1:] == [live.Control(1, "revoked", 2, None, None, NO_OWNER)]
+    scene.snapshot(owners=(), holder=ADMIN)
+    scene.wait(7.0)
+    assert scene.alice.events() == [], "what happens to it now is not theirs to know"
+
+
+def test_what_the_desk_says_counts_and_comes_once_though_a_snapshot_was_first() -> None:
+    scene = Scene()
+    scene.snapshot(owners=())
+    scene.world.hub.tick(5.0)
+    scene.desk(LeaseView(None, None, Epoch(2)), "revoked", 5.1)
+    assert scene.told(scene.alice) == scene.told(scene.admin) == [("revoked", 2, "admin", "gusts")]
+    scene.wait(6.0)
+    scene.wait(8.0)
+    assert scene.told(scene.alice) == scene.told(scene.admin) == []
+
+
+def test_a_change_of_the_desk_that_comes_meanwhile_is_told_after_that_of_the_snapshot() -> None:
+    scene = Scene()
+    scene.snapshot()
+    scene.world.hub.tick(5.0)
+    scene.desk(LeaseView(ADMIN, None, Epoch(3)), "acquired", 5.1)
+    told = scene.told(scene.alice)
+    assert [(event, by) for event, _, by, _ in told] == [("released", None), ("acquired", "admin")]
+    assert [epoch for _, epoch, _, _ in told] == [2, 3]
+    scene.wait(6.0)
+    assert scene.told(scene.alice) == []
+
+
+def test_of_several_changes_that_snapshots_told_the_sum_is_told() -> None:
+    scene = Scene()
+    scene.snapshot()
+    scene.world.hub.tick(5.0)
+    scene.snapshot(holder=ADMIN)
+    scene.wait(5.9)
+    assert scene.told(scene.alice) == scene.told(scene.admin) == [("acquired", 3, None, ELSEWHERE)]
+
+
+def test_a_drone_that_was_removed_meanwhile_has_no_news() -> None:
+    scene = Scene()
+    scene.snapshot()
+    scene.world.apply(record(2, (2,)))
+    scene.wait(5.0)
+    assert scene.told(scene.admin) == []
