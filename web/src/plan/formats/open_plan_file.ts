@@ -1,0 +1,51 @@
+/** A file that somebody chose, whatever it is: known by what is in it, not by its name. */
+
+import { planOfDocument } from '../plan_document';
+import { looksLikeGeoJson, readGeoJson } from './geojson_plan';
+import { isObject } from './json_values';
+import { looksLikeXml, readKml, type ParseXml } from './kml_plan';
+import { NotAPlanFile, type ReadFile, type ReadSettings } from './plan_file';
+import { looksLikeQgcPlan, readQgcPlan } from './qgc_plan';
+import { looksLikeWaypoints, readWaypoints } from './waypoint_file';
+
+/** A plan of 700 items is 300 kB in the most talkative of these; maps that were drawn by hand stay far below this. */
+export const MOST_CHARACTERS = 8_000_000;
+
+const KINDS = 'Open a .plan of QGroundControl, a .waypoints of Mission Planner, GeoJSON, KML, or a plan saved here.';
+
+function readJson(text: string, settings: ReadSettings): ReadFile {
+  let json: unknown;
+  try {
+    json = JSON.parse(text);
+  } catch {
+    throw new NotAPlanFile('This file is not whole: its JSON cannot be read.');
+  }
+  if (looksLikeQgcPlan(json)) return readQgcPlan(json, settings);
+  if (looksLikeGeoJson(json)) return readGeoJson(json, settings);
+  if (isObject(json) && Array.isArray(json['mission'])) {
+    return { format: 'saved plan', areas: [], ...planOfDocument(json) };
+  }
+  const fileType = isObject(json) ? json['fileType'] : undefined;
+  if (typeof fileType === 'string') {
+    throw new NotAPlanFile(`This is a file of QGroundControl for "${fileType.slice(0, 40)}", not a plan. ${KINDS}`);
+  }
+  throw new NotAPlanFile(`This JSON is no plan. ${KINDS}`);
+}
+
+/** Throws NotAPlanFile with words for people; nothing else, whatever the file. */
+export function openPlanFile(text: string, settings: ReadSettings, parseXml: ParseXml): ReadFile {
+  if (text.length > MOST_CHARACTERS) throw new NotAPlanFile('This file is too large to be a plan.');
+  const body = text.replace(/^\uFEFF/, '').trimStart();
+  try {
+    if (body === '') throw new NotAPlanFile('This file is empty.');
+    if (looksLikeWaypoints(body)) return readWaypoints(body, settings);
+    if (body.startsWith('{') || body.startsWith('[')) return readJson(body, settings);
+    if (looksLikeXml(body)) return readKml(body, settings, parseXml);
+  } catch (error) {
+    if (error instanceof RangeError) throw new NotAPlanFile(error.message);
+    throw error;
+  }
+  if (body.startsWith('PK'))
+    throw new NotAPlanFile('This is a packed file (.kmz or .zip): unpack it, and open the .kml in it.');
+  throw new NotAPlanFile(`This file is no plan. ${KINDS}`);
+}

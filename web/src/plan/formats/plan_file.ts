@@ -1,0 +1,72 @@
+/** What reading and writing of plan files have in common: what comes of a file, what it could not keep, how numbers are written. */
+
+import { datumOf, FRAME } from '../frames';
+import { MOST_ITEMS, type Plan, type PlanDefaults, type Spot } from '../plan_types';
+import { float32 } from '../wire_items';
+
+export type PlanFormat = 'QGroundControl plan' | 'waypoint file' | 'GeoJSON' | 'KML' | 'saved plan';
+
+export interface ReadFile {
+  readonly format: PlanFormat;
+  readonly plan: Plan;
+  /** Outlines that the file does not say the meaning of: a field to survey, a fence. */
+  readonly areas: readonly (readonly Spot[])[];
+  /** What was not taken, in words, one sentence each. */
+  readonly dropped: readonly string[];
+}
+
+export interface WrittenFile {
+  readonly text: string;
+  /** What this kind of file cannot hold. */
+  readonly dropped: readonly string[];
+}
+
+/** The file is not what it should be; the message is for people and says what to do. */
+export class NotAPlanFile extends Error {
+  override readonly name = 'NotAPlanFile';
+}
+
+export interface ReadSettings {
+  /** For what the file leaves open. */
+  readonly defaults: PlanDefaults;
+}
+
+const LARGEST_FLOAT32 = 3.4028234663852886e38;
+
+/** What of a file's number is a float32; null where it is none. */
+export const float32Of = (value: unknown): number | null =>
+  typeof value === 'number' && Math.abs(value) <= LARGEST_FLOAT32 ? float32(value) : null;
+
+/** The shortest digits that mean this float32: 30.1, not 30.100000381469727. */
+export function shortFloat(value: number): number {
+  for (let digits = 1; digits < 9; digits += 1) {
+    const short = Number(value.toPrecision(digits));
+    if (Math.fround(short) === Math.fround(value)) return short;
+  }
+  return Number(value.toPrecision(9));
+}
+
+/** The commands whose fifth and sixth parameter are numbers in any frame: camera, gimbal, scripts. */
+const NUMBERS_ONLY: ReadonlySet<number> = new Set([202, 203, 204, 205, 42_702, 42_703]);
+
+/** Whether x and y of such an item are 1e-7 degrees in a transfer, degrees in a file. */
+export const isScaled = (command: number, frame: number): boolean =>
+  frame !== FRAME.MISSION && datumOf(frame) !== null && !NUMBERS_ONLY.has(command);
+
+/** From a file's degrees (or plain number) to the wire's whole number; null when it does not fit. */
+export function axisOf(value: number, scaled: boolean): number | null {
+  const whole = Math.round(scaled ? value * 1e7 : value);
+  return Math.abs(whole) <= 0x7fff_ffff ? whole + 0 : null;
+}
+
+export const axisInFile = (axis: number, scaled: boolean): number => (scaled ? axis / 1e7 : axis);
+
+export function heldToMost(count: number, what: string): void {
+  if (count <= MOST_ITEMS) return;
+  throw new NotAPlanFile(
+    `The file has ${count} ${what}; a drone takes ${MOST_ITEMS} at most. Split it into several files.`,
+  );
+}
+
+export const counted = (count: number, one: string, several: string): string =>
+  `${count} ${count === 1 ? one : several}`;
