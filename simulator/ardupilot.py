@@ -12,6 +12,7 @@ from simulator.mission_plan import PlanKind
 from simulator.mode_table import make_behaviours
 from simulator.modes import RULES, Mode
 from simulator.parameters import Parameters
+from simulator.reports_camera import camera_feedback
 from simulator.reports_health import HEALTH_REPORTS
 from simulator.reports_motion import MOTION_REPORTS
 from simulator.sticks import Sticks
@@ -33,6 +34,7 @@ ARDUPILOT = Flavour(
     on_fence_breach=on_fence_breach,
     handlers=HANDLERS,
     reports={**HEALTH_REPORTS, **MOTION_REPORTS},
+    photo_message=camera_feedback,
     intervals_s={0: 1.0},
     fixed_rates=frozenset(),
     obeys_stream_requests=True,

@@ -1,37 +1,43 @@
-"""AUTO: fly the stored mission, item by item."""
+"""AUTO: fly the stored mission.
+
+Items that say where to fly are flown one after the other. Those between two of them (speed, heading, camera, waiting)
+are done beside the flight to the second, in their order; what is not done when it is reached is left out.
+"""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from simulator.auto_items import (
+    DELAY,
+    JUMP,
+    LAND,
+    LOITER_FOREVER,
+    LOITER_TIME,
+    LOITER_TURNS,
+    NAMES,
+    NAVIGATION,
+    RETURN,
+    SPLINE,
+    TAKE_OFF,
+    WAYPOINT,
+    begin_beside,
+    beside_is_done,
+)
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
 from simulator.guided import TURN_RATE_RPS, look_ahead
 from simulator.homing import ReturnToLaunch, descend
 from simulator.mission_plan import Frame, Item, PlanKind
 from simulator.notices import Severity
+from simulator.orbit import Orbit, look_at_roi
 
 if TYPE_CHECKING:
     from simulator.flight import Flight
 
-WAYPOINT, LOITER_FOREVER, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = 16, 17, 18, 19, 20, 21, 22
-SPLINE, DELAY = 82, 93
-CONDITION_DELAY, CONDITION_YAW, JUMP, CHANGE_SPEED = 112, 115, 177, 178
-
-NAVIGATION = frozenset({WAYPOINT, LOITER_FOREVER, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF, SPLINE, DELAY})
-NAMES = {
-    WAYPOINT: "WP",
-    LOITER_FOREVER: "LoitUnlim",
-    LOITER_TURNS: "LoitTurns",
-    LOITER_TIME: "LoitTime",
-    RETURN: "RTL",
-    LAND: "Land",
-    TAKE_OFF: "Takeoff",
-    SPLINE: "SplineWP",
-    DELAY: "Delay",
-}
 JUMP_FOREVER = -1
 STEPS_PER_TICK_MAX = 100
 """A mission of nothing but jumps must not hang the vehicle."""
@@ -44,6 +50,7 @@ class Progress:
     destination: tuple[float, float, float]
     reached_since_s: float | None = None
     started_s: float = 0.0
+    orbit: Orbit | None = None
 
 
 class Auto(Behaviour):
@@ -51,6 +58,9 @@ class Auto(Behaviour):
         super().__init__(flight)
         self._progress: Progress | None = None
         self._flown: int | None = None
+        self._beside: deque[Item] = deque()
+        """To be done beside the flight to the current item, the first one perhaps begun."""
+        self._beside_since_s: float | None = None
         self._jumps_left: dict[int, int] = {}
         self._paused = False
         self._take_off_allowed = False
@@ -87,6 +97,7 @@ class Auto(Behaviour):
         if restart or not plans.first <= plans.current < len(plans.mission):
             plans.current = plans.first
         self._progress, self._flown = None, None
+        self._beside.clear()
         self._jumps_left, self._paused, self._ended = {}, False, False
         self._take_off_allowed = not self.flight.landed
 
@@ -128,6 +139,7 @@ class Auto(Behaviour):
         for _ in range(STEPS_PER_TICK_MAX):
             if not self._advance():
                 break
+        self._do_beside()
         if self._ended or self._paused or self._progress is None:
             if flight.landed:
                 flight.rest()
@@ -148,52 +160,98 @@ class Auto(Behaviour):
         flight, plans = self.flight, self.flight.plans
         if self._ended:
             return False
-        item = self._item()
-        if item is None:
-            self._ended = True
-            flight.say(Severity.INFO, "Mission complete")
-            return False
         version = plans.changes[PlanKind.MISSION]
         if self._progress is None or self._flown != plans.current or self._plan_version != version:
             self._plan_version = version
+            self._choose(plans.current)
+            item = self._item()
+            if self._ended or item is None:
+                self._finish()
+                return False
             self._begin(item)
-        if not self._done(item):
+        item = self._item()
+        if item is None or not self._done(item):
             return False
-        if item.command in NAVIGATION:
-            flight.on_item_reached(plans.current)
-            flight.say(Severity.INFO, f"Reached command #{plans.current}")
-        plans.current = self._next_after(item)
+        flight.on_item_reached(plans.current)
+        flight.say(Severity.INFO, f"Reached command #{plans.current}")
         self._progress = None
+        plans.current = min(plans.current + 1, len(plans.mission))
         return True
 
-    def _next_after(self, item: Item) -> int:
+    def _finish(self) -> None:
+        """Nowhere left to fly to: what is still to be done is done, where nothing has to be waited for."""
+        self._ended = True
+        self._progress = None
+        for item in self._beside:
+            begin_beside(self.flight, item)
+        self._beside.clear()
+        self.flight.say(Severity.INFO, "Mission complete")
+
+    def _choose(self, seq: int) -> None:
+        """From `seq` on: gather what is to be done beside, follow jumps, and stop at where to fly next."""
         plans = self.flight.plans
+        self._beside.clear()
+        self._beside_since_s = None
+        for _ in range(STEPS_PER_TICK_MAX):
+            if not plans.first <= seq < len(plans.mission):
+                break
+            item = plans.mission[seq]
+            if item.command in NAVIGATION:
+                plans.current = seq
+                return
+            if item.command != JUMP:
+                self._beside.append(item)
+            seq = self._next_after(seq, item)
+        plans.current = len(plans.mission)
+        self._ended = True
+
+    def _next_after(self, seq: int, item: Item) -> int:
         if item.command != JUMP:
-            return plans.current + 1
-        left = self._jumps_left.setdefault(plans.current, int(item.number(1)))
+            return seq + 1
+        plans = self.flight.plans
+        left = self._jumps_left.setdefault(seq, int(item.number(1)))
         if left == 0 or not plans.first <= int(item.number(0)) < len(plans.mission):
-            return plans.current + 1
+            return seq + 1
         if left != JUMP_FOREVER:
-            self._jumps_left[plans.current] = left - 1
+            self._jumps_left[seq] = left - 1
         return int(item.number(0))
+
+    def _do_beside(self) -> None:
+        flight = self.flight
+        while self._beside and self._progress is not None:
+            item = self._beside[0]
+            if self._beside_since_s is None:
+                self._beside_since_s = flight.now_s
+                begin_beside(flight, item)
+            north_m, east_m, _ = self._progress.destination
+            to_go_m = math.hypot(north_m - flight.body.north_m, east_m - flight.body.east_m)
+            if not beside_is_done(flight, item, since_s=self._beside_since_s, to_go_m=to_go_m):
+                return
+            self._beside.popleft()
+            self._beside_since_s = None
 
     def _begin(self, item: Item) -> None:
         flight, plans = self.flight, self.flight.plans
         self._flown = plans.current
         self._progress = Progress(self._destination(item), started_s=flight.now_s)
-        if item.command in NAVIGATION:
-            flight.say(Severity.INFO, f"Mission: {plans.current} {NAMES[item.command]}")
-            flight.yaw_override_rad = None
+        flight.say(Severity.INFO, f"Mission: {plans.current} {NAMES[item.command]}")
+        flight.yaw_override_rad = None
         if item.command == TAKE_OFF and flight.landed:
             flight.lift_off()
         elif item.command == RETURN:
             self._homing.enter()
-        elif item.command == CHANGE_SPEED and item.number(0) in (0.0, 1.0) and item.number(1) > 0:
-            flight.speed_override_mps = item.number(1)
-        elif item.command == CONDITION_YAW:
-            base = flight.body.attitude()[2] if item.number(3) else 0.0
-            sign = -1.0 if item.number(3) and item.number(2) < 0 else 1.0
-            flight.yaw_override_rad = base + sign * math.radians(item.number(0))
+        elif item.command == LOITER_TURNS:
+            self._progress.orbit = self._orbit(item, self._progress.destination)
+
+    def _orbit(self, item: Item, destination: tuple[float, float, float]) -> Orbit:
+        """Its third parameter is the radius in metres (0: CIRCLE_RADIUS), negative for against the clock."""
+        body = self.flight.body
+        north_m, east_m, _ = destination
+        radius_m = abs(item.number(2)) or self.flight.parameters["CIRCLE_RADIUS"] / 100.0
+        from_centre = (body.north_m - north_m, body.east_m - east_m)
+        far = math.hypot(*from_centre) > 0.1
+        angle = math.atan2(from_centre[1], from_centre[0]) if far else body.attitude()[2]
+        return Orbit((north_m, east_m), radius_m, angle)
 
     def _destination(self, item: Item) -> tuple[float, float, float]:
         flight, target = self.flight, self.flight.target
@@ -214,12 +272,10 @@ class Auto(Behaviour):
             return False
         if item.command == LAND:
             return flight.landed
-        if item.command == CONDITION_DELAY:
-            return flight.now_s - progress.started_s >= item.number(0)
         if item.command == DELAY:
             return flight.now_s - progress.started_s >= max(item.number(0), 0.0)
-        if item.command not in NAVIGATION:
-            return True
+        if progress.orbit is not None:
+            return progress.orbit.turned_rad >= abs(item.number(0)) * math.tau
         north_m, east_m, alt_m = progress.destination
         body, radius = flight.body, flight.parameters["WPNAV_RADIUS"] / 100.0
         near = math.hypot(north_m - body.north_m, east_m - body.east_m) <= max(radius, 0.5)
@@ -230,9 +286,6 @@ class Auto(Behaviour):
         if progress.reached_since_s is None:
             return False
         stay_s = item.number(0) if item.command in (WAYPOINT, SPLINE, LOITER_TIME) else 0.0
-        if item.command == LOITER_TURNS:
-            # Flown as a wait on the spot for as long as the turns would take.
-            stay_s = abs(item.number(0)) * 360.0 / max(abs(flight.parameters["CIRCLE_RATE"]), 1.0)
         return flight.now_s - progress.reached_since_s >= stay_s
 
     def _fly_item(self, progress: Progress) -> None:
@@ -249,8 +302,15 @@ class Auto(Behaviour):
             alt_m = max(flight.target.alt_m, 1.0)
         limits = flight.limits()
         flight.target.climb_to(alt_m, limits, TICK_S)
+        if progress.orbit is not None and item is not None:
+            sign = -1.0 if item.number(2) < 0 else 1.0
+            progress.orbit.run(flight, sign * math.radians(abs(flight.parameters["CIRCLE_RATE"])))
+            flight.fly()
+            return
         flight.target.fly_to(north_m, east_m, limits, body, TICK_S)
-        if flight.yaw_override_rad is not None:
+        if look_at_roi(flight):
+            pass
+        elif flight.yaw_override_rad is not None:
             flight.attitude.turn_towards(flight.yaw_override_rad, TURN_RATE_RPS, TICK_S)
         else:
             look_ahead(self, north_m, east_m)

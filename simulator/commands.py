@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from simulator import commands_flight as fly
+from simulator.commands_camera import CAMERA_HANDLERS
 from simulator.dialect import Message, mavlink
 from simulator.fence_rules import enable_fence
 from simulator.flight import Flight
@@ -100,6 +101,7 @@ def result(done: bool) -> int:
 
 
 HANDLERS: dict[int, Handler] = {
+    **CAMERA_HANDLERS,
     int(mavlink.MAV_CMD_DO_SET_MODE): fly.set_mode,
     int(mavlink.MAV_CMD_COMPONENT_ARM_DISARM): fly.arm_or_disarm,
     int(mavlink.MAV_CMD_NAV_TAKEOFF): fly.take_off,

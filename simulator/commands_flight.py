@@ -104,6 +104,7 @@ def turn(flight: Flight, command: Command) -> int:
         flight.yaw_override_rad = flight.body.attitude()[2] + sign * math.radians(angle)
     else:
         flight.yaw_override_rad = math.radians(angle)
+    flight.roi = None
     return ACCEPTED
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from simulator.behaviours import Behaviour
+    from simulator.camera import Photo
     from simulator.commands import Command
     from simulator.fence import Limits
     from simulator.flight import Flight
@@ -92,6 +93,8 @@ class Flavour:
     handlers: Mapping[int, Callable[[Flight, Command], int]]
     """MAV_CMD to what it does; the commands about messages and reboots are the vehicle's own."""
     reports: Mapping[int, Callable[[Flight], Any]]
+    photo_message: Callable[[Flight, Photo], Any]
+    """What it sends for each photograph."""
     intervals_s: Mapping[int, float]
     """What is sent without being asked for."""
     fixed_rates: frozenset[int]

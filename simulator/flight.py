@@ -18,6 +18,7 @@ from simulator.attitude_control import IDLE_COMMAND, AttitudeControl
 from simulator.auto import Auto
 from simulator.battery import Battery
 from simulator.behaviours import Behaviour
+from simulator.camera import Camera, Photo
 from simulator.estimator import Estimator
 from simulator.failure_modes import Failure
 from simulator.fence import Fence
@@ -71,6 +72,7 @@ class Flight:
         self.failsafes = flavour.make_failsafes()
         self.plans = Plans(flavour.home_slot)
         self.fence = Fence()
+        self.camera = Camera()
         self.attitude = AttitudeControl()
         self.position = PositionControl()
         self.target = Target()
@@ -84,9 +86,12 @@ class Flight:
         """Set by command, so arming must not move it."""
         self.notices: deque[Notice] = deque(maxlen=NOTICES_MAX)
         self.on_mode_change: Callable[[], None] = lambda: None
+        self.on_photo: Callable[[Photo], None] = lambda _photo: None
         self.on_item_reached: Callable[[int], None] = lambda _seq: None
         self.speed_override_mps: float | None = None
         self.yaw_override_rad: float | None = None
+        self.roi: tuple[float, float] | None = None
+        """Where the nose points while one of the modes for it flies: north and east of the origin, metres."""
         self.commands: Commands = STOPPED
         self.thrust_wanted_n = 0.0
         self._behaviours = flavour.make_behaviours(self)
@@ -133,7 +138,7 @@ class Flight:
             self.say(Severity.WARNING, f"Mode change to {mode.name} failed: {refusal}")
             return False
         self.mode = mode
-        self.speed_override_mps = self.yaw_override_rad = None
+        self.speed_override_mps = self.yaw_override_rad = self.roi = None
         self.restart_controllers()
         self._behaviours[mode].enter()
         self.on_mode_change()
@@ -257,6 +262,7 @@ class Flight:
         else:
             self.commands, self.thrust_wanted_n = STOPPED, 0.0
         self.body.step(self.commands, TICK_S, self.wind.at(now_s), self.battery.power)
+        self.camera.update(self)
         self.battery.draw(sum(self.body.thrust_n), TICK_S)
         self._notice_ground()
         self._disarm_when_done()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.orbit import look_at_roi
 
 if TYPE_CHECKING:
     from simulator.flight import Flight
@@ -108,6 +109,8 @@ class Guided(Behaviour):
 
     def _turn(self) -> None:
         flight, wish = self.flight, self.wish
+        if look_at_roi(flight):
+            return
         if flight.yaw_override_rad is not None:
             flight.attitude.turn_towards(flight.yaw_override_rad, TURN_RATE_RPS, TICK_S)
         elif isinstance(wish, GoTo | FlyWith) and wish.yaw_rad is not None:

@@ -9,6 +9,7 @@ from simulator.airframe import MOTOR_MAX_N, WEIGHT_N
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
 from simulator.geodesy import clamp
+from simulator.orbit import Orbit
 from simulator.position_control import Limits
 
 if TYPE_CHECKING:
@@ -105,31 +106,19 @@ class Circle(Behaviour):
 
     def __init__(self, flight: Flight) -> None:
         super().__init__(flight)
-        self._centre = (0.0, 0.0)
-        self._angle = 0.0
+        self._orbit = Orbit((0.0, 0.0), 1.0, 0.0)
 
     def enter(self) -> None:
         body = self.flight.body
-        yaw, radius = body.attitude()[2], self._radius_m()
-        self._centre = (body.north_m + radius * math.cos(yaw), body.east_m + radius * math.sin(yaw))
-        self._angle = yaw + math.pi
-
-    def _radius_m(self) -> float:
-        return clamp(self.flight.parameters["CIRCLE_RADIUS"] / 100.0, 1.0, 2000.0)
+        yaw, radius_m = body.attitude()[2], max(self.flight.parameters["CIRCLE_RADIUS"] / 100.0, 1.0)
+        centre = (body.north_m + radius_m * math.cos(yaw), body.east_m + radius_m * math.sin(yaw))
+        self._orbit = Orbit(centre, radius_m, yaw + math.pi)
 
     def run(self) -> None:
-        flight, radius = self.flight, self._radius_m()
-        if not climb_with_stick(self):
-            return
-        limits = flight.limits()
-        fastest = min(limits.speed_mps, math.sqrt(limits.acceleration_mss * radius)) / radius
-        rate = math.radians(flight.parameters["CIRCLE_RATE"])
-        self._angle += clamp(rate, -fastest, fastest) * TICK_S
-        north = self._centre[0] + radius * math.cos(self._angle)
-        east = self._centre[1] + radius * math.sin(self._angle)
-        flight.target.fly_to(north, east, limits, flight.body, TICK_S)
-        flight.attitude.turn_towards(self._angle + math.pi, math.radians(60.0), TICK_S)
-        flight.fly()
+        flight = self.flight
+        if climb_with_stick(self):
+            self._orbit.run(flight, math.radians(flight.parameters["CIRCLE_RATE"]))
+            flight.fly()
 
 
 def lean_of_sticks(behaviour: Behaviour) -> tuple[float, float]:

@@ -73,6 +73,7 @@ class Vehicle:
         if self.settings.flavour.tells_mode_at_once:
             self.flight.on_mode_change = self._owe_heartbeat
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
+        self.flight.on_photo = lambda photo: self._send(self.settings.flavour.photo_message(self.flight, photo))
         self._telemetry = Telemetry(self.settings.flavour)
         self._missions = MissionServer(self.flight, self._send, self._restart_soon)
         self._parameter_server = ParameterServer(self.parameters, self._send)

@@ -8,6 +8,7 @@ from simulator import commands_flight as fly
 from simulator.auto import Auto
 from simulator.commands import HANDLERS as COMMON
 from simulator.commands import Command
+from simulator.commands_camera import CAMERA_HANDLERS
 from simulator.dialect import mavlink
 from simulator.flight import Flight
 from simulator.guided import GoTo, Guided
@@ -111,6 +112,7 @@ _KEPT = (
 
 HANDLERS: dict[int, Callable[[Flight, Command], int]] = {
     **{number: COMMON[number] for number in _KEPT},
+    **CAMERA_HANDLERS,
     mavlink.MAV_CMD_DO_SET_MODE: set_mode,
     mavlink.MAV_CMD_COMPONENT_ARM_DISARM: arm_or_disarm,
     mavlink.MAV_CMD_NAV_TAKEOFF: take_off,

@@ -13,6 +13,7 @@ from simulator.px4.modes import RULES, Px4Mode, make_behaviours
 from simulator.px4.parameters import make_parameters
 from simulator.px4.reports import INTERVALS_S, REPORTS
 from simulator.px4.sticks import Px4Sticks
+from simulator.reports_camera import camera_trigger
 
 if TYPE_CHECKING:
     from simulator.flight import Flight
@@ -61,6 +62,7 @@ PX4 = Flavour(
     on_fence_breach=on_fence_breach,
     handlers=HANDLERS,
     reports=REPORTS,
+    photo_message=camera_trigger,
     intervals_s=INTERVALS_S,
     fixed_rates=frozenset({0}),
     obeys_stream_requests=False,

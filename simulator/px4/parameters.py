@@ -115,6 +115,7 @@ _MEANING: dict[str, Callable[[Parameters], float]] = {
     "GUID_TIMEOUT": lambda p: p["COM_OF_LOSS_T"],
     "WP_YAW_BEHAVIOR": lambda _: 1.0,
     "CIRCLE_RATE": lambda _: 20.0,
+    "CIRCLE_RADIUS": lambda _: 1000.0,
     "MIS_RESTART": lambda _: 0.0,
     "RALLY_LIMIT_KM": lambda _: 0.0,
     "RALLY_INCL_HOME": lambda _: 1.0,
