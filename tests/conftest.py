@@ -77,13 +77,13 @@ def console(missing: Callable[[str], None]) -> Path:
 
 
 @pytest.fixture(scope="session")
-def postgres_server(missing: Callable[[str], None], tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def postgres_server(missing: Callable[[str], None]) -> Iterator[str]:
     """The address of a PostgreSQL server of our own."""
     programs = postgres_programs()
     if programs is None:
         missing("PostgreSQL (Debian: apt-get install postgresql)")
     assert programs is not None
-    with temporary_postgres(programs, tmp_path_factory.mktemp("postgres")) as address:
+    with temporary_postgres(programs) as address:
         yield address
 
 

@@ -15,6 +15,7 @@ from server.relay.agent_link import AgentLink
 from server.relay.hub import Hub
 from wire.control_messages import AutopilotState, HoldOrder, HoldProgress, HoldStep, LossParameters, ToAgent
 from wire.ids import DroneId, LinkId
+from wire.keepalive import PING_INTERVAL_S
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
 
@@ -54,17 +55,28 @@ class ObedientAgent:
             call_later=lambda delay_s, call: None,
         )
         self._sealed = _sealed(drone_id, send=b"a" * 32, receive=b"t" * 32, now=now)
+        self._speaking: asyncio.Task[None] | None = None
         hub.attach_link(self.link, now)
 
     def state(self, *, armed: bool = False, airborne: bool = False) -> None:
-        """Also makes the drone online."""
-        for datagram in self._sealed.datagrams_to_send(time.monotonic()):
-            self._hub.datagram(datagram, read_link_id(datagram), ("203.0.113.1", 5), time.monotonic())
+        """Also makes the drone online, and keeps it so: a link that is silent for 3 s counts as offline."""
+        self._speak()
+        if self._speaking is None:
+            self._speaking = asyncio.create_task(self._go_on_speaking())
         self._hub.report(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def parameters(self, *, has_radio: bool | None = True, complete: bool = True, **values: float) -> None:
         told = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
         self._hub.report(self.link, told)
+
+    def _speak(self) -> None:
+        for datagram in self._sealed.datagrams_to_send(time.monotonic()):
+            self._hub.datagram(datagram, read_link_id(datagram), ("203.0.113.1", 5), time.monotonic())
+
+    async def _go_on_speaking(self) -> None:
+        while (drone := self._hub.drone(self.link.drone_id)) is not None and drone.link is self.link:
+            self._speak()
+            await asyncio.sleep(PING_INTERVAL_S)
 
     @property
     def holds(self) -> list[HoldOrder]:

@@ -302,12 +302,14 @@ async def test_who_may_rehearse_and_when(scene: Scene) -> None:
     await refused(scene.anna, 409, "in-flight")
     await refused(scene.anna, 422, "invalid-request", what="radio")
     wanted = {"what": "operator", "in_flight": True}
-    assert (await scene.anna.post(f"{scene.path}/rehearsal", json=wanted)).status_code == 202
+    answer = await scene.anna.post(f"{scene.path}/rehearsal", json=wanted)
+    assert answer.status_code == 202, answer.text
 
 
 async def test_a_simulator_is_rehearsed_in_flight(scene: Scene) -> None:
     scene.agent.state(armed=True, airborne=True)
     scene.agent.parameters(SIM_SPEEDUP=1)
-    await ask(scene.anna, scene.drone.id, "acquire")
+    acquired = await ask(scene.anna, scene.drone.id, "acquire")
+    assert acquired.status_code == 200, acquired.text
     answer = await scene.anna.post(f"{scene.path}/rehearsal", json={"what": "operator"})
-    assert answer.status_code == 202
+    assert answer.status_code == 202, answer.text

@@ -4,6 +4,7 @@ import os
 import pwd
 import shutil
 import subprocess
+import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,28 +23,33 @@ def postgres_programs() -> Path | None:
 
 
 @contextmanager
-def temporary_postgres(programs: Path, folder: Path) -> Iterator[str]:
+def temporary_postgres(programs: Path) -> Iterator[str]:
     """A `postgresql://` address at which databases can be created.
 
-    PostgreSQL refuses to run as root, so root lends it to the user `postgres`.
+    PostgreSQL refuses to run as root, so root lends the cluster to the user `postgres`. It has a folder of its own: all
+    that pytest makes lies below one that each pytest, when it starts, closes for everybody but its owner.
     """
     account = {"user": pwd.getpwnam("postgres").pw_uid} if os.geteuid() == 0 else {}
-    cluster = folder / "cluster"
-    cluster.mkdir(mode=0o700)
-    if account:
-        for place in (folder, *folder.parents):
-            # pytest's folders are readable by their owner only; the server has to pass through.
-            if place.stat().st_uid == 0 and str(place).startswith("/tmp/"):
-                place.chmod(place.stat().st_mode | 0o011)
-        os.chown(cluster, account["user"], -1)
-    port = free_tcp_port()
-    subprocess.run(
+    with tempfile.TemporaryDirectory(prefix="tower-postgres-") as folder:
+        if account:
+            os.chown(folder, account["user"], -1)
+        with _server_in(Path(folder), programs, account) as address:
+            yield address
+
+
+@contextmanager
+def _server_in(cluster: Path, programs: Path, account: dict[str, int]) -> Iterator[str]:
+    made = subprocess.run(
         [programs / "initdb", "-D", cluster, "-U", "tower", "-A", "trust", "--no-sync", "-E", "UTF8", "--locale=C"],
-        check=True,
-        stdout=subprocess.DEVNULL,
+        check=False,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
         cwd="/",
         **account,
     )
+    assert made.returncode == 0, f"initdb ended with {made.returncode}:\n{made.stdout}"
+    port = free_tcp_port()
     server = subprocess.Popen(
         [
             *(programs / "postgres", "-D", cluster, "-p", str(port), "-c", "listen_addresses=127.0.0.1"),
