@@ -28,6 +28,7 @@ ARDUPILOT = Flavour(
     make_failsafes=Failsafes,
     why_not_arm=why_not_arm,
     home_slot=True,
+    keeps_dataflash_logs=True,
     keeps_nan=False,
     items_max=dict.fromkeys(PlanKind, 724),
     fence_limits=fence_limits,

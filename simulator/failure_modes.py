@@ -32,6 +32,8 @@ class Failure(StrEnum):
     """A mode change is acknowledged as accepted and does not happen."""
     PARAMETERS_DROPPED = "parameters-dropped"
     """Every seventh value is missing from a parameter list."""
+    LOG_DATA_DROPPED = "log-data-dropped"
+    """Every seventh chunk of a log is lost."""
     DROP_EVERY_TENTH = "drop-every-tenth"
     """Each tenth frame that the vehicle sends is lost."""
     SILENT = "silent"

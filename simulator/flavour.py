@@ -83,6 +83,7 @@ class Flavour:
     why_not_arm: Callable[[Flight], str | None]
     home_slot: bool
     """Item 0 of a mission is home, not something to fly."""
+    keeps_dataflash_logs: bool
     keeps_nan: bool
     """NaN in an item's parameters is stored and handed back; otherwise it becomes 0."""
     items_max: Mapping[PlanKind, int]

@@ -19,6 +19,8 @@ from simulator.failure_modes import Failure
 from simulator.flavour import Flavour
 from simulator.flight import Flight, FlightSettings
 from simulator.flight_constants import TICK_S
+from simulator.log_protocol import LogServer
+from simulator.logbook import Logbook
 from simulator.missions import MissionServer
 from simulator.notices import Notice, Severity
 from simulator.parameter_protocol import ParameterServer
@@ -56,6 +58,7 @@ class Vehicle:
             *settings.parameters,
         )
         self.parameters = settings.flavour.make_parameters(overrides, settings.parameter_count)
+        self._logbook = Logbook()
         self._codec = Codec(settings.system_id)
         self._inbox: deque[tuple[float, bytes]] = deque()
         self._outbox: deque[bytes] = deque(maxlen=OUTBOX_MAX)
@@ -76,6 +79,7 @@ class Vehicle:
         self.flight.on_photo = lambda photo: self._send(self.settings.flavour.photo_message(self.flight, photo))
         self._telemetry = Telemetry(self.settings.flavour)
         self._missions = MissionServer(self.flight, self._send, self._restart_soon)
+        self._logs = LogServer(self.flight, self._logbook, self._send)
         self._parameter_server = ParameterServer(self.parameters, self._send)
         self._say(Severity.INFO, self.settings.flavour.banner[0])
 
@@ -114,6 +118,9 @@ class Vehicle:
         self._missions.tick()
         self._parameter_server.drop_every_seventh = Failure.PARAMETERS_DROPPED in self.failures
         self._parameter_server.tick()
+        self._logs.tick()
+        if self.settings.flavour.keeps_dataflash_logs:
+            self._logbook.update(flight, [notice.text for notice in flight.notices])
         while flight.notices:
             self._speak(flight.notices.popleft())
         for message in self._telemetry.due(flight):
@@ -161,6 +168,8 @@ class Vehicle:
             self._handle_sticks(message, sender[0])
         elif name.startswith("MISSION_"):
             self._handle_mission(message, sender)
+        elif name.startswith(("LOG_REQUEST_", "LOG_ERASE")):
+            self._logs.receive(message, sender)
         elif name.startswith("PARAM_"):
             self._handle_parameter(message)
         elif name.startswith("SET_POSITION_TARGET_"):

@@ -56,6 +56,7 @@ PX4 = Flavour(
     make_failsafes=Px4Failsafes,
     why_not_arm=why_not_arm,
     home_slot=False,
+    keeps_dataflash_logs=False,
     keeps_nan=True,
     items_max={PlanKind.MISSION: 2000, PlanKind.FENCE: 64, PlanKind.RALLY: 32},
     fence_limits=fence_limits,
