@@ -13,6 +13,8 @@ class Failure(StrEnum):
     MISSION_WRITTEN_IN_PLACE = "mission-written-in-place"
     """As ArduPilot stores missions and rally points: MISSION_COUNT cuts the stored plan to that length, and each item
     is written as it comes. An upload that breaks off leaves new items before old ones. Fences are exchanged whole."""
+    MISSION_PACKED = "mission-packed"
+    """Items are stored as ArduCopter packs them: what is read back is not all that was sent (`mission_storage`)."""
     MISSION_WRONG_SEQUENCE = "mission-wrong-sequence"
     """Half-way through an upload the item after the next one is asked for; what comes is dropped, and the right one
     asked for."""

@@ -15,6 +15,7 @@ from simulator.failure_modes import Failure
 from simulator.flight import Flight
 from simulator.mission_items import read_item, why_not
 from simulator.mission_plan import Item, PlanKind
+from simulator.mission_storage import packed
 from simulator.notices import Severity
 
 REPEAT_S = 1.0
@@ -143,6 +144,8 @@ class MissionServer:
             self._upload = None
             self._ack(peer, problem, kind)
             return
+        if self._fails(Failure.MISSION_PACKED):
+            item = packed(item, kind)
         upload.items.append(item)
         if upload.in_place:
             self._flight.plans.write_in_place(kind, message.seq, item, self._flight.home)

@@ -9,6 +9,7 @@ import pytest
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
 from simulator.geodesy import e7
+from simulator.mission_storage import KEPT
 from simulator.modes import Mode
 from simulator.px4.flavour import PX4
 
@@ -320,3 +321,53 @@ def test_px4_has_limits_of_its_own(ground, kind, most):
     assert upload(station, mission(most, kind), kind) == mavlink.MAV_MISSION_ACCEPTED
     assert upload(station, mission(most + 1, kind), kind) == mavlink.MAV_MISSION_NO_SPACE
     assert len(download(station, kind)) == most
+
+
+@pytest.mark.parametrize(
+    ("sent", "back"),
+    [
+        (item(1, 16, frame=6, z=12.349, params=(1.7, 2, 3, 4)), (3, 16, 1, 1.0, 0, 0, 0, 12.34)),
+        (item(1, 16, frame=11, z=-3.5, params=(0, 0, 0, 0)), (10, 16, 1, 0, 0, 0, 0, -3.5)),
+        (item(1, 18, z=20, params=(3, 1, -300, 1)), (3, 18, 1, 3, 0, -300, 1, 20)),
+        (item(1, 18, z=20, params=(3, 1, 307, 0)), (3, 18, 1, 3, 0, 300, 0, 20)),
+        (item(1, 19, z=20, params=(8, 5, 40, 0)), (3, 19, 1, 8, 0, 1, 0, 20)),
+        (item(1, 21, frame=0, z=500, params=(0, 0, 0, 90)), (0, 21, 1, 0, 0, 0, 1, 500)),
+        (item(1, 178, params=(1, 4.5, -1, 7)), (0, 178, 1, 1, 4.5, -1, 0, 0)),
+        (item(1, 177, params=(2, -1, 9, 9)), (0, 177, 1, 2, -1, 0, 0, 0)),
+    ],
+)
+def test_packed_items_come_back_as_ardupilot_keeps_them(ground, sent, back):
+    station = ground(failures={Failure.MISSION_PACKED}).ready()
+    assert upload(station, [item(0), sent]) == 0
+    got = download(station)[1]
+    names = ("frame", "command", "autocontinue", "param1", "param2", "param3", "param4", "z")
+    assert tuple(getattr(got, name) for name in names) == pytest.approx(back, abs=1e-5)
+    has_place = back[1] not in (177, 178)
+    assert (got.x, got.y) == ((sent.x, sent.y) if has_place else (0, 0))
+
+
+def test_packing_what_is_packed_changes_heights_by_a_centimetre_at_most_and_nothing_else(ground):
+    """A plan that is read and put back is the same but for that: single precision, and cut instead of rounded."""
+    station = ground(failures={Failure.MISSION_PACKED}).ready()
+    items = [item(0), *(item(i + 1, command, z=0.29 * i) for i, command in enumerate(sorted(KEPT)))]
+    assert upload(station, items) == 0
+    once = [fields(m) for m in download(station)]
+    again = [
+        mavlink.MAVLink_mission_item_int_message(1, 1, seq, frame, command, 0, *rest, 0)
+        for seq, (frame, command, *rest) in enumerate(once)
+    ]
+    assert upload(station, again) == 0
+    back = [fields(m) for m in download(station)]
+    assert [row[:-1] for row in back] == [row[:-1] for row in once]
+    differences = [abs(row[-1] - before[-1]) for row, before in zip(back, once, strict=True)]
+    assert 0.005 < max(differences) < 0.0101
+
+
+@pytest.mark.parametrize(("kind", "z"), [(1, 0), (2, 10)])
+def test_packed_fences_and_rally_points(ground, kind, z):
+    station = ground(failures={Failure.MISSION_PACKED}).ready()
+    command = {1: 5003, 2: 5100}[kind]
+    assert upload(station, [item(0, command, z=10.9, kind=kind, params=(25.5, 1, 1, 1))], kind) == 0
+    got = download(station, kind)[0]
+    assert (got.param1, got.param2, got.z) == (25.5 if kind == 1 else 0, 0, z)
+    assert (got.x, got.y) == (473977420, 85455940)
