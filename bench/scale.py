@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import gc
 import os
 import tempfile
 import time
@@ -137,7 +138,13 @@ async def _fly(
 
     sampling = asyncio.create_task(sample())
     load_cpu = time.process_time()
-    late_s = await fly(agents, telemetry, for_s=seconds)
+    # The load's own pauses are not the tower's: they would count as age of what it sent and what it got.
+    gc.collect()
+    gc.disable()
+    try:
+        late_s = await fly(agents, telemetry, for_s=seconds)
+    finally:
+        gc.enable()
     took_s = time.monotonic() - began
     tower_share, load_share = (cpu_us(pid) - cpu_before) / 1e6 / took_s, (time.process_time() - load_cpu) / took_s
     sampling.cancel()

@@ -7,7 +7,6 @@ exception that it is, and so that good-byes are said while connections are still
 from __future__ import annotations
 
 import asyncio
-import gc
 import signal
 import socket
 from collections.abc import Callable, Iterator
@@ -18,6 +17,7 @@ import uvicorn
 from fastapi import FastAPI
 
 from server.direct_websocket import DirectWebSocket
+from server.garbage import settle_memory
 from server.tower import Tower
 
 LARGEST_MESSAGE_BYTES: Final = 64 * 1024
@@ -74,7 +74,7 @@ def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], Non
     """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody."""
 
     def listening() -> None:
-        _settle_memory()
+        settle_memory()
         on_listening()
 
     server = TowerServer(app, on_listening=listening)
@@ -87,15 +87,6 @@ def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], Non
 
     with asyncio.Runner(loop_factory=_loop_factory()) as runner:
         runner.run(until_told_to_stop())
-
-
-def _settle_memory() -> None:
-    """What stands after the start stands for ever: the garbage collector need not walk through it again and again.
-
-    While it does, no frame moves and no stick arrives.
-    """
-    gc.collect()
-    gc.freeze()
 
 
 def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:

@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Final
 
+from server.garbage import FullSearch
 from server.relay.data_endpoint import DataEndpoint, open_data_endpoint
 from server.relay.hub import Hub
 
@@ -28,6 +29,7 @@ async def running_relay(hub: Hub, *, host: str, port: int) -> AsyncIterator[Data
 
 async def _beat(hub: Hub) -> None:
     ticks = 0
+    search = FullSearch(time.monotonic())
     while True:
         due_at = time.monotonic() + TICK_S
         await asyncio.sleep(TICK_S)
@@ -37,3 +39,4 @@ async def _beat(hub: Hub) -> None:
         ticks += 1
         if ticks % TICKS_A_SECOND == 0:
             hub.each_second(time.monotonic())
+            search.look(now, flown_by_hand=hub.anybody_flies_by_hand(now))
