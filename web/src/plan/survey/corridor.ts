@@ -1,0 +1,101 @@
+/** Lanes along a line (a road, a power line), and a circle round a point that the camera looks at. */
+
+import { CMD } from '../catalogue';
+import { FRAME } from '../frames';
+import { spotAt, type Point } from '../ground';
+import type { Spot, WireItem } from '../plan_types';
+import { wireItem } from '../wire_items';
+import { Drawing, heldToOneSide, SurveyFault } from './area';
+import { isSame, lineCount, MOST_LINES, pictureItems, waypointAt, type Flown } from './survey_grid';
+
+export interface CorridorSettings extends Flown {
+  readonly widthM: number;
+  readonly spacingM: number;
+  /** Begins at the other end of the line. */
+  readonly fromEnd: boolean;
+}
+
+/** A lane does not run farther out at a sharp bend than this many times its distance. */
+const LONGEST_MITRE = 3;
+
+function direction(from: Point, to: Point): Point {
+  const [x, y] = [to[0] - from[0], to[1] - from[1]];
+  const length = Math.hypot(x, y);
+  return [x / length, y / length];
+}
+
+/** The line moved to its right by so many metres; at bends lanes stay that far from both sides of it. */
+function beside(line: readonly Point[], metres: number): Point[] {
+  return line.map((corner, at) => {
+    const into = at > 0 ? direction(line[at - 1]!, corner) : null;
+    const out = at + 1 < line.length ? direction(corner, line[at + 1]!) : null;
+    const one = into ?? out!;
+    const other = out ?? into!;
+    const [x, y] = [one[0] + other[0], one[1] + other[1]];
+    // Twice the cosine of half the bend: nought where it turns straight back.
+    const length = Math.hypot(x, y);
+    const [alongX, alongY] = length < 1e-9 ? one : [x / length, y / length];
+    const stretch = Math.min(LONGEST_MITRE, length < 1e-9 ? 1 : 2 / length);
+    return [corner[0] - alongY * metres * stretch, corner[1] + alongX * metres * stretch];
+  });
+}
+
+/** Lanes in the order and direction that they are flown in. */
+export function corridorLanes(line: readonly Spot[], settings: CorridorSettings): Spot[][] {
+  const { widthM, spacingM, fromEnd } = settings;
+  const places = line.filter((spot, at) => {
+    const before = line[at - 1];
+    return !before || !isSame(before, spot);
+  });
+  if (places.length < 2) throw new SurveyFault('A corridor runs along two different places at least.');
+  heldToOneSide(places, 'The corridor');
+  if (!(widthM >= 0)) throw new SurveyFault('The width of a corridor is nought or more.');
+  if (!(spacingM > 0)) throw new SurveyFault('The distance between lanes has to be above nought.');
+  const count = lineCount(widthM, spacingM);
+  if (count > MOST_LINES) throw new SurveyFault(`That is ${count} lanes, ${MOST_LINES} are the most.`);
+  // The drawing's second axis points right of its first, so that "to the right" is the same in it as on the ground.
+  const drawing = new Drawing(places, 0);
+  const points = places.map((spot) => drawing.point(spot));
+  return Array.from({ length: count }, (_, lane) => {
+    const spots = beside(points, (lane - (count - 1) / 2) * spacingM).map((point) => drawing.spot(point));
+    return (lane % 2 === 1) !== fromEnd ? spots.toReversed() : spots;
+  });
+}
+
+export function corridorItems(line: readonly Spot[], settings: CorridorSettings): WireItem[] {
+  const { begin, end } = pictureItems(settings.triggerM);
+  return corridorLanes(line, settings).flatMap((lane) => {
+    const [first, ...rest] = lane.map((spot) => waypointAt(spot, settings));
+    return [first!, ...begin, ...rest, ...end];
+  });
+}
+
+export interface OrbitSettings {
+  readonly radiusM: number;
+  readonly heightM: number;
+  readonly frame: number;
+  readonly turns: number;
+  /** Waypoints of one turn. */
+  readonly points: number;
+  readonly isClockwise: boolean;
+  /** Where it begins, as seen from the middle, clockwise from north. */
+  readonly fromDeg: number;
+  /** The camera looks at the middle, at this height above the same level; null: ahead. */
+  readonly lookAtM: number | null;
+}
+
+export function orbitItems(centre: Spot, settings: OrbitSettings): WireItem[] {
+  const { radiusM, turns, points, isClockwise, fromDeg, lookAtM, frame } = settings;
+  if (!(radiusM > 0 && radiusM <= 10_000))
+    throw new SurveyFault('The radius of a circle is more than 0 and at most 10000 m.');
+  if (!Number.isInteger(points) || points < 3 || points > 72) throw new SurveyFault('A circle has 3 to 72 waypoints.');
+  if (!Number.isInteger(turns) || turns < 1 || turns > 50) throw new SurveyFault('A circle is flown 1 to 50 times.');
+  const ring = Array.from({ length: points * turns + 1 }, (_, at) =>
+    spotAt(centre, radiusM, fromDeg + ((isClockwise ? 360 : -360) * (at % points)) / points),
+  );
+  heldToOneSide([centre, ...ring], 'The circle');
+  const way = ring.map((spot) => waypointAt(spot, settings));
+  if (lookAtM === null) return way;
+  const look = wireItem(CMD.ROI_LOCATION, frame, [0, 0, 0, 0], centre.latE7, centre.lonE7, lookAtM);
+  return [look, ...way, wireItem(CMD.ROI_NONE, FRAME.MISSION, [0, 0, 0, 0], 0, 0, 0)];
+}

@@ -1,0 +1,110 @@
+/** Lines to and fro over an area, at any angle, over concave areas too: where a line leaves the area no pictures are taken. */
+
+import { CMD } from '../catalogue';
+import { FRAME } from '../frames';
+import type { Spot, WireItem } from '../plan_types';
+import { wireItem } from '../wire_items';
+import { Drawing, heldToOutline, SurveyFault } from './area';
+
+export interface Flown {
+  readonly heightM: number;
+  readonly frame: number;
+  /** Between pictures; null: none are taken. */
+  readonly triggerM: number | null;
+}
+
+export interface GridSettings extends Flown {
+  readonly spacingM: number;
+  /** Where the first line leads to, clockwise from north. */
+  readonly angleDeg: number;
+  /** How far it flies beyond the area before it turns. */
+  readonly turnaroundM: number;
+  /** The corner that it begins at: 1 turns the lines round, 2 begins on the other side, 3 both. */
+  readonly entry: 0 | 1 | 2 | 3;
+}
+
+/** One line: the pieces of it that lie in the area, and where it begins and ends. */
+export interface Line {
+  readonly from: Spot;
+  readonly to: Spot;
+  readonly pieces: readonly (readonly [Spot, Spot])[];
+}
+
+/** More lines than that are no survey but a slip of the finger. */
+export const MOST_LINES = 2_000;
+
+/** So many lines cover a width; a hundredth of a line more than that is no reason for another one. */
+export const lineCount = (widthM: number, spacingM: number): number => Math.max(1, Math.ceil(widthM / spacingM - 0.01));
+
+/** Where a line at `across` meets the outline: in pairs, it goes in and comes out again. */
+function meetings(ring: readonly (readonly [number, number])[], across: number): number[] {
+  const alongs: number[] = [];
+  for (const [at, [x1, y1]] of ring.entries()) {
+    const [x2, y2] = ring[(at + 1) % ring.length]!;
+    // Half open: a corner counts for one of its two edges only.
+    if (y1 > across !== y2 > across) alongs.push(x1 + ((across - y1) / (y2 - y1)) * (x2 - x1));
+  }
+  return alongs.sort((one, other) => one - other);
+}
+
+export function gridLines(area: readonly Spot[], settings: GridSettings): Line[] {
+  const { spacingM, angleDeg, turnaroundM, entry } = settings;
+  heldToOutline(area);
+  if (!(spacingM > 0)) throw new SurveyFault('The distance between lines has to be above nought.');
+  if (!(turnaroundM >= 0 && turnaroundM <= 1_000)) throw new SurveyFault('The way to turn in is from 0 to 1000 m.');
+  const drawing = new Drawing(area, angleDeg);
+  const ring = area.map((corner) => drawing.point(corner));
+  const sides = ring.map(([, across]) => across);
+  const [least, most] = [Math.min(...sides), Math.max(...sides)];
+  const count = lineCount(most - least, spacingM);
+  if (count > MOST_LINES) {
+    throw new SurveyFault(
+      `That is ${count} lines, ${MOST_LINES} are the most: lines farther apart, or a smaller area.`,
+    );
+  }
+  const first = (least + most) / 2 - ((count - 1) / 2) * spacingM;
+  const places = Array.from({ length: count }, (_, at) => first + at * spacingM);
+  if (entry & 2) places.reverse();
+  const lines: Line[] = [];
+  for (const across of places) {
+    const alongs = meetings(ring, across);
+    if (alongs.length < 2) continue;
+    const isBack = (lines.length % 2 === 1) !== ((entry & 1) === 1);
+    const ends = isBack ? alongs.toReversed() : alongs;
+    const spot = (along: number): Spot => drawing.spot([along, across]);
+    const beyond = isBack ? -turnaroundM : turnaroundM;
+    const pieces: (readonly [Spot, Spot])[] = [];
+    for (let at = 0; at + 1 < ends.length; at += 2) pieces.push([spot(ends[at]!), spot(ends[at + 1]!)]);
+    lines.push({ from: spot(ends[0]! - beyond), to: spot(ends.at(-1)! + beyond), pieces });
+  }
+  return lines;
+}
+
+export const isSame = (one: Spot, other: Spot): boolean => one.latE7 === other.latE7 && one.lonE7 === other.lonE7;
+
+export const waypointAt = (spot: Spot, { frame, heightM }: Pick<Flown, 'frame' | 'heightM'>): WireItem =>
+  wireItem(CMD.WAYPOINT, frame, [0, 0, 0, null], spot.latE7, spot.lonE7, heightM);
+
+/** What begins the pictures and what ends them; nothing where none are taken. */
+export function pictureItems(triggerM: number | null): { readonly begin: WireItem[]; readonly end: WireItem[] } {
+  if (triggerM === null) return { begin: [], end: [] };
+  if (!(triggerM > 0)) throw new SurveyFault('The distance between pictures has to be above nought.');
+  const every = (metres: number, atOnce: number): WireItem =>
+    wireItem(CMD.TRIGGER_DISTANCE, FRAME.MISSION, [metres, 0, atOnce, 0], 0, 0, 0);
+  return { begin: [every(triggerM, 1)], end: [every(0, 0)] };
+}
+
+/** As a mission flies them. Pictures begin at the border of the area and stop at it. */
+export function lineItems(lines: readonly Line[], flown: Flown): WireItem[] {
+  const to = (spot: Spot): WireItem => waypointAt(spot, flown);
+  const { begin, end } = pictureItems(flown.triggerM);
+  return lines.flatMap((line): WireItem[] => {
+    const pieces = line.pieces.flatMap(([from, until]) => [to(from), ...begin, to(until), ...end]);
+    const lead = isSame(line.from, line.pieces[0]![0]) ? [] : [to(line.from)];
+    const tail = isSame(line.to, line.pieces.at(-1)![1]) ? [] : [to(line.to)];
+    return [...lead, ...pieces, ...tail];
+  });
+}
+
+export const surveyItems = (area: readonly Spot[], settings: GridSettings): WireItem[] =>
+  lineItems(gridLines(area, settings), settings);
