@@ -1,0 +1,193 @@
+/**
+ * What to know before a plan is sent to a drone, each in words that name the item. An error would be refused by the drone or fly it
+ * where it must not; a warning may be meant so.
+ */
+
+import { AUTOPILOT_WORDS, CMD, commandWords, specOf, type AutopilotKind } from './catalogue';
+import { FenceCheck, type Breach } from './fence_crossings';
+import { itemFaults, rallyFaults, shapeFaults } from './field_checks';
+import { flownPath, heightAboveHomeM, type FlownPath } from './flown_path';
+import { distanceM } from './ground';
+import { MOST_ITEMS, type PartId, type Plan, type PlanKind } from './plan_types';
+import { itemsOf } from './wire_items';
+
+export interface Finding {
+  readonly severity: 'error' | 'warning';
+  readonly kind: PlanKind;
+  /** The item, shape or point that it is about; null: the whole. */
+  readonly part: PartId | null;
+  readonly words: string;
+}
+
+export interface CheckLimits {
+  readonly autopilot: AutopilotKind;
+  /** Above home; null: no limit. */
+  readonly highestM: number | null;
+  readonly farthestM: number | null;
+}
+
+/** Nearer than this two waypoints are one: a copter counts a waypoint as reached from 2 m away. */
+const SAME_PLACE_M = 0.5;
+
+const BREACH_WORDS: Record<Breach, string> = {
+  forbidden: 'goes where the fence forbids it',
+  outside: 'leaves the fence',
+  'outside-one': 'leaves one of the areas of the fence, which is a breach where all of them count',
+};
+
+const metres = (value: number): string => `${Math.round(value)} m`;
+
+export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = flownPath(plan)): Finding[] {
+  const findings: Finding[] = [];
+  const { items } = plan;
+  const named = (seq: number): string => `Item ${seq + 1} (${commandWords(items[seq]!.command)})`;
+  const tell = (severity: Finding['severity'], seq: number | null, words: string): void => {
+    const text = seq === null ? words : `${named(seq)} ${words}`;
+    findings.push({ severity, kind: 'mission', part: seq === null ? null : items[seq]!.id, words: text });
+  };
+
+  for (const kind of ['mission', 'fence', 'rally'] as const) {
+    const count = itemsOf(plan, kind).length;
+    if (count <= MOST_ITEMS) continue;
+    const words = `The ${kind} has ${count} items; a drone takes ${MOST_ITEMS} at most.`;
+    findings.push({ severity: 'error', kind, part: null, words });
+  }
+  for (const [seq, item] of items.entries()) {
+    for (const fault of itemFaults(item, items.length)) tell('error', seq, `is not right. ${fault.words}`);
+    const spec = specOf(item.command);
+    if (!spec) tell('warning', seq, 'is not known here: nothing of it is checked.');
+    else if (!spec.knownTo.includes(limits.autopilot)) {
+      tell('error', seq, `is not a part of missions of ${AUTOPILOT_WORDS[limits.autopilot]}.`);
+    }
+  }
+  checkCourse(plan, path, tell);
+  checkPlaces(plan, limits, path, tell);
+  findings.push(...fenceFindings(plan, path, named));
+  for (const [at, point] of plan.rally.entries()) {
+    for (const fault of rallyFaults(point)) {
+      findings.push({
+        severity: 'error',
+        kind: 'rally',
+        part: point.id,
+        words: `Rally point ${at + 1} is not right. ${fault}`,
+      });
+    }
+  }
+  return findings;
+}
+
+type Tell = (severity: Finding['severity'], seq: number | null, words: string) => void;
+
+const isTakeOff = (command: number): boolean => command === CMD.TAKEOFF || command === CMD.VTOL_TAKEOFF;
+const isEnd = (command: number): boolean => command === CMD.RETURN || command === CMD.LAND || command === CMD.VTOL_LAND;
+
+/** Take-off, jumps, what is never reached, how it ends. */
+function checkCourse(plan: Plan, path: FlownPath, tell: Tell): void {
+  const { items } = plan;
+  if (items.length === 0) return;
+  const seqOf = new Map(items.map((item, seq) => [item.id, seq]));
+  const first = items.findIndex((item) => specOf(item.command)?.flies);
+  const takeOff = items.findIndex((item) => isTakeOff(item.command));
+  if (takeOff < 0) tell('warning', null, 'There is no take-off: the drone must be in the air when the mission begins.');
+  else if (takeOff > first) tell('warning', takeOff, `comes after item ${first + 1}, which flies somewhere already.`);
+  for (const [seq, item] of items.entries()) {
+    const target = item.command === CMD.JUMP && item.jumpTo !== null ? seqOf.get(item.jumpTo) : undefined;
+    if (target === undefined) continue;
+    const [from, to] = [Math.min(seq, target), Math.max(seq, target)];
+    const flies = items.slice(from, to + 1).some((one) => specOf(one.command)?.flies);
+    if (target === seq) tell('error', seq, 'jumps to itself.');
+    else if (target < seq && !flies) tell('error', seq, `goes round to item ${target + 1} without flying anywhere.`);
+    else if (target < seq && (item.params[1] ?? 0) < 0) {
+      tell('warning', seq, `goes back to item ${target + 1} for ever: nothing after it is flown.`);
+    }
+  }
+  const { steps, ending, last } = path.order;
+  if (ending === 'too-long' && last !== null)
+    tell('error', last, 'is in a round of jumps that does not end in any flight.');
+  const reached = new Set(steps);
+  const dead = items.findIndex((item, seq) => !reached.has(seq) && item.command !== CMD.JUMP);
+  if (dead >= 0 && ending !== 'too-long') tell('warning', dead, 'is never reached.');
+  const end = last === null ? undefined : items[last];
+  if (ending === 'ends' && end && !isEnd(end.command)) {
+    tell('warning', last, 'is the last: the drone stays there, in the air, until somebody says otherwise.');
+  }
+}
+
+/** Heights, distances, places that come twice. */
+function checkPlaces(plan: Plan, limits: CheckLimits, path: FlownPath, tell: Tell): void {
+  const { items, home } = plan;
+  if (!home && items.length > 0) {
+    tell('warning', null, 'There is no planned home: distances from it and heights above sea level are not checked.');
+  }
+  const isTold = new Set<number>();
+  for (const leg of path.legs) {
+    const item = items[leg.seq]!;
+    if (isTold.has(leg.seq) || item.command === CMD.RETURN) continue;
+    isTold.add(leg.seq);
+    const away = home ? distanceM(home.spot, leg.to) : 0;
+    if (limits.farthestM !== null && away > limits.farthestM) {
+      tell('error', leg.seq, `is ${metres(away)} from home; ${metres(limits.farthestM)} is the most.`);
+    }
+    const height = heightAboveHomeM(plan, item);
+    if (height === null) continue;
+    if (limits.highestM !== null && height > limits.highestM) {
+      tell('error', leg.seq, `is ${metres(height)} above home; ${metres(limits.highestM)} is the most.`);
+    }
+    const mayBeLow = isEnd(item.command);
+    if (!mayBeLow && height <= 0)
+      tell('warning', leg.seq, `is ${metres(height)} above home: on the ground or below it.`);
+  }
+  let before: number | null = null;
+  for (const [seq, item] of items.entries()) {
+    if (item.command !== CMD.WAYPOINT && item.command !== CMD.SPLINE_WAYPOINT) {
+      if (specOf(item.command)?.flies) before = null;
+      continue;
+    }
+    const other = before === null ? undefined : items[before];
+    if (other && other.frame === item.frame && Math.abs(other.z - item.z) < SAME_PLACE_M) {
+      const apart = distanceM({ latE7: other.x, lonE7: other.y }, { latE7: item.x, lonE7: item.y });
+      if (apart < SAME_PLACE_M) tell('warning', seq, `is at the same place as item ${before! + 1}.`);
+    }
+    before = seq;
+  }
+}
+
+function fenceFindings(plan: Plan, path: FlownPath, named: (seq: number) => string): Finding[] {
+  const { shapes } = plan.fence;
+  const findings: Finding[] = [];
+  for (const [at, shape] of shapes.entries()) {
+    for (const fault of shapeFaults(shape)) {
+      const words = `Part ${at + 1} of the fence is not right. ${fault}`;
+      findings.push({ severity: 'error', kind: 'fence', part: shape.id, words });
+    }
+  }
+  const isWhole = findings.length === 0;
+  const middle = plan.home?.spot ?? path.legs[0]?.to;
+  if (shapes.length === 0 || !isWhole || !middle) return findings;
+  const check = new FenceCheck(shapes, middle);
+  const severityOf = (breach: Breach): Finding['severity'] => (breach === 'outside-one' ? 'warning' : 'error');
+  const atHome = plan.home && check.at(plan.home.spot);
+  if (atHome) {
+    const words =
+      atHome === 'outside-one'
+        ? 'The planned home is outside of one of the areas of the fence, which is a breach where all of them count.'
+        : 'The planned home is not where the fence lets a drone be.';
+    findings.push({ severity: severityOf(atHome), kind: 'fence', part: null, words });
+  }
+  const worst = new Map<number, Breach>();
+  for (const leg of path.legs) {
+    const breach = check.on(leg);
+    if (breach && !(worst.has(leg.seq) && breach === 'outside-one')) worst.set(leg.seq, breach);
+  }
+  for (const [seq, breach] of worst) {
+    const words = `The way to ${named(seq).replace('Item', 'item')} ${BREACH_WORDS[breach]}.`;
+    findings.push({ severity: severityOf(breach), kind: 'mission', part: plan.items[seq]!.id, words });
+  }
+  for (const [at, point] of plan.rally.entries()) {
+    const breach = check.at(point.spot);
+    if (!breach) continue;
+    const words = `Rally point ${at + 1} is not where the fence lets a drone be.`;
+    findings.push({ severity: severityOf(breach), kind: 'rally', part: point.id, words });
+  }
+  return findings;
+}
