@@ -16,9 +16,11 @@ from data_link_world import DataLinkWorld, data_link_world
 
 from bench.link_model import Profile
 from bench.namespaces import Network, emulated_network, why_not
+from wire.control_messages import StreamSettings
 from wire.dialect import build, decode, mavlink
 from wire.drops import DropReason
 from wire.lateness import stamp_ms
+from wire.stream_profiles import StreamChoice
 from wire.tagged import split_tagged, stamp, tag
 
 BAD = Profile(delay_s=0.15, loss=0.05, reordering=0.05, duplication=0.05)
@@ -27,7 +29,11 @@ PERIOD_S = 0.1
 """Of the attitude."""
 LASTS_S = 16.0
 ADDRESS_CHANGES_EACH_S = 5.0
-BUSY_MACHINE_S = 1.0
+LOST_IN_A_ROW = 2
+"""Of one in twenty. Three are lost once in 8,000 times."""
+RESTS_S = 0.03
+"""10 ms in the agent and 20 ms in the tower, at most (docs/wire-protocol.md, 3.2)."""
+LOOK_EACH_S = 0.02
 COMMANDS = (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_CMD_REQUEST_MESSAGE)
 
 
@@ -112,14 +118,22 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
         await until(lambda: world.link.routes.newest, 20.0, "the first datagram")
         assert (await ask(world.client, world.drone_id, "acquire")).status_code == 200
         await world.watcher.socket.send(json.dumps({"type": "focus", "drone_id": world.drone_id}))
+        # Else the agent thins what it sends here, and nothing could be said of when the next attitude has to come.
+        world.hub.apply_stream(world.drone_id, StreamSettings(profile=StreamChoice.FULL))
+        drone = world.hub.drone(world.drone_id)
+        assert drone is not None
+        await until(lambda: drone.stream_state and drone.stream_state.chosen is StreamChoice.FULL)
         flight = Flight(world)
         addresses = set()
         async with asyncio.TaskGroup() as group:
             parts = [group.create_task(part()) for part in (flight.talk, flight.listen, flight.command, flight.move)]
             begin = time.monotonic()
             dark_at, light_at = begin + 5.5, 0.0
+            pauses: list[tuple[float, float]] = []  # (when it ended, how long this busy machine did nothing here)
             while time.monotonic() < begin + LASTS_S:
-                await asyncio.sleep(0.02)
+                asleep_at = time.monotonic()
+                await asyncio.sleep(LOOK_EACH_S)
+                pauses.append((time.monotonic(), time.monotonic() - asleep_at - LOOK_EACH_S))
                 addresses.add(world.link.routes.newest)
                 if dark_at and time.monotonic() > dark_at:
                     await net.change("drone", Profile(black_out=True))
@@ -132,10 +146,14 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
         hub, link = world.hub, world.link
         # Transactions complete: a round trip takes 0.3 s, so some 35 would fit between the black-out and the losses.
         assert flight.answered >= 12
-        # State recovers: what was sent after the black-out is there one period and one way later.
+        # State recovers: what was sent after the black-out is there one period and one way later, or where that is
+        # lost too, with the next one. Everything but the network happens in this one process, so its pauses count.
         came, sent_ms = next(one for one in flight.attitudes if one[0] > light)
         fresh = [(at, sent) for at, sent in flight.attitudes if sent >= stamp_ms(light)]
-        assert fresh[0][0] - light < PERIOD_S + ONE_WAY_S + BUSY_MACHINE_S
+        paused_s = sum(paused for at, paused in pauses if light < at <= fresh[0][0] + LOOK_EACH_S)
+        at_most_s = PERIOD_S * (1 + LOST_IN_A_ROW) + ONE_WAY_S + RESTS_S
+        took_s = fresh[0][0] - light
+        assert took_s - paused_s < at_most_s, f"{took_s} s, of which nothing happened here for {paused_s} s"
         assert sent_ms >= stamp_ms(light) - 500, f"what came first after the black-out was {came - light} s old"
         # No duplicate delivered, though the network made many, and each was counted.
         assert len(flight.texts) == len(set(flight.texts)) > 0.6 * flight.texts_sent
