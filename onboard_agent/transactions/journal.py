@@ -1,0 +1,56 @@
+"""What is kept on disk while a plan is being written, so that whoever comes after a crash knows the old one. No I/O.
+
+An intent is saved before the first frame of a write goes out and removed when a read-back has proved which plan is on
+board. As long as there is one, the plan on board may be half of one.
+"""
+
+from typing import Final, Protocol
+
+import msgspec
+
+from wire.plans import BoundedPlan, Plan, PlanKind
+
+
+class JournalStore(Protocol):
+    """One record for each kind of plan. Each call is whole or not at all, and lasting when it returns."""
+
+    def load(self, kind: PlanKind) -> bytes | None:
+        """The record, or None where there is none. Raises OSError."""
+
+    def save(self, kind: PlanKind, record: bytes) -> None:
+        """Raises OSError; then nothing has changed."""
+
+    def remove(self, kind: PlanKind) -> None:
+        """No record any more. Raises OSError."""
+
+
+class Intent(msgspec.Struct, frozen=True):
+    """The plan that was on board, and the one that is to be."""
+
+    old: BoundedPlan
+    new: BoundedPlan
+
+
+UNREADABLE: Final = Intent((), ())
+"""Stands for a record that nobody can read: what was on board is not known, and nothing is better than half a plan."""
+
+_decoder: Final[msgspec.json.Decoder[Intent]] = msgspec.json.Decoder(Intent)
+
+
+def write_intent(store: JournalStore, kind: PlanKind, *, old: Plan, new: Plan) -> None:
+    """Raises OSError."""
+    store.save(kind, msgspec.json.encode(Intent(old, new)))
+
+
+def read_intent(store: JournalStore, kind: PlanKind) -> Intent | None:
+    """None where nothing was being written; UNREADABLE where nobody can say what."""
+    try:
+        record = store.load(kind)
+    except OSError:
+        return UNREADABLE
+    if record is None:
+        return None
+    try:
+        return _decoder.decode(record)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        return UNREADABLE

@@ -1,0 +1,148 @@
+"""Reads one plan off the autopilot: MISSION_REQUEST_LIST, then item by item. No I/O; takes `now`.
+
+Laws, each with a test:
+- An item counts only when it is the one that was asked for; what comes twice or out of order changes nothing.
+- A count that changes meanwhile means another plan: the reading begins again, a few times.
+- A late answer to the upload before ends nothing.
+- An autopilot that denies it is busy with an upload that was given up: it is asked again until that lapses.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from onboard_agent.transactions.patience import Patience, Repeated
+from onboard_agent.transactions.plan_talk import PlanTalk
+from onboard_agent.transactions.plan_words import code_name, sentence
+from wire.dialect import mavlink
+from wire.plans import ITEMS_MOST, Plan, PlanItem, read_item
+
+RESTARTS_MOST: Final = 3
+_PASSING: Final = frozenset(
+    {
+        mavlink.MAV_MISSION_ACCEPTED,
+        mavlink.MAV_MISSION_ERROR,
+        mavlink.MAV_MISSION_INVALID_SEQUENCE,
+        mavlink.MAV_MISSION_OPERATION_CANCELLED,
+    }
+)
+"""These may be late answers to the upload before: they end nothing, and are told where nothing else comes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Downloaded:
+    """The whole plan (without home)."""
+
+    plan: Plan
+
+
+@dataclass(frozen=True, slots=True)
+class DownloadFailed:
+    """`why`: a part of a sentence. `code`: name of the MAV_MISSION_RESULT, or empty."""
+
+    why: str
+    code: str = ""
+    item: int | None = None
+
+
+class PlanDownload:
+    """Call `due` at each tick and after each `heard`, until `end` is there."""
+
+    def __init__(self, talk: PlanTalk, patience: Patience) -> None:
+        self._talk = talk
+        self._patience = patience
+        self._asking = Repeated(patience.tries)
+        self._asking.ask(talk.ask_count(), patience.first_s)
+        self._out: list[bytes] = []
+        self._count: int | None = None
+        self._items: list[PlanItem] = []
+        self._restarts = 0
+        self._denied_since: float | None = None
+        self._last_no: int | None = None
+        self.end: Downloaded | DownloadFailed | None = None
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Items read, and items there are (0 until known), home not counted."""
+        first = self._talk.first
+        return max(len(self._items) - first, 0), max((self._count or 0) - first, 0)
+
+    def heard(self, message: Any, now: float) -> None:
+        """A message of the autopilot that is meant for us."""
+        if self.end is not None or not self._talk.concerns(message):
+            return
+        name = message.get_type()
+        if name == "MISSION_COUNT":
+            self._counted(message.count)
+        elif name == "MISSION_ITEM_INT":
+            self._item(message)
+        elif name == "MISSION_ACK":
+            self._acknowledged(message.type, now)
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        if self.end is None and self._asking.given_up(now):
+            self._give_up()
+        out, self._out = self._out, []
+        question = None if self.end is not None else self._asking.due(now)
+        return out if question is None else [*out, question]
+
+    def _counted(self, count: int) -> None:
+        if self._count == count:
+            return  # an answer to a repetition
+        if self._count is not None:
+            self._restarts += 1
+            if self._restarts > RESTARTS_MOST:
+                self.end = DownloadFailed("the plan on board kept changing while it was read")
+                return
+        if count > ITEMS_MOST + self._talk.first:
+            self.end = DownloadFailed(f"the autopilot says that it has {count} items, more than {ITEMS_MOST}")
+            return
+        self._count, self._items, self._last_no = count, [], None
+        self._next()
+
+    def _item(self, message: Any) -> None:
+        if self._count is None or message.seq != len(self._items):
+            return
+        try:
+            self._items.append(read_item(message))
+        except ValueError:
+            item = len(self._items) - self._talk.first
+            self.end = DownloadFailed("the autopilot tells an item that has no number where one must be", item=item)
+            return
+        self._next()
+
+    def _next(self) -> None:
+        if len(self._items) != self._count:
+            self._asking.ask(self._talk.ask_item(len(self._items)), self._patience.next_s)
+            return
+        self._asking.answered()
+        self._out.append(self._talk.acknowledge(mavlink.MAV_MISSION_ACCEPTED))
+        self.end = Downloaded(self._talk.from_board(tuple(self._items)))
+
+    def _acknowledged(self, result: int, now: float) -> None:
+        if result in _PASSING:
+            self._last_no = None if result == mavlink.MAV_MISSION_ACCEPTED else result
+            return
+        if result == mavlink.MAV_MISSION_DENIED:
+            self._denied_since = now if self._denied_since is None else self._denied_since
+            if now - self._denied_since < self._patience.busy_s:
+                self._count, self._items = None, []
+                self._asking.ask(self._talk.ask_count(), self._patience.first_s)
+                self._asking.postpone(now)
+                return
+        self.end = DownloadFailed(sentence(result), code_name(result), self._item_asked)
+
+    def _give_up(self) -> None:
+        if self._last_no is not None:
+            self.end = DownloadFailed(sentence(self._last_no), code_name(self._last_no), self._item_asked)
+        elif self._count is None:
+            self.end = DownloadFailed("the autopilot does not answer when it is asked for its plan")
+        else:
+            number = len(self._items) - self._talk.first + 1
+            asked = f"item {number}" if number > 0 else "home"
+            self.end = DownloadFailed(f"the autopilot does not answer when it is asked for {asked}")
+
+    @property
+    def _item_asked(self) -> int | None:
+        item = len(self._items) - self._talk.first
+        return item if self._count is not None and item >= 0 else None

@@ -1,0 +1,279 @@
+"""Puts a plan on board, all of it or none: the old plan is read and kept, the new one written and read back.
+
+Only what was read back is believed. No I/O but the journal's; takes `now`.
+
+    LEARNING     reading the plan that is on board; nothing is written yet
+    WRITING      the intent is in the journal; the new plan goes up
+    READING      what is on board now?  the new plan: done  /  the old one: untouched  /  else RESTORING
+    RESTORING    the old plan goes up
+    PROVING      what is on board now?  the old plan: put back  /  else RESTORING again, then nobody knows
+
+A recovery after a crash is the same from READING on, with both plans from the journal.
+
+Laws, each with a test:
+- The journal has the intent before the first frame of a write, and until a read-back shows one whole plan.
+- Stopping it (cancel, deadline, another epoch) before the read-back has shown the new plan puts the old one back.
+- A plan that the autopilot keeps in its own way passes for the one that was sent only where the autopilot acknowledged
+  it; else every bit must be the same, because old and new may differ in just such a field.
+- Where it ends without knowing what is on board, the journal keeps the intent.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Final
+
+from onboard_agent.transactions.journal import Intent, JournalStore, write_intent
+from onboard_agent.transactions.patience import Patience
+from onboard_agent.transactions.plan_download import DownloadFailed, PlanDownload
+from onboard_agent.transactions.plan_talk import PlanTalk
+from onboard_agent.transactions.plan_words import THE, item_words
+from onboard_agent.transactions.plan_write import PlanWrite, WriteFailed, Written
+from wire.plan_comparison import Change, changes, same_plan
+from wire.plans import Plan
+from wire.transactions import Outcome
+
+READS_MOST: Final = 2
+RESTORES_MOST: Final = 3
+
+
+class Phase(StrEnum):
+    """Where a replacement is; told as its progress."""
+
+    LEARNING = "learning"
+    WRITING = "writing"
+    READING = "reading"
+    RESTORING = "restoring"
+    PROVING = "proving"
+
+
+@dataclass(frozen=True, slots=True)
+class ReplacementEnd:
+    """`on_board`: the plan as the autopilot has it, None where nobody knows. `is_new`: it is the new one."""
+
+    outcome: Outcome
+    words: str
+    on_board: Plan | None
+    is_new: bool
+    code: str = ""
+    item: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Trouble:
+    outcome: Outcome
+    why: str
+    code: str = ""
+    item: int | None = None
+
+
+class PlanReplacement:
+    """Call `due` at each tick and after each `heard`, until `end` is there; `stop` where it is not wanted any more."""
+
+    def __init__(
+        self, talk: PlanTalk, new: Plan, journal: JournalStore, patience: Patience, *, left_open: Intent | None = None
+    ) -> None:
+        """`left_open`: what the journal has of an earlier write: its old plan is the one to go back to."""
+        self._talk = talk
+        self._new = new
+        self._journal = journal
+        self._patience = patience
+        self._old: Plan = () if left_open is None else left_open.old
+        self._old_known = left_open is not None
+        self._trouble: _Trouble | None = None
+        self._recovers = False
+        self._accepted = False
+        self._reads = 0
+        self._restores = 0
+        self._part: PlanDownload | PlanWrite = PlanDownload(talk, patience)
+        self._out: list[bytes] = []
+        self.phase = Phase.LEARNING
+        self.end: ReplacementEnd | None = None
+
+    @classmethod
+    def recovery(cls, talk: PlanTalk, intent: Intent, journal: JournalStore, patience: Patience) -> "PlanReplacement":
+        """After a crash, or where it ended without knowing: the plan on board becomes one of the two."""
+        made = cls(talk, intent.new, journal, patience, left_open=intent)
+        made._recovers = True
+        made._trouble = _Trouble(Outcome.FAILED, "the agent was interrupted while it wrote")
+        made.phase = Phase.READING
+        return made
+
+    @property
+    def progress(self) -> tuple[Phase, int, int]:
+        """The phase; items done in it, and items in all."""
+        return (self.phase, *self._part.progress)
+
+    @property
+    def has_written(self) -> bool:
+        """Whether the plan on board may be another than before."""
+        return self.phase is not Phase.LEARNING
+
+    def heard(self, message: Any, now: float) -> None:
+        """A message of the autopilot that is meant for us."""
+        if self.end is None:
+            self._part.heard(message, now)
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        out, self._out = self._out, []
+        out += self._part.due(now)
+        while self.end is None and self._part.end is not None:
+            self._advance()
+            out += self._part.due(now)
+        return out
+
+    def stop(self, outcome: Outcome, why: str) -> None:
+        """It is not wanted any more. `why`: a part of a sentence."""
+        if self.end is not None or self._trouble is not None:
+            return
+        self._trouble = _Trouble(outcome, why)
+        if self.phase is Phase.LEARNING:
+            self._finish(on_board=None, is_new=False, words="Nothing was written; the plan on board is as it was.")
+        elif isinstance(self._part, PlanWrite):
+            self._out += self._part.stop()
+            self._read()
+
+    def _advance(self) -> None:
+        match self.phase:
+            case Phase.LEARNING:
+                self._learnt()
+            case Phase.WRITING:
+                self._written()
+            case Phase.READING:
+                self._read_back()
+            case Phase.RESTORING:
+                self._accepted = isinstance(self._part.end, Written)
+                self._begin(Phase.PROVING, PlanDownload(self._talk, self._patience))
+            case Phase.PROVING:
+                self._proved()
+
+    def _learnt(self) -> None:
+        end = self._part.end
+        if isinstance(end, DownloadFailed):
+            self._trouble = _Trouble(Outcome.FAILED, end.why, end.code)
+            self._finish(on_board=None, is_new=False, words="Nothing was written; the plan on board is as it was.")
+            return
+        on_board = self._plan_read
+        if not changes(self._new, on_board):
+            self._finish(on_board=on_board, is_new=True, words=f"The {self._the} was on board already.")
+            return
+        if not self._old_known:
+            self._old, self._old_known = on_board, True
+        try:
+            write_intent(self._journal, self._talk.kind, old=self._old, new=self._new)
+        except OSError as error:
+            self._trouble = _Trouble(Outcome.FAILED, f"the agent cannot write its journal ({error.strerror or error})")
+            self._finish(on_board=on_board, is_new=False, words="Nothing was written; the plan on board is as it was.")
+            return
+        self._begin(Phase.WRITING, PlanWrite(self._talk, self._new, self._patience))
+
+    def _written(self) -> None:
+        end = self._part.end
+        self._accepted = isinstance(end, Written)
+        if isinstance(end, WriteFailed) and self._trouble is None:
+            self._trouble = _Trouble(Outcome.FAILED, end.why, end.code, end.item)
+        self._read()
+
+    def _read(self) -> None:
+        self._reads += 1
+        self._begin(Phase.READING, PlanDownload(self._talk, self._patience))
+
+    def _read_back(self) -> None:
+        if isinstance(self._part.end, DownloadFailed):
+            self._not_read(self._part.end)
+            return
+        on_board = self._plan_read
+        stopped = self._trouble is not None and self._trouble.outcome is not Outcome.FAILED
+        if self._shows(self._new, on_board) and not stopped:
+            self._finish(on_board=on_board, is_new=True, words=_done_words(self._the, self._new, on_board))
+        elif not changes(self._old, on_board):
+            self._finish(on_board=on_board, is_new=False, words=f"The old {self._the} is untouched.")
+        else:
+            if self._trouble is None:
+                self._trouble = _trouble_of(changes(self._new, on_board))
+            self._restore()
+
+    def _not_read(self, end: DownloadFailed) -> None:
+        if self._trouble is None or self._recovers:
+            self._trouble = _Trouble(Outcome.FAILED, end.why, end.code)
+        if self._reads < READS_MOST:
+            self._read()
+        elif self._recovers:
+            self._unknown()  # the autopilot does not talk: writing to it now would only make it worse
+        else:
+            self._restore()
+
+    def _shows(self, plan: Plan, on_board: Plan) -> bool:
+        return same_plan(plan, on_board) if self._accepted else not changes(plan, on_board)
+
+    def _restore(self) -> None:
+        self._restores += 1
+        self._begin(Phase.RESTORING, PlanWrite(self._talk, self._old, self._patience))
+
+    def _proved(self) -> None:
+        if not isinstance(self._part.end, DownloadFailed):
+            on_board = self._plan_read
+            if self._shows(self._old, on_board):
+                words = f"The old {self._the} was put back." if self._old else f"There is no {self._the} on board now."
+                self._finish(on_board=on_board, is_new=False, words=words)
+                return
+        if self._restores < RESTORES_MOST:
+            self._restore()
+        else:
+            self._unknown()
+
+    def _unknown(self) -> None:
+        words = f"The {self._the} on board is not known: do not fly it."
+        self._finish(on_board=None, is_new=False, words=words, proved=False)
+
+    def _finish(self, *, on_board: Plan | None, is_new: bool, words: str, proved: bool = True) -> None:
+        if is_new or (proved and self.has_written):
+            self._remove_intent()
+        trouble = None if is_new else self._trouble
+        if trouble is None:
+            self.end = ReplacementEnd(Outcome.DONE, words, on_board, is_new)
+            return
+        why = f"{item_words(trouble.item)}{trouble.why}. "
+        sentence = why[0].upper() + why[1:] + words
+        self.end = ReplacementEnd(trouble.outcome, sentence, on_board, is_new, trouble.code, trouble.item)
+
+    def _remove_intent(self) -> None:
+        try:
+            self._journal.remove(self._talk.kind)
+        except OSError:
+            return  # the next start reads back once more and finds one whole plan
+
+    def _begin(self, phase: Phase, part: PlanDownload | PlanWrite) -> None:
+        self.phase, self._part = phase, part
+
+    @property
+    def _plan_read(self) -> Plan:
+        end = self._part.end
+        assert end is not None and not isinstance(end, DownloadFailed | WriteFailed) and hasattr(end, "plan")
+        return end.plan
+
+    @property
+    def _the(self) -> str:
+        return THE[self._talk.kind]
+
+
+def _done_words(the: str, new: Plan, on_board: Plan) -> str:
+    done = f"The {the} is on board, read back and compared: {len(new)} items."
+    kept = changes(new, on_board)
+    if not kept:
+        return done
+    items = sorted({change.item for change in kept})
+    return f"{done} The autopilot keeps {len(kept)} values in its own way, the first in item {items[0] + 1}."
+
+
+def _trouble_of(found: list[Change]) -> _Trouble:
+    worst = next(change for change in found if not change.harmless)
+    if worst.field == "count":
+        why = f"the autopilot took it, but {worst.kept:.0f} items of {worst.sent:.0f} are on board"
+        return _Trouble(Outcome.FAILED, why)
+    why = f"the autopilot took it, but has {worst.field} {_told(worst.kept)} where {_told(worst.sent)} was sent"
+    return _Trouble(Outcome.FAILED, why, item=worst.item)
+
+
+def _told(value: float | None) -> str:
+    return "nothing" if value is None else f"{value:.9g}"

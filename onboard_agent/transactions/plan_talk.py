@@ -1,0 +1,89 @@
+"""What is said to the autopilot about one plan, and its numbering. Pure.
+
+People and the tower number a plan from 0, without home. ArduPilot keeps home in slot 0 of a mission, so that there
+every number is one more: of the items, and in the jumps from one to another.
+"""
+
+from typing import Any, Final
+
+import msgspec
+
+from onboard_agent.own_frames import FrameMaker, agent_sender
+from wire.dialect import mavlink
+from wire.plans import Plan, PlanItem, PlanKind, item_message
+
+_AUTOPILOT_COMPONENT: Final = 1
+_HOME_PLACEHOLDER: Final = PlanItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL)
+"""Goes up as slot 0; the autopilot puts its home there."""
+
+
+class PlanTalk:
+    """Makes the frames of one kind of plan for one vehicle. `home_slot`: slot 0 of its missions is home."""
+
+    def __init__(self, kind: PlanKind, maker: FrameMaker, *, vehicle_system_id: int, home_slot: bool) -> None:
+        self.kind = kind
+        self._maker = maker
+        self._system = vehicle_system_id
+        self.first = 1 if home_slot and kind is PlanKind.MISSION else 0
+        """The autopilot's number of our item 0."""
+
+    def to_board(self, plan: Plan) -> Plan:
+        """The items as the autopilot numbers them."""
+        if not self.first:
+            return plan
+        return (_HOME_PLACEHOLDER, *(_jump_moved(item, 1) for item in plan))
+
+    def from_board(self, items: Plan) -> Plan:
+        """The plan in what the autopilot told."""
+        if not self.first:
+            return items
+        return tuple(_jump_moved(item, -1) for item in items[1:])
+
+    def ask_count(self) -> bytes:
+        """MISSION_REQUEST_LIST."""
+        return self._frame(mavlink.MAVLink_mission_request_list_message(*self._target, self._type))
+
+    def ask_item(self, seq: int) -> bytes:
+        """MISSION_REQUEST_INT."""
+        return self._frame(mavlink.MAVLink_mission_request_int_message(*self._target, seq, self._type))
+
+    def offer(self, count: int) -> bytes:
+        """MISSION_COUNT, which begins an upload."""
+        return self._frame(mavlink.MAVLink_mission_count_message(*self._target, count, self._type))
+
+    def item(self, seq: int, item: PlanItem) -> bytes:
+        """MISSION_ITEM_INT."""
+        made = item_message(
+            item, seq=seq, kind=self.kind, target_system=self._system, target_component=_AUTOPILOT_COMPONENT
+        )
+        return self._frame(made)
+
+    def clear(self) -> bytes:
+        """MISSION_CLEAR_ALL, of this kind only."""
+        return self._frame(mavlink.MAVLink_mission_clear_all_message(*self._target, self._type))
+
+    def acknowledge(self, result: int) -> bytes:
+        """MISSION_ACK: a download is complete, or given up."""
+        return self._frame(mavlink.MAVLink_mission_ack_message(*self._target, result, self._type))
+
+    def concerns(self, message: Any) -> bool:
+        """Whether a message of the mission protocol is about this kind of plan."""
+        return bool(getattr(message, "mission_type", 0) == self._type)
+
+    @property
+    def _type(self) -> int:
+        return self.kind.mission_type
+
+    @property
+    def _target(self) -> tuple[int, int]:
+        return self._system, _AUTOPILOT_COMPONENT
+
+    def _frame(self, message: Any) -> bytes:
+        return self._maker.make(message, agent_sender(self._system))
+
+
+def _jump_moved(item: PlanItem, by: int) -> PlanItem:
+    target = item.params[0]
+    if item.command != mavlink.MAV_CMD_DO_JUMP or target is None:
+        return item
+    return msgspec.structs.replace(item, params=(target + by, *item.params[1:]))

@@ -1,0 +1,46 @@
+"""The mission protocol's results in words: code names for programs, sentences for people. Pure."""
+
+from typing import Final
+
+from wire.dialect import mavlink
+from wire.plans import PlanKind
+
+THE: Final = {
+    PlanKind.MISSION: "mission",
+    PlanKind.FENCE: "fence",
+    PlanKind.RALLY: "list of rally points",
+}
+
+_SENTENCES: Final[dict[int, str]] = {
+    mavlink.MAV_MISSION_ERROR: "the autopilot reports an error and does not say which",
+    mavlink.MAV_MISSION_UNSUPPORTED_FRAME: "the autopilot does not know this coordinate frame",
+    mavlink.MAV_MISSION_UNSUPPORTED: "the autopilot does not know this command",
+    mavlink.MAV_MISSION_NO_SPACE: "the autopilot has no room for so many items",
+    mavlink.MAV_MISSION_INVALID: "the autopilot calls a value invalid",
+    mavlink.MAV_MISSION_INVALID_PARAM1: "the autopilot calls parameter 1 invalid",
+    mavlink.MAV_MISSION_INVALID_PARAM2: "the autopilot calls parameter 2 invalid",
+    mavlink.MAV_MISSION_INVALID_PARAM3: "the autopilot calls parameter 3 invalid",
+    mavlink.MAV_MISSION_INVALID_PARAM4: "the autopilot calls parameter 4 invalid",
+    mavlink.MAV_MISSION_INVALID_PARAM5_X: "the autopilot calls the latitude (x) invalid",
+    mavlink.MAV_MISSION_INVALID_PARAM6_Y: "the autopilot calls the longitude (y) invalid",
+    mavlink.MAV_MISSION_INVALID_PARAM7: "the autopilot calls the height (z) invalid",
+    mavlink.MAV_MISSION_INVALID_SEQUENCE: "the autopilot got an item out of order",
+    mavlink.MAV_MISSION_DENIED: "the autopilot denies it now",
+    mavlink.MAV_MISSION_OPERATION_CANCELLED: "the autopilot cancelled it",
+}
+
+
+def code_name(result: int) -> str:
+    """The name of a MAV_MISSION_RESULT, for instance MAV_MISSION_NO_SPACE."""
+    known = mavlink.enums["MAV_MISSION_RESULT"].get(result)
+    return str(known.name) if known is not None else f"MAV_MISSION_RESULT {result}"
+
+
+def sentence(result: int) -> str:
+    """Why, without a full stop."""
+    return _SENTENCES.get(result, f"the autopilot answers {code_name(result)}")
+
+
+def item_words(item: int | None) -> str:
+    """`item` from 0, told from 1."""
+    return "" if item is None else f"item {item + 1}: "

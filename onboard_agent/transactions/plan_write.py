@@ -1,0 +1,111 @@
+"""Writes one plan to the autopilot, or clears it: what the protocol can say of it, no more. No I/O; takes `now`.
+
+The autopilot asks, we answer. Whether the plan is on board is not decided here: an acknowledgement can be lost, be
+early, or be that of something older. Reading back decides (plan_replacement).
+
+Laws, each with a test:
+- Whatever item is asked for is answered, however often; one that is not in the plan never.
+- No item is sent without being asked for: a second copy of the last is an error to some autopilots.
+- An error before the first question is the answer to something older.
+- A plan of no items goes as MISSION_CLEAR_ALL.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from onboard_agent.transactions.patience import Patience, Repeated
+from onboard_agent.transactions.plan_talk import PlanTalk
+from onboard_agent.transactions.plan_words import code_name, sentence
+from wire.dialect import mavlink
+from wire.plans import Plan
+
+_REQUESTS: Final = frozenset({"MISSION_REQUEST", "MISSION_REQUEST_INT"})
+_PASSING: Final = frozenset({mavlink.MAV_MISSION_OPERATION_CANCELLED, mavlink.MAV_MISSION_INVALID_SEQUENCE})
+"""The first belongs to something older, the second is followed by the question for the right item."""
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """The autopilot says that it has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class WriteFailed:
+    """It refused (with `code`), or said nothing any more. `item`: of the plan, from 0."""
+
+    why: str
+    code: str = ""
+    item: int | None = None
+
+
+class PlanWrite:
+    """Call `due` at each tick and after each `heard`, until `end` is there."""
+
+    def __init__(self, talk: PlanTalk, plan: Plan, patience: Patience) -> None:
+        self._talk = talk
+        self._patience = patience
+        self._items = talk.to_board(plan) if plan else ()
+        self._asking = Repeated(patience.tries)
+        self._asking.ask(talk.offer(len(self._items)) if plan else talk.clear(), patience.first_s)
+        self._out: list[bytes] = []
+        self._asked_for: int | None = None
+        self._most = 0
+        self._heard_at: float | None = None
+        self.end: Written | WriteFailed | None = None
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Items sent, and items in the plan, home not counted."""
+        first = self._talk.first if self._items else 0
+        return max(self._most - first, 0), len(self._items) - first
+
+    def heard(self, message: Any, now: float) -> None:
+        """A message of the autopilot that is meant for us."""
+        if self.end is not None or not self._talk.concerns(message):
+            return
+        name = message.get_type()
+        if name in _REQUESTS:
+            self._requested(message.seq, now)
+        elif name == "MISSION_ACK":
+            self._acknowledged(message.type)
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        if self.end is None:
+            self._look_at_the_clock(now)
+        out, self._out = self._out, []
+        question = None if self.end is not None else self._asking.due(now)
+        return out if question is None else [*out, question]
+
+    def stop(self) -> list[bytes]:
+        """We want it no more: what tells the autopilot so."""
+        return [self._talk.acknowledge(mavlink.MAV_MISSION_OPERATION_CANCELLED)]
+
+    def _requested(self, seq: int, now: float) -> None:
+        if seq >= len(self._items):
+            return
+        self._asking.answered()
+        self._heard_at = now
+        self._asked_for = seq
+        self._most = max(self._most, seq + 1)
+        self._out.append(self._talk.item(seq, self._items[seq]))
+
+    def _acknowledged(self, result: int) -> None:
+        if result in _PASSING or (result == mavlink.MAV_MISSION_ERROR and self._items and self._asked_for is None):
+            return
+        if result == mavlink.MAV_MISSION_ACCEPTED:
+            self.end = Written()
+        else:
+            self.end = WriteFailed(sentence(result), code_name(result), self._item)
+
+    def _look_at_the_clock(self, now: float) -> None:
+        if self._asking.given_up(now):
+            self.end = WriteFailed("the autopilot does not answer")
+        elif self._heard_at is not None and now - self._heard_at >= self._patience.silence_s:
+            self.end = WriteFailed("the autopilot stopped asking for items and never said whether it has them")
+
+    @property
+    def _item(self) -> int | None:
+        if self._asked_for is None or self._asked_for < self._talk.first:
+            return None
+        return self._asked_for - self._talk.first

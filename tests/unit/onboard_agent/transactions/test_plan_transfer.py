@@ -1,0 +1,299 @@
+"""Plans go up and come down through the simulator's own server half, in fair weather and with each named failure."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+from plan_line import (
+    NEW,
+    OLD,
+    Failure,
+    InPlaceServer,
+    Line,
+    Outcome,
+    PlanClearWork,
+    PlanDownloadWork,
+    PlanOnBoard,
+    PlanUploadWork,
+    PlanVerifyWork,
+    SimulatorServer,
+    TransactionProgress,
+    waypoints,
+)
+
+from simulator.dialect import Codec, Message, mavlink
+from simulator.px4.flavour import PX4
+from wire.plans import PlanItem, PlanKind, plan_hash
+
+FENCE = tuple(PlanItem(5001, 0, (3.0, 0.0, 0.0, 0.0), 473970000 + i * 1000, 85450000 - i * i) for i in range(3))
+RALLY = (PlanItem(5100, 3, x=473980000, y=85460000, z=42.5),)
+PLANS = {PlanKind.MISSION: NEW, PlanKind.FENCE: FENCE, PlanKind.RALLY: RALLY}
+
+
+def line_with(*failures: Failure) -> Line:
+    line = Line(partial(SimulatorServer, failures=failures))
+    line.server.on_reset = lambda: setattr(line, "silent_until", line.now + 4.0)
+    line.load(OLD)
+    return line
+
+
+@pytest.mark.parametrize("kind", list(PlanKind))
+def test_a_plan_goes_up_is_read_back_and_comes_down(kind: PlanKind) -> None:
+    line = line_with()
+    plan = PLANS[kind]
+    result = line.upload(plan, kind)
+    assert result.outcome is Outcome.DONE, result.words
+    assert line.on_board(kind) == plan
+    told = line.told(PlanOnBoard)[-1]
+    assert (told.hash, told.count, told.items, told.fit_to_fly) == (plan_hash(kind, plan), len(plan), plan, True)
+    assert line.journal.records == {}
+    assert line.do(PlanDownloadWork(kind)).plan == plan
+    assert line.do(PlanVerifyWork(kind, plan)).outcome is Outcome.DONE
+    other = line.do(PlanVerifyWork(kind, (*plan[:-1], PlanItem(17))))
+    assert (other.outcome, other.item) == (Outcome.FAILED, len(plan) - 1)
+    assert line.do(PlanClearWork(kind)).outcome is Outcome.DONE
+    assert line.on_board(kind) == ()
+    assert line.do(PlanDownloadWork(kind)).plan == ()
+
+
+@pytest.mark.parametrize("flavour", [None, PX4], ids=["ardupilot", "px4"])
+def test_jumps_and_numbers_are_those_of_the_plan_whatever_the_autopilot_counts(flavour: object) -> None:
+    make = SimulatorServer if flavour is None else partial(SimulatorServer, flavour=flavour)
+    line = Line(make, home_slot=flavour is None)
+    plan = (*waypoints(3), PlanItem(177, 2, (1.0, 2.0, 0.0, 0.0)))
+    assert line.upload(plan).outcome is Outcome.DONE
+    jump = line.server.plan(PlanKind.MISSION)[-1]
+    assert jump.params[0] == (2.0 if flavour is None else 1.0)
+    assert len(line.server.plan(PlanKind.MISSION)) == (5 if flavour is None else 4)
+    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == plan
+
+
+@pytest.mark.parametrize(
+    ("failure", "expected"),
+    [
+        (Failure.FIRST_MISSION_REQUEST_IGNORED, "new"),
+        (Failure.MISSION_FINAL_ACK_MISSING, "new"),
+        (Failure.OLD_MISSION_REQUESTS, "new"),
+        (Failure.MISSION_WRONG_SEQUENCE, "new"),
+        (Failure.MISSION_REQUESTS_TWICE, "new"),
+        (Failure.MISSION_WRITTEN_IN_PLACE, "new"),
+        (Failure.REBOOT_DURING_UPLOAD, "old"),
+        (Failure.MISSION_FULL, "old"),
+    ],
+)
+def test_each_named_failure_leaves_one_whole_plan_and_says_so(failure: Failure, expected: str) -> None:
+    line = line_with(failure)
+    result = line.upload(NEW)
+    assert line.on_board() == (NEW if expected == "new" else OLD)
+    assert result.outcome is (Outcome.DONE if expected == "new" else Outcome.FAILED), result.words
+    assert ("on board, read back" if expected == "new" else "The old mission is untouched.") in result.words
+    assert line.desk.why_no_start is None
+    assert line.journal.records == {}
+
+
+@pytest.mark.parametrize("in_place", [False, True])
+def test_half_a_plan_that_was_acknowledged_too_early_is_noticed_and_replaced(in_place: bool) -> None:
+    line = line_with(Failure.MISSION_ENDS_EARLY, *([Failure.MISSION_WRITTEN_IN_PLACE] if in_place else []))
+    result = line.upload(NEW)
+    assert result.outcome is Outcome.FAILED
+    assert result.words == (
+        "The autopilot took it, but 2 items of 5 are on board. The mission on board is not known: do not fly it."
+    )  # for the old one ends early too
+    assert line.on_board() not in (OLD, NEW) and line.desk.why_no_start is not None
+    line.server.failures.clear()
+    line.run(20.0)
+    assert line.on_board() == OLD and line.desk.why_no_start is None
+
+
+def test_each_tenth_frame_lost_both_ways_costs_time_and_nothing_else() -> None:
+    line = line_with()
+    line.to_agent = line.to_server = lambda number, _message: 0 if number % 10 == 0 else 1
+    plan = waypoints(60)
+    result = line.upload(plan)
+    assert result.outcome is Outcome.DONE, result.words
+    assert line.on_board() == plan
+    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == plan
+
+
+def test_every_frame_doubled_both_ways_changes_nothing() -> None:
+    line = line_with()
+    line.to_agent = line.to_server = lambda _number, _message: 2
+    plan = waypoints(20)
+    assert line.upload(plan).outcome is Outcome.DONE
+    assert line.on_board() == plan == line.do(PlanDownloadWork(PlanKind.MISSION)).plan
+
+
+def test_the_item_that_is_refused_is_named_by_the_plans_number_and_the_reason() -> None:
+    line = line_with()
+    plan = (*NEW[:3], PlanItem(31000, 3), *NEW[3:])
+    result = line.upload(plan)
+    assert (result.outcome, result.item, result.code) == (Outcome.FAILED, 3, "MAV_MISSION_UNSUPPORTED")
+    assert result.words == ("Item 4: the autopilot does not know this command. The old mission is untouched.")
+    assert line.on_board() == OLD
+
+
+def test_a_refusal_in_the_middle_of_what_is_written_in_place_puts_the_old_plan_back() -> None:
+    line = line_with(Failure.MISSION_WRITTEN_IN_PLACE)
+    result = line.upload((*NEW[:3], PlanItem(31000, 3)))
+    assert (result.outcome, result.item) == (Outcome.FAILED, 3)
+    assert result.words.endswith("The old mission was put back.")
+    assert line.on_board() == OLD
+    assert line.desk.why_no_start is None
+
+
+@pytest.mark.parametrize("in_place", [False, True])
+def test_a_silent_autopilot_ends_in_words_and_a_refusal_to_fly_what_nobody_knows(in_place: bool) -> None:
+    line = Line(InPlaceServer) if in_place else line_with()
+    line.load(OLD)
+    line.begin(PlanUploadWork(PlanKind.MISSION, NEW))
+    while (line.on_board()[:1] != NEW[:1] and in_place) or line.journal.records == {}:
+        line.step()
+    line.silent_until = line.now + 300.0
+    result = line.result(300.0)
+    assert result.outcome is Outcome.FAILED
+    assert "The mission on board is not known: do not fly it." in result.words
+    assert line.desk.why_no_start is not None and "upload it again" in line.desk.why_no_start
+    assert line.told(PlanOnBoard)[-1].hash is None and not line.told(PlanOnBoard)[-1].fit_to_fly
+    line.silent_until = 0.0
+    line.run(60.0)
+    assert line.desk.why_no_start is None
+    assert line.on_board() == OLD
+    assert line.told(PlanOnBoard)[-1].items == OLD
+
+
+def test_nothing_is_written_where_the_old_plan_cannot_be_read_or_the_journal_cannot_be_kept() -> None:
+    line = line_with()
+    line.silent_until = line.now + 60.0
+    result = line.upload(NEW)
+    assert result.outcome is Outcome.FAILED and "Nothing was written" in result.words
+    line.silent_until = 0.0
+    line.journal.broken = True
+    result = line.upload(NEW)
+    assert result.words == (
+        "The agent cannot write its journal (No space left on device). "
+        "Nothing was written; the plan on board is as it was."
+    )
+    assert line.on_board() == OLD and line.desk.why_no_start is None
+
+
+def test_a_plan_that_is_there_already_is_not_written_again() -> None:
+    line = line_with()
+    sent: list[str] = []
+
+    def listen(_number: int, message: Message) -> int:
+        sent.append(message.get_type())
+        return 1
+
+    line.to_server = listen
+    assert "already" in line.upload(OLD).words
+    assert "MISSION_REQUEST_LIST" in sent and "MISSION_COUNT" not in sent
+
+
+def test_progress_is_told_five_times_a_second_at_most_and_grows() -> None:
+    line = line_with()
+    line.begin(PlanUploadWork(PlanKind.MISSION, waypoints(200)))
+    began = line.now
+    line.result()
+    progress = line.told(TransactionProgress)
+    assert 3 < len(progress) <= 5 * (line.now - began) + 2
+    writing = [one.done for one in progress if one.phase == "writing"]
+    assert writing == sorted(writing) and {one.total for one in progress if one.phase == "writing"} == {200}
+
+
+def test_a_second_one_is_refused_as_busy_whatever_its_kind() -> None:
+    line = line_with()
+    line.begin(PlanUploadWork(PlanKind.FENCE, FENCE))
+    line.run(0.05)
+    refused = line.do(PlanDownloadWork(PlanKind.MISSION))
+    assert (refused.outcome, refused.words) == (Outcome.REFUSED, "Busy: the fence is being written.")
+    line.run(3.0)
+    assert line.on_board(PlanKind.FENCE) == FENCE
+
+
+def test_while_a_plan_is_written_no_mission_is_started_and_nobody_else_writes() -> None:
+    line = line_with()
+    assert line.desk.why_no_start is None and not line.desk.keeps_out(44)
+    line.begin(PlanUploadWork(PlanKind.MISSION, NEW))
+    assert line.desk.why_no_start == "The mission is being written: no mission is started now."
+    assert line.desk.keeps_out(44) and line.desk.keeps_out(73) and not line.desk.keeps_out(43)
+    line.result()
+    assert line.desk.why_no_start is None and not line.desk.keeps_out(44)
+    line.begin(PlanDownloadWork(PlanKind.MISSION))
+    assert line.desk.why_no_start is None and not line.desk.keeps_out(44)
+
+
+@pytest.mark.parametrize("server", [SimulatorServer, InPlaceServer])
+@pytest.mark.parametrize("how", ["cancel", "epoch", "deadline"])
+def test_stopping_an_upload_at_any_step_leaves_the_old_plan_or_the_new_one_that_was_done(
+    server: type, how: str
+) -> None:
+    outcomes = {"cancel": Outcome.CANCELLED, "epoch": Outcome.STALE_EPOCH, "deadline": Outcome.TIMED_OUT}
+    seen = set()
+    for steps in range(0, 60, 2):
+        line = Line(server)
+        line.load(OLD)
+        number = line.begin(
+            PlanUploadWork(PlanKind.MISSION, NEW), deadline_s=(steps + 0.5) / 100 if how == "deadline" else 60
+        )
+        line.run(steps / 100)
+        if how == "cancel":
+            line.desk.cancel(number, line.now)
+        elif how == "epoch":
+            line.desk.epoch_changed(2, line.now)
+        result = line.result()
+        seen.add(result.outcome)
+        assert line.on_board() == (NEW if result.outcome is Outcome.DONE else OLD), (steps, result.words)
+        assert line.desk.why_no_start is None and line.journal.records == {}
+    assert seen == {outcomes[how], Outcome.DONE}
+
+
+def test_what_writes_under_an_older_epoch_is_refused_and_what_reads_is_not() -> None:
+    line = line_with()
+    line.desk.epoch_changed(5, line.now)
+    assert line.do(PlanUploadWork(PlanKind.MISSION, NEW), epoch=4).outcome is Outcome.STALE_EPOCH
+    assert line.do(PlanDownloadWork(PlanKind.MISSION), epoch=4).plan == OLD
+    assert line.do(PlanUploadWork(PlanKind.MISSION, NEW), epoch=5).outcome is Outcome.DONE
+
+
+def heard(line: Line, message: Message, system: int = 1, component: int = 1) -> None:
+    line.desk.heard(Codec(system, component).encode(message), line.now)
+
+
+@pytest.mark.parametrize(
+    ("sender", "target"), [((1, 154), (1, 191)), ((2, 1), (1, 191)), ((1, 1), (1, 190)), ((1, 1), (255, 191))]
+)
+def test_a_refusal_by_others_or_to_others_changes_nothing(sender: tuple[int, int], target: tuple[int, int]) -> None:
+    line = line_with()
+
+    def refused_by_others() -> None:
+        heard(line, mavlink.MAVLink_mission_ack_message(*target, mavlink.MAV_MISSION_NO_SPACE, 0), *sender)
+
+    line.on_step = refused_by_others
+    assert line.upload(NEW).outcome is Outcome.DONE
+    assert line.on_board() == NEW
+
+
+def test_a_refusal_of_another_kind_of_plan_changes_nothing_and_one_of_ours_ends_it() -> None:
+    for kind, outcome in ((1, Outcome.DONE), (0, Outcome.FAILED)):
+        line = line_with()
+        line.begin(PlanUploadWork(PlanKind.MISSION, NEW))
+        while not line.journal.records and line.now < 110.0:
+            line.step()
+        heard(line, mavlink.MAVLink_mission_ack_message(1, 191, mavlink.MAV_MISSION_NO_SPACE, kind))
+        assert line.result().outcome is outcome
+
+
+def test_an_item_that_is_not_in_the_plan_is_never_sent() -> None:
+    line = line_with()
+    sent: list[int] = []
+
+    def listen(_number: int, message: Message) -> int:
+        if message.get_type() == "MISSION_ITEM_INT":
+            sent.append(message.seq)
+        return 1
+
+    line.to_server = listen
+    line.on_step = lambda: heard(line, mavlink.MAVLink_mission_request_int_message(1, 191, len(NEW) + 1, 0))
+    assert line.upload(NEW).outcome is Outcome.DONE
+    assert sorted(set(sent)) == list(range(len(NEW) + 1))
