@@ -1,0 +1,98 @@
+"""One command and its answer: repeated while nothing comes, waited for while it is carried out. No I/O; takes `now`.
+
+Laws, each with a test:
+- A repetition has the next confirmation, so that the autopilot can tell it from a second command.
+- A take-off, a motor test and their like are sent once: one that was carried out unheard must not be carried out again.
+- IN_PROGRESS ends the repetitions and gives it until the deadline.
+- After the deadline nothing is sent, and what comes says nothing.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from wire.dialect import mavlink
+from wire.transactions import Outcome
+
+ANSWER_WITHIN_S: Final = 1.5
+TRIES: Final = 4
+
+ONCE: Final = frozenset(
+    {
+        mavlink.MAV_CMD_NAV_TAKEOFF,
+        mavlink.MAV_CMD_NAV_TAKEOFF_LOCAL,
+        mavlink.MAV_CMD_NAV_VTOL_TAKEOFF,
+        mavlink.MAV_CMD_MISSION_START,
+        mavlink.MAV_CMD_DO_MOTOR_TEST,
+        mavlink.MAV_CMD_DO_PARACHUTE,
+        mavlink.MAV_CMD_DO_FLIGHTTERMINATION,
+        mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN,
+    }
+)
+"""Commands that do something once more when they come once more, confirmation or not."""
+
+_WORDS: Final = {
+    mavlink.MAV_RESULT_ACCEPTED: "The autopilot has accepted it.",
+    mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "The autopilot cannot do it now.",
+    mavlink.MAV_RESULT_DENIED: "The autopilot denies it: a value is wrong.",
+    mavlink.MAV_RESULT_UNSUPPORTED: "The autopilot does not know this command.",
+    mavlink.MAV_RESULT_FAILED: "The autopilot tried and failed.",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class CommandEnd:
+    """`code`: the name of the MAV_RESULT, or empty where none came."""
+
+    outcome: Outcome
+    words: str
+    code: str = ""
+
+
+class CommandAnswer:
+    """Call `due` at each tick until `end` is there; `acknowledged` with each COMMAND_ACK that is meant for us."""
+
+    def __init__(self, command: int, make: Callable[[int], bytes], *, deadline: float) -> None:
+        """`make`: the whole frame with this confirmation, 0..255. `deadline`: on the clock of `now`."""
+        self._command = command
+        self._make = make
+        self._deadline = deadline
+        self._tries = 1 if command in ONCE else TRIES
+        self._sent = 0
+        self._again_at = 0.0
+        self._in_progress = False
+        self.percent: int | None = None
+        """How far it is, where the autopilot says so."""
+        self.end: CommandEnd | None = None
+
+    def acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK from the autopilot to us."""
+        if self.end is not None or ack.command != self._command or not self._sent or now >= self._deadline:
+            return
+        if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
+            self._in_progress = True
+            self.percent = ack.progress if 0 <= ack.progress <= 100 else None
+            return
+        outcome = Outcome.DONE if ack.result == mavlink.MAV_RESULT_ACCEPTED else Outcome.FAILED
+        known = mavlink.enums["MAV_RESULT"].get(ack.result)
+        code = str(known.name) if known is not None else f"MAV_RESULT {ack.result}"
+        self.end = CommandEnd(outcome, _WORDS.get(ack.result, f"The autopilot answers {code}."), code)
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        if self.end is not None:
+            return []
+        if now >= self._deadline:
+            self.end = CommandEnd(Outcome.TIMED_OUT, self._silence)
+            return []
+        if self._in_progress or (self._sent and now < self._again_at) or self._sent >= self._tries:
+            return []
+        self._sent += 1
+        self._again_at = now + ANSWER_WITHIN_S
+        return [self._make(self._sent - 1)]
+
+    @property
+    def _silence(self) -> str:
+        if self._in_progress:
+            return "The autopilot began, and has not said how it ended."
+        return "The autopilot has not answered: whether it does it is not known."
