@@ -1,14 +1,21 @@
 """Parts die while somebody flies by hand: the drone holds, and afterwards the lease is what the rules say."""
 
 import asyncio
+import contextlib
 import shutil
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import pytest
+from udp_proxy import running_proxy
+from worlds.free_ports import free_udp_ports
 from worlds.pilot import ALT_HOLD, Pilot, at_the_controls, fly_by_hand, watching
 from worlds.processes import World, kill_9, wait_for
 
+from wire.dialect import decode
+from wire.frames import split_frames
+
+HOME = ("--count", "1", "--home", "47.3977,8.5456,488,0")
 SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio")
 
 
@@ -23,13 +30,41 @@ def one_drone(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def world(tmp_path: Path, one_drone: Path) -> Iterator[World]:
+def tower_alone(tmp_path: Path, one_drone: Path) -> Iterator[World]:
     shutil.copytree(one_drone, tmp_path, dirs_exist_ok=True)
     with World(tmp_path, prepared=True) as world:
         world.start_tower()
-        world.start_simulated("Kestrel", options=SIMULATOR)
-        world.wait_until_online(world.visitor("admin"), 1)
         yield world
+
+
+@pytest.fixture
+def world(tower_alone: World) -> World:
+    tower_alone.start_simulated("Kestrel", options=SIMULATOR)
+    tower_alone.wait_until_online(tower_alone.visitor("admin"), 1)
+    return tower_alone
+
+
+@contextlib.asynccontextmanager
+async def beside_the_autopilot(world: World) -> AsyncIterator[Pilot]:
+    """Agent and simulator, and somebody who sees what the autopilot says on the line between them, tower or not."""
+    (port,) = free_udp_ports(1)
+    world.start_agent("Kestrel", f"udpin:127.0.0.1:{port}")
+    seen = Pilot(None, None, 1)  # type: ignore[arg-type]
+    async with running_proxy(("127.0.0.1", port)) as line:
+
+        async def read() -> None:
+            while True:
+                while line.up:
+                    _, datagram = line.up.pop(0)
+                    for frame in split_frames(datagram):
+                        seen._see(decode(frame))
+                await asyncio.sleep(0.02)
+
+        reading = asyncio.create_task(read())
+        world.start("simulator", "tower-sim", *HOME, "--out", f"udp:127.0.0.1:{line.port}", *SIMULATOR)
+        await asyncio.to_thread(world.wait_until_online, world.visitor("admin"), 1)
+        yield seen
+        reading.cancel()
 
 
 async def holds(watcher: Pilot, near_m: float, timeout_s: float = 10.0) -> None:
@@ -55,23 +90,23 @@ async def test_the_browser_dies(world: World) -> None:
         assert any(event["type"] == "hold" and event["step"] == "confirmed" for event in watcher.events)
 
 
-async def test_the_tower_dies(world: World) -> None:
-    alice = world.visitor("alice")
-    async with at_the_controls(alice, 1) as pilot:
-        await fly_by_hand(pilot)
-        pilot.hold_sticks(roll=-500)
-        await pilot.until(lambda: abs(pilot.roll_pitch_rad[0]) > 0.1, "leaning")
-        height_m, epoch = pilot.altitude_m, (await asyncio.to_thread(alice.drone, 1))["epoch"]
-        await asyncio.to_thread(kill_9, world.tower)
-    # The agent holds by itself; nobody else is left to say so.
-    await asyncio.to_thread(
-        wait_for, "the agent's own hold", lambda: "hold: confirmed" in world.log_of("agent-Kestrel")
-    )
-    await asyncio.to_thread(world.start_tower)
-    await asyncio.to_thread(world.wait_until_online, world.visitor("admin"), 1)
-    async with watching(world.visitor("admin"), 1) as watcher:
-        await watcher.until(lambda: watcher.mode != -1, "a heartbeat")
-        await holds(watcher, height_m)
+async def test_the_tower_dies(tower_alone: World) -> None:
+    world, alice = tower_alone, tower_alone.visitor("alice")
+    async with beside_the_autopilot(world) as seen:
+        async with at_the_controls(alice, 1) as pilot:
+            await fly_by_hand(pilot)
+            pilot.hold_sticks(roll=-500)
+            await pilot.until(lambda: abs(pilot.roll_pitch_rad[0]) > 0.1, "leaning")
+            height_m, epoch = pilot.altitude_m, (await asyncio.to_thread(alice.drone, 1))["epoch"]
+            await asyncio.to_thread(kill_9, world.tower)
+        # The agent holds by itself; nobody else is left to say so. The next tower may be there only when the hold is
+        # over and the drone on its way home: it is looked at here.
+        await holds(seen, height_m)
+        await asyncio.to_thread(
+            wait_for, "the agent's own hold", lambda: "hold: confirmed" in world.log_of("agent-Kestrel")
+        )
+        await asyncio.to_thread(world.start_tower)
+        await asyncio.to_thread(world.wait_until_online, world.visitor("admin"), 1)
     drone = await asyncio.to_thread(alice.drone, 1)
     assert (drone["holder"]["name"], drone["epoch"]) == ("alice", epoch)
 
