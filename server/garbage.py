@@ -4,23 +4,34 @@ Reference counts free nearly everything at once; only objects that point at each
 it begins after so many *new* objects, and the pictures of a thousand drones that wait for twenty browsers are tens of
 thousands, made and gone five times a second: the whole memory was walked through every 4 s, for 0.25 s each time
 (`python -m bench scale`). So young objects are looked at when there are far more of them, and the old ones at a moment
-that suits.
+that suits: seldom, or when memory has grown, as it does while many connections come and go.
 """
 
 import gc
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 YOUNG_OBJECTS: Final = 20_000
 """New objects after which they are looked through, some 10 ms."""
 
+YOUNG_ROUNDS: Final = 5
+"""Rounds of those after which what has survived since the last time is looked through too."""
+
 NEVER: Final = 1_000_000
-"""Rounds of the young ones before Python would look through older ones by itself."""
+"""Such rounds before Python would look through everything by itself."""
 
 EVERY_S: Final = 3600.0
-"""How often the old ones are looked through while nobody flies by hand."""
+"""How often everything is looked through while nobody flies by hand."""
+
+GROWN_BYTES: Final = 8 * 1024 * 1024
+"""Or when memory has grown by so much since the last time; then at most every AGAIN_S."""
+
+AGAIN_S: Final = 60.0
 
 AT_LEAST_EVERY_S: Final = 24 * 3600.0
+AT_LEAST_BYTES: Final = 256 * 1024 * 1024
 """And whoever flies: what nobody could free must not grow without end."""
 
 
@@ -28,18 +39,38 @@ def settle_memory() -> None:
     """Call it when all that stands for ever is made: that is never walked through again."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(YOUNG_OBJECTS, NEVER, NEVER)
+    gc.set_threshold(YOUNG_OBJECTS, YOUNG_ROUNDS, NEVER)
+
+
+def resident_bytes() -> int:
+    """What the process has in memory now; 0 where the system does not tell."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return 0
 
 
 class FullSearch:
     """Ask it every second."""
 
-    def __init__(self, now: float, collect: Callable[[], object] = gc.collect) -> None:
+    def __init__(
+        self, now: float, *, collect: Callable[[], object] = gc.collect, memory: Callable[[], int] = resident_bytes
+    ) -> None:
         self._collect = collect
+        self._memory = memory
         self._last_at = now
+        self._least = memory()
 
     def look(self, now: float, *, flown_by_hand: bool) -> None:
         """Searches if it is time. `flown_by_hand`: a pause would be felt in somebody's sticks."""
-        if now - self._last_at >= (AT_LEAST_EVERY_S if flown_by_hand else EVERY_S):
+        held = self._memory()
+        self._least = min(self._least, held)
+        since_s, grown = now - self._last_at, held - self._least
+        if flown_by_hand:
+            due = since_s >= AT_LEAST_EVERY_S or (grown >= AT_LEAST_BYTES and since_s >= AGAIN_S)
+        else:
+            due = since_s >= EVERY_S or (grown >= GROWN_BYTES and since_s >= AGAIN_S)
+        if due:
             self._collect()
             self._last_at = now
+            self._least = self._memory()

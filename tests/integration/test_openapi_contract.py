@@ -6,6 +6,8 @@ the same requests at each run.
 """
 
 import asyncio
+import importlib
+import pkgutil
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +15,7 @@ from typing import Any, Final
 
 import pytest
 import schemathesis
+import schemathesis.specs.openapi
 from fastapi.routing import APIRoute
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -33,6 +36,11 @@ from tower_world import TowerWorld, start_tower
 from server.access import COOKIE
 from server.accounts.tables import Role
 from server.app import ROUTERS
+
+# All of it now, before there are threads: pytest reads the source of its plugins, and Python 3.11 cannot parse in two
+# threads at once ("AST constructor recursion depth mismatch").
+for found in pkgutil.walk_packages(schemathesis.specs.openapi.__path__, "schemathesis.specs.openapi."):
+    importlib.import_module(found.name)
 
 CHECKS: Final = [
     not_a_server_error,

@@ -2,41 +2,68 @@
 
 import gc
 
-import pytest
-
-from server.garbage import AT_LEAST_EVERY_S, EVERY_S, YOUNG_OBJECTS, FullSearch, settle_memory
-
-
-@pytest.fixture
-def searches() -> list[float]:
-    return []
-
-
-def test_it_waits_until_nobody_flies_by_hand(searches: list[float]) -> None:
-    now = 5.0
-    search = FullSearch(now, lambda: searches.append(now))
-    for now, by_hand in (
-        (5.0 + EVERY_S - 1.0, False),
-        (5.0 + EVERY_S, True),
-        (5.0 + EVERY_S + 60.0, False),
-        (5.0 + EVERY_S + 61.0, False),
-    ):
-        search.look(now, flown_by_hand=by_hand)
-    assert searches == [5.0 + EVERY_S + 60.0]
+from server.garbage import (
+    AGAIN_S,
+    AT_LEAST_BYTES,
+    AT_LEAST_EVERY_S,
+    EVERY_S,
+    GROWN_BYTES,
+    YOUNG_OBJECTS,
+    FullSearch,
+    resident_bytes,
+    settle_memory,
+)
 
 
-def test_it_does_not_wait_for_ever(searches: list[float]) -> None:
-    now = AT_LEAST_EVERY_S
-    FullSearch(0.0, lambda: searches.append(now)).look(now, flown_by_hand=True)
-    assert searches == [now]
+class Bench:
+    def __init__(self) -> None:
+        self.now = 5.0
+        self.held = 100_000_000
+        self.searches: list[float] = []
+        self.search = FullSearch(self.now, collect=lambda: self.searches.append(self.now), memory=lambda: self.held)
+
+    def look(self, after_s: float, *, flown_by_hand: bool = False) -> list[float]:
+        self.now = 5.0 + after_s
+        self.search.look(self.now, flown_by_hand=flown_by_hand)
+        return [at - 5.0 for at in self.searches]
 
 
-def test_a_crowd_that_comes_and_goes_is_all_that_is_looked_through() -> None:
+def test_it_is_done_seldom_and_when_nobody_flies_by_hand() -> None:
+    bench = Bench()
+    assert bench.look(EVERY_S - 1.0) == []
+    assert bench.look(EVERY_S, flown_by_hand=True) == []
+    assert bench.look(EVERY_S + 60.0) == [EVERY_S + 60.0]
+    assert bench.look(EVERY_S + 61.0) == [EVERY_S + 60.0]
+
+
+def test_it_does_not_wait_for_ever() -> None:
+    assert Bench().look(AT_LEAST_EVERY_S, flown_by_hand=True) == [AT_LEAST_EVERY_S]
+
+
+def test_memory_that_grows_is_looked_through_sooner() -> None:
+    bench = Bench()
+    bench.held += GROWN_BYTES
+    assert bench.look(AGAIN_S - 1.0) == []
+    assert bench.look(AGAIN_S, flown_by_hand=True) == []
+    assert bench.look(AGAIN_S + 1.0) == [AGAIN_S + 1.0]
+    assert bench.look(3 * AGAIN_S) == [AGAIN_S + 1.0], "what is still there after a search is needed"
+    bench.held += AT_LEAST_BYTES
+    assert bench.look(4 * AGAIN_S, flown_by_hand=True)[1:] == [4 * AGAIN_S]
+
+
+def test_what_the_process_holds_is_told() -> None:
+    before = resident_bytes()
+    kept = bytearray(64_000_000)
+    kept[::4096] = b"x" * len(kept[::4096])
+    assert resident_bytes() - before > 50_000_000
+
+
+def test_a_crowd_that_comes_and_goes_starts_no_full_search() -> None:
     before = gc.get_threshold()
     full: list[str] = []
 
     def seen(phase: str, about: dict[str, int]) -> None:
-        if about["generation"] > 0:
+        if about["generation"] == 2:
             full.append(phase)
 
     try:
