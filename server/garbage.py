@@ -3,8 +3,8 @@
 Reference counts free nearly everything at once; only objects that point at each other need the search. Left to itself
 it begins after so many *new* objects, and the pictures of a thousand drones that wait for twenty browsers are tens of
 thousands, made and gone five times a second: the whole memory was walked through every 4 s, for 0.25 s each time
-(`python -m bench scale`). So young objects are looked at when there are far more of them, and the old ones at a moment
-that suits: seldom, or when memory has grown, as it does while many connections come and go.
+(`python -m bench scale`). So young objects are looked at as ever, and the old ones at a moment that suits: seldom, or
+when memory has grown, as it does while many connections come and go.
 """
 
 import gc
@@ -13,11 +13,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-YOUNG_OBJECTS: Final = 20_000
-"""New objects after which they are looked through, some 10 ms."""
+YOUNG_OBJECTS: Final = 2_000
+"""New objects after which they are looked through: less than a millisecond."""
 
 YOUNG_ROUNDS: Final = 5
-"""Rounds of those after which what has survived since the last time is looked through too."""
+"""Rounds of those after which what has survived since the last time is looked through too: some milliseconds."""
 
 NEVER: Final = 1_000_000
 """Such rounds before Python would look through everything by itself."""
@@ -28,7 +28,7 @@ EVERY_S: Final = 3600.0
 GROWN_BYTES: Final = 8 * 1024 * 1024
 """Or when memory has grown by so much since the last time; then at most every AGAIN_S."""
 
-AGAIN_S: Final = 60.0
+AGAIN_S: Final = 15.0
 
 AT_LEAST_EVERY_S: Final = 24 * 3600.0
 AT_LEAST_BYTES: Final = 256 * 1024 * 1024
