@@ -25,8 +25,9 @@ NEVER: Final = 1_000_000
 EVERY_S: Final = 3600.0
 """How often everything is looked through while nobody flies by hand."""
 
-GROWN_BYTES: Final = 8 * 1024 * 1024
-"""Or when memory has grown by so much since the last time; then at most every AGAIN_S."""
+GROWN_BYTES: Final = 64 * 1024 * 1024
+"""Or when memory has grown by so much since the last time, more than a thousand drones that begin to fly; then at most
+every AGAIN_S."""
 
 AGAIN_S: Final = 15.0
 
