@@ -10,6 +10,7 @@ from typing import Annotated, Final
 import msgspec
 
 from wire.stream_profiles import StreamChoice, StreamProfile
+from wire.transactions import TransactionToAgent, TransactionToTower
 
 PROTOCOL: Final = 1
 AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
@@ -18,6 +19,8 @@ LARGEST_MESSAGE_BYTES: Final = 64 * 1024
 
 U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
 Port = Annotated[int, msgspec.Meta(ge=1, le=0xFFFF)]
+Takes = Annotated[tuple[Annotated[str, msgspec.Meta(max_length=40)], ...], msgspec.Meta(max_length=40)]
+"""Names of groups of messages that a side understands besides those that all do (wire.transactions.TRANSACTIONS)."""
 
 
 class MalformedMessage(ValueError):
@@ -45,13 +48,16 @@ class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=
     """Agent to tower, first. `public_key`: X25519, 32 bytes, base64 in JSON.
 
     `resume`: the link that the agent still has, whose control channel this shall be (wire.resuming). A tower that
-    cannot or will not answers as always.
+    cannot or will not answers as always. `process`: a random number of the agent's process, by which the tower tells
+    one that came back from one that was started again; 0: from an agent that says none.
     """
 
     agent_version: str
     public_key: bytes
     protocol: int = PROTOCOL
     resume: U32 | None = None
+    takes: Takes = ()
+    process: U32 = 0
 
 
 class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_only=True):
@@ -65,6 +71,7 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
     epoch: U32
     holder: str | None
     holder_present: bool = False
+    takes: Takes = ()
 
 
 class ResumeChallenge(msgspec.Struct, frozen=True, tag="resume_challenge", tag_field="type", kw_only=True):
@@ -206,8 +213,17 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     airborne: bool
 
 
-ToTower = Hello | ResumeProof | HoldProgress | AutopilotState | LossParameters | StreamState
-ToAgent = Welcome | ResumeChallenge | Resumed | ControlChanged | HoldOrder | SafetySettings | StreamSettings
+ToTower = Hello | ResumeProof | HoldProgress | AutopilotState | LossParameters | StreamState | TransactionToTower
+ToAgent = (
+    Welcome
+    | ResumeChallenge
+    | Resumed
+    | ControlChanged
+    | HoldOrder
+    | SafetySettings
+    | StreamSettings
+    | TransactionToAgent
+)
 
 UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
 """All that msgspec raises about JSON that it does not take: no UTF-8 and nesting too deep have names of their own."""

@@ -4,6 +4,10 @@ So the tower knows as much without pings and clocks of its own: with a thousand 
 Only while somebody flies does it ping as well (`watch_closely`): then it must notice by itself, and at once, that
 answers stay away.
 
+The side that leads may take its time where nothing hangs on it (`at_leisure`): what has been answered need not be asked
+again so soon. A ping that is not answered is followed by the next one as early as ever, and so is every ping while the
+other side pings too.
+
 Takes `now` (seconds, monotonic); reads no clock.
 """
 
@@ -15,6 +19,12 @@ from wire.content import LOST_OF, Ping, Pong
 PING_INTERVAL_S: Final = 0.5
 """Two a second: the 2 s after which a silent link counts as lost then spans four of them."""
 
+LEISURE_S: Final = 1.0
+"""The interval where there is time, and the last ping was answered."""
+
+CLOSE_S: Final = 2.0
+"""For so long after a ping of the side that does not lead the other one takes no leisure."""
+
 ANSWER_WITHIN_S: Final = 2.0
 """A ping not answered by then counts as lost."""
 
@@ -22,7 +32,7 @@ PROBE_SEQUENCES: Final = 1 << 31
 """Sequence numbers from here on are those of probes, which are no part of this measurement."""
 
 REMEMBERED: Final = 20
-"""Pings over which the loss is told: ten seconds."""
+"""Pings over which the loss is told: ten seconds, or twenty at leisure."""
 
 _LONGEST_TOLD_US: Final = (1 << 32) - 1
 _NEVER: Final = float("inf")
@@ -42,6 +52,10 @@ class Keepalive:
         self._answered: deque[bool] = deque(maxlen=REMEMBERED)
         self._newest_answered = 0
         self._newest_heard = 0
+        self._pinged_at = now
+        self._leisure = False
+        self._close_until = now
+        self._rests_s = 0.0
         self._told_loss = 0.0
         self._to_tell_us = 0
         self.heard_at = now
@@ -58,12 +72,31 @@ class Keepalive:
         self._waiting.clear()
         self._answered.clear()
 
+    def at_leisure(self, leisure: bool) -> None:
+        """Whether the side that leads may take its time. Nothing changes for the other one."""
+        if self._leads:
+            self._leisure = leisure
+            if not leisure:
+                self._no_later_than_usual()
+
+    @property
+    def rests_s(self) -> float:
+        """For so much longer than by the usual interval nothing may come, without anything being wrong: whoever judges
+        by silence, or by what is not proven, leaves this out."""
+        if self._leads:
+            return self._rests_s
+        return 0.0 if self._pings else LEISURE_S - PING_INTERVAL_S
+
+    def _no_later_than_usual(self) -> None:
+        self.next_ping_at = min(self.next_ping_at, self._pinged_at + PING_INTERVAL_S)
+
     def ping_due(self, now: float) -> Ping | None:
         """A ping to send now, or None. Never more than one for each PING_INTERVAL_S, but for those that went along."""
         return None if now < self.next_ping_at else self.ping(now)
 
     def ping(self, now: float) -> Ping:
         """A ping to send now, due or not: the next one is due an interval later."""
+        self._pinged_at = now
         self.next_ping_at = now + PING_INTERVAL_S
         for sequence, sent in list(self._waiting.items()):
             if now - sent > ANSWER_WITHIN_S:
@@ -86,13 +119,21 @@ class Keepalive:
             return None
         self._answered.append(True)
         self._newest_answered = max(self._newest_answered, pong.sequence)
+        if self._leads and pong.sequence == self._sequence:
+            leisure = self._leisure and now >= self._close_until
+            self._rests_s = LEISURE_S - PING_INTERVAL_S if leisure else 0.0
+            if self.next_ping_at == sent + PING_INTERVAL_S:  # else it is to hurry
+                self.next_ping_at += self._rests_s
         sample = max(0.0, now - sent)
         self._to_tell_us = min(max(round(sample * 1e6), 1), _LONGEST_TOLD_US)
         self._smooth(sample)
         return sample
 
-    def told(self, ping: Ping) -> float | None:
+    def told(self, ping: Ping, now: float) -> float | None:
         """The other side's ping: the round trip told in it, in seconds. None if this side measures by itself."""
+        if self._leads:
+            self._close_until = now + CLOSE_S
+            self._no_later_than_usual()
         if self._pings or ping.sequence <= self._newest_heard:
             return None
         self._newest_heard = ping.sequence

@@ -49,10 +49,10 @@ class _Counted:
         told_at, last = self._points[-1]
         if last.expected == 0 or now - told_at > window_s:
             return None
-        begin = self._before(now - window_s, near_the_end=window_s <= SHORT_WINDOW_S)
+        begin = self._before(now - window_s, near_the_end=window_s < LONG_WINDOW_S / 2)
         expected = last.expected - begin.expected
         if expected <= 0:
-            # Two pings a second are sent at least: nothing for a whole second means that they were lost.
+            # Two pings are sent in a window at least: nothing in all of it means that they were lost.
             return 1.0 if now - self._points[0][0] > window_s >= SHORT_WINDOW_S else None
         return min(1.0, max(0.0, 1.0 - (last.received - begin.received) / expected))
 
@@ -117,7 +117,8 @@ class LinkQuality:
         self._received.note(report, now)
 
     def over(self, window_s: float, now: float) -> Quality:
-        """`window_s`: SHORT_WINDOW_S or LONG_WINDOW_S, or between."""
+        """`window_s`: SHORT_WINDOW_S or LONG_WINDOW_S, or between. Shorter than two intervals of the pings it would
+        often say nothing."""
         rtt_s, jitter_s = self._trips_over(window_s, now)
         return Quality(rtt_s, jitter_s, self._sent.loss(window_s, now), self._received.loss(window_s, now))
 

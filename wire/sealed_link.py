@@ -26,7 +26,7 @@ from wire.content import (
 from wire.ids import DroneId, Epoch, LinkId
 from wire.keepalive import ANSWER_WITHIN_S, PING_INTERVAL_S, PROBE_SEQUENCES, Keepalive
 from wire.lateness import stamp_ms
-from wire.link_quality import LinkQuality
+from wire.link_quality import SHORT_WINDOW_S, LinkQuality
 from wire.path_mtu import SAFE_DATAGRAM_BYTES, SeenMtu
 from wire.rekeying import Rekeying, Retiring
 from wire.sealing import OVERHEAD_BYTES, Opener, Sealer
@@ -34,6 +34,9 @@ from wire.sealing import OVERHEAD_BYTES, Opener, Sealer
 PINGS_ALONG_WHILE_PROVEN_S: Final = 0.75
 """A ping goes along with frames only while what this side sends is known to arrive: where it is not, frames may be kept
 back on their way out (a stream that has stalled) and pings must not."""
+
+PINGS_AHEAD_S: Final = 0.25
+"""By no more than this a ping goes before its time to go along with frames."""
 
 
 class Probed(NamedTuple):
@@ -133,7 +136,7 @@ class SealedLink:
 
     def _answer(self, ping: Ping, now: float) -> bytes:
         if ping.purpose is Purpose.KEEPALIVE:
-            trip_s = self.keepalive.told(ping)
+            trip_s = self.keepalive.told(ping, now)
             if trip_s is not None:
                 self.quality.round_trip(trip_s, now)
         return self._sealer.seal(encode_keepalive(Pong(ping.sequence, self._report(now))))
@@ -162,8 +165,13 @@ class SealedLink:
         return self._rekeying.outlived(now)
 
     def unproven_s(self, now: float) -> float:
-        """Seconds since it was last shown that something which this side sent has arrived."""
-        return now - self._proven_at
+        """Seconds since it was last shown that something which this side sent has arrived, beyond those that the pings
+        rest."""
+        return max(0.0, now - self._proven_at - self.keepalive.rests_s)
+
+    def short_window_s(self) -> float:
+        """The shortest over which the quality says something: four keep-alives, in both directions together."""
+        return SHORT_WINDOW_S * (1.0 + self.keepalive.rests_s / PING_INTERVAL_S)
 
     def _pong(self, pong: Pong, now: float) -> Probed | None:
         if pong.sequence < PROBE_SEQUENCES:
@@ -206,9 +214,9 @@ class SealedLink:
     def _ping_along(self, frames: Sequence[bytes], largest_bytes: int, now: float) -> Ping | None:
         """A ping to go with these frames, where that saves a datagram: it would have to leave by itself before the next
         frames come, if they come as the last ones did."""
-        interval_s = min(now - self._frames_left_at, PING_INTERVAL_S)
+        interval_s = min(now - self._frames_left_at, PINGS_AHEAD_S)
         self._frames_left_at = now
-        if now + interval_s < self.keepalive.next_ping_at or now - self._proven_at > PINGS_ALONG_WHILE_PROVEN_S:
+        if now + interval_s < self.keepalive.next_ping_at or self.unproven_s(now) > PINGS_ALONG_WHILE_PROVEN_S:
             return None
         if not frames or PING_BYTES + FRAMES_HEADER_BYTES + sum(map(len, frames)) > largest_bytes:
             return None

@@ -1,8 +1,9 @@
 """The typed messages with which the tower has work done at the drone: plans, parameters, commands (no I/O).
 
-They travel on the control channel beside those of wire.control_messages. A tower sends none to an agent that has not
-said that it takes them: an unknown type ends the channel. `id` is the tower's, and grows; what an agent tells of an id
-that the tower has forgotten says nothing.
+They travel on the control channel beside those of wire.control_messages. Neither side sends any to one that has not
+said TRANSACTIONS in its hello or welcome: an unknown type ends the channel. `id` is the tower's, and grows; what an
+agent tells of an id that the tower has forgotten says nothing. What goes to the tower fits its bound of 64 kB: plans
+and parameter tables are packed, refusals are counted beyond the first.
 """
 
 from enum import StrEnum
@@ -10,17 +11,31 @@ from typing import Annotated, Final
 
 import msgspec
 
-from wire.plans import I32, U8, U16, BoundedPlan, PlanKind
+from wire.following import FollowWork, LeaderPosition
+from wire.plans import I32, ITEMS_MOST, U8, U16, BoundedPlan, PlanKind
 
 LARGEST_TRANSACTION_BYTES: Final = 256 * 1024
 """A plan of 724 items is 118 kB as JSON at the most; the bound of a message is raised to this after the welcome."""
 
+LARGEST_PACKED_PLAN_BYTES: Final = 3 + 32 * ITEMS_MOST
+LARGEST_PACKED_TABLE_BYTES: Final = 45_000
+"""Base64 makes 60 kB of it."""
+
+TRANSACTIONS: Final = "transactions"
+"""What `takes` of hello and welcome has where the messages of this module are understood."""
+
 VALUES_MOST: Final = 4096
 """More parameters than any autopilot has."""
+
+REFUSALS_MOST: Final = 200
+LOGS_MOST: Final = 500
+"""The newest; an autopilot numbers its logs up to 65535, and keeps a few hundred."""
 
 U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
 Words = Annotated[str, msgspec.Meta(max_length=600)]
 ParameterName = Annotated[str, msgspec.Meta(min_length=1, max_length=16)]
+PackedPlan = Annotated[bytes, msgspec.Meta(max_length=LARGEST_PACKED_PLAN_BYTES)]
+Hash = Annotated[str, msgspec.Meta(min_length=16, max_length=16)]
 
 
 class Outcome(StrEnum):
@@ -90,6 +105,16 @@ class CommandWork(msgspec.Struct, frozen=True, tag="command", tag_field="work"):
     frame: U8 | None = None
 
 
+class LogListWork(msgspec.Struct, frozen=True, tag="log_list", tag_field="work"):
+    """Tell which flight logs the autopilot has."""
+
+
+class LogDownloadWork(msgspec.Struct, frozen=True, tag="log_download", tag_field="work"):
+    """Read this log from the autopilot and send it to the tower: `PUT /api/v1/agent/files/{id of the transaction}`."""
+
+    log_id: U16
+
+
 Work = (
     PlanDownloadWork
     | PlanUploadWork
@@ -98,20 +123,29 @@ Work = (
     | ParametersReadWork
     | ParametersWriteWork
     | CommandWork
+    | LogListWork
+    | LogDownloadWork
+    | FollowWork
 )
 
 
 class Transaction(msgspec.Struct, frozen=True, tag="transaction", tag_field="type", kw_only=True):
-    """Tower to agent: do this. `epoch`: what writes is refused under an older one than the agent knows."""
+    """Tower to agent: do this. `epoch`: what writes is refused under an older one than the agent knows.
+
+    `sent_ms`: the tower's clock, as in its datagrams (wire.lateness.stamp_ms): a command that comes too late by it is
+    never carried out. None: nobody can say.
+    """
 
     id: U32
     epoch: U32
+    sent_ms: U32 | None = None
     deadline_s: Annotated[float, msgspec.Meta(gt=0, le=600)]
     work: Work
 
 
 class CancelTransaction(msgspec.Struct, frozen=True, tag="cancel_transaction", tag_field="type", kw_only=True):
-    """Tower to agent: stop it. A plan that is being written is put back; the result still comes."""
+    """Tower to agent: stop it. A plan that is being written is put back; the result still comes, also of what the agent
+    knows nothing of."""
 
     id: U32
 
@@ -125,12 +159,30 @@ class TransactionProgress(msgspec.Struct, frozen=True, tag="transaction_progress
     total: U32
 
 
+class ParameterRefusal(msgspec.Struct, frozen=True, array_like=True):
+    """A parameter that is not as it was asked to be. `has`: what the autopilot has now, None where nobody knows."""
+
+    name: ParameterName
+    asked: float
+    has: float | None
+    words: Annotated[str, msgspec.Meta(max_length=160)]
+
+
+class LogEntry(msgspec.Struct, frozen=True, array_like=True):
+    """One flight log of the autopilot. `began_unix_s` None: its clock was not set."""
+
+    log_id: U16
+    size_bytes: U32
+    began_unix_s: U32 | None
+
+
 class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", tag_field="type", kw_only=True):
     """Agent to tower, once, the last of a transaction.
 
     `words`: for people, what failed, why, and what is on board now. `item`: the item of the plan that was refused, from
-    0. `code`: the name of the MAV_MISSION_RESULT or MAV_RESULT, empty where there is none. `plan`: of a download.
-    `values`: of a parameter write, name by name what the autopilot has now.
+    0. `code`: the name of the MAV_MISSION_RESULT or MAV_RESULT, empty where there is none. `plan`: of a download, as
+    `wire.plans.pack_plan` makes it. `refusals`: of a parameter write, the first REFUSALS_MOST, of `refused` in all.
+    `logs`: of a log list, newest first.
     """
 
     id: U32
@@ -138,24 +190,62 @@ class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", t
     words: Words
     item: U16 | None = None
     code: str = ""
-    plan: BoundedPlan | None = None
-    values: dict[str, float] | None = None
+    plan: PackedPlan | None = None
+    refusals: Annotated[tuple[ParameterRefusal, ...], msgspec.Meta(max_length=REFUSALS_MOST)] = ()
+    refused: U16 = 0
+    logs: Annotated[tuple[LogEntry, ...], msgspec.Meta(max_length=LOGS_MOST)] | None = None
 
 
 class PlanOnBoard(msgspec.Struct, frozen=True, tag="plan_on_board", tag_field="type", kw_only=True):
     """Agent to tower, when learnt and on each change. `hash` None: not known; else of the plan as the autopilot has it.
 
-    `sent_hash`: of the plan that was sent, where the autopilot is known to have kept it, some fields in its own way.
+    `plan`: as `wire.plans.pack_plan` makes it. `sent_hash`: of the plan that was sent, where the autopilot is known to
+    have kept it, some fields in its own way.
     `fit_to_fly` False: it may be half of one; the agent lets no mission be started.
     """
 
     kind: PlanKind
-    hash: str | None
+    hash: Hash | None
     count: U16 = 0
-    items: BoundedPlan | None = None
-    sent_hash: str | None = None
+    plan: PackedPlan | None = None
+    sent_hash: Hash | None = None
     fit_to_fly: bool = True
 
 
-TransactionToAgent = Transaction | CancelTransaction
-TransactionToTower = TransactionProgress | TransactionResult | PlanOnBoard
+class ParameterCache(msgspec.Struct, frozen=True, tag="parameter_cache", tag_field="type", kw_only=True):
+    """Agent to tower, after the welcome, when the parameters are all there, and on progress of reading them.
+
+    `hash` (wire.parameters) None: not all are known yet, `count` of `total` are. A tower that has no table of that
+    hash asks for it by a ParametersReadWork. `verified` False: the table is what the agent remembers of this autopilot
+    from another time, and is being read anew.
+    """
+
+    hash: Hash | None
+    count: U16
+    total: U16
+    verified: bool = True
+    """Without a hash it says nothing."""
+
+
+class ParameterTable(msgspec.Struct, frozen=True, tag="parameter_table", tag_field="type", kw_only=True):
+    """Agent to tower, before the result of a ParametersReadWork. `packed`: `wire.parameters.pack_table`."""
+
+    hash: Hash
+    packed: Annotated[bytes, msgspec.Meta(max_length=LARGEST_PACKED_TABLE_BYTES)]
+
+
+class ParameterChanged(msgspec.Struct, frozen=True, tag="parameter_changed", tag_field="type", kw_only=True):
+    """Agent to tower: one parameter has another value now, whoever set it. `before`, `hash`: of the tables."""
+
+    name: ParameterName
+    value: float
+    kind: U8
+    """MAV_PARAM_TYPE."""
+    before: Hash
+    hash: Hash
+
+
+TransactionToAgent = Transaction | CancelTransaction | LeaderPosition
+TransactionToTower = (
+    TransactionProgress | TransactionResult | PlanOnBoard | ParameterCache | ParameterTable | ParameterChanged
+)

@@ -1,7 +1,7 @@
 """By which way an agent's datagrams go: UDP, or the control channel's WebSocket where UDP is blocked. No I/O.
 
 What counts is proof that something of ours arrived: an answer to a ping, or a report that counts more than the last one
-did. What merely comes in proves one direction only. Time and proof decide:
+did. What merely comes in proves one direction only. Time and proof decide (the time for which pings rest is left out):
 
     transport    what                                                        next
     UDP          no proof for FALL_BACK_AFTER_S                              WebSocket
@@ -57,14 +57,15 @@ class TransportChoice:
         self._row = 0
         self._answered_at = now
 
-    def proven(self, transport: Transport, now: float) -> None:
-        """Something that we sent by this way is known to have arrived."""
+    def proven(self, transport: Transport, now: float, *, rests_s: float = 0.0) -> None:
+        """Something that we sent by this way is known to have arrived. `rests_s`: for so much longer than usual the
+        pings rest now, so that no further proof is due (wire.keepalive)."""
         if transport is self.transport:
-            self._proven_at = now
+            self._proven_at = now + rests_s
 
-    def probe_answered(self, now: float) -> None:
+    def probe_answered(self, now: float, *, rests_s: float = 0.0) -> None:
         """A probe over UDP was answered."""
-        self.proven(Transport.UDP, now)
+        self.proven(Transport.UDP, now, rests_s=rests_s)
         if self.transport is Transport.UDP:
             return
         self._row = self._row + 1 if now - self._answered_at <= ANSWERS_IN_A_ROW_WITHIN_S else 1

@@ -1,0 +1,67 @@
+"""Following a leader: what the tower asks of a follower's agent, and tells it of the leader meanwhile (no I/O).
+
+Only to an agent that has said FOLLOW in its hello: another one would not know the work, and end the channel.
+"""
+
+from typing import Annotated, Final
+
+import msgspec
+
+FOLLOW: Final = "follow"
+"""What `takes` of a hello has where this is understood."""
+
+NEAR_M: Final = 5.0
+"""A follower that is nearer to its leader than this, over ground and in height, holds."""
+
+APART_M: Final = 8.0
+"""A place in a formation is this far from the leader, over ground or in height: more than NEAR_M by what a drone is off
+its place in the wind."""
+
+FARTHEST_M: Final = 200.0
+"""From the leader: beyond it nobody follows any more."""
+
+OFFSET_MOST_M: Final = 100.0
+
+_U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
+_E7 = Annotated[int, msgspec.Meta(ge=-1_800_000_000, le=1_800_000_000)]
+_Mm = Annotated[int, msgspec.Meta(ge=-10_000_000, le=100_000_000)]
+_CmS = Annotated[int, msgspec.Meta(ge=-32768, le=32767)]
+_Offset = Annotated[float, msgspec.Meta(ge=-OFFSET_MOST_M, le=OFFSET_MOST_M)]
+
+
+class FollowWork(msgspec.Struct, frozen=True, tag="follow", tag_field="work"):
+    """Keep this place relative to the leader, metres north, east and above, until something ends it.
+
+    Not turned with the leader's nose: one that turns on the spot would swing its followers round itself.
+    """
+
+    leader_name: Annotated[str, msgspec.Meta(max_length=80)]
+    north_m: _Offset
+    east_m: _Offset
+    up_m: _Offset
+
+
+class LeaderPosition(msgspec.Struct, frozen=True, tag="leader_position", tag_field="type", kw_only=True):
+    """Tower to agent, on the data channel, five times a second while a FollowWork runs. The newest wins.
+
+    `id`: of the transaction. `number` grows. `sent_ms`: the tower's clock, as in its datagrams. Height above the sea,
+    velocity north, east and down. `age_ms`: how long before it was sent the tower had the position. `airborne` False:
+    the leader is known to be on the ground.
+    """
+
+    id: _U32
+    number: _U32
+    sent_ms: _U32
+    lat_e7: _E7
+    lon_e7: _E7
+    alt_amsl_mm: _Mm
+    north_cm_s: _CmS
+    east_cm_s: _CmS
+    down_cm_s: _CmS
+    age_ms: _U32
+    airborne: bool
+
+
+def is_apart(north_m: float, east_m: float, up_m: float) -> bool:
+    """Whether two places this far from each other are far enough for a formation."""
+    return north_m * north_m + east_m * east_m >= APART_M * APART_M or abs(up_m) >= APART_M

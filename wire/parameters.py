@@ -1,0 +1,79 @@
+"""The parameters of an autopilot as tables: their bytes and their hash. No I/O, and nothing of MAVLink's protocol.
+
+A table holds each parameter once, by name. A value is the number that people mean: what a PARAM_VALUE carries has been
+read by its kind (ArduPilot's numbers as they are, PX4's integers out of the bits of a float).
+"""
+
+import zlib
+from collections.abc import Iterable
+from hashlib import sha256
+from itertools import pairwise
+from math import isfinite
+from struct import Struct
+from typing import Annotated, Final
+
+import msgspec
+
+ENTRIES_MOST: Final = 4096
+"""More parameters than any autopilot has."""
+LARGEST_TABLE_BYTES: Final = ENTRIES_MOST * 64
+
+_HASHED: Final = Struct("<16sBd")
+_NO_TABLE: Final = "no table of parameters"
+
+
+class Parameter(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+    """One of them. `kind`: MAV_PARAM_TYPE, 1 to 10. `value`: finite; of 32 bits, but for kinds 7, 8 and 10."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1, max_length=16, pattern="^[A-Za-z0-9_]+$")]
+    value: float
+    kind: Annotated[int, msgspec.Meta(ge=1, le=10)]
+
+    def __post_init__(self) -> None:
+        if not isfinite(self.value):
+            raise ValueError(f"{self.name} has no number")
+
+
+Table = tuple[Parameter, ...]
+
+_encoder: Final = msgspec.json.Encoder()
+_decoder: Final[msgspec.json.Decoder[Table]] = msgspec.json.Decoder(
+    Annotated[Table, msgspec.Meta(max_length=ENTRIES_MOST)]
+)
+
+
+def by_name(parameters: Iterable[Parameter]) -> Table:
+    """Sorted by name. Raises ValueError where a name comes twice."""
+    table = tuple(sorted(parameters, key=lambda one: one.name))
+    for one, following in pairwise(table):
+        if one.name == following.name:
+            raise ValueError(f"{one.name} comes twice")
+    return table
+
+
+def table_hash(table: Table) -> str:
+    """16 hexadecimal digits: the first 8 bytes of SHA-256 over name (16 bytes, zeros behind), kind u8, value f64 each.
+
+    `table`: as `by_name` makes it.
+    """
+    digest = sha256()
+    for one in table:
+        digest.update(_HASHED.pack(one.name.encode("ascii"), one.kind, one.value + 0.0))
+    return digest.hexdigest()[:16]
+
+
+def pack_table(table: Table) -> bytes:
+    """JSON `[[name, value, kind], ...]`, compressed (zlib). 1,400 parameters are some 15 kB."""
+    return zlib.compress(_encoder.encode(table), 6)
+
+
+def unpack_table(packed: bytes) -> Table:
+    """What `pack_table` made, sorted by name. Raises ValueError about anything else, and about more than fits."""
+    unpacker = zlib.decompressobj()
+    try:
+        text = unpacker.decompress(packed, LARGEST_TABLE_BYTES)
+        if not unpacker.eof or unpacker.unused_data:
+            raise ValueError(_NO_TABLE)
+        return by_name(_decoder.decode(text))
+    except (zlib.error, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ValueError(f"{_NO_TABLE}: {error}") from None
