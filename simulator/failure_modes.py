@@ -34,6 +34,9 @@ class Failure(StrEnum):
     """A mode change is acknowledged as accepted and does not happen."""
     PARAMETERS_DROPPED = "parameters-dropped"
     """Every seventh value is missing from a parameter list."""
+    PARAMETERS_LOCKED = "parameters-locked"
+    """Those of the board (`BRD_`) cannot be written, as where its maker has locked them: the answer is what they
+    were, and a warning."""
     LOG_DATA_DROPPED = "log-data-dropped"
     """Every seventh chunk of a log is lost."""
     DROP_EVERY_TENTH = "drop-every-tenth"

@@ -5,27 +5,45 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from simulator.dialect import Message, mavlink
+from simulator.notices import Severity
 from simulator.parameters import NAME_MAX, Parameter, Parameters
 
 UNNUMBERED = 65535
 """The index in an answer that is not part of a list."""
+HASH_NAME = "_HASH_CHECK"
+"""PX4: not a parameter, but the hash of all of them; told before a list, and asked for by this name."""
+HASH_KIND = int(mavlink.MAV_PARAM_TYPE_UINT32)
+LOCKED_PREFIX = "BRD_"
 VALUES_PER_TICK = 10
 """2000 a second: what a real one sends where the line lets it. A list of 1,400 takes 0.7 s."""
 
 
 class ParameterServer:
-    def __init__(self, parameters: Parameters, send: Callable[[Message], None]) -> None:
+    def __init__(
+        self,
+        parameters: Parameters,
+        send: Callable[[Message], None],
+        say: Callable[[Severity, str], None] = lambda severity, text: None,
+    ) -> None:
         self._parameters = parameters
         self._send = send
+        self._say = say
         self._next: int | None = None
+        self._hash_due = False
         self.drop_every_seventh = False
+        self.has_locked = False
 
     def list_all(self) -> None:
         """Start over: a second request during a list is the requester's way to say that it lost some."""
+        if self._next is None:
+            self._hash_due = True
         self._next = 0
 
     def read(self, name: str, index: int) -> None:
         """By index, or by name where the index is -1. What does not exist gets no answer."""
+        if index < 0 and name == HASH_NAME:
+            self._tell_hash()
+            return
         if index >= 0:
             parameter = self._parameters.at(index)
             number = index
@@ -36,11 +54,22 @@ class ParameterServer:
             self._send(self._value(parameter, number))
 
     def set(self, name: str, value: float, kind: int) -> None:
-        parameter = self._parameters.from_the_wire(name, value, kind)
+        """Of PX4's hash: whatever the value, the list is not wanted any more."""
+        if name == HASH_NAME and self._parameters.hash_on_the_wire() is not None:
+            self._next = None
+            return
+        if self.has_locked and name.startswith(LOCKED_PREFIX):
+            self._say(Severity.WARNING, f"Param write denied ({name})")
+            parameter = self._parameters.find(name)
+        else:
+            parameter = self._parameters.from_the_wire(name, value, kind)
         if parameter is not None:
             self._send(self._value(parameter, UNNUMBERED))
 
     def tick(self) -> None:
+        if self._hash_due:
+            self._hash_due = False
+            self._tell_hash()
         for _ in range(VALUES_PER_TICK):
             if self._next is None:
                 return
@@ -51,6 +80,13 @@ class ParameterServer:
             if not (self.drop_every_seventh and self._next % 7 == 6):
                 self._send(self._value(parameter, self._next))
             self._next += 1
+
+    def _tell_hash(self) -> None:
+        told = self._parameters.hash_on_the_wire()
+        if told is not None:
+            count = len(self._parameters)
+            name = HASH_NAME.encode("ascii")
+            self._send(mavlink.MAVLink_param_value_message(name, told, HASH_KIND, count, UNNUMBERED))
 
     def _value(self, parameter: Parameter, index: int) -> Message:
         return mavlink.MAVLink_param_value_message(

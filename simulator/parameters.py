@@ -64,6 +64,10 @@ class Parameters:
     def on_the_wire(self, parameter: Parameter) -> float:
         return parameter.value
 
+    def hash_on_the_wire(self) -> float | None:
+        """None where the autopilot has no such thing."""
+        return None
+
     def from_the_wire(self, name: str, value: float, kind: int) -> Parameter | None:
         """PARAM_SET; ArduPilot does not care which type the sender names."""
         del kind

@@ -80,7 +80,7 @@ class Vehicle:
         self._telemetry = Telemetry(self.settings.flavour)
         self._missions = MissionServer(self.flight, self._send, self._restart_soon)
         self._logs = LogServer(self.flight, self._logbook, self._send)
-        self._parameter_server = ParameterServer(self.parameters, self._send)
+        self._parameter_server = ParameterServer(self.parameters, self._send, self._say)
         self._say(Severity.INFO, self.settings.flavour.banner[0])
 
     # The outside.
@@ -117,6 +117,7 @@ class Vehicle:
         flight.tick(flight.now_s)
         self._missions.tick()
         self._parameter_server.drop_every_seventh = Failure.PARAMETERS_DROPPED in self.failures
+        self._parameter_server.has_locked = Failure.PARAMETERS_LOCKED in self.failures
         self._parameter_server.tick()
         self._logs.tick()
         if self.settings.flavour.keeps_dataflash_logs:

@@ -13,7 +13,7 @@ from simulator.dialect import mavlink
 from simulator.flight import Flight
 from simulator.guided import GoTo, Guided
 from simulator.notices import Severity
-from simulator.px4.modes import STICK_MODES, Px4Mode, TakingOff, custom_mode, mode_of
+from simulator.px4.modes import STICK_MODES, Orbiting, Px4Mode, TakingOff, custom_mode, mode_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,6 +22,7 @@ ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 CUSTOM_MODE_FLAG = 1
 CHANGE_MODE_FLAG = 1
 AMSL_FRAMES = (0, 5)
+ORBIT_SPEED_MPS = 3.0
 
 
 def change_mode(flight: Flight, mode: Px4Mode) -> int:
@@ -73,10 +74,26 @@ def reposition(flight: Flight, command: Command) -> int:
         return ACCEPTED  # heard, and forgotten
     if not command.place_is_valid:
         return DENIED
+    if command.params[0] > 0.0:
+        flight.speed_override_mps = command.params[0]
     north_m, east_m = flight.origin.to_local(command.lat_e7 * 1e-7, command.lon_e7 * 1e-7)
     alt_m = command.alt_m - flight.origin.origin.alt_amsl_m if command.alt_is_given else flight.target.alt_m
     hold.go(GoTo(north_m, east_m, alt_m))
     return ACCEPTED
+
+
+def orbit(flight: Flight, command: Command) -> int:
+    """Round a place, nose inwards, at a height above sea level. What is not given stays as it is."""
+    radius_m, speed_mps = command.params[:2]
+    if flight.landed or not command.place_is_valid or abs(radius_m) < 1.0:
+        return DENIED
+    answer = change_mode(flight, Px4Mode.ORBIT)
+    around = flight.behaviour(Px4Mode.ORBIT)
+    if answer == ACCEPTED and isinstance(around, Orbiting):
+        centre = flight.origin.to_local(command.lat_e7 * 1e-7, command.lon_e7 * 1e-7)
+        alt_m = command.alt_m - flight.origin.origin.alt_amsl_m if command.alt_is_given else flight.target.alt_m
+        around.go_round(centre, radius_m, abs(speed_mps) or ORBIT_SPEED_MPS, alt_m)
+    return answer
 
 
 def change_speed(flight: Flight, command: Command) -> int:
@@ -91,10 +108,13 @@ def pause_or_continue(flight: Flight, command: Command) -> int:
 
 
 def start_mission(flight: Flight, command: Command) -> int:
-    del command
+    """From the item of param1, if there is one, and armed if it is not yet."""
     answer = change_mode(flight, Px4Mode.MISSION)
     auto = flight.behaviour(Px4Mode.MISSION)
     if answer == ACCEPTED and isinstance(auto, Auto):
+        if not flight.arm():
+            return TEMPORARILY_REJECTED
+        fly.jump_to_item(flight, int(command.params[0]))
         auto.start()
     return answer
 
@@ -120,6 +140,7 @@ HANDLERS: dict[int, Callable[[Flight, Command], int]] = {
     mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH: _into(Px4Mode.RTL),
     mavlink.MAV_CMD_NAV_LOITER_UNLIM: _into(Px4Mode.LOITER),
     mavlink.MAV_CMD_DO_REPOSITION: reposition,
+    mavlink.MAV_CMD_DO_ORBIT: orbit,
     mavlink.MAV_CMD_DO_CHANGE_SPEED: change_speed,
     mavlink.MAV_CMD_DO_PAUSE_CONTINUE: pause_or_continue,
     mavlink.MAV_CMD_MISSION_START: start_mission,

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
 from simulator.auto import Auto
 from simulator.behaviours import Behaviour
+from simulator.flight_constants import TICK_S
 from simulator.guided import Guided, TakeOff
 from simulator.homing import Land, ReturnToLaunch
 from simulator.modes import ModeRules
+from simulator.orbit import Orbit
 from simulator.piloted import AltHold, Loiter, Stabilize
 
 if TYPE_CHECKING:
@@ -24,6 +27,7 @@ class Px4Mode(IntEnum):
     MANUAL = custom_mode(1)
     ALTCTL = custom_mode(2)
     POSCTL = custom_mode(3)
+    ORBIT = custom_mode(3, 1)
     TAKEOFF = custom_mode(4, 2)
     LOITER = custom_mode(4, 3)
     """Shown as Hold."""
@@ -39,6 +43,7 @@ RULES: dict[IntEnum, ModeRules] = {
     Px4Mode.STABILIZED: ModeRules(False, True, manual_throttle=True, pilot_controlled=True),
     Px4Mode.ALTCTL: ModeRules(False, True, pilot_controlled=True),
     Px4Mode.POSCTL: ModeRules(True, True, pilot_controlled=True),
+    Px4Mode.ORBIT: ModeRules(True, False, counts_as_guided=True),
     Px4Mode.TAKEOFF: ModeRules(True, True, counts_as_guided=True),
     Px4Mode.LOITER: ModeRules(True, True, counts_as_guided=True),
     Px4Mode.MISSION: ModeRules(True, True, counts_as_guided=True),
@@ -82,12 +87,45 @@ class TakingOff(Guided):
             flight.set_mode(Px4Mode.LOITER)
 
 
+class Orbiting(Behaviour):
+    """Round the place that DO_ORBIT has named; without one it stays where it is."""
+
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self._orbit: Orbit | None = None
+        self._rate_rps = 0.0
+        self._alt_m = 0.0
+
+    def go_round(self, centre: tuple[float, float], radius_m: float, speed_mps: float, alt_m: float) -> None:
+        """`centre`: over the origin. `radius_m`: negative is counter-clockwise. Begins on this side of it."""
+        body = self.flight.body
+        angle = math.atan2(body.east_m - centre[1], body.north_m - centre[0])
+        self._orbit = Orbit(centre, abs(radius_m), angle)
+        self._rate_rps = speed_mps / self._orbit.radius_m * (1 if radius_m > 0 else -1)
+        self._alt_m = alt_m
+
+    def run(self) -> None:
+        flight = self.flight
+        if flight.landed:
+            flight.rest()
+            return
+        limits = flight.limits()
+        if self._orbit is None:
+            flight.target.climb_with(0.0, limits, TICK_S)
+            flight.target.fly_with(0.0, 0.0, limits, TICK_S)
+        else:
+            flight.target.climb_to(self._alt_m, limits, TICK_S)
+            self._orbit.run(flight, self._rate_rps)
+        flight.fly()
+
+
 def make_behaviours(flight: Flight) -> dict[IntEnum, Behaviour]:
     return {
         Px4Mode.MANUAL: Stabilize(flight),
         Px4Mode.STABILIZED: Stabilize(flight),
         Px4Mode.ALTCTL: AltHold(flight),
         Px4Mode.POSCTL: Loiter(flight),
+        Px4Mode.ORBIT: Orbiting(flight),
         Px4Mode.TAKEOFF: TakingOff(flight),
         Px4Mode.LOITER: Guided(flight),
         Px4Mode.MISSION: Auto(flight),

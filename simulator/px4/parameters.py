@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterable
+from zlib import crc32
 
 from simulator.parameter_table import Kind
 from simulator.parameters import Parameter, Parameters
@@ -137,6 +138,17 @@ class Px4Parameters(Parameters):
         if parameter.kind is Kind.FLOAT:
             return parameter.value
         bits: float = struct.unpack("<f", struct.pack("<i", int(parameter.value)))[0]
+        return bits
+
+    def hash_on_the_wire(self) -> float:
+        """CRC-32 over the name and the four bytes of each, its bits read as if they were a float."""
+        crc = 0
+        for parameter in self:
+            layout = "<f" if parameter.kind is Kind.FLOAT else "<i"
+            value = parameter.value if parameter.kind is Kind.FLOAT else int(parameter.value)
+            crc = crc32(parameter.name.encode() + struct.pack(layout, value), crc)
+        crc &= ~0x0080_0000  # never a NaN, which would not go through a float unchanged
+        bits: float = struct.unpack("<f", struct.pack("<I", crc))[0]
         return bits
 
     def from_the_wire(self, name: str, value: float, kind: int) -> Parameter | None:
