@@ -5,14 +5,26 @@ import logging
 import secrets
 from collections import Counter
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.data_socket import ANY_UPLINK
+from onboard_agent.file_sender import TowerFileSender
 from onboard_agent.onboard import Onboard
+from onboard_agent.own_frames import FrameMaker
+from onboard_agent.state_directory import claim
 from onboard_agent.systemd import Systemd
 from onboard_agent.tower_link import TowerLink
 from onboard_agent.tower_url import TowerUrl
+from onboard_agent.transactions.desk import Desk
+from onboard_agent.transactions.journal import JournalStore, NoJournal
+from onboard_agent.transactions.journal_files import JournalFiles
+from onboard_agent.transactions.journal_thread import JournalThread
+from onboard_agent.transactions.log_desk import LogDesk
+from onboard_agent.transactions.log_files import LogFiles
+from onboard_agent.transactions.parameter_desk import ParameterDesk
+from onboard_agent.transactions.parameter_files import ParameterFiles
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
 from wire.credential import Credential
@@ -35,6 +47,8 @@ class AgentSettings:
     port: AutopilotPort
     uplinks: tuple[str, ...] = (ANY_UPLINK,)
     """By which ways datagrams go, each by all of them: interface names or local addresses."""
+    state: Path | None = None
+    """Where this drone's agent keeps what must outlast it. None: nowhere, and no plan is written."""
 
 
 class Agent:
@@ -44,17 +58,40 @@ class Agent:
         self._loop = asyncio.get_running_loop()
         self._port = settings.port
         self._port.on_open = self._port_opened
+        self._state = settings.state
+        self._files = TowerFileSender(settings.tower, settings.credential, settings.uplinks)
         self._onboard = Onboard(
             now=self._loop.time(),
             speaks_first=self._port.speaks_first,
             narrow_line=self._port.narrow,
             steps_told=secrets.randbits(31),
+            journal=self._journal(settings.state),
+            make_desks=self._make_desks,
         )
         self._link = TowerLink(settings.tower, settings.credential, self, settings.uplinks)
         self._stream = FrameStream()
         self._systemd = Systemd()
         self._summarised: Counter[str] = Counter()
         self._unknown_told = 0
+
+    @staticmethod
+    def _journal(state: Path | None) -> JournalStore:
+        """On disk, where there is one."""
+        if state is None:
+            return NoJournal()
+        why_not = claim(state)
+        if why_not is not None:
+            _log.error("%s", why_not)
+            return NoJournal()
+        return JournalThread(JournalFiles(state / "plans"))
+
+    def _make_desks(self, maker: FrameMaker) -> list[Desk]:
+        """Each kind of work at the drone that needs a disk or a network."""
+        state = self._state
+        return [
+            ParameterDesk(maker, ParameterFiles(None if state is None else state / "parameters")),
+            LogDesk(maker, LogFiles(None if state is None else state / "logs"), self._files),
+        ]
 
     async def run(self) -> None:
         """Works until cancelled. Raises Unusable (alone, in no group) for what a restart does not cure."""
@@ -73,6 +110,7 @@ class Agent:
             raise RuntimeError("a part of the agent ended by itself")
         finally:
             self._systemd.stopping()
+            self._files.stop()
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
@@ -139,13 +177,14 @@ class Agent:
         if measured is not None:
             stream.measured(measured, now)
         self._onboard.tick(now)
+        self._link.closely = self._onboard.hands_on
         self._send_up(self._onboard.frames_to_tower(now))
         self._flush()
 
     def _flush(self) -> None:
         for frame in self._onboard.take_to_autopilot():
             self._port.send(frame)
-        for message in self._onboard.take_to_tower(self._loop.time()):
+        for message in self._onboard.take_to_tower(self._loop.time(), self._link.room):
             self._link.send_message(message)
 
     async def _summarise_for_ever(self) -> None:

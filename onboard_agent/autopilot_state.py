@@ -45,6 +45,8 @@ class AutopilotView:
         self.armed = False
         self.custom_mode = 0
         self.heard = False
+        self.outside_fence = False
+        """It says that it is beyond its fence."""
         self._heard_at = 0.0
         self._boot_ms = 0
         self._landed_state = 0
@@ -93,6 +95,12 @@ class AutopilotView:
         """EXTENDED_SYS_STATE of the autopilot came."""
         self._landed_state = message.landed_state
         self._landed_state_at = now
+
+    def sys_status(self, message: Any) -> None:
+        """SYS_STATUS of the autopilot came."""
+        enabled = message.onboard_control_sensors_enabled & mavlink.MAV_SYS_STATUS_GEOFENCE
+        healthy = message.onboard_control_sensors_health & mavlink.MAV_SYS_STATUS_GEOFENCE
+        self.outside_fence = bool(enabled and not healthy)
 
     def global_position(self, message: Any) -> AutopilotEvent | None:
         """GLOBAL_POSITION_INT of the autopilot came: its height, and its clock."""

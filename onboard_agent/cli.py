@@ -15,6 +15,7 @@ from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.schemes import help_text, make_port
 from onboard_agent.check import check_all
 from onboard_agent.enrolment import check_can_keep, fetch_credential, keep_credential
+from onboard_agent.state_directory import state_directory
 from onboard_agent.token_file import read_token, token_file_warning
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.unusable import Unusable
@@ -40,21 +41,38 @@ Uplinks = Annotated[
         help="A way out, by the name of its interface or a local address. Several: each datagram goes by all of them.",
     ),
 ]
+State = Annotated[
+    Path | None,
+    typer.Option(
+        "--state",
+        envvar=["TOWER_AGENT_STATE", "STATE_DIRECTORY"],
+        help="Folder for what must outlast the agent. Default: ~/.local/state/tower-agent.",
+    ),
+]
 LogLevel = Annotated[
     str, typer.Option("--log-level", envvar="TOWER_AGENT_LOG_LEVEL", help="debug, info, warning or error.")
 ]
 
 
 @app.command()
-def run(tower: Tower, token: Token, autopilot: Autopilot, uplink: Uplinks = None, log_level: LogLevel = "info") -> None:
+def run(
+    tower: Tower,
+    token: Token,
+    autopilot: Autopilot,
+    uplink: Uplinks = None,
+    state: State = None,
+    log_level: LogLevel = "info",
+) -> None:
     """Link an autopilot with the tower, until told to stop."""
     try:
         _set_up_logging(log_level)
+        credential = read_token(token)
         settings = AgentSettings(
             tower=parse_tower_url(tower),
-            credential=read_token(token),
+            credential=credential,
             port=make_port(autopilot),
             uplinks=parse_uplinks(uplink or ()),
+            state=state_directory(state, credential.drone_id),
         )
         warning = token_file_warning(token)
         if warning:

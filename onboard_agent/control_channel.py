@@ -18,7 +18,6 @@ from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.tower_url import TowerUrl
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
-    LARGEST_MESSAGE_BYTES,
     Hello,
     MalformedMessage,
     ResumeChallenge,
@@ -31,17 +30,20 @@ from wire.control_messages import (
     encode_message,
 )
 from wire.credential import Credential
+from wire.following import FOLLOW
 from wire.ids import DroneId, LinkId
 from wire.key_agreement import BadPublicKey, agree, public_bytes
 from wire.resuming import Challenge
 from wire.sealed_link import SealedLink
+from wire.transactions import LARGEST_TRANSACTION_BYTES, TRANSACTIONS
 
 UPGRADE_WITHIN_S: Final = 5.0
 """TLS and the HTTP upgrade on a slow cellular network."""
 WELCOME_WITHIN_S: Final = 5.0
-PING_INTERVAL_S: Final = 1.0
-PING_TIMEOUT_S: Final = 6.0
-"""After a black-out of 2 s TCP tries again only after 3.5 s, and a link renewed under somebody's hand holds."""
+PING_INTERVAL_S: Final = 2.0
+PING_TIMEOUT_S: Final = 5.0
+"""After a black-out of 2 s TCP tries again only after 3.5 s, and a link renewed under somebody's hand holds. Whether
+the tower is there is known by the datagrams; a control channel that has vanished is noticed within the sum of both."""
 CLOSE_WITHIN_S: Final = 0.5
 WRITE_BUFFER_BYTES: Final = 4096
 """Datagrams travel here where UDP is blocked: what cannot leave shall wait where it can still be thrown away."""
@@ -72,16 +74,17 @@ async def open_channel(
     *,
     uplinks: Sequence[str] = (ANY_UPLINK,),
     resuming: OpenedChannel | None = None,
+    process: int = 0,
 ) -> OpenedChannel:
     """Signs in, by the first of `uplinks` that leads to the tower. Raises NoLink or CredentialRefused.
 
     `resuming`: the link that shall go on. Then what is returned is either that (the same `sealed`) with another
-    connection, or a new link, if the tower wanted it so.
+    connection, or a new link, if the tower wanted it so. `process`: as in Hello.
     """
     connection = await upgrade(url, credential, uplinks, None if resuming is None else resuming.host)
     try:
         async with asyncio.timeout(WELCOME_WITHIN_S):
-            return await _say_hello(connection, credential, resuming)
+            return await _say_hello(connection, credential, resuming, process)
     except BaseException as error:
         if resuming is None:
             await connection.close()
@@ -99,13 +102,15 @@ async def open_channel(
 
 
 async def _say_hello(
-    connection: ClientConnection, credential: Credential, resuming: OpenedChannel | None
+    connection: ClientConnection, credential: Credential, resuming: OpenedChannel | None, process: int
 ) -> OpenedChannel:
     private_key = X25519PrivateKey.generate()
     hello = Hello(
         agent_version=VERSION,
         public_key=public_bytes(private_key),
         resume=None if resuming is None else resuming.sealed.link_id,
+        takes=(TRANSACTIONS, FOLLOW),
+        process=process,
     )
     answer = await _ask(connection, hello)
     if isinstance(answer, ResumeChallenge) and resuming is not None:
@@ -165,7 +170,7 @@ async def upgrade(
         return await connect(
             url.channel,
             sock=sock,
-            ssl=_trust() if url.secure else None,
+            ssl=trust() if url.secure else None,
             subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
             additional_headers={"Authorization": f"Bearer {credential}"},
             user_agent_header=f"tower-agent/{VERSION}",
@@ -175,7 +180,7 @@ async def upgrade(
             ping_interval=PING_INTERVAL_S,
             ping_timeout=PING_TIMEOUT_S,
             close_timeout=CLOSE_WITHIN_S,
-            max_size=LARGEST_MESSAGE_BYTES,
+            max_size=LARGEST_TRANSACTION_BYTES,
             write_limit=WRITE_BUFFER_BYTES,
         )
     except InvalidStatus as error:
@@ -194,6 +199,6 @@ async def upgrade(
 
 
 @functools.cache
-def _trust() -> ssl.SSLContext:
+def trust() -> ssl.SSLContext:
     """The system's certificates, read once: reading them takes longer than a stick's interval."""
     return ssl.create_default_context()

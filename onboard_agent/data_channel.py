@@ -60,7 +60,8 @@ class _Uplink:
 
 
 class DataChannel:
-    """`wake_writer`: called when `lane` has something for the WebSocket. `urgent`: an urgent message came."""
+    """`wake_writer`: called when `lane` has something for the WebSocket. `urgent`: an urgent message came. `closely`:
+    whether it must be noticed at once that the tower is silent (wire.keepalive)."""
 
     def __init__(
         self,
@@ -73,6 +74,7 @@ class DataChannel:
         urgent: Callable[[bytes], None],
         wake_writer: Callable[[], None],
         counts: Counter[str],
+        closely: Callable[[], bool] = lambda: True,
     ) -> None:
         self._loop = asyncio.get_running_loop()
         now = self._loop.time()
@@ -85,6 +87,7 @@ class DataChannel:
         self._urgent = urgent
         self._wake_writer = wake_writer
         self._counts = counts
+        self._closely = closely
         self._alarm_set = False
         self._websocket_proven_at = now
         self._uplinks = [
@@ -107,8 +110,8 @@ class DataChannel:
     # -- what the control channel has to know ------------------------------------------------------------------
 
     def silent_s(self, now: float) -> float:
-        """Since the tower was last heard, by whatever way."""
-        return self.sealed.keepalive.silent_for(now)
+        """Since the tower was last heard, by whatever way; for how long the pings rested is left out."""
+        return max(0.0, self.sealed.keepalive.silent_for(now) - self.sealed.keepalive.rests_s)
 
     @property
     def over_udp(self) -> bool:
@@ -138,6 +141,7 @@ class DataChannel:
             before = self.choice.transport
             self.choice.tick(now)
             self._transport_changed(before, now)
+            self.sealed.keepalive.at_leisure(self._there_is_time())
             self._send_all(self.sealed.datagrams_to_send(now), keepalive=True)
             probing = self.choice.probe_due(now)
             for uplink in self._uplinks:
@@ -145,6 +149,10 @@ class DataChannel:
                 self._ping_uplink(uplink, now, probing=probing)
             self._probe_mtu(now)
             await asyncio.sleep(TICK_S)
+
+    def _there_is_time(self) -> bool:
+        """Whether a silence may be noticed a little later. With several uplinks each is judged by what comes by it."""
+        return self.over_udp and len(self._uplinks) == 1 and not self._closely()
 
     # -- out ---------------------------------------------------------------------------------------------------
 
@@ -257,12 +265,13 @@ class DataChannel:
             self._urgent(received.urgent)
             return received
         before = self.choice.transport
+        rests_s = self.sealed.keepalive.rests_s
         if received.proof:
-            self.choice.proven(transport, now)
+            self.choice.proven(transport, now, rests_s=rests_s)
             if transport is Transport.WEBSOCKET:
                 self._websocket_proven_at = now
         if received.probed is not None:
-            self.choice.probe_answered(now)
+            self.choice.probe_answered(now, rests_s=rests_s)
             self._path_mtu.answered(received.probed.uplink or 0, received.probed.datagram_bytes, now)
         self._transport_changed(before, now)
         self._send_all(self.sealed.datagrams_to_send(now), keepalive=True)

@@ -72,6 +72,8 @@ class Modes:
     return_: FlightMode
     land: FlightMode
     mission: FlightMode
+    pauses: tuple[FlightMode, ...]
+    """Modes that stop a mission in the air and keep the place, without sticks."""
 
 
 _COPTER: Final = Modes(
@@ -81,6 +83,7 @@ _COPTER: Final = Modes(
     return_=_copter("RTL", 6),
     land=_copter("LAND", 9),
     mission=_copter("AUTO", 3),
+    pauses=(_copter("BRAKE", 17), _copter("GUIDED", 4)),
 )
 
 _PX4: Final = Modes(
@@ -90,12 +93,18 @@ _PX4: Final = Modes(
     return_=_px4("AUTO.RTL", _PX4_AUTO, 5),
     land=_px4("AUTO.LAND", _PX4_AUTO, 6),
     mission=_px4("AUTO.MISSION", _PX4_AUTO, 4),
+    pauses=(_px4("AUTO.LOITER", _PX4_AUTO, 3),),
 )
+
+
+def is_copter(vehicle_type: int) -> bool:
+    """Whether this MAV_TYPE has rotors alone."""
+    return vehicle_type in _COPTERS
 
 
 def modes_of(autopilot_kind: int, vehicle_type: int) -> Modes | None:
     """The modes of a multicopter, or None for a vehicle of which we know none (a plane, a rover)."""
-    if vehicle_type not in _COPTERS:
+    if not is_copter(vehicle_type):
         return None
     if autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
         return _COPTER

@@ -44,6 +44,8 @@ class Hold:
         self.phase = HoldPhase.IDLE
         self.sticks_on = False
         self.cause = HoldCause.ORDER
+        self.outside_fence = False
+        """The autopilot says that it is beyond its fence: ArduCopter then leaves its mode for no other."""
         self._ladder = ModeLadder(maker)
         self._settings = SafetySettings()
         self._order_id = 0
@@ -191,7 +193,8 @@ class Hold:
     def _why_unconfirmed(self) -> str:
         if not self._modes_known:
             return "no altitude-hold mode is known for this vehicle"
-        return self._ladder.why_not()
+        fence = "; it is outside its fence and may keep its mode until it is inside again" if self.outside_fence else ""
+        return self._ladder.why_not() + fence
 
     def _fire(self, event: HoldEvent, now: float, detail: str = "") -> None:
         """Takes the transition that the table has for this event; where it has none, the event means nothing here."""

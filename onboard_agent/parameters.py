@@ -71,7 +71,7 @@ NAMES: Final[dict[int, tuple[str, ...]]] = {
 """All that are read, in this order: what flying needs first."""
 
 _PARAM_VALUE: Final = Struct("<4sHH16sB")
-_INTEGERS: Final = {
+INTEGERS: Final = {
     1: Struct("<B"),
     2: Struct("<b"),
     3: Struct("<H"),
@@ -92,7 +92,7 @@ def read_value(frame: bytes, autopilot_kind: int) -> tuple[str, float] | None:
     PX4 puts the bytes of an integer where the float is; ArduPilot sends every value as a float.
     """
     raw, _, _, name, kind = _PARAM_VALUE.unpack_from(payload(frame).ljust(_PARAM_VALUE.size, b"\0"))
-    layout = _INTEGERS.get(kind, _FLOAT) if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4 else _FLOAT
+    layout = INTEGERS.get(kind, _FLOAT) if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4 else _FLOAT
     (value,) = layout.unpack_from(raw)
     if not isfinite(value):
         return None

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import logging
+import secrets
 from collections import Counter, deque
 from collections.abc import Sequence
 from typing import Final, Protocol
@@ -32,6 +33,7 @@ from wire.control_messages import (
 )
 from wire.credential import Credential
 from wire.drops import DropReason
+from wire.following import LeaderPosition
 from wire.ids import DroneId, Epoch
 
 _log = logging.getLogger(__name__)
@@ -88,6 +90,7 @@ class TowerLink:
         self._url = url
         self._credential = credential
         self._user = user
+        self._process = secrets.randbelow(0xFFFFFFFF) + 1
         self._backoff = Backoff()
         self._opened: OpenedChannel | None = None
         self._uplinks = uplinks
@@ -106,6 +109,8 @@ class TowerLink:
         self._something_to_write = asyncio.Event()
         self._loop = asyncio.get_running_loop()
         self._last_reason = ""
+        self.closely = True
+        """Whether it must be noticed at once that the tower is silent."""
         self.counts: Counter[str] = Counter()
         """Datagrams and frames not passed on, by reason."""
 
@@ -118,6 +123,11 @@ class TowerLink:
     def up(self) -> bool:
         """Whether there is a link now."""
         return self._opened is not None
+
+    @property
+    def room(self) -> int:
+        """How many more messages, of those that can wait, may be sent: half of the outbox is for the others."""
+        return max(0, OUTBOX // 2 - len(self._outbox))
 
     def measured(self, now: float) -> Measured | None:
         """How the link is; None while there is none. What the tower does not tell (yet, or because nothing comes
@@ -137,7 +147,7 @@ class TowerLink:
             delay_s = self._backoff.next_delay_s()
             try:
                 if opened is None:
-                    opened = await open_channel(self._url, self._credential, uplinks=self._ways)
+                    opened = await self._open(self._ways)
             except CredentialRefused as error:
                 self._say_once(f"{error}; asking again every {REFUSED_RETRY_S:.0f} s")
                 delay_s = REFUSED_RETRY_S
@@ -171,6 +181,7 @@ class TowerLink:
             urgent=self._urgent,
             wake_writer=self._something_to_write.set,
             counts=self.counts,
+            closely=lambda: self.closely or self._has_no_channel,
         )
 
     async def _live(self, opened: OpenedChannel) -> tuple[int | None, OpenedChannel | None]:
@@ -225,7 +236,12 @@ class TowerLink:
             writing.cancel()
 
     async def _open_another(self, opened: OpenedChannel, uplinks: Sequence[str]) -> OpenedChannel:
-        return await open_channel(self._url, self._credential, uplinks=uplinks or self._ways, resuming=opened)
+        return await self._open(uplinks or self._ways, resuming=opened)
+
+    async def _open(self, uplinks: Sequence[str], *, resuming: OpenedChannel | None = None) -> OpenedChannel:
+        return await open_channel(
+            self._url, self._credential, uplinks=uplinks, resuming=resuming, process=self._process
+        )
 
     async def _read(self, connection: ClientConnection, data: DataChannel) -> None:
         with contextlib.suppress(ConnectionClosed):
@@ -259,7 +275,7 @@ class TowerLink:
         except MalformedMessage:
             self.counts[DropReason.BAD_CONTENT] += 1
             return
-        if isinstance(message, (HoldOrder, ControlChanged)):
+        if isinstance(message, (HoldOrder, ControlChanged, LeaderPosition)):
             self._user.message(message)
 
     def _send_urgent(self, message: ToTower) -> None:

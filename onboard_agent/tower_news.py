@@ -11,6 +11,7 @@ from onboard_agent.autopilot_state import AutopilotView
 from onboard_agent.hold import Hold
 from onboard_agent.inquiry import Inquiry
 from onboard_agent.telemetry_stream import TelemetryStream
+from onboard_agent.work import WorkAtDrone
 from wire.control_messages import HoldProgress, ToTower
 
 _log = logging.getLogger(__name__)
@@ -18,15 +19,27 @@ _log = logging.getLogger(__name__)
 PROGRESS_KEPT: Final = 32
 """Steps of a hold that wait for a link: four holds' worth. The oldest go first; what counts is how it ended."""
 
+ROOM: Final = 32
+"""Messages about work at the drone that may be handed out at once."""
+
 
 class TowerNews:
     """Knows whom to ask. Take what is due with `take`, often."""
 
-    def __init__(self, *, autopilot: AutopilotView, hold: Hold, inquiry: Inquiry, stream: TelemetryStream) -> None:
+    def __init__(
+        self,
+        *,
+        autopilot: AutopilotView,
+        hold: Hold,
+        inquiry: Inquiry,
+        stream: TelemetryStream,
+        work: WorkAtDrone,
+    ) -> None:
         self._autopilot = autopilot
         self._hold = hold
         self._inquiry = inquiry
         self._stream = stream
+        self._work = work
         self._linked = False
         self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
 
@@ -41,8 +54,8 @@ class TowerNews:
         """Nobody to tell."""
         self._linked = False
 
-    def take(self, now: float) -> list[ToTower]:
-        """Messages in order; none while there is no link."""
+    def take(self, now: float, room: int) -> list[ToTower]:
+        """Messages in order; none while there is no link. `room`: at most so many about work at the drone."""
         for step in self._hold.take_progress():
             _log.info("hold: %s %s", step.step, step.detail)
             self._progress.append(step)
@@ -55,4 +68,4 @@ class TowerNews:
             self._stream.changed(),
             self._inquiry.loss_report(self._autopilot.kind) if self._autopilot.heard else None,
         )
-        return messages + [one for one in news if one is not None]
+        return [*messages, *(one for one in news if one is not None), *self._work.news(room=room)]

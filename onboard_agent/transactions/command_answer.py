@@ -92,6 +92,19 @@ class CommandAnswer:
         return [self._make(self._sent - 1)]
 
     @property
+    def sent(self) -> bool:
+        """Whether it went out at least once."""
+        return self._sent > 0
+
+    def repeat_no_more(self) -> None:
+        """What has come meanwhile must not be undone by another copy of it. Its answer still counts."""
+        self._tries = max(self._sent, 1)
+
+    def refused(self, why: str) -> None:
+        """It must not go out. `why`: a sentence."""
+        self.end = CommandEnd(Outcome.REFUSED, why)
+
+    @property
     def _silence(self) -> str:
         if self._in_progress:
             return "The autopilot began, and has not said how it ended."

@@ -4,24 +4,46 @@ An intent is saved before the first frame of a write goes out and removed when a
 board. As long as there is one, the plan on board may be half of one.
 """
 
+from collections.abc import Callable
 from typing import Final, Protocol
 
 import msgspec
 
 from wire.plans import BoundedPlan, Plan, PlanKind
 
+Lasting = Callable[[], bool]
+"""Ask it: whether what was to be done is done, and lasts. Raises OSError where it cannot be; then nothing changed."""
+
 
 class JournalStore(Protocol):
-    """One record for each kind of plan. Each call is whole or not at all, and lasting when it returns."""
+    """One record for each kind of plan. Each change is whole or not at all, and in the order of the calls.
+
+    What returns None is done and lasting by then; else it is once the Lasting says so.
+    """
 
     def load(self, kind: PlanKind) -> bytes | None:
         """The record, or None where there is none. Raises OSError."""
 
-    def save(self, kind: PlanKind, record: bytes) -> None:
+    def save(self, kind: PlanKind, record: bytes) -> Lasting | None:
         """Raises OSError; then nothing has changed."""
 
-    def remove(self, kind: PlanKind) -> None:
+    def remove(self, kind: PlanKind) -> Lasting | None:
         """No record any more. Raises OSError."""
+
+
+class NoJournal:
+    """A JournalStore where there is no place for one: nothing was ever begun, and nothing is."""
+
+    def load(self, kind: PlanKind) -> bytes | None:
+        """There is none."""
+        return None
+
+    def save(self, kind: PlanKind, record: bytes) -> None:
+        """Raises OSError."""
+        raise OSError("it has no directory for its state")
+
+    def remove(self, kind: PlanKind) -> None:
+        """There is none."""
 
 
 class Intent(msgspec.Struct, frozen=True):
@@ -37,9 +59,9 @@ UNREADABLE: Final = Intent((), ())
 _decoder: Final[msgspec.json.Decoder[Intent]] = msgspec.json.Decoder(Intent)
 
 
-def write_intent(store: JournalStore, kind: PlanKind, *, old: Plan, new: Plan) -> None:
+def write_intent(store: JournalStore, kind: PlanKind, *, old: Plan, new: Plan) -> Lasting | None:
     """Raises OSError."""
-    store.save(kind, msgspec.json.encode(Intent(old, new)))
+    return store.save(kind, msgspec.json.encode(Intent(old, new)))
 
 
 def read_intent(store: JournalStore, kind: PlanKind) -> Intent | None:

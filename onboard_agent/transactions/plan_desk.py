@@ -15,13 +15,13 @@ from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
 from onboard_agent.transactions.journal import UNREADABLE, Intent, JournalStore, read_intent
 from onboard_agent.transactions.patience import Patience
 from onboard_agent.transactions.plan_download import Downloaded, PlanDownload
+from onboard_agent.transactions.plan_messages import HEARD, KEPT_OUT
 from onboard_agent.transactions.plan_replacement import PlanReplacement, ReplacementEnd
 from onboard_agent.transactions.plan_talk import PlanTalk
-from onboard_agent.transactions.plan_words import THE
-from wire.dialect import decode, mavlink
+from onboard_agent.transactions.plan_words import THE, compared
+from wire.dialect import decode
 from wire.frames import message_id, source
-from wire.plan_comparison import changes
-from wire.plans import Plan, PlanKind, plan_hash
+from wire.plans import Plan, PlanKind, pack_plan, plan_hash
 from wire.transactions import (
     Outcome,
     PlanClearWork,
@@ -37,31 +37,11 @@ from wire.transactions import (
 
 PROGRESS_EVERY_S: Final = 0.2
 RECOVER_AGAIN_S: Final = 10.0
+READ_WITHIN_S: Final = 120.0
+"""For a plan that nobody waits for: 700 items on a narrow line."""
 
 PlanWork = PlanDownloadWork | PlanUploadWork | PlanClearWork | PlanVerifyWork
 _WRITES: Final = (PlanUploadWork, PlanClearWork)
-
-HEARD: Final = frozenset(
-    {
-        mavlink.MAVLINK_MSG_ID_MISSION_COUNT,
-        mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT,
-        mavlink.MAVLINK_MSG_ID_MISSION_REQUEST,
-        mavlink.MAVLINK_MSG_ID_MISSION_REQUEST_INT,
-        mavlink.MAVLINK_MSG_ID_MISSION_ACK,
-    }
-)
-"""Messages of the autopilot that `heard` wants to see."""
-
-KEPT_OUT: Final = frozenset(
-    {
-        mavlink.MAVLINK_MSG_ID_MISSION_COUNT,
-        mavlink.MAVLINK_MSG_ID_MISSION_CLEAR_ALL,
-        mavlink.MAVLINK_MSG_ID_MISSION_WRITE_PARTIAL_LIST,
-        mavlink.MAVLINK_MSG_ID_MISSION_ITEM,
-        mavlink.MAVLINK_MSG_ID_MISSION_ITEM_INT,
-    }
-)
-"""Messages with which a ground station writes a plan."""
 
 
 @dataclass(slots=True)
@@ -69,7 +49,7 @@ class _Running:
     machine: PlanReplacement | PlanDownload
     kind: PlanKind
     transaction: Transaction | None
-    """None: a recovery."""
+    """None: a recovery, or a reading that nobody waits for."""
     deadline: float
     told_at: float = -PROGRESS_EVERY_S
 
@@ -91,6 +71,8 @@ class PlanDesk:
         self._running: _Running | None = None
         self._news: list[TransactionToTower] = []
         self._open: dict[PlanKind, Intent] = {}
+        self.read_failed: dict[PlanKind, str] = {}
+        """Kinds that `read` could not read, with the MAV_MISSION_RESULT's name or nothing."""
         self._recover_at: float | None = None
         for kind in PlanKind:
             intent = read_intent(journal, kind)
@@ -102,16 +84,38 @@ class PlanDesk:
     @property
     def why_no_start(self) -> str | None:
         """A sentence where no mission may be started now, or None."""
-        if self._running is not None and self._running.writes:
+        if self._running is not None and self.writes:
             return f"The {THE[self._running.kind]} is being written: no mission is started now."
         for kind in self._open:
             return f"The {THE[kind]} on board is not known: upload it again before a mission is started."
         return None
 
+    @property
+    def busy(self) -> bool:
+        """Whether anything is going on that somebody waits for, or that writes."""
+        return self._running is not None and not self._only_looks(self._running)
+
+    @property
+    def looks(self) -> bool:
+        """Whether a plan is being read that nobody waits for."""
+        return self._running is not None and self._only_looks(self._running)
+
+    @property
+    def writes(self) -> bool:
+        """Whether a plan is being written."""
+        return self._running is not None and self._running.writes
+
+    @property
+    def mission_in_doubt(self) -> bool:
+        """Whether the mission on board may be half of one at this moment."""
+        running = self._running
+        if running is not None and running.kind is PlanKind.MISSION and isinstance(running.machine, PlanReplacement):
+            return running.machine.has_written
+        return PlanKind.MISSION in self._open
+
     def keeps_out(self, ground_station_message_id: int) -> bool:
         """Whether a message from a ground station would write a plan while we do."""
-        running = self._running
-        return running is not None and running.writes and ground_station_message_id in KEPT_OUT
+        return self.writes and ground_station_message_id in KEPT_OUT
 
     def news(self) -> list[TransactionToTower]:
         """What is to be told to the tower, once."""
@@ -143,6 +147,17 @@ class PlanDesk:
             machine = PlanDownload(talk, self._patience)
         self._running = _Running(machine, work.kind, transaction, now + transaction.deadline_s)
 
+    def read(self, kind: PlanKind, now: float) -> None:
+        """Looks what is on board, if nothing else is going on. Gives way to the tower's transactions."""
+        if self._running is None and self._system is not None:
+            self.read_failed.pop(kind, None)
+            self._running = _Running(PlanDownload(self._talk(kind), self._patience), kind, None, now + READ_WITHIN_S)
+
+    def look_no_more(self) -> None:
+        """Ends what `read` began."""
+        if self.looks:
+            self._running = None
+
     def cancel(self, transaction_id: int, now: float) -> None:
         """The tower wants it no more. One that is over, or a recovery, is left alone."""
         if self._is_running(transaction_id):
@@ -151,22 +166,35 @@ class PlanDesk:
 
     def epoch_changed(self, epoch: int, now: float) -> None:
         """Somebody else has the controls, or nobody: what the last holder writes is put back."""
-        if epoch <= self._epoch:
+        if epoch == self._epoch:
             return
         self._epoch = epoch
         running = self._running
         if running is not None and running.writes and running.transaction is not None:
-            if running.transaction.epoch < epoch:
+            if running.transaction.epoch != epoch:
                 self._stop(Outcome.STALE_EPOCH, "the controls changed hands meanwhile")
             self._settle(now)
 
-    def heard(self, frame: bytes, now: float) -> None:
-        """One of HEARD: a whole frame whose checksum holds. What is not from the autopilot to us changes nothing."""
-        if self._running is None or message_id(frame) not in HEARD or source(frame) != (self._system, 1):
-            return
+    def mission_flown(self, now: float) -> None:
+        """The mission is being flown, whoever began that: of what was not begun to be written nothing is."""
+        machine = None if self._running is None or self._running.transaction is None else self._running.machine
+        if isinstance(machine, PlanReplacement) and not machine.has_written:
+            self._stop(Outcome.REFUSED, "the drone began to fly its mission")
+            self._settle(now)
+
+    def heard(self, frame: bytes, now: float) -> bool:
+        """One of HEARD: a whole frame whose checksum holds. What is not from the autopilot to us changes nothing.
+
+        Returns whether it is.
+        """
+        if message_id(frame) not in HEARD or source(frame) != (self._system, 1):
+            return False
         message = decode(frame)
-        if message is not None and self._for_us(message):
+        if message is None or not self._for_us(message):
+            return False
+        if self._running is not None:
             self._running.machine.heard(message, now)
+        return True
 
     def due(self, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
@@ -177,6 +205,8 @@ class PlanDesk:
             return []
         if now >= running.deadline:
             self._stop(Outcome.TIMED_OUT, "the time for it was up")
+        if self._running is None:
+            return []
         out = running.machine.due(now)
         self._settle(now)
         return out
@@ -184,6 +214,7 @@ class PlanDesk:
     # Inside.
 
     def _refusal(self, transaction: Transaction, work: PlanWork) -> tuple[Outcome, str] | None:
+        self.look_no_more()
         if isinstance(work, _WRITES):
             if transaction.epoch < self._epoch:
                 return Outcome.STALE_EPOCH, "The controls have changed hands since this was asked for."
@@ -210,9 +241,12 @@ class PlanDesk:
         assert running is not None
         if isinstance(running.machine, PlanReplacement):
             running.machine.stop(outcome, why)
-        elif running.transaction is not None:
-            self._tell(running.transaction.id, outcome, f"{why[0].upper()}{why[1:]}. Nothing was changed.")
+        else:
             self._running = None
+            if running.transaction is None:
+                self.read_failed[running.kind] = ""
+            else:
+                self._tell(running.transaction.id, outcome, f"{why[0].upper()}{why[1:]}. Nothing was changed.")
 
     def _settle(self, now: float) -> None:
         running = self._running
@@ -227,7 +261,9 @@ class PlanDesk:
             self._replaced(running, end, now)
         elif isinstance(end, Downloaded):
             self._downloaded(running, end.plan)
-        elif running.transaction is not None:
+        elif running.transaction is None:
+            self.read_failed[running.kind] = end.code
+        else:
             words = f"The {THE[running.kind]} could not be read: {end.why}."
             self._tell(running.transaction.id, Outcome.FAILED, words, code=end.code, item=end.item)
 
@@ -247,20 +283,20 @@ class PlanDesk:
             self._tell(running.transaction.id, end.outcome, end.words, code=end.code, item=end.item)
 
     def _downloaded(self, running: _Running, plan: Plan) -> None:
-        assert running.transaction is not None
         self._know(running.kind, plan, None)
+        if running.transaction is None:
+            return
         work, the = running.transaction.work, THE[running.kind]
         if not isinstance(work, PlanVerifyWork):
-            self._tell(running.transaction.id, Outcome.DONE, f"The {the} was read: {len(plan)} items.", plan=plan)
-            return
-        different = next((change for change in changes(work.items, plan) if not change.harmless), None)
-        if different is None:
-            self._tell(running.transaction.id, Outcome.DONE, f"The {the} on board is this one.")
-        else:
-            words = (
-                f"The {the} on board is another: they differ first in item {different.item + 1} ({different.field})."
+            self._tell(
+                running.transaction.id,
+                Outcome.DONE,
+                f"The {the} was read: {len(plan)} items.",
+                plan=pack_plan(running.kind, plan),
             )
-            self._tell(running.transaction.id, Outcome.FAILED, words, item=different.item)
+            return
+        outcome, words, item = compared(running.kind, work.items, plan)
+        self._tell(running.transaction.id, outcome, words, item=item)
 
     def _know(self, kind: PlanKind, plan: Plan, sent: Plan | None) -> None:
         self._news.append(
@@ -268,7 +304,7 @@ class PlanDesk:
                 kind=kind,
                 hash=plan_hash(kind, plan),
                 count=len(plan),
-                items=plan,
+                plan=pack_plan(kind, plan),
                 sent_hash=None if sent is None else plan_hash(kind, sent),
                 fit_to_fly=kind not in self._open,
             )
@@ -292,11 +328,15 @@ class PlanDesk:
         *,
         code: str = "",
         item: int | None = None,
-        plan: Plan | None = None,
+        plan: bytes | None = None,
     ) -> None:
         self._news.append(
             TransactionResult(id=transaction_id, outcome=outcome, words=words, item=item, code=code, plan=plan)
         )
+
+    @staticmethod
+    def _only_looks(running: _Running) -> bool:
+        return running.transaction is None and not running.writes
 
     def _is_running(self, transaction_id: int) -> bool:
         running = self._running

@@ -1,7 +1,10 @@
-"""Reads one plan off the autopilot: MISSION_REQUEST_LIST, then item by item. No I/O; takes `now`.
+"""Reads one plan off the autopilot: MISSION_REQUEST_LIST, then its items. No I/O; takes `now`.
+
+An autopilot that answers each question by itself (`PlanTalk.asks_ahead`) is asked for several items at once: it looks
+at its line a few hundred times a second, so that item by item 200 of them take a second.
 
 Laws, each with a test:
-- An item counts only when it is the one that was asked for; what comes twice or out of order changes nothing.
+- An item counts only when it was asked for; what comes twice or out of order changes nothing.
 - A count that changes meanwhile means another plan: the reading begins again, a few times.
 - A late answer to the upload before ends nothing.
 - An autopilot that denies it is busy with an upload that was given up: it is asked again until that lapses.
@@ -54,7 +57,10 @@ class PlanDownload:
         self._asking.ask(talk.ask_count(), patience.first_s)
         self._out: list[bytes] = []
         self._count: int | None = None
-        self._items: list[PlanItem] = []
+        self._items: dict[int, PlanItem] = {}
+        """By the autopilot's numbers."""
+        self._asked: dict[int, Repeated] = {}
+        """Those that are asked for, in order, and have not come."""
         self._restarts = 0
         self._denied_since: float | None = None
         self._last_no: int | None = None
@@ -80,11 +86,16 @@ class PlanDownload:
 
     def due(self, now: float) -> list[bytes]:
         """Frames to send now."""
-        if self.end is None and self._asking.given_up(now):
+        if self.end is None and any(one.given_up(now) for one in self._questions):
             self._give_up()
         out, self._out = self._out, []
-        question = None if self.end is not None else self._asking.due(now)
-        return out if question is None else [*out, question]
+        if self.end is None:
+            out += [question for one in self._questions if (question := one.due(now)) is not None]
+        return out
+
+    @property
+    def _questions(self) -> list[Repeated]:
+        return [self._asking, *self._asked.values()]
 
     def _counted(self, count: int) -> None:
         if self._count == count:
@@ -97,27 +108,36 @@ class PlanDownload:
         if count > ITEMS_MOST + self._talk.first:
             self.end = DownloadFailed(f"the autopilot says that it has {count} items, more than {ITEMS_MOST}")
             return
-        self._count, self._items, self._last_no = count, [], None
-        self._next()
+        self._forget_items()
+        self._count, self._last_no = count, None
+        self._asking.answered()
+        self._ask_on()
 
     def _item(self, message: Any) -> None:
-        if self._count is None or message.seq != len(self._items):
+        if self._asked.pop(message.seq, None) is None:
             return
         try:
-            self._items.append(read_item(message))
+            self._items[message.seq] = read_item(message)
         except ValueError:
-            item = len(self._items) - self._talk.first
+            item = message.seq - self._talk.first
             self.end = DownloadFailed("the autopilot tells an item that has no number where one must be", item=item)
             return
-        self._next()
+        self._ask_on()
 
-    def _next(self) -> None:
-        if len(self._items) != self._count:
-            self._asking.ask(self._talk.ask_item(len(self._items)), self._patience.next_s)
-            return
-        self._asking.answered()
-        self._out.append(self._talk.acknowledge(mavlink.MAV_MISSION_ACCEPTED))
-        self.end = Downloaded(self._talk.from_board(tuple(self._items)))
+    def _ask_on(self) -> None:
+        assert self._count is not None
+        for seq in range(len(self._items) + len(self._asked), self._count):
+            if len(self._asked) == self._talk.asks_ahead:
+                return
+            self._asked[seq] = Repeated(self._patience.tries)
+            self._asked[seq].ask(self._talk.ask_item(seq), self._patience.next_s)
+        if not self._asked:
+            self._out.append(self._talk.acknowledge(mavlink.MAV_MISSION_ACCEPTED))
+            self.end = Downloaded(self._talk.from_board(tuple(self._items[seq] for seq in range(self._count))))
+
+    def _forget_items(self) -> None:
+        self._items.clear()
+        self._asked.clear()
 
     def _acknowledged(self, result: int, now: float) -> None:
         if result in _PASSING:
@@ -126,7 +146,8 @@ class PlanDownload:
         if result == mavlink.MAV_MISSION_DENIED:
             self._denied_since = now if self._denied_since is None else self._denied_since
             if now - self._denied_since < self._patience.busy_s:
-                self._count, self._items = None, []
+                self._count = None
+                self._forget_items()
                 self._asking.ask(self._talk.ask_count(), self._patience.first_s)
                 self._asking.postpone(now)
                 return
@@ -135,14 +156,14 @@ class PlanDownload:
     def _give_up(self) -> None:
         if self._last_no is not None:
             self.end = DownloadFailed(sentence(self._last_no), code_name(self._last_no), self._item_asked)
-        elif self._count is None:
+        elif not self._asked:
             self.end = DownloadFailed("the autopilot does not answer when it is asked for its plan")
         else:
-            number = len(self._items) - self._talk.first + 1
+            number = min(self._asked) - self._talk.first + 1
             asked = f"item {number}" if number > 0 else "home"
             self.end = DownloadFailed(f"the autopilot does not answer when it is asked for {asked}")
 
     @property
     def _item_asked(self) -> int | None:
-        item = len(self._items) - self._talk.first
-        return item if self._count is not None and item >= 0 else None
+        item = min(self._asked, default=-1) - self._talk.first
+        return item if item >= 0 else None

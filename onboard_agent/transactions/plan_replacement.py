@@ -18,11 +18,12 @@ Laws, each with a test:
 - Where it ends without knowing what is on board, the journal keeps the intent.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
 
-from onboard_agent.transactions.journal import Intent, JournalStore, write_intent
+from onboard_agent.transactions.journal import Intent, JournalStore, Lasting, write_intent
 from onboard_agent.transactions.patience import Patience
 from onboard_agent.transactions.plan_download import DownloadFailed, PlanDownload
 from onboard_agent.transactions.plan_talk import PlanTalk
@@ -77,6 +78,9 @@ class PlanReplacement:
         self._new = new
         self._journal = journal
         self._patience = patience
+        self._left_open = left_open is not None
+        self._disk: tuple[Lasting, Callable[[OSError | None], None]] | None = None
+        """What the journal is at, and what follows."""
         self._old: Plan = () if left_open is None else left_open.old
         self._old_known = left_open is not None
         self._trouble: _Trouble | None = None
@@ -117,7 +121,8 @@ class PlanReplacement:
         """Frames to send now."""
         out, self._out = self._out, []
         out += self._part.due(now)
-        while self.end is None and self._part.end is not None:
+        self._look_at_disk()
+        while self.end is None and self._disk is None and self._part.end is not None:
             self._advance()
             out += self._part.due(now)
         return out
@@ -128,6 +133,10 @@ class PlanReplacement:
             return
         self._trouble = _Trouble(outcome, why)
         if self.phase is Phase.LEARNING:
+            if self._disk is not None:
+                self._disk = None
+                if not self._left_open:
+                    self._remove_intent()
             self._finish(on_board=None, is_new=False, words="Nothing was written; the plan on board is as it was.")
         elif isinstance(self._part, PlanWrite):
             self._out += self._part.stop()
@@ -159,13 +168,20 @@ class PlanReplacement:
             return
         if not self._old_known:
             self._old, self._old_known = on_board, True
-        try:
-            write_intent(self._journal, self._talk.kind, old=self._old, new=self._new)
-        except OSError as error:
+
+        def saved(error: OSError | None) -> None:
+            if error is None:
+                self._begin(Phase.WRITING, PlanWrite(self._talk, self._new, self._patience))
+                return
             self._trouble = _Trouble(Outcome.FAILED, f"the agent cannot write its journal ({error.strerror or error})")
             self._finish(on_board=on_board, is_new=False, words="Nothing was written; the plan on board is as it was.")
+
+        try:
+            lasting = write_intent(self._journal, self._talk.kind, old=self._old, new=self._new)
+        except OSError as error:
+            saved(error)
             return
-        self._begin(Phase.WRITING, PlanWrite(self._talk, self._new, self._patience))
+        self._when(lasting, saved)
 
     def _written(self) -> None:
         end = self._part.end
@@ -227,21 +243,45 @@ class PlanReplacement:
         self._finish(on_board=None, is_new=False, words=words, proved=False)
 
     def _finish(self, *, on_board: Plan | None, is_new: bool, words: str, proved: bool = True) -> None:
-        if is_new or (proved and self.has_written):
-            self._remove_intent()
         trouble = None if is_new else self._trouble
         if trouble is None:
-            self.end = ReplacementEnd(Outcome.DONE, words, on_board, is_new)
-            return
-        why = f"{item_words(trouble.item)}{trouble.why}. "
-        sentence = why[0].upper() + why[1:] + words
-        self.end = ReplacementEnd(trouble.outcome, sentence, on_board, is_new, trouble.code, trouble.item)
+            end = ReplacementEnd(Outcome.DONE, words, on_board, is_new)
+        else:
+            why = f"{item_words(trouble.item)}{trouble.why}. "
+            sentence = why[0].upper() + why[1:] + words
+            end = ReplacementEnd(trouble.outcome, sentence, on_board, is_new, trouble.code, trouble.item)
 
-    def _remove_intent(self) -> None:
+        def over(_error: OSError | None) -> None:
+            self.end = end  # where the intent stays, it is read back once more, and one whole plan is found
+
+        lasting = self._remove_intent() if is_new or (proved and self.has_written) else None
+        self._when(lasting, over)
+
+    def _remove_intent(self) -> Lasting | None:
         try:
-            self._journal.remove(self._talk.kind)
+            return self._journal.remove(self._talk.kind)
         except OSError:
-            return  # the next start reads back once more and finds one whole plan
+            return None
+
+    def _when(self, lasting: Lasting | None, then: Callable[[OSError | None], None]) -> None:
+        """`then` follows at once, or when the journal has done what it is at."""
+        if lasting is None:
+            then(None)
+        else:
+            self._disk = lasting, then
+
+    def _look_at_disk(self) -> None:
+        if self._disk is None:
+            return
+        lasting, then = self._disk
+        error = None
+        try:
+            if not lasting():
+                return
+        except OSError as raised:
+            error = raised
+        self._disk = None
+        then(error)
 
     def _begin(self, phase: Phase, part: PlanDownload | PlanWrite) -> None:
         self.phase, self._part = phase, part

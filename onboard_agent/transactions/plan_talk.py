@@ -13,6 +13,9 @@ from wire.dialect import mavlink
 from wire.plans import Plan, PlanItem, PlanKind, item_message
 
 _AUTOPILOT_COMPONENT: Final = 1
+ASKED_AHEAD: Final = 5
+"""Of an ArduPilot, which answers each request for an item by itself. On a serial line of 57,600 baud that is 45 ms."""
+
 _HOME_PLACEHOLDER: Final = PlanItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL)
 """Goes up as slot 0; the autopilot puts its home there."""
 
@@ -26,6 +29,8 @@ class PlanTalk:
         self._system = vehicle_system_id
         self.first = 1 if home_slot and kind is PlanKind.MISSION else 0
         """The autopilot's number of our item 0."""
+        self.asks_ahead = ASKED_AHEAD if home_slot else 1
+        """How many items may be asked for before the first has come. PX4 hands them out one after another."""
 
     def to_board(self, plan: Plan) -> Plan:
         """The items as the autopilot numbers them."""

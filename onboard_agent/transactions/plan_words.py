@@ -3,7 +3,9 @@
 from typing import Final
 
 from wire.dialect import mavlink
-from wire.plans import PlanKind
+from wire.plan_comparison import changes
+from wire.plans import Plan, PlanKind
+from wire.transactions import Outcome
 
 THE: Final = {
     PlanKind.MISSION: "mission",
@@ -44,3 +46,13 @@ def sentence(result: int) -> str:
 def item_words(item: int | None) -> str:
     """`item` from 0, told from 1."""
     return "" if item is None else f"item {item + 1}: "
+
+
+def compared(kind: PlanKind, plan: Plan, on_board: Plan) -> tuple[Outcome, str, int | None]:
+    """Whether the plan on board is this one; else in which item, from 0, they differ first."""
+    the = THE[kind]
+    different = next((change for change in changes(plan, on_board) if not change.harmless), None)
+    if different is None:
+        return Outcome.DONE, f"The {the} on board is this one.", None
+    words = f"The {the} on board is another: they differ first in item {different.item + 1} ({different.field})."
+    return Outcome.FAILED, words, different.item

@@ -1,0 +1,28 @@
+"""A transaction that is being worked on: until when, and what is told of it meanwhile. No I/O; takes `now`."""
+
+from typing import Any, Final
+
+from wire.transactions import Outcome, Transaction, TransactionProgress, TransactionResult
+
+PROGRESS_EVERY_S: Final = 0.2
+
+
+class Asked:
+    """`deadline`: on the clock of `now`."""
+
+    def __init__(self, transaction: Transaction, now: float) -> None:
+        self.id = transaction.id
+        self.epoch = transaction.epoch
+        self.deadline = now + transaction.deadline_s
+        self._told_at = float("-inf")
+
+    def progress(self, phase: str, done: int, total: int, now: float) -> list[TransactionProgress]:
+        """What to tell of it now: nothing, where something has just been told."""
+        if now - self._told_at < PROGRESS_EVERY_S:
+            return []
+        self._told_at = now
+        return [TransactionProgress(id=self.id, phase=phase, done=done, total=total)]
+
+    def result(self, outcome: Outcome, words: str, **more: Any) -> TransactionResult:
+        """The last that is told of it."""
+        return TransactionResult(id=self.id, outcome=outcome, words=words, **more)

@@ -1,0 +1,38 @@
+"""A file on its way to the tower, as a desk sees it. No I/O."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+
+@dataclass(frozen=True, slots=True)
+class Sending:
+    """`done`: bytes that have gone out. An attempt that broke off begins again at 0."""
+
+    done: int
+
+
+@dataclass(frozen=True, slots=True)
+class Sent:
+    """The tower has it."""
+
+
+@dataclass(frozen=True, slots=True)
+class NotSent:
+    """The tower does not want it. `why`: without a full stop."""
+
+    why: str
+
+
+class FileSender(Protocol):
+    """Sends one file at a time, and tries on until it is sent, not wanted, or stopped."""
+
+    @property
+    def state(self) -> Sending | Sent | NotSent:
+        """Of the file that was begun last."""
+
+    def begin(self, transaction_id: int, path: Path) -> None:
+        """To `PUT /api/v1/agent/files/{transaction_id}`."""
+
+    def stop(self) -> None:
+        """Not any more. What is over stays as it is."""

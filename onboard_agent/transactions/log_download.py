@@ -1,0 +1,123 @@
+"""Reads one flight log, a window at a time, what is lost once more. No I/O but the file's; takes `now`.
+
+Laws, each with a test:
+- What is in the file is whole from its beginning: bytes go there a window at a time, when that has no gap any more.
+- A gap is asked for when what was asked for has ended, or nothing comes any more; the first one first.
+- The autopilot knows where its log ends: a short piece, or an empty one, ends it earlier than the list said.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Final, Protocol
+
+from onboard_agent.transactions.log_talk import CHUNK, LogPace, LogTalk
+
+SENDS_NO_MORE: Final = "the autopilot sends no more of it"
+
+
+class LogFile(Protocol):
+    """Where a log goes. One at a time."""
+
+    def append(self, data: bytes) -> None:
+        """Raises OSError."""
+
+
+@dataclass(frozen=True, slots=True)
+class LogRead:
+    """All of it is in the file."""
+
+    size: int
+
+
+@dataclass(frozen=True, slots=True)
+class LogNotRead:
+    """`why`: without a full stop. What is in the file is good as far as it goes."""
+
+    why: str
+
+
+class LogDownload:
+    """Call `due` at each tick and after each `heard`, until `end` is there."""
+
+    def __init__(self, talk: LogTalk, pace: LogPace, file: LogFile, *, log_id: int, size: int, have: int) -> None:
+        """`size`: as the list says. `have`: bytes that are in the file, a multiple of CHUNK or all of them."""
+        self._talk = talk
+        self._pace = pace
+        self._file = file
+        self._log_id = log_id
+        self._size = size
+        self._at = have
+        self._pieces: dict[int, bytes] = {}
+        """Of the window that begins at `_at`, by offset."""
+        self._asked: tuple[int, int] | None = None
+        """From where, to where."""
+        self._came = 0
+        """Pieces of that."""
+        self._in_vain = 0
+        self._heard = False
+        self._look_at = float("-inf")
+        self.end: LogRead | LogNotRead | None = None
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Bytes, and bytes in all."""
+        return min(self._at + len(self._pieces) * CHUNK, self._size), self._size
+
+    def heard(self, told: Any, now: float) -> bool:
+        """A LOG_DATA of the autopilot. Whether it was news."""
+        if self.end is not None or told.id != self._log_id or self._asked is None:
+            return False
+        at, count = told.ofs, min(told.count, CHUNK)
+        if not self._at <= at < self._window_end or (at - self._at) % CHUNK or at in self._pieces:
+            return False
+        if count < CHUNK and at + count < self._size:
+            self._size = at + count
+            self._pieces = {begin: piece for begin, piece in self._pieces.items() if begin < self._size}
+        if count:
+            self._pieces[at] = bytes(told.data[:count])
+        self._heard, self._in_vain = True, 0
+        begin, end = self._asked[0], min(self._asked[1], self._size)
+        self._came += begin <= at < end
+        if self._came * CHUNK >= end - begin:
+            self._look_at = now
+        else:
+            self._look_at = now + (self._pace.settle_s if at + CHUNK >= end else self._pace.quiet_s)
+        if len(self._pieces) * CHUNK >= self._window_end - self._at:
+            self._window_read(now)
+        return True
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        if self.end is None and self._at >= self._size:
+            self.end = LogRead(self._size)
+        if self.end is not None or now < self._look_at:
+            return []
+        if self._in_vain >= self._pace.tries:
+            self.end = LogNotRead(SENDS_NO_MORE)
+            return []
+        self._in_vain += 1
+        begin = self._at
+        while begin in self._pieces:
+            begin += CHUNK
+        end = begin
+        while end < self._window_end and end not in self._pieces:
+            end += CHUNK
+        end = min(end, self._window_end)
+        self._asked, self._came = (begin, end), 0
+        self._look_at = now + (self._pace.quiet_s if self._heard else self._pace.first_s)
+        return [self._talk.ask_data(self._log_id, begin, end - begin)]
+
+    @property
+    def _window_end(self) -> int:
+        return min(self._at + self._pace.window, self._size)
+
+    def _window_read(self, now: float) -> None:
+        data = b"".join(self._pieces[at] for at in sorted(self._pieces))
+        try:
+            self._file.append(data)
+        except OSError as error:
+            self.end = LogNotRead(f"it cannot be kept: {error.strerror or error}")
+            return
+        self._at += len(data)
+        self._pieces.clear()
+        self._asked = None
+        self._look_at = now

@@ -1,0 +1,59 @@
+"""The one flight log that the agent keeps while it is read and sent: a file in its state directory."""
+
+import contextlib
+import os
+import shutil
+from pathlib import Path
+from typing import Final
+
+from onboard_agent.transactions.log_talk import CHUNK
+from wire.transactions import LogEntry
+
+LEFT_FREE_BYTES: Final = 64 * 1024 * 1024
+"""Of the disk, for all else that is on it."""
+
+
+class LogFiles:
+    """A LogStore. `directory` None: there is no room at all."""
+
+    def __init__(self, directory: Path | None) -> None:
+        self._directory = directory
+        self._path: Path | None = None
+
+    @property
+    def path(self) -> Path:
+        """Of the log that was opened last."""
+        assert self._path is not None
+        return self._path
+
+    def open(self, log: LogEntry) -> int:
+        """A log whose beginning is known is the same if number, beginning and size are; any other is read anew."""
+        if self._directory is None:
+            raise OSError("the agent was given no directory for it")
+        self._directory.mkdir(parents=True, exist_ok=True)
+        path = self._directory / f"{log.log_id}-{log.began_unix_s or 0}-{log.size_bytes}.log"
+        for other in self._directory.iterdir():
+            if other != path or log.began_unix_s is None:
+                other.unlink()
+        have = path.stat().st_size if path.exists() else 0
+        if have > log.size_bytes or (have < log.size_bytes and have % CHUNK):
+            whole = min(have, log.size_bytes) // CHUNK * CHUNK
+            os.truncate(path, whole)
+            have = whole
+        free = shutil.disk_usage(self._directory).free
+        if free < log.size_bytes - have + LEFT_FREE_BYTES:
+            raise OSError(f"the disk beside the autopilot has {free // 1_000_000} MB left")
+        self._path = path
+        path.touch()
+        return have
+
+    def append(self, data: bytes) -> None:
+        """At the end."""
+        with self.path.open("ab") as file:
+            file.write(data)
+
+    def remove(self) -> None:
+        """Gone; what cannot be removed goes with the next log."""
+        if self._path is not None:
+            with contextlib.suppress(OSError):
+                self._path.unlink()

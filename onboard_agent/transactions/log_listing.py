@@ -1,0 +1,105 @@
+"""Which flight logs the autopilot has: the list as it tells it, then what is missing of it. No I/O; takes `now`.
+
+Laws, each with a test:
+- The list is over when as many logs were told as there are; one entry that says that there are none is a list, too.
+- What is missing when the autopilot falls silent is asked for as one range after another.
+- A list that stays incomplete is told as far as it goes, and as incomplete.
+"""
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+from onboard_agent.transactions.log_talk import ALL, LogPace, LogTalk
+from wire.transactions import LogEntry
+
+SILENT: Final = "the autopilot does not answer (it gives no logs while somebody else reads them)"
+
+
+@dataclass(frozen=True, slots=True)
+class LogsListed:
+    """`missing`: so many more there are, by what the autopilot says."""
+
+    logs: tuple[LogEntry, ...]
+    missing: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class LogsNotListed:
+    """`why`: without a full stop."""
+
+    why: str
+
+
+class LogListing:
+    """Call `due` at each tick and after each `heard`, until `end` is there."""
+
+    def __init__(self, talk: LogTalk, pace: LogPace, *, only: int | None = None) -> None:
+        """`only`: the number of the one log that is of interest."""
+        self._talk = talk
+        self._pace = pace
+        self._only = only
+        self._logs: dict[int, LogEntry] = {}
+        self._count: int | None = None
+        self._last = 0
+        self._range = ALL if only is None else (only, only)
+        self._asked = 0
+        """Questions in a row that have brought nothing."""
+        self._again_at = float("-inf")
+        self.end: LogsListed | LogsNotListed | None = None
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Logs told, and in all (0: not known yet)."""
+        return len(self._logs), 1 if self._only is not None else self._count or 0
+
+    def heard(self, entry: Any, now: float) -> bool:
+        """A LOG_ENTRY of the autopilot. Whether it was news."""
+        if self.end is not None or not self._asked:
+            return False
+        if self._only is not None and entry.id != self._only and entry.num_logs:
+            return False
+        self._count, self._last = entry.num_logs, entry.last_log_num
+        news = bool(entry.num_logs) and entry.id not in self._logs
+        if news:
+            self._logs[entry.id] = LogEntry(entry.id, entry.size, entry.time_utc or None)
+            self._asked = 1
+            self._again_at = now + self._pace.quiet_s
+        if len(self._logs) >= (self._count if self._only is None else min(1, self._count)):
+            self._finish()
+        return news
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        if self.end is not None or now < self._again_at:
+            return []
+        if self._asked >= self._pace.tries:
+            self._give_up()
+            return []
+        if self._logs:
+            self._range = self._first_gap()
+        self._asked += 1
+        self._again_at = now + (self._pace.quiet_s if self._logs else self._pace.first_s)
+        return [self._talk.ask_list(*self._range)]
+
+    def _first_gap(self) -> tuple[int, int]:
+        """Numbers begin at 1 with ArduPilot and at 0 with PX4; the last one tells."""
+        assert self._count is not None
+        first = max(self._last - self._count + 1, 0)
+        missing = [number for number in range(first, self._last + 1) if number not in self._logs]
+        if not missing:
+            return ALL  # they are numbered in another way
+        end = missing[0]
+        while end + 1 in missing:
+            end += 1
+        return missing[0], end
+
+    def _give_up(self) -> None:
+        if self._logs or self._count == 0:
+            self._finish()
+        else:
+            self.end = LogsNotListed(SILENT)
+
+    def _finish(self) -> None:
+        logs = tuple(self._logs[number] for number in sorted(self._logs, reverse=True))
+        missing = max((self._count or 0) - len(logs), 0) if self._only is None else 0
+        self.end = LogsListed(logs, missing)

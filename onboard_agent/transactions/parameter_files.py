@@ -1,0 +1,53 @@
+"""The remembered tables as files in the agent's state directory, one for each autopilot."""
+
+import contextlib
+import logging
+from pathlib import Path
+from typing import Final
+
+_log = logging.getLogger(__name__)
+
+FILES_MOST: Final = 8
+"""An agent may be moved from one autopilot to another; the oldest file goes."""
+
+
+class ParameterFiles:
+    """A ParameterStore. Not brought to the disk at once: what a power cut leaves of it is read as nothing.
+
+    `directory`: None where nothing is to be kept.
+    """
+
+    def __init__(self, directory: Path | None) -> None:
+        self._directory = directory
+
+    def load(self, autopilot: str) -> bytes | None:
+        """The record, or None where there is none, or none that can be read."""
+        if self._directory is None:
+            return None
+        with contextlib.suppress(OSError):
+            return _path(self._directory, autopilot).read_bytes()
+        return None
+
+    def save(self, autopilot: str, record: bytes) -> None:
+        """Written beside, then renamed. What goes wrong is logged; the agent goes on without a memory."""
+        if self._directory is None:
+            return
+        path = _path(self._directory, autopilot)
+        beside = path.with_suffix(".new")
+        try:
+            self._directory.mkdir(parents=True, exist_ok=True)
+            beside.write_bytes(record)
+            beside.replace(path)
+            _make_room(self._directory)
+        except OSError as error:
+            _log.warning("the parameters cannot be remembered: %s", error)
+
+
+def _make_room(directory: Path) -> None:
+    files = sorted(directory.glob("*.parameters"), key=lambda path: path.stat().st_mtime)
+    for path in files[:-FILES_MOST]:
+        path.unlink()
+
+
+def _path(directory: Path, autopilot: str) -> Path:
+    return directory / f"{autopilot}.parameters"

@@ -1,0 +1,218 @@
+"""Reads all parameters: the list as the autopilot tells it, then what is missing, number by number. No I/O.
+
+Laws, each with a test:
+- What was told is counted by its number in the list, whatever its name is; a name that is told again has the newer
+  value.
+- A number of parameters that changes in the middle moves them all, and so does a name that comes at two numbers: the
+  list begins anew, a few times at the most.
+- As long as the list flows, nothing is asked for besides; it is over when its last number was told or it is silent.
+- Where PX4 tells the hash of them all before the list and the same one after it, the table is what that hash is of.
+- A table is whole or it is a failure.
+"""
+
+from dataclasses import dataclass
+from typing import Final
+
+from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, Told
+from onboard_agent.transactions.parameter_talk import Pace, ParameterTalk
+from onboard_agent.transactions.patience import Repeated
+from wire.parameters import ENTRIES_MOST, Parameter, Table, by_name
+
+RESTARTS_MOST: Final = 5
+SETTLE_S: Final = 0.3
+"""After a change of their number: one switch brings many of them, and what is on its way is of the old count."""
+HASH_TRIES: Final = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """`autopilot_hash`: what PX4 says of exactly this table, where it says it."""
+
+    table: Table
+    count: int
+    autopilot_hash: bytes | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Unchanged:
+    """The autopilot has the hash that it had: nothing was read."""
+
+
+@dataclass(frozen=True, slots=True)
+class ListingFailed:
+    """`why`: without a full stop."""
+
+    why: str
+
+
+class ParameterListing:
+    """Call `due` at each tick and after each `heard`, until `end` is there."""
+
+    def __init__(self, talk: ParameterTalk, pace: Pace, *, known_hash: bytes | None = None) -> None:
+        """`known_hash`: of the table that we remember, where the autopilot told one."""
+        self._talk = talk
+        self._pace = pace
+        self._known_hash = known_hash
+        self._question = Repeated(pace.tries)
+        self._streaming = False
+        self._asking_hash = False
+        self._restarts = 0
+        self._hash: bytes | None = None
+        """As told before the list."""
+        self._count = 0
+        self._names: dict[int, str] = {}
+        self._values: dict[str, Parameter] = {}
+        self._asked: dict[int, tuple[int, float]] = {}
+        """Of a number that was asked for: how often, and until when an answer may come."""
+        self._flowed_at: float | None = None
+        self._begin_at = float("-inf")
+        self.end: Listed | Unchanged | ListingFailed | None = None
+        if known_hash is None:
+            self._ask_list()
+        else:
+            self._ask_hash()
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Parameters told, and in all (0: not known yet)."""
+        return len(self._names), self._count
+
+    def heard(self, told: Told, now: float) -> None:
+        """A PARAM_VALUE of the autopilot, whoever asked."""
+        if self.end is not None:
+            return
+        if told.name == HASH_NAME:
+            self._hash_told(told)
+            return
+        if not 0 < told.count <= ENTRIES_MOST:
+            return
+        if told.count != self._count and not self._count_told(told.count, now):
+            return
+        if told.parameter is not None:
+            self._values[told.name] = told.parameter
+        if told.index < told.count:
+            self._numbered(told, now)
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        if self.end is not None or now < self._begin_at:
+            return []
+        question = self._question.due(now)
+        if question is not None:
+            self._streaming = self._streaming or not self._asking_hash
+            return [question]
+        if self._question.given_up(now):
+            self._silent()
+            return self.due(now)
+        if self._flowed_at is None or self._asking_hash:
+            return []
+        return self._gaps(now)
+
+    # Inside.
+
+    def _ask_list(self) -> None:
+        self._asking_hash = False
+        self._question = Repeated(self._pace.tries)
+        self._question.ask(self._talk.ask_all(), self._pace.first_s)
+
+    def _ask_hash(self) -> None:
+        self._asking_hash = True
+        self._question = Repeated(HASH_TRIES)
+        self._question.ask(self._talk.ask_name(HASH_NAME), self._pace.answer_s)
+
+    def _silent(self) -> None:
+        """Nobody has answered the question."""
+        if not self._asking_hash:
+            self.end = ListingFailed("the autopilot does not answer")
+        elif self._complete:
+            self._listed(None)
+        else:
+            self._ask_list()
+
+    def _hash_told(self, told: Told) -> None:
+        if self._talk.encoding is not Encoding.BYTES:
+            return
+        if not self._asking_hash:
+            if not self._names:
+                self._hash = told.raw
+        elif self._complete:
+            self._listed(told.raw if told.raw == self._hash else None)
+        elif told.raw == self._known_hash:
+            self.end = Unchanged()
+        else:
+            self._ask_list()
+
+    def _count_told(self, count: int, now: float) -> bool:
+        """Whether what was told with this count is of the list that is being read."""
+        known, self._count = self._count, count
+        if known and self._streaming:
+            self._restart(now)
+            return False
+        return True
+
+    def _restart(self, now: float) -> None:
+        self._names.clear()
+        self._values.clear()
+        self._asked.clear()
+        self._hash = None
+        self._flowed_at = None
+        self._streaming = False  # what comes until the list is asked for again is of neither
+        self._begin_at = now + SETTLE_S
+        self._restarts += 1
+        if self._restarts > RESTARTS_MOST:
+            self.end = ListingFailed("the parameters change faster than they can be read")
+        else:
+            self._ask_list()
+
+    def _numbered(self, told: Told, now: float) -> None:
+        if not self._streaming or self._asking_hash:
+            return
+        self._question.answered()
+        self._names[told.index] = told.name
+        if self._asked.pop(told.index, None) is None:
+            self._flowed_at = now
+        if self._complete:
+            self._all_told(now)
+
+    @property
+    def _complete(self) -> bool:
+        return 0 < self._count <= len(self._names)
+
+    def _all_told(self, now: float) -> None:
+        doubled = len(set(self._names.values())) < self._count
+        if doubled and not self._restarts:
+            self._restart(now)  # they moved while they were read; where that is not why, it is so the second time too
+        elif self._hash is not None:
+            self._ask_hash()
+        else:
+            self._listed(None)
+
+    def _listed(self, autopilot_hash: bytes | None) -> None:
+        names = set(self._names.values())
+        table = by_name(value for name, value in self._values.items() if name in names)
+        self.end = Listed(table, self._count, autopilot_hash)
+
+    def _gaps(self, now: float) -> list[bytes]:
+        assert self._flowed_at is not None
+        if self._count - 1 not in self._names and now - self._flowed_at < self._pace.quiet_s:
+            return []
+        waiting = sum(1 for _, until in self._asked.values() if now < until)
+        out: list[bytes] = []
+        given_up = 0
+        for index in range(self._count):
+            if index in self._names:
+                continue
+            tries, until = self._asked.get(index, (0, 0.0))
+            if now < until:
+                continue
+            if tries >= self._pace.gap_tries:
+                given_up += 1
+                continue
+            if waiting >= self._pace.at_once:
+                break
+            waiting += 1
+            self._asked[index] = (tries + 1, now + self._pace.answer_s)
+            out.append(self._talk.ask_index(index))
+        if given_up and not out and not waiting:
+            self.end = ListingFailed(f"the autopilot does not tell {given_up} of its {self._count} parameters")
+        return out

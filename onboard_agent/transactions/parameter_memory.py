@@ -1,0 +1,79 @@
+"""The table of parameters that is remembered from one start of the agent to the next. No I/O.
+
+A record belongs to one autopilot: by the number of its chip (AUTOPILOT_VERSION), or, where that is not told, by its
+system id and kind. It is a cache: what cannot be read, or is not whole, is none.
+"""
+
+from typing import Final, Protocol
+
+import msgspec
+
+from wire.dialect import mavlink
+from wire.parameters import ENTRIES_MOST, Table, pack_table, unpack_table
+from wire.transactions import LARGEST_PACKED_TABLE_BYTES
+
+LARGEST_RECORD_BYTES: Final = 2 * LARGEST_PACKED_TABLE_BYTES
+
+
+class ParameterStore(Protocol):
+    """One record for each autopilot. May fail in silence: then nothing is remembered."""
+
+    def load(self, autopilot: str) -> bytes | None:
+        """The record, or None. `autopilot`: letters, digits and hyphens."""
+
+    def save(self, autopilot: str, record: bytes) -> None:
+        """In the place of the one before."""
+
+
+class Remembered(msgspec.Struct, frozen=True):
+    """A table as it was last known. `count`: as the autopilot counts them. `autopilot_hash`: what PX4 said of it."""
+
+    table: Table
+    count: int
+    autopilot_hash: bytes | None = None
+
+
+class _Record(msgspec.Struct, frozen=True):
+    packed: bytes
+    count: int
+    autopilot_hash: bytes | None
+
+
+_decoder: Final = msgspec.json.Decoder(_Record)
+
+
+def chip_name(version: object) -> str | None:
+    """The name of an autopilot by its AUTOPILOT_VERSION; None where that does not tell the chip."""
+    uid2 = bytes(getattr(version, "uid2", b"") or b"")
+    if any(uid2):
+        return f"chip-{uid2.hex()}"
+    uid = int(getattr(version, "uid", 0))
+    return f"chip-{uid:016x}" if uid else None
+
+
+def place_name(*, system_id: int, autopilot_kind: int) -> str:
+    """The name of an autopilot that does not tell its chip."""
+    kind = mavlink.enums["MAV_AUTOPILOT"].get(autopilot_kind)
+    name = str(autopilot_kind) if kind is None else str(kind.name).removeprefix("MAV_AUTOPILOT_").lower()
+    return f"{name.replace('_', '-')}-{system_id}"
+
+
+def remember(store: ParameterStore, autopilot: str, what: Remembered) -> None:
+    """Saves it."""
+    record = _Record(pack_table(what.table), what.count, what.autopilot_hash)
+    store.save(autopilot, msgspec.json.encode(record))
+
+
+def recall(store: ParameterStore, autopilot: str) -> Remembered | None:
+    """What was saved last, if it is whole."""
+    saved = store.load(autopilot)
+    if saved is None or len(saved) > LARGEST_RECORD_BYTES:
+        return None
+    try:
+        record = _decoder.decode(saved)
+        table = unpack_table(record.packed)
+    except (msgspec.DecodeError, ValueError, RecursionError):
+        return None
+    if not table or not 0 < record.count <= ENTRIES_MOST:
+        return None
+    return Remembered(table, record.count, record.autopilot_hash)

@@ -1,0 +1,126 @@
+"""The table of parameters as the tower is told of it: whole by its hash, or change by change. No I/O; takes `now`.
+
+Laws, each with a test:
+- A few changes are told one by one, each with the hashes before and after it; many at once as another table.
+- At most once in TOLD_EVERY_S, and nothing that was told already.
+- What a new tower is told first is how it is now.
+"""
+
+from typing import Final
+
+import msgspec
+
+from wire.parameters import Parameter, Table, by_name, table_hash
+from wire.transactions import ParameterCache, ParameterChanged
+
+TOLD_EVERY_S: Final = 0.5
+CHANGES_MOST: Final = 4
+"""Each costs a hash over the whole table, on a slow computer some milliseconds, and sticks may pass."""
+
+News = ParameterCache | ParameterChanged
+
+
+class ParameterNews:
+    """Keeps the table. `learnt`, `put` and `reading` change what there is to tell, `due` tells it."""
+
+    def __init__(self) -> None:
+        self.values: dict[str, Parameter] = {}
+        """By name, as far as they are known: nothing, or a whole table."""
+        self.verified = False
+        """Whether the autopilot itself has told all of them since it came."""
+        self._progress = (0, 0)
+        self._hash: str | None = None
+        self._changed: dict[str, None] = {}
+        self._told_values: dict[str, Parameter] = {}
+        self._told: ParameterCache | None = None
+        self._told_at = float("-inf")
+
+    @property
+    def table(self) -> Table:
+        """As it is."""
+        return by_name(self.values.values())
+
+    @property
+    def hash(self) -> str | None:
+        """Of the table; None where nothing is known."""
+        if self._hash is None and self.values:
+            self._hash = table_hash(self.table)
+        return self._hash
+
+    @property
+    def told(self) -> bool:
+        """Whether the tower knows anything of them."""
+        return self._told is not None
+
+    def forget(self) -> None:
+        """Nothing that was known holds."""
+        self.learnt((), verified=False)
+
+    def doubt(self) -> None:
+        """It may have changed: it counts as remembered until it is told again."""
+        self.verified = False
+        self._progress = (0, 0)
+
+    def learnt(self, table: Table, *, verified: bool) -> None:
+        """The whole table."""
+        self.values = {one.name: one for one in table}
+        self.verified = verified
+        self._progress = (0, 0)
+        self._changed = {name: None for name, one in self.values.items() if self._told_values.get(name) != one}
+        self._hash = None
+
+    def put(self, parameter: Parameter) -> bool:
+        """One of them is told. Whether that is news; without a table it is not kept."""
+        if not self.values or self.values.get(parameter.name) == parameter:
+            return False
+        self.values[parameter.name] = parameter
+        self._changed[parameter.name] = None
+        self._hash = None
+        return True
+
+    def reading(self, done: int, total: int) -> None:
+        """So many of a list that is being read were told."""
+        self._progress = (done, total)
+
+    def tell_again(self) -> None:
+        """The tower may know nothing."""
+        self._told = None
+        self._told_at = float("-inf")
+
+    def due(self, now: float, *, at_once: bool = False) -> list[News]:
+        """What to tell now. `at_once`: whenever it was that something was told."""
+        if now - self._told_at < TOLD_EVERY_S and not at_once:
+            return []
+        news: list[News] = []
+        if self._told is not None and self._told.hash is not None and 0 < len(self._changed) <= CHANGES_MOST:
+            news += self._changes(self._told.hash)
+        done, total = (len(self.values),) * 2 if self.values else self._progress
+        cache = ParameterCache(hash=self.hash, count=done, total=total, verified=self.verified or not self.values)
+        nothing = self._told is None and self.hash is None and not total
+        if not nothing and cache != self._told:
+            if self._told is None or cache.hash != self._told.hash:
+                self._told_values = dict(self.values)
+                self._changed.clear()
+            self._told = cache
+            news.append(cache)
+        if news:
+            self._told_at = now
+        return news
+
+    def _changes(self, before: str) -> list[News]:
+        """One by one, unless the table differs by more than these: then nothing, and it is told as another one."""
+        values = dict(self._told_values)
+        changes: list[News] = []
+        for name in self._changed:
+            parameter = values[name] = self.values[name]
+            after = table_hash(by_name(values.values()))
+            changes.append(
+                ParameterChanged(name=name, value=parameter.value, kind=parameter.kind, before=before, hash=after)
+            )
+            before = after
+        if before != self.hash or self._told is None:
+            return []
+        self._told_values = values
+        self._changed.clear()
+        self._told = msgspec.structs.replace(self._told, hash=before)
+        return changes

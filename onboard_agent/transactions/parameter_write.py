@@ -1,0 +1,229 @@
+"""Writes parameters, one after another, and believes only what was read back. No I/O; takes `now`.
+
+Laws, each with a test:
+- In the order in which they were given; the next is not sent before the last was read back or given up.
+- A value that cannot be is refused without being sent: no number, a fraction for whole numbers, outside of its kind.
+- A parameter that is not in the table is asked for by name first: its kind decides how its value travels.
+- What the autopilot has afterwards is told for each that is not as it was asked to be, in words.
+- Told to stop, it ends what it is at and begins no other. After two that nobody answered it stops by itself.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Final
+
+from onboard_agent.transactions.parameter_encoding import HASH_NAME, NAME, Told, as_kept, why_not, words_of
+from onboard_agent.transactions.parameter_talk import Pace, ParameterTalk
+from onboard_agent.transactions.patience import Repeated
+from wire.dialect import mavlink
+from wire.parameters import Parameter
+from wire.transactions import REFUSALS_MOST, Outcome, ParameterRefusal
+
+SETS_MOST: Final = 2
+"""A value that is on its way from a list may be older than the one that was set."""
+SILENT_MOST: Final = 2
+NAMES_TOLD: Final = 5
+
+_NOT_ANSWERED: Final = "The autopilot has not answered: whether it has the new value is not known."
+
+_ERRORS: Final = {
+    mavlink.MAV_PARAM_ERROR_DOES_NOT_EXIST: "The autopilot has no parameter of this name.",
+    mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE: "The autopilot calls the value out of range.",
+    mavlink.MAV_PARAM_ERROR_PERMISSION_DENIED: "The autopilot does not permit it.",
+    mavlink.MAV_PARAM_ERROR_COMPONENT_NOT_FOUND: "The autopilot does not know whom it is for.",
+    mavlink.MAV_PARAM_ERROR_READ_ONLY: "It can be read only.",
+}
+
+
+class _At(StrEnum):
+    LEARNING = "learning"
+    SETTING = "setting"
+    CHECKING = "checking"
+
+
+@dataclass(frozen=True, slots=True)
+class WriteEnd:
+    """`refusals`: the first REFUSALS_MOST of `refused`."""
+
+    outcome: Outcome
+    words: str
+    refusals: tuple[ParameterRefusal, ...] = ()
+    refused: int = 0
+
+
+class ParameterWrite:
+    """Call `due` at each tick and after each `heard`, until `end` is there."""
+
+    def __init__(
+        self,
+        talk: ParameterTalk,
+        values: Sequence[tuple[str, float]],
+        known: Mapping[str, Parameter],
+        pace: Pace,
+    ) -> None:
+        """`known`: the table as far as it is known."""
+        self._talk = talk
+        self._values = values
+        self._known = known
+        self._pace = pace
+        self._next = 0
+        self._at: _At | None = None
+        """Of the current one; None between two."""
+        self._question = Repeated(pace.tries)
+        self._kind = 0
+        self._sets = 0
+        self._before: float | None = None
+        self._has: float | None = None
+        self._silent = 0
+        self._refusals: list[ParameterRefusal] = []
+        self._written = 0
+        self._stopped: tuple[Outcome, str] | None = None
+        self.end: WriteEnd | None = None
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Parameters that are done with, and all."""
+        return self._next - (self._at is not None), len(self._values)
+
+    def stop(self, outcome: Outcome, why: str, *, at_once: bool = False) -> None:
+        """`why`: without a full stop. `at_once`: what the autopilot makes of the current one is not waited for."""
+        if self._stopped is None:
+            self._stopped = outcome, why
+        if at_once and self._at is not None:
+            self._has = None
+            self._refuse(_NOT_ANSWERED)
+
+    def heard(self, told: Told, now: float) -> None:
+        """A PARAM_VALUE of the autopilot."""
+        if self._at is None or told.name != self._name or self.end is not None:
+            return
+        self._silent = 0
+        self._has = None if told.parameter is None else told.parameter.value
+        if self._at is _At.LEARNING:
+            self._kind = told.kind
+            self._set_if_possible()
+        elif self._at is _At.SETTING:
+            self._ask(_At.CHECKING, self._talk.ask_name(self._name))
+        elif self._has == self._wanted:
+            self._written += 1
+            self._at = None
+        elif self._sets < SETS_MOST:
+            self._set()
+        else:
+            self._refuse(self._difference)
+
+    def refused(self, message: Any) -> None:
+        """A PARAM_ERROR of the autopilot."""
+        if self._at is not None and message.param_id == self._name and self.end is None:
+            self._silent = 0
+            self._refuse(_ERRORS.get(message.error, f"The autopilot answers with error {message.error}."))
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        while self.end is None:
+            if self._at is None:
+                self._begin_next()
+                continue
+            question = self._question.due(now)
+            if question is not None:
+                return [question]
+            if not self._question.given_up(now):
+                break
+            self._give_up()
+        return []
+
+    # Inside.
+
+    @property
+    def _name(self) -> str:
+        return self._values[self._next - 1][0]
+
+    @property
+    def _asked(self) -> float:
+        return self._values[self._next - 1][1]
+
+    @property
+    def _wanted(self) -> float:
+        return as_kept(self._asked, self._kind)
+
+    def _begin_next(self) -> None:
+        if self._stopped is not None or self._silent >= SILENT_MOST or self._next == len(self._values):
+            self._finish()
+            return
+        self._next += 1
+        self._sets = 0
+        known = self._known.get(self._name)
+        self._before = self._has = None if known is None else known.value
+        if not NAME.fullmatch(self._name) or self._name == HASH_NAME:
+            self._refuse("No parameter can have this name.")
+        elif known is None:
+            self._ask(_At.LEARNING, self._talk.ask_name(self._name))
+        else:
+            self._kind = known.kind
+            self._set_if_possible()
+
+    def _set_if_possible(self) -> None:
+        self._before = self._has
+        trouble = why_not(self._asked, self._kind, self._talk.encoding)
+        if trouble is not None:
+            self._refuse(trouble)
+        else:
+            self._set()
+
+    def _set(self) -> None:
+        self._sets += 1
+        self._ask(_At.SETTING, self._talk.set(self._name, self._asked, self._kind))
+
+    def _ask(self, at: _At, question: bytes) -> None:
+        self._at = at
+        self._question = Repeated(self._pace.name_tries if at is _At.LEARNING else self._pace.tries)
+        self._question.ask(question, self._pace.answer_s)
+
+    def _give_up(self) -> None:
+        if self._at is _At.LEARNING:
+            self._refuse("The autopilot knows no parameter of this name, or does not answer.")
+            return
+        self._silent += 1
+        if self._at is _At.CHECKING:
+            self._refuse("It was taken, and could not be read back.")
+        else:
+            self._has = None
+            self._refuse(_NOT_ANSWERED)
+
+    @property
+    def _difference(self) -> str:
+        if self._has is None:
+            return "The autopilot has no number there."
+        if self._has == self._before:
+            return f"The autopilot keeps {words_of(self._has)}."
+        return f"The autopilot has made it {words_of(self._has)}."
+
+    def _refuse(self, words: str) -> None:
+        self._at = None
+        self._refusals.append(ParameterRefusal(self._name[:16], self._asked, self._has, words))
+
+    def _finish(self) -> None:
+        written, refused, total = self._written, len(self._refusals), len(self._values)
+        left = self._values[self._next :]
+        if self._stopped is not None:
+            outcome, why = self._stopped
+            words = f"{why[0].upper()}{why[1:]}: "
+        elif left:
+            outcome, words = Outcome.FAILED, "The autopilot does not answer any more: "
+        else:
+            outcome, words = (Outcome.FAILED, "") if refused else (Outcome.DONE, "")
+        words += f"{written} of {total} parameters {'is' if written == 1 else 'are'} written and read back"
+        if refused:
+            names = [refusal.name for refusal in self._refusals[:NAMES_TOLD]]
+            more = f" and {refused - NAMES_TOLD} more" if refused > NAMES_TOLD else ""
+            words += f", not {', '.join(names)}{more}"
+        if left:
+            words += f"; {len(left)} {'was' if len(left) == 1 else 'were'} not sent"
+        for name, asked in left:
+            known = self._known.get(name)
+            has = None if known is None else known.value
+            self._refusals.append(ParameterRefusal(name[:16], asked, has, "Not sent."))
+        told = tuple(self._refusals[:REFUSALS_MOST])
+        words = words[0].upper() + words[1:]
+        self.end = WriteEnd(outcome, f"{words}.", told, len(self._refusals))

@@ -1,0 +1,313 @@
+"""The desk for plans: what is on board is known to the tower from the start, and nobody else's change goes unnoticed.
+
+Around `PlanDesk`, which carries out one transaction at a time. No I/O but the journal's; takes `now`.
+
+Laws, each with a test:
+- When an autopilot comes, or has rebooted, its plans are read; on a narrow line not while it is flown by hand.
+- A plan that somebody else may have changed is not known from that moment on. It is read again when nobody talks with
+  the autopilot about plans any more, and never in between.
+- An autopilot that flies its mission, or has been told to, is not written to, unless the tower says so; then it is
+  brought to a hold first. Where it begins to fly it before the first frame of a write, nothing is written.
+- While a plan is written, or is to be, or may be half of one, no mission is started through the tower.
+- A mission that is started past us while it may be half of one is brought to a hold.
+"""
+
+from typing import Any, Final
+
+import msgspec
+
+from onboard_agent.mode_names import mission_modes, mode_name
+from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
+from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.journal import JournalStore
+from onboard_agent.transactions.patience import Patience
+from onboard_agent.transactions.plan_changes import TALK, PlanChanges
+from onboard_agent.transactions.plan_desk import PlanDesk
+from onboard_agent.transactions.plan_messages import HEARD
+from onboard_agent.transactions.plan_pause import PATIENCE_S, PlanPause
+from wire.dialect import decode, mavlink
+from wire.frames import message_id, source
+from wire.plans import PlanKind
+from wire.transactions import (
+    Outcome,
+    PlanClearWork,
+    PlanDownloadWork,
+    PlanOnBoard,
+    PlanUploadWork,
+    PlanVerifyWork,
+    Transaction,
+    TransactionResult,
+    TransactionToTower,
+)
+
+READ_AGAIN_S: Final = 15.0
+"""After a reading that failed; twice as long after each further one."""
+READ_AGAIN_MOST_S: Final = 300.0
+STOP_AGAIN_S: Final = 2.0
+"""After a mission that is in doubt could not be stopped, or somebody commanded otherwise: their mode comes first."""
+
+_AUTOPILOT: Final = 1
+_ACK: Final = mavlink.MAVLINK_MSG_ID_COMMAND_ACK
+_BEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
+_CURRENT: Final = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
+_NOT_THERE: Final = "MAV_MISSION_UNSUPPORTED"
+
+
+class PlanWatch:
+    """A Desk. `keeps_out` and `why_no_start` are for whoever passes frames on to the autopilot."""
+
+    works = (PlanDownloadWork, PlanUploadWork, PlanClearWork, PlanVerifyWork)
+    hears = HEARD | TALK | {_ACK, _BEAT, _CURRENT}
+
+    def __init__(self, maker: FrameMaker, journal: JournalStore, patience: Patience | None = None) -> None:
+        self._maker = maker
+        self._desk = PlanDesk(maker, journal, patience)
+        self._changes = PlanChanges()
+        self._system: int | None = None
+        self._pause: tuple[Transaction, PlanPause] | None = None
+        self._stop: PlanPause | None = None
+        """Of a mission that is in doubt."""
+        self._stop_again_at = float("-inf")
+        self._warnings: list[str] = []
+        self._paused: tuple[int, str] | None = None
+        """The transaction for which a mission was stopped, and the mode in which the drone holds."""
+        self._known: dict[PlanKind, PlanOnBoard] = {}
+        self._before: dict[PlanKind, PlanOnBoard] = {}
+        """What was known until somebody else may have changed it."""
+        self._to_read: set[PlanKind] = set()
+        self._read_at: dict[PlanKind, float] = {}
+        self._failures: dict[PlanKind, int] = {}
+        self._start_stopped = False
+        """The start that is pending was before a pause, which has ended what came of it."""
+        self._news: list[TransactionToTower] = []
+
+    # For whoever passes frames on.
+
+    @property
+    def why_no_start(self) -> str | None:
+        """A sentence where no mission may be started now, or None."""
+        if self._pause is not None:
+            return "The plan on board is about to be written: no mission is started now."
+        return self._desk.why_no_start
+
+    def keeps_out(self, frame: bytes, now: float) -> bool:
+        """A frame from a ground station is on its way to the autopilot: whether it must not pass."""
+        msgid = message_id(frame)
+        if msgid not in TALK:
+            return False
+        if self._desk.keeps_out(msgid):
+            return True
+        self._changes.from_ground_station(frame, now)
+        return False
+
+    def take_warnings(self) -> list[str]:
+        """Sentences for everybody who sees the drone, once."""
+        warnings, self._warnings = self._warnings, []
+        return warnings
+
+    # As a desk.
+
+    def autopilot_came(self, around: Around, now: float) -> None:
+        """Nothing is known of its plans; they are read."""
+        self._system = around.system_id
+        is_ardupilot = around.autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+        self._desk.autopilot_came(vehicle_system_id=around.system_id, home_slot=is_ardupilot, now=now)
+        for kind in PlanKind:
+            self._changes.looked(kind)
+            self._not_known(kind, now)
+
+    def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
+        """The tower wants something of `works`."""
+        work = transaction.work
+        if around is None or not around.heard:
+            self._refuse(transaction, "The autopilot is not heard.")
+        elif self._pause is not None:
+            self._refuse(transaction, "Busy: the mission is being stopped, so that another plan can be written.")
+        elif isinstance(work, PlanUploadWork | PlanClearWork) and self._flies_mission(around) and not self._desk.busy:
+            mode = mode_name(around.autopilot_kind, around.vehicle_type, around.custom_mode)
+            if work.while_flying:
+                patience_s = min(PATIENCE_S, transaction.deadline_s)
+                self._pause = transaction, PlanPause(self._maker, around, now, patience_s=patience_s)
+            elif _shows_mission(around):
+                self._refuse(transaction, f"The drone is flying its mission ({mode}): nothing is written under way.")
+            else:
+                words = (
+                    "The drone has just been told to fly its mission: nothing is written until it shows what it does."
+                )
+                self._refuse(transaction, words)
+        else:
+            self._desk.begin(transaction, now)
+
+    def cancel(self, transaction_id: int, now: float) -> None:
+        """The tower wants it no more."""
+        if self._pause is not None and self._pause[0].id == transaction_id:
+            self._no_pause(Outcome.CANCELLED, "It was cancelled")
+        self._desk.cancel(transaction_id, now)
+
+    def epoch_changed(self, epoch: int, now: float) -> None:
+        """What the last holder writes is put back."""
+        if self._pause is not None and self._pause[0].epoch != epoch:
+            self._no_pause(Outcome.STALE_EPOCH, "The controls changed hands meanwhile")
+        self._desk.epoch_changed(epoch, now)
+
+    def heard(self, frame: bytes, now: float) -> bool:
+        """One of `hears` came."""
+        if source(frame) != (self._system, _AUTOPILOT):
+            return False
+        if self._desk.heard(frame, now):
+            return True
+        msgid = message_id(frame)
+        if msgid in TALK or msgid == _CURRENT:
+            if not self._desk.writes:
+                self._changes.from_autopilot(frame, now)
+        else:
+            for pause in (self._stop, None if self._pause is None else self._pause[1]):
+                if pause is not None:
+                    self._heard_in_pause(pause, decode(frame), now)
+        return False
+
+    def due(self, around: Around, now: float) -> list[bytes]:
+        """Frames to send to the autopilot now."""
+        out = [] if self._pause is None else self._go_on_pausing(*self._pause, around, now)
+        if self._flies_mission(around):
+            self._desk.mission_flown(now)
+        out += self._stop_what_is_in_doubt(around, now)
+        out += self._desk.due(now)
+        self._hear_desk()
+        for kind in self._changes.take():
+            self._not_known(kind, now)
+        self._read_next(around, now)
+        return out
+
+    def news(self) -> list[TransactionToTower]:
+        """What is to be told to the tower, once, in order."""
+        self._hear_desk()
+        news, self._news = self._news, []
+        return news
+
+    def tell_again(self) -> None:
+        """The tower may know nothing of the plans."""
+        told = [one for one in self._news if not isinstance(one, PlanOnBoard)]
+        self._news = [*self._known.values(), *told]
+
+    # Inside.
+
+    def _hear_desk(self) -> None:
+        for one in self._desk.news():
+            if isinstance(one, PlanOnBoard):
+                self._learnt(one)
+            elif isinstance(one, TransactionResult):
+                self._news.append(self._with_pause(one))
+            else:
+                self._news.append(one)
+
+    def _not_known(self, kind: PlanKind, now: float) -> None:
+        self._to_read.add(kind)
+        self._read_at[kind] = now
+        self._failures[kind] = 0
+        known = self._known.get(kind)
+        if known is not None and known.hash is None:
+            return
+        if known is not None:
+            self._before[kind] = known
+        self._know(PlanOnBoard(kind=kind, hash=None, fit_to_fly=known is None or known.fit_to_fly))
+
+    def _know(self, told: PlanOnBoard) -> None:
+        if self._known.get(told.kind) != told:
+            self._known[told.kind] = told
+            self._news.append(told)
+
+    def _learnt(self, told: PlanOnBoard) -> None:
+        if told.hash is not None:
+            self._to_read.discard(told.kind)
+            self._changes.looked(told.kind)
+            before = self._before.pop(told.kind, None) or self._known.get(told.kind)
+            if told.sent_hash is None and before is not None and before.hash == told.hash:
+                told = msgspec.structs.replace(told, sent_hash=before.sent_hash)
+        self._know(told)
+
+    def _read_next(self, around: Around, now: float) -> None:
+        for kind, code in self._desk.read_failed.items():
+            if kind in self._to_read:
+                self._could_not_read(kind, code, now)
+        self._desk.read_failed.clear()
+        if around.narrow_line and around.flown_by_hand:
+            self._desk.look_no_more()
+            return
+        if not self._to_read or self._desk.busy or self._desk.looks or self._pause is not None or not around.heard:
+            return
+        if not self._changes.quiet(now):
+            return
+        kind = min(self._to_read, key=lambda one: (self._read_at[one], list(PlanKind).index(one)))
+        if now >= self._read_at[kind]:
+            self._desk.read(kind, now)
+
+    def _could_not_read(self, kind: PlanKind, code: str, now: float) -> None:
+        if code == _NOT_THERE:
+            self._to_read.discard(kind)
+            return
+        self._failures[kind] += 1
+        self._read_at[kind] = now + min(READ_AGAIN_S * 2 ** (self._failures[kind] - 1), READ_AGAIN_MOST_S)
+
+    def _stop_what_is_in_doubt(self, around: Around, now: float) -> list[bytes]:
+        in_doubt = _shows_mission(around) and self._desk.mission_in_doubt and not around.holding
+        if in_doubt and self._pause is None and self._stop is None and now >= self._stop_again_at:
+            self._stop = PlanPause(self._maker, around, now)
+            self._warnings.append("The mission was started while it may be half of one: the drone is made to hold.")
+        if self._stop is None:
+            return []
+        out = self._stop.due(around, now)
+        if self._stop.mode or self._stop.why_not:
+            if self._stop.why_not:
+                self._warnings.append(f"The mission in doubt was not stopped: {self._stop.why_not}.")
+            self._stop = None
+            self._stop_again_at = now + STOP_AGAIN_S
+        return out
+
+    def _go_on_pausing(self, transaction: Transaction, pause: PlanPause, around: Around, now: float) -> list[bytes]:
+        out = pause.due(around, now)
+        if pause.why_not:
+            self._no_pause(Outcome.REFUSED, f"The drone could not be brought to a hold: {pause.why_not}")
+        elif pause.mode:
+            self._pause = None
+            self._start_stopped = True
+            self._paused = (transaction.id, pause.mode)
+            left_s = max(transaction.deadline_s - (now - pause.began_at), 0.0)
+            self._desk.begin(msgspec.structs.replace(transaction, deadline_s=left_s), now)
+        return out
+
+    def _no_pause(self, outcome: Outcome, why: str) -> None:
+        assert self._pause is not None
+        words = f"{why}. Nothing was written."
+        self._news.append(TransactionResult(id=self._pause[0].id, outcome=outcome, words=words[:600]))
+        self._pause = None
+
+    def _heard_in_pause(self, pause: PlanPause, message: Any, now: float) -> None:
+        if message is None:
+            return
+        if message.get_type() == "HEARTBEAT":
+            pause.heartbeat(message.custom_mode)
+        elif message.command == mavlink.MAV_CMD_DO_SET_MODE and self._for_us(message):
+            pause.acknowledged(message, now)
+
+    def _for_us(self, ack: Any) -> bool:
+        return ack.target_system in (0, self._system) and ack.target_component in (0, AGENT_COMPONENT)
+
+    def _with_pause(self, result: TransactionResult) -> TransactionResult:
+        if self._paused is None or self._paused[0] != result.id:
+            return result
+        words = f"{result.words} The drone holds in {self._paused[1]}; its mission does not go on by itself."
+        self._paused = None
+        return msgspec.structs.replace(result, words=words[:600])
+
+    def _flies_mission(self, around: Around) -> bool:
+        """Whether it does, or may begin to at any moment."""
+        self._start_stopped = self._start_stopped and around.starting
+        return _shows_mission(around) or (around.starting and not self._start_stopped)
+
+    def _refuse(self, transaction: Transaction, words: str) -> None:
+        self._news.append(TransactionResult(id=transaction.id, outcome=Outcome.REFUSED, words=words))
+
+
+def _shows_mission(around: Around) -> bool:
+    return around.armed and around.custom_mode in mission_modes(around.autopilot_kind, around.vehicle_type)

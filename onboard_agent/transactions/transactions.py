@@ -1,0 +1,181 @@
+"""The work that the tower has done at the drone: brings it to the desks, and what comes of it to the tower. No I/O.
+
+Laws, each with a test:
+- A transaction goes to the desk that does such work. Each gets one result: what no desk does, and what writes under an
+  older epoch than the one that is known, is refused here.
+- Nothing is told to a tower that has not said that it takes it. Results wait for one that does.
+- What was told shortly before a control channel was lost may be lost with it: results of the last AGAIN_WITHIN_S are
+  told again on the next one, and the state of every desk. An id that is begun anew has no older result.
+- Who cancels what never came here, or ended long ago, is told so: nobody waits for the end of what was lost on its way.
+- Of progress only the newest waits, and none of what is over. Where too much waits, state is thrown away and told anew.
+"""
+
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+from onboard_agent.transactions.desk import Around, Desk
+from wire.following import FollowWork
+from wire.frames import message_id
+from wire.transactions import (
+    CommandWork,
+    Outcome,
+    ParametersWriteWork,
+    PlanClearWork,
+    PlanOnBoard,
+    PlanUploadWork,
+    Transaction,
+    TransactionProgress,
+    TransactionResult,
+    TransactionToTower,
+)
+
+WRITES: Final = (PlanUploadWork, PlanClearWork, ParametersWriteWork, CommandWork, FollowWork)
+"""Work that only whoever has the controls may have done: it is under an epoch."""
+
+AGAIN_WITHIN_S: Final = 60.0
+"""Much longer than a control channel can be dead before either side notices."""
+
+RESULTS_KEPT: Final = 16
+"""Told again, or kept until there is somebody to tell. A tower runs a few at a time; the oldest go first."""
+
+NOT_HERE: Final = "The agent knows nothing of it: it never came to the drone, or it ended long ago."
+
+WAITING_MOST: Final = 128
+"""Messages that wait for the control channel."""
+
+
+class Transactions:
+    """Call `due` at each tick and after each `heard`; hand on what `news` has. Bring frames of the autopilot that are
+    in `hears` to `heard`."""
+
+    def __init__(self, desks: Sequence[Desk]) -> None:
+        self._desks = tuple(desks)
+        self._desk_of = {work: desk for desk in desks for work in desk.works}
+        self.hears: frozenset[int] = frozenset[int]().union(*(desk.hears for desk in desks))
+        """Ids of the autopilot's messages that some desk wants to see."""
+        self._epoch = 0
+        self._taken = False
+        self._now = 0.0
+        self._waiting: deque[TransactionToTower] = deque()
+        self._told: deque[tuple[float, TransactionResult]] = deque(maxlen=RESULTS_KEPT)
+        self._going_on: set[int] = set()
+        """Begun at a desk, and not ended."""
+
+    # The link.
+
+    def link_up(self, *, taken: bool) -> None:
+        """A new link, or another control channel of the same one. `taken`: the tower understands such messages."""
+        again = [result for at, result in self._told if self._now - at <= AGAIN_WITHIN_S]
+        self._told.clear()
+        results = [one for one in self._waiting if isinstance(one, TransactionResult)]
+        self._waiting = deque([*again, *results][-RESULTS_KEPT:])
+        self._taken = taken
+        for desk in self._desks:
+            desk.tell_again()
+
+    def link_down(self) -> None:
+        """Nobody to tell."""
+        self._taken = False
+        # Kept as not told: how long it takes until there is a link again must not count.
+        again = [result for at, result in self._told if self._now - at <= AGAIN_WITHIN_S]
+        self._told.clear()
+        self._waiting.extendleft(reversed(again))
+
+    # The tower's wishes.
+
+    def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
+        """The tower wants something. The newest epoch that is known has been told with `epoch_changed`."""
+        desk = self._desk_of.get(type(transaction.work))
+        if desk is None:
+            self.refuse(transaction.id, Outcome.REFUSED, "The agent on this drone is too old for that.")
+        elif isinstance(transaction.work, WRITES) and transaction.epoch < self._epoch:
+            words = "The controls have changed hands since this was asked for."
+            self.refuse(transaction.id, Outcome.STALE_EPOCH, words)
+        else:
+            self._forget(transaction.id)
+            self._going_on.add(transaction.id)
+            desk.begin(transaction, around, now)
+
+    def refuse(self, transaction_id: int, outcome: Outcome, words: str) -> None:
+        """It is not begun."""
+        self._forget(transaction_id)
+        self._wait(TransactionResult(id=transaction_id, outcome=outcome, words=words))
+
+    def cancel(self, transaction_id: int, now: float) -> None:
+        """The tower wants it no more, or asks what became of it."""
+        ended = [*(one for _, one in self._told), *self._waiting]
+        if transaction_id in self._going_on:
+            for desk in self._desks:
+                desk.cancel(transaction_id, now)
+        elif not any(isinstance(one, TransactionResult) and one.id == transaction_id for one in ended):
+            self._wait(TransactionResult(id=transaction_id, outcome=Outcome.REFUSED, words=NOT_HERE))
+
+    def epoch_changed(self, epoch: int, now: float) -> None:
+        """This is the epoch now, on a new link perhaps a lower one. The same again says nothing."""
+        if epoch == self._epoch:
+            return
+        self._epoch = epoch
+        for desk in self._desks:
+            desk.epoch_changed(epoch, now)
+
+    # The autopilot.
+
+    def autopilot_came(self, around: Around, now: float) -> None:
+        """It is heard for the first time, or again after it was silent, or has rebooted."""
+        for desk in self._desks:
+            desk.autopilot_came(around, now)
+
+    def heard(self, frame: bytes, now: float) -> bool:
+        """One of `hears` came. True: it answers a desk alone, and need not go up to the tower."""
+        msgid = message_id(frame)
+        answers = [desk.heard(frame, now) for desk in self._desks if msgid in desk.hears]
+        return any(answers)
+
+    def due(self, around: Around | None, now: float) -> list[bytes]:
+        """Frames to send to the autopilot now. `around` None: no autopilot was heard yet."""
+        self._now = now
+        if around is None:
+            return []
+        return [frame for desk in self._desks for frame in desk.due(around, now)]
+
+    # What is to be told.
+
+    def news(self, *, room: int = WAITING_MOST) -> list[TransactionToTower]:
+        """Messages for the control channel, in order, at most `room`; none where nobody takes them."""
+        for desk in self._desks:
+            for one in desk.news():
+                self._wait(one)
+        if len(self._waiting) > WAITING_MOST:
+            self._throw_state_away()
+        if not self._taken:
+            return []
+        told = [self._waiting.popleft() for _ in range(min(room, len(self._waiting)))]
+        self._told.extend((self._now, one) for one in told if isinstance(one, TransactionResult))
+        return told
+
+    def _wait(self, news: TransactionToTower) -> None:
+        if isinstance(news, TransactionResult):
+            self._going_on.discard(news.id)
+        for one in [one for one in self._waiting if _says_more(news, one)]:
+            self._waiting.remove(one)
+        if self._taken or isinstance(news, TransactionResult):
+            self._waiting.append(news)
+
+    def _throw_state_away(self) -> None:
+        results = [one for one in self._waiting if isinstance(one, TransactionResult)]
+        self._waiting = deque(results[-RESULTS_KEPT:])
+        for desk in self._desks:
+            desk.tell_again()
+
+    def _forget(self, transaction_id: int) -> None:
+        """A tower that was started anew may count from the beginning."""
+        self._told = deque((told for told in self._told if told[1].id != transaction_id), RESULTS_KEPT)
+        self._waiting = deque(one for one in self._waiting if getattr(one, "id", None) != transaction_id)
+
+
+def _says_more(news: TransactionToTower, waiting: TransactionToTower) -> bool:
+    """Whether nobody needs to hear what waits any more."""
+    if isinstance(waiting, TransactionProgress):
+        return isinstance(news, TransactionProgress | TransactionResult) and news.id == waiting.id
+    return isinstance(waiting, PlanOnBoard) and isinstance(news, PlanOnBoard) and news.kind == waiting.kind

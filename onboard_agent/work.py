@@ -1,0 +1,209 @@
+"""The work at the drone, between `Onboard` and the desks: what they must know, and what may go up or down. No I/O.
+
+Decides nothing about the flight; what a desk commands goes the way of a holder's frames.
+"""
+
+import logging
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from onboard_agent.autopilot_state import AutopilotView
+from onboard_agent.hold import Hold
+from onboard_agent.holder import Holder
+from onboard_agent.intent import INTERESTING
+from onboard_agent.mode_names import mission_modes
+from onboard_agent.own_frames import FrameMaker
+from onboard_agent.transactions.command_desk import CommandDesk
+from onboard_agent.transactions.desk import Around, Desk
+from onboard_agent.transactions.follow_desk import FollowDesk
+from onboard_agent.transactions.journal import JournalStore
+from onboard_agent.transactions.plan_watch import PlanWatch
+from onboard_agent.transactions.start_gate import LOOKED_AT, LatestStart, StartGate, may_start, starts_mission
+from onboard_agent.transactions.transactions import Transactions
+from wire.dialect import mavlink
+from wire.following import LeaderPosition
+from wire.frames import message_id
+from wire.transactions import TRANSACTIONS, CancelTransaction, Outcome, Transaction, TransactionToTower
+
+_log = logging.getLogger(__name__)
+
+STATION_READS_S: Final = 30.0
+"""So long after a ground station asked for parameters all values go up to it, though we may be reading them as well."""
+
+_ASKS_FOR_PARAMETERS: Final = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_LIST,
+        mavlink.MAVLINK_MSG_ID_PARAM_REQUEST_READ,
+        mavlink.MAVLINK_MSG_ID_PARAM_SET,
+    }
+)
+
+MakeDesks = Callable[[FrameMaker], Sequence[Desk]]
+"""Makes the desks that need more than the time and the frames (a disk, say), with whatever makes frames."""
+
+
+class WorkAtDrone:
+    """One for each drone. Call `due` at each tick, and after whatever came in for it."""
+
+    def __init__(
+        self,
+        maker: FrameMaker,
+        *,
+        autopilot: AutopilotView,
+        hold: Hold,
+        holder: Holder,
+        narrow_line: bool,
+        journal: JournalStore,
+        make_desks: MakeDesks,
+    ) -> None:
+        self._autopilot = autopilot
+        self._hold = hold
+        self._holder = holder
+        self._narrow_line = narrow_line
+        self._plans = PlanWatch(maker, journal)
+        commands = CommandDesk(maker, send=self._why_not_command, commanded=lambda: holder.commanded)
+        self._follow = FollowDesk(maker, send=self._why_not_command, commanded=lambda: holder.commanded)
+        self._transactions = Transactions([self._plans, commands, self._follow, *make_desks(maker)])
+        self._gate = StartGate(maker)
+        self._latest_start = LatestStart()
+        self._answers: list[bytes] = []
+        self._taken = False
+        self._station_asked_at = float("-inf")
+        """When a ground station asked the autopilot for parameters."""
+        self.hears: Final = self._transactions.hears
+        """Ids of the autopilot's messages for `heard`."""
+
+    # The link.
+
+    def link_up(self, takes: Sequence[str]) -> None:
+        """A new link. `takes`: of the tower's welcome."""
+        self._taken = TRANSACTIONS in takes
+        self._transactions.link_up(taken=self._taken)
+
+    def resumed(self) -> None:
+        """The link goes on with another control channel."""
+        self._transactions.link_up(taken=self._taken)
+
+    def link_down(self) -> None:
+        """Nobody to tell. What was begun goes on."""
+        self._transactions.link_down()
+
+    # The tower.
+
+    def why_not(self, frame: bytes, now: float) -> str | None:
+        """A frame of the tower's is on its way to the autopilot: why it must not pass (to be counted), or None."""
+        if message_id(frame) in _ASKS_FOR_PARAMETERS:
+            self._station_asked_at = now
+        why = self._why_not_start(frame, now)
+        if why is not None:
+            system_id = self._autopilot.system_id or 1
+            self._answers += self._gate.answers(frame, why, now, vehicle_system_id=system_id)
+            return "no mission may be started"
+        return "a plan is being written" if self._plans.keeps_out(frame, now) else None
+
+    @property
+    def may_start(self) -> bool:
+        """Whether the mission on board may be flown."""
+        return self._plans.why_no_start is None
+
+    def take_answers(self) -> list[bytes]:
+        """Frames that tell the tower what was refused, and what it must know."""
+        answers, self._answers = self._answers, []
+        return answers
+
+    def refuse(self, transaction: Transaction, words: str) -> None:
+        """The tower wants something that is not even begun."""
+        self._transactions.refuse(transaction.id, Outcome.REFUSED, words)
+
+    def message(self, message: Transaction | CancelTransaction, now: float) -> None:
+        """The tower wants something, or wants it no more."""
+        if isinstance(message, Transaction):
+            self._transactions.begin(message, self._around(now), now)
+        else:
+            self._transactions.cancel(message.id, now)
+
+    def leader(self, position: LeaderPosition, late_s: float, now: float) -> None:
+        """Where the drone is that this one follows. `late_s`: by so much it was held up on its way."""
+        self._follow.leader(position, late_s, now)
+
+    def epoch(self, epoch: int, now: float) -> None:
+        """The epoch that is known, whether it has changed or not."""
+        self._transactions.epoch_changed(epoch, now)
+
+    def news(self, *, room: int) -> list[TransactionToTower]:
+        """Messages for the control channel, at most `room`."""
+        return self._transactions.news(room=room)
+
+    # The autopilot.
+
+    def autopilot_came(self, now: float) -> None:
+        """It is heard, or has rebooted."""
+        around = self._around(now)
+        if around is not None:
+            self._transactions.autopilot_came(around, now)
+
+    def heard(self, frame: bytes, now: float) -> bool:
+        """A frame of the autopilot's side that is in `hears`. True: it need not go up to the tower."""
+        answers_us = self._transactions.heard(frame, now)
+        if message_id(frame) == mavlink.MAVLINK_MSG_ID_PARAM_VALUE and now - self._station_asked_at < STATION_READS_S:
+            return False  # it does not say whom it answers
+        return answers_us
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send to the autopilot now."""
+        out = self._transactions.due(self._around(now), now)
+        for warning in self._plans.take_warnings():
+            _log.warning("%s", warning)
+            self._answers += self._gate.say(warning, vehicle_system_id=self._autopilot.system_id or 1)
+        return out
+
+    def sent(self, frames: Sequence[bytes], now: float) -> None:
+        """Frames that the agent sends by itself: the mission may be resumed by one."""
+        for frame in frames:
+            if self._starts_mission(frame):
+                self._latest_start.passed(frame, now)
+
+    def _starts_mission(self, frame: bytes) -> bool:
+        if message_id(frame) not in LOOKED_AT:
+            return False
+        view = self._autopilot
+        if view.system_id is None:
+            return may_start(frame)  # nobody knows yet which of them is the mission's
+        return starts_mission(
+            frame, autopilot_kind=view.kind, vehicle_type=view.vehicle_type, custom_mode=view.custom_mode
+        )
+
+    def _why_not_start(self, frame: bytes, now: float) -> str | None:
+        if not self._starts_mission(frame):
+            return None
+        why = self._plans.why_no_start
+        if why is None:
+            self._latest_start.passed(frame, now)
+        return why
+
+    def _why_not_command(self, frame: bytes, now: float) -> str | None:
+        """A command of a desk's goes the way of the holder's frames, and by the same gate."""
+        why = self._why_not_start(frame, now)
+        if why is None and message_id(frame) in INTERESTING:
+            self._holder.passes(frame, now)  # a command always does
+        return why
+
+    def _around(self, now: float) -> Around | None:
+        view = self._autopilot
+        if view.system_id is None:
+            return None
+        mode_shown = view.custom_mode in mission_modes(view.kind, view.vehicle_type)
+        return Around(
+            system_id=view.system_id,
+            autopilot_kind=view.kind,
+            vehicle_type=view.vehicle_type,
+            heard=view.heard,
+            armed=view.armed,
+            airborne=view.airborne(now),
+            custom_mode=view.custom_mode,
+            starting=self._latest_start.is_pending(now, mode_shown=mode_shown, armed=view.armed),
+            flown_by_hand=self._holder.by_hand,
+            narrow_line=self._narrow_line,
+            holding=self._hold.active,
+            commanded=self._holder.commanded,
+        )
