@@ -175,17 +175,23 @@ async def authenticate(connection: HTTPConnection) -> Principal | NotSignedIn | 
     return await tower.sessions.find(cookie, tower.clock()) or SessionExpired()
 
 
+async def admit(request: Request, action: Action) -> Principal:
+    """The principal of the request, if it may do that now. Ask again where a body was waited for: who sent the
+    beginning of it may have lost their right since. Raises the refusal."""
+    found = await authenticate(request)
+    if isinstance(found, Refusal):
+        raise found
+    verdict = judge(AccessRequest(found, action))
+    if verdict.refusal is not None:
+        raise verdict.refusal
+    return found
+
+
 def who_may(action: Action) -> Any:
     """A route's dependency: the principal of the request, if it may do that."""
 
     async def checked(request: Request) -> Principal:
-        found = await authenticate(request)
-        if isinstance(found, Refusal):
-            raise found
-        verdict = judge(AccessRequest(found, action))
-        if verdict.refusal is not None:
-            raise verdict.refusal
-        return found
+        return await admit(request, action)
 
     checked.action = action  # type: ignore[attr-defined]  # for the test that walks all routes
     return Depends(checked)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from importlib.metadata import version
@@ -38,10 +39,18 @@ from server.fleet import routes as fleet_routes
 from server.fleet.enrolment_news import EnrolmentNews
 from server.fleet.loans import LoanKeeper
 from server.fleet.roster import Roster
+from server.flight_commands import routes as command_routes
+from server.flight_logs import routes as log_routes
+from server.flight_logs.receiving import LogReceiver
+from server.flight_logs.shelf import LogShelf
 from server.guards import SecurityHeaders, UnexpectedErrors
 from server.listening import CannotListen
 from server.metrics import routes as metrics_routes
+from server.missions import library_routes, plan_routes
+from server.operations import routes as operation_routes
+from server.operations.clerk import OperationClerk
 from server.origin import OriginCheck
+from server.parameters import routes as parameter_routes
 from server.problem_docs import describe_problems
 from server.problems import handle_problems
 from server.relay import routes as relay_routes
@@ -50,6 +59,7 @@ from server.relay.hub import Hub
 from server.relay.running import running_relay
 from server.relay.socket_bounds import SocketBounds
 from server.schema import check_schema
+from server.separation.bounds import SeparationBounds
 from server.settings import Settings
 from server.system import routes as system_routes
 from server.system.loop_lag import LoopLag
@@ -68,6 +78,12 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     control_routes.router,
     settings_routes.router,
     safety_routes.router,
+    plan_routes.router,
+    parameter_routes.router,
+    command_routes.router,
+    library_routes.router,
+    log_routes.router,
+    operation_routes.router,
     relay_routes.router,
     tile_routes.router,
     token_routes.router,
@@ -83,6 +99,12 @@ _TAGS: Final = (
     {"name": "drones", "description": "The squad, and its administration."},
     {"name": "enrolment", "description": "How the agent of a drone comes by its credential."},
     {"name": "control", "description": "Who has the controls of a drone."},
+    {"name": "plans", "description": "Missions, fences and rally points on board of a drone."},
+    {"name": "parameters", "description": "The parameters of a drone's autopilot."},
+    {"name": "commands", "description": "What a drone is told to do."},
+    {"name": "logs", "description": "Flight logs, on board and fetched."},
+    {"name": "missions", "description": "The library of missions."},
+    {"name": "operations", "description": "Work at drones that is going on."},
     {"name": "map", "description": "The tiles of the map."},
     {"name": "users", "description": "Users administration, for admins."},
     {"name": "audit", "description": "Who did what, for admins."},
@@ -142,12 +164,25 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         ),
         SocketBounds(per_user=settings.user_sockets, per_address=settings.address_sockets),
         clock,
+        SeparationBounds(
+            horizontal_m=settings.separation_horizontal_m,
+            vertical_m=settings.separation_vertical_m,
+            ahead_s=settings.separation_ahead_s,
+        ),
     )
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
     enrolment_news = EnrolmentNews(database, hub, clock)
     desk = ControlDesk(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
+    mb = 1_000_000
+    log_shelf = LogShelf(
+        settings.files,
+        budget_bytes=settings.files_budget_mb * mb,
+        largest_bytes=settings.file_largest_mb * mb,
+    )
+    clerk = OperationClerk(database, clock)
+    hub.operations.on_began, hub.operations.on_ended = clerk.began, clerk.ended
     return Tower(
         settings=settings,
         clock=clock,
@@ -173,6 +208,9 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             agent_linked=enrolment_news.agent_linked,
         ),
         enrolment_news=enrolment_news,
+        clerk=clerk,
+        log_shelf=log_shelf,
+        log_receiver=LogReceiver(log_shelf),
         loop_lag=LoopLag(),
         started_at=clock(),
     )
@@ -195,10 +233,12 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
+        await asyncio.to_thread(tower.log_shelf.sweep, frozenset(tower.hub.drone_ids()))
         for drone_id in tower.hub.drone_ids():
             tower.loss_checks.look_again(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))
+        await stack.enter_async_context(in_background("operations trail", tower.clerk.work))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         # Last: from here on agents are answered.
         try:

@@ -3,11 +3,14 @@
 Two doors, because the two databases agree on little else:
 - `reading()`: one consistent picture, nothing may be written.
 - `writing()`: one transaction, committed when the block ends well. On SQLite it takes the write lock at its
-  beginning, so that "read, decide, write" never fails half way because another process wrote in between.
+  beginning, so that "read, decide, write" never fails half way because another process wrote in between. The writers
+  of this process go in one by one, in the order in which they came: SQLite lets those that wait try again at moments
+  of chance, so that of many some would wait for longer than BUSY_TIMEOUT_MS, and fail.
 """
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
@@ -15,12 +18,16 @@ from pathlib import Path
 from typing import Any, Final
 
 from sqlalchemy import DateTime, Dialect, MetaData, event, make_url
+from sqlalchemy.exc import TimeoutError as GaveUp
 from sqlalchemy.ext.asyncio import AsyncEngine, AsyncSession, async_sessionmaker, create_async_engine
 from sqlalchemy.orm import DeclarativeBase
 from sqlalchemy.types import TypeDecorator
 
 BUSY_TIMEOUT_MS: Final = 5_000
 """How long a writer waits for another process (`tower drone add` beside a running tower) before it gives up."""
+
+TURN_WITHIN_S: Final = 10.0
+"""How long a writer waits for those of this process that came before: thousands, unless the database is stuck."""
 
 NAMING: Final = {
     "ix": "ix_%(column_0_label)s",
@@ -67,6 +74,7 @@ class Database:
         writer = engine.execution_options(tower_begin="BEGIN IMMEDIATE") if sqlite else engine
         self._reading = async_sessionmaker(reader, expire_on_commit=False, autoflush=False)
         self._writing = async_sessionmaker(writer, expire_on_commit=False)
+        self._writers = asyncio.Lock() if sqlite else None
 
     @asynccontextmanager
     async def reading(self) -> AsyncIterator[AsyncSession]:
@@ -75,8 +83,25 @@ class Database:
 
     @asynccontextmanager
     async def writing(self) -> AsyncIterator[AsyncSession]:
-        async with self._writing() as session, session.begin():
+        # The turn comes first: who waits for it has no connection yet, and keeps no reader from one.
+        async with self._turn(), self._writing() as session, session.begin():
             yield session
+
+    @asynccontextmanager
+    async def _turn(self) -> AsyncIterator[None]:
+        """Raises sqlalchemy.exc.TimeoutError."""
+        if self._writers is None:
+            yield
+            return
+        try:
+            async with asyncio.timeout(TURN_WITHIN_S):
+                await self._writers.acquire()
+        except TimeoutError:
+            raise GaveUp(f"the database has taken nothing for {TURN_WITHIN_S:g} s") from None
+        try:
+            yield
+        finally:
+            self._writers.release()
 
     async def close(self) -> None:
         await self.engine.dispose()

@@ -52,6 +52,13 @@ class DirectWebSocket(GuardedWebSocket):
         if hasattr(self, "scope"):  # the handshake was good; the application's task has not begun yet
             cast("dict[str, Any]", self.scope["extensions"])[EXTENSION] = self
 
+    async def run_asgi(self) -> None:
+        try:
+            await super().run_asgi()
+        finally:
+            # Else the connection would hold itself, and wait for the garbage collector.
+            cast("dict[str, Any]", self.scope["extensions"]).pop(EXTENSION, None)
+
     def resume_writing(self) -> None:
         super().resume_writing()
         self.on_room()

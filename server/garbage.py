@@ -4,7 +4,11 @@ Reference counts free nearly everything at once; only objects that point at each
 it begins after so many *new* objects, and the pictures of a thousand drones that wait for twenty browsers are tens of
 thousands, made and gone five times a second: the whole memory was walked through every 4 s, for 0.25 s each time
 (`python -m bench scale`). So young objects are looked at as ever, and the old ones at a moment that suits: seldom, or
-when memory has grown, as it does while many connections come and go.
+when memory has grown.
+
+What lives as long as a connection is old when it ends, so connections must leave no cycles: who holds whom is undone
+where they end (tests/integration/test_nothing_left_behind.py). An exception that is kept in a variable of a frame that
+it went through is such a cycle too.
 """
 
 import gc

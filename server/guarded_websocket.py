@@ -7,6 +7,8 @@
 - Thousands of tiny messages that come at once would keep the loop busy: they are parsed SLICE_BYTES at a time, and the
   rest when those are handled.
 - The empty pieces of a message without end would pile up: it has MOST_PIECES, then it is closed with 1009.
+- A connection that was broken off, or ended by a fault, would stay in memory: it lets go of its parser at the end.
+- A refused upgrade would be called an error of ours, in the log, by anybody who likes to.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import CloseCode, Frame
 
 if TYPE_CHECKING:
-    from uvicorn._types import ASGIReceiveEvent
+    from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
 
 STALLED_AFTER_S: Final = 20.0
 """With the buffer below this is 3 kB/s: what reads more slowly than that is no use for flying or watching."""
@@ -61,6 +63,9 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
             if timer is not None:
                 timer.cancel()
         super().connection_lost(exc)
+        # The parser is a generator that knows `conn`, as `conn` knows it, and the fault that ended it.
+        self.conn.parser.close()
+        self.conn.parser_exc = None
 
     # -- what it does not read -------------------------------------------------------------------------------
 
@@ -88,6 +93,11 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
             await super().run_asgi()
         finally:
             self._cut_soon()
+
+    async def send(self, message: ASGISendEvent) -> None:
+        await super().send(message)
+        if self.close_sent:  # a refusal ends the handshake too
+            self.handshake_complete = True
 
     def _cut_soon(self) -> None:
         if self._lingering is None and not self.disconnected:

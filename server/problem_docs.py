@@ -38,6 +38,9 @@ _SCHEMA: Final[dict[str, Any]] = {
         "status": {"type": "integer"},
         "detail": {"type": "string", "description": "More about this one case, for people"},
         "instance": {"type": "string", "description": "The path that was asked for"},
+        "item": {"type": "integer", "description": "Which item of a plan was at fault, from 0"},
+        "count": {"type": "integer", "description": "So many are known ..."},
+        "total": {"type": "integer", "description": "... of so many; 0: not known"},
         "errors": {
             "type": "array",
             "description": "Which parts of the request were at fault",

@@ -6,7 +6,7 @@ Nothing of a request's body is ever repeated in an answer: it may be a password.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from http import HTTPStatus
 from typing import Any, Final
@@ -38,7 +38,31 @@ from server.control.drone_settings import BadDroneSettings
 from server.fleet.drones import DroneNameTaken
 from server.fleet.enrolments import BadEnrolment, UnknownEnrolment
 from server.fleet.loans import BadLoan, OwnerAlready
+from server.flight_commands.following import CannotFollow, NoSuchLeader
+from server.flight_commands.steps import NoSuchItem
+from server.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet
+from server.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
+from server.missions.document import DocumentTooLarge
+from server.missions.library import ChangedMeanwhile, NotYourMission, TooManyMissions, UnknownMission, VersionNeeded
+from server.missions.plan_body import BadPlan, MalformedBody
+from server.missions.plans import PlanNotRead
 from server.names import BadName
+from server.operations.refusals import (
+    AgentTooOld,
+    Assisted,
+    DroneBusy,
+    DroneOffline,
+    LoanForbids,
+    LossCheckOpen,
+    NotInControl,
+    NotThroughTheTower,
+    TooManyOperations,
+    TurnNotCome,
+    UnknownOperation,
+    ViewTaken,
+    WouldFall,
+)
+from server.parameters.orders import ParametersUnknown
 from server.private_path import NotPrivate
 from server.refusal import Refusal, RetryLater
 from server.tile_source import NoTileFile
@@ -100,6 +124,40 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
     ControlRefused: Kind("control-refused", 409, "The controls did not change hands"),
     BadDroneSettings: Kind(INVALID.slug, INVALID.status, INVALID.title, field="lost_action_s"),
+    DroneOffline: Kind("drone-offline", 409, "The drone is offline"),
+    AgentTooOld: Kind("agent-too-old", 409, "The drone's agent is too old"),
+    TooManyOperations: Kind("too-many-operations", 429, "Too much in too short a time"),
+    DroneBusy: Kind("drone-busy", 409, "The drone is busy"),
+    UnknownOperation: Kind("unknown-operation", 404, "No such operation"),
+    NotInControl: Kind("not-in-control", 409, "You do not have the controls"),
+    Assisted: Kind("assisted", 409, "An admin is assisting"),
+    TurnNotCome: Kind("not-in-control", 409, "You do not have the controls"),
+    LossCheckOpen: Kind("loss-check", 409, "The loss check is open"),
+    NotThroughTheTower: Kind("not-allowed", 409, "Not through the tower"),
+    WouldFall: Kind("would-fall", 409, "The drone would fall"),
+    LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
+    ViewTaken: Kind("view-taken", 403, "The view was taken"),
+    MalformedBody: Kind(MALFORMED_JSON.slug, MALFORMED_JSON.status, MALFORMED_JSON.title),
+    BadPlan: Kind(INVALID.slug, INVALID.status, INVALID.title),
+    ParametersUnknown: Kind("parameters-unknown", 409, "The parameters are not known yet"),
+    NotKnownHow: Kind("not-supported", 409, "Not with this vehicle"),
+    NotKnownYet: Kind("not-known-yet", 409, "Not known yet"),
+    NoSuchMode: Kind(INVALID.slug, INVALID.status, INVALID.title, field="mode"),
+    NoSuchItem: Kind(INVALID.slug, INVALID.status, INVALID.title, field="item"),
+    NoSuchLeader: Kind(INVALID.slug, INVALID.status, INVALID.title, field="leader"),
+    CannotFollow: Kind("cannot-follow", 409, "It cannot follow"),
+    UnknownMission: Kind("unknown-mission", 404, "No such mission"),
+    NotYourMission: Kind("not-your-mission", 403, "Not your mission"),
+    TooManyMissions: Kind("too-many-missions", 409, "Too many missions"),
+    ChangedMeanwhile: Kind("changed-meanwhile", 412, "Changed meanwhile"),
+    VersionNeeded: Kind("version-needed", 428, "Say which version"),
+    DocumentTooLarge: Kind(TOO_LARGE.slug, TOO_LARGE.status, TOO_LARGE.title),
+    UnknownLog: Kind("unknown-log", 404, "No such log here"),
+    BadCredential: Kind("bad-credential", 401, "The credential is not good"),
+    NotAskedFor: Kind("not-asked-for", 404, "Nobody waits for it"),
+    FileNotTaken: Kind("no-room", 413, "The file is not taken"),
+    FileIncomplete: Kind("incomplete", 400, "The file is not whole"),
+    PlanNotRead: Kind("plan-not-read", 409, "The plan could not be read"),
     LastAdmin: Kind("last-admin", 409, "The last admin must stay"),
     BadName: Kind(INVALID.slug, INVALID.status, INVALID.title, field="name"),
     BadPassword: Kind(INVALID.slug, INVALID.status, INVALID.title, field="password"),
@@ -116,6 +174,7 @@ def problem(
     detail: str | None = None,
     errors: Sequence[dict[str, str]] = (),
     headers: dict[str, str] | None = None,
+    more: Mapping[str, int] | None = None,
 ) -> JSONResponse:
     document: dict[str, Any] = {"type": f"/problems/{kind.slug}", "title": kind.title, "status": kind.status}
     if detail:
@@ -123,6 +182,7 @@ def problem(
     document["instance"] = instance
     if errors:
         document["errors"] = list(errors)
+    document |= more or {}
     return JSONResponse(document, status_code=kind.status, media_type=MEDIA_TYPE, headers=headers)
 
 
@@ -142,9 +202,14 @@ def refusal_problem(refusal: Refusal, *, instance: str) -> JSONResponse:
         headers["Retry-After"] = str(max(1, math.ceil(refusal.retry_after_s)))
     if kind.status == HTTPStatus.UNAUTHORIZED:
         headers["WWW-Authenticate"] = "Bearer" if isinstance(refusal, BadToken) else "Cookie"
-    errors = [{"in": "body", "field": kind.field, "message": refusal.message}] if kind.field else []
+    field = getattr(refusal, "field", None) or kind.field
+    errors = [{"in": "body", "field": field, "message": refusal.message}] if field else []
     detail = refusal.message if kind is not INTERNAL else None
-    return problem(kind, instance=instance, detail=detail, errors=errors, headers=headers)
+    more = dict(getattr(refusal, "more", None) or {})
+    item = getattr(refusal, "item", None)
+    if item is not None:
+        more["item"] = item
+    return problem(kind, instance=instance, detail=detail, errors=errors, headers=headers, more=more)
 
 
 def handle_problems(app: FastAPI) -> None:

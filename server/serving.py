@@ -19,6 +19,7 @@ from fastapi import FastAPI
 from server.direct_websocket import DirectWebSocket
 from server.garbage import settle_memory
 from server.tower import Tower
+from server.upgrading_http import UpgradingHttp
 
 LARGEST_MESSAGE_BYTES: Final = 64 * 1024
 """Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is for telling why it was refused."""
@@ -34,6 +35,7 @@ class TowerServer(uvicorn.Server):
             uvicorn.Config(
                 app,
                 lifespan="off",
+                http=UpgradingHttp,
                 ws=DirectWebSocket,
                 ws_max_size=LARGEST_MESSAGE_BYTES,
                 ws_per_message_deflate=False,  # telemetry hardly shrinks, and every message would cost more

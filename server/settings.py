@@ -151,17 +151,29 @@ class Settings:
     address_sockets: int = _setting(200, "TOWER_ADDRESS_SOCKETS", _number(1, 100_000))
     metrics_token: str = field(default="", repr=False, metadata=_from("TOWER_METRICS_TOKEN", _secret))
     """Whoever shows it may read the metrics. Empty: only admins, and API tokens made for it."""
+    separation_horizontal_m: float = _setting(15.0, "TOWER_SEPARATION_HORIZONTAL_M", _number(0, 1_000, float))
+    """Two drones that will be nearer than this over ground, and than the next in height, are an alert. 0: nothing is
+    watched."""
+    separation_vertical_m: float = _setting(10.0, "TOWER_SEPARATION_VERTICAL_M", _number(1, 1_000, float))
+    separation_ahead_s: float = _setting(30.0, "TOWER_SEPARATION_AHEAD_S", _number(5, 120, float))
+    """How far ahead the watch looks."""
     tiles: TileSource | None = field(default=None, metadata=_from("TOWER_TILES", read_tiles))
     """What the map shows over its coastline; None: nothing."""
     tiles_attribution: str = _setting("", "TOWER_TILES_ATTRIBUTION", _attribution)
     tiles_most_zoom: int = _setting(19, "TOWER_TILES_MOST_ZOOM", _number(0, 24))
     """Of tiles from elsewhere; beyond it they are stretched. A file says its own."""
+    files: Path = field(default=_UNSET, metadata=_from("TOWER_FILES", Path))
+    """Where flight logs are kept. Not set: `files` in `var`."""
+    files_budget_mb: int = _setting(5_000, "TOWER_FILES_BUDGET_MB", _number(1, 100_000_000))
+    """Of all of them together, in millions of bytes; the oldest are removed first."""
+    file_largest_mb: int = _setting(500, "TOWER_FILE_LARGEST_MB", _number(1, 100_000))
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "var", self.var.absolute())
         if self.secret_key_file == _UNSET:
             object.__setattr__(self, "secret_key_file", self.var / KEY_FILE)
+        object.__setattr__(self, "files", (self.var / "files" if self.files == _UNSET else self.files).absolute())
         if not self.udp_host:
             object.__setattr__(self, "udp_host", self.host)
         if not self.database_url:

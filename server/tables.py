@@ -7,6 +7,7 @@ from server.audit import tables as audit
 from server.control import tables as control
 from server.database import Base
 from server.fleet import tables as fleet
+from server.missions import tables as missions
 
-ALL: Final = (accounts, audit, control, fleet)
+ALL: Final = (accounts, audit, control, fleet, missions)
 METADATA: Final = Base.metadata

@@ -24,6 +24,9 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.fleet.enrolment_news import EnrolmentNews
     from server.fleet.loans import LoanKeeper
     from server.fleet.roster import Roster
+    from server.flight_logs.receiving import LogReceiver
+    from server.flight_logs.shelf import LogShelf
+    from server.operations.clerk import OperationClerk
     from server.relay.hub import Hub
     from server.settings import Settings
     from server.system.loop_lag import LoopLag
@@ -48,6 +51,9 @@ class Tower:
     rehearsals: Rehearsals
     watchman: Watchman
     enrolment_news: EnrolmentNews
+    clerk: OperationClerk
+    log_shelf: LogShelf
+    log_receiver: LogReceiver
     loop_lag: LoopLag
     started_at: datetime
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)

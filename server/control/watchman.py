@@ -36,6 +36,7 @@ from server.relay.hub_events import (
     OfferLapsed,
     RightLost,
     RttTooLong,
+    SeparationLost,
     TurnWanted,
 )
 from wire.ids import DroneId
@@ -183,6 +184,10 @@ class Watchman:
                 await change(event.drone_id, Event.OFFER_LAPSED, reason=reason, now=now)
             case LoanLimitPassed():
                 await self._record(event.drone_id, "control.loan_limit", {"user_id": event.user_id, "why": event.why})
+            case SeparationLost():
+                near = {"other_id": event.other_id, "in_s": round(event.in_s, 1)}
+                metres = {"horizontal_m": round(event.horizontal_m, 1), "vertical_m": round(event.vertical_m, 1)}
+                await self._record(event.drone_id, "separation.warning", near | metres)
             case HoldStepReported():
                 await self._record_hold(event)
             case ControlsMoved():

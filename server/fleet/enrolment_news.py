@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 from datetime import datetime
+from itertools import islice
+from typing import Final
 
 import structlog
 from pydantic import BaseModel
@@ -11,11 +13,12 @@ from sqlalchemy.exc import SQLAlchemyError
 
 from server.clock import Clock
 from server.database import Database
-from server.fleet.enrolments import EnrolmentState, agent_seen, get_enrolment, state_of
+from server.fleet.enrolments import MOST_AT_ONCE, EnrolmentState, agents_seen, get_enrolment, just_seen, state_of
 from server.fleet.live_picture import LivePicture
 from server.fleet.tables import DroneRow, EnrolmentRow
 from wire.ids import DroneId
 
+TRY_AGAIN_AFTER_S: Final = 5.0
 _log = structlog.get_logger(__name__)
 
 
@@ -53,18 +56,35 @@ class EnrolmentView(BaseModel):
 
 
 class EnrolmentNews:
-    """One for a tower. `tell` and `expect_expiry` return at once and do the rest soon; `stop` ends what is left."""
+    """One for a tower. What it is told it does soon, and again while the database is out of reach; `stop` ends that.
 
-    def __init__(self, database: Database, picture: LivePicture, clock: Clock) -> None:
+    After a restart of the tower thousands of agents link within a second, and hardly one of them comes for the first
+    time: they are looked up together, and nothing is written where nothing has changed.
+    """
+
+    def __init__(
+        self,
+        database: Database,
+        picture: LivePicture,
+        clock: Clock,
+        *,
+        try_again_after_s: float = TRY_AGAIN_AFTER_S,
+    ) -> None:
         self._database = database
         self._picture = picture
         self._clock = clock
-        self._at_work: set[asyncio.Task[None]] = set()
+        self._try_again_after_s = try_again_after_s
+        self._linked: dict[DroneId, datetime] = {}
+        """When an agent linked, the last time; not looked up yet."""
+        self._changed: dict[int, None] = {}
+        """Enrolments that nobody has been told of yet, in order."""
+        self._working: asyncio.Task[None] | None = None
         self._timers: dict[int, asyncio.TimerHandle] = {}
 
     def tell(self, enrolment_id: int) -> None:
         """Its state has changed."""
-        self._soon(self._tell(enrolment_id))
+        self._changed[enrolment_id] = None
+        self._work_soon()
 
     def expect_expiry(self, enrolment_id: int, in_s: float) -> None:
         """If nobody uses it, admins hear of that too."""
@@ -73,39 +93,61 @@ class EnrolmentNews:
 
     def agent_linked(self, drone_id: DroneId) -> None:
         """If it has come with a credential that was fetched by an enrolment, that one has come to its good end."""
-        self._soon(self._agent_linked(drone_id))
+        self._linked[drone_id] = self._clock()
+        self._work_soon()
 
     async def stop(self) -> None:
         for timer in self._timers.values():
             timer.cancel()
-        for task in list(self._at_work):
-            task.cancel()
-        await asyncio.gather(*self._at_work, return_exceptions=True)
+        if self._working is not None:
+            self._working.cancel()
+            await asyncio.gather(self._working, return_exceptions=True)
 
     def _expired(self, enrolment_id: int) -> None:
         self._timers.pop(enrolment_id, None)
         self.tell(enrolment_id)
 
-    def _soon(self, work: object) -> None:
-        task = asyncio.get_running_loop().create_task(self._carefully(work))
-        self._at_work.add(task)
-        task.add_done_callback(self._at_work.discard)
+    def _work_soon(self) -> None:
+        if self._working is None or self._working.done():
+            self._working = asyncio.get_running_loop().create_task(self._work())
 
-    async def _carefully(self, work: object) -> None:
-        try:
-            await work  # type: ignore[misc]
-        except (SQLAlchemyError, OSError) as error:  # news, not truth: the list in the database is asked for anew
-            _log.error("enrolment_news_lost", error=type(error).__name__)
+    async def _work(self) -> None:
+        in_reach = True
+        while self._linked or self._changed:
+            try:
+                await self._look_up_links()
+                await self._tell_changes()
+                in_reach = True
+            except (SQLAlchemyError, OSError) as error:
+                if in_reach:
+                    _log.warning("enrolment_news_late", error=type(error).__name__)
+                in_reach = False
+                await asyncio.sleep(self._try_again_after_s)
 
-    async def _tell(self, enrolment_id: int) -> None:
+    async def _look_up_links(self) -> None:
+        linked = dict(islice(self._linked.items(), MOST_AT_ONCE))
+        if not linked:
+            return
         async with self._database.reading() as session:
-            found = await get_enrolment(session, enrolment_id)
-        if found is not None:
-            view = EnrolmentView.of(*found, self._clock())
-            self._picture.tell_admins_of_enrolment(view.model_dump(mode="json"))
+            seen = await just_seen(session, linked)
+        if seen:
+            async with self._database.writing() as session:
+                seen = await agents_seen(session, linked)
+        for drone_id, at in linked.items():
+            if self._linked[drone_id] == at:  # else it has linked once more meanwhile
+                del self._linked[drone_id]
+        self._changed.update(dict.fromkeys(row.id for row in seen))
 
-    async def _agent_linked(self, drone_id: DroneId) -> None:
-        async with self._database.writing() as session:
-            row = await agent_seen(session, drone_id=drone_id, at=self._clock())
-        if row is not None:
-            await self._tell(row.id)
+    async def _tell_changes(self) -> None:
+        while self._changed:
+            enrolment_id = next(iter(self._changed))
+            del self._changed[enrolment_id]  # what changes while it is read is told once more
+            try:
+                async with self._database.reading() as session:
+                    found = await get_enrolment(session, enrolment_id)
+            except (SQLAlchemyError, OSError):
+                self._changed[enrolment_id] = None
+                raise
+            if found is not None:
+                view = EnrolmentView.of(*found, self._clock())
+                self._picture.tell_admins_of_enrolment(view.model_dump(mode="json"))

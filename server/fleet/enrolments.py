@@ -1,17 +1,19 @@
 """The rules of enrolment: a token that fetches a drone's credential once, instead of the credential itself being
 carried around. Knows nothing of HTTP.
 
-Every function takes a session of `Database.writing()`, so that a token is worth one use whoever comes first.
+Every function that changes anything takes a session of `Database.writing()`, so that a token is worth one use whoever
+comes first.
 """
 
 from __future__ import annotations
 
 import secrets
+from collections.abc import Mapping
 from datetime import datetime, timedelta
 from enum import StrEnum
 from typing import Final
 
-from sqlalchemy import select, update
+from sqlalchemy import func, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.sessions import hash_token
@@ -21,9 +23,12 @@ from server.fleet.drones import get_drone, rotate_credential
 from server.fleet.tables import DroneRow, EnrolmentRow
 from server.refusal import Refusal
 from wire.credential import Credential
+from wire.ids import DroneId
 
 PREFIX: Final = "twe_"
 MOST_LISTED: Final = 200
+MOST_AT_ONCE: Final = 500
+"""Of drones in one question: SQLite takes so many values, and the write lock is not kept for long."""
 COMPANION: Final = Actor(None, "enrolling agent")
 
 
@@ -118,18 +123,29 @@ async def use(session: AsyncSession, *, token: str, at: datetime, address: str) 
     return found, credential
 
 
-async def agent_seen(session: AsyncSession, *, drone_id: int, at: datetime) -> EnrolmentRow | None:
-    """The newest used one of this drone, if its agent was not seen before."""
-    row = await session.scalar(
-        select(EnrolmentRow)
-        .where(EnrolmentRow.drone_id == drone_id, EnrolmentRow.used_at.is_not(None))
-        .order_by(EnrolmentRow.id.desc())
-        .limit(1)
+async def just_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]) -> list[EnrolmentRow]:
+    """Of drones whose agents have just linked: the newest used enrolment of each, where the agent comes for the first
+    time since. One that was used after the agent linked is not what it has linked with.
+
+    At most MOST_AT_ONCE drones. A session of `Database.reading()` will do.
+    """
+    newest = (
+        select(func.max(EnrolmentRow.id))
+        .where(EnrolmentRow.drone_id.in_(linked_at), EnrolmentRow.used_at.is_not(None))
+        .group_by(EnrolmentRow.drone_id)
     )
-    if row is None or row.agent_seen_at is not None:
-        return None
-    row.agent_seen_at = at
-    return row
+    rows = await session.scalars(
+        select(EnrolmentRow).where(EnrolmentRow.id.in_(newest), EnrolmentRow.agent_seen_at.is_(None))
+    )
+    return [row for row in rows if row.used_at is not None and row.used_at <= linked_at[DroneId(row.drone_id)]]
+
+
+async def agents_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]) -> list[EnrolmentRow]:
+    """Those of `just_seen` have come to their good end."""
+    rows = await just_seen(session, linked_at)
+    for row in rows:
+        row.agent_seen_at = linked_at[DroneId(row.drone_id)]
+    return rows
 
 
 async def list_enrolments(session: AsyncSession) -> list[tuple[EnrolmentRow, DroneRow]]:

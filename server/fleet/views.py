@@ -8,6 +8,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.fleet.snapshot import LoanRecord, UserRef
+from server.operations.board_views import NO_PARAMETERS, NO_PLANS, ParametersStateView, PlansView
 from wire.control_messages import LostAction
 from wire.stream_profiles import StreamChoice, StreamProfile
 
@@ -83,3 +84,5 @@ class DroneView(BaseModel):
         StreamChoice.AUTO
     )
     profile_why: Annotated[str, Field(description="Why it is this profile, for people")] = ""
+    plans: Annotated[PlansView, Field(description="Which plans are on board, as its agent says")] = NO_PLANS
+    parameters: Annotated[ParametersStateView, Field(description="How far its parameters are known")] = NO_PARAMETERS

@@ -68,6 +68,19 @@ class RelayCollector(Collector):
         yield _by("tower_browser_closes", "Live connections closed by the tower", "code", traffic.browser_closes)
         yield _by("tower_control_events", "Changes of who has the controls", "event", traffic.control_events)
         yield _by("tower_hold_steps", "Steps of holds as agents reported them", "step", traffic.hold_steps)
+        yield _by(
+            "tower_separation_alerts", "Drones near each other: levels told to people", "level", traffic.separation
+        )
+        near = self._hub.separation.counts()
+        yield CounterMetricFamily(
+            "tower_separation_cut_short",
+            "Times when not all drones near each other were looked at",
+            value=near.cut_short,
+        )
+        pairs = GaugeMetricFamily("tower_separation_pairs", "Pairs of drones near each other", labels=("level",))
+        pairs.add_metric(("caution",), near.cautions)
+        pairs.add_metric(("warning",), near.warnings)
+        yield pairs
         yield CounterMetricFamily("tower_holds_ordered", "Holds that the tower ordered", value=traffic.holds_ordered)
         for name, words, links in (
             ("tower_links_orphaned", "Control channels of agents lost, their links going on", traffic.links_orphaned),

@@ -1,7 +1,6 @@
 """`/api/v1/agent`: the control channel of one agent. A thin shell: sign-in, key agreement, messages both ways."""
 
 import asyncio
-import hmac
 import secrets
 import time
 from collections import deque
@@ -14,9 +13,9 @@ from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from server.clock import Clock
-from server.private_path import is_private_path
 from server.relay.agent_link import AgentLink
 from server.relay.agent_routes import OVER_CHANNEL, Address
+from server.relay.agent_sign_in import AgentRefused, sign_in
 from server.relay.data_endpoint import DataEndpoint
 from server.relay.hub import Hub
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
@@ -34,7 +33,7 @@ from wire.control_messages import (
     decode_to_tower,
     encode_message,
 )
-from wire.credential import Credential, MalformedCredential, parse_credential
+from wire.credential import Credential
 from wire.datagram_lane import DatagramLane
 from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
@@ -42,6 +41,7 @@ from wire.key_agreement import BadPublicKey, agree, public_bytes
 from wire.resuming import NONCE_BYTES, Challenge
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
+from wire.transactions import TRANSACTIONS
 
 HELLO_WITHIN_S: Final = 5.0
 MOST_WAITING: Final = 256
@@ -54,33 +54,6 @@ BROKEN_OFF: Final = (1005, 1006, 1011)
 """Codes of a connection that ended without anybody's wish; 1011 is what a side says that got no answer to its pings."""
 
 _log = structlog.get_logger(__name__)
-
-
-class AgentRefused(Exception):
-    """Sign-in of an agent failed. Carries the HTTP status and words for whoever reads the agent's log."""
-
-    def __init__(self, status: int, words: str) -> None:
-        super().__init__(words)
-        self.status = status
-        self.words = words
-
-
-def sign_in(hub: Hub, websocket: WebSocket) -> Credential:
-    """The credential of the upgrade request, checked. Raises AgentRefused; never says which part was wrong."""
-    if not is_private_path(websocket):
-        raise AgentRefused(403, "agents must use https: a credential must not cross the network in the clear")
-    scheme, _, text = websocket.headers.get("authorization", "").partition(" ")
-    wrong = AgentRefused(401, "this credential is not known")
-    if scheme.lower() != "bearer":
-        raise AgentRefused(401, "an agent signs in with 'Authorization: Bearer <credential>'")
-    try:
-        credential = parse_credential(text)
-    except MalformedCredential as error:
-        raise AgentRefused(401, str(error)) from None
-    drone = hub.drone(credential.drone_id)
-    if drone is None or not hmac.compare_digest(drone.record.credential_hash, credential.hashed()):
-        raise wrong
-    return credential
 
 
 def _call_later(delay_s: float, call: Callable[[float], None]) -> None:
@@ -162,7 +135,8 @@ class AgentChannel:
         return link
 
     async def _first_words(self) -> ToTower:
-        return decode_to_tower(await asyncio.wait_for(self._websocket.receive_text(), HELLO_WITHIN_S))
+        async with asyncio.timeout(HELLO_WITHIN_S):  # `wait_for` leaves what goes wrong to the garbage collector
+            return decode_to_tower(await self._websocket.receive_text())
 
     async def _resume(self, hello: Hello, credential: Credential) -> AgentLink | None:
         """The link that the hello names, once its agent has proven that it has it. None: it is to have a new one."""
@@ -219,6 +193,8 @@ class AgentChannel:
             resume_key=keys.resume,
             channel=self,
             waiting=self._waiting,
+            takes=hello.takes,
+            process=hello.process,
         )
         self._post(
             Welcome(
@@ -230,6 +206,7 @@ class AgentChannel:
                 epoch=drone.lease.epoch,
                 holder=drone.lease.holder.name if drone.lease.holder else None,
                 holder_present=drone.somebody_flies(),
+                takes=(TRANSACTIONS,),
             )
         )
         self._hub.attach_link(link, time.monotonic())

@@ -1,7 +1,7 @@
 """One agent's live link as the hub sees it: the sealed data channel, its address, the way to its control channel."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Final
 
 from server.relay.agent_routes import OVER_CHANNEL, Address, AgentRoutes
@@ -11,7 +11,7 @@ from wire.control_messages import HoldOrder, ToAgent, encode_message
 from wire.datagram_lane import STALLED_AFTER_S
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId
-from wire.link_quality import LONG_WINDOW_S, SHORT_WINDOW_S
+from wire.link_quality import LONG_WINDOW_S
 from wire.sealed_link import Received, SealedLink
 
 SendDatagram = Callable[[bytes, Address], None]
@@ -30,7 +30,7 @@ MOST_ORDERS: Final = 8
 """To hold, that no step of a hold has answered yet. The newest says what the older ones say."""
 
 SILENT_AFTER_S: Final = 3.0
-"""A link that sent nothing for so long counts as offline: six keep-alives in a row are missing."""
+"""A link that sent nothing for so long counts as offline: five or six keep-alives in a row are missing."""
 
 
 class AgentLink:
@@ -47,8 +47,14 @@ class AgentLink:
         resume_key: bytes = b"",
         channel: object = None,
         waiting: Waiting | None = None,
+        takes: Collection[str] = (),
+        process: int = 0,
     ) -> None:
         self.sealed = sealed
+        self.takes = frozenset(takes)
+        """Groups of messages that the agent understands besides those that all do."""
+        self.process = process
+        """Which process of the agent has it; 0: it does not say."""
         self.waiting = waiting or _nothing_waits
         self.resume_key = resume_key
         """Proves possession of the link (wire.resuming); empty: it cannot be resumed."""
@@ -87,7 +93,7 @@ class AgentLink:
             drone_id=self.drone_id,
             rtt_ms=None if keepalive.rtt_s is None else round(keepalive.rtt_s * 1000, 1),
             loss=round(keepalive.loss, 3),
-            over_1s=LinkOver.of(quality.over(SHORT_WINDOW_S, now)),
+            over_1s=LinkOver.of(quality.over(self.sealed.short_window_s(), now)),
             over_30s=LinkOver.of(quality.over(LONG_WINDOW_S, now)),
             path_mtu=self.sealed.datagram_bytes,
             transport="websocket" if self.routes.newest == OVER_CHANNEL else "udp",
@@ -212,6 +218,14 @@ class AgentLink:
             self._send([self.sealed.seal_urgent(text) for _ in range(copies)])
         if len(self._repeats) < MOST_REPEATED:
             self._repeats.append((text, COPIES - copies))
+
+    def send_newest(self, message: ToAgent, now: float) -> None:
+        """Sends a message once, and on the data channel only: the next one takes its place. Where there is no way, or
+        one that has stalled, it is not sent at all."""
+        newest = self.routes.newest
+        if newest is None or self._muted or (newest == OVER_CHANNEL and self.sealed.unproven_s(now) > STALLED_AFTER_S):
+            return
+        self._send([self.sealed.seal_urgent(encode_message(message).encode())])
 
     def answered(self, order_id: int) -> None:
         """A step of the hold came that this order began (0: of one that nobody ordered)."""

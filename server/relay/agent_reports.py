@@ -6,25 +6,31 @@ One entry for each message of `wire.control_messages.ToTower`; a report over a l
 from datetime import datetime
 from typing import Final
 
+from server.operations.desk import OperationDesk
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.hub_events import HoldStepReported, LossParametersReported
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
-from wire.control_messages import AutopilotState, HoldProgress, LossParameters, StreamState, ToTower
+from wire.control_messages import AutopilotState, HoldCause, HoldProgress, LossParameters, StreamState, ToTower
+from wire.transactions import TRANSACTIONS, TransactionToTower
 
 MOST_WORDS: Final = 500
 """Characters of an agent's words that are told on: many browsers keep them while they wait."""
 
 
 class AgentReports:
-    """No state of its own: all of it is in the drones."""
+    """No state of its own: all of it is in the drones, and at the desk of operations."""
 
-    def __init__(self, state: LiveState) -> None:
+    def __init__(self, state: LiveState, operations: OperationDesk) -> None:
         self._state = state
+        self._operations = operations
 
     def take(self, link: AgentLink, message: ToTower, at: datetime | None) -> None:
-        """A message came, at this time of day. A hello has its place at the beginning only and is ignored here."""
+        """A message came, at this time of day. A hello has its place at the beginning only and is ignored here.
+
+        Raises MalformedMessage about one that is not what it says.
+        """
         drone = self._state.drones.get(link.drone_id)
         if drone is None or drone.link is not link:
             return
@@ -40,6 +46,9 @@ class AgentReports:
                 if drone.stream_state != message:
                     drone.stream_state = message
                     self._state.tell_drone(drone)
+            case _:
+                if isinstance(message, TransactionToTower) and TRANSACTIONS in link.takes:
+                    self._operations.take(drone, link, message)
 
     def _autopilot_state(self, drone: LiveDrone, state: AutopilotState, at: datetime | None) -> None:
         before = (drone.autopilot_heard, drone.armed, drone.airborne)
@@ -52,6 +61,8 @@ class AgentReports:
         link.answered(progress.order_id)
         if not drone.hold_steps.is_news(progress):
             return
+        if progress.cause is not HoldCause.ORDER and not progress.step.final:
+            drone.commanded += 1  # an order was counted when it was given
         told = live.Hold(
             drone.drone_id,
             progress.epoch,

@@ -40,6 +40,13 @@ class AssistTurn:
             self._waiting.append((now, frame))
         return False
 
+    def asks(self, now: float) -> bool:
+        """The assistant wants something that is no frame: True if it may be done now. Again while it is being done: the
+        turn goes back when they have been silent."""
+        self._last_at = now
+        self.wanted = "assistant"
+        return self.whose == "assistant"
+
     def over(self, now: float) -> bool:
         """True once, when the assistant has been silent for long enough: the turn is to go back."""
         if self.wanted == "assistant" and now - self._last_at >= BACK_AFTER_S:

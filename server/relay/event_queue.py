@@ -1,13 +1,24 @@
 """Text messages that wait for one browser, in order. Those that say how something is are conflated; no I/O.
 
-A newer `drone` takes the place of one of the same drone that still waits, and so does `links`: a browser that is slow
-for a while has at most one for each drone. What happened (control, hold, notice, ...) waits in full, up to MOST_EVENTS.
+A newer `drone` takes the place of one of the same drone that still waits, and so do `links`, `operation`,
+`plan_on_board`, `parameters` and `separation`: a browser that is slow for a while has at most one of each drone,
+operation or pair. What happened (control, hold, notice, ...) waits in full, up to MOST_EVENTS; operations, of which
+there can be any number, count among these.
 """
 
 from collections.abc import Hashable
 from typing import Final
 
-from server.relay.live_messages import DroneChanged, DroneRemoved, Links, ToBrowser
+from server.relay.live_messages import (
+    DroneChanged,
+    DroneRemoved,
+    Links,
+    OperationChanged,
+    ParametersChanged,
+    PlanOnBoardChanged,
+    Separation,
+    ToBrowser,
+)
 
 MOST_EVENTS: Final = 2000
 """Of those that cannot be conflated. A browser that lets so many pile up has long stopped reading."""
@@ -26,23 +37,29 @@ class EventQueue:
 
     def put(self, event: ToBrowser) -> bool:
         """False if it is full: the message was not taken."""
-        if isinstance(event, DroneChanged):
-            self._put_newest(("drone", event.drone.id), event)
-        elif isinstance(event, Links):
-            self._put_newest("links", event)
+        key = _key(event)
+        if key is not None:
+            if key not in self._waiting:
+                if isinstance(event, OperationChanged):
+                    if self._is_full:
+                        return False
+                else:
+                    self._conflated += 1
+            self._waiting[key] = event
         else:
             if isinstance(event, DroneRemoved):
                 # What was said of it before is over; what may be said after comes after.
-                self._conflated -= self._waiting.pop(("drone", event.drone_id), None) is not None
-            if len(self._waiting) - self._conflated >= MOST_EVENTS:
+                for said in [one for one in self._waiting if isinstance(one, tuple) and one[1] == event.drone_id]:
+                    self._conflated -= not isinstance(self._waiting.pop(said), OperationChanged)
+            if self._is_full:
                 return False
             self._serial += 1
             self._waiting[self._serial] = event
         return True
 
-    def _put_newest(self, key: Hashable, event: ToBrowser) -> None:
-        self._conflated += key not in self._waiting
-        self._waiting[key] = event
+    @property
+    def _is_full(self) -> bool:
+        return len(self._waiting) - self._conflated >= MOST_EVENTS
 
     def take(self) -> list[ToBrowser]:
         """All that wait, in order."""
@@ -52,3 +69,22 @@ class EventQueue:
         self._waiting.clear()
         self._conflated = 0
         return taken
+
+
+def _key(event: ToBrowser) -> Hashable | None:
+    """Of what a newer one takes the place; with the drone, where it is of one. None: it is told in full."""
+    match event:
+        case DroneChanged():
+            return "drone", event.drone.id
+        case Links():
+            return "links"
+        case OperationChanged():
+            return "operation", event.operation.drone_id, event.operation.id
+        case PlanOnBoardChanged():
+            return "plan_on_board", event.drone_id, event.kind
+        case ParametersChanged():
+            return "parameters", event.drone_id
+        case Separation():
+            return "separation", event.drones[0], event.number
+        case _:
+            return None

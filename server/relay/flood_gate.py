@@ -32,6 +32,10 @@ OPENINGS_AT_ONCE: Final = 4
 OPENINGS_REFILLED_IN_S: Final = 10.0
 """All tabs of a user may come back four times in a row after a network that flickers, and once every ten seconds."""
 
+OPERATIONS_PER_S: Final = 10.0
+OPERATIONS_BURST: Final = 100
+"""What a user has done at drones over REST: each goes to an agent, to all who watch, and into the trail."""
+
 REPORTS_PER_S: Final = 50.0
 REPORTS_BURST: Final = 500
 """Messages of an agent about itself: a few a second while it holds, each in several copies."""
@@ -61,6 +65,8 @@ class FloodGate:
         self._agents: dict[DroneId, TokenBucket] = {}
         self._reports: dict[DroneId, TokenBucket] = {}
         self._openings: dict[UserId, TokenBucket] = {}
+        self._operations: dict[UserId, TokenBucket] = {}
+        self._stops: dict[UserId, TokenBucket] = {}
 
     def admits(self, user_id: UserId, drone_id: DroneId | None, *, flies: bool, now: float) -> bool:
         """One frame of a user. `drone_id`: where it goes, None if nowhere; `flies`: from whoever has the turn there."""
@@ -107,6 +113,15 @@ class FloodGate:
             bucket = self._openings[user_id] = TokenBucket(per_s, at_once, now)
         return bucket.take(1.0, now)
 
+    def admits_operation(self, user_id: UserId, now: float, *, stops: bool) -> bool:
+        """One more operation of a user. `stops`: it ends a flight or what the drone is at, and has an account of its
+        own: whoever has just asked for too much must still be able to."""
+        accounts = self._stops if stops else self._operations
+        bucket = accounts.get(user_id)
+        if bucket is None:
+            bucket = accounts[user_id] = TokenBucket(OPERATIONS_PER_S, OPERATIONS_BURST, now)
+        return bucket.take(1.0, now)
+
     def admits_report(self, drone_id: DroneId, now: float) -> bool:
         """One message of an agent's control channel, or an urgent one."""
         bucket = self._reports.get(drone_id)
@@ -116,7 +131,7 @@ class FloodGate:
 
     def forget_idle(self, drones: Container[DroneId], now: float) -> None:
         """Once a second: users who have long sent nothing, and drones that are no more, need no memory."""
-        for users in (self._users, self._openings):
+        for users in (self._users, self._openings, self._operations, self._stops):
             for user_id in [one for one, bucket in users.items() if bucket.is_full(now)]:
                 del users[user_id]
         for way in (self._flying, self._reading, self._agents, self._reports):
@@ -125,4 +140,5 @@ class FloodGate:
 
     def __len__(self) -> int:
         by_drone = (self._flying, self._reading, self._agents, self._reports)
-        return len(self._users) + len(self._openings) + sum(len(way) for way in by_drone)
+        by_user = (self._users, self._openings, self._operations, self._stops)
+        return sum(len(users) for users in by_user) + sum(len(way) for way in by_drone)

@@ -7,9 +7,19 @@ from server.relay.flood_gate import FloodGate
 from server.relay.hub_events import TurnWanted
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
+from server.relay.loan_check import barred_by_loan
 from server.relay.loan_limits import home_in
-from server.relay.loan_requests import bar_of, words_of
-from server.relay.policy import CommandSeen, Kind, Leave, command_in, ends_the_flight, kind_of, leave_for, refusal_of
+from server.relay.policy import (
+    CommandSeen,
+    Kind,
+    Leave,
+    command_in,
+    ends_the_flight,
+    kind_of,
+    leave_for,
+    refusal_of,
+    says_how_to_fly,
+)
 from server.relay.refusals import denied_command
 from server.relay.viewport import POSITION
 from wire.content import Frames
@@ -20,6 +30,8 @@ from wire.ids import DroneId
 from wire.state_messages import StateKey, state_key
 from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
 
+_AUTOPILOT: Final = mavlink.MAV_COMP_ID_AUTOPILOT1
+_HEARTBEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _HOME_POSITION: Final = mavlink.MAVLINK_MSG_ID_HOME_POSITION
 _SETUP_SIGNING: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
 
@@ -66,9 +78,11 @@ class FramePaths:
             state.append((key, tag_bytes + frame))
             msgid = key[2]
             if msgid == POSITION:
-                drone.position_frame = frame
+                drone.position_frame, drone.position_at = frame, now
             elif msgid == _HOME_POSITION:
                 drone.home, drone.home_told = home_in(frame), True
+            elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
+                drone.heartbeat = frame
         for browser in watchers:
             browser.offer(drone_id, state, transactional)
 
@@ -111,7 +125,9 @@ class FramePaths:
         reason = refusal_of(frame, command, standing)
         if reason is not None:
             raise Dropped(reason)
-        self._check_loan(drone, browser, frame, command)
+        barred = barred_by_loan(drone, browser.viewer, frame, command)
+        if barred is not None:
+            raise RefusedByLoan(barred)
         kind = kind_of(frame)
         safety = drone.safety
         if late_s > (safety.sticks_late_s if kind is Kind.STICKS else safety.commands_late_s):
@@ -131,20 +147,10 @@ class FramePaths:
         if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
             raise Dropped(DropReason.OFFLINE)
         self._state.traffic.frames_to_agents += 1
+        drone.commanded += says_how_to_fly(frame, command)
         if kind is Kind.STICKS:
             drone.sticks_at = self._state.sticks_at = now
             drone.sticks_from = browser.number
-
-    @staticmethod
-    def _check_loan(drone: LiveDrone, browser: Browser, frame: bytes, command: CommandSeen | None) -> None:
-        limits = drone.limits_of(browser.viewer.user_id, browser.viewer.role)
-        if limits is None or leave_for(frame, command) is Leave.WATCHER:
-            return
-        autopilot = drone.loss_parameters.autopilot if drone.loss_parameters is not None else ""
-        px4 = autopilot == "px4" if autopilot else None
-        bar = bar_of(frame, command, limits, drone.home, armed=drone.armed, px4=px4)
-        if bar is not None:
-            raise RefusedByLoan(words_of(bar, limits))
 
     @staticmethod
     def _ask_twice(browser: Browser, drone_id: DroneId, command: CommandSeen, now: float) -> None:

@@ -23,6 +23,7 @@ class HoldOrders:
         if drone is None:
             return False
         epoch = drone.lease.epoch
+        drone.commanded += 1
         if drone.link is None:
             told = live.Hold(drone_id, epoch, "unconfirmed", "the drone is offline", 0.0, "order")
             self._state.tell_watchers(drone, told)

@@ -45,5 +45,10 @@ class HolderWatch:
         self._expired_told = True
         return True
 
+    @property
+    def has_expired(self) -> bool:
+        """Whether it was told that the grace time is over, and the holder is not back."""
+        return self._expired_told
+
     def _missing_for(self, seconds: float, now: float) -> bool:
         return self.missing_since is not None and now - self.missing_since >= seconds

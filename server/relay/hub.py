@@ -9,7 +9,7 @@ Its laws:
 - What it notices and cannot decide, it tells (`on_event`), and goes on.
 
 The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the browsers), `fleet_changes`, `flood_gate`,
-`frame_paths`, `hold_orders`, `lease_changes`, `link_changes`, `safety_watch`.
+`frame_paths`, `hold_orders`, `lease_changes`, `link_changes`, `safety_watch`, `separation.telling`.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -22,6 +22,8 @@ from server.accounts.tables import Role
 from server.clock import Clock, utc_now
 from server.fleet.snapshot import FleetSnapshot, UserRef
 from server.fleet.views import DroneView
+from server.operations.desk import OperationDesk
+from server.operations.follow_feed import FollowFeed
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.agent_reports import AgentReports
@@ -41,6 +43,8 @@ from server.relay.safety_watch import SafetyWatch
 from server.relay.socket_bounds import SocketBounds
 from server.relay.traffic import Traffic
 from server.relay.viewport import Viewport
+from server.separation.bounds import SeparationBounds
+from server.separation.telling import SeparationTelling
 from wire.control_messages import (
     AutopilotState,
     HoldProgress,
@@ -67,13 +71,17 @@ class Hub:
         flood_limits: FloodLimits | None = None,
         socket_bounds: SocketBounds | None = None,
         clock: Clock = utc_now,
+        separation: SeparationBounds | None = None,
     ) -> None:
         self._clock = clock
         self._state = LiveState()
+        self.separation = SeparationTelling(self._state, separation or SeparationBounds())
         self._flood = FloodGate(flood_limits or FloodLimits())
         self._socket_bounds = socket_bounds or SocketBounds()
         self._paths = FramePaths(self._state, self._flood)
-        self._reports = AgentReports(self._state)
+        self.operations = OperationDesk(self._state, clock)
+        self.follows = FollowFeed(self._state, self.operations)
+        self._reports = AgentReports(self._state, self.operations)
         self._safety = SafetyWatch(self._state)
         self._holds = HoldOrders(self._state)
         self._links = LinkChanges(self._state, order_hold=self._holds.order)
@@ -191,10 +199,6 @@ class Hub:
         """Whether sticks have moved any drone within the last seconds."""
         return now - self._state.sticks_at < MANUAL_FOR_S
 
-    def flown_by_hand(self, drone: LiveDrone, now: float) -> bool:
-        """Whether sticks have moved this drone within the last seconds."""
-        return drone.flown_by_hand(now)
-
     # -- browsers --------------------------------------------------------------------------------------------
 
     def why_no_room(self, user_id: UserId, address: str, now: float) -> str | None:
@@ -222,6 +226,7 @@ class Hub:
         """From here on the browser gets the frames of the drones it may see; the whole picture comes first."""
         viewer = browser.viewer
         self._audience.enter(browser, self.drones_for(viewer.user_id, viewer.role), server_time, now)
+        self.separation.tell_all(browser)
 
     def detach_browser(self, browser: Browser, now: float) -> None:
         """The browser is gone. Harmless if it was gone already."""
@@ -303,6 +308,7 @@ class Hub:
     def resumed(self, link: AgentLink) -> None:
         """The link has another control channel."""
         self._links.resumed(link)
+        self.operations.resumed(link)
 
     def has_link_id(self, link_id: LinkId) -> bool:
         """Whether a live link has this number."""
@@ -351,6 +357,10 @@ class Hub:
         """The agent tells something. `at`: the time of day, for what people are told the time of."""
         self._reports.take(link, message, at)
 
+    def admits_operation(self, user_id: UserId, now: float, *, stops: bool) -> bool:
+        """Whether a user may have one more thing done at a drone now (FloodGate)."""
+        return self._flood.admits_operation(user_id, now, stops=stops)
+
     # -- holds and rehearsals --------------------------------------------------------------------------------
 
     def order_hold(self, drone_id: DroneId, reason: str) -> bool:
@@ -387,6 +397,9 @@ class Hub:
         self._safety.tick(now)
         self._links.tick(now)
         self._leases.tick(now)
+        self.operations.tick(now)
+        self.follows.tick(now)
+        self.separation.tick(now)
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""

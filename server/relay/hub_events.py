@@ -97,6 +97,18 @@ class LoanLimitPassed:
     why: str
 
 
+@dataclass(frozen=True)
+class SeparationLost:
+    """Two drones are about to be nearer to each other than is safe: a warning was given. Metres and seconds,
+    predicted."""
+
+    drone_id: DroneId
+    other_id: DroneId
+    in_s: float
+    horizontal_m: float
+    vertical_m: float
+
+
 HubEvent = (
     LoanLimitPassed
     | AgentLinked
@@ -109,4 +121,5 @@ HubEvent = (
     | HoldStepReported
     | LossParametersReported
     | ControlsMoved
+    | SeparationLost
 )

@@ -26,6 +26,8 @@ class _Move:
     """A change that a snapshot told of, and nobody else yet."""
 
     before: LeaseView
+    expired: bool
+    """The holder before it had been gone for longer than the grace time."""
     why_lost: str
     due_at: float | None = None
 
@@ -46,7 +48,7 @@ class LeaseChanges:
         # The epoch may be known already, if a snapshot was read between the commit and this call.
         if drone is None or lease.epoch < drone.lease.epoch:
             return
-        before = self._before(drone, lease)
+        before, known = self._before(drone, lease), drone.lease
         drone.lease = lease
         drone.fenced = False
         waiting: list[bytes] = []
@@ -54,9 +56,8 @@ class LeaseChanges:
             waiting = drone.turn.changed(now)
         else:
             drone.turn.reset()
-        if before.holder != lease.holder:
-            drone.sticks_at = float("-inf")
-            drone.holder_watch.present()
+        if known.holder != lease.holder:  # else a snapshot has said so first
+            _begin_anew(drone)
         self._note_presence(drone, now)
         self._state.tell_agent_who_holds(drone)
         if waiting and drone.link is not None:
@@ -73,9 +74,11 @@ class LeaseChanges:
     def learnt(self, drone: LiveDrone, before: LeaseView, why_lost: str) -> None:
         """A snapshot has changed the lease of this drone. `why_lost`: why the holder before it may hold it no more, in
         words; empty where they still may."""
-        move = self._moves.setdefault(drone.drone_id, _Move(before, why_lost))
+        move = self._moves.setdefault(drone.drone_id, _Move(before, drone.holder_watch.has_expired, why_lost))
         move.why_lost = move.why_lost or why_lost
         move.due_at = None
+        if before.holder != drone.lease.holder:
+            _begin_anew(drone)
 
     def tick(self, now: float) -> None:
         """Several times a second: tells what nobody else has told."""
@@ -99,7 +102,7 @@ class LeaseChanges:
         return drone.lease
 
     def _tell_move(self, drone: LiveDrone, move: _Move) -> None:
-        event = _seen_from(move.before, drone.lease, lost=bool(move.why_lost))
+        event = _seen_from(move.before, drone.lease, lost=bool(move.why_lost), expired=move.expired)
         if event is not None:
             self._tell(drone, move.before, event, None, move.why_lost or ELSEWHERE)
 
@@ -110,14 +113,21 @@ class LeaseChanges:
         self._state.tell_former(drone, before.part_takers() - lease.part_takers(), told)
 
 
-def _seen_from(before: LeaseView, after: LeaseView, *, lost: bool) -> str | None:
+def _begin_anew(drone: LiveDrone) -> None:
+    """Other hands, or none: neither whose sticks came nor who was missing says anything of them."""
+    drone.sticks_at = float("-inf")
+    drone.holder_watch.present()
+
+
+def _seen_from(before: LeaseView, after: LeaseView, *, lost: bool, expired: bool) -> str | None:
     """What has happened, as far as the leases show it; None for what people are not told by name (a turn).
 
-    `lost`: whoever held it before may not hold it any more. A release and an expiry look alike.
+    `lost`: whoever held it before may not hold it any more. `expired`: they were gone for too long. Without these a
+    release, a revocation and an expiry look alike.
     """
     if before.holder != after.holder:
         if after.holder is None:
-            return "revoked" if lost else "released"
+            return "revoked" if lost else "expired" if expired else "released"
         if before.offered and after.holder == before.taken_from:
             return "accepted"
         return "taken" if after.taken_from is not None else "acquired"

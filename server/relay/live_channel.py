@@ -71,6 +71,12 @@ class LiveChannel:
 
     async def run(self) -> None:
         """Until the browser goes or its session ends."""
+        try:
+            await self._serve()
+        finally:
+            self._writer.stop()
+
+    async def _serve(self) -> None:
         await self._websocket.accept(subprotocol=self._subprotocol)
         # Nothing is awaited from here until it is attached: two that come at once cannot both have the last place.
         no_room = self._hub.why_no_room(self._browser.viewer.user_id, self._browser.address, time.monotonic())

@@ -7,6 +7,8 @@ from server.accounts.sessions import Principal
 from server.accounts.tables import Role
 from server.fleet.snapshot import DroneRecord, UserRef
 from server.fleet.views import DroneView, LoanView, UserRefView
+from server.operations.board import Board
+from server.operations.board_views import NO_PARAMETERS, NO_PLANS
 from server.relay.agent_link import AgentLink
 from server.relay.assist_turn import AssistTurn
 from server.relay.browser import Browser
@@ -110,10 +112,14 @@ class LiveDrone:
     """A rehearsal: the holder counts as gone until then."""
     position_frame: bytes | None = None
     """The newest GLOBAL_POSITION_INT, as it came."""
+    position_at: float = NEVER
+    """When it came."""
     home: Home | None = None
     """As HOME_POSITION says; before that, where it stood before it was armed."""
     home_told: bool = False
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
+    commanded: int = 0
+    """How often it was made to hold, or told how to fly: what was asked for in several steps ends with the next."""
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
     hold_steps: HoldSteps = field(default_factory=HoldSteps)
@@ -121,6 +127,10 @@ class LiveDrone:
     """Until then the tower measures the round trip by itself (`safety_watch`)."""
     settled: bool = False
     """Nobody flies it and the clock changes nothing about it: `safety_watch` looks at its link only."""
+    board: Board = field(default_factory=Board)
+    """What is on board, as the agent says."""
+    heartbeat: bytes | None = None
+    """The newest of the autopilot, as it came."""
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
 
@@ -208,6 +218,8 @@ class LiveDrone:
         self.flight_start.lost()
         self.hold_steps.link_ended()
         self.orders.clear()
+        self.board.forget()
+        self.heartbeat = None
 
     def view(self) -> DroneView:
         """As the outside is told. The same for everybody who may see the drone, but for `may_watch`."""
@@ -232,12 +244,16 @@ class LiveDrone:
             profile=self.stream_state.profile if self.stream_state else None,
             profile_chosen=self.stream.profile,
             profile_why=self.stream_state.why if self.stream_state else "",
+            plans=self.board.plans,
+            parameters=self.board.parameters.told,
         )
 
     def view_for(self, user_id: UserId) -> DroneView:
         """As one user is told."""
         view = self.view()
-        return view.model_copy(update={"may_watch": False}) if user_id == self.blind_user_id else view
+        if user_id != self.blind_user_id:
+            return view
+        return view.model_copy(update={"may_watch": False, "plans": NO_PLANS, "parameters": NO_PARAMETERS})
 
 
 def _view_of(ref: UserRef | None) -> UserRefView | None:

@@ -6,6 +6,9 @@ import msgspec
 
 from server.fleet.snapshot import UserRef
 from server.fleet.views import DroneView
+from server.operations.board_views import PlanBoardView
+from server.operations.operation import Operation
+from server.operations.views import OperationView
 from wire.control_messages import UNREADABLE
 from wire.link_quality import Quality
 
@@ -154,10 +157,68 @@ class Lost(msgspec.Struct, frozen=True, tag="lost", tag_field="type"):
     count: int
 
 
+class Separation(msgspec.Struct, frozen=True, tag="separation", tag_field="type"):
+    """Two drones come near each other, or do so no more. `number` stays the same from the first word to `clear`.
+
+    `drones`: the first one is this browser's to see; null where the second is not. Predicted, null when clear or not
+    known any more: the closest over ground `horizontal_m`, `vertical_m` apart at that moment, `in_s` seconds from now.
+    Where the second is now, seen from the first: `bearing_deg` clockwise from north, `distance_m` over ground,
+    `above_m`. `why` it is clear: `apart`, `landed` (or no longer there), `unheard`.
+    """
+
+    number: int
+    level: Literal["caution", "warning", "clear"]
+    drones: tuple[int, int | None]
+    in_s: float | None
+    horizontal_m: float | None
+    vertical_m: float | None
+    bearing_deg: float | None
+    distance_m: float | None
+    above_m: float | None
+    why: str
+
+
 class EnrolmentChanged(msgspec.Struct, frozen=True, tag="enrolment", tag_field="type"):
     """How the enrolment of a drone goes, for admins: the Enrolment of docs/api.md."""
 
     enrolment: dict[str, Any]
+
+
+class OperationChanged(msgspec.Struct, frozen=True, tag="operation", tag_field="type"):
+    """A piece of work at a drone began, went on, or ended."""
+
+    operation: OperationView
+
+    @classmethod
+    def of(cls, operation: Operation) -> Self:
+        """As it is now."""
+        return cls(OperationView.of(operation))
+
+
+class PlanOnBoardChanged(msgspec.Struct, frozen=True, tag="plan_on_board", tag_field="type"):
+    """Another plan of this kind is on board, or it is no longer known which."""
+
+    drone_id: int
+    kind: str
+    state: str
+    hash: str | None
+    sent_hash: str | None
+    count: int
+    fit_to_fly: bool
+
+    @classmethod
+    def of(cls, drone_id: int, view: PlanBoardView) -> Self:
+        """As a `Drone` has it."""
+        return cls(drone_id, view.kind.value, view.state, view.hash, view.sent_hash, view.count, view.fit_to_fly)
+
+
+class ParametersChanged(msgspec.Struct, frozen=True, tag="parameters", tag_field="type"):
+    """The parameters of a drone are being read (`hash` None), are all known, or one has another value."""
+
+    drone_id: int
+    hash: str | None
+    count: int
+    total: int
 
 
 class Watch(msgspec.Struct, frozen=True, tag="watch", tag_field="type"):
@@ -214,7 +275,11 @@ ToBrowser = (
     | Links
     | Notice
     | Lost
+    | Separation
     | EnrolmentChanged
+    | OperationChanged
+    | PlanOnBoardChanged
+    | ParametersChanged
 )
 FromBrowser = Watch | Focus | MapShown | Pong
 
@@ -224,15 +289,15 @@ class MalformedRequest(ValueError):
 
 
 def _view(value: Any) -> Any:
-    """A DroneView is pydantic's, because REST answers it too."""
-    return value.model_dump() if isinstance(value, DroneView) else value
+    """Views are pydantic's, because REST answers them too."""
+    return value.model_dump() if isinstance(value, DroneView | OperationView) else value
 
 
 _encoder: Final = msgspec.json.Encoder(enc_hook=_view)
 _decoder: Final[msgspec.json.Decoder[FromBrowser]] = msgspec.json.Decoder(FromBrowser)
 
 
-_SHARED: Final = (DroneChanged, Control, Hold)
+_SHARED: Final = (DroneChanged, Control, Hold, OperationChanged, PlanOnBoardChanged, ParametersChanged, Separation)
 """Events that one object tells to everybody who watches a drone."""
 _MOST_SHARED: Final = 256
 _encoded: Final[dict[int, tuple[ToBrowser, str]]] = {}

@@ -50,8 +50,11 @@ class LiveWriter:
             self._round.ask(self._flush)
 
     def stop(self) -> None:
-        """Nothing is written from here on."""
+        """Nothing is written from here on, and neither the browser nor the connection knows this any more."""
         self._stopped = True
+        self._browser.woken_by(_nothing)
+        self._writer.on_room = _nothing
+        self._unsent.clear()
         if self._beat is not None:
             self._beat.cancel()
 
@@ -89,3 +92,7 @@ class LiveWriter:
     def _at_beat(self) -> None:
         self._beat = None
         self._flush()
+
+
+def _nothing() -> None:
+    pass

@@ -15,7 +15,8 @@ ORPHAN_S: Final = 10.0
 """A new control channel takes a second or two. An agent that has none after this cannot have one."""
 
 SILENT_S: Final = 1.5
-"""Three keep-alives in a row are missing: the data channel went with the control channel, and there is no link."""
+"""Three keep-alives in a row are missing (a rest before them is left out): the data channel went with the control
+channel, and there is no link."""
 
 
 def outlives_its_channel(link: AgentLink, now: float) -> bool:
@@ -23,7 +24,7 @@ def outlives_its_channel(link: AgentLink, now: float) -> bool:
     return (
         link.resume_key != b""
         and link.routes.newest not in (None, OVER_CHANNEL)
-        and link.sealed.keepalive.silent_for(now) <= SILENT_S
+        and link.sealed.keepalive.silent_for(now) <= SILENT_S + link.sealed.keepalive.rests_s
         and not link.sealed.keys_outlived(now)
     )
 

@@ -80,6 +80,14 @@ _ARM_TOO: Final = frozenset(
     }
 )
 
+_FLIES: Final = frozenset(
+    {
+        *(_M.MAV_CMD_DO_SET_MODE, _M.MAV_CMD_DO_SET_STANDARD_MODE, _M.MAV_CMD_DO_PAUSE_CONTINUE),
+        *(_M.MAV_CMD_NAV_RETURN_TO_LAUNCH, _M.MAV_CMD_NAV_LAND, _M.MAV_CMD_NAV_TAKEOFF),
+        *(_M.MAV_CMD_DO_REPOSITION, _M.MAV_CMD_MISSION_START, _M.MAV_CMD_DO_FLIGHTTERMINATION),
+    }
+)
+
 ASK_AGAIN_WITHIN_S: Final = 5.0
 """A command that ends a flight must be sent a second time, as a new one, within this time."""
 
@@ -166,6 +174,14 @@ def arms(command: CommandSeen) -> bool:
     if command.command == _M.MAV_CMD_DO_AUX_FUNCTION:
         return command.param1 in AUX_ARMS
     return command.command in _ARM_TOO
+
+
+def says_how_to_fly(frame: bytes, command: CommandSeen | None) -> bool:
+    """Whether a whole frame tells the drone to fly otherwise than it does, or disarms it."""
+    if command is None:
+        return bool(message_id(frame) == _M.MAVLINK_MSG_ID_SET_MODE)
+    disarms = command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and not command.param1 >= 0.5
+    return disarms or command.command in _FLIES
 
 
 def spins_motors(command: CommandSeen) -> bool:

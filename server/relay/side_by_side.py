@@ -10,6 +10,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 LONGEST_REASON_BYTES: Final = 123
 """RFC 6455, 5.5: a control frame has 125 bytes, of which two are the code."""
 
+GOOD_BYE_WITHIN_S: Final = 1.0
+
 _BREACHES: Final = (1002, 1007, 1009)
 """Codes with which the WebSocket library itself ends a connection: breach of protocol, no UTF-8, too large."""
 
@@ -55,7 +57,8 @@ class Ending:
 async def close_quietly(websocket: WebSocket, code: int, why: str) -> None:
     """Says good-bye to a peer that may be gone or may not read any more."""
     with contextlib.suppress(RuntimeError, TimeoutError, WebSocketDisconnect):
-        await asyncio.wait_for(websocket.close(code, cut_reason(why)), 1.0)
+        async with asyncio.timeout(GOOD_BYE_WITHIN_S):
+            await websocket.close(code, cut_reason(why))
 
 
 def cut_reason(why: str) -> str:

@@ -52,6 +52,7 @@ class Traffic:
         "messages_from_browsers",
         "messages_to_browsers",
         "refusals",
+        "separation",
         "up",
     )
 
@@ -71,6 +72,8 @@ class Traffic:
         self.control_events: Counter[str] = Counter()
         self.refusals: Counter[str] = Counter()
         self.browser_closes: Counter[int] = Counter()
+        self.separation: Counter[str] = Counter()
+        """Alerts about drones near each other, by level, each time that people were told another one."""
         self.up = Histogram()
         """From the socket that agents write to, to the socket of a browser: the frame that waited longest in a message
         that was due at once. State that waits for its beat is not in it."""

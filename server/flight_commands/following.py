@@ -1,0 +1,86 @@
+"""The command to follow another drone: who may be followed, and the order for it. Nothing is sent here."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from server.accounts.sessions import Principal
+from server.flight_commands.bodies import Follow
+from server.flight_commands.steps import mode_step
+from server.flight_commands.vehicle import Vehicle
+from server.operations.follow_feed import Following, motion_of, why_beyond
+from server.operations.operation import Lane, Order, Step
+from server.operations.refusals import DroneBusy, LoanForbids
+from server.refusal import Refusal
+from server.relay.hub import Hub
+from server.relay.live_drone import LiveDrone
+from wire.following import APART_M, FOLLOW, FollowWork, is_apart
+from wire.ids import DroneId
+from wire.transactions import Outcome
+
+STALE_S: Final = 2.0
+_LISTENS: Final = {True: "AUTO.LOITER", False: "GUIDED"}
+
+
+class NoSuchLeader(Refusal):
+    """Nor one that this user may not see: one answer for both."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such drone to follow")
+
+
+class CannotFollow(Refusal):
+    """This drone that one, now."""
+
+
+def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow, now: float) -> tuple[Order, Following]:
+    """Raises NoSuchLeader, CannotFollow, DroneBusy, LoanForbids, and what Vehicle raises."""
+    name = drone.record.name
+    leader = hub.drone_for(DroneId(wish.leader), principal.user_id, principal.role)
+    if leader is None or leader.blind_user_id == principal.user_id:
+        raise NoSuchLeader
+    leads = leader.record.name
+    work = FollowWork(leads[:80], wish.north_m, wish.east_m, wish.up_m)
+    following = Following(leader.drone_id, work, principal)
+    vehicle = Vehicle.of(drone)
+    _refuse(hub, drone, leader, work, now)
+    beyond = why_beyond(drone, leader, following, now)
+    if beyond is not None:
+        raise LoanForbids(name, f"with limits: {beyond}")
+
+    def say(step: Step, outcome: Outcome, words: str) -> str:
+        why = f" {following.stopped}." if following.stopped else ""
+        where = "" if isinstance(step.work, FollowWork) else f", {step.phase}"
+        return f"{name}{where}:{why} {words}"
+
+    mode = _LISTENS[vehicle.px4]
+    steps = [
+        mode_step(vehicle, mode, skip=vehicle.is_in(mode)),
+        Step(work, wish.for_s),
+    ]
+    about: dict[str, object] = wish.model_dump() | {"leader_name": leads}
+    order = Order(FOLLOW, Lane.FOLLOWING, steps, writes=True, overrules=True, needs=FOLLOW, say=say, about=about)
+    return order, following
+
+
+def _refuse(hub: Hub, drone: LiveDrone, leader: LiveDrone, work: FollowWork, now: float) -> None:
+    name, leads = drone.record.name, leader.record.name
+    if leader is drone:
+        raise CannotFollow(f"{name} cannot follow itself")
+    if not is_apart(work.north_m, work.east_m, work.up_m):
+        raise CannotFollow(f"that is too near to {leads}: {APART_M:g} m away, or higher or lower, is the least")
+    own = hub.follows.leader_of(drone.drone_id)
+    if own is not None:
+        raise DroneBusy(f"{name} follows {own.work.leader_name}: stop that first")
+    if hub.follows.leader_of(leader.drone_id) is not None:
+        raise CannotFollow(f"{leads} follows another drone itself: {name} can follow one that follows nobody")
+    if hub.follows.followers_of(drone.drone_id):
+        raise CannotFollow(f"{name} is followed by another drone, and can follow nobody")
+    if hub.follows.taken_place(leader.drone_id, work) is not None:
+        raise CannotFollow(f"that place at {leads} is too near to another drone's that follows it")
+    if not drone.airborne:
+        raise CannotFollow(f"{name} is not in the air: take off first")
+    if not leader.online or not leader.airborne:
+        raise CannotFollow(f"{leads} is not in the air: there is nobody to follow")
+    if motion_of(leader) is None or now - leader.position_at > STALE_S:
+        raise CannotFollow(f"where {leads} is was not heard within {STALE_S:g} s")
