@@ -28,8 +28,8 @@ export default ts.config(
     },
   },
   {
-    // The planner knows no framework, no map and no connection.
-    files: ['src/plan/**/*.ts'],
+    // The planner and the rules of parameters know no framework, no map and no connection.
+    files: ['src/plan/**/*.ts', 'src/parameters/**/*.ts'],
     rules: {
       'no-restricted-imports': [
         'error',

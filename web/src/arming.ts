@@ -9,23 +9,29 @@ import { tower } from './tower.svelte';
 
 type Deed = (flying: Flying) => Promise<Outcome>;
 
-/** What to do with a deed that arms, once the pilot has agreed; null when they have not. */
-export async function askToArm(vehicle: Vehicle, question: Question): Promise<((deed: Deed) => Deed) | null> {
+/** What to say to the tower before the motors turn, once the pilot has agreed; null when they have not. */
+export async function agreeToArm(vehicle: Vehicle, question: Question): Promise<(() => Promise<void>) | null> {
   const { id, name } = vehicle.drone.get();
   // What was read when the page opened may have changed. A tower that cannot say is no reason to ask less.
   await tower.readLossCheck(id).catch(() => undefined);
   const check = vehicle.lossCheck.get();
-  if (!check || !wantsReading(check)) return (await ask(question)) ? (deed) => deed : null;
+  if (!check || !wantsReading(check)) return (await ask(question)) ? () => Promise.resolve() : null;
   const consent = await ask({
     ...question,
     sentences: check.sentences,
     confirmLabel: `I have read this: arm ${name} all the same`,
     isDanger: true,
   });
-  if (!consent) return null;
+  return consent && (() => tower.acknowledgeLossCheck(id));
+}
+
+/** What to do with a deed that arms, once the pilot has agreed; null when they have not. */
+export async function askToArm(vehicle: Vehicle, question: Question): Promise<((deed: Deed) => Deed) | null> {
+  const acknowledge = await agreeToArm(vehicle, question);
+  if (!acknowledge) return null;
   return (deed) => async (flying) => {
     try {
-      await tower.acknowledgeLossCheck(id);
+      await acknowledge();
     } catch (error) {
       return { kind: 'failed', why: error instanceof Error ? error.message : String(error) };
     }

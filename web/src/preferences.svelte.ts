@@ -10,10 +10,12 @@ export interface Preferences {
   sound: boolean;
   /** Whether single keys do things on the Control page. */
   shortcuts: boolean;
+  /** Whether the map of the Control page shows what is on board: mission, fence, rally points. */
+  boardPlan: boolean;
 }
 
 const KEY = 'tower.preferences';
-const DEFAULTS: Preferences = { theme: 'system', units: 'metric', sound: true, shortcuts: true };
+const DEFAULTS: Preferences = { theme: 'system', units: 'metric', sound: true, shortcuts: true, boardPlan: true };
 
 function read(): Preferences {
   let stored: Record<string, unknown> = {};
@@ -22,12 +24,13 @@ function read(): Preferences {
   } catch {
     // Storage that is forbidden or spoilt is no reason not to start.
   }
-  const { theme, units, sound, shortcuts } = stored;
+  const { theme, units, sound, shortcuts, boardPlan } = stored;
   return {
     theme: theme === 'dark' || theme === 'light' ? theme : DEFAULTS.theme,
     units: isUnitSystem(units) ? units : DEFAULTS.units,
     sound: typeof sound === 'boolean' ? sound : DEFAULTS.sound,
     shortcuts: typeof shortcuts === 'boolean' ? shortcuts : DEFAULTS.shortcuts,
+    boardPlan: typeof boardPlan === 'boolean' ? boardPlan : DEFAULTS.boardPlan,
   };
 }
 

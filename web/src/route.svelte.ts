@@ -1,16 +1,27 @@
 /**
  * Which page is shown: the hash of the address. `#/` is the monitor, `#/drone/7` the control page of drone 7,
- * `#/account/tokens` a section of one's own account, `#/admin/users` one of the administration.
+ * `#/drone/7/parameters` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` for drone 7,
+ * `#/squad-mission/1,2` a job for drones 1 and 2, `#/account/tokens` a section of one's own account, `#/admin/users` one of
+ * the administration.
  */
+
+/** The pages that each drone has. */
+export type DronePage = 'control' | 'parameters' | 'logs' | 'missions';
 
 export type Route =
   | { readonly page: 'monitor' }
-  | { readonly page: 'control'; readonly droneId: number }
+  | { readonly page: Exclude<DronePage, 'missions'>; readonly droneId: number }
+  | { readonly page: 'missions'; readonly droneId: number | null }
+  | { readonly page: 'squad-mission'; readonly droneIds: readonly number[] }
   | { readonly page: 'account' | 'admin'; readonly section: string };
 
 export function readRoute(hash: string): Route {
-  const control = /^#\/drone\/(\d+)$/.exec(hash);
-  if (control) return { page: 'control', droneId: Number(control[1]) };
+  const drone = /^#\/drone\/(\d+)(?:\/(parameters|logs))?$/.exec(hash);
+  if (drone) return { page: (drone[2] ?? 'control') as Exclude<DronePage, 'missions'>, droneId: Number(drone[1]) };
+  const missions = /^#\/missions(?:\/(\d+))?$/.exec(hash);
+  if (missions) return { page: 'missions', droneId: missions[1] === undefined ? null : Number(missions[1]) };
+  const squad = /^#\/squad-mission(?:\/(\d+(?:,\d+)*))?$/.exec(hash);
+  if (squad) return { page: 'squad-mission', droneIds: squad[1]?.split(',').map(Number) ?? [] };
   const sectioned = /^#\/(account|admin)(?:\/([a-z-]*))?$/.exec(hash);
   if (sectioned) return { page: sectioned[1] as 'account' | 'admin', section: sectioned[2] ?? '' };
   return { page: 'monitor' };
@@ -18,6 +29,11 @@ export function readRoute(hash: string): Route {
 
 export const monitorHref = '#/';
 export const controlHref = (droneId: number): string => `#/drone/${droneId}`;
+export const squadMissionHref = (droneIds: readonly number[]): string => `#/squad-mission/${droneIds.join(',')}`;
+export const parametersHref = (droneId: number): string => `#/drone/${droneId}/parameters`;
+export const missionsHref = (droneId: number | null = null): string =>
+  droneId === null ? '#/missions' : `#/missions/${droneId}`;
+export const logsHref = (droneId: number): string => `#/drone/${droneId}/logs`;
 export const accountHref = (section = ''): string => `#/account${section && `/${section}`}`;
 export const adminHref = (section = ''): string => `#/admin${section && `/${section}`}`;
 

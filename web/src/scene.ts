@@ -3,6 +3,8 @@
 import { isUnattended as isUnattendedNow } from './link/conditions';
 import type { FlightValues } from './link/flight_values';
 import type { Vehicle } from './link/vehicle';
+import { nearLines, type NearLine } from './link/separation';
+import type { SeparationEvent } from './link/wire_types';
 import type { SceneDrone } from './map/overlay';
 import { ageWords } from './words/squad_words';
 import { measured, type UnitSystem } from './words/units';
@@ -35,3 +37,18 @@ export function sceneDrone(
     isStale: age !== '' || values.state === 'lost',
   };
 }
+
+/** Lines to what comes near, of all drones or of one. */
+export const sceneNear = (
+  near: ReadonlyMap<number, SeparationEvent>,
+  vehicles: ReadonlyMap<number, Vehicle>,
+  units: UnitSystem,
+  nowMs: number,
+  onlyOf: number | null = null,
+): NearLine[] =>
+  nearLines(
+    near.values(),
+    (droneId) => vehicles.get(droneId)?.values(nowMs).place ?? null,
+    (metres) => measured(units, 'height', metres, 0),
+    onlyOf,
+  );

@@ -4,11 +4,13 @@ import { Alerts } from './alerts';
 import { conditionsOf, SILENCE, type Condition } from './conditions';
 import { causeWords, holdWords } from './event_words';
 import type { Entry } from './journal';
+import { Separations } from './separation';
 import type { Vehicle } from './vehicle';
 import type { HoldEvent } from './wire_types';
 
 export class AlertFeed {
   readonly alerts = new Alerts();
+  readonly separations = new Separations(this.alerts);
   /** Statements come in pieces: the entry with this key, and the alert that it became. */
   readonly #keyOf = new Map<string, string>();
   readonly #silent = new Set<number>();
@@ -20,6 +22,7 @@ export class AlertFeed {
       const conditions = conditionsOf(drone, vehicle.values(nowMs), vehicle.wasAirborne);
       this.alerts.holds(drone.id, this.#believed(drone.id, conditions), nowMs);
     }
+    this.separations.look(nowMs);
   }
 
   /**
@@ -37,6 +40,7 @@ export class AlertFeed {
   /** A drone is no longer ours to see: what held of it is over. */
   gone(droneId: number, nowMs: number): void {
     this.alerts.holds(droneId, [], nowMs);
+    this.separations.gone(droneId);
   }
 
   /** Something for the journal. The autopilot's warnings and worse are alerts. */
@@ -63,6 +67,7 @@ export class AlertFeed {
   clear(): void {
     this.#keyOf.clear();
     this.#silent.clear();
+    this.separations.clear();
     this.alerts.clear();
   }
 }

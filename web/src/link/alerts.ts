@@ -28,7 +28,7 @@ const RANK: Record<AlertSeverity, number> = { critical: 0, warning: 1, notice: 2
 
 export class Alerts {
   readonly #list = new Store<readonly Alert[]>([]);
-  /** The alert of each condition that holds: `drone/condition` to key. */
+  /** The alert of each condition that holds: `drone/condition`, or a name of its own, to key. */
   readonly #lasting = new Map<string, string>();
   #made = 0;
 
@@ -71,6 +71,18 @@ export class Alerts {
       if (this.#lasting.has(prefix + id)) continue;
       this.#lasting.set(prefix + id, this.#add(droneId, severity, text, nowMs, true));
     }
+  }
+
+  /** A condition with a name of its own, which need not be of one drone alone: it holds until it is `over`. */
+  lasts(name: string, droneId: number, severity: AlertSeverity, text: string, nowMs: number): void {
+    if (!this.#lasting.has(name)) this.#lasting.set(name, this.#add(droneId, severity, text, nowMs, true));
+  }
+
+  over(name: string): void {
+    const key = this.#lasting.get(name);
+    if (key === undefined) return;
+    this.#lasting.delete(name);
+    this.#change(key, { isLasting: false });
   }
 
   acknowledge(key: string, nowMs: number): void {

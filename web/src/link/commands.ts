@@ -19,7 +19,12 @@ export type Outcome =
   /** Accepted, but the HEARTBEAT never agreed. */
   | { readonly kind: 'unconfirmed'; readonly detail: string }
   /** Nobody can say whether it was carried out, or it was not sent at all: `why` says. */
-  | { readonly kind: 'failed'; readonly why: string };
+  | { readonly kind: 'failed'; readonly why: string }
+  /** By way of the tower: it, or the agent, has said how it ended, in a whole sentence. */
+  | { readonly kind: 'told'; readonly isDone: boolean; readonly words: string };
+
+export const isGood = (outcome: Outcome): boolean =>
+  outcome.kind === 'accepted' || (outcome.kind === 'told' && outcome.isDone);
 
 export const REPLACED: Outcome = { kind: 'failed', why: 'a newer command took its place' };
 
@@ -60,6 +65,8 @@ export function outcomeWords(droneName: string, outcome: Outcome): string {
       return `${droneName} accepted it, but ${outcome.detail}`;
     case 'failed':
       return `${droneName}: ${outcome.why}`;
+    case 'told':
+      return outcome.words;
   }
 }
 

@@ -21,6 +21,8 @@ export class RestError extends Error {
     readonly errors: readonly FieldError[] = [],
     /** How long to wait before another try; null where the tower did not say. */
     readonly retryAfterS: number | null = null,
+    /** Of a plan: the item that is refused, from 0. */
+    readonly item: number | null = null,
   ) {
     super(detail || title);
     this.name = 'RestError';
@@ -122,13 +124,18 @@ export class Rest {
     return this.#call('POST', `/drones/${droneId}/rehearsal`, body);
   }
 
-  /** For the other families of requests: link/account_rest.ts, link/admin_rest.ts. */
-  call<T>(method: string, path: string, body?: unknown): Promise<T> {
-    return this.#call(method, path, body);
+  /** For the other families of requests: link/account_rest.ts, link/admin_rest.ts. `more`: headers. */
+  call<T>(method: string, path: string, body?: unknown, more: Readonly<Record<string, string>> = {}): Promise<T> {
+    return this.#call(method, path, body, more);
   }
 
-  async #call<T>(method: string, path: string, body?: unknown): Promise<T> {
-    const headers: Record<string, string> = { Accept: 'application/json, application/problem+json' };
+  async #call<T>(
+    method: string,
+    path: string,
+    body?: unknown,
+    more: Readonly<Record<string, string>> = {},
+  ): Promise<T> {
+    const headers: Record<string, string> = { Accept: 'application/json, application/problem+json', ...more };
     if (body !== undefined) headers['Content-Type'] = 'application/json';
     const init: RequestInit = { method, headers, credentials: 'same-origin' };
     if (body !== undefined) init.body = JSON.stringify(body);
@@ -161,7 +168,8 @@ async function problemOf(answer: Response): Promise<RestError> {
   const detail = words('detail') || `The tower answered with status ${answer.status}.`;
   const waits = Number(answer.headers.get('Retry-After') ?? NaN);
   const retryAfterS = Number.isFinite(waits) ? waits : null;
-  return new RestError(answer.status, title, detail, words('type'), fieldErrors(problem['errors']), retryAfterS);
+  const item = typeof problem['item'] === 'number' ? problem['item'] : null;
+  return new RestError(answer.status, title, detail, words('type'), fieldErrors(problem['errors']), retryAfterS, item);
 }
 
 function fieldErrors(value: unknown): FieldError[] {

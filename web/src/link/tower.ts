@@ -14,6 +14,9 @@ import { Journal, type Entry, type Severity } from './journal';
 import { Live, liveUrl, SUBPROTOCOL, type SocketLike } from './live';
 import { LossChecks } from './loss_checks';
 import { LostControlsLog } from './lost_controls';
+import type { Operation } from './operation_types';
+import { isOver, Operations } from './operations';
+import { ParameterTables } from './parameter_tables';
 import { nextRehearsal } from './rehearsal_log';
 import { Rest, RestError, type ControlAction, type ControlWords } from './rest';
 import { Store } from './store';
@@ -51,6 +54,8 @@ export class Tower {
   readonly lostControls = new LostControlsLog();
   readonly assist: AssistTurns;
   readonly lossChecks: LossChecks;
+  readonly operations: Operations;
+  readonly parameterTables: ParameterTables;
   /** The invitation of a drone that changed last; for admins. */
   readonly enrolment = new Store<Enrolment | null>(null);
   /** Why we were signed out, and what we had in hand; empty when nobody ended it but we. */
@@ -66,6 +71,8 @@ export class Tower {
     this.clock = options.clock ?? realClock;
     this.#beatClock = options.beatClock ?? this.clock;
     this.rest = options.rest ?? new Rest();
+    this.operations = new Operations(this.rest);
+    this.parameterTables = new ParameterTables(this.rest, this.operations);
     this.assist = new AssistTurns(this.clock);
     this.lossChecks = new LossChecks(this.clock, (droneId) => this.readLossCheck(droneId));
     this.live = new Live({
@@ -157,6 +164,7 @@ export class Tower {
         this.user.update((known) => (known?.id === event.user.id ? { ...known, ...event.user } : event.user));
         this.#setTowerTime(event.server_time);
         this.#welcome(event.drones.map(readDrone));
+        this.alertFeed.separations.connected(this.clock.nowMs());
         break;
       case 'drone':
         this.#putDrone(readDrone(event.drone));
@@ -195,6 +203,18 @@ export class Tower {
         break;
       case 'notice':
         this.#onNotice(event);
+        break;
+      case 'operation':
+        this.#onOperation(event.operation);
+        break;
+      case 'plan_on_board':
+        this.vehicles.get().get(event.drone_id)?.onBoard(event);
+        break;
+      case 'parameters':
+        this.vehicles.get().get(event.drone_id)?.parameters.set(event);
+        break;
+      case 'separation':
+        this.alertFeed.separations.take(event, (droneId) => this.#nameOf(droneId), this.clock.nowMs());
         break;
       case 'lost':
         this.#say(
@@ -240,6 +260,14 @@ export class Tower {
     this.#say(event.drone_id, event.step === 'unconfirmed' ? 'error' : 'info', holdWords(event));
   }
 
+  #onOperation(operation: Operation): void {
+    const isNews = this.operations.put(operation);
+    const { work, state, words, drone_id } = operation;
+    // Commands have entries of their own, of those who gave them.
+    if (!isNews || !isOver(operation) || words === '' || !work.startsWith('plan_')) return;
+    this.#say(drone_id, state === 'done' ? 'info' : 'error', words);
+  }
+
   #onNotice({ severity, code, text, drone_id, count }: NoticeEvent): void {
     this.#say(drone_id, severity, count > 1 ? `${text} (${count} times)` : text);
     const vehicle = drone_id === null ? undefined : this.vehicles.get().get(drone_id);
@@ -275,6 +303,7 @@ export class Tower {
     for (const vehicle of this.vehicles.get().values()) vehicle.rehearsal.set(null); // its end was said to nobody
     for (const drone of drones) this.lostControls.unexplained(drone, this.clock.nowMs());
     this.lossChecks.allChanged();
+    void this.operations.reread();
   }
 
   #dropped(drone: Drone | undefined): void {
@@ -362,6 +391,8 @@ export class Tower {
     this.vehicles.set(new Map());
     this.lostControls.clear();
     this.assist.clear();
+    this.operations.clear();
+    this.parameterTables.clear();
     this.deafSinceMs.set(null);
     this.journal.clear();
     this.alertFeed.clear();

@@ -2,7 +2,7 @@
 
 import { BatteryMeter } from './battery_time';
 import type { Clock } from './clock';
-import { Commands, outcomeWords, type Outcome } from './commands';
+import { Commands, isGood, outcomeWords, type Outcome } from './commands';
 import { flightValues, type FlightValues } from './flight_values';
 import { Flying } from './flying';
 import type { HoldLog } from './hold_log';
@@ -11,6 +11,8 @@ import type { Sending } from './live';
 import { Manual, manualControlFields } from './manual';
 import { encode } from './mavlink';
 import { AUTOPILOT_COMPID, CONSOLE, type Command } from './messages';
+import { MissionProgress } from './mission_progress';
+import type { ParametersKnown, PlanKind, PlanOnBoard } from './operation_types';
 import type { Rehearsal } from './rehearsal_log';
 import type { LossCheck } from './safety_types';
 import { StatusTextAssembler } from './status_texts';
@@ -45,6 +47,10 @@ export class Vehicle {
   readonly holdLog = new Store<HoldLog | null>(null);
   readonly rehearsal = new Store<Rehearsal | null>(null);
   readonly lossCheck = new Store<LossCheck | null>(null);
+  /** What is on board; a kind that is not there: the tower has not said. */
+  readonly plans = new Store<Readonly<Partial<Record<PlanKind, PlanOnBoard>>>>({});
+  readonly parameters = new Store<ParametersKnown | null>(null);
+  readonly mission = new MissionProgress();
   link: LinkQuality | null = null;
   /** As this page saw it, on the link clock; null while not flying. */
   #airborneSeenMs: number | null = null;
@@ -88,7 +94,14 @@ export class Vehicle {
     if (drone.online) this.silentSinceMs = null;
     else if (this.drone.get().online) this.silentSinceMs = nowMs;
     if (drone.online) this.wasAirborne = this.isAirborne(drone, nowMs);
+    for (const plan of Object.values(drone.plans ?? {})) this.onBoard(plan);
+    if (drone.parameters !== undefined) this.parameters.set(drone.parameters);
     this.drone.set(drone);
+  }
+
+  onBoard(plan: PlanOnBoard): void {
+    this.plans.update((plans) => ({ ...plans, [plan.kind]: plan }));
+    if (plan.kind === 'mission') this.mission.onBoard(plan.hash);
   }
 
   /** By the agent's word or the autopilot's own, whichever says so. */
@@ -99,6 +112,9 @@ export class Vehicle {
   receive(frame: Uint8Array, nowMs: number): void {
     const message = this.telemetry.receive(frame, nowMs);
     if (!message) return;
+    if (this.telemetry.isFromAutopilot(message)) {
+      this.mission.receive(message, this.telemetry.newest('HEARTBEAT')?.fields.autopilot ?? null);
+    }
     if (message.name === 'STATUSTEXT') {
       const entry = this.#texts.receive(message.header, message.fields, nowMs);
       this.#record({
@@ -149,7 +165,7 @@ export class Vehicle {
     const { id, name } = this.drone.get();
     const text = `${label}: ${outcomeWords(name, outcome)}`;
     if (this.action.get()?.key === key) this.action.set({ key, label, beganMs, endedMs, outcome, text });
-    const severity = outcome.kind === 'accepted' ? 'info' : 'error';
+    const severity = isGood(outcome) ? 'info' : 'error';
     this.#record({ key: `action-${id}-${key}`, atMs: endedMs, droneId: id, source: 'command', severity, text });
     return outcome;
   }

@@ -1,6 +1,14 @@
 /** What the tower says in JSON, as docs/wire-protocol.md (1.2) defines it. */
 
 import type { Enrolment, Loan } from './admin_types';
+import type {
+  OperationEvent,
+  ParametersEvent,
+  ParametersKnown,
+  PlanKind,
+  PlanOnBoard,
+  PlanOnBoardEvent,
+} from './operation_types';
 
 export interface User {
   readonly id: number;
@@ -56,6 +64,9 @@ export interface Drone {
   readonly profile_why: string;
   /** Who may use it until when, besides its owners. */
   readonly loans?: readonly Loan[];
+  /** What is on board of each kind, in what a watcher hears first; `plan_on_board` says the changes. */
+  readonly plans?: Readonly<Partial<Record<PlanKind, PlanOnBoard>>>;
+  readonly parameters?: ParametersKnown | null;
 }
 
 export type ControlChange =
@@ -145,6 +156,25 @@ export interface NoticeEvent {
   readonly count: number;
 }
 
+/** Two drones come near each other, or do so no more (docs/separation.md). */
+export interface SeparationEvent {
+  readonly type: 'separation';
+  /** Stays the same from the first word to `clear`. */
+  readonly number: number;
+  readonly level: 'caution' | 'warning' | 'clear';
+  /** The second is null where we may not see it. */
+  readonly drones: readonly [number, number | null];
+  /** Predicted: when they are closest, and how far apart they are then. */
+  readonly in_s: number | null;
+  readonly horizontal_m: number | null;
+  readonly vertical_m: number | null;
+  /** Where the second is now, seen from the first. */
+  readonly bearing_deg: number | null;
+  readonly distance_m: number | null;
+  readonly above_m: number | null;
+  readonly why: string;
+}
+
 /** An invitation of a drone came further (docs/api.md); said to admins. */
 export interface EnrolmentEvent {
   readonly type: 'enrolment';
@@ -163,7 +193,11 @@ export type TowerEvent =
   | LinksEvent
   | LossCheckEvent
   | NoticeEvent
+  | OperationEvent
+  | ParametersEvent
+  | PlanOnBoardEvent
   | RehearsalEvent
+  | SeparationEvent
   | TurnEvent;
 
 const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
@@ -178,7 +212,11 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'links',
   'loss_check',
   'notice',
+  'operation',
+  'parameters',
+  'plan_on_board',
   'rehearsal',
+  'separation',
   'turn',
 ]);
 

@@ -7,12 +7,14 @@ import type { Map as MapLibreMap } from 'maplibre-gl';
 
 import type { DroneState } from '../link/flight_values';
 import type { Place } from '../link/messages';
+import type { NearLine } from '../link/separation';
 import { CLUSTER_DISC_PX, drawCluster } from './cluster_marker';
 import { CLUSTER_BELOW_ZOOM, CLUSTER_RADIUS_PX, gather, type Cluster } from './clusters';
 import { drawLabels } from './drone_labels';
 import { drawMarker, MARKER_RADIUS_PX } from './drone_marker';
 import { drawGraticule } from './graticule';
 import { drawAim, drawHome, drawTarget, HOME_RADIUS_PX, type MapTarget } from './ground_signs';
+import { drawNearLines } from './near_lines';
 import type { Box } from './obstacles';
 import { Projection, type Point } from './projection';
 import { sameScene } from './scene_change';
@@ -41,6 +43,8 @@ export interface Scene {
   readonly selectedId: number | null;
   readonly home: Place | null;
   readonly target: MapTarget | null;
+  /** Between drones that come near each other. */
+  readonly near?: readonly NearLine[];
   /** Where a pick by keyboard would fall: the middle of the map. */
   readonly showsAim: boolean;
   /** Distances in the user's units; another function when those change. */
@@ -132,7 +136,7 @@ export class Overlay {
     const theme = this.#theme;
     pen.clearRect(0, 0, width, height);
     drawGraticule(pen, this.#map, theme);
-    const { drones, selectedId, home, target, showsAim, distanceWords = METRES } = this.#scene;
+    const { drones, selectedId, home, target, showsAim, near: nearLines = [], distanceWords = METRES } = this.#scene;
     if (home) drawHome(pen, theme, projection, home, distanceWords);
 
     const isNear = ({ x, y }: Point): boolean =>
@@ -148,6 +152,7 @@ export class Overlay {
     const singles = this.#clusters.flatMap(({ members }) => (members.length === 1 ? members : []));
 
     for (const { drone } of singles) this.#drawTrack(projection, drone);
+    drawNearLines(pen, theme, projection, nearLines);
     const inTheWay: Box[] = [];
     if (home) inTheWay.push(around(projection.at(home), HOME_RADIUS_PX));
     if (target) inTheWay.push(...drawTarget(pen, theme, projection, target));

@@ -1,6 +1,7 @@
 /** Whether a scene looks different from the one before: what stands still is not drawn again. Pure. */
 
 import type { Place } from '../link/messages';
+import type { NearLine } from '../link/separation';
 import type { MapTarget } from './ground_signs';
 import type { Scene, SceneDrone } from './overlay';
 
@@ -27,6 +28,13 @@ const sameTarget = (a: MapTarget | null, b: MapTarget | null): boolean =>
   a === b ||
   (a !== null && b !== null && a.label === b.label && samePlace(a.place, b.place) && samePlace(a.from, b.from));
 
+const sameLine = (a: NearLine, b: NearLine): boolean =>
+  a.isWarning === b.isWarning && a.label === b.label && samePlace(a.from, b.from) && samePlace(a.to, b.to);
+
+const NONE: readonly NearLine[] = [];
+const sameLines = (a: readonly NearLine[], b: readonly NearLine[]): boolean =>
+  a === b || (a.length === b.length && a.every((line, index) => sameLine(line, b[index]!)));
+
 export function sameScene(a: Scene, b: Scene): boolean {
   return (
     a.selectedId === b.selectedId &&
@@ -34,6 +42,7 @@ export function sameScene(a: Scene, b: Scene): boolean {
     a.distanceWords === b.distanceWords &&
     samePlace(a.home, b.home) &&
     sameTarget(a.target, b.target) &&
+    sameLines(a.near ?? NONE, b.near ?? NONE) &&
     a.drones.length === b.drones.length &&
     a.drones.every((drone, index) => sameDrone(drone, b.drones[index]!))
   );

@@ -18,6 +18,13 @@ export interface MapTheme {
   readonly target: string;
   readonly accent: string;
   readonly warning: string;
+  readonly danger: string;
+  readonly good: string;
+  readonly way: string;
+  readonly onWay: string;
+  readonly done: string;
+  readonly onDone: string;
+  readonly rally: string;
   readonly states: Readonly<Record<DroneState, string>>;
 }
 
@@ -40,6 +47,13 @@ export function readTheme(): MapTheme {
     target: token('map-target'),
     accent: token('accent'),
     warning: token('warning'),
+    danger: token('danger'),
+    good: token('good'),
+    way: token('plan-way'),
+    onWay: token('on-plan-way'),
+    done: token('plan-done'),
+    onDone: token('on-plan-done'),
+    rally: token('plan-rally'),
     states: {
       alert: token('state-alert'),
       flying: token('state-flying'),

@@ -4,7 +4,7 @@
  */
 
 import { CMD, commandWords, specOf } from './catalogue';
-import { FRAME } from './frames';
+import { datumOf, FRAME } from './frames';
 import type {
   FenceReturn,
   FenceShape,
@@ -176,6 +176,35 @@ export const setDefaults = (defaults: PlanDefaults): Edit =>
 /** The whole plan, as from a file, the library or the drone. Ids go on from the old plan's: nothing takes up a dead one's. */
 export const replacePlan = (words: string, other: Plan): Edit =>
   edit(words, (plan) => ({ ...other, nextId: Math.max(plan.nextId, other.nextId) }));
+
+/** Several as one step. */
+export const together = (words: string, edits: readonly Edit[], gesture?: string): Edit =>
+  edit(words, (plan) => edits.reduce((before, one) => one.apply(before), plan), gesture);
+
+/** Drags parts of any kind by so many 1e-7 degrees. Items that have no place stay as they are. */
+export function shiftParts(ids: ReadonlySet<PartId>, latE7: number, lonE7: number, gesture?: string): Edit {
+  const moved = (spot: Spot): Spot => ({ latE7: spot.latE7 + latE7, lonE7: spot.lonE7 + lonE7 });
+  const movedItem = (item: PlanItem): PlanItem => {
+    const hasPlace =
+      specOf(item.command)?.place !== 'none' && datumOf(item.frame) !== null && (item.x !== 0 || item.y !== 0);
+    return ids.has(item.id) && hasPlace ? { ...item, x: item.x + latE7, y: item.y + lonE7 } : item;
+  };
+  const movedShape = (shape: FenceShape): FenceShape => {
+    if (!ids.has(shape.id)) return shape;
+    if (shape.shape === 'circle') return { ...shape, centre: moved(shape.centre) };
+    return { ...shape, corners: shape.corners.map(moved) };
+  };
+  return edit(
+    ids.size === 1 ? 'Move one part' : `Move ${ids.size} parts`,
+    (plan) => {
+      if (ids.size === 0 || (latE7 === 0 && lonE7 === 0)) return plan;
+      const shapes = plan.fence.shapes.map(movedShape);
+      const rally = plan.rally.map((point) => (ids.has(point.id) ? { ...point, spot: moved(point.spot) } : point));
+      return { ...plan, items: plan.items.map(movedItem), fence: { ...plan.fence, shapes }, rally };
+    },
+    gesture,
+  );
+}
 
 // --- fence ---
 

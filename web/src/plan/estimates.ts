@@ -44,7 +44,7 @@ export interface Estimate {
 const STRAIGHT_DEG = 1;
 const SHORT_M = 0.1;
 
-function turnsS(legs: readonly Leg[], turnBackS: number): Map<number, number> {
+export function turnsS(legs: readonly Leg[], turnBackS: number): Map<number, number> {
   const costs = new Map<number, number>();
   let before: number | null = null;
   for (const [at, leg] of legs.entries()) {
@@ -57,7 +57,7 @@ function turnsS(legs: readonly Leg[], turnBackS: number): Map<number, number> {
   return costs;
 }
 
-function legS(leg: Leg, speedMS: number, figures: FlightFigures): number {
+export function legS(leg: Leg, speedMS: number, figures: FlightFigures): number {
   const climb = leg.toHeightM - leg.fromHeightM;
   const vertical = climb >= 0 ? climb / figures.climbMS : -climb / figures.descentMS;
   // A copter climbs while it flies: the slower of the two sets the time.

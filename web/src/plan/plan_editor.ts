@@ -20,10 +20,10 @@ export class PlanEditor {
   #future: Step[] = [];
   readonly #changed: () => void;
 
-  /** `changed` is called after each change, with the new plan in place. */
-  constructor(plan: Plan = EMPTY_PLAN, changed: () => void = () => undefined) {
+  /** `changed` is called after each change, with the new plan in place. `isSaved` false: nobody has saved it yet. */
+  constructor(plan: Plan = EMPTY_PLAN, changed: () => void = () => undefined, isSaved = true) {
     this.#plan = plan;
-    this.#saved = plan;
+    this.#saved = isSaved ? plan : { ...plan, items: [...plan.items] };
     this.#changed = changed;
   }
 

@@ -47,6 +47,8 @@ export function answerOf(droneName: string, outcome: Outcome): Answer {
     case 'no-answer':
     case 'unconfirmed':
       return { kind: outcome.kind, why };
+    case 'told':
+      return { kind: outcome.isDone ? 'done' : 'refused', why };
     case 'refused':
     case 'failed':
       return { kind: 'refused', why };

@@ -338,6 +338,44 @@ describe('who may fly', () => {
   });
 });
 
+describe('work at a drone', () => {
+  const operation = { id: 'a1', drone_id: 1, work: 'plan_upload', kind: 'mission', state: 'running', words: '' };
+  const board = {
+    kind: 'mission',
+    state: 'known',
+    hash: 'aaaaaaaaaaaaaaaa',
+    sent_hash: null,
+    count: 3,
+    fit_to_fly: true,
+  };
+
+  it('is followed, and its end is in the journal once', () => {
+    socket().says({ type: 'operation', operation });
+    expect(tower.operations.all.get().get('a1')!.state).toBe('running');
+    const ended = { ...operation, state: 'failed', words: 'Item 3 was refused; the old mission is untouched.' };
+    socket().says({ type: 'operation', operation: ended });
+    socket().says({ type: 'operation', operation: ended });
+    expect(texts().filter((text) => text.includes('Item 3'))).toHaveLength(1);
+  });
+
+  it('shows in what is on board, as the first picture and then each change says', () => {
+    socket().says({ type: 'drone', drone: { ...HERON, plans: { mission: board }, parameters: null } });
+    expect(vehicle(1).plans.get().mission?.count).toBe(3);
+    socket().says({ type: 'plan_on_board', drone_id: 1, ...board, hash: null, state: 'unknown' });
+    expect(vehicle(1).plans.get().mission?.hash).toBeNull();
+    socket().says({ type: 'drone', drone: { ...HERON, armed: true } });
+    expect(vehicle(1).plans.get().mission?.state).toBe('unknown');
+    socket().says({ type: 'parameters', drone_id: 1, hash: null, count: 20, total: 1400 });
+    expect(vehicle(1).parameters.get()).toMatchObject({ count: 20, total: 1400 });
+  });
+
+  it("tells how far a mission is, in the plan's numbers", () => {
+    socket().saysBytes(tag(1, heartbeat(3)));
+    socket().saysBytes(tag(1, fromAutopilot('MISSION_CURRENT', { seq: 4 })));
+    expect(vehicle(1).mission.now.get().current).toBe(3);
+  });
+});
+
 describe('the session', () => {
   it('that has ended leaves nothing on screen for the next user', async () => {
     socket().onclose?.({ code: 4401 });

@@ -55,6 +55,7 @@ describe('a scene', () => {
     { home: null },
     { home: { latDeg: 47.1, lonDeg: 8 } },
     { target: null },
+    { near: [{ from: path[0]!, to: path[1]!, isWarning: false, label: '12 m, 3 m in height', isStranger: false }] },
     { target: { place: { latDeg: 47.2, lonDeg: 8 }, from: { latDeg: 47, lonDeg: 8 }, label: '11 km' } },
     { target: { place: { latDeg: 47.1, lonDeg: 8 }, from: null, label: '11 km' } },
     { target: { place: { latDeg: 47.1, lonDeg: 8 }, from: { latDeg: 47, lonDeg: 8 }, label: '12 km' } },

@@ -37,6 +37,7 @@ import {
 /** MAV_AUTOPILOT and MAV_TYPE of the file's head: QGroundControl wants them; the items are the same for all. */
 const FIRMWARE = { ardupilot: 3, px4: 12 } as const;
 const QUADROTOR = 2;
+const FENCE_VERSION = 2;
 
 const COMPLEX_WORDS: Readonly<Record<string, string>> = {
   survey: 'survey',
@@ -137,6 +138,13 @@ function missionOf(mission: JsonObject, dropped: string[], nextId: number): Plan
 function fenceOf(geoFence: unknown, dropped: string[], nextId: number): Plan['fence'] {
   const shapes: FenceShape[] = [];
   if (!isObject(geoFence)) return { shapes, returnPoint: null };
+  const version = geoFence['version'] ?? FENCE_VERSION;
+  if (version !== FENCE_VERSION) {
+    const what =
+      version === 1 ? 'version 1, which says neither inside nor outside' : 'a version that is not known here';
+    dropped.push(`The fence is left out: it is of ${what}. Draw it again.`);
+    return { shapes, returnPoint: null };
+  }
   let id = nextId;
   for (const [at, json] of objectsIn(geoFence['polygons']).entries()) {
     const corners = Array.isArray(json['polygon']) ? json['polygon'].map(latLonOf) : [];
@@ -263,7 +271,7 @@ export function writeQgcPlan(plan: Plan, autopilot: keyof typeof FIRMWARE = 'ard
       polygons: shapes.flatMap((one) =>
         one.shape === 'polygon' ? [{ inclusion: one.inclusion, polygon: one.corners.map(latLon), version: 1 }] : [],
       ),
-      version: 2,
+      version: FENCE_VERSION,
     },
     groundStation: 'Control Tower',
     mission: {

@@ -1,0 +1,113 @@
+/** What a pilot can have a drone do by way of the tower: circles, what to look at, the mission on board. Asked as in pilot_deeds.ts. */
+
+import { askToArm } from './arming';
+import { ask } from './confirmation.svelte';
+import { outcomeOfCommand, type DroneCommand } from './link/drone_commands';
+import type { FlightValues } from './link/flight_values';
+import type { Target } from './link/messages';
+import type { Operations } from './link/operations';
+import type { Vehicle } from './link/vehicle';
+import { preferences } from './preferences.svelte';
+import { latLon } from './words/format';
+import { measured } from './words/units';
+
+export interface Circle extends Target {
+  /** Of the middle; the drone flies round it as high as `altRelM`. */
+  readonly radiusM: number;
+  readonly isClockwise: boolean;
+  /** Null: as fast as the autopilot likes. */
+  readonly speedMps: number | null;
+}
+
+const metres = (value: number): string => measured(preferences.units, 'height', value, Number.isInteger(value) ? 0 : 1);
+const far = (value: number): string => measured(preferences.units, 'distance', value);
+/** As people count items. */
+const number = (item: number): string => `item ${item + 1}`;
+
+export class GuidedDeeds {
+  readonly #vehicle: Vehicle;
+  readonly #operations: Operations;
+  readonly #values: () => FlightValues;
+
+  constructor(vehicle: Vehicle, operations: Operations, values: () => FlightValues) {
+    this.#vehicle = vehicle;
+    this.#operations = operations;
+    this.#values = values;
+  }
+
+  get #name(): string {
+    return this.#vehicle.drone.get().name;
+  }
+
+  async #command(label: string, command: DroneCommand): Promise<void> {
+    const { id } = this.#vehicle.drone.get();
+    await this.#vehicle.perform(label, () => outcomeOfCommand(this.#operations, id, command));
+  }
+
+  /** The dialog in which place and radius were set has asked already. */
+  async orbit({ latDeg, lonDeg, altRelM, radiusM, isClockwise, speedMps }: Circle): Promise<void> {
+    await this.#command(`Circle of ${far(radiusM)} round ${latLon({ latDeg, lonDeg })} at ${metres(altRelM)}`, {
+      command: 'orbit',
+      lat: latDeg,
+      lon: lonDeg,
+      height_m: altRelM,
+      radius_m: isClockwise ? radiusM : -radiusM,
+      ...(speedMps === null ? {} : { m_s: speedMps }),
+    });
+  }
+
+  /** The dialog in which the place was set has asked already. */
+  async lookAt({ latDeg, lonDeg, altRelM }: Target): Promise<void> {
+    const command = { command: 'roi', lat: latDeg, lon: lonDeg, height_m: altRelM } as const;
+    await this.#command(`Look at ${latLon({ latDeg, lonDeg })}`, command);
+  }
+
+  /** Moves nothing but the view: not asked. */
+  async lookAhead(): Promise<void> {
+    await this.#command('Look ahead', { command: 'roi', none: true });
+  }
+
+  /** From the ground it takes off, armed if it is not yet. */
+  async startMission(item: number, count: number): Promise<void> {
+    const name = this.#name;
+    const from = item === 0 ? '' : ` from ${number(item)} on`;
+    const title = `Start the mission of ${name}?`;
+    const { airborne, armed } = this.#values();
+    const label = `Start the mission${from}`;
+    const command = { command: 'start', item } as const;
+    if (airborne) {
+      const text = `${name} leaves what it does and flies its mission of ${count} items${from}.`;
+      if (await ask({ title, text, confirmLabel: 'Start' })) await this.#command(label, command);
+      return;
+    }
+    const arming = armed === true ? '' : ' arms its motors,';
+    const text = `${name}${arming} takes off and flies its mission of ${count} items${from}. Is everybody clear of it?`;
+    const agreed = await askToArm(this.#vehicle, { title, text, confirmLabel: 'Start' });
+    if (!agreed) return;
+    const { id } = this.#vehicle.drone.get();
+    await this.#vehicle.perform(
+      label,
+      agreed(() => outcomeOfCommand(this.#operations, id, command)),
+    );
+  }
+
+  /** Never asks: it stops where it is. */
+  async pauseMission(): Promise<void> {
+    await this.#command('Pause the mission', { command: 'pause' });
+  }
+
+  async resumeMission(): Promise<void> {
+    const text = `${this.#name} goes on with its mission from where it is.`;
+    if (await ask({ title: `Resume the mission of ${this.#name}?`, text, confirmLabel: 'Resume' })) {
+      await this.#command('Resume the mission', { command: 'resume' });
+    }
+  }
+
+  async jumpTo(item: number, words: string): Promise<void> {
+    const name = this.#name;
+    const text = `${name} goes on with ${number(item)} (${words}), and leaves out what is between.`;
+    if (await ask({ title: `Send ${name} to ${number(item)}?`, text, confirmLabel: 'Jump' })) {
+      await this.#command(`Jump to ${number(item)}`, { command: 'jump', item });
+    }
+  }
+}

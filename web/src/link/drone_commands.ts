@@ -1,0 +1,57 @@
+/**
+ * What a drone can be told through the tower (`POST /drones/{id}/commands`), each an operation with an answer in words.
+ * Heights are metres above home.
+ */
+
+import type { Outcome } from './commands';
+import type { Operation } from './operation_types';
+import type { Operations } from './operations';
+
+export type DroneCommand =
+  | { readonly command: 'arm' | 'land' | 'rtl' | 'hold' | 'pause' | 'resume' }
+  | { readonly command: 'disarm'; readonly force?: boolean }
+  | { readonly command: 'mode'; readonly mode: string }
+  | { readonly command: 'takeoff'; readonly height_m: number }
+  | {
+      readonly command: 'goto';
+      readonly lat: number;
+      readonly lon: number;
+      readonly height_m: number;
+      readonly speed_m_s?: number;
+    }
+  | { readonly command: 'set_home'; readonly lat: number; readonly lon: number; readonly altitude_m: number }
+  | { readonly command: 'set_home'; readonly here: true }
+  | { readonly command: 'speed'; readonly m_s: number }
+  | { readonly command: 'yaw'; readonly deg: number; readonly relative?: boolean }
+  /** Items count from 0, as in the plan. */
+  | { readonly command: 'start'; readonly item?: number }
+  | { readonly command: 'jump'; readonly item: number }
+  | {
+      readonly command: 'orbit';
+      readonly lat: number;
+      readonly lon: number;
+      /** Negative: counter-clockwise. */
+      readonly radius_m: number;
+      readonly height_m: number;
+      readonly m_s?: number;
+    }
+  | { readonly command: 'roi'; readonly lat: number; readonly lon: number; readonly height_m: number }
+  | { readonly command: 'roi'; readonly none: true };
+
+/** The same as what became of it, in words. */
+export async function outcomeOfCommand(
+  operations: Operations,
+  droneId: number,
+  command: DroneCommand,
+): Promise<Outcome> {
+  try {
+    const { state, words } = await commandDrone(operations, droneId, command);
+    return { kind: 'told', isDone: state === 'done', words: words || 'The tower has not said how it ended.' };
+  } catch (error) {
+    return { kind: 'told', isDone: false, words: error instanceof Error ? error.message : String(error) };
+  }
+}
+
+/** Answers with the operation as it ended. Raises RestError when the tower refuses to begin it. */
+export const commandDrone = (operations: Operations, droneId: number, command: DroneCommand): Promise<Operation> =>
+  operations.run('POST', `/drones/${droneId}/commands`, command);

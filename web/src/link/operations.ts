@@ -1,0 +1,114 @@
+/**
+ * Work at drones that takes a while: plans, parameters, commands. The tower answers at once with an operation, and tells
+ * over the live channel how it goes on; this keeps them by id, for everybody who shows one or waits for its end.
+ */
+
+import type { Operation, OperationWork, PlanKind } from './operation_types';
+import { RestError, type Rest } from './rest';
+import { Store } from './store';
+
+/** Beyond these the oldest that have ended are forgotten. */
+const MOST_KEPT = 300;
+const NOBODY_KNOWS = 'The connection broke meanwhile, and the tower does not know any more how this ended.';
+
+export const isOver = ({ state }: Operation): boolean => state !== 'running';
+
+/** Begins a piece of work. Raises RestError when the tower refuses it. */
+export const startOperation = (rest: Rest, method: string, path: string, body?: unknown): Promise<Operation> =>
+  rest.call<Operation>(method, path, body, { Prefer: 'respond-async' });
+
+export class Operations {
+  /** In the order that they were heard of. */
+  readonly all = new Store<ReadonlyMap<string, Operation>>(new Map());
+  readonly #rest: Rest;
+  readonly #waiting = new Map<string, ((operation: Operation) => void)[]>();
+
+  constructor(rest: Rest) {
+    this.#rest = rest;
+  }
+
+  /**
+   * What the live channel says: the newest there is of this one. False when it had ended before; of what nobody heard the
+   * end of the agent may tell it later.
+   */
+  put(operation: Operation): boolean {
+    const known = this.all.get().get(operation.id);
+    if (known && isOver(known) && (known.state !== 'timed_out' || !isOver(operation))) return false;
+    const kept = new Map(this.all.get()).set(operation.id, operation);
+    for (const [id, one] of kept) {
+      if (kept.size <= MOST_KEPT) break;
+      if (isOver(one)) kept.delete(id);
+    }
+    this.all.set(kept);
+    if (!isOver(operation)) return true;
+    const waiting = this.#waiting.get(operation.id) ?? [];
+    this.#waiting.delete(operation.id);
+    for (const tell of waiting) tell(operation);
+    return true;
+  }
+
+  /** Begins it, and answers with the operation as it begins. */
+  async start(method: string, path: string, body?: unknown): Promise<Operation> {
+    const begun = await startOperation(this.#rest, method, path, body);
+    const heard = this.all.get().get(begun.id);
+    // The live channel is often quicker than the answer, and then knows more.
+    if (!heard || isOver(begun)) this.put(begun);
+    return this.all.get().get(begun.id) ?? begun;
+  }
+
+  /** Begins it, and answers with the operation as it ended, however it did. */
+  async run(method: string, path: string, body?: unknown): Promise<Operation> {
+    return this.ended((await this.start(method, path, body)).id);
+  }
+
+  ended(id: string): Promise<Operation> {
+    const known = this.all.get().get(id);
+    if (known && isOver(known)) return Promise.resolve(known);
+    return new Promise((resolve) => {
+      this.#waiting.set(id, [...(this.#waiting.get(id) ?? []), resolve]);
+    });
+  }
+
+  /** The result still comes: a plan that was being written is put back first. */
+  cancel(id: string): Promise<void> {
+    return this.#rest.call('DELETE', `/operations/${encodeURIComponent(id)}`);
+  }
+
+  /** After the live channel was gone: what was running then may have ended without our hearing of it. */
+  async reread(): Promise<void> {
+    const running = [...this.all.get().values()].filter((one) => !isOver(one));
+    await Promise.all(running.map((one) => this.#reread(one)));
+  }
+
+  /** Somebody else signs in: what was running goes on at the tower, and is nobody's business here. */
+  clear(): void {
+    for (const one of this.all.get().values()) if (!isOver(one)) this.put({ ...one, state: 'failed', words: '' });
+    this.all.set(new Map());
+    this.#waiting.clear();
+  }
+
+  async #reread(operation: Operation): Promise<void> {
+    try {
+      this.put(await this.#rest.call('GET', `/operations/${encodeURIComponent(operation.id)}`));
+    } catch (error) {
+      const isForgotten = error instanceof RestError && error.status === 404;
+      if (isForgotten) this.put({ ...operation, state: 'failed', words: NOBODY_KNOWS });
+      // Otherwise the connection went again: the next welcome asks anew.
+    }
+  }
+}
+
+/** The newest work of these kinds at a drone; null when there was none. */
+export function newestOf(
+  all: ReadonlyMap<string, Operation>,
+  droneId: number,
+  works: readonly OperationWork[],
+  kind?: PlanKind,
+): Operation | null {
+  let newest: Operation | null = null;
+  for (const one of all.values()) {
+    const fits = one.drone_id === droneId && (works as readonly string[]).includes(one.work);
+    if (fits && (kind === undefined || one.kind === kind)) newest = one;
+  }
+  return newest;
+}

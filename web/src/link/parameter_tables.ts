@@ -1,0 +1,65 @@
+/** The parameters of drones as the tower has them: read once, and again when their hash has changed. */
+
+import type { Operation } from './operation_types';
+import type { Operations } from './operations';
+import { RestError, type Rest } from './rest';
+
+export interface ParameterRow {
+  readonly name: string;
+  readonly value: number;
+  /** MAV_PARAM_TYPE. */
+  readonly kind: number;
+}
+
+export interface ParametersRead {
+  readonly hash: string;
+  readonly complete: boolean;
+  readonly read_at: string | null;
+  readonly values: readonly ParameterRow[];
+}
+
+const NOT_MODIFIED = 304;
+
+export class ParameterTables {
+  readonly #rest: Rest;
+  readonly #operations: Operations;
+  readonly #kept = new Map<number, ParametersRead>();
+
+  constructor(rest: Rest, operations: Operations) {
+    this.#rest = rest;
+    this.#operations = operations;
+  }
+
+  /** As it was read last; null: not yet. */
+  kept(droneId: number): ParametersRead | null {
+    return this.#kept.get(droneId) ?? null;
+  }
+
+  /** As the tower has it now: the very same object where nothing has changed. Raises RestError `parameters-unknown`. */
+  async read(droneId: number): Promise<ParametersRead> {
+    const before = this.kept(droneId);
+    const known: Record<string, string> = before ? { 'If-None-Match': `"${before.hash}"` } : {};
+    try {
+      const now = await this.#rest.call<ParametersRead>('GET', `/drones/${droneId}/parameters`, undefined, known);
+      this.#kept.set(droneId, now);
+      return now;
+    } catch (error) {
+      if (before && error instanceof RestError && error.status === NOT_MODIFIED) return before;
+      throw error;
+    }
+  }
+
+  /** From the autopilot itself. */
+  readAgain(droneId: number): Promise<Operation> {
+    return this.#operations.start('POST', `/drones/${droneId}/parameters/read`);
+  }
+
+  write(droneId: number, values: Readonly<Record<string, number>>): Promise<Operation> {
+    return this.#operations.start('PATCH', `/drones/${droneId}/parameters`, { values });
+  }
+
+  /** Somebody else signs in. */
+  clear(): void {
+    this.#kept.clear();
+  }
+}

@@ -1,0 +1,155 @@
+/**
+ * Which drones come near each other, as the tower's watch says (docs/separation.md): an alert each, and what the map draws of it.
+ * The other drone may be one that we may not see: then only where it is is known.
+ */
+
+import type { Alerts } from './alerts';
+import { offsetBy } from './geometry';
+import type { Place } from './messages';
+import { Store } from './store';
+import type { SeparationEvent } from './wire_types';
+
+export type LengthWords = (metres: number) => string;
+const METRES: LengthWords = (metres) => `${Math.round(metres)} m`;
+
+/** After a new connection the tower tells at once what holds; what it does not tell by then is over. */
+const TOLD_WITHIN_MS = 4_000;
+const SOON_S = 1;
+
+const DIRECTIONS = ['north', 'north-east', 'east', 'south-east', 'south', 'south-west', 'west', 'north-west'] as const;
+
+export const directionWords = (bearingDeg: number): string =>
+  DIRECTIONS[Math.round((((bearingDeg % 360) + 360) % 360) / 45) % DIRECTIONS.length]!;
+
+/** In one sentence or two, with the names of those that we may know. */
+export function separationWords(
+  event: SeparationEvent,
+  nameOf: (droneId: number) => string,
+  length: LengthWords = METRES,
+): string {
+  const [own, other] = event.drones;
+  const { in_s: inS, horizontal_m: horizontalM, vertical_m: verticalM } = event;
+  const both =
+    other === null ? `${nameOf(own)} and a drone that is not of your squad` : `${nameOf(own)} and ${nameOf(other)}`;
+  const apart =
+    horizontalM === null || verticalM === null
+      ? ''
+      : ` ${length(horizontalM)} apart, ${length(verticalM)} in height${inS !== null && inS > SOON_S ? `, in ${Math.round(inS)} s` : ''}`;
+  const what = inS !== null && inS > SOON_S ? 'will be' : 'are';
+  const words = apart ? `${both} ${what}${apart}.` : `${both} are too near each other.`;
+  return other === null ? `${words}${whereWords(event, nameOf(own), length)}` : words;
+}
+
+function whereWords(event: SeparationEvent, ownName: string, length: LengthWords): string {
+  const { bearing_deg: bearing, distance_m: away, above_m: above } = event;
+  if (bearing === null || away === null || above === null) return '';
+  const height =
+    Math.abs(above) < 1 ? 'at the same height' : `${length(Math.abs(above))} ${above > 0 ? 'higher' : 'lower'}`;
+  return ` Seen from ${ownName} it is ${length(away)} to the ${directionWords(bearing)}, ${height}.`;
+}
+
+/** A line of the map: from one drone to the other. */
+export interface NearLine {
+  readonly from: Place;
+  readonly to: Place;
+  readonly isWarning: boolean;
+  /** How far apart they are now. */
+  readonly label: string;
+  /** Where the line ends is a drone that we may not see. */
+  readonly isStranger: boolean;
+}
+
+export class Separations {
+  /** What holds, by its number. */
+  readonly near = new Store<ReadonlyMap<number, SeparationEvent>>(new Map());
+  length: LengthWords = METRES;
+  readonly #alerts: Alerts;
+  readonly #worst = new Map<number, 'caution' | 'warning'>();
+  #untold = new Set<number>();
+  #untoldSinceMs = 0;
+
+  constructor(alerts: Alerts) {
+    this.#alerts = alerts;
+  }
+
+  take(event: SeparationEvent, nameOf: (droneId: number) => string, nowMs: number): void {
+    const { number, level } = event;
+    this.#untold.delete(number);
+    if (level === 'clear') {
+      this.#over(number);
+      return;
+    }
+    this.near.update((all) => new Map(all).set(number, event));
+    const worst = this.#worst.get(number);
+    if (worst === level || worst === 'warning') return;
+    // What was a warning stays one until it is over: a second alert for the way back would say nothing new.
+    if (worst) this.#alerts.over(nameFor(number, worst));
+    this.#worst.set(number, level);
+    const words = separationWords(event, nameOf, this.length);
+    this.#alerts.lasts(
+      nameFor(number, level),
+      event.drones[0],
+      level === 'warning' ? 'critical' : 'warning',
+      words,
+      nowMs,
+    );
+  }
+
+  /** A new connection: what is not told again is over. */
+  connected(nowMs: number): void {
+    this.#untold = new Set(this.near.get().keys());
+    this.#untoldSinceMs = nowMs;
+  }
+
+  look(nowMs: number): void {
+    if (this.#untold.size === 0 || nowMs - this.#untoldSinceMs < TOLD_WITHIN_MS) return;
+    for (const number of this.#untold) this.#over(number);
+    this.#untold.clear();
+  }
+
+  /** A drone is no longer ours to see. */
+  gone(droneId: number): void {
+    for (const [number, { drones }] of this.near.get()) if (drones.includes(droneId)) this.#over(number);
+  }
+
+  clear(): void {
+    this.near.set(new Map());
+    this.#worst.clear();
+    this.#untold.clear();
+  }
+
+  #over(number: number): void {
+    const worst = this.#worst.get(number);
+    if (worst) this.#alerts.over(nameFor(number, worst));
+    this.#worst.delete(number);
+    this.#untold.delete(number);
+    if (!this.near.get().has(number)) return;
+    const left = new Map(this.near.get());
+    left.delete(number);
+    this.near.set(left);
+  }
+}
+
+const nameFor = (number: number, level: 'caution' | 'warning'): string => `separation/${number}/${level}`;
+
+/** `placeOf`: where a drone of ours is now, null where nobody knows. `onlyOf`: those of this drone alone. */
+export function nearLines(
+  near: Iterable<SeparationEvent>,
+  placeOf: (droneId: number) => Place | null,
+  length: LengthWords = METRES,
+  onlyOf: number | null = null,
+): NearLine[] {
+  const lines: NearLine[] = [];
+  for (const event of near) {
+    const [own, other] = event.drones;
+    if (onlyOf !== null && own !== onlyOf && other !== onlyOf) continue;
+    const { bearing_deg: bearing, distance_m: away, above_m: above } = event;
+    const from = placeOf(own);
+    if (!from || bearing === null || away === null || above === null) continue;
+    const angle = (bearing * Math.PI) / 180;
+    const to = (other !== null && placeOf(other)) || offsetBy(from, away * Math.cos(angle), away * Math.sin(angle));
+    const label = `${length(away)}, ${length(Math.abs(above))} in height`;
+    lines.push({ from, to, isWarning: event.level === 'warning', label, isStranger: other === null });
+  }
+  return lines;
+}

@@ -1,0 +1,61 @@
+/** What the map of a drone's own page shows of the plans on board. Pure: the canvas is board_layer.ts. */
+
+import type { BoardRows } from '../link/board_plans';
+import type { Place } from '../link/messages';
+import { PLAN_KINDS } from '../link/operation_types';
+import { NOTHING_DRAWN } from '../plan/drawing';
+import { flownPath, type FlownPath } from '../plan/flown_path';
+import { EMPTY_PLAN, spotOf, type Plan } from '../plan/plan_types';
+import { itemOfRow, withItems } from '../plan/wire_items';
+import { planScene, type PlanScene } from './plan_scene';
+
+/** The home of the drone, and how high above the sea. */
+export interface BoardHome {
+  readonly place: Place;
+  readonly altM: number;
+}
+
+export interface Board {
+  readonly rows: BoardRows;
+  readonly home: BoardHome | null;
+  /** Items from 0. */
+  readonly current: number | null;
+  readonly reached: ReadonlySet<number>;
+}
+
+export interface Laid {
+  readonly plan: Plan;
+  readonly path: FlownPath;
+}
+
+/** Raises RangeError for items that are none. */
+export function laidOut(rows: BoardRows, home: BoardHome | null): Laid {
+  const { latDeg, lonDeg } = home?.place ?? { latDeg: 0, lonDeg: 0 };
+  let plan: Plan = { ...EMPTY_PLAN, home: home && { spot: spotOf(latDeg, lonDeg), altM: home.altM } };
+  for (const kind of PLAN_KINDS) {
+    const items = (rows[kind] ?? []).map((row, at) => itemOfRow(row, `Item ${at + 1} of the ${kind}`));
+    plan = withItems(plan, kind, items).plan;
+  }
+  return { plan, path: flownPath(plan) };
+}
+
+/** The way begins at home, whose sign the drones' layer draws. */
+export function boardScene({ plan, path }: Laid, current: number | null, reached: ReadonlySet<number>): PlanScene {
+  const scene = planScene({
+    plan,
+    path,
+    drawing: NOTHING_DRAWN,
+    preview: [],
+    faults: new Set(),
+    forbidden: new Set(),
+    current,
+    reached,
+  });
+  return { ...scene, home: null, showsHandles: false };
+}
+
+export function isSameHome(one: BoardHome | null, other: BoardHome | null): boolean {
+  if (!one || !other) return one === other;
+  const [a, b] = [one.place, other.place];
+  return a.latDeg === b.latDeg && a.lonDeg === b.lonDeg && one.altM === other.altM;
+}

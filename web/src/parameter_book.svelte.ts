@@ -1,0 +1,124 @@
+/**
+ * The parameters of one drone while somebody looks at them: the table, what is known of each, what is to be written,
+ * and what others have changed meanwhile.
+ */
+
+import type { Operation } from './link/operation_types';
+import { RestError } from './link/rest';
+import type { ParametersRead } from './link/parameter_tables';
+import type { Vehicle } from './link/vehicle';
+import { wordsOf } from './loading.svelte';
+import { changes, EMPTY_TRAY, put, takenOut, type Change, type Tray } from './parameters/tray';
+import { NO_FACTS, type Facts } from './parameters/facts';
+import { isSame, tableOf, type Table } from './parameters/kinds';
+import { loadFacts, type Autopilot } from './parameters/load_facts';
+import { tower } from './tower.svelte';
+
+const NOT_READ = 'parameters-unknown';
+
+export class ParameterBook {
+  read = $state.raw<ParametersRead | null>(null);
+  facts = $state.raw<Facts>(NO_FACTS);
+  tray = $state.raw<Tray>(EMPTY_TRAY);
+  /** The work that this page began last: reading or writing. */
+  operation = $state.raw<Operation | null>(null);
+  /** What was changed since the page was opened, not by its own writing: name and the value before. */
+  changedElsewhere = $state.raw<ReadonlyMap<string, number>>(new Map());
+  problem = $state('');
+  readonly table: Table = $derived(tableOf(this.read?.values ?? []));
+  readonly changes: readonly Change[] = $derived(changes(this.tray, this.table));
+  readonly isBusy: boolean = $derived(this.operation?.state === 'running');
+  readonly #vehicle: Vehicle;
+  /** What this page has asked to be written: its coming true is no news. */
+  #asked = new Map<string, number>();
+
+  constructor(vehicle: Vehicle) {
+    this.#vehicle = vehicle;
+    this.read = tower.parameterTables.kept(this.#droneId);
+  }
+
+  get #droneId(): number {
+    return this.#vehicle.drone.get().id;
+  }
+
+  async know(autopilot: Autopilot): Promise<void> {
+    try {
+      this.facts = await loadFacts(autopilot);
+    } catch {
+      this.problem =
+        'What is known of the parameters could not be loaded from the tower. They can be changed all the same.';
+    }
+  }
+
+  /** Whatever the tower has now. */
+  async refresh(): Promise<void> {
+    try {
+      const before = this.table;
+      const read = await tower.parameterTables.read(this.#droneId);
+      if (read === this.read) return;
+      this.read = read;
+      this.#tell(before);
+      this.problem = '';
+    } catch (error) {
+      const isBeingRead = error instanceof RestError && error.slug === NOT_READ;
+      this.problem = isBeingRead ? '' : wordsOf(error);
+    }
+  }
+
+  #tell(before: Table): void {
+    if (before.size === 0) return;
+    const told = new Map(this.changedElsewhere);
+    for (const { name, value, kind } of this.table.values()) {
+      const old = before.get(name);
+      if (!old || isSame(old.value, value, kind)) continue;
+      const asked = this.#asked.get(name);
+      if (asked !== undefined && isSame(asked, value, kind)) told.delete(name);
+      else told.set(name, told.get(name) ?? old.value);
+    }
+    this.changedElsewhere = told;
+  }
+
+  seen(): void {
+    this.changedElsewhere = new Map();
+  }
+
+  put(name: string, value: number): void {
+    this.tray = put(this.tray, this.table, name, value);
+  }
+
+  takeOut(name: string): void {
+    this.tray = takenOut(this.tray, name);
+  }
+
+  empty(): void {
+    this.tray = EMPTY_TRAY;
+  }
+
+  /** How it ended, or null: it was not begun, and `problem` says why. */
+  async write(): Promise<Operation | null> {
+    const values = Object.fromEntries(this.changes.map(({ name, after }) => [name, after]));
+    this.#asked = new Map(Object.entries(values));
+    return this.#follow(() => tower.parameterTables.write(this.#droneId, values));
+  }
+
+  async readAgain(): Promise<void> {
+    await this.#follow(() => tower.parameterTables.readAgain(this.#droneId));
+  }
+
+  async #follow(begin: () => Promise<Operation>): Promise<Operation | null> {
+    if (this.isBusy) return null;
+    this.problem = '';
+    try {
+      const begun = await begin();
+      const stop = tower.operations.all.subscribe((all) => (this.operation = all.get(begun.id) ?? this.operation));
+      const ended = await tower.operations.ended(begun.id);
+      stop();
+      this.operation = ended;
+      await this.refresh();
+      return ended;
+    } catch (error) {
+      this.problem = wordsOf(error);
+      return null;
+    }
+  }
+}

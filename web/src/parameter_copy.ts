@@ -1,0 +1,70 @@
+/** Writes some of one drone's parameters to other drones, each where its user may, each with an answer of its own. */
+
+import type { Operation } from './link/operation_types';
+import { mayCommand } from './link/drone_view';
+import type { ParameterTables } from './link/parameter_tables';
+import type { Drone, User } from './link/wire_types';
+import { wordsOf } from './loading.svelte';
+import { compared, type Difference } from './parameters/differences';
+import { tableOf } from './parameters/kinds';
+
+export interface CopyPlan {
+  readonly drone: Drone;
+  readonly differences: readonly Difference[];
+  readonly same: number;
+  /** Names that it does not have. */
+  readonly unknown: readonly string[];
+}
+
+export type CopyAnswer =
+  { readonly kind: 'waiting'; readonly words: string } | { readonly kind: 'done' | 'refused'; readonly words: string };
+
+/** How this user gets to write there: at once, by taking up controls that nobody has, or not (then in words why). */
+export function wayToWrite(drone: Drone, user: User): 'now' | 'acquire' | { readonly why: string } {
+  if (!drone.online) return { why: `${drone.name} is offline.` };
+  if (mayCommand(drone, user)) return 'now';
+  if (drone.holder) return { why: `${drone.holder.name} has the controls of ${drone.name}.` };
+  if (drone.taken_from?.id === user.id) return { why: `The controls of ${drone.name} were taken from you.` };
+  const isOwner = drone.owners.some(({ id }) => id === user.id);
+  return isOwner || user.role === 'admin' ? 'acquire' : { why: `${drone.name} is not yours to fly.` };
+}
+
+/** Raises RestError where its parameters are not known. */
+export async function planCopy(
+  tables: ParameterTables,
+  drone: Drone,
+  values: ReadonlyMap<string, number>,
+): Promise<CopyPlan> {
+  const { differences, same, unknownHere } = compared(tableOf((await tables.read(drone.id)).values), values);
+  return { drone, differences, same, unknown: unknownHere };
+}
+
+export interface Hands {
+  acquire(droneId: number): Promise<void>;
+  release(droneId: number): Promise<void>;
+  /** Answers when it has ended. */
+  write(droneId: number, values: Readonly<Record<string, number>>): Promise<Operation>;
+}
+
+/** Writes what differs. Controls that were taken up for it are released afterwards, whatever came of it. */
+export async function copyTo(plan: CopyPlan, user: User, hands: Hands): Promise<CopyAnswer> {
+  const { drone, differences } = plan;
+  if (differences.length === 0) return { kind: 'done', words: 'had all of them already' };
+  const way = wayToWrite(drone, user);
+  if (typeof way === 'object') return { kind: 'refused', words: way.why };
+  let isOurs = false;
+  try {
+    if (way === 'acquire') {
+      await hands.acquire(drone.id);
+      isOurs = true;
+    }
+    const values = Object.fromEntries(differences.map(({ name, there }) => [name, there]));
+    const { state, words, refusals } = await hands.write(drone.id, values);
+    const told = refusals.map((one) => `${one.name}: ${one.words}`);
+    return { kind: state === 'done' ? 'done' : 'refused', words: [words, ...told].join(' ') };
+  } catch (error) {
+    return { kind: 'refused', words: wordsOf(error) };
+  } finally {
+    if (isOurs) await hands.release(drone.id).catch(() => undefined);
+  }
+}

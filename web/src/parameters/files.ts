@@ -1,0 +1,86 @@
+/**
+ * Parameter files in and out: Mission Planner's `.param` (NAME,VALUE a line) and QGroundControl's `.params` (vehicle,
+ * component, name, value and kind a line). A text is known by what is in it, whatever its name says.
+ */
+
+import { valueText, type Parameter } from './kinds';
+
+export class NotAParameterFile extends Error {}
+
+export interface ParameterFile {
+  readonly format: 'Mission Planner' | 'QGroundControl';
+  readonly values: ReadonlyMap<string, number>;
+  /** In words, what of it could not be read. */
+  readonly dropped: readonly string[];
+}
+
+const NAME = /^[A-Za-z][A-Za-z0-9_]{0,15}$/;
+const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+const AUTOPILOT = '1';
+const TOLD_MOST = 5;
+
+/** Throws a NotAParameterFile with a sentence for people. */
+export function readParameterFile(text: string): ParameterFile {
+  const values = new Map<string, number>();
+  const strange: string[] = [];
+  const twice = new Set<string>();
+  let others = 0;
+  let tabled = 0;
+  for (const [at, raw] of text
+    .replace(/^\uFEFF/, '')
+    .split(/\r\n|\n|\r/)
+    .entries()) {
+    const line = raw.replace(/#.*$/, '').trim();
+    if (line === '') continue;
+    const cells = line.split(/\s*,\s*|\s+/);
+    const isTabled = cells.length === 5 && /^\d+$/.test(cells[0]!) && /^\d+$/.test(cells[1]!);
+    if (isTabled) tabled += 1;
+    if (isTabled && cells[1] !== AUTOPILOT) {
+      others += 1;
+      continue;
+    }
+    const [name = '', value = ''] = isTabled ? cells.slice(2) : cells;
+    if ((!isTabled && cells.length !== 2) || !NAME.test(name) || !NUMBER.test(value)) {
+      strange.push(`line ${at + 1}`);
+      continue;
+    }
+    if (values.has(name)) twice.add(name);
+    values.set(name, Number(value));
+  }
+  if (values.size === 0) {
+    throw new NotAParameterFile(
+      others > 0
+        ? 'This file has no parameters of an autopilot, only of other parts of a drone.'
+        : 'This is no parameter file: no line of it has a name and a number.',
+    );
+  }
+  if (strange.length > values.size) {
+    throw new NotAParameterFile('This is no parameter file: most of its lines are something else.');
+  }
+  const dropped: string[] = [];
+  if (strange.length > 0) {
+    const more = strange.length - TOLD_MOST;
+    const told = strange.slice(0, TOLD_MOST).join(', ') + (more > 0 ? ` and ${more} more` : '');
+    dropped.push(`No name and number: ${told}.`);
+  }
+  if (others > 0) dropped.push(`${others} of other parts than the autopilot.`);
+  if (twice.size > 0) dropped.push(`More than once, the last one counts: ${[...twice].join(', ')}.`);
+  return { format: tabled > 0 ? 'QGroundControl' : 'Mission Planner', values, dropped };
+}
+
+const byName = (parameters: readonly Parameter[]): Parameter[] =>
+  [...parameters].sort((a, b) => (a.name < b.name ? -1 : 1));
+
+export function missionPlannerFile(parameters: readonly Parameter[], droneName: string, at: string): string {
+  const lines = byName(parameters).map(({ name, value, kind }) => `${name},${valueText(value, kind)}`);
+  return [`# ${oneLine(droneName)}, ${at}`, ...lines, ''].join('\n');
+}
+
+export function qgroundcontrolFile(parameters: readonly Parameter[], droneName: string, at: string): string {
+  const lines = byName(parameters).map(({ name, value, kind }) =>
+    [1, AUTOPILOT, name, valueText(value, kind), kind].join('\t'),
+  );
+  return [`# ${oneLine(droneName)}, ${at}`, '#', '# Vehicle-Id Component-Id Name Value Type', ...lines, ''].join('\n');
+}
+
+const oneLine = (text: string): string => text.replace(/\s+/g, ' ');

@@ -1,0 +1,49 @@
+/** The commands in the groups that people look for them in. */
+
+import { AUTOPILOT_WORDS, CATALOGUE, CMD, type AutopilotKind, type CommandSpec } from '../../plan/catalogue';
+
+export interface CommandGroup {
+  readonly title: string;
+  readonly specs: readonly CommandSpec[];
+}
+
+const CAMERA: ReadonlySet<number> = new Set([
+  CMD.TRIGGER_DISTANCE,
+  CMD.CAMERA_SHOT,
+  CMD.IMAGE_START,
+  CMD.IMAGE_STOP,
+  CMD.VIDEO_START,
+  CMD.VIDEO_STOP,
+  CMD.ROI_LOCATION,
+  CMD.ROI,
+  CMD.ROI_NONE,
+  CMD.GIMBAL_PITCH_YAW,
+  CMD.MOUNT_CONTROL,
+]);
+const WAY: ReadonlySet<number> = new Set([
+  CMD.CHANGE_SPEED,
+  CMD.JUMP,
+  CMD.NAV_DELAY,
+  CMD.CONDITION_DELAY,
+  CMD.CONDITION_DISTANCE,
+  CMD.CONDITION_YAW,
+  CMD.SET_HOME,
+  CMD.LAND_START,
+]);
+
+const all = [...CATALOGUE.values()];
+const flies = (one: CommandSpec): boolean => one.flies || one.command === CMD.RETURN;
+
+export const COMMAND_GROUPS: readonly CommandGroup[] = [
+  { title: 'Fly', specs: all.filter(flies) },
+  { title: 'On the way', specs: all.filter(({ command }) => WAY.has(command)) },
+  { title: 'Camera', specs: all.filter(({ command }) => CAMERA.has(command)) },
+  {
+    title: 'Other',
+    specs: all.filter((one) => !flies(one) && !WAY.has(one.command) && !CAMERA.has(one.command)),
+  },
+];
+
+/** With a word where this autopilot does not carry it out. */
+export const choiceWords = ({ label, knownTo }: CommandSpec, autopilot: AutopilotKind): string =>
+  knownTo.includes(autopilot) ? label : `${label} (not ${AUTOPILOT_WORDS[autopilot]})`;

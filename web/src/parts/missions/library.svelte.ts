@@ -1,0 +1,96 @@
+/** Saving a plan in the tower's library, and what to do when somebody else saved it meanwhile. */
+
+import type { MissionRest, SavedMission } from '../../link/mission_rest';
+import { RestError } from '../../link/rest';
+import { Request } from '../../loading.svelte';
+import { documentOf, planOfDocument } from '../../plan/plan_document';
+import type { PlanDesk } from './plan_desk.svelte';
+
+const PRECONDITION_FAILED = 412;
+
+export class Library {
+  readonly request = new Request();
+  /** Somebody saved another version of the plan on the screen. */
+  hasConflict = $state(false);
+  /** What an opened plan could not keep. */
+  dropped = $state.raw<readonly string[]>([]);
+  readonly #desk: PlanDesk;
+  readonly #rest: MissionRest;
+
+  constructor(desk: PlanDesk, rest: MissionRest) {
+    this.#desk = desk;
+    this.#rest = rest;
+  }
+
+  list(): Promise<readonly SavedMission[]> {
+    return this.#rest.missions();
+  }
+
+  /** Over the one that it follows. True when it was saved. */
+  save(): Promise<boolean> {
+    const { library } = this.#desk;
+    return library ? this.#over(library.id, library.version) : Promise.resolve(false);
+  }
+
+  /** Whatever anybody saved meanwhile. */
+  async saveAllTheSame(): Promise<boolean> {
+    const { library } = this.#desk;
+    if (!library) return false;
+    let version = library.version;
+    const isRead = await this.request.run(async () => {
+      version = (await this.#rest.mission(library.id)).version;
+    });
+    return isRead && this.#over(library.id, version);
+  }
+
+  saveAs(name: string, shared: boolean): Promise<boolean> {
+    const document = documentOf(this.#desk.plan);
+    return this.request.run(async () => this.#saved(await this.#rest.addMission({ name, document, shared })));
+  }
+
+  open(id: number): Promise<boolean> {
+    return this.request.run(async () => {
+      const { document, name, version } = await this.#rest.mission(id);
+      const { plan, dropped } = planOfDocument(document);
+      this.#desk.open(plan, name, { id, version }, true);
+      this.hasConflict = false;
+      this.dropped = dropped;
+    });
+  }
+
+  share(one: SavedMission, shared: boolean): Promise<boolean> {
+    return this.request.run(async () => {
+      const { name, document, version } = await this.#rest.mission(one.id);
+      const saved = await this.#rest.saveMission(one.id, version, { name, document, shared });
+      // What is on the screen follows the version that was seen: only where nobody came between.
+      const { library } = this.#desk;
+      if (library?.id === one.id && library.version === version)
+        this.#desk.library = { id: one.id, version: saved.version };
+    });
+  }
+
+  remove(one: SavedMission): Promise<boolean> {
+    return this.request.run(async () => {
+      await this.#rest.removeMission(one.id);
+      if (this.#desk.library?.id === one.id) this.#desk.library = null;
+    });
+  }
+
+  #over(id: number, version: number): Promise<boolean> {
+    const { plan, name } = this.#desk;
+    return this.request.run(async () => {
+      try {
+        const { shared } = await this.#rest.mission(id);
+        this.#saved(await this.#rest.saveMission(id, version, { name, document: documentOf(plan), shared }));
+      } catch (error) {
+        this.hasConflict = error instanceof RestError && error.status === PRECONDITION_FAILED;
+        throw error;
+      }
+    });
+  }
+
+  #saved({ id, name, version }: SavedMission): void {
+    this.#desk.markSaved(name, { id, version });
+    this.hasConflict = false;
+  }
+}

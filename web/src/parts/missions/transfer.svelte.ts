@@ -1,0 +1,164 @@
+/** Plans on their way to a drone and back: one kind after another, each an operation of the tower, with what came of it. */
+
+import type { MissionRest } from '../../link/mission_rest';
+import type { Operation } from '../../link/operation_types';
+import type { Operations } from '../../link/operations';
+import { RestError } from '../../link/rest';
+import { wordsOf } from '../../loading.svelte';
+import { replacePlan } from '../../plan/edits';
+import type { Plan, PlanKind } from '../../plan/plan_types';
+import { itemOfRow, itemsOf, rowOf, withItems } from '../../plan/wire_items';
+import type { PlanDesk } from './plan_desk.svelte';
+
+export const KIND_WORDS: Record<PlanKind, string> = { mission: 'mission', fence: 'fence', rally: 'rally points' };
+
+/** `verified`: the plan on board is, or is not, the one on the screen. */
+export type Came =
+  | { readonly as: 'done'; readonly words: string }
+  | { readonly as: 'failed'; readonly words: string; readonly kind: PlanKind; readonly item: number | null };
+
+export interface Ways {
+  readonly droneId: number;
+  readonly name: string;
+  readonly rest: MissionRest;
+  readonly operations: Operations;
+}
+
+export class Transfer {
+  /** What is being done, for people; empty: nothing. */
+  doing = $state('');
+  operation = $state.raw<Operation | null>(null);
+  came = $state.raw<Came | null>(null);
+  isCancelling = $state(false);
+  readonly #desk: PlanDesk;
+  readonly #ways: Ways;
+
+  constructor(desk: PlanDesk, ways: Ways) {
+    this.#desk = desk;
+    this.#ways = ways;
+  }
+
+  get isBusy(): boolean {
+    return this.doing !== '';
+  }
+
+  upload(kinds: readonly PlanKind[], whileFlying: boolean): Promise<void> {
+    const { plan } = this.#desk;
+    const { rest, droneId, name } = this.#ways;
+    return this.#each(kinds, `to ${name}`, (kind) =>
+      rest.upload(droneId, kind, itemsOf(plan, kind).map(rowOf), whileFlying),
+    );
+  }
+
+  verify(kinds: readonly PlanKind[]): Promise<void> {
+    const { plan } = this.#desk;
+    const { rest, droneId, name } = this.#ways;
+    return this.#each(kinds, `compared with ${name}`, (kind) =>
+      rest.verify(droneId, kind, itemsOf(plan, kind).map(rowOf)),
+    );
+  }
+
+  clear(kinds: readonly PlanKind[], whileFlying: boolean): Promise<void> {
+    const { rest, droneId, name } = this.#ways;
+    return this.#each(kinds, `taken off ${name}`, (kind) => rest.clear(droneId, kind, whileFlying));
+  }
+
+  /** The plan on the screen becomes that on the drone, as one step of undo. */
+  async download(kinds: readonly PlanKind[]): Promise<void> {
+    if (this.isBusy) return;
+    this.came = null;
+    const { rest, droneId, name } = this.#ways;
+    const dropped: string[] = [];
+    let after: Plan = this.#desk.plan;
+    let kind: PlanKind = 'mission';
+    const follow = this.#ways.operations.all.subscribe((all) => {
+      const newest = [...all.values()].findLast((one) => one.drone_id === droneId && one.work === 'plan_download');
+      if (newest && this.doing !== '') this.operation = newest.state === 'running' ? newest : null;
+    });
+    try {
+      for (kind of kinds) {
+        this.doing = `${KIND_WORDS[kind]} read from ${name}`;
+        const read = await rest.plan(droneId, kind, true);
+        const rows = read.items ?? [];
+        const part = withItems(
+          after,
+          kind,
+          rows.map((row, at) => itemOfRow(row, `Item ${at + 1} of the ${kind}`)),
+        );
+        after = part.plan;
+        dropped.push(...part.dropped);
+      }
+      this.#desk.apply(replacePlan(`Read from ${name}`, after));
+      this.#desk.shows += 1;
+      const words = [`What is on ${name} is on the screen.`, ...dropped].join(' ');
+      this.came = { as: 'done', words };
+    } catch (error) {
+      this.came = { as: 'failed', words: wordsOf(error), kind, item: null };
+    } finally {
+      follow();
+      this.doing = '';
+      this.operation = null;
+    }
+  }
+
+  /** The answer still comes: what was being written is put back first. */
+  async cancel(): Promise<void> {
+    if (!this.operation || this.isCancelling) return;
+    this.isCancelling = true;
+    try {
+      await this.#ways.operations.cancel(this.operation.id);
+    } catch (error) {
+      this.isCancelling = false;
+      this.came = { as: 'failed', words: wordsOf(error), kind: this.operation.kind ?? 'mission', item: null };
+    }
+  }
+
+  /** Stops at the first that does not end well. */
+  async #each(
+    kinds: readonly PlanKind[],
+    whither: string,
+    begin: (kind: PlanKind) => Promise<Operation>,
+  ): Promise<void> {
+    if (this.isBusy) return;
+    this.came = null;
+    const words: string[] = [];
+    let now: PlanKind = 'mission';
+    try {
+      for (const [at, kind] of kinds.entries()) {
+        now = kind;
+        const which = kinds.length > 1 ? ` (${at + 1} of ${kinds.length})` : '';
+        this.doing = `${KIND_WORDS[kind]} ${whither}${which}`;
+        const ended = await this.#follow(await begin(kind));
+        if (ended.state !== 'done') {
+          this.came = { as: 'failed', words: failedWords(ended), kind, item: ended.item };
+          return;
+        }
+        if (ended.words) words.push(ended.words);
+      }
+      this.came = { as: 'done', words: words.join(' ') || 'Done.' };
+    } catch (error) {
+      const item = error instanceof RestError ? error.item : null;
+      this.came = { as: 'failed', words: wordsOf(error), kind: now, item };
+    } finally {
+      this.doing = '';
+      this.operation = null;
+      this.isCancelling = false;
+    }
+  }
+
+  async #follow(begun: Operation): Promise<Operation> {
+    this.operation = begun;
+    const { operations } = this.#ways;
+    const stop = operations.all.subscribe((all) => (this.operation = all.get(begun.id) ?? this.operation));
+    try {
+      return await operations.ended(begun.id);
+    } finally {
+      stop();
+    }
+  }
+}
+
+function failedWords({ words, state, code }: Operation): string {
+  if (words) return words;
+  return `It ended as ${state.replace('_', ' ')}${code ? ` (${code})` : ''}.`;
+}

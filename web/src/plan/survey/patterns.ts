@@ -1,0 +1,204 @@
+/** What is drawn and set of a survey, a corridor or a circle, and the items that it stands for: computed anew with each change, as a preview. */
+
+import { flownPath } from '../flown_path';
+import { distanceM } from '../ground';
+import { EMPTY_PLAN, type Plan, type Spot, type WireItem } from '../plan_types';
+import { CMD, specOf } from '../catalogue';
+import { planItems } from '../wire_items';
+import { areaM2, SurveyFault } from './area';
+import { distancesFor, footprint, type Camera } from './camera';
+import { corridorItems, orbitItems } from './corridor';
+import { gridLines, lineItems } from './survey_grid';
+
+export type Pattern = 'survey' | 'corridor' | 'orbit';
+
+export interface CameraChoice {
+  readonly key: string;
+  readonly label: string;
+  /** Null: distances are typed. */
+  readonly camera: Camera | null;
+}
+
+const camera = (width: number, height: number, focal: number, widthPx: number, heightPx: number): Camera => ({
+  sensorWidthMm: width,
+  sensorHeightMm: height,
+  focalMm: focal,
+  widthPx,
+  heightPx,
+  isAcross: true,
+});
+
+/** Sensor sizes, focal lengths and pictures as their makers give them. */
+export const CAMERAS: readonly CameraChoice[] = [
+  { key: 'none', label: 'No camera, or typed distances', camera: null },
+  { key: 'a6000-16', label: 'Sony α6000, 16 mm', camera: camera(23.5, 15.6, 16, 6000, 4000) },
+  { key: 'a7r-35', label: 'Sony α7R, 35 mm', camera: camera(35.9, 24, 35, 7360, 4912) },
+  { key: 'p1-35', label: 'DJI Zenmuse P1, 35 mm', camera: camera(35.9, 24, 35, 8192, 5460) },
+  { key: 'p4p', label: 'DJI Phantom 4 Pro', camera: camera(13.2, 8.8, 8.8, 5472, 3648) },
+  { key: 's100', label: 'Canon S100, wide', camera: camera(7.44, 5.58, 5.2, 4000, 3000) },
+  { key: 'pi-hq-6', label: 'Raspberry Pi HQ, 6 mm', camera: camera(6.287, 4.712, 6, 4056, 3040) },
+  { key: 'own', label: 'Another camera', camera: camera(13.2, 8.8, 8.8, 5472, 3648) },
+];
+
+export interface PatternSettings {
+  readonly camera: string;
+  readonly own: Camera;
+  readonly heightM: number;
+  readonly frontOverlap: number;
+  readonly sideOverlap: number;
+  readonly spacingM: number;
+  /** 0: no pictures. */
+  readonly triggerM: number;
+  readonly angleDeg: number;
+  readonly turnaroundM: number;
+  readonly entry: 0 | 1 | 2 | 3;
+  readonly isAcross: boolean;
+  readonly widthM: number;
+  readonly fromEnd: boolean;
+  readonly turns: number;
+  readonly points: number;
+  readonly isClockwise: boolean;
+  readonly looksAtMiddle: boolean;
+  readonly lookAtM: number;
+}
+
+export const USUAL_SETTINGS: PatternSettings = {
+  camera: 'a6000-16',
+  own: CAMERAS.at(-1)!.camera!,
+  heightM: 50,
+  frontOverlap: 75,
+  sideOverlap: 70,
+  spacingM: 25,
+  triggerM: 0,
+  angleDeg: 0,
+  turnaroundM: 10,
+  entry: 0,
+  isAcross: true,
+  widthM: 60,
+  fromEnd: false,
+  turns: 1,
+  points: 12,
+  isClockwise: true,
+  looksAtMiddle: true,
+  lookAtM: 0,
+};
+
+export interface Preview {
+  readonly items: readonly WireItem[];
+  /** Why there is none, for people. */
+  readonly fault: string;
+  readonly spacingM: number;
+  readonly triggerM: number | null;
+  readonly pixelCm: number | null;
+  readonly areaM2: number;
+  readonly lengthM: number;
+  readonly pictures: number;
+}
+
+export const cameraOf = (settings: PatternSettings): Camera | null => {
+  const choice = CAMERAS.find(({ key }) => key === settings.camera);
+  const chosen = settings.camera === 'own' ? settings.own : (choice?.camera ?? null);
+  return chosen && { ...chosen, isAcross: settings.isAcross };
+};
+
+const NONE: Preview = {
+  items: [],
+  fault: '',
+  spacingM: 0,
+  triggerM: null,
+  pixelCm: null,
+  areaM2: 0,
+  lengthM: 0,
+  pictures: 0,
+};
+
+/** `frame`: what heights of the plan are measured from. Never throws about what can be drawn or set. */
+export function patternPreview(
+  pattern: Pattern,
+  drawn: readonly Spot[],
+  radiusM: number,
+  settings: PatternSettings,
+  frame: number,
+): Preview {
+  const { heightM, angleDeg, turnaroundM, entry } = settings;
+  try {
+    if (pattern === 'orbit') {
+      const [centre] = drawn;
+      if (!centre) return NONE;
+      const { turns, points, isClockwise, looksAtMiddle, lookAtM } = settings;
+      const look = looksAtMiddle ? lookAtM : null;
+      const items = orbitItems(centre, {
+        radiusM,
+        heightM,
+        frame,
+        turns,
+        points,
+        isClockwise,
+        fromDeg: angleDeg,
+        lookAtM: look,
+      });
+      return { ...NONE, items, lengthM: lengthOf(items), areaM2: Math.PI * radiusM ** 2 };
+    }
+    const seen = cameraOf(settings);
+    const print = seen && footprint(seen, heightM);
+    const distances = print
+      ? distancesFor(print, settings.frontOverlap, settings.sideOverlap)
+      : { spacingM: settings.spacingM, triggerM: settings.triggerM };
+    const triggerM = distances.triggerM > 0 ? distances.triggerM : null;
+    const { spacingM } = distances;
+    const flown = { heightM, frame, triggerM, spacingM };
+    const items =
+      pattern === 'survey'
+        ? lineItems(gridLines(drawn, { ...flown, angleDeg, turnaroundM, entry }), flown)
+        : corridorItems(drawn, { ...flown, widthM: settings.widthM, fromEnd: settings.fromEnd });
+    const size = pattern === 'survey' ? areaM2(drawn) : along(drawn) * settings.widthM;
+    const pictures = triggerM === null ? 0 : picturesOf(items);
+    return {
+      items,
+      fault: '',
+      spacingM,
+      triggerM,
+      pixelCm: print?.pixelCm ?? null,
+      areaM2: size,
+      lengthM: lengthOf(items),
+      pictures,
+    };
+  } catch (error) {
+    if (error instanceof SurveyFault) return { ...NONE, fault: error.message };
+    throw error;
+  }
+}
+
+const along = (line: readonly Spot[]): number =>
+  line.slice(1).reduce((sum, spot, at) => sum + distanceM(line[at]!, spot), 0);
+
+/** From its first place to its last. */
+function lengthOf(items: readonly WireItem[]): number {
+  return along(items.filter((item) => specOf(item.command)?.flies).map(({ x, y }) => ({ latE7: x, lonE7: y })));
+}
+
+function picturesOf(items: readonly WireItem[]): number {
+  const plan: Plan = { ...EMPTY_PLAN, items: planItems(items, 1) };
+  let everyM = 0;
+  let count = 0;
+  const { legs, order } = flownPath(plan);
+  const bySeq = new Map(legs.map((leg) => [leg.seq, leg]));
+  for (const seq of order.steps) {
+    const item = items[seq]!;
+    if (item.command === CMD.TRIGGER_DISTANCE) everyM = Math.max(0, item.params[0] ?? 0);
+    const leg = bySeq.get(seq);
+    if (leg && everyM > 0) count += Math.floor(leg.lengthM / everyM) + 1;
+  }
+  return count;
+}
+
+/** Along the longest side: the fewest turns. Of an area, clockwise from north, 0 to 180. */
+export function longestSideDeg(area: readonly Spot[], bearing: (from: Spot, to: Spot) => number): number {
+  let [longest, angle] = [0, 0];
+  for (const [at, corner] of area.entries()) {
+    const next = area[(at + 1) % area.length]!;
+    const length = distanceM(corner, next);
+    if (length > longest) [longest, angle] = [length, bearing(corner, next)];
+  }
+  return Math.round(((angle % 180) + 180) % 180);
+}

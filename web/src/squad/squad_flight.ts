@@ -1,0 +1,125 @@
+/**
+ * Carries a job out at several drones, one after the other: whoever is no admin holds one drone at a time. So for each: take up its
+ * controls if they are free, do it, give them back. A mission goes on without anybody at the controls; a drone on the ground stays
+ * there. Nobody is left without an answer. Knows no framework and no connection: `SquadTower` is its way to the tower.
+ */
+
+import type { Operation } from '../link/operation_types';
+import type { Drone, User } from '../link/wire_types';
+
+export type SquadAnswer = {
+  readonly kind: 'waiting' | 'working' | 'done' | 'refused' | 'not-reached';
+  /** What it does now, or what came of it, for people. */
+  readonly why: string;
+  /** Of `total`; 0: nobody can say. */
+  readonly done: number;
+  readonly total: number;
+};
+
+export const SQUAD_ANSWER_WORDS: Record<SquadAnswer['kind'], string> = {
+  waiting: 'Waits for its turn',
+  working: 'At work',
+  done: 'Done',
+  refused: 'Not done',
+  'not-reached': 'Not begun',
+};
+
+const answer = (kind: SquadAnswer['kind'], why = '', done = 0, total = 0): SquadAnswer => ({ kind, why, done, total });
+
+export interface SquadTower {
+  readonly user: User;
+  drone(droneId: number): Drone | undefined;
+  /** These raise errors with words for people. */
+  acquire(droneId: number): Promise<void>;
+  release(droneId: number): Promise<void>;
+}
+
+/** The steps of one drone. `tell`: how it goes on. Answers with the last operation; raises errors with words for people. */
+export type SquadDeed = (drone: Drone, tell: (operation: Operation) => void) => Promise<Operation>;
+
+export interface SquadRun {
+  readonly droneIds: readonly number[];
+  readonly deed: SquadDeed;
+  /** Between one and the next, so that a start follows the plan. */
+  readonly everyS?: number;
+  readonly onanswer: (droneId: number, answer: SquadAnswer) => void;
+  /** Asked before each drone: whether somebody has had enough. */
+  readonly isStopped?: () => boolean;
+  readonly wait?: (seconds: number) => Promise<void>;
+  readonly nowMs?: () => number;
+  /** What comes after one that failed is not begun. */
+  readonly stopsAtFailure?: boolean;
+}
+
+const wordsOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
+
+/** Answers how many were done. */
+export async function inTurn(tower: SquadTower, run: SquadRun): Promise<number> {
+  const { droneIds, deed, onanswer, everyS = 0, isStopped = () => false, stopsAtFailure = false } = run;
+  const nowMs = run.nowMs ?? (() => performance.now());
+  const wait = run.wait ?? ((seconds) => new Promise((resolve) => setTimeout(resolve, seconds * 1000)));
+  for (const droneId of droneIds) onanswer(droneId, answer('waiting'));
+  let [done, failed] = [0, ''];
+  let last: number | null = null;
+  for (const droneId of droneIds) {
+    const restS = last === null ? 0 : everyS - (nowMs() - last) / 1000;
+    if (restS > 0 && !failed && !isStopped()) await wait(restS);
+    if (isStopped() || failed) {
+      const why = isStopped() ? 'You stopped before its turn.' : `${failed} was not done, so this was not begun.`;
+      onanswer(droneId, answer('not-reached', why));
+      continue;
+    }
+    last = nowMs();
+    const came = await one(tower, droneId, deed, (now) => onanswer(droneId, now));
+    onanswer(droneId, came);
+    if (came.kind === 'done') done += 1;
+    else if (stopsAtFailure) failed = tower.drone(droneId)?.name ?? 'The one before';
+  }
+  return done;
+}
+
+async function one(
+  tower: SquadTower,
+  droneId: number,
+  deed: SquadDeed,
+  tell: (answer: SquadAnswer) => void,
+): Promise<SquadAnswer> {
+  const drone = tower.drone(droneId);
+  if (!drone) return answer('refused', 'It is no longer in your squad.');
+  const why = whyNot(drone, tower.user);
+  if (why) return answer('refused', why);
+  const isOurs = drone.holder?.id === tower.user.id;
+  tell(answer('working', isOurs ? '' : 'takes up the controls'));
+  try {
+    if (!isOurs) await tower.acquire(droneId);
+  } catch (error) {
+    return answer('refused', wordsOf(error));
+  }
+  const came = await carriedOut(drone, deed, tell);
+  if (isOurs) return came;
+  try {
+    await tower.release(droneId);
+  } catch (error) {
+    return answer(came.kind, `${came.why} You still have the controls of ${drone.name}: ${wordsOf(error)}`.trim());
+  }
+  return came;
+}
+
+/** Why it cannot be this drone's turn; empty when it can. */
+export function whyNot(drone: Drone, user: User): string {
+  if (!drone.online) return `${drone.name} is offline.`;
+  if (drone.offered || drone.taken_from)
+    return `The controls of ${drone.name} are between ${drone.taken_from?.name ?? 'its pilot'} and an admin.`;
+  if (drone.holder && drone.holder.id !== user.id) return `${drone.holder.name} has the controls of ${drone.name}.`;
+  return '';
+}
+
+async function carriedOut(drone: Drone, deed: SquadDeed, tell: (answer: SquadAnswer) => void): Promise<SquadAnswer> {
+  try {
+    const ended = await deed(drone, ({ phase, done, total }) => tell(answer('working', phase, done, total)));
+    if (ended.state === 'done') return answer('done', ended.words, 1, 1);
+    return answer('refused', ended.words || `It ended as "${ended.state}".`);
+  } catch (error) {
+    return answer('refused', wordsOf(error));
+  }
+}

@@ -1,0 +1,258 @@
+/**
+ * One job for several drones: an area split among them, or the same plan above each other. Answers a plan for each, estimates, and
+ * what of it conflicts. Pure: computed anew with each change of what is drawn and set.
+ */
+
+import { CMD, specOf } from '../plan/catalogue';
+import { estimate, USUAL_FIGURES, type Estimate } from '../plan/estimates';
+import { FRAME } from '../plan/frames';
+import { flownPath } from '../plan/flown_path';
+import { distanceM } from '../plan/ground';
+import { planChecks, type CheckLimits, type Finding } from '../plan/plan_checks';
+import { planConflicts, type ConflictReport, type SeparationWanted } from '../plan/plan_conflicts';
+import { EMPTY_PLAN, type Plan, type PlannedHome, type Spot, type WireItem } from '../plan/plan_types';
+import { Drawing, SurveyFault } from '../plan/survey/area';
+import { splitArea } from '../plan/survey/area_split';
+import { gridLines, lineItems, type GridSettings } from '../plan/survey/survey_grid';
+import { planItems, wireItem } from '../plan/wire_items';
+
+export interface Member {
+  readonly id: number;
+  readonly name: string;
+  /** Where it stands, or its home in flight; null: it has not told. */
+  readonly home: PlannedHome | null;
+  readonly autopilot: CheckLimits['autopilot'];
+}
+
+/** `split`: an area in strips, one for each. `stack`: all fly the same, each so much higher than the one before. */
+export type SquadMode = 'split' | 'stack';
+
+export interface SquadSettings {
+  readonly mode: SquadMode;
+  readonly heightM: number;
+  /** By how much each flies higher than the one before. */
+  readonly stepM: number;
+  readonly speedMS: number;
+  readonly spacingM: number;
+  readonly turnaroundM: number;
+  /** Between pictures; 0: none. */
+  readonly triggerM: number;
+  readonly angleDeg: number;
+  /** Between one start and the next. */
+  readonly startEveryS: number;
+  readonly wanted: SeparationWanted;
+}
+
+export const USUAL_SQUAD: SquadSettings = {
+  mode: 'split',
+  heightM: 40,
+  stepM: 0,
+  speedMS: 5,
+  spacingM: 25,
+  turnaroundM: 0,
+  triggerM: 0,
+  angleDeg: 0,
+  startEveryS: 5,
+  wanted: { horizontalM: 15, verticalM: 10 },
+};
+
+/** What is flown: an area, or (stacked) a plan from elsewhere. */
+export type SquadJob = { readonly area: readonly Spot[] } | { readonly plan: Plan };
+
+export interface SquadPart {
+  readonly member: Member;
+  /** Its place among those who were chosen: what it is drawn in stays the same whoever starts first. */
+  readonly number: number;
+  readonly plan: Plan;
+  /** What of the area is its; empty where it is not split. */
+  readonly area: readonly Spot[];
+  readonly estimate: Estimate;
+  readonly startS: number;
+  /** Of its plan alone. */
+  readonly findings: readonly Finding[];
+}
+
+export interface SquadPlan {
+  readonly parts: readonly SquadPart[];
+  readonly report: ConflictReport;
+  /** Why there are no parts, for people; empty where something is only missing yet. */
+  readonly fault: string;
+}
+
+export const MOST_MEMBERS = 20;
+const ENTRIES = [0, 1, 2, 3] as const;
+const NOTHING: ConflictReport = { conflicts: [], closest: [], notes: [] };
+const none = (fault = ''): SquadPlan => ({ parts: [], report: NOTHING, fault });
+
+export function squadPlan(members: readonly Member[], job: SquadJob, settings: SquadSettings): SquadPlan {
+  const hasJob = 'plan' in job ? job.plan.items.length > 0 : job.area.length >= 3;
+  if (members.length === 0 || !hasJob) return none();
+  if (members.length > MOST_MEMBERS) return none(`${MOST_MEMBERS} drones are the most for one job.`);
+  const lost = members.filter(({ home }) => home === null).map(({ name }) => name);
+  if (lost.length > 0) return none(`Nobody knows where ${listWords(lost)} ${lost.length === 1 ? 'is' : 'are'}.`);
+  try {
+    if ('plan' in job)
+      return whole(
+        members,
+        members.map((member, at) => raised(job.plan, member, at * settings.stepM)),
+        settings,
+      );
+    return settings.mode === 'split' ? split(members, job.area, settings) : stacked(members, job.area, settings);
+  } catch (error) {
+    if (error instanceof SurveyFault) return none(error.message);
+    throw error;
+  }
+}
+
+export const listWords = (names: readonly string[]): string =>
+  names.length < 2 ? (names[0] ?? '') : `${names.slice(0, -1).join(', ')} and ${names.at(-1)!}`;
+
+interface Drawn {
+  readonly plan: Plan;
+  readonly area: readonly Spot[];
+}
+
+/** `chosen`: in their own order, where they start in another one. */
+function whole(
+  members: readonly Member[],
+  drawn: readonly Drawn[],
+  settings: SquadSettings,
+  chosen: readonly Member[] = members,
+): SquadPlan {
+  const parts = members.map((member, at): SquadPart => {
+    const { plan, area } = drawn[at]!;
+    const path = flownPath(plan);
+    const limits = { autopilot: member.autopilot, highestM: null, farthestM: null };
+    return {
+      member,
+      number: chosen.indexOf(member),
+      plan,
+      area,
+      estimate: estimate(plan, USUAL_FIGURES, path),
+      startS: at * settings.startEveryS,
+      findings: planChecks(plan, limits, path),
+    };
+  });
+  const flights = parts.map(({ member, plan, startS }) => ({
+    name: member.name,
+    plan,
+    figures: USUAL_FIGURES,
+    startS,
+  }));
+  return { parts, report: planConflicts(flights, settings.wanted), fault: '' };
+}
+
+/** So many pairs of ways are looked at in search of a sharing without conflicts: as long as one waits for a key that one typed. */
+const MOST_PAIRS_LOOKED_AT = 75;
+
+/**
+ * Strips side by side, flown from the same corner, so that two neighbours stay a strip apart, and given out in the order in which
+ * the drones stand, so that their ways there do not cross. Where that conflicts all the same (one climbs where another flies
+ * over it), other corners, the other order of starting and neighbours exchanged are tried: the fewest conflicts win, then the
+ * shortest flights.
+ */
+function split(members: readonly Member[], area: readonly Spot[], settings: SquadSettings): SquadPlan {
+  const strips = splitArea(area, members.length, settings.angleDeg);
+  const drawing = new Drawing(area, settings.angleDeg);
+  const across = ({ home }: Member): number => drawing.point(home!.spot)[1];
+  const standing = [...members].sort((one, other) => across(one) - across(other));
+  const pairs = Math.max(1, (members.length * (members.length - 1)) / 2);
+  let left = Math.max(ENTRIES.length, Math.floor(MOST_PAIRS_LOOKED_AT / pairs));
+  let best: SquadPlan | null = null;
+  let least = Infinity;
+  for (const order of exchanged(standing)) {
+    const stripOf = new Map(order.map(({ id }, place) => [id, strips[place]!]));
+    for (const starts of [members, members.toReversed()]) {
+      for (const entry of ENTRIES) {
+        if (left === 0 || least < COST.conflict) return best!;
+        left -= 1;
+        const drawn = starts.map((member, at): Drawn => {
+          const strip = stripOf.get(member.id)!;
+          return { plan: survey(member, strip, settings, settings.heightM + at * settings.stepM, entry), area: strip };
+        });
+        const found = whole(starts, drawn, settings, members);
+        const cost = costOf(found);
+        if (cost < least) [best, least] = [found, cost];
+      }
+    }
+  }
+  return best!;
+}
+
+const COST = { error: 1e9, conflict: 1e7 } as const;
+
+const costOf = ({ parts, report }: SquadPlan): number =>
+  report.conflicts.filter(({ severity }) => severity === 'error').length * COST.error +
+  report.conflicts.length * COST.conflict +
+  parts.reduce((sum, part) => sum + part.estimate.seconds, 0);
+
+/** As they stand, then with two of them exchanged, those nearest to each other first. */
+function* exchanged(standing: readonly Member[]): Generator<readonly Member[]> {
+  yield standing;
+  for (let gap = 1; gap < standing.length; gap += 1) {
+    for (let at = 0; at + gap < standing.length; at += 1) {
+      yield standing.with(at, standing[at + gap]!).with(at + gap, standing[at]!);
+    }
+  }
+}
+
+function stacked(members: readonly Member[], area: readonly Spot[], settings: SquadSettings): SquadPlan {
+  const homes = members.map(({ home }) => home!.spot);
+  // The corner that is nearest for all: they fly the same lines.
+  const entry = ENTRIES.reduce((best, next) =>
+    toBegin(homes, area, settings, next) < toBegin(homes, area, settings, best) ? next : best,
+  );
+  const drawn = members.map((member, at): Drawn => {
+    return { plan: survey(member, area, settings, settings.heightM + at * settings.stepM, entry), area: [] };
+  });
+  return whole(members, drawn, settings);
+}
+
+const grid = (settings: SquadSettings, heightM: number, entry: GridSettings['entry']): GridSettings => ({
+  heightM,
+  frame: FRAME.GLOBAL_RELATIVE_ALT,
+  triggerM: settings.triggerM > 0 ? settings.triggerM : null,
+  spacingM: settings.spacingM,
+  angleDeg: settings.angleDeg,
+  turnaroundM: settings.turnaroundM,
+  entry,
+});
+
+function toBegin(
+  homes: readonly Spot[],
+  area: readonly Spot[],
+  settings: SquadSettings,
+  entry: GridSettings['entry'],
+): number {
+  const [first] = gridLines(area, grid(settings, settings.heightM, entry));
+  return first ? homes.reduce((sum, home) => sum + distanceM(home, first.from), 0) : 0;
+}
+
+/** Up, over the area, and home again. */
+function survey(
+  member: Member,
+  area: readonly Spot[],
+  settings: SquadSettings,
+  heightM: number,
+  entry: GridSettings['entry'],
+): Plan {
+  const flown = grid(settings, heightM, entry);
+  const items: WireItem[] = [
+    wireItem(CMD.TAKEOFF, FRAME.GLOBAL_RELATIVE_ALT, [0, 0, 0, null], 0, 0, heightM),
+    wireItem(CMD.CHANGE_SPEED, FRAME.MISSION, [1, settings.speedMS, -1, 0], 0, 0, 0),
+    ...lineItems(gridLines(area, flown), flown),
+    wireItem(CMD.RETURN, FRAME.MISSION, [0, 0, 0, 0], 0, 0, 0),
+  ];
+  const defaults = { heightM, frame: FRAME.GLOBAL_RELATIVE_ALT, speedMS: settings.speedMS };
+  return { ...EMPTY_PLAN, home: member.home, items: planItems(items, 1), defaults, nextId: items.length + 1 };
+}
+
+/** Where a plan goes in the air, so much higher; where it lands, as it is. It is flown from this drone's own home. */
+function raised(plan: Plan, member: Member, byM: number): Drawn {
+  const items = plan.items.map((item) => {
+    const isLanding = item.command === CMD.LAND || item.command === CMD.VTOL_LAND;
+    const flies = specOf(item.command)?.flies && item.command !== CMD.RETURN && !isLanding;
+    return flies ? { ...item, z: Math.fround(item.z + byM) } : item;
+  });
+  return { plan: { ...plan, home: member.home, items }, area: [] };
+}

@@ -1,0 +1,175 @@
+/** What the page of squad missions works on: who is chosen, what is drawn and set, the plans that come of it, and how they are carried out. */
+
+import { SvelteSet } from 'svelte/reactivity';
+
+import { commandDrone } from './link/drone_commands';
+import { distanceM } from './link/geometry';
+import { MAV_AUTOPILOT } from './link/generated/mavlink.gen';
+import type { Place } from './link/messages';
+import { MissionRest } from './link/mission_rest';
+import type { Operation } from './link/operation_types';
+import { isOver, type Operations } from './link/operations';
+import type { Vehicle } from './link/vehicle';
+import type { User } from './link/wire_types';
+import { planHash } from './plan/plan_hash';
+import { spotOf, type Plan, type PlannedHome, type Spot } from './plan/plan_types';
+import { itemsOf, rowOf } from './plan/wire_items';
+import { inTurn, type SquadAnswer, type SquadDeed, type SquadTower } from './squad/squad_flight';
+import { squadPlan, USUAL_SQUAD, type Member, type SquadPart, type SquadSettings } from './squad/squad_plan';
+import { tower } from './tower.svelte';
+
+export type SquadWork = 'upload' | 'start' | 'hold';
+
+/** A drone that stands is told to be here and there by a metre or two: its plan must not change for that. */
+const MOVED_M = 4;
+
+/** Whether the mission of this part is the one that its drone has. */
+export type Standing = 'on the drone' | 'another' | 'unknown';
+
+export class SquadMission {
+  readonly chosen = new SvelteSet<number>();
+  area = $state.raw<readonly Spot[]>([]);
+  settings = $state.raw<SquadSettings>(USUAL_SQUAD);
+  answers = $state.raw<ReadonlyMap<number, SquadAnswer>>(new Map());
+  work = $state<SquadWork | null>(null);
+  isStopping = $state(false);
+  /** Where each stood when it was last looked. */
+  #homes = $state.raw<ReadonlyMap<number, PlannedHome>>(new Map());
+  readonly #user: User;
+  readonly #rest = new MissionRest(tower.rest, tower.operations);
+
+  constructor(user: User, droneIds: readonly number[]) {
+    this.#user = user;
+    for (const droneId of droneIds) this.chosen.add(droneId);
+  }
+
+  readonly plan = $derived.by(() => squadPlan(this.#members(), { area: this.area }, this.settings));
+  readonly isBusy = $derived(this.work !== null);
+
+  set(changes: Partial<SquadSettings>): void {
+    this.settings = { ...this.settings, ...changes };
+  }
+
+  addCorner({ latDeg, lonDeg }: Place): void {
+    this.area = [...this.area, spotOf(latDeg, ((((lonDeg + 180) % 360) + 360) % 360) - 180)];
+  }
+
+  /** Now and then: who has moved, or was told of for the first time. In flight a drone's home stays what it was. */
+  look(vehicles: ReadonlyMap<number, Vehicle>, nowMs: number): void {
+    let next: Map<number, PlannedHome> | null = null;
+    for (const droneId of this.chosen) {
+      const values = vehicles.get(droneId)?.values(nowMs);
+      const place = values && (values.airborne ? values.home : values.place);
+      if (!values || !place) continue;
+      const known = this.#homes.get(droneId);
+      const before = known && { latDeg: known.spot.latE7 / 1e7, lonDeg: known.spot.lonE7 / 1e7 };
+      if (before && distanceM(before, place) < MOVED_M) continue;
+      const altM = Math.round((values.altAmslM ?? 0) - (values.altRelM ?? 0));
+      next ??= new Map(this.#homes);
+      next.set(droneId, { spot: spotOf(place.latDeg, place.lonDeg), altM });
+    }
+    if (next) this.#homes = next;
+  }
+
+  #members(): Member[] {
+    const vehicles = tower.vehicles.get();
+    return [...this.chosen].flatMap((id): Member[] => {
+      const vehicle = vehicles.get(id);
+      if (!vehicle) return [];
+      const isPx4 = vehicle.values(tower.clock.nowMs()).autopilot === MAV_AUTOPILOT.PX4;
+      const { name } = vehicle.drone.get();
+      return [{ id, name, home: this.#homes.get(id) ?? null, autopilot: isPx4 ? 'px4' : 'ardupilot' }];
+    });
+  }
+
+  standing(part: SquadPart): Standing {
+    const told = tower.vehicles.get().get(part.member.id)?.plans.get().mission;
+    if (!told || told.hash === null) return 'unknown';
+    const hash = hashOf(part.plan);
+    return told.fit_to_fly && (hash === told.hash || hash === told.sent_hash) ? 'on the drone' : 'another';
+  }
+
+  upload(parts: readonly SquadPart[]): Promise<void> {
+    const rows = new Map(parts.map(({ member, plan }) => [member.id, itemsOf(plan, 'mission').map(rowOf)]));
+    return this.#run('upload', parts, (drone, tell) =>
+      followed(tower.operations, this.#rest.upload(drone.id, 'mission', rows.get(drone.id)!, false), tell),
+    );
+  }
+
+  /** In the order of the parts, with the time between them that the conflicts were looked for with. */
+  start(parts: readonly SquadPart[]): Promise<void> {
+    return this.#run('start', parts, command('start'), this.settings.startEveryS, true);
+  }
+
+  hold(parts: readonly SquadPart[]): Promise<void> {
+    // Whatever is at work is broken off and begins no other: a hold waits for nothing.
+    this.isStopping = true;
+    for (const one of tower.operations.all.get().values()) {
+      const isOurs = this.isBusy && !isOver(one) && this.chosen.has(one.drone_id) && one.by?.id === this.#user.id;
+      if (isOurs) void tower.operations.cancel(one.id).catch(() => undefined); // it is over already, or will be
+    }
+    return this.#run('hold', parts, command('hold'));
+  }
+
+  async #run(
+    work: SquadWork,
+    parts: readonly SquadPart[],
+    deed: SquadDeed,
+    everyS = 0,
+    stopsAtFailure = false,
+  ): Promise<void> {
+    await this.#atWork;
+    const way: SquadTower = {
+      user: this.#user,
+      drone: (droneId) => tower.vehicles.get().get(droneId)?.drone.get(),
+      acquire: (droneId) => tower.control(droneId, 'acquire'),
+      release: (droneId) => tower.control(droneId, 'release'),
+    };
+    this.work = work;
+    this.isStopping = false;
+    this.answers = new Map();
+    const run = inTurn(way, {
+      droneIds: parts.map(({ member }) => member.id),
+      deed,
+      everyS,
+      stopsAtFailure,
+      isStopped: () => this.isStopping,
+      onanswer: (droneId, answer) => (this.answers = new Map(this.answers).set(droneId, answer)),
+    }).finally(() => (this.work = null));
+    this.#atWork = run;
+    await run;
+  }
+
+  #atWork: Promise<unknown> = Promise.resolve();
+}
+
+const hashes = new WeakMap<Plan, string>();
+
+function hashOf(plan: Plan): string {
+  const hash = hashes.get(plan) ?? planHash('mission', itemsOf(plan, 'mission'));
+  hashes.set(plan, hash);
+  return hash;
+}
+
+const command =
+  (name: 'start' | 'hold'): SquadDeed =>
+  (drone, tell) =>
+    followed(tower.operations, commandDrone(tower.operations, drone.id, { command: name }), tell);
+
+/** Tells how it goes on, and answers with how it ended. */
+async function followed(
+  operations: Operations,
+  begun: Promise<Operation>,
+  tell: (operation: Operation) => void,
+): Promise<Operation> {
+  const { id } = await begun;
+  const stop = operations.all.subscribe((all) => {
+    const now = all.get(id);
+    if (now) tell(now);
+  });
+  try {
+    return await operations.ended(id);
+  } finally {
+    stop();
+  }
+}

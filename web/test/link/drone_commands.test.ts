@@ -1,0 +1,37 @@
+import { expect, it } from 'vitest';
+
+import { isGood, outcomeWords } from '../../src/link/commands';
+import { outcomeOfCommand } from '../../src/link/drone_commands';
+import type { Operation } from '../../src/link/operation_types';
+import { Operations } from '../../src/link/operations';
+import { Rest } from '../../src/link/rest';
+
+const OVER = { id: '1', drone_id: 7, work: 'command', state: 'done', words: 'Kestrel has accepted it: pausing.' };
+
+/** What a tower that gives this answer makes of a pause, and what it was asked. */
+async function paused(status: number, body: object) {
+  const asked: unknown[] = [];
+  const rest = new Rest((path, init) => {
+    asked.push([path, init.method, JSON.parse(init.body as string)]);
+    return Promise.resolve(new Response(JSON.stringify(body), { status }));
+  });
+  const outcome = await outcomeOfCommand(new Operations(rest), 7, { command: 'pause' });
+  return { asked, outcome };
+}
+
+it.each([
+  [{ ...OVER }, true],
+  [{ ...OVER, state: 'failed', words: 'Kestrel, pausing: denied.' } as Partial<Operation>, false],
+  [{ ...OVER, state: 'timed_out', words: 'Kestrel did not answer.' } as Partial<Operation>, false],
+])('tells how it ended in the words of the tower: %j', async (operation, isDone) => {
+  const { asked, outcome } = await paused(200, operation);
+  expect(asked).toEqual([['/api/v1/drones/7/commands', 'POST', { command: 'pause' }]]);
+  expect(isGood(outcome)).toBe(isDone);
+  expect(outcomeWords('Kestrel', outcome)).toBe(operation.words);
+});
+
+it('tells why the tower did not begin it', async () => {
+  const { outcome } = await paused(409, { type: 'urn:not-in-control', title: 'No', detail: 'bob has the controls.' });
+  expect(isGood(outcome)).toBe(false);
+  expect(outcomeWords('Kestrel', outcome)).toBe('bob has the controls.');
+});
