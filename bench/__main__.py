@@ -11,12 +11,13 @@ from typing import Any
 
 import uvloop
 
-from bench import control, fuzz, relay, scale
+from bench import control, fuzz, missions, relay, scale
 from bench.rows import Report
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "control": (control.run, control.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
+    "missions": (missions.run, missions.__doc__ or ""),
     "relay": (relay.run, relay.__doc__ or ""),
     "scale": (scale.run, scale.__doc__ or ""),
 }
@@ -28,7 +29,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows there as well")
     parser.add_argument("--quick", action="store_true", help="few rounds: to see whether it works")
     parser.add_argument("--rounds", type=int, help="how often each latency is measured")
-    parser.add_argument("--network", action="store_true", help="on the emulated network only: 300 ms RTT, 5 %% loss")
+    parser.add_argument("--network", action="store_true", help="on the emulated network only")
     parser.add_argument("--loopback", action="store_true", help="on loopback only")
     parser.add_argument("--flavour", choices=("ardupilot", "px4"), action="append", help="only this one")
     parser.add_argument(
@@ -36,10 +37,16 @@ def parse(words: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--repeats", type=int, help="how often each trigger is pulled again (10)")
     parser.add_argument("--case", action="append", help="only cases with this in their name")
-    parser.add_argument("--system", action="append", metavar="NAME", help="relay: only this one; may be repeated")
+    parser.add_argument(
+        "--system", action="append", metavar="NAME", help="relay, missions: only this one; may be repeated"
+    )
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep databases and logs there")
     parser.add_argument(
-        "--peers", type=Path, metavar="FOLDER", default=Path("var/peers"), help="relay: MAVProxy is installed there"
+        "--peers",
+        type=Path,
+        metavar="FOLDER",
+        default=Path("var/peers"),
+        help="relay, missions: MAVProxy, MAVSDK are installed there",
     )
     parser.add_argument("--drones", type=int, help="scale: so many (1,000)")
     parser.add_argument("--browsers", type=int, help="scale: so many that watch all of them (20)")

@@ -2,7 +2,7 @@
 
 Each host has an access link with a LinkModel for either direction; a packet goes up the sender's and down the
 receiver's. It is started by `bench.namespaces` with the devices' file descriptors; profiles come as JSON lines on
-standard input, and when that ends so does the process.
+standard input, as do questions for what was carried, and when that ends so does the process.
 """
 
 from __future__ import annotations
@@ -89,9 +89,13 @@ async def run(hosts: dict[str, tuple[bytes, int]], seed: int) -> None:
     while line := await reader.readline():
         said = json.loads(line)
         port = ports[said["host"]]
-        for direction, model in ((UP, port.up), (DOWN, port.down)):
-            if direction in said:
-                model.profile = Profile(**said[direction])
+        ways = {UP: port.up, DOWN: port.down}
+        if said.get("count"):
+            print(json.dumps({way: [model.passed, model.lost] for way, model in ways.items()}), flush=True)
+            continue
+        for way, model in ways.items():
+            if way in said:
+                model.profile = Profile(**said[way])
         print("done", flush=True)
 
 

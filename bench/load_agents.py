@@ -66,6 +66,7 @@ class LoadAgent:
     def __init__(self, opened: OpenedChannel) -> None:
         self._opened = opened
         self._sealed = opened.sealed
+        self._sealed.keepalive.at_leisure(True)  # as an agent with one uplink does, whose drone nobody holds
         self._sequence = 0
         self._next_kind = 0
         self.drone_id = opened.welcome.drone_id
@@ -121,7 +122,7 @@ class LoadAgent:
         if msgid in _EVENTS:
             self.sent_events += 1
             number = self.sent_events
-        return stamped_frame(msgid, sent_us, number, self._sequence)
+        return stamped_frame(msgid, sent_us, number, self._sequence, self.drone_id)
 
     def _send(self, datagram: bytes) -> None:
         try:

@@ -41,6 +41,8 @@ EVENT_KINDS: Final = (
 _HEAD: Final = Struct("<BBBBBBBBBBQI")
 _STAMP: Final = Struct("<QI")
 _TAG: Final = Struct("<I")
+_HEIGHT: Final = Struct("<i")
+"""Of GLOBAL_POSITION_INT, in mm; it follows the stamp."""
 _FRAME_HEADER_BYTES: Final = 10
 
 _REST: Final[dict[int, tuple[int, bytes, bytes]]] = {
@@ -62,9 +64,13 @@ class Arrived(NamedTuple):
     number: int
 
 
-def stamped_frame(message_id: int, sent_us: int, number: int, sequence: int) -> bytes:
-    """One whole MAVLink 2 frame of one of the kinds above, from system 1, component 1."""
+def stamped_frame(message_id: int, sent_us: int, number: int, sequence: int, layer: int = 0) -> bytes:
+    """One whole MAVLink 2 frame of one of the kinds above, from system 1, component 1. All drones of the load are at
+    one place, as far as their stamps say: each in a `layer` of its own, 50 m above the next, so that none is near
+    another."""
     length, rest, extra = _REST[message_id]
+    if message_id == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
+        rest = _HEIGHT.pack(50_000 * layer) + rest[_HEIGHT.size :]
     head = _HEAD.pack(0xFD, length, 0, 0, sequence & 0xFF, 1, 1, message_id & 0xFF, message_id >> 8, 0, sent_us, number)
     body = head + rest
     return body + mcrf4xx(body[1:] + extra).to_bytes(2, "little")

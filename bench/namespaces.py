@@ -23,7 +23,7 @@ import subprocess
 import sys
 from collections.abc import AsyncIterator, Iterator, Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from bench.link_model import Profile
 
@@ -47,6 +47,15 @@ def why_not() -> str | None:
     if not TUN.exists():
         return "/dev/net/tun (the kernel's tun device)"
     return None
+
+
+class Carried(NamedTuple):
+    """Packets of one access link: those that got through, and those that were lost, each way."""
+
+    passed_up: int
+    lost_up: int
+    passed_down: int
+    lost_down: int
 
 
 class Network:
@@ -84,13 +93,23 @@ class Network:
         """A new profile of the host's access link, both ways or `up=`, `down=`; in force when this returns."""
         if profile is not None:
             ways = {"up": profile, "down": profile}
-        said = {"host": host, **{way: one.as_dict() for way, one in ways.items()}}
-        assert self._emulator is not None and self._emulator.stdin is not None and self._emulator.stdout is not None
-        async with self._turn:
-            self._emulator.stdin.write(json.dumps(said).encode() + b"\n")
-            answer = await self._emulator.stdout.readline()
+        answer = await self._say({"host": host, **{way: one.as_dict() for way, one in ways.items()}})
         if answer != b"done\n":
             raise RuntimeError("the link emulator has died")
+
+    async def carried(self, host: str) -> Carried:
+        """What went over the host's access link since the start."""
+        answer = await self._say({"host": host, "count": True})
+        if not answer:
+            raise RuntimeError("the link emulator has died")
+        ways = json.loads(answer)
+        return Carried(*ways["up"], *ways["down"])
+
+    async def _say(self, words: dict[str, Any]) -> bytes:
+        assert self._emulator is not None and self._emulator.stdin is not None and self._emulator.stdout is not None
+        async with self._turn:
+            self._emulator.stdin.write(json.dumps(words).encode() + b"\n")
+            return await self._emulator.stdout.readline()
 
     async def start(self, seed: int) -> None:
         words, descriptors = [], []

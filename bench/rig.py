@@ -59,6 +59,8 @@ class Rig:
         self._starts = 0
         self._front: TlsFront | None = None
         self._trust: Path | None = None
+        self.public_address: str | None = None
+        """Where the tower is for other hosts; None on loopback."""
         self.tower: asyncio.subprocess.Process
         self.agent: asyncio.subprocess.Process
         self.tap: Tap
@@ -93,28 +95,8 @@ class Rig:
             self._trust, key = make_certificate(self._folder, address)
             self._front = TlsFront(self._port)
             for_agent = f"https://{address}:{await self._front.open(address, self._trust, key)}"
-        with self._at_the_drone():
-            agent_port = _free_udp_port()
-            self.tap = Tap(("127.0.0.1", agent_port))
-            self.tap.open()
-        self.agent = await self._run(
-            "agent",
-            *self._drone_command(
-                "tower-agent",
-                "run",
-                "--tower",
-                for_agent,
-                "--token",
-                token,
-                "--autopilot",
-                f"udpin:127.0.0.1:{agent_port}",
-            ),
-        )
-        home = ",".join(str(number) for number in HOME)
-        out = f"udp:127.0.0.1:{self.tap.port}"
-        await self._run(
-            "simulator", *self._drone_command("tower-sim", "--home", f"{home},0", "--out", out, *self.kind.options)
-        )
+            self.public_address = for_agent
+        await self._start_drone(for_agent, token)
         self.admin = Person("admin", ADMIN, self.address, 1)
         self.operator = Person("operator", OPERATOR, self.address, 1)
         for person in (self.admin, self.operator):
@@ -126,6 +108,31 @@ class Rig:
             return bool(drone["online"] and drone["autopilot_heard"])
 
         await wait_for("the drone to be online", online)
+
+    async def _start_drone(self, tower: str, token: str) -> None:
+        """Simulator, tap and agent. `tower`: its address as the drone sees it; `token`: the file of its credential."""
+        with self._at_the_drone():
+            agent_port = free_udp_port()
+            self.tap = Tap(("127.0.0.1", agent_port))
+            self.tap.open()
+        self.agent = await self._run(
+            "agent",
+            *self._drone_command(
+                "tower-agent",
+                "run",
+                "--tower",
+                tower,
+                "--token",
+                token,
+                "--autopilot",
+                f"udpin:127.0.0.1:{agent_port}",
+            ),
+        )
+        home = ",".join(str(number) for number in HOME)
+        out = f"udp:127.0.0.1:{self.tap.port}"
+        await self._run(
+            "simulator", *self._drone_command("tower-sim", "--home", f"{home},0", "--out", out, *self.kind.options)
+        )
 
     async def start_tower(self) -> None:
         """Once more after it was killed: on the same ports."""
@@ -148,6 +155,7 @@ class Rig:
     def _environment(self) -> dict[str, str]:
         more = {
             "TOWER_VAR": str(self._folder),
+            "TOWER_AGENT_STATE": str(self._folder / "agents"),
             "TOWER_HOST": "127.0.0.1",
             "TOWER_PORT": str(self._port),
             "TOWER_UDP_HOST": "0.0.0.0" if self._network is not None else "127.0.0.1",
@@ -160,7 +168,7 @@ class Rig:
         return {**os.environ, **more}
 
     def _fixed_udp_port(self) -> int:
-        self._udp_port = self._udp_port or _free_udp_port()
+        self._udp_port = self._udp_port or free_udp_port()
         return self._udp_port
 
     def _drone_command(self, program: str, *words: str) -> list[str]:
@@ -247,7 +255,7 @@ async def wait_for(what: str, look: Callable[[], object], timeout_s: float = STA
         await asyncio.sleep(0.02)
 
 
-def _free_udp_port() -> int:
+def free_udp_port() -> int:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

@@ -1,0 +1,214 @@
+"""`python -m bench missions`: plans and parameters by way of the agent, beside MAVSDK on the same emulated line.
+
+Ours: a person's program puts a plan to a real tower, whose agent writes it to the simulator beside it and reads it
+back. MAVSDK: its server speaks MAVLink by UDP with the same simulator (another vehicle of the same process), over the
+same line. Round after round, in turns. See docs/bench.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import shutil
+import tempfile
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from bench.link_model import Profile
+from bench.missions_figures import OURS, PEER, Figures
+from bench.missions_plan import survey
+from bench.missions_rig import DRONE, MissionsRig, RestPerson, connect_time_s
+from bench.namespaces import Carried, Network, emulated_network, why_not
+from bench.peers.environment import CannotInstall
+from bench.peers.mavsdk_server import Installed, PeerFailed, mavsdk_in
+from bench.rig import wait_for
+from bench.rows import Report
+
+ITEMS: Final = 200
+ROUNDS: Final = 5
+LINE: Final = Profile(delay_s=0.15, loss=0.025)
+"""An access link, each way: 300 ms round trip, 2.5 % of the packets lost in either direction."""
+LINE_WORDS: Final = "300 ms RTT, 2.5 % lost each way"
+FAR: Final = ", person behind a line too"
+UPLOAD, DOWNLOAD, PARAMETERS = "upload and verify", "download", "all parameters"
+TOWER_NEW: Final = "all parameters at a tower that has just been started"
+KNOCKS: Final = 10
+PEERS_PLANS: Final = 1000
+"""Where the numbers of MAVSDK's plans begin: it never sends one that the agent has sent."""
+
+
+@dataclass
+class Trial:
+    """One place, loopback or the line, and what is found there."""
+
+    rig: MissionsRig
+    network: Network | None
+    figures: Figures
+    items: int
+
+    @contextlib.asynccontextmanager
+    async def counted(self, system: str, what: str) -> AsyncIterator[None]:
+        """What the drone's line carries meanwhile, whoever sent it."""
+        if self.network is None:
+            yield
+            return
+        before = await self.network.carried("drone")
+        yield
+        after = await self.network.carried("drone")
+        one = Carried(*(late - early for late, early in zip(after, before, strict=True)))
+        self.figures.carried.setdefault((system, what), []).append(one)
+
+
+async def run(report: Report, options: argparse.Namespace) -> None:
+    """`--rounds`, `--loopback`, `--network`, `--system`, `--peers`, `--keep`, `--quick` (20 items, one round)."""
+    rounds = options.rounds or (1 if options.quick else ROUNDS)
+    items = 20 if options.quick else ITEMS
+    systems = options.system or [OURS, PEER]
+    peer = await _peer(report, options.peers.resolve()) if PEER in systems else None
+    places = [False] if options.loopback else [True] if options.network else [False, True]
+    if True in places and (missing := why_not()) is not None:
+        report.say(f"no emulated network: this needs {missing}")
+        places = [False]
+    with _folder(options.keep) as folder:
+        for slow in places:
+            where = f"{items} items, {LINE_WORDS if slow else 'loopback'}"
+            report.say(f"[bold]{where}[/bold]")
+            async with _trial(folder / ("line" if slow else "loopback"), report, items, slow) as trial:
+                try:
+                    await _all_rounds(trial, OURS in systems, peer, rounds)
+                finally:
+                    trial.figures.tell(where)
+
+
+async def _peer(report: Report, folder: Path) -> Installed | None:
+    try:
+        return await mavsdk_in(folder)
+    except CannotInstall as reason:
+        report.say(f"without MAVSDK: {reason}")
+        return None
+
+
+@contextlib.contextmanager
+def _folder(keep: Path | None) -> Iterator[Path]:
+    folder = Path(tempfile.mkdtemp(prefix="bench-missions-")) if keep is None else keep
+    try:
+        yield folder
+    finally:
+        if keep is None:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.asynccontextmanager
+async def _trial(folder: Path, report: Report, items: int, slow: bool) -> AsyncIterator[Trial]:
+    folder.mkdir(parents=True)  # noqa: ASYNC240 (once, before anything runs)
+    async with contextlib.AsyncExitStack() as stack:
+        network = None
+        if slow:
+            network = await stack.enter_async_context(emulated_network({"drone": LINE, "browser": LINE}))
+            stack.enter_context(network.inside("tower"))
+        rig = MissionsRig(folder, network)
+        stack.push_async_callback(rig.stop)
+        await rig.start()
+        yield Trial(rig, network, Figures(report), items)
+
+
+async def _all_rounds(trial: Trial, ours: bool, peer: Installed | None, rounds: int) -> None:
+    people: dict[str, RestPerson] = {}
+    if trial.network is not None:
+        await _line_measured(trial)
+    if ours:
+        people[""] = await trial.rig.near()
+        if trial.network is not None:
+            people[FAR] = await trial.rig.far()
+        await trial.rig.operator.control("acquire")
+        await _until_known(people[""])
+    for number in range(rounds):
+        if peer is not None:
+            await _mavsdk(trial, peer, PEERS_PLANS + number)
+        for index, (whose, person) in enumerate(people.items()):
+            await _ours(trial, person, whose, 2 * number + index)
+    for _ in range(rounds if ours else 0):
+        await _tower_anew(trial)
+
+
+async def _line_measured(trial: Trial) -> None:
+    """That the line is what it is said to be: TCP's own round trip, from the drone to the tower."""
+    for _ in range(KNOCKS):
+        trial.figures.took(OURS, "TCP handshake of drone and tower", await connect_time_s(trial.rig))
+
+
+async def _until_known(person: RestPerson) -> None:
+    async def known() -> bool:
+        return (await person.ask("GET", f"{DRONE}/parameters")).status == 200
+
+    await wait_for("the tower to have the parameters", known)
+
+
+async def _ours(trial: Trial, person: RestPerson, whose: str, number: int) -> None:
+    """A plan that the drone has not had yet, up and read back; then down again; then all parameters."""
+    figures, rows = trial.figures, survey(trial.items, number)
+    async with trial.counted(OURS, UPLOAD + whose):
+        put = await person.ask("PUT", f"{DRONE}/mission", {"items": rows})
+    if put.status != 200 or put.json["state"] != "done":
+        figures.failed(OURS, UPLOAD + whose, f"{put.status} {put.json}"[:400])
+        return
+    figures.took(OURS, UPLOAD + whose, put.took_s)
+    async with trial.counted(OURS, DOWNLOAD + whose):
+        got = await person.ask("GET", f"{DRONE}/mission?fresh=true")
+    if got.status != 200 or got.json["items"] != rows:
+        figures.failed(OURS, DOWNLOAD + whose, f"{got.status}: not the plan that was sent")
+    else:
+        figures.took(OURS, DOWNLOAD + whose, got.took_s)
+    async with trial.counted(OURS, PARAMETERS + whose):
+        table = await person.ask("GET", f"{DRONE}/parameters")
+    if table.status != 200 or not table.json["complete"]:
+        figures.failed(OURS, PARAMETERS + whose, f"{table.status}")
+    else:
+        figures.took(OURS, PARAMETERS + whose, table.took_s)
+        figures.counts[OURS, PARAMETERS + whose] = len(table.json["values"])
+
+
+async def _mavsdk(trial: Trial, installed: Installed, number: int) -> None:
+    """Its server is started anew, so that it knows nothing; the clock runs from when it is connected."""
+    figures, rows = trial.figures, survey(trial.items, number)
+    what = "connect"
+    try:
+        async with trial.rig.mavsdk(installed) as peer:
+            what = PARAMETERS
+            async with trial.counted(PEER, what):
+                table = await peer.do("parameters")
+            figures.took(PEER, what, table["s"])
+            figures.counts[PEER, what] = table["count"]
+            what = UPLOAD
+            async with trial.counted(PEER, what):
+                up = await peer.do("upload", items=rows)
+                down = await peer.do("download")
+            if down["items"] != rows:
+                raise PeerFailed("not the plan that was sent came down")
+            figures.took(PEER, what, up["s"] + down["s"])
+            figures.took(PEER, "upload", up["s"])
+            figures.took(PEER, DOWNLOAD, down["s"])
+    except PeerFailed as failure:
+        figures.failed(PEER, what, str(failure))
+
+
+async def _tower_anew(trial: Trial) -> None:
+    """The tower is killed and started: from when the drone is online again until a person gets all parameters."""
+    rig = trial.rig
+    rig.tower.kill()
+    await rig.tower.wait()
+    await rig.start_tower()
+    person = await rig.near()
+    loop = asyncio.get_running_loop()
+
+    async def online() -> bool:
+        return bool((await person.ask("GET", DRONE)).json["online"])
+
+    await wait_for("the drone to be online again", online)
+    began = loop.time()
+    async with trial.counted(OURS, TOWER_NEW):
+        await _until_known(person)
+    trial.figures.took(OURS, TOWER_NEW, loop.time() - began)

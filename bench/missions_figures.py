@@ -1,0 +1,66 @@
+"""What `bench missions` finds: seconds by system and deed, failures, what the line carried; and the rows of it."""
+
+from __future__ import annotations
+
+import statistics
+from dataclasses import dataclass, field
+from typing import Final
+
+from bench.namespaces import Carried
+from bench.rows import Report
+
+OURS: Final = "ours"
+PEER: Final = "MAVSDK"
+Key = tuple[str, str]
+"""(system, what was done)."""
+
+
+@dataclass
+class Figures:
+    """Of one place: loopback, or the emulated line."""
+
+    report: Report
+    took_s: dict[Key, list[float]] = field(default_factory=dict)
+    failures: dict[Key, int] = field(default_factory=dict)
+    carried: dict[Key, list[Carried]] = field(default_factory=dict)
+    counts: dict[Key, int] = field(default_factory=dict)
+
+    def took(self, system: str, what: str, seconds: float) -> None:
+        self.took_s.setdefault((system, what), []).append(seconds)
+        self.report.say(f"  {system}: {what}: {seconds:.3f} s")
+
+    def failed(self, system: str, what: str, words: str) -> None:
+        self.failures[system, what] = self.failures.get((system, what), 0) + 1
+        self.report.say(f"  {system}: {what}: failed: {words}")
+
+    def tell(self, where: str) -> None:
+        """The rows: a case for each deed, both systems in it."""
+        for what in dict.fromkeys(what for _, what in (*self.took_s, *self.failures)):
+            for system in (OURS, PEER):
+                self._tell(f"{what}, {where}", (system, what))
+            self._tell_ratio(f"{what}, {where}", what)
+        self.report.system = OURS
+
+    def _tell(self, case: str, key: Key) -> None:
+        self.report.system, _ = key
+        if key not in self.took_s and key not in self.failures:
+            return
+        self.report.spread(case, "took", self.took_s.get(key, []), "s")
+        self.report.add(case, "failed", self.failures.get(key, 0), "count")
+        if key in self.counts:
+            self.report.add(case, "values", self.counts[key], "count")
+        if key in self.carried:
+            up, lost_up, down, lost_down = (statistics.mean(column) for column in zip(*self.carried[key], strict=True))
+            self.report.add(case, "packets from the drone, a round", up + lost_up, "count")
+            self.report.add(case, "of these lost", lost_up, "count")
+            self.report.add(case, "packets to the drone, a round", down + lost_down, "count")
+            self.report.add(case, "of those lost", lost_down, "count")
+
+    def _tell_ratio(self, case: str, what: str) -> None:
+        """Against what MAVSDK took for the same over the drone's line alone, wherever our person was."""
+        ours, theirs = self.took_s.get((OURS, what)), self.took_s.get((PEER, what.partition(",")[0]))
+        if ours and theirs:
+            self.report.system = OURS
+            ratio = statistics.median(theirs) / statistics.median(ours)
+            self.report.add(case, "times as fast as MAVSDK, medians", ratio, "ratio")
+            self.report.add(case, "times as fast as MAVSDK, our worst to its best", min(theirs) / max(ours), "ratio")

@@ -1,0 +1,140 @@
+"""For `bench missions`: tower, agent and simulator as in the field, beside MAVSDK on the same line.
+
+The simulator flies two vehicles on the drone's host: one speaks with the agent there, the other over the line with
+MAVSDK on the tower's host, which is how a ground station without a tower has it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import ssl
+import time
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import httpx
+
+from bench.namespaces import Network
+from bench.peers.mavsdk_server import Installed, MavSdk, mavsdk_on
+from bench.rig import HOME, PASSWORD, Kind, Rig, free_udp_port
+
+COPTER: Final = Kind("ardupilot", radio=True)
+DRONE: Final = "/drones/1"
+REQUEST_WITHIN_S: Final = 180.0
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """An answer, and how long the person waited for it."""
+
+    status: int
+    json: Any
+    took_s: float
+
+
+class RestPerson:
+    """The operator's program on one host: plain requests, on a connection that stays open, as a browser's does."""
+
+    def __init__(self, address: str, trust: Path | None, enter: Callable[[], AbstractContextManager[None]]) -> None:
+        """`enter`: within it, what a thread opens belongs to the host."""
+        self._enter = enter
+        # A thread of its own: a thread belongs to a host for as long as it opens something there.
+        self._thread = ThreadPoolExecutor(max_workers=1)
+        verify: ssl.SSLContext | bool = True if trust is None else ssl.create_default_context(cafile=str(trust))
+        self._http = httpx.Client(
+            base_url=f"{address}/api/v1", timeout=REQUEST_WITHIN_S, verify=verify, trust_env=False
+        )
+
+    async def sign_in(self, name: str) -> None:
+        answered = await self.ask("POST", "/session", {"name": name, "password": PASSWORD})
+        assert answered.status == 200, answered.json
+
+    async def ask(self, method: str, path: str, body: Any = None) -> Answered:
+        return await asyncio.get_running_loop().run_in_executor(self._thread, self._ask, method, path, body)
+
+    def _ask(self, method: str, path: str, body: Any) -> Answered:
+        with self._enter():
+            began = time.monotonic()
+            answer = self._http.request(method, path, json=body)
+            took_s = time.monotonic() - began
+        return Answered(answer.status_code, answer.json() if answer.content else None, took_s)
+
+    async def close(self) -> None:
+        await asyncio.get_running_loop().run_in_executor(self._thread, self._http.close)
+        self._thread.shutdown()
+
+
+class MissionsRig(Rig):
+    """A Rig without a tap, whose simulator flies another vehicle for MAVSDK."""
+
+    def __init__(self, folder: Path, network: Network | None) -> None:
+        super().__init__(folder, COPTER, network)
+        self._ground_port = free_udp_port()
+        self._persons: list[RestPerson] = []
+
+    async def _start_drone(self, tower: str, token: str) -> None:
+        with self._at_the_drone():
+            agent_port = free_udp_port()
+        at = f"127.0.0.1:{agent_port}"
+        words = ("--tower", tower, "--token", token, "--autopilot", f"udpin:{at}")
+        self.agent = await self._run("agent", *self._drone_command("tower-agent", "run", *words))
+        ground = "127.0.0.1" if self._network is None else self._network.address("tower")
+        home = ",".join(str(number) for number in HOME)
+        outs = ("--out", f"udp:{at}", "--out", f"udp:{ground}:{self._ground_port}")
+        flown = ("--home", f"{home},0", "--count", "2", *outs, *self.kind.options)
+        await self._run("simulator", *self._drone_command("tower-sim", *flown))
+
+    async def near(self) -> RestPerson:
+        """The operator on the tower's own host, signed in."""
+        return await self._signed_in(RestPerson(self.address, None, lambda: self.in_host("tower")))
+
+    async def far(self) -> RestPerson:
+        """The operator on a host of their own, signed in. Only on a network."""
+        assert self._network is not None and self.public_address is not None
+        return await self._signed_in(RestPerson(self.public_address, self._trust, lambda: self.in_host("browser")))
+
+    def in_host(self, host: str) -> AbstractContextManager[None]:
+        """What the thread opens within it belongs to that host; on loopback there is but one."""
+        return nullcontext() if self._network is None else self._network.inside(host)
+
+    async def _signed_in(self, person: RestPerson) -> RestPerson:
+        self._persons.append(person)
+        await person.sign_in("operator")
+        return person
+
+    @contextlib.asynccontextmanager
+    async def mavsdk(self, installed: Installed) -> AsyncIterator[MavSdk]:
+        """Started anew, and connected with the other vehicle. Raises PeerFailed."""
+        async with mavsdk_on(installed, self._ground_port, _free_tcp_port(), self._folder / "mavsdk.log") as peer:
+            yield peer
+
+    async def stop(self) -> None:
+        for person in self._persons:
+            await person.close()
+        await super().stop()
+
+
+async def connect_time_s(rig: MissionsRig) -> float:
+    """How long TCP takes to connect the drone's host with the tower's: a round trip, or a second more where it lost."""
+    assert rig.public_address is not None
+    url = httpx.URL(rig.public_address)
+
+    def knock() -> float:
+        with rig.in_host("drone"), socket.socket() as knocking:
+            began = time.monotonic()
+            knocking.connect((url.host, url.port or 443))
+            return time.monotonic() - began
+
+    return await asyncio.to_thread(knock)
+
+
+def _free_tcp_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

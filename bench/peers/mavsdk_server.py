@@ -1,0 +1,109 @@
+"""MAVSDK's own server (the program in its wheel) and a program of its author's kind, in an environment of its own."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import sys
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from bench.peers.environment import environment_with
+
+PACKAGE: Final = "mavsdk<4"
+"""The last whose wheel has the server; from 4 on it is a library inside the program."""
+ROOM_BYTES: Final = 500_000_000
+SERVER: Final = "mavsdk/bin/mavsdk_server"
+PROGRAM: Final = Path(__file__).with_name("mavsdk_program.py")
+ANSWER_WITHIN_S: Final = 600.0
+
+
+class PeerFailed(Exception):
+    """MAVSDK could not do what it was asked, in its own words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Installed:
+    """A Python, and where it finds MAVSDK if not among its own packages."""
+
+    python: Path
+    path: Path | None = None
+
+    @property
+    def environment(self) -> dict[str, str]:
+        more = {} if self.path is None else {"PYTHONPATH": str(self.path)}
+        return {**os.environ, "PYTHONWARNINGS": "ignore", **more}
+
+
+async def mavsdk_in(folder: Path) -> Installed:
+    """That of the tests (deploy/install_test_parts.sh) where it is there, else one below `folder`, installed from the
+    package index if it is not there yet. Raises bench.peers.environment.CannotInstall."""
+    of_tests = Path(sys.prefix) / "stock-clients"
+    if (of_tests / SERVER).exists():
+        return Installed(Path(sys.executable), of_tests)
+    packages = f"lib/python{sys.version_info.major}.{sys.version_info.minor}/site-packages"
+    made = await environment_with(folder, "mavsdk", PACKAGE, holds=f"{packages}/{SERVER}", room_bytes=ROOM_BYTES)
+    return Installed(made / "bin" / "python")
+
+
+class MavSdk:
+    """One life of the server, and of the program that speaks with it."""
+
+    def __init__(self, process: asyncio.subprocess.Process) -> None:
+        self._process = process
+
+    async def do(self, deed: str, **said: Any) -> Any:
+        """Its answer, with the seconds that it took as `s`. Raises PeerFailed."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(json.dumps({"do": deed, **said}).encode() + b"\n")
+        return await self.answer()
+
+    async def answer(self) -> Any:
+        assert self._process.stdout is not None
+        try:
+            line = await asyncio.wait_for(self._process.stdout.readline(), ANSWER_WITHIN_S)
+        except TimeoutError:
+            raise PeerFailed(f"no answer in {ANSWER_WITHIN_S:g} s") from None
+        if not line:
+            raise PeerFailed("it has ended")
+        answer = json.loads(line)
+        if "failed" in answer:
+            raise PeerFailed(answer["failed"])
+        return answer
+
+
+@contextlib.asynccontextmanager
+async def mavsdk_on(installed: Installed, port: int, grpc_port: int, log: Path) -> AsyncIterator[MavSdk]:
+    """Listens for an autopilot on UDP `port` of the host that this is, and is connected. Raises PeerFailed."""
+    with log.open("ab") as errors:
+        process = await asyncio.create_subprocess_exec(
+            *(str(installed.python), str(PROGRAM), f"udpin://0.0.0.0:{port}", str(grpc_port)),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=errors,
+            env=installed.environment,
+            limit=4 * 1024 * 1024,
+            start_new_session=True,
+        )
+    try:
+        peer = MavSdk(process)
+        await peer.answer()
+        yield peer
+    finally:
+        await _end(process)
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """The program and the server that it has started: a group of their own."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, 15)
+    try:
+        await asyncio.wait_for(process.wait(), 5)
+    except TimeoutError:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, 9)
+        await process.wait()
