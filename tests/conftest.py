@@ -41,6 +41,12 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
             _turns.leave(item, nextitem)
 
 
+@pytest.fixture(autouse=True)
+def _state_of_its_own(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What an agent remembers of an autopilot is for this test alone, and nothing of it in anybody's home."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.getbasetemp() / f"state-{uuid4().hex}"))
+
+
 def pytest_sessionfinish() -> None:
     if _turns is not None:
         _turns.tidy_up()

@@ -248,6 +248,76 @@ def test_the_monitor(come: Somebody, axe: Axe) -> None:
     axe.look_beneath(console, "squad-hold", "monitor-squad-hold")
     console.part("alert-bell").click()
     axe.look(console, "monitor-alerts")
+    console.page.keyboard.press("Escape")
+    console.part("squad-mission-link").click()
+    expect(console.part("squad-mission")).to_be_visible()
+    axe.look(console, "squad-mission")
+
+
+def test_the_missions_page(come: Somebody, axe: Axe) -> None:
+    console = entered(come, "alice", "/#/missions/1")
+    expect(console.part("drone-strip")).to_be_visible()
+    axe.look(console, "missions-empty")
+    plan = CHECKOUT / "web" / "test" / "plan" / "files" / "survey.plan"
+    console.part("plan-file").set_input_files(plan)
+    expect(console.part("dropped-dialog")).to_be_visible()
+    axe.look(console, "missions-dropped")
+    console.part("dropped-close").click()
+    axe.look(console, "missions-table")
+    console.part("plan-item").nth(1).click()
+    expect(console.part("item-editor")).to_be_visible()
+    axe.look(console, "missions-item")
+    for tab in ("fence", "rally", "checks", "settings"):
+        console.part(f"tab-{tab}").click()
+        axe.look(console, f"missions-{tab}")
+    for pattern in ("survey", "corridor", "orbit"):
+        console.part(f"tool-{pattern}").click()
+        axe.look(console, f"missions-{pattern}")
+        console.part("pattern-cancel").click()
+    for menu in ("plan-menu", "add-item", "drone-plan-menu"):
+        console.part("tab-mission").click()
+        axe.look_beneath(console, menu, f"missions-{menu}")
+    for item in ("plan-library", "plan-save-as"):
+        console.part("plan-menu").click()
+        console.part(item).click()
+        expect(console.page.get_by_role("dialog")).to_be_visible()
+        axe.look(console, f"missions-{item}")
+        console.page.keyboard.press("Escape")
+    console.part("item-height").fill("500")  # higher than the checks allow: an upload asks first
+    console.part("strip-acquire").click()
+    expect(console.part("upload")).to_be_enabled()
+    console.part("upload").click()
+    expect(console.part("upload-dialog")).to_be_visible()
+    axe.look(console, "missions-upload")
+    console.page.keyboard.press("Escape")
+    console.page.evaluate("window.location.hash = '#/drone/1'")
+    console.part("control-release").click()
+
+
+def test_the_parameters_and_the_logs_of_a_drone(come: Somebody, axe: Axe) -> None:
+    console = entered(come, "admin", "/#/drone/2/parameters")
+    expect(console.part("parameters-state")).to_contain_text("1390 parameters")
+    axe.look(console, "parameters")
+    console.part("parameter-search").fill("fence")
+    console.part("value-of-FENCE_TYPE").focus()
+    console.part("bit-3").check()
+    console.part("value-of-FENCE_ALT_MAX").fill("5000")
+    console.part("value-of-FENCE_ALT_MAX").press("Enter")
+    console.part("value-of-FENCE_RADIUS").fill("far")
+    axe.look(console, "parameters-changed")
+    for opener in ("parameter-file", "parameter-compare"):
+        axe.look_beneath(console, opener, opener)
+    console.part("parameter-compare").click()
+    console.part("compare-defaults").click()
+    expect(console.part("compare-summary")).to_contain_text("differ")
+    axe.look(console, "parameters-compared")
+    console.page.keyboard.press("Escape")
+    console.page.get_by_label("Choose FENCE_RADIUS").check()
+    axe.look_beneath(console, "parameter-copy", "parameters-copy")
+    console.part("page-logs").click()
+    console.part("list-logs").click()
+    expect(console.part("operation")).to_have_attribute("data-state", "done")
+    axe.look(console, "logs")
 
 
 def test_the_control_page_in_flight_for_its_pilot_and_for_a_watcher(come: Somebody, axe: Axe) -> None:

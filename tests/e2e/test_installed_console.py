@@ -93,7 +93,7 @@ def test_without_a_tower_it_opens_and_says_so_and_goes_on_when_the_tower_is_back
 def newer_build(built: Path, folder: Path) -> Path:
     """The console as the next version would be: other names, and nothing of the old ones left."""
     shutil.copytree(built, folder)
-    (old,) = re.findall(r"assets/(index-[\w-]+\.js)", (folder / "index.html").read_text())
+    (old,) = re.findall(r'src="\./assets/(index-[\w-]+\.js)"', (folder / "index.html").read_text())
     for copy in [*folder.rglob("*.br"), *folder.rglob("*.gz")]:
         copy.unlink()
     (folder / "assets" / old).rename(folder / "assets" / "index-next.js")

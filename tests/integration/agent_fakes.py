@@ -55,6 +55,8 @@ class FakeTower(asyncio.DatagramProtocol):
         self.udp_port = 0
         self.epoch = 1
         self.holder_present = False
+        self.takes: tuple[str, ...] = ()
+        """What the welcome says that this tower understands besides what all do."""
         self.deaf_on_udp = False
         self.over_websocket = 0
         """Datagrams that came over the control channel."""
@@ -123,6 +125,7 @@ class FakeTower(asyncio.DatagramProtocol):
                 epoch=self.epoch,
                 holder=None,
                 holder_present=self.holder_present,
+                takes=self.takes,
             )
             await connection.send(encode_message(welcome))
             self.hellos.append(hello)

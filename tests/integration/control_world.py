@@ -3,7 +3,7 @@
 import asyncio
 import json
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Collection
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -42,7 +42,9 @@ async def until(what: str, condition: Callable[[], Any]) -> None:
 class ObedientAgent:
     """Confirms each hold at once. `posted` is all that the tower told it."""
 
-    def __init__(self, hub: Hub, drone_id: int, *, answer: HoldStep | None = HoldStep.CONFIRMED) -> None:
+    def __init__(
+        self, hub: Hub, drone_id: int, *, answer: HoldStep | None = HoldStep.CONFIRMED, takes: Collection[str] = ()
+    ) -> None:
         self._hub = hub
         self.answer = answer
         self.posted: list[ToAgent] = []
@@ -53,6 +55,7 @@ class ObedientAgent:
             post=self._post,
             close=lambda code, why: None,
             call_later=lambda delay_s, call: None,
+            takes=takes,
         )
         self._sealed = _sealed(drone_id, send=b"a" * 32, receive=b"t" * 32, now=now)
         self._speaking: asyncio.Task[None] | None = None

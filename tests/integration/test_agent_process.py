@@ -102,6 +102,7 @@ async def test_a_whole_agent_on_a_serial_line_under_systemd(token: Path, tmp_pat
                 TOWER_AGENT_TOWER=f"http://127.0.0.1:{tower.port}",
                 TOWER_AGENT_TOKEN=str(token),
                 TOWER_AGENT_AUTOPILOT=f"serial:{os.ttyname(device)}:115200",
+                STATE_DIRECTORY=str(tmp_path / "state"),
                 NOTIFY_SOCKET=str(tmp_path / "notify"),
                 WATCHDOG_USEC="300000",
             ) as started,
@@ -109,6 +110,7 @@ async def test_a_whole_agent_on_a_serial_line_under_systemd(token: Path, tmp_pat
             await tower.linked(timeout_s=STARTED_WITHIN_S)
             await until(lambda: notified("READY=1"))
             await until(lambda: notified("WATCHDOG=1"))
+            assert (tmp_path / "state" / f"drone-{CREDENTIAL.drone_id}").is_dir()
             os.write(master, FRAME)
             await until(lambda: FRAME in tower.frames)
             await until(lambda: notified("STATUS=tower linked, autopilot heard"))

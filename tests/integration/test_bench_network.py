@@ -75,6 +75,19 @@ async def test_round_trips_take_as_long_as_the_profile_says_and_a_change_counts_
         assert statistics.median(await round_trips(net, 10)) < 0.03
 
 
+async def test_what_a_link_carried_and_lost_is_counted_each_way() -> None:
+    async with emulated_network() as net:
+        await listening(net)
+        before = await net.carried("drone")
+        await net.change("drone", up=Profile(loss=0.5), down=Profile())
+        trips = await round_trips(net, 20)
+        up, lost_up, down, lost_down = (
+            late - early for late, early in zip(await net.carried("drone"), before, strict=True)
+        )
+        assert up + lost_up == 20 and lost_down == 0
+        assert up == down == len(trips) < 20
+
+
 async def test_tcp_works_through_loss(tmp_path: Any) -> None:
     body = bytes(range(256)) * 400
     (tmp_path / "file").write_bytes(body)

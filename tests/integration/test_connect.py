@@ -263,6 +263,8 @@ def test_the_loss_check_is_read_out_and_asked_for_on_a_terminal(world: World) ->
     world.running("simulator").terminate()
     words = world.running("simulator").args
     assert isinstance(words, list | tuple)
+    # Its boot clock may be too young to be seen going back, so it is its silence that shows that it is another.
+    wait_for("silence", lambda: not alice.drone(1)["autopilot_heard"])
     world.start("simulator-2", "tower-sim", *words[1:], "--param", "RC_OVERRIDE_TIME=-1")
     wait_for("the danger", lambda: alice.ask("GET", "/drones/1/loss-check").json["dangerous"])
     ask = ("Kestrel", "--tower", world.address, "--fly", "--acknowledge-loss-check", "--tcp", "127.0.0.1:0")

@@ -48,7 +48,7 @@ async def test_an_agent_under_attack_of_its_own_tower_serves_on(tmp_path: Path) 
     async with running_tower() as tower:
         command = [str(Path(sys.executable).parent / "tower-agent"), "run"]
         command += ["--tower", f"http://127.0.0.1:{tower.port}", "--token", str(token)]
-        command += ["--autopilot", f"udpin:127.0.0.1:{port}"]
+        command += ["--autopilot", f"udpin:127.0.0.1:{port}", "--state", str(tmp_path / "state")]
         with log.open("wb") as out:
             agent = await asyncio.create_subprocess_exec(*command, stdout=out, stderr=out)
         try:

@@ -176,6 +176,7 @@ async def flown_over(net: TwoUplinks, tmp_path: Path) -> AsyncIterator[World]:
             "from onboard_agent.cli import main; main()",
             *("run", "--tower", f"https://{TOWER}:{front_port}", "--token", str(token)),
             *("--autopilot", f"udpin:127.0.0.1:{agent_port}", "--uplink", ",".join(UPLINKS)),
+            *("--state", str(tmp_path / "state")),
             env={**os.environ, "SSL_CERT_FILE": str(certificate)},
         )
         autopilot = Autopilot()

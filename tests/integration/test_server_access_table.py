@@ -18,7 +18,9 @@ VISITORS: Final = ("anonymous", "stranger", "owner", "admin")
 TOKENS: Final = ("for watch", "for fly", "for admin", "for metrics", "of the settings")
 """API tokens of an admin, each with one scope; and what TOWER_METRICS_TOKEN holds."""
 ALL, SELF, IN_PERSON = "+ + + +   + + + + +", "- + + +   + + + + -", "- + + +   x x x x -"
+NOBODY = "- - - -   - - - - -"
 LOOK, OWN_LOOK, OWN_FLY = "- + + +   + x x x -", "- . + +   + x x x -", "- . + +   x + x x -"
+FLY = "- + + +   x + x x -"
 RULE, COMMAND, METRICS = "- x x +   x x + x -", "- . ? +   x x x x -", "- x x +   x x x + +"
 """For each visitor in turn, then for each token. +: let in (whatever the route then says of the rest of the request),
 -: 401, x: 403 `admins-only`, `scope-missing`, `in-person-only` or of the table of control, .: 404, as if there were no
@@ -38,6 +40,14 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("get_drone", "get_drone_settings", "get_loss_check", "get_rehearsal"), OWN_LOOK),
     **dict.fromkeys(("acknowledge_loss_check", "rehearse_loss", "acquire", "release", "accept"), OWN_FLY),
     **dict.fromkeys(("take", "give", "assist", "unassist"), COMMAND),
+    **dict.fromkeys(("get_plan", "verify_plan", "get_parameters", "read_parameters"), OWN_LOOK),
+    **dict.fromkeys(("get_logs", "list_logs", "get_log_file"), OWN_LOOK),
+    **dict.fromkeys(("put_plan", "clear_plan", "write_parameters", "command_drone", "fetch_log"), OWN_FLY),
+    "put_agent_file": NOBODY,
+    "get_operation": LOOK,
+    "cancel_operation": FLY,
+    **dict.fromkeys(("list_missions", "get_mission"), LOOK),
+    **dict.fromkeys(("create_mission", "replace_mission", "delete_mission"), FLY),
     "change_drone_settings": RULE,
     **dict.fromkeys(("list_users", "create_user", "get_user", "change_user", "delete_user"), RULE),
     **dict.fromkeys(("reset_second_factor", "create_drone", "rename_drone", "delete_drone"), RULE),
@@ -45,6 +55,16 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("begin_enrolment", "list_enrolments", "cancel_enrolment"), RULE),
     **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online"), RULE),
     "metrics": METRICS,
+}
+MISSION: Final = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}}
+BODIES: Final[dict[str, dict[str, object]]] = {
+    "rehearse_loss": {"what": "tower"},
+    "put_plan": {"items": []},
+    "verify_plan": {"items": []},
+    "command_drone": {"command": "land"},
+    "create_mission": MISSION,
+    "replace_mission": MISSION,
+    "write_parameters": {"values": {"RTL_ALT": 1500}},
 }
 METRICS_SECRET: Final = "0123456789abcdef0123456789abcdef"
 # An answer to HEAD says nothing but its status, and is that of GET.
@@ -61,7 +81,7 @@ async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
 
 def sign_of(answer: httpx.Response) -> str:
     slug = answer.json().get("type", "") if "problem" in answer.headers.get("content-type", "") else ""
-    if slug.endswith(("/not-signed-in", "/session-expired", "/bad-token")):
+    if slug.endswith(("/not-signed-in", "/session-expired", "/bad-token", "/bad-credential")):
         return "-"
     if slug.endswith(("/admins-only", "/not-an-owner", "/scope-missing", "/in-person-only")):
         return "x"
@@ -110,10 +130,20 @@ async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerW
         # What only admins may do is asked of a drone that is not there, so that it stays.
         drone_id = 9999 if TABLE[route.name] == RULE else hawk.id
         path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
-        for number in ("{user_id}", "{token_id}", "{session_id}", "{enrolment_id}"):
+        path = path.replace("{kind:plan_kind}", "mission")
+        for number in (
+            "{user_id}",
+            "{token_id}",
+            "{session_id}",
+            "{enrolment_id}",
+            "{operation_id}",
+            "{mission_id}",
+            "{log_id}",
+            "{transaction_id}",
+        ):
             path = path.replace(number, "9999")
         for visitor, client in clients.items():
-            body = {"what": "tower"} if route.name == "rehearse_loss" else None
+            body = BODIES.get(route.name)
             answer = await client.request(next(iter(route.methods)), path, json=body)
             sign = sign_of(answer)
             if expected[visitor] == "+" and drone_id == 9999 and sign == ".":

@@ -3,6 +3,7 @@
 import asyncio
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tower_world import Person, TowerWorld, assert_problem, start_tower
@@ -32,6 +33,10 @@ async def anna(world: TowerWorld) -> Person:
     return await world.add_user("Anna")
 
 
+def unknown_plan(kind: str) -> dict[str, Any]:
+    return {"kind": kind, "state": "unknown", "hash": None, "sent_hash": None, "count": 0, "fit_to_fly": True}
+
+
 async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Person) -> None:
     admin = await world.signed_in(root)
     answer = await admin.post(DRONES, json={"name": "  hawk "})
@@ -58,6 +63,8 @@ async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Pe
         "profile": None,
         "profile_chosen": "auto",
         "profile_why": "",
+        "plans": {kind: unknown_plan(kind) for kind in ("mission", "fence", "rally")},
+        "parameters": {"hash": None, "count": 0, "total": 0},
     }
     assert re.fullmatch(rf"twd_{drone['id']}_[A-Za-z0-9_-]{{43}}", credential)
     assert (await admin.get(f"{DRONES}/{drone['id']}")).json() == drone

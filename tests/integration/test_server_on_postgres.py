@@ -1,5 +1,6 @@
 """Every feature of accounts and fleet once, on PostgreSQL: what SQLite forgives, it does not."""
 
+import asyncio
 from collections.abc import AsyncIterator
 from datetime import timedelta
 from pathlib import Path
@@ -12,6 +13,7 @@ from control_world import ObedientAgent, ask, audit, until
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
 from server.accounts.tables import Role
+from server.schema import newest_revision
 from wire.ids import DroneId
 
 API = "/api/v1"
@@ -137,6 +139,18 @@ async def test_drones_owners_loans_and_enrolment(world: TowerWorld, root: httpx.
     await ok(root, "DELETE", f"/drones/{drone}", 204)
 
 
+async def test_the_library_of_missions(world: TowerWorld, root: httpx.AsyncClient, anna: Person) -> None:
+    body = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}, "shared": True}
+    hers = await world.signed_in(anna)
+    path = f"/missions/{(await ok(hers, 'POST', '/missions', 201, **body))['id']}"
+    changes = [root.put(f"{API}{path}", json=body, headers={"If-Match": '"1"'}) for _ in range(3)]
+    assert sorted(one.status_code for one in await asyncio.gather(*changes)) == [200, 412, 412]
+    assert (await ok(hers, "GET", path))["version"] == 2
+    assert [one["name"] for one in await ok(root, "GET", "/missions")] == ["field"]
+    await ok(root, "DELETE", path, 204)
+    assert await ok(hers, "GET", "/missions") == []
+
+
 async def test_the_audit_trail_and_the_system(world: TowerWorld, root: httpx.AsyncClient, anna: Person) -> None:
     await world.signed_in(anna)
     assert [one["actor_name"] for one in await audit(root, "session.began")] == ["Anna", "Root"]
@@ -147,6 +161,6 @@ async def test_the_audit_trail_and_the_system(world: TowerWorld, root: httpx.Asy
     for odd in ("%00", "%25", "_", "%5C", "'"):
         assert (await root.get(f"{API}/audit?actor={odd}&action={odd}.")).status_code in (200, 422)
     system = await ok(root, "GET", "/system")
-    assert (system["database"]["kind"], system["database"]["revision"]) == ("postgresql", "0006")
+    assert (system["database"]["kind"], system["database"]["revision"]) == ("postgresql", newest_revision())
     assert system["database"]["size_bytes"] > 0
     assert (await root.get("/metrics")).status_code == 200

@@ -139,11 +139,9 @@ def two_drones(world: World) -> Iterator[tuple[World, Autopilot, Autopilot]]:
 
 
 SPECIAL = {
-    "MAVLink 2": build(
-        mavlink.MAVLink_param_value_message(b"A", 1.5, 9, 1, 0), system_id=1, component_id=1, sequence=9
-    ),
-    "MAVLink 2, signed": signed(mavlink.MAVLink_param_value_message(b"B", 2.5, 9, 1, 0)),
-    "MAVLink 1": version_1(mavlink.MAVLink_param_value_message(b"C", 3.5, 9, 1, 0)),
+    "MAVLink 2": build(mavlink.MAVLink_command_ack_message(401, 4, 1), system_id=1, component_id=1, sequence=9),
+    "MAVLink 2, signed": signed(mavlink.MAVLink_command_ack_message(402, 4, 1)),
+    "MAVLink 1": version_1(mavlink.MAVLink_command_ack_message(403, 4)),
     "trailing zeros kept by the sender": mavlink.MAVLink_command_ack_message(400, 0).pack(
         mavlink.MAVLink(None, srcSystem=1, srcComponent=1)
     ),

@@ -38,9 +38,13 @@ def stick_frame(user_id: int, *, centred: bool) -> bytes:
 class ModelAgent:
     """One drone's agent. `flown_by` notes (epoch, user) of each stick frame that reached the autopilot."""
 
-    def __init__(self, drone_id: DroneId, now: float) -> None:
+    takes: tuple[str, ...] = ()
+    """What both sides say that they understand besides."""
+
+    def __init__(self, drone_id: DroneId, now: float, *, onboard: Onboard | None = None, process: int = 0) -> None:
         self.drone_id = drone_id
-        self.onboard = Onboard(now=now, speaks_first=False)
+        self.onboard = onboard or Onboard(now=now, speaks_first=False)
+        self.process = process
         self.flown_by: list[tuple[int, int]] = []
         self.control: deque[ToAgent] = deque()
         self.has_channel = False
@@ -52,7 +56,7 @@ class ModelAgent:
         self._send: Callable[[bytes, tuple[str, int]], None] = lambda datagram, address: None
         self._sealed: SealedLink | None = None
         self._coming: SealedLink | None = None
-        self.onboard.from_autopilot([ARMED_ALT_HOLD], now)
+        self._autopilot_beats(now)
 
     def connect(self, hub: Hub, link_id: LinkId, network: deque[tuple[DroneId, bytes]], now: float) -> None:
         """Signs in: the welcome is on its way when this returns, as in the control channel of the tower."""
@@ -69,6 +73,8 @@ class ModelAgent:
             close=lambda code, why: None,
             call_later=lambda delay_s, call: None,  # the model flies with urgent frames alone
             resume_key=b"r" * 32,
+            takes=self.takes,
+            process=self.process,
         )
         drone = hub.drone(self.drone_id)
         assert drone is not None
@@ -83,6 +89,7 @@ class ModelAgent:
                 epoch=drone.lease.epoch,
                 holder=holder,
                 holder_present=drone.somebody_flies(),
+                takes=self.takes,
             )
         )
         hub.attach_link(self.link, now)
@@ -171,8 +178,11 @@ class ModelAgent:
         assert self.onboard.downlink.epoch >= known, "the epoch went back within a link"
         self._to_autopilot()
 
-    def tick(self, now: float) -> None:
+    def _autopilot_beats(self, now: float) -> None:
         self.onboard.from_autopilot([ARMED_ALT_HOLD], now)
+
+    def tick(self, now: float) -> None:
+        self._autopilot_beats(now)
         self.onboard.tick(now)
         self._to_autopilot()
 

@@ -61,11 +61,13 @@ class Visitor:
         self._cookies = http.cookiejar.CookieJar()
         self._opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(self._cookies))
 
-    def ask(self, method: str, path: str, body: Any = None) -> Answer:
+    def ask(self, method: str, path: str, body: Any = None, **headers: str) -> Answer:
         data = None if body is None else json.dumps(body).encode()
         request = urllib.request.Request(self.address + "/api/v1" + path, data=data, method=method)
         if data is not None:
             request.add_header("Content-Type", "application/json")
+        for name, value in headers.items():
+            request.add_header(name, value)
         try:
             with self._opener.open(request, timeout=10) as answer:
                 return Answer(answer.status, dict(answer.headers), answer.read())
@@ -122,6 +124,7 @@ class World:
         return {
             **os.environ,
             "TOWER_VAR": str(self.folder),
+            "TOWER_AGENT_STATE": str(self.folder / "agents"),
             "TOWER_PORT": str(self.port),
             "TOWER_UDP_PORT": str(self.udp_port),
             "TOWER_ARGON2_MEMORY_KIB": "19456",

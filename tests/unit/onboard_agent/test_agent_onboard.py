@@ -164,6 +164,21 @@ def test_a_tower_that_was_restarted_may_count_its_orders_from_one_again() -> Non
     assert world.steps() == ["sticks_centred", "mode_requested"] * 2
 
 
+def test_a_hold_that_a_fence_forbids_says_so() -> None:
+    fence = mavlink.MAV_SYS_STATUS_GEOFENCE
+    for healthy, said in ((0, True), (fence, False)):
+        world = World()
+        status = mavlink.MAVLink_sys_status_message(fence, fence, healthy, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+        world.onboard.from_autopilot([frame(status)], world.now)
+        world.onboard.message(order(), world.now)
+        world.pass_time(0.1)
+        world.ack(176, result=mavlink.MAV_RESULT_FAILED)
+        world.pass_time(3.2)
+        (unconfirmed,) = [one for one in world.told if isinstance(one, HoldProgress) and one.step == "unconfirmed"]
+        assert ("outside its fence" in unconfirmed.detail) is said
+        assert "refuses ALT_HOLD" in unconfirmed.detail
+
+
 def test_uncentred_sticks_wait_and_centred_ones_take_over() -> None:
     world = World()
     world.onboard.message(order(), world.now)

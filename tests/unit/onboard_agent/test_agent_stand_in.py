@@ -139,7 +139,7 @@ def test_an_order_to_hold_takes_over_and_old_news_of_the_turn_changes_nothing() 
     turn(world, assistant=True, epoch=6)
     world.tower_sends(set_mode(LOITER), epoch=7)
     world.pass_time(0.2)
-    assert not world.onboard._stand_in.on
+    assert not world.onboard._holder.stand_in.on
     assert world.causes() == {HoldCause.ORDER}
 
 

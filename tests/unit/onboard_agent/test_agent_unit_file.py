@@ -33,6 +33,11 @@ def test_the_credential_comes_by_a_private_copy(service: dict[str, str]) -> None
     assert service["ExecStart"].endswith("run --token ${CREDENTIALS_DIRECTORY}/token")
 
 
+def test_it_has_a_place_for_what_must_outlast_it(service: dict[str, str]) -> None:
+    assert service["StateDirectory"] == "tower-agent"
+    assert service["StateDirectoryMode"] == "0700"
+
+
 @pytest.mark.parametrize("name", ["DynamicUser", "NoNewPrivileges", "ProtectHome", "MemoryDenyWriteExecute"])
 def test_it_is_locked_in(service: dict[str, str], name: str) -> None:
     assert service[name] == "yes"

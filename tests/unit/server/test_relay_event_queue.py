@@ -1,5 +1,7 @@
 """Text messages that wait for a browser: how something is, is told once; what happened, in full and in order."""
 
+from types import SimpleNamespace
+
 import msgspec
 from hub_world import HubWorld
 
@@ -49,9 +51,42 @@ def test_it_is_full_of_what_happened_and_never_of_how_something_is() -> None:
     assert len(queue) == MOST_EVENTS + 1
 
 
+def test_operations_conflate_and_are_bounded_all_the_same() -> None:
+    """Whoever flies can begin any number of them, and each is told to all who watch."""
+
+    def told(number: int) -> live.OperationChanged:
+        return live.OperationChanged(SimpleNamespace(drone_id=1, id=str(number)))  # type: ignore[arg-type]
+
+    queue = EventQueue()
+    assert [queue.put(told(number)) for number in range(MOST_EVENTS + 1)] == [*[True] * MOST_EVENTS, False]
+    assert queue.put(told(5))
+    assert not queue.put(live.Ping(0))
+    assert queue.put(live.DroneRemoved(1))
+    assert (len(queue), queue.put(live.Ping(0)), len(queue.take())) == (1, True, 2)
+
+
 def test_a_browser_that_does_not_read_is_closed_and_what_waits_for_it_stays_bounded() -> None:
     alice = HubWorld().browser(1)
     for number in range(2 * MOST_EVENTS):
         alice.browser.tell(live.Ping(number))
     assert {code for code, _ in alice.closed} == {4408}
     assert alice.browser.waiting()[0] == MOST_EVENTS
+
+
+def test_the_newest_of_what_is_on_board_waits_and_goes_with_the_drone() -> None:
+    queue = EventQueue()
+    fence, older = (
+        live.PlanOnBoardChanged(1, "fence", "known", "f", None, 1, True),
+        live.ParametersChanged(1, None, 1, 9),
+    )
+    mission, newer = (
+        live.PlanOnBoardChanged(1, "mission", "known", "m", None, 1, True),
+        live.ParametersChanged(1, "h", 9, 9),
+    )
+    other = live.ParametersChanged(2, "h", 9, 9)
+    for event in (fence, older, mission, other, newer):
+        queue.put(event)
+    assert queue.take() == [fence, newer, mission, other]
+    for event in (fence, older, other, live.DroneRemoved(1)):
+        queue.put(event)
+    assert queue.take() == [other, live.DroneRemoved(1)]

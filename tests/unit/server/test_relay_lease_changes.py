@@ -4,13 +4,16 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from hub_world import FakeBrowser, HubWorld, record
+from hub_world import FakeBrowser, HubWorld, heartbeat, record, sticks
 
 from server.fleet.snapshot import UserRef
 from server.relay import live_messages as live
+from server.relay.holder_watch import GRACE_S
+from server.relay.hub_events import HolderExpired
 from server.relay.lease_changes import DESK_SPEAKS_WITHIN_S, ELSEWHERE
 from server.relay.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
+from wire.tagged import tag
 
 ONE = DroneId(1)
 ALICE, ADMIN = UserRef(UserId(1), "alice"), UserRef(UserId(9), "admin")
@@ -133,3 +136,38 @@ def test_a_drone_that_was_removed_meanwhile_has_no_news() -> None:
     scene.world.apply(record(2, (2,)))
     scene.wait(5.0)
     assert scene.told(scene.admin) == []
+
+
+def test_an_expiry_that_a_snapshot_told_is_told_as_one() -> None:
+    scene = Scene()
+    scene.world.hub.detach_browser(scene.alice.browser, 10.0)
+    scene.world.hub.tick(10.0 + GRACE_S)
+    scene.snapshot()
+    scene.wait(50.0)
+    assert scene.told(scene.admin) == [("expired", 2, None, ELSEWHERE)]
+    scene.snapshot(holder=ADMIN)
+    scene.snapshot()
+    scene.wait(60.0)
+    assert scene.told(scene.admin) == [], "and nothing of it is left for the next one: the sum is nothing"
+
+
+def test_hands_that_a_snapshot_told_of_inherit_neither_sticks_nor_absence() -> None:
+    scene = Scene()
+    hub = scene.world.hub
+    drone = hub.drone(ONE)
+    assert drone is not None
+    scene.world.agent(1).send(heartbeat(), now=9.8)
+    scene.alice.send(tag(ONE, sticks()), 9.9)
+    assert drone.flown_by_hand(10.0)
+    hub.detach_browser(scene.alice.browser, 10.0)
+    hub.tick(10.0 + GRACE_S - 1.0)
+    bob = UserRef(UserId(2), "bob")
+    scene.snapshot(owners=(1, 2), holder=bob)
+    assert not drone.flown_by_hand(10.0)
+    noticed: list[object] = []
+    hub.on_event = noticed.append
+    for second in range(int(GRACE_S) - 1):
+        hub.tick(40.0 + second)
+    assert HolderExpired(ONE, bob.id) not in noticed, "bob is away for less than the grace time"
+    hub.tick(40.0 + GRACE_S)
+    assert HolderExpired(ONE, bob.id) in noticed

@@ -259,7 +259,14 @@ def test_what_may_not_be_resumed(scene: Scene) -> None:
     assert scene.hub.resumable(link_id, ONE, 0.5) is scene.agent.link
     assert scene.hub.resumable(link_id, TWO, 0.5) is None, "another drone's credential"
     assert scene.hub.resumable(link_id + 1, ONE, 0.5) is None
+    scene.hub.tick(0.0)  # it is flown: the tower pings by itself, and no silence is a rest
     assert scene.hub.resumable(link_id, ONE, SILENT_S + 0.1) is None, "its datagrams do not come"
+    idle = scene.world.agent(2).link
+    idle.resume_key = b"r" * 32
+    idle.sealed.keepalive.heard_at = 0.0
+    idle.routes.follow(("127.0.0.1", 7))
+    assert scene.hub.resumable(idle.link_id, TWO, SILENT_S + idle.sealed.keepalive.rests_s) is idle
+    assert scene.hub.resumable(idle.link_id, TWO, SILENT_S + idle.sealed.keepalive.rests_s + 0.1) is None
     late = OUTLIVED_AFTER_S + 1.0
     scene.agent.link.sealed.keepalive.heard_at = late
     assert scene.hub.resumable(link_id, ONE, late) is None, "keys that should have been changed long ago"

@@ -120,6 +120,16 @@ def test_dropped_values_can_be_asked_for_one_by_one(ground):
     assert got == set(range(len(TABLE)))
 
 
+def test_a_locked_parameter_is_answered_with_what_it_was(ground):
+    station = ground(failures={Failure.PARAMETERS_LOCKED}).ready()
+    before = station.vehicle.parameters["BRD_OPTIONS"]
+    station.send(mavlink.MAVLink_param_set_message(1, 1, b"BRD_OPTIONS", before + 8, 6))
+    heard = station.run(0.1)
+    assert [m.param_value for m in heard if m.get_type() == "PARAM_VALUE"] == [before]
+    assert any("denied" in m.text for m in heard if m.get_type() == "STATUSTEXT")
+    assert station.vehicle.parameters["BRD_OPTIONS"] == before
+
+
 def test_a_parameter_that_does_not_exist_cannot_be_preset():
     with pytest.raises(KeyError, match="NO_SUCH"):
         Parameters([("NO_SUCH", 1.0)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 import struct
 from collections.abc import Callable
@@ -249,6 +250,33 @@ def test_a_go_to_takes_heights_above_the_sea(flying: Make) -> None:
     assert ground.command_int(go, -1, 1, 0, math.nan, **place, z=30, frame=6) == DENIED
 
 
+@pytest.mark.parametrize("radius_m", [15.0, -15.0], ids=["clockwise", "counter-clockwise"])
+def test_an_orbit_goes_round_a_place_at_a_height_above_the_sea(flying: Make, radius_m: float) -> None:
+    ground = flying(Px4Mode.LOITER)
+    centre = {"x": round(47.3977e7), "y": round(8.5456e7)}
+    orbit = mavlink.MAV_CMD_DO_ORBIT
+    assert ground.command_int(orbit, radius_m, 4, 0, math.nan, **centre, z=HOME_AMSL_M + 25, frame=0) == ACCEPTED
+    assert ground.flight.mode is Px4Mode.ORBIT
+    north_m, east_m = ground.flight.origin.to_local(47.3977, 8.5456)
+
+    def gap() -> complex:
+        return complex(ground.body.north_m - north_m, ground.body.east_m - east_m)
+
+    ground.run(20.0)
+    assert abs(gap()) == pytest.approx(15, abs=1)
+    assert ground.body.alt_m == pytest.approx(25, abs=0.5)
+    before = gap()
+    ground.run(1.0)
+    turned = cmath.phase(gap() / before)
+    assert turned == pytest.approx(math.copysign(4 / 15, radius_m), abs=0.08)
+
+
+def test_nothing_circles_on_the_ground(px4: Make) -> None:
+    ground = px4()
+    place = {"x": round(47.3977e7), "y": round(8.5456e7)}
+    assert ground.command_int(mavlink.MAV_CMD_DO_ORBIT, 15, 4, 0, 0, **place, z=HOME_AMSL_M + 25, frame=0) == DENIED
+
+
 def test_take_off_with_no_height_given_uses_the_parameter(px4: Make) -> None:
     ground = px4(parameters={"MIS_TAKEOFF_ALT": 6})
     assert ground.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, math.nan, math.nan, math.nan, math.nan) == ACCEPTED
@@ -292,3 +320,23 @@ def test_position_mode_falls_back_to_altitude_when_the_place_is_lost(flying: Mak
     ground.vehicle.failures.add(Failure.GPS_LOST)
     ground.run(7.0)
     assert ground.flight.mode is Px4Mode.ALTCTL
+
+
+def test_the_hash_of_all_parameters_is_told_before_the_list_and_stops_it(px4: Make) -> None:
+    ground = px4()
+
+    def values(seconds: float) -> list[Any]:
+        return [m for m in ground.run(seconds) if m.get_type() == "PARAM_VALUE"]
+
+    ground.send(mavlink.MAVLink_param_request_list_message(1, 1))
+    told = values(0.5)
+    first = told[0]
+    assert (first.param_id, first.param_index, first.param_type) == ("_HASH_CHECK", 65535, 5)
+    assert [m.param_index for m in told[1:]] == list(range(first.param_count))
+    ground.send(mavlink.MAVLink_param_request_read_message(1, 1, b"_HASH_CHECK", -1))
+    assert [m.param_value for m in values(0.1)] == [first.param_value]
+    ground.vehicle.parameters.set("NAV_DLL_ACT", 3.0)
+    ground.send(mavlink.MAVLink_param_request_list_message(1, 1))
+    ground.send(mavlink.MAVLink_param_set_message(1, 1, b"_HASH_CHECK", 0.0, 5))
+    (other,) = values(0.5)
+    assert other.param_value != first.param_value

@@ -6,14 +6,24 @@ import msgspec
 import pytest
 
 from wire import control_messages
-from wire.plans import ITEMS_MOST, PlanItem, PlanKind
+from wire.plans import ITEMS_MOST, PlanItem, PlanKind, pack_plan
 from wire.transactions import (
+    LARGEST_PACKED_TABLE_BYTES,
     LARGEST_TRANSACTION_BYTES,
+    LOGS_MOST,
+    REFUSALS_MOST,
     CancelTransaction,
     CommandWork,
+    LogDownloadWork,
+    LogEntry,
+    LogListWork,
     Outcome,
+    ParameterCache,
+    ParameterChanged,
+    ParameterRefusal,
     ParametersReadWork,
     ParametersWriteWork,
+    ParameterTable,
     PlanClearWork,
     PlanDownloadWork,
     PlanOnBoard,
@@ -34,6 +44,8 @@ WORKS = [
     PlanVerifyWork(PlanKind.MISSION, ()),
     ParametersReadWork(again=True),
     ParametersWriteWork((("RTL_ALT", 2000.0), ("WPNAV_SPEED", 0.1))),
+    LogListWork(),
+    LogDownloadWork(65535),
     CommandWork(192, (-1.0, 1.0, 0.0, None, 0.0, 0.0, 30.0), x=473977420, y=85455940, frame=6),
 ]
 
@@ -49,8 +61,17 @@ def test_what_is_to_be_done_survives_json(work: Any) -> None:
     [
         TransactionProgress(id=7, phase="writing", done=3, total=200),
         TransactionResult(id=7, outcome=Outcome.FAILED, words="No.", item=3, code="MAV_MISSION_UNSUPPORTED"),
+        TransactionResult(
+            id=8, outcome=Outcome.DONE, words="", refusals=(ParameterRefusal("RTL_ALT", 1e6, None, "No."),), refused=1
+        ),
+        TransactionResult(id=8, outcome=Outcome.DONE, words="", logs=(LogEntry(65535, 2**32 - 1, None),)),
         PlanOnBoard(kind=PlanKind.MISSION, hash=None, fit_to_fly=False),
-        PlanOnBoard(kind=PlanKind.RALLY, hash="00" * 8, count=1, items=(WIDEST,), sent_hash="11" * 8),
+        ParameterCache(hash=None, count=17, total=1400),
+        ParameterTable(hash="00" * 8, packed=b"x"),
+        ParameterChanged(name="RTL_ALT", value=0.1, kind=9, before="00" * 8, hash="11" * 8),
+        PlanOnBoard(
+            kind=PlanKind.RALLY, hash="00" * 8, count=1, plan=pack_plan(PlanKind.RALLY, (WIDEST,)), sent_hash="11" * 8
+        ),
     ],
     ids=lambda told: type(told).__name__,
 )
@@ -77,8 +98,25 @@ def test_what_is_out_of_bounds_is_refused(changed: dict[str, Any]) -> None:
         msgspec.convert({**good, **changed}, type=TransactionToAgent)
 
 
-def test_their_types_are_told_apart_from_those_of_the_control_channel() -> None:
-    everything = control_messages.ToTower | control_messages.ToAgent | TransactionToTower | TransactionToAgent
-    decoder = msgspec.json.Decoder(everything)  # msgspec refuses a union in which two have the same tag
+def test_what_goes_to_the_tower_keeps_its_bound() -> None:
+    refusal = ParameterRefusal("N" * 16, -1.1754943508222875e-38, -1.1754943508222875e-38, "w" * 160)
+    plan = pack_plan(PlanKind.MISSION, (WIDEST,) * ITEMS_MOST)
+    for told in (
+        TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, refusals=(refusal,) * REFUSALS_MOST),
+        TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, plan=plan),
+        TransactionResult(
+            id=1, outcome=Outcome.DONE, words="", logs=(LogEntry(65535, 2**32 - 1, 2**32 - 1),) * LOGS_MOST
+        ),
+        PlanOnBoard(kind=PlanKind.MISSION, hash="00" * 8, count=ITEMS_MOST, plan=plan, sent_hash="11" * 8),
+        ParameterTable(hash="00" * 8, packed=b"x" * LARGEST_PACKED_TABLE_BYTES),
+    ):
+        sent = control_messages.encode_message(told)
+        assert len(sent) <= control_messages.LARGEST_MESSAGE_BYTES
+        assert control_messages.decode_to_tower(sent) == told
+
+
+def test_the_control_channel_carries_them() -> None:
     cancel = CancelTransaction(id=7)
-    assert decoder.decode(msgspec.json.encode(cancel)) == cancel
+    assert control_messages.decode_to_agent(control_messages.encode_message(cancel)) == cancel
+    everything = control_messages.ToTower | control_messages.ToAgent
+    msgspec.json.Decoder(everything)  # msgspec refuses a union in which two have the same tag

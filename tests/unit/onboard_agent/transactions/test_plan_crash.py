@@ -83,7 +83,7 @@ def test_the_agent_killed_at_every_step_of_an_upload(server: Any, old: Plan, new
             break
         steps += 1
     assert ends == {old, new}
-    assert steps > (12 if new else 6)
+    assert steps > (8 if new else 4)
     if server is not SERVERS["beside"] and old and new:
         assert halves  # the walk went through half plans, or it shows nothing
 

@@ -24,7 +24,7 @@ from plan_line import (
 
 from simulator.dialect import Codec, Message, mavlink
 from simulator.px4.flavour import PX4
-from wire.plans import PlanItem, PlanKind, plan_hash
+from wire.plans import PlanItem, PlanKind, pack_plan, plan_hash
 
 FENCE = tuple(PlanItem(5001, 0, (3.0, 0.0, 0.0, 0.0), 473970000 + i * 1000, 85450000 - i * i) for i in range(3))
 RALLY = (PlanItem(5100, 3, x=473980000, y=85460000, z=42.5),)
@@ -46,15 +46,20 @@ def test_a_plan_goes_up_is_read_back_and_comes_down(kind: PlanKind) -> None:
     assert result.outcome is Outcome.DONE, result.words
     assert line.on_board(kind) == plan
     told = line.told(PlanOnBoard)[-1]
-    assert (told.hash, told.count, told.items, told.fit_to_fly) == (plan_hash(kind, plan), len(plan), plan, True)
+    assert (told.hash, told.count, told.plan, told.fit_to_fly) == (
+        plan_hash(kind, plan),
+        len(plan),
+        pack_plan(kind, plan),
+        True,
+    )
     assert line.journal.records == {}
-    assert line.do(PlanDownloadWork(kind)).plan == plan
+    assert line.do(PlanDownloadWork(kind)).plan == pack_plan(kind, plan)
     assert line.do(PlanVerifyWork(kind, plan)).outcome is Outcome.DONE
     other = line.do(PlanVerifyWork(kind, (*plan[:-1], PlanItem(17))))
     assert (other.outcome, other.item) == (Outcome.FAILED, len(plan) - 1)
     assert line.do(PlanClearWork(kind)).outcome is Outcome.DONE
     assert line.on_board(kind) == ()
-    assert line.do(PlanDownloadWork(kind)).plan == ()
+    assert line.do(PlanDownloadWork(kind)).plan == pack_plan(kind, ())
 
 
 @pytest.mark.parametrize("flavour", [None, PX4], ids=["ardupilot", "px4"])
@@ -66,7 +71,7 @@ def test_jumps_and_numbers_are_those_of_the_plan_whatever_the_autopilot_counts(f
     jump = line.server.plan(PlanKind.MISSION)[-1]
     assert jump.params[0] == (2.0 if flavour is None else 1.0)
     assert len(line.server.plan(PlanKind.MISSION)) == (5 if flavour is None else 4)
-    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == plan
+    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == pack_plan(PlanKind.MISSION, plan)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +118,7 @@ def test_each_tenth_frame_lost_both_ways_costs_time_and_nothing_else() -> None:
     result = line.upload(plan)
     assert result.outcome is Outcome.DONE, result.words
     assert line.on_board() == plan
-    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == plan
+    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == pack_plan(PlanKind.MISSION, plan)
 
 
 def test_every_frame_doubled_both_ways_changes_nothing() -> None:
@@ -121,7 +126,8 @@ def test_every_frame_doubled_both_ways_changes_nothing() -> None:
     line.to_agent = line.to_server = lambda _number, _message: 2
     plan = waypoints(20)
     assert line.upload(plan).outcome is Outcome.DONE
-    assert line.on_board() == plan == line.do(PlanDownloadWork(PlanKind.MISSION)).plan
+    assert line.on_board() == plan
+    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == pack_plan(PlanKind.MISSION, plan)
 
 
 def test_the_item_that_is_refused_is_named_by_the_plans_number_and_the_reason() -> None:
@@ -159,7 +165,7 @@ def test_a_silent_autopilot_ends_in_words_and_a_refusal_to_fly_what_nobody_knows
     line.run(60.0)
     assert line.desk.why_no_start is None
     assert line.on_board() == OLD
-    assert line.told(PlanOnBoard)[-1].items == OLD
+    assert line.told(PlanOnBoard)[-1].plan == pack_plan(PlanKind.MISSION, OLD)
 
 
 def test_nothing_is_written_where_the_old_plan_cannot_be_read_or_the_journal_cannot_be_kept() -> None:
@@ -252,7 +258,7 @@ def test_what_writes_under_an_older_epoch_is_refused_and_what_reads_is_not() -> 
     line = line_with()
     line.desk.epoch_changed(5, line.now)
     assert line.do(PlanUploadWork(PlanKind.MISSION, NEW), epoch=4).outcome is Outcome.STALE_EPOCH
-    assert line.do(PlanDownloadWork(PlanKind.MISSION), epoch=4).plan == OLD
+    assert line.do(PlanDownloadWork(PlanKind.MISSION), epoch=4).plan == pack_plan(PlanKind.MISSION, OLD)
     assert line.do(PlanUploadWork(PlanKind.MISSION, NEW), epoch=5).outcome is Outcome.DONE
 
 
@@ -297,3 +303,48 @@ def test_an_item_that_is_not_in_the_plan_is_never_sent() -> None:
     line.on_step = lambda: heard(line, mavlink.MAVLink_mission_request_int_message(1, 191, len(NEW) + 1, 0))
     assert line.upload(NEW).outcome is Outcome.DONE
     assert sorted(set(sent)) == list(range(len(NEW) + 1))
+
+
+@pytest.mark.parametrize(("flavour", "ahead"), [(None, 5), (PX4, 1)], ids=["ardupilot", "px4"])
+def test_items_are_asked_for_ahead_only_of_an_autopilot_that_answers_each_by_itself(
+    flavour: object, ahead: int
+) -> None:
+    make = SimulatorServer if flavour is None else partial(SimulatorServer, flavour=flavour)
+    line = Line(make, home_slot=flavour is None)
+    plan = waypoints(60)
+    line.load(plan)
+    asked: list[float] = []
+
+    def listen(_number: int, message: Message) -> int:
+        if message.get_type() == "MISSION_REQUEST_INT":
+            asked.append(line.now)
+        return 1
+
+    line.to_server = listen
+    began = line.now
+    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == pack_plan(PlanKind.MISSION, plan)
+    assert max(asked.count(at) for at in asked) == ahead
+    assert (line.now - began < 0.3) is (flavour is None)
+
+
+def test_items_that_come_back_to_front_or_unasked_end_in_their_places() -> None:
+    line = line_with()
+    plan = waypoints(23)
+    line.load(plan)
+    step = line.step
+
+    def turned_round() -> None:
+        line._down.reverse()
+        step()
+
+    def unasked() -> None:
+        of_another = waypoints(1, alt_m=99.0)[0]
+        fields = (20, of_another.frame, of_another.command, 0, 1, 0.0, 0.0, 0.0, 0.0, of_another.x, of_another.y)
+        heard(line, mavlink.MAVLink_mission_item_int_message(1, 191, *fields, of_another.z, 0))
+        line.on_step = lambda: None
+
+    line.step = turned_round  # type: ignore[method-assign]
+    line.begin(PlanDownloadWork(PlanKind.MISSION))
+    line.run(0.02)
+    line.on_step = unasked
+    assert line.result().plan == pack_plan(PlanKind.MISSION, plan)

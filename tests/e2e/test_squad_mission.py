@@ -1,0 +1,158 @@
+"""A field split among three drones in the browser: drawn, checked, sent, flown at the same time, and nobody came near
+another."""
+
+import json
+import math
+import shutil
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+from typing import Final
+
+import pytest
+from console_page import METRES_PER_DEGREE, ConsolePage, Somebody
+from playwright.sync_api import WebSocket, expect
+from worlds.processes import World
+
+from wire.dialect import decode
+from wire.tagged import split_tagged
+
+SQUAD: Final = {1: "Kestrel", 3: "Osprey", 4: "Plover"}
+KEPT_APART_M: Final = 15.0
+"""What the plans were checked with, and the bound of the separation watch: they begin 20 m apart."""
+SAME_HEIGHT_M: Final = 10.0
+FIELD: Final = ((0.40, 0.28), (0.72, 0.28), (0.72, 0.42), (0.40, 0.42))
+"""Corners, as shares of the map."""
+
+
+@pytest.fixture
+def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
+    """A tower where alice has three drones."""
+    shutil.copytree(prepared_folder, tmp_path, dirs_exist_ok=True)
+    with World(tmp_path, prepared=True) as world:
+        assert world.add_drone("Osprey", "alice") == 3
+        assert world.add_drone("Plover", "alice") == 4
+        world.start_tower()
+        yield world
+
+
+@pytest.fixture
+def world(quiet_world: World) -> World:
+    # Twice as fast as real: as many seconds as are set here between two starts are twice as many of the flight.
+    quiet_world.start_simulated(*SQUAD.values(), options=("--boot-s", "1", "--seed", "7", "--speed", "2"))
+    quiet_world.wait_until_online(quiet_world.visitor("admin"), *SQUAD)
+    return quiet_world
+
+
+class Sky:
+    """Where the drones are, as the live channel of a page tells it; how near any two were in the air, and how far each
+    went."""
+
+    def __init__(self, console: ConsolePage) -> None:
+        self.places: dict[int, tuple[float, float, float]] = {}
+        self.nearest_m = math.inf
+        self.highest_m = dict.fromkeys(SQUAD, 0.0)
+        self.way_m = dict.fromkeys(SQUAD, 0.0)
+        self.told: list[dict[str, object]] = []
+        console.page.on("websocket", self._watch)
+
+    def _watch(self, socket: WebSocket) -> None:
+        socket.on("framereceived", self._received)
+
+    def _received(self, message: str | bytes) -> None:
+        if isinstance(message, str):
+            event = json.loads(message)
+            if event["type"] == "separation":
+                self.told.append(event)
+            return
+        for drone_id, frame in split_tagged(message):
+            said = decode(frame)
+            if said is not None and said.get_type() == "GLOBAL_POSITION_INT" and drone_id in SQUAD:
+                self._moved(drone_id, said.lat / 1e7, said.lon / 1e7, said.relative_alt / 1000)
+
+    def _moved(self, drone_id: int, lat_deg: float, lon_deg: float, up_m: float) -> None:
+        here = (lat_deg, lon_deg, up_m)
+        if drone_id in self.places:
+            self.way_m[drone_id] += _over_ground_m(self.places[drone_id], here)
+        self.places[drone_id] = here
+        self.highest_m[drone_id] = max(self.highest_m[drone_id], up_m)
+        flying = [place for place in self.places.values() if place[2] > 2.0]
+        for one, other in combinations(flying, 2):
+            if abs(one[2] - other[2]) < SAME_HEIGHT_M:
+                self.nearest_m = min(self.nearest_m, _over_ground_m(one, other))
+
+    def all_landed(self) -> bool:
+        return all(place[2] < 0.5 for place in self.places.values())
+
+
+def _over_ground_m(one: tuple[float, float, float], other: tuple[float, float, float]) -> float:
+    north = (other[0] - one[0]) * METRES_PER_DEGREE
+    east = (other[1] - one[1]) * METRES_PER_DEGREE * math.cos(math.radians(one[0]))
+    return math.hypot(north, east)
+
+
+def draw_field(console: ConsolePage) -> None:
+    # The field is where the map shows it: it goes to the squad by itself, once its places are known.
+    console.wait("the map at the squad", lambda: abs(float(_shown(console, "lat")) - 47.3977) < 0.01)
+    box = console.page.locator(".maplibregl-canvas").bounding_box()
+    assert box is not None
+    for number, (across, down) in enumerate(FIELD, 1):
+        console.page.mouse.click(box["x"] + box["width"] * across, box["y"] + box["height"] * down)
+        expect(console.part("squad-corners")).to_have_attribute("data-value", str(number))
+
+
+def _shown(console: ConsolePage, name: str) -> str:
+    return console.part("map").get_attribute(f"data-{name}") or "0"
+
+
+def confirm_all(console: ConsolePage) -> None:
+    """Asked once, with all their names."""
+    for name in SQUAD.values():
+        expect(console.page.get_by_role("dialog")).to_contain_text(name)
+    console.confirm("Plover")
+
+
+def answers(console: ConsolePage, attribute: str) -> list[str]:
+    return [part.get_attribute(f"data-{attribute}") or "" for part in console.part("squad-part").all()]
+
+
+def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody: Somebody) -> None:
+    console = somebody()
+    sky = Sky(console)
+    console.open()  # anew, so that what the live channel says is heard from its beginning
+    console.sign_in("alice")
+    expect(console.part("squad-row")).to_have_count(3)
+    console.wait("three places", lambda: len(sky.places) == 3)
+    console.part("choose-all").check()
+    console.part("squad-mission-link").click()
+    for drone_id, name in SQUAD.items():
+        expect(console.part("squad-member").and_(console.page.locator(f"[data-drone-id='{drone_id}']"))).to_be_checked()
+        expect(console.part("squad-mission")).to_contain_text(name)
+    expect(console.part("squad-start")).to_be_disabled()
+
+    draw_field(console)
+    settings = {"height": "15", "step": "12", "spacing": "40", "speed": "8", "start-every": "6"}
+    for setting, value in settings.items():
+        console.part(f"squad-{setting}").fill(value)
+    expect(console.part("squad-part")).to_have_count(3)
+    expect(console.part("squad-conflicts")).to_have_attribute("data-value", "0")
+    assert answers(console, "standing") == ["another"] * 3
+
+    console.part("squad-upload").click()
+    confirm_all(console)
+    console.wait("three uploads", lambda: answers(console, "answer") == ["done"] * 3)
+    console.wait("the plans on board", lambda: answers(console, "standing") == ["on the drone"] * 3)
+
+    console.part("squad-start").click()
+    confirm_all(console)
+    console.wait("three starts", lambda: answers(console, "answer") == ["done"] * 3)
+    console.wait("all in the air at their height", lambda: min(sky.highest_m.values()) > 14.0)
+    console.wait("the field flown and all at home", sky.all_landed, timeout_s=180.0)
+
+    assert min(sky.way_m.values()) > 150.0, sky.way_m
+    assert sky.nearest_m > KEPT_APART_M, sky.nearest_m
+    assert [event for event in sky.told if event["level"] == "warning"] == []
+    # They were flown by nobody: the controls were given back after each step.
+    for drone_id in SQUAD:
+        assert console.page.request.get(f"{console.address}/api/v1/drones/{drone_id}").json()["holder"] is None
+    assert console.complaints == [] or all("401" in one for one in console.complaints), console.complaints

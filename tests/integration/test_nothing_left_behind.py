@@ -1,0 +1,159 @@
+"""Connections that end, however they do, leave nothing for the garbage collector: it comes seldom, and stops the tower
+when it does (server/garbage.py)."""
+
+import asyncio
+import gc
+import logging
+from collections import Counter
+from collections.abc import AsyncIterator, Awaitable, Callable
+from pathlib import Path
+
+import pytest
+from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
+from tower_world import TowerWorld, start_tower
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import InvalidStatus
+from websockets.server import ServerProtocol
+from websockets.typing import Subprotocol
+
+from server.accounts.tables import Role
+from server.direct_websocket import DirectWebSocket
+from server.relay.agent_channel import AgentChannel
+from server.relay.agent_link import AgentLink
+from server.relay.browser import Browser
+from server.relay.live_channel import LiveChannel
+from server.relay.live_writer import LiveWriter
+from server.serving import LARGEST_MESSAGE_BYTES
+from server.upgrading_http import UpgradingHttp
+from wire.control_messages import AGENT_SUBPROTOCOL, Hello, encode_message
+from wire.key_agreement import public_bytes
+
+WATCHED = (
+    *(UpgradingHttp, DirectWebSocket, ServerProtocol),
+    *(AgentChannel, AgentLink, LiveChannel, LiveWriter, Browser),
+)
+EACH = 10
+REFUSED = 200
+
+HELLO = encode_message(Hello(agent_version="0", public_key=public_bytes(X25519PrivateKey.generate())))
+
+
+async def _refused(opened: Callable[..., Awaitable[ClientConnection]]) -> None:
+    with pytest.raises(InvalidStatus):
+        await opened(credential="twd_1_" + "a" * 43)
+
+
+async def _bytes_first(opened: Callable[..., Awaitable[ClientConnection]]) -> None:
+    connection = await opened()
+    await connection.send(b"x")
+    await connection.wait_closed()
+
+
+async def _gone_first(opened: Callable[..., Awaitable[ClientConnection]]) -> None:
+    connection = await opened()
+    connection.transport.abort()
+    await connection.wait_closed()
+
+
+async def _signed_in(opened: Callable[..., Awaitable[ClientConnection]], then: bytes | None) -> None:
+    connection = await opened()
+    await connection.send(HELLO)
+    await connection.recv()
+    if then is not None:
+        await connection.send(then, text=True)
+        await connection.wait_closed()
+    await connection.close()
+
+
+ENDS: dict[str, Callable[[Callable[..., Awaitable[ClientConnection]]], Awaitable[None]]] = {
+    "its first message is none": _bytes_first,
+    "it goes before it has said anything": _gone_first,
+    "it says good-bye": lambda opened: _signed_in(opened, None),
+    "its message is none": lambda opened: _signed_in(opened, b"{nonsense"),
+    "its message is no text": lambda opened: _signed_in(opened, b"\xff\xfe"),
+    "its message is too large": lambda opened: _signed_in(opened, b"x" * (LARGEST_MESSAGE_BYTES + 1)),
+}
+
+
+@pytest.fixture
+async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
+    async with start_tower(tmp_path, user_sockets=10 * EACH) as running:
+        yield running
+
+
+def alive() -> Counter[str]:
+    return Counter(type(one).__name__ for one in gc.get_objects() if type(one) in WATCHED)
+
+
+async def nothing_left(before: Counter[str], what: str) -> None:
+    """Ends of connections take some turns of the loop, and nothing else."""
+    left = Counter[str]()
+    for _ in range(100):
+        left = alive() - before
+        if not left:
+            return
+        await asyncio.sleep(0.02)
+    pytest.fail(f"{what}: {dict(left)}")
+
+
+async def test_agents_leave_nothing_behind(world: TowerWorld, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.CRITICAL, "uvicorn.error")  # pytest would keep the tracebacks in there
+    drone = await world.add_drone("hawk")
+
+    async def opened(credential: str = drone.credential) -> ClientConnection:
+        return await connect(
+            world.agent_url,
+            subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
+            additional_headers={"Authorization": f"Bearer {credential}"},
+            compression=None,
+            proxy=None,
+            ping_interval=None,
+        )
+
+    gc.collect()
+    gc.disable()
+    try:
+        before = alive()
+        for _ in range(REFUSED):
+            await _refused(opened)
+        await nothing_left(before, "refused")
+        for what, end in ENDS.items():
+            for _ in range(EACH):
+                await end(opened)
+            await nothing_left(before, what)
+    finally:
+        gc.enable()
+
+
+async def test_browsers_leave_nothing_behind(world: TowerWorld) -> None:
+    root = await world.signed_in(await world.add_user("Root", Role.ADMIN))
+    headers = {**world.cookie_header(root), "Origin": world.base_url}
+
+    async def opened() -> ClientConnection:
+        connection = await connect(
+            world.live_url,
+            subprotocols=[Subprotocol("tower.v1")],
+            additional_headers=headers,
+            compression=None,
+            proxy=None,
+            ping_interval=None,
+        )
+        await connection.recv()
+        return connection
+
+    gc.collect()
+    gc.disable()
+    try:
+        before = alive()
+        for end in ("good-bye", "too large", "gone"):
+            for _ in range(EACH):
+                connection = await opened()
+                if end == "gone":
+                    connection.transport.abort()
+                elif end == "too large":
+                    await connection.send("x" * (LARGEST_MESSAGE_BYTES + 1))
+                    await connection.wait_closed()
+                await connection.close()
+            await nothing_left(before, end)
+    finally:
+        gc.enable()

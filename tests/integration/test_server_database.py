@@ -1,0 +1,154 @@
+"""Many writers at once, and others that keep the database to themselves: nobody is locked out, nothing is lost."""
+
+import asyncio
+import sqlite3
+from collections.abc import AsyncIterator
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import event, select, text
+from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import TimeoutError as GaveUp
+
+from server import database as database_module
+from server.audit.deed import Deed
+from server.audit.trail import COMMAND_LINE
+from server.database import Database, open_database
+from server.fleet import enrolments
+from server.fleet.drones import create_drone
+from server.fleet.enrolment_news import EnrolmentNews
+from server.fleet.tables import EnrolmentRow
+from server.schema import migrate
+from wire.ids import DroneId
+
+NOW = datetime(2026, 11, 22, 2, 0, tzinfo=UTC)
+CROWD = 1200
+"""More than `enrolments.MOST_AT_ONCE`, twice."""
+
+
+@pytest.fixture
+async def database(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[Database]:
+    monkeypatch.setattr(database_module, "BUSY_TIMEOUT_MS", 20)
+    opened = open_database(f"sqlite+aiosqlite:///{tmp_path / 'tower.sqlite3'}")
+    await migrate(opened)
+    yield opened
+    await opened.close()
+
+
+class Screen:
+    """An admin's."""
+
+    def __init__(self) -> None:
+        self.told: list[tuple[int, str]] = []
+        self.news = asyncio.Event()
+
+    def tell_admins_of_enrolment(self, enrolment: dict[str, Any]) -> None:
+        self.told.append((enrolment["drone"]["id"], enrolment["state"]))
+        self.news.set()
+
+    async def until_told(self, times: int) -> None:
+        async with asyncio.timeout(20):
+            while len(self.told) < times:
+                self.news.clear()
+                await self.news.wait()
+
+
+async def add_used(database: Database, *names: str, used_at: datetime = NOW) -> list[DroneId]:
+    """Drones whose enrolments were used, and whose agents have not come yet."""
+    ids = []
+    async with database.writing() as session:
+        for name in names:
+            deed = Deed(by=COMMAND_LINE, at=NOW)
+            drone, _ = await create_drone(session, name=name, deed=deed)
+            _, _, token, _ = await enrolments.begin(session, drone_id=drone.id, lasts_s=60, deed=deed)
+            await enrolments.use(session, token=token, at=used_at, address="")
+            ids.append(DroneId(drone.id))
+    return ids
+
+
+async def seen_at(database: Database) -> dict[int, datetime | None]:
+    async with database.reading() as session:
+        return {row.drone_id: row.agent_seen_at for row in await session.scalars(select(EnrolmentRow))}
+
+
+async def test_of_a_crowd_of_writers_nobody_is_locked_out(database: Database) -> None:
+    await add_used(database, "hawk")
+
+    async def write() -> None:
+        async with database.writing() as session:
+            await session.execute(text("UPDATE enrolments SET used_from = used_from || 'x'"))
+            await asyncio.sleep(0.002)
+
+    await asyncio.gather(*(write() for _ in range(60)))
+    async with database.reading() as session:
+        assert await session.scalar(text("SELECT length(used_from) FROM enrolments")) == 60
+
+
+async def test_a_writer_that_is_stuck_keeps_the_others_for_so_long_and_no_longer(
+    database: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(database_module, "TURN_WITHIN_S", 0.05)
+    async with database.writing():
+        with pytest.raises(GaveUp):
+            async with database.writing():
+                pytest.fail("two writers at once")
+        async with database.reading() as session:
+            assert await session.scalar(text("SELECT 1")) == 1
+    async with database.writing():
+        pass
+
+
+async def test_a_thousand_agents_that_link_at_once_are_one_question_for_hundreds_of_them(database: Database) -> None:
+    hawk, owl = await add_used(database, "hawk", "owl")
+    (late,) = await add_used(database, "used after its agent linked", used_at=NOW + timedelta(seconds=1))
+    begun: list[str] = []
+    event.listen(database.engine.sync_engine, "begin", lambda connection: begun.append(_how(connection)))
+    screen = Screen()
+    news = EnrolmentNews(database, screen, lambda: NOW)  # type: ignore[arg-type]
+    for number in range(CROWD):
+        news.agent_linked(DroneId(1_000_000 + number))
+    for drone_id in (hawk, owl, late):
+        news.agent_linked(drone_id)
+    await screen.until_told(2)
+    assert sorted(screen.told) == [(hawk, "seen"), (owl, "seen")]
+    assert await seen_at(database) == {hawk: NOW, owl: NOW, late: None}
+    news.agent_linked(hawk)
+    news.tell(1)
+    await screen.until_told(3)
+    assert begun.count("BEGIN IMMEDIATE") == 1, "nothing is written for agents that come back"
+    assert len(begun) <= 10
+    await news.stop()
+
+
+async def test_news_wait_for_a_database_that_somebody_else_keeps_locked(database: Database, tmp_path: Path) -> None:
+    (hawk,) = await add_used(database, "hawk")
+    tried: list[str] = []
+    given_up = asyncio.Event()
+
+    def failed(context: Any) -> None:
+        if isinstance(context.sqlalchemy_exception, OperationalError):
+            tried.append("locked")
+            if len(tried) == 3:
+                given_up.set()
+
+    event.listen(database.engine.sync_engine, "handle_error", failed)
+    screen = Screen()
+    news = EnrolmentNews(database, screen, lambda: NOW, try_again_after_s=0.01)  # type: ignore[arg-type]
+    other = sqlite3.connect(tmp_path / "tower.sqlite3", isolation_level=None)
+    try:
+        other.execute("BEGIN IMMEDIATE")
+        news.agent_linked(hawk)
+        await asyncio.wait_for(given_up.wait(), 20)
+        assert screen.told == []
+    finally:
+        other.rollback()
+        other.close()
+    await screen.until_told(1)
+    assert screen.told == [(hawk, "seen")]
+    await news.stop()
+
+
+def _how(connection: Any) -> str:
+    return str(connection.get_execution_options().get("tower_begin", "BEGIN"))

@@ -1,0 +1,87 @@
+"""Parameters over REST: the whole table with its hash, changes, and what is not as it was asked to be."""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from control_world import live, until
+from flying_scene import Scene
+from tower_world import assert_problem, start_tower
+
+from wire.parameters import table_hash
+from wire.transactions import ParameterCache, ParametersReadWork, ParametersWriteWork
+
+
+@pytest.fixture
+async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
+    async with start_tower(tmp_path) as world:
+        scene = Scene(world)
+        await scene.begin()
+        yield scene
+
+
+async def test_the_table_is_read_once_and_answered_with_its_hash(scene: Scene) -> None:
+    path = f"{scene.path}/parameters"
+    assert_problem(await scene.watcher.get(path), 409, "parameters-unknown")
+    scene.agent.tell(ParameterCache(hash=None, count=1, total=2))
+    half = assert_problem(await scene.watcher.get(path), 409, "parameters-unknown")
+    assert (half["count"], half["total"]) == (1, 2)
+    assert (await scene.watcher.get(scene.path)).json()["parameters"] == {"hash": None, "count": 1, "total": 2}
+    scene.agent.tell_parameters()
+    shelf = scene.world.tower.hub.drone(scene.drone.id).board.parameters
+    await until("the table", lambda: not shelf.lacks_table)
+    answer = await scene.watcher.get(path)
+    assert answer.status_code == 200, answer.text
+    table = answer.json()
+    assert table["values"] == [
+        {"name": "ARMING_CHECK", "value": 1.0, "kind": 6},
+        {"name": "RTL_ALT", "value": 1500.0, "kind": 9},
+    ]
+    assert answer.headers["ETag"] == f'"{table["hash"]}"' == f'"{table_hash(scene.agent.table)}"'
+    for accepted, coding in (("gzip, br", "gzip"), ("identity", None), ("gzip;q=0", None)):
+        coded = await scene.watcher.get(path, headers={"Accept-Encoding": accepted})
+        assert (coded.json(), coded.headers.get("Content-Encoding")) == (table, coding)
+        assert coded.headers["Vary"] == "Accept-Encoding"
+    for known, status in ((answer.headers["ETag"], 304), (f'"x", W/{answer.headers["ETag"]}', 304), ('"x"', 200)):
+        assert (await scene.watcher.get(path, headers={"If-None-Match": known})).status_code == status
+    assert [type(one.work) for one in scene.agent.asked] == [ParametersReadWork]
+
+
+async def test_values_are_written_in_their_order_and_what_was_not_taken_is_told_by_name(scene: Scene) -> None:
+    async with live(scene.world, scene.watcher) as watching:
+        answer = await scene.holder.patch(
+            f"{scene.path}/parameters", json={"values": {"RTL_ALT": 3000, "ARMING_CHECK": 9001, "NO_SUCH": 1}}
+        )
+        operation = answer.json()
+        assert (operation["work"], operation["state"], operation["refused"]) == ("parameters_write", "failed", 2)
+        assert [(one["name"], one["asked"], one["has"]) for one in operation["refusals"]] == [
+            ("ARMING_CHECK", 9001.0, 1.0),
+            ("NO_SUCH", 1.0, None),
+        ]
+        told = await watching.event("parameters")
+        assert (told["hash"], told["count"]) == (table_hash(scene.agent.table), 2)
+    written = next(one.work for one in scene.agent.asked if isinstance(one.work, ParametersWriteWork))
+    assert written.values == (("RTL_ALT", 3000.0), ("ARMING_CHECK", 9001.0), ("NO_SUCH", 1.0))
+    shelf = scene.world.tower.hub.drone(scene.drone.id).board.parameters
+    await until("the new table", lambda: not shelf.lacks_table)
+    assert (await scene.holder.get(f"{scene.path}/parameters")).json()["values"][1]["value"] == 3000.0
+
+
+async def test_who_only_watches_has_them_read_anew_but_writes_nothing_and_neither_does_a_borrower(scene: Scene) -> None:
+    anew = await scene.watcher.post(f"{scene.path}/parameters/read")
+    assert anew.json()["state"] == "done"
+    assert scene.agent.asked[0].work == ParametersReadWork(again=True)
+    values = {"values": {"RTL_ALT": 3000}}
+    assert_problem(await scene.watcher.patch(f"{scene.path}/parameters", json=values), 409, "not-in-control")
+    carol = await scene.lend_to_carol()
+    assert_problem(await carol.patch(f"{scene.path}/parameters", json=values), 409, "loan")
+    assert scene.agent.table[1].value == 1500.0
+
+
+@pytest.mark.parametrize(
+    "values", [{}, {"RTL_ALT": "3000"}, {"NO GOOD": 1}, {"A" * 17: 1}, [["RTL_ALT", 1]], {"RTL_ALT": None}]
+)
+async def test_what_are_no_values_is_refused(scene: Scene, values: object) -> None:
+    answer = await scene.holder.patch(f"{scene.path}/parameters", json={"values": values})
+    assert_problem(answer, 422, "invalid-request")
+    assert scene.agent.asked == []

@@ -1,0 +1,83 @@
+"""Connections that never come to a request are ended, and those that have come to one are not."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+import pytest
+from control_world import live
+from tower_world import TowerWorld, start_tower
+
+from server import upgrading_http
+from server.accounts.tables import Role
+
+HEAD_WITHIN_S = 0.3
+DRIP_S = 0.05
+AT_MOST_S = 10.0
+
+
+@pytest.fixture
+async def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[TowerWorld]:
+    monkeypatch.setattr(upgrading_http, "HEAD_WITHIN_S", HEAD_WITHIN_S)
+    async with start_tower(tmp_path) as running:
+        yield running
+
+
+@asynccontextmanager
+async def connection(world: TowerWorld) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
+    port = int(world.base_url.rsplit(":", 1)[1])
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    try:
+        yield reader, writer
+    finally:
+        writer.close()
+
+
+async def ended(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, drip: bytes) -> bool:
+    """Whether the tower ends it while one byte after the other comes."""
+    try:
+        async with asyncio.timeout(AT_MOST_S):
+            for byte in drip * 1000:
+                writer.write(bytes((byte,)))
+                await writer.drain()
+                await asyncio.sleep(DRIP_S)
+                if reader.at_eof():
+                    return True
+            return await reader.read() == b""
+    except ConnectionError:
+        return True
+    except TimeoutError:
+        return False
+
+
+async def test_who_says_nothing_or_a_byte_now_and_then_is_ended(world: TowerWorld) -> None:
+    async with connection(world) as (reader, writer):
+        assert await ended(reader, writer, b"")
+    async with connection(world) as (reader, writer):
+        writer.write(b"GET /api/v1/health HTTP/1.1\r\n")
+        assert await ended(reader, writer, b"x")
+
+
+async def test_who_has_asked_once_is_no_exception(world: TowerWorld) -> None:
+    async with connection(world) as (reader, writer):
+        writer.write(b"GET /api/v1/me HTTP/1.1\r\nhost: x\r\n\r\n")
+        assert (await reader.readuntil(b"\r\n\r\n")).startswith(b"HTTP/1.1 401")
+        reading = asyncio.create_task(reader.read())
+        assert await ended(reader, writer, b"\r\n")
+        await asyncio.gather(reading, return_exceptions=True)
+
+
+async def test_who_has_come_to_a_request_has_time(world: TowerWorld) -> None:
+    root = await world.signed_in(await world.add_user("Root", Role.ADMIN))
+    async with live(world, root) as screen, connection(world) as (reader, writer):
+        body = b'{"name": "Root", "password": "x"}'
+        head = (
+            f"POST /api/v1/session HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\ncontent-length: {len(body)}"
+        )
+        writer.write(head.encode() + b"\r\n\r\n" + body[:5])
+        await asyncio.sleep(3 * HEAD_WITHIN_S)
+        await world.add_drone("hawk")
+        assert (await screen.event("drone"))["drone"]["name"] == "hawk"
+        writer.write(body[5:])
+        assert (await reader.readuntil(b"\r\n\r\n")).startswith(b"HTTP/1.1 401")

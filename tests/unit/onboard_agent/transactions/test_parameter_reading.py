@@ -1,0 +1,536 @@
+"""Parameters are read from the simulator's own server half: whole, fast, whatever is lost, and kept up to date."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Any
+
+import pytest
+from desk_line import ARDUPILOT, PX4, DeskLine
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from onboard_agent.own_frames import FrameMaker
+from onboard_agent.transactions.parameter_desk import AGAIN_AFTER_S, SAVE_AFTER_S, ParameterDesk
+from onboard_agent.transactions.parameter_encoding import as_kept
+from onboard_agent.transactions.parameter_listing import SETTLE_S
+from onboard_agent.transactions.parameter_memory import Remembered, recall, remember
+from onboard_agent.transactions.parameter_talk import FAST, NARROW
+from simulator.dialect import Message, mavlink
+from simulator.parameter_protocol import ParameterServer
+from simulator.parameters import Kind, Parameter, Parameters
+from simulator.px4.parameters import Px4Parameters
+from wire.parameters import Parameter as Row
+from wire.parameters import Table, table_hash, unpack_table
+from wire.transactions import (
+    Outcome,
+    ParameterCache,
+    ParameterChanged,
+    ParametersReadWork,
+    ParametersWriteWork,
+    ParameterTable,
+    TransactionProgress,
+)
+
+
+class MemoryStore:
+    def __init__(self) -> None:
+        self.records: dict[str, bytes] = {}
+
+    def load(self, autopilot: str) -> bytes | None:
+        return self.records.get(autopilot)
+
+    def save(self, autopilot: str, record: bytes) -> None:
+        self.records[autopilot] = record
+
+
+class Half:
+    """The simulator's server half behind the messages of its vehicle."""
+
+    def __init__(self, line: DeskLine, parameters: Parameters) -> None:
+        self.parameters = parameters
+        self.server = ParameterServer(parameters, line.say)
+        self.deaf = False
+
+    def receive(self, message: Message) -> None:
+        name = message.get_type()
+        if self.deaf:
+            return
+        if name == "PARAM_REQUEST_LIST":
+            self.server.list_all()
+        elif name == "PARAM_REQUEST_READ":
+            self.server.read(str(message.param_id), message.param_index)
+        elif name == "PARAM_SET":
+            self.server.set(str(message.param_id), message.param_value, message.param_type)
+
+    def tick(self) -> None:
+        self.server.tick()
+
+
+def parameter_line(kind: int = ARDUPILOT, *, store: MemoryStore | None = None, **options: Any) -> DeskLine:
+    around = {key: options.pop(key) for key in ("narrow_line", "flown_by_hand", "armed") if key in options}
+    line = DeskLine(ParameterDesk(FrameMaker(), store or MemoryStore()), kind, **around)
+    line.server = Half(line, (Px4Parameters if kind == PX4 else Parameters)(**options))
+    line.comes()
+    return line
+
+
+def table_of(line: DeskLine) -> Table:
+    rows = [Row(one.name, as_kept(one.value, int(one.kind)), int(one.kind)) for one in line.server.parameters]
+    return tuple(sorted(rows, key=lambda row: row.name))
+
+
+def complete(line: DeskLine) -> bool:
+    caches = line.told(ParameterCache)
+    return bool(caches) and caches[-1].hash is not None and caches[-1].verified
+
+
+def tables(line: DeskLine) -> list[Table]:
+    return [unpack_table(one.packed) for one in line.told(ParameterTable)]
+
+
+@pytest.mark.parametrize("kind", [ARDUPILOT, PX4], ids=["ardupilot", "px4"])
+def test_all_are_read_in_the_time_that_the_autopilot_takes_to_list_them(kind: int) -> None:
+    line = parameter_line(kind, total_count=1400)
+    took_s = line.until(lambda: complete(line))
+    assert FAST.list_after_s < took_s < FAST.list_after_s + 0.72
+    assert line.do(ParametersReadWork()).outcome is Outcome.DONE
+    assert tables(line) == [table_of(line)]
+    assert line.told(ParameterTable)[0].hash == line.told(ParameterCache)[-1].hash == table_hash(table_of(line))
+    assert line.passed_up == []
+    progress = [(one.count, one.total) for one in line.told(ParameterCache)[:-1]]
+    assert 1 <= len(progress) <= 3
+    assert all(0 < done < total == 1400 for done, total in progress)
+
+
+def test_every_seventh_value_is_missing_and_asked_for_by_its_number() -> None:
+    line = parameter_line()
+    line.server.server.drop_every_seventh = True
+    took_s = line.until(lambda: complete(line))
+    assert took_s < FAST.list_after_s + 2.5
+    assert line.sent_count("PARAM_REQUEST_LIST") == 1
+    assert line.sent_count("PARAM_REQUEST_READ") == 1390 // 7
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+
+
+def test_with_the_last_number_told_nothing_is_waited_for() -> None:
+    line = parameter_line()
+    line.to_agent = lambda number, _message: () if number == 700 else (0.0,)
+    assert line.until(lambda: complete(line)) < FAST.list_after_s + 0.75
+    assert line.sent_count("PARAM_REQUEST_READ") == 1
+
+
+def test_what_a_gimbal_says_is_about_the_gimbal() -> None:
+    line = parameter_line()
+    line.until(lambda: complete(line))
+    line.news.clear()
+    line.gimbal_says(mavlink.MAVLink_param_value_message(b"RTL_ALT", 7.0, 6, 20, 3))
+    line.run(1.0)
+    assert line.news == []
+
+
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 1 << 32), kind=st.sampled_from([ARDUPILOT, PX4]))
+def test_whatever_is_lost_doubled_and_overtaken_the_table_is_whole(seed: int, kind: int) -> None:
+    random = Random(seed)
+    line = parameter_line(kind, total_count=120 if kind == PX4 else 0)
+    line.server.parameters._ordered[150:] = []
+
+    def fault(_number: int, _message: Message) -> tuple[float, ...]:
+        return tuple(random.random() * 0.05 for _ in range(random.choice((0, 1, 1, 1, 1, 2))))
+
+    line.to_agent = line.to_server = fault
+    line.until(lambda: complete(line), 120)
+    line.to_agent = line.to_server = lambda _number, _message: (0.0,)
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+
+
+def test_their_number_changes_in_the_middle_and_the_list_begins_anew() -> None:
+    line = parameter_line()
+    line.until(lambda: line.told(ParameterCache))
+    ordered = line.server.parameters._ordered
+    ordered.insert(0, Parameter("AAA_NEW", Kind.FLOAT, 1.5, 0))
+    for index, parameter in enumerate(ordered):
+        parameter.index = index
+    assert line.until(lambda: line.sent_count("PARAM_REQUEST_LIST") == 2) >= SETTLE_S
+    line.until(lambda: complete(line))
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+    assert line.sent_count("PARAM_REQUEST_LIST") == 2
+
+
+def test_they_move_while_they_are_read_and_their_number_stays() -> None:
+    line = parameter_line()
+    line.until(lambda: line.told(ParameterCache))
+    ordered = line.server.parameters._ordered
+    gone = ordered.pop()
+    ordered.insert(0, Parameter("AAA_NEW", Kind.FLOAT, 1.5, 0))
+    line.until(lambda: complete(line))
+    line.do(ParametersReadWork())
+    names = {row.name for row in tables(line)[0]}
+    assert "AAA_NEW" in names
+    assert gone.name not in names
+
+
+def test_a_number_that_never_rests_is_a_failure_in_words_and_tried_again() -> None:
+    line = parameter_line()
+    count = 0
+
+    def another(_number: int, message: Message) -> tuple[float, ...]:
+        nonlocal count
+        count += 1
+        message.param_count += count % 2
+        return (0.0,)
+
+    line.to_agent = another
+    result = line.do(ParametersReadWork())
+    assert (result.outcome, "change faster" in result.words) == (Outcome.FAILED, True)
+    line.to_agent = lambda _number, _message: (0.0,)
+    assert line.until(lambda: complete(line)) == pytest.approx(AGAIN_AFTER_S + 0.7, abs=0.2)
+
+
+def test_names_without_a_zero_behind_values_that_are_none_and_names_that_no_table_can_hold() -> None:
+    line = parameter_line()
+    line.server.parameters._ordered[3:] = [
+        Parameter("SIXTEEN_LETTERS_", Kind.FLOAT, 2.5, 3),
+        Parameter("NO_NUMBER", Kind.FLOAT, float("nan"), 4),
+        Parameter("WITH BLANK", Kind.FLOAT, 1.0, 5),
+    ]
+    line.until(lambda: complete(line))
+    line.do(ParametersReadWork())
+    assert [row.name for row in tables(line)[0]] == [
+        "FORMAT_VERSION",
+        "SIXTEEN_LETTERS_",
+        "SYSID_MYGCS",
+        "SYSID_THISMAV",
+    ]
+
+
+def test_one_number_is_never_told() -> None:
+    line = parameter_line()
+    line.to_agent = lambda _number, message: () if message.param_index == 700 else (0.0,)
+    result = line.do(ParametersReadWork())
+    assert result.outcome is Outcome.FAILED
+    assert result.words == "The parameters could not be read: the autopilot does not tell 1 of its 1390 parameters."
+    assert not complete(line)
+
+
+def test_an_autopilot_that_says_nothing_is_asked_five_times_and_again_later() -> None:
+    line = parameter_line()
+    line.server.deaf = True
+    result = line.do(ParametersReadWork())
+    assert result.words == "The parameters could not be read: the autopilot does not answer."
+    assert line.sent_count("PARAM_REQUEST_LIST") == 5
+    line.server.deaf = False
+    line.until(lambda: complete(line), AGAIN_AFTER_S + 1.0)
+
+
+def test_the_first_request_is_lost() -> None:
+    line = parameter_line()
+    line.to_server = lambda number, _message: () if number == 1 else (0.0,)
+    assert line.until(lambda: complete(line)) < FAST.list_after_s + 1.5 + 0.8
+
+
+def test_every_value_that_passes_counts_whoever_asked() -> None:
+    line = parameter_line()
+    line.until(lambda: complete(line))
+    line.news.clear()
+    before = table_hash(table_of(line))
+    line.server.server.set("RTL_ALT", 2500.0, 6)
+    line.server.server.set("RTL_ALT", 2600.0, 6)
+    line.server.server.read("RTL_SPEED", -1)
+    line.run(0.6)
+    assert line.news == [
+        ParameterChanged(name="RTL_ALT", value=2600.0, kind=6, before=before, hash=table_hash(table_of(line)))
+    ]
+    assert [message.param_id for message in line.passed_up] == ["RTL_ALT", "RTL_ALT", "RTL_SPEED"]
+
+
+def test_few_changes_are_a_chain_of_hashes_and_many_are_another_table() -> None:
+    line = parameter_line()
+    line.until(lambda: complete(line))
+    line.run(1.0)
+    line.news.clear()
+    hash_before = table_hash(table_of(line))
+    for name in ("RTL_ALT", "ANGLE_MAX", "LAND_SPEED"):
+        line.server.server.set(name, 77.0, 4)
+    line.run(0.6)
+    chain = line.told(ParameterChanged)
+    assert [one.name for one in chain] == ["RTL_ALT", "ANGLE_MAX", "LAND_SPEED"]
+    assert [one.before for one in chain] == [hash_before, *(one.hash for one in chain[:-1])]
+    assert chain[-1].hash == table_hash(table_of(line))
+    line.news.clear()
+    for number in range(1, 7):
+        line.server.server.set(f"FLTMODE{number}", 11.0, 2)
+    for number in range(1, 7):
+        line.server.server.set(f"RC{number}_TRIM", 1499.0, 4)
+    line.run(0.6)
+    assert line.news == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
+    line.run(5.0)
+    assert len(line.news) == 1
+
+
+def test_a_new_tower_is_told_how_it_is() -> None:
+    line = parameter_line()
+    line.until(lambda: complete(line))
+    line.run(1.0)
+    line.news.clear()
+    line.desk.tell_again()
+    line.run(0.1)
+    assert line.news == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
+
+
+def test_more_of_them_appear_later_and_are_read() -> None:
+    line = parameter_line()
+    line.until(lambda: complete(line))
+    ordered = line.server.parameters._ordered
+    new = Parameter("FENCE_NEW", Kind.FLOAT, 5.0, len(ordered))
+    ordered.append(new)
+    line.server.server.set("RTL_ALT", 2500.0, 6)
+    line.run(3.0)
+    assert line.sent_count("PARAM_REQUEST_LIST") == 1  # it has just been read
+    line.run(AGAIN_AFTER_S)
+    assert line.sent_count("PARAM_REQUEST_LIST") == 2
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+
+
+def test_on_a_narrow_line_nothing_is_asked_for_while_it_is_flown_by_hand() -> None:
+    line = parameter_line(narrow_line=True, flown_by_hand=True)
+    line.run(NARROW.list_after_s + 5.0)
+    assert line.sent == []
+    result = line.do(ParametersReadWork(again=True))
+    assert (result.outcome, "by hand" in result.words) == (Outcome.REFUSED, True)
+    line.around_options["flown_by_hand"] = False
+    line.server.server.drop_every_seventh = True
+    line.until(lambda: line.sent_count("PARAM_REQUEST_READ") > 10)
+    line.around_options["flown_by_hand"] = True
+    asked = len(line.sent)
+    line.run(5.0)
+    assert len(line.sent) == asked
+    line.around_options["flown_by_hand"] = False
+    line.until(lambda: complete(line))
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+
+
+def test_on_a_narrow_line_in_the_air_a_table_that_is_known_will_do_unless_somebody_asks() -> None:
+    line = parameter_line(narrow_line=True)
+    line.until(lambda: complete(line))
+    line.around_options["armed"] = True
+    line.comes()  # it was silent for a moment
+    line.run(NARROW.list_after_s + 5.0)
+    assert line.sent_count("PARAM_REQUEST_LIST") == 1
+    assert line.told(ParameterCache)[-1].verified is False
+    assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
+    line.comes()
+    line.run(NARROW.list_after_s + 5.0)
+    line.around_options["armed"] = False
+    line.until(lambda: line.sent_count("PARAM_REQUEST_LIST") == 3)
+
+
+def test_a_reading_can_be_cancelled_times_out_and_is_shared() -> None:
+    line = parameter_line()
+    line.server.deaf = True
+    first, second = line.begin(ParametersReadWork()), line.begin(ParametersReadWork(), deadline_s=0.5)
+    third = line.begin(ParametersReadWork())
+    assert line.result(second).outcome is Outcome.TIMED_OUT
+    line.desk.cancel(first, line.now)
+    assert line.result(first).outcome is Outcome.CANCELLED
+    line.server.deaf = False
+    assert line.result(third).outcome is Outcome.DONE
+    assert len(tables(line)) == 1
+    progress = [one for one in line.told(TransactionProgress) if one.id == third]
+    assert progress
+    assert progress[-1].phase == "reading"
+    assert line.sent_count("PARAM_REQUEST_LIST") <= 2
+    again = line.do(ParametersReadWork(again=True))
+    assert again.outcome is Outcome.DONE
+    assert len(tables(line)) == 2
+
+
+# What is remembered.
+
+
+def version(capabilities: int = 0, uid: int = 0, uid2: tuple[int, ...] = (0,) * 18) -> Message:
+    eight = [0] * 8
+    return mavlink.MAVLink_autopilot_version_message(
+        capabilities, 1, 1, 1, 1, eight, eight, eight, 0, 0, uid, list(uid2)
+    )
+
+
+def remembered(kind: int = ARDUPILOT, said: Message | None = None) -> MemoryStore:
+    store = MemoryStore()
+    line = parameter_line(kind, store=store)
+    if said is not None:
+        line.say(said)
+    line.until(lambda: complete(line))
+    line.until(lambda: store.records)
+    return store
+
+
+def test_a_remembered_table_is_told_at_once_as_such_and_then_verified() -> None:
+    store = remembered()
+    assert list(store.records) == ["ardupilotmega-1"]
+    line = parameter_line(store=store)
+    line.server.parameters.set("RTL_ALT", 3333.0)
+    old = table_hash(tuple(row if row.name != "RTL_ALT" else Row("RTL_ALT", 1500.0, 6) for row in table_of(line)))
+    line.until(lambda: line.told(ParameterCache))
+    first = line.told(ParameterCache)[0]
+    assert (first.hash, first.verified) == (old, False)
+    assert not line.told(ParameterTable)
+    known = line.do(ParametersReadWork())
+    assert (known.outcome, "remembered" in known.words) == (Outcome.DONE, True)
+    line.until(lambda: complete(line))
+    assert line.told(ParameterChanged) == [
+        ParameterChanged(name="RTL_ALT", value=3333.0, kind=6, before=old, hash=table_hash(table_of(line)))
+    ]
+
+
+def test_it_is_remembered_by_its_chip_and_another_chip_has_its_own() -> None:
+    store = remembered(said=version(uid2=(7, *(0,) * 17)))
+    assert list(store.records) == [f"chip-07{'00' * 17}"]
+    line = parameter_line(store=store)
+    line.say(version(uid=99))
+    line.until(lambda: complete(line))
+    assert not any(one.hash and not one.verified for one in line.told(ParameterCache))
+    line.until(lambda: len(store.records) == 2)
+    assert "chip-0000000000000063" in store.records
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b.replace(b"packed", b"pecked")]
+)
+def test_what_is_left_of_a_record_after_a_power_cut_is_nothing(damage: Any) -> None:
+    store = remembered()
+    store.records = {name: damage(record) for name, record in store.records.items()}
+    line = parameter_line(store=store)
+    line.until(lambda: complete(line))
+    assert not any(one.hash and not one.verified for one in line.told(ParameterCache))
+
+
+def test_nothing_is_saved_while_it_is_armed() -> None:
+    store = MemoryStore()
+    line = parameter_line(store=store, armed=True)
+    line.until(lambda: complete(line))
+    line.run(20.0)
+    assert store.records == {}
+    line.around_options["armed"] = False
+    line.run(0.1)
+    assert store.records
+
+
+def test_a_reboot_reads_anew_and_the_table_counts_as_remembered_until_then() -> None:
+    line = parameter_line()
+    line.until(lambda: complete(line))
+    line.run(1.0)
+    line.news.clear()
+    line.server.parameters.set("RTL_ALT", 1234.0)
+    line.comes()
+    line.run(0.6)
+    assert [one.verified for one in line.told(ParameterCache)] == [False]
+    line.until(lambda: complete(line))
+    assert line.told(ParameterChanged)[-1].name == "RTL_ALT"
+
+
+def test_a_chip_that_is_told_late_is_another_autopilot() -> None:
+    store = remembered()
+    line = parameter_line(store=store)
+    line.until(lambda: line.told(ParameterCache))
+    line.say(version(uid=5))
+    line.run(0.3)
+    line.desk.tell_again()
+    line.run(0.3)
+    assert line.told(ParameterCache)[-1].hash is None
+    line.until(lambda: complete(line))
+
+
+def test_a_remembered_table_with_one_too_many_becomes_another() -> None:
+    store = remembered()
+    line = parameter_line(store=store)
+    line.server.parameters._ordered.pop()
+    line.server.parameters.set("RTL_ALT", 1234.0)
+    line.until(lambda: complete(line))
+    assert not line.told(ParameterChanged)
+    assert line.told(ParameterCache)[-1].hash == table_hash(table_of(line))
+
+
+@pytest.mark.parametrize("nothing", [Remembered((), 5), Remembered((Row("A", 1.0, 9),), 0)], ids=["empty", "of none"])
+def test_a_record_of_nothing_is_none(nothing: Remembered) -> None:
+    store = MemoryStore()
+    remember(store, "px4-1", nothing)
+    assert recall(store, "px4-1") is None
+
+
+# PX4 tells a hash of them all.
+
+
+def test_px4_with_the_hash_that_it_had_is_not_read_again() -> None:
+    store = remembered(PX4)
+    line = parameter_line(PX4, store=store)
+    took_s = line.until(lambda: complete(line))
+    assert took_s < FAST.list_after_s + 0.1
+    assert [message.get_type() for message in line.sent] == ["PARAM_REQUEST_READ"]
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+    line.do(ParametersReadWork(again=True))
+    assert line.sent_count("PARAM_REQUEST_LIST") == 1
+
+
+def test_px4_with_another_hash_is_read() -> None:
+    store = remembered(PX4)
+    line = parameter_line(PX4, store=store)
+    line.server.parameters.set("NAV_DLL_ACT", 3.0)
+    line.until(lambda: complete(line))
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+    assert line.sent_count("PARAM_REQUEST_LIST") == 1
+
+
+def test_px4_with_a_change_unheard_while_it_was_read_has_no_hash_for_another_time() -> None:
+    store = MemoryStore()
+    line = parameter_line(PX4, store=store)
+    line.until(lambda: line.told(ParameterCache))
+    line.server.parameters.set("MAV_TYPE", 13.0)  # told already, and nobody says that it is another now
+    line.until(lambda: store.records)
+    again = parameter_line(PX4, store=store)
+    again.server.parameters.set("MAV_TYPE", 13.0)
+    again.until(lambda: complete(again))
+    assert again.sent_count("PARAM_REQUEST_LIST") == 1
+    assert again.told(ParameterChanged)[-1].name == "MAV_TYPE"
+
+
+def test_px4_whose_hash_somebody_asks_for_in_the_middle_of_the_list() -> None:
+    store = MemoryStore()
+    line = parameter_line(PX4, store=store)
+    line.until(lambda: line.told(ParameterCache))
+    line.server.parameters.set("MAV_TYPE", 13.0)
+    line.server.server.read("_HASH_CHECK", -1)
+    line.until(lambda: store.records)
+    again = parameter_line(PX4, store=store)
+    again.server.parameters.set("MAV_TYPE", 13.0)
+    again.until(lambda: complete(again))
+    assert again.told(ParameterChanged)[-1].name == "MAV_TYPE"
+
+
+def test_px4_that_tells_no_hash_any_more_is_read() -> None:
+    store = remembered(PX4)
+    line = parameter_line(PX4, store=store)
+    line.server.parameters.hash_on_the_wire = lambda: None
+    took_s = line.until(lambda: complete(line))
+    assert took_s > FAST.list_after_s + 2 * FAST.answer_s
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+
+
+def test_after_a_write_the_hash_is_not_believed() -> None:
+    store = remembered(PX4)
+    line = parameter_line(PX4, store=store)
+    line.until(lambda: complete(line))
+    line.do(ParametersWriteWork((("NAV_DLL_ACT", 3.0),)))
+    line.run(SAVE_AFTER_S + 1.0)
+    again = parameter_line(PX4, store=store)
+    again.until(lambda: complete(again))
+    assert again.sent_count("PARAM_REQUEST_LIST") == 1

@@ -1,0 +1,232 @@
+"""What a command becomes: MAV_CMDs and their numbers, for ArduCopter and for PX4."""
+
+import math
+from typing import Any
+
+import pytest
+from hub_world import HubWorld
+from pydantic import TypeAdapter, ValidationError
+
+from server.flight_commands.bodies import FlightCommand
+from server.flight_commands.steps import NoSuchItem, order_of
+from server.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
+from server.operations.leave import message_of
+from wire.dialect import build, mavlink
+from wire.ids import DroneId
+from wire.transactions import CommandWork, Outcome
+
+READ: TypeAdapter[Any] = TypeAdapter(FlightCommand)
+COPTER = Vehicle("hawk", px4=False, custom_mode=5, armed=False, airborne=False, home_alt_m=500.0, mission_items=9)
+PX4 = Vehicle(
+    "hawk", px4=True, custom_mode=4 << 16 | 4 << 24, armed=False, airborne=False, home_alt_m=500.0, mission_items=9
+)
+NAN = None
+PLACE = {"lat": 47.1, "lon": 8.2}
+
+
+def but(vehicle: Vehicle, **fields: Any) -> Vehicle:
+    return Vehicle(**{**vehicle.__dict__, **fields})
+
+
+def works(body: dict[str, Any], vehicle: Vehicle) -> list[CommandWork]:
+    order = order_of(READ.validate_python(body), vehicle)
+    return [step.work for step in order.steps if not (step.skip and step.skip())]  # type: ignore[misc]
+
+
+def long(command: int, *params: float | None) -> CommandWork:
+    return CommandWork(command, (*params, *[0.0] * (7 - len(params))))  # type: ignore[arg-type]
+
+
+def at(command: int, frame: int, alt_m: float, *params: float | None) -> CommandWork:
+    return CommandWork(command, (*params, 0.0, 0.0, alt_m), 471000000, 82000000, frame)  # type: ignore[arg-type]
+
+
+CASES: dict[str, tuple[dict[str, Any], list[CommandWork], list[CommandWork]]] = {
+    "arm": ({"command": "arm"}, [long(400, 1)], [long(400, 1)]),
+    "disarm": ({"command": "disarm"}, [long(400, 0, 0)], [long(400, 0, 0)]),
+    "disarm by force": ({"command": "disarm", "force": True}, [long(400, 0, 21196)], [long(400, 0, 21196)]),
+    "land": ({"command": "land"}, [long(176, 1, 9)], [long(176, 1, 4, 6)]),
+    "rtl": ({"command": "rtl"}, [long(176, 1, 6)], [long(176, 1, 4, 5)]),
+    "hold": ({"command": "hold"}, [long(176, 1, 17)], [long(176, 1, 4, 3)]),
+    "takeoff": (
+        {"command": "takeoff", "height_m": 20},
+        [long(176, 1, 4), long(400, 1), long(22, 0, 0, 0, 0, 0, 0, 20)],
+        [long(22, NAN, 0, 0, NAN, NAN, NAN, 520), long(400, 1)],
+    ),
+    "goto": (
+        {"command": "goto", **PLACE, "height_m": 30},
+        [at(192, 3, 30.0, -1, 1, 0, NAN)],
+        [at(192, 0, 530.0, -1, 1, 0, NAN)],
+    ),
+    "goto with a speed": (
+        {"command": "goto", **PLACE, "height_m": 30, "speed_m_s": 7},
+        [at(192, 3, 30.0, 7, 1, 0, NAN), long(178, 1, 7, -1)],
+        [at(192, 0, 530.0, 7, 1, 0, NAN)],
+    ),
+    "speed": ({"command": "speed", "m_s": 4}, [long(178, 1, 4, -1)], [long(178, 1, 4, -1)]),
+    "set_home here": ({"command": "set_home", "here": True}, [long(179, 1)], [long(179, 1)]),
+    "set_home": (
+        {"command": "set_home", **PLACE, "altitude_m": 480},
+        [at(179, 0, 480.0, 0, 0, 0, 0)],
+        [at(179, 0, 480.0, 0, 0, 0, 0)],
+    ),
+    "roi": (
+        {"command": "roi", **PLACE, "height_m": 2},
+        [at(195, 3, 2.0, 0, 0, 0, 0)],
+        [at(195, 0, 502.0, 0, 0, 0, 0)],
+    ),
+    "no roi": ({"command": "roi", "none": True}, [long(197)], [long(197)]),
+    "pause": ({"command": "pause"}, [long(193, 0)], [long(176, 1, 4, 3)]),
+    "resume": ({"command": "resume"}, [long(176, 1, 3)], [long(176, 1, 4, 4)]),
+    "start": (
+        {"command": "start"},
+        [long(176, 1, 4), long(400, 1), long(224, 1, 1), long(300)],
+        [long(300, 0)],
+    ),
+    "start with item": (
+        {"command": "start", "item": 4},
+        [long(176, 1, 4), long(400, 1), long(224, 5, 1), long(300)],
+        [long(300, 4)],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_each_autopilot_is_asked_in_its_own_way(name: str) -> None:
+    body, of_copter, of_px4 = CASES[name]
+    assert works(body, COPTER) == of_copter
+    assert works(body, PX4) == of_px4
+
+
+def test_what_is_done_already_is_left_out() -> None:
+    flying = but(COPTER, armed=True, custom_mode=4)
+    assert works({"command": "takeoff", "height_m": 5}, flying) == [long(22, 0, 0, 0, 0, 0, 0, 5)]
+    assert works({"command": "arm"}, flying) == [long(400, 1)]
+    assert works({"command": "start"}, flying) == [long(224, 1, 1), long(300)]
+    up = long(22, NAN, 0, 0, NAN, NAN, NAN, 505)
+    assert works({"command": "takeoff", "height_m": 5}, but(PX4, armed=True)) == [up]
+
+
+@pytest.mark.parametrize("mode", [3, 4], ids=["AUTO", "GUIDED"])
+def test_what_was_paused_in_its_mode_goes_on_there(mode: int) -> None:
+    assert works({"command": "resume"}, but(COPTER, custom_mode=mode)) == [long(193, 1)]
+
+
+def test_a_jump_counts_arducopters_home_and_px4_jumps_only_while_it_flies_a_mission() -> None:
+    jump = {"command": "jump", "item": 3}
+    assert works(jump, COPTER) == [long(224, 4, 0)]
+    assert works(jump, but(PX4, armed=True)) == [long(300, 3)]
+    for vehicle in (PX4, but(PX4, armed=True, custom_mode=4 << 16 | 3 << 24)):
+        with pytest.raises(NotKnownHow):
+            works(jump, vehicle)
+
+
+@pytest.mark.parametrize("command", ["jump", "start"])
+def test_an_item_that_is_not_on_board_is_refused_where_it_is_known(command: str) -> None:
+    body = {"command": command, "item": 9}
+    with pytest.raises(NoSuchItem, match="item 10: the mission on board has 9 items"):
+        works(body, COPTER)
+    with pytest.raises(NoSuchItem, match="no mission is on board"):
+        works(body, but(COPTER, mission_items=0))
+    assert works(body, but(COPTER, mission_items=None))
+
+
+@pytest.mark.parametrize(
+    ("deg", "relative", "params"),
+    [(90, False, (90, 0, 0, 0)), (-90, False, (270, 0, 0, 0)), (360, False, (0, 0, 0, 0)), (-30, True, (30, 0, -1, 1))],
+)
+def test_headings_and_turns(deg: float, relative: bool, params: tuple[float, ...]) -> None:
+    body = {"command": "yaw", "deg": deg, "relative": relative}
+    assert works(body, COPTER) == [long(115, *params)]
+    with pytest.raises(NotKnownHow, match="hawk"):
+        works(body, PX4)
+
+
+def test_an_orbit_is_px4s() -> None:
+    body = {"command": "orbit", **PLACE, "radius_m": -25, "height_m": 30}
+    assert works(body, PX4) == [at(34, 0, 530.0, -25, NAN, 0, NAN)]
+    with pytest.raises(NotKnownHow, match="hawk"):
+        works(body, COPTER)
+
+
+@pytest.mark.parametrize("name", ["ALT_HOLD", "alt hold", " Alt_Hold "])
+def test_modes_go_by_the_names_of_the_autopilot(name: str) -> None:
+    assert works({"command": "mode", "mode": name}, COPTER) == [long(176, 1, 2)]
+    with pytest.raises(NoSuchMode, match=r"AUTO\.LOITER"):
+        works({"command": "mode", "mode": name}, PX4)
+
+
+@pytest.mark.parametrize("name", ["AUTO.RTL", "rtl", "RETURN"])
+def test_px4s_modes_also_go_by_the_names_that_people_see(name: str) -> None:
+    assert works({"command": "mode", "mode": name}, PX4) == [long(176, 1, 4, 5)]
+
+
+def test_px4_needs_to_know_where_home_is() -> None:
+    with pytest.raises(NotKnownYet):
+        works({"command": "goto", **PLACE, "height_m": 30}, but(PX4, home_alt_m=None))
+    assert works({"command": "goto", **PLACE, "height_m": 30}, but(COPTER, home_alt_m=None))
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"command": "takeoff", "height_m": 0},
+        {"command": "takeoff", "height_m": math.nan},
+        {"command": "goto", "lat": 91, "lon": 0, "height_m": 1},
+        {"command": "goto", **PLACE},
+        {"command": "set_home"},
+        {"command": "set_home", "here": True, **PLACE, "altitude_m": 1},
+        {"command": "roi", **PLACE},
+        {"command": "orbit", **PLACE, "radius_m": 0.5, "height_m": 1},
+        {"command": "jump", "item": -1},
+        {"command": "arm", "force": True},
+        {"command": "fly"},
+        {},
+    ],
+)
+def test_what_makes_no_sense_is_refused(body: dict[str, Any]) -> None:
+    with pytest.raises(ValidationError):
+        READ.validate_python(body)
+
+
+def test_the_words_name_the_drone_and_the_step() -> None:
+    order = order_of(READ.validate_python({"command": "takeoff", "height_m": 20}), COPTER)
+    arming = order.steps[1]
+    assert order.say(arming, Outcome.FAILED, "The autopilot tried and failed.") == (
+        "hawk, arming: The autopilot tried and failed."
+    )
+    assert order.say(order.steps[2], Outcome.DONE, "") == "hawk has accepted it: climbing to 20 m."
+
+
+def test_a_work_becomes_the_message_that_the_agent_sends() -> None:
+    placed = message_of(at(192, 3, 30.0, -1, 1, 0, NAN))
+    assert (placed.get_type(), placed.x, placed.y, placed.z, placed.frame) == (
+        "COMMAND_INT",
+        471000000,
+        82000000,
+        30.0,
+        3,
+    )
+    assert math.isnan(placed.param4)
+    assert message_of(long(400, 1)).get_type() == "COMMAND_LONG"
+
+
+def test_the_vehicle_is_as_its_newest_heartbeat_says() -> None:
+    world = HubWorld()
+    agent = world.agent(1, heard=False)
+    drone = world.hub.drone(DroneId(1))
+    assert drone is not None
+    with pytest.raises(NotKnownYet):
+        Vehicle.of(drone)
+
+    def beat(vehicle_type: int, autopilot: int, component: int = 1) -> None:
+        message = mavlink.MAVLink_heartbeat_message(vehicle_type, autopilot, 81, 17, 4, 3)
+        agent.send(build(message, system_id=1, component_id=component, sequence=0))
+
+    beat(mavlink.MAV_TYPE_HEXAROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    beat(mavlink.MAV_TYPE_GIMBAL, mavlink.MAV_AUTOPILOT_INVALID, component=154)
+    seen = Vehicle.of(drone)
+    assert (seen.px4, seen.is_in("BRAKE"), seen.home_alt_m, seen.mission_items) == (False, True, None, None)
+    beat(mavlink.MAV_TYPE_FIXED_WING, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    with pytest.raises(NotKnownHow):
+        Vehicle.of(drone)
