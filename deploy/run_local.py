@@ -117,7 +117,7 @@ def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list
             f"agent of {name}",
             [
                 *(BIN / "tower-agent", "run", "--tower", address, "--token", squad.token_file(name)),
-                *("--autopilot", f"udpin:127.0.0.1:{port}"),
+                *("--autopilot", f"udpin:127.0.0.1:{port}", "--state", log.parent / "agents"),
             ],
             log / f"agent-{squad.token_file(name).stem}.log",
         )

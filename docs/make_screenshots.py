@@ -15,12 +15,12 @@ sys.path[:0] = [str(CHECKOUT / "tests"), str(CHECKOUT / "tests" / "e2e")]
 
 from console_page import FLAGS, ConsolePage  # noqa: E402
 from furnished import furnish  # noqa: E402
-from playwright.sync_api import Browser, expect, sync_playwright  # noqa: E402
+from playwright.sync_api import Browser, ViewportSize, expect, sync_playwright  # noqa: E402
 from worlds.processes import World  # noqa: E402
 
 PICTURES: Final = CHECKOUT / "docs" / "screenshots"
-SIZE: Final = {"width": 1280, "height": 800}
-TABLET: Final = {"width": 1024, "height": 768}
+SIZE: Final[ViewportSize] = {"width": 1280, "height": 800}
+TABLET: Final[ViewportSize] = {"width": 1024, "height": 768}
 THEMES: Final[tuple[Literal["dark", "light"], ...]] = ("dark", "light")
 ADMIN_PAGES: Final = {"users": "user-row", "drones": "drone-row", "audit": "audit-row", "system": "system"}
 """Each with what has to be there before the picture is taken."""
@@ -63,6 +63,43 @@ def look_at_administration(admin: ConsolePage) -> None:
             admin.page.screenshot(path=PICTURES / f"admin-{section}-{theme}.png")
 
 
+def look_at_missions(console: ConsolePage) -> None:
+    """A survey inside of a fence, drawn for the first drone: on a desk and on a tablet, in both themes."""
+    page = console.page
+    page.on("dialog", lambda dialog: dialog.accept())
+    console.open("/#/missions/1")
+    console.wait("the drone's place", lambda: float(console.part("map").get_attribute("data-zoom") or 0) > 10)
+
+    def click(*places: tuple[float, float]) -> None:
+        box = console.part("map").bounding_box()
+        assert box is not None
+        for x, y in places:
+            page.mouse.click(box["x"] + box["width"] * x, box["y"] + box["height"] * y)
+
+    console.part("tool-item").click()
+    click((0.45, 0.3), (0.6, 0.2), (0.75, 0.35))
+    console.part("tool-survey").click()
+    field = ((0.3, 0.55), (0.5, 0.52), (0.55, 0.85), (0.3, 0.85))
+    click(*field, field[0])
+    page.screenshot(path=PICTURES / "missions-survey.png")
+    console.part("pattern-add").click()
+    page.keyboard.press("f")
+    click((0.2, 0.1), (0.9, 0.08), (0.92, 0.55), (0.62, 0.95), (0.2, 0.95))
+    page.keyboard.press("Enter")
+    page.keyboard.press("r")
+    click((0.8, 0.62), (0.27, 0.3))
+    page.keyboard.press("v")
+    console.part("tab-checks").click()
+    console.part("add-return").click()
+    console.part("plan-item").nth(2).click()
+    for size, name in ((SIZE, "missions"), (TABLET, "missions-tablet")):
+        page.set_viewport_size(size)
+        for theme in THEMES:
+            page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+            page.wait_for_timeout(500)
+            page.screenshot(path=PICTURES / f"{name}-{theme}.png")
+
+
 def main() -> None:
     shutil.rmtree(PICTURES, ignore_errors=True)
     PICTURES.mkdir(parents=True)
@@ -96,6 +133,7 @@ def main() -> None:
             alice.page.emulate_media(color_scheme=theme, reduced_motion="reduce")
             alice.page.wait_for_timeout(1000)
             alice.page.screenshot(path=PICTURES / f"control-tablet-{theme}.png")
+        look_at_missions(come(browser, world, "alice"))
         furnish(world, world.visitor("admin"))
         look_at_administration(admin)
         browser.close()
