@@ -11,6 +11,7 @@ import msgspec
 
 from wire.stream_profiles import StreamChoice, StreamProfile
 from wire.transactions import TransactionToAgent, TransactionToTower
+from wire.video import VideoToAgent, VideoToTower
 
 PROTOCOL: Final = 1
 AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
@@ -213,7 +214,16 @@ class AutopilotState(msgspec.Struct, frozen=True, tag="autopilot_state", tag_fie
     airborne: bool
 
 
-ToTower = Hello | ResumeProof | HoldProgress | AutopilotState | LossParameters | StreamState | TransactionToTower
+ToTower = (
+    Hello
+    | ResumeProof
+    | HoldProgress
+    | AutopilotState
+    | LossParameters
+    | StreamState
+    | TransactionToTower
+    | VideoToTower
+)
 ToAgent = (
     Welcome
     | ResumeChallenge
@@ -223,6 +233,7 @@ ToAgent = (
     | SafetySettings
     | StreamSettings
     | TransactionToAgent
+    | VideoToAgent
 )
 
 UNREADABLE: Final = (msgspec.DecodeError, UnicodeDecodeError, RecursionError)
