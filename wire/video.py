@@ -70,8 +70,8 @@ class MalformedUnit(ValueError):
     """The bytes are no unit."""
 
 
-class Unit(NamedTuple):
-    """One encoded picture.
+class UnitHead(NamedTuple):
+    """What is known of one encoded picture without looking at it.
 
     `sequence` counts the units of one stream (quality and codec) and wraps at 2**32; a gap is a loss. `key`: decoding
     can begin here. `is_break`: what came before does not lead up to this (the camera was away). `capture_us`: when the
@@ -79,6 +79,22 @@ class Unit(NamedTuple):
     where the tower does not know yet how the clocks differ. `rate_hz`: of pictures now. `bits_per_s`: what the encoder
     aims at now. `held_ms`: how old the picture was when the agent handed it to the network, at most 65535.
     """
+
+    quality: Quality
+    codec: Codec
+    sequence: int
+    key: bool
+    is_break: bool
+    capture_us: int
+    width: int
+    height: int
+    rate_hz: float
+    bits_per_s: int
+    held_ms: int
+
+
+class Unit(NamedTuple):
+    """One encoded picture: the fields of its head (UnitHead), and the picture."""
 
     quality: Quality
     codec: Codec
@@ -115,6 +131,11 @@ def encode_unit(unit: Unit) -> bytes:
 
 def decode_unit(message: bytes) -> Unit:
     """Raises MalformedUnit."""
+    return Unit(*decode_head(message), payload=message[HEADER_BYTES:])
+
+
+def decode_head(message: bytes) -> UnitHead:
+    """The head of a whole message, checked, without a copy of the picture. Raises MalformedUnit."""
     if not HEADER_BYTES < len(message) <= LARGEST_UNIT_BYTES:
         raise MalformedUnit(f"{len(message)} bytes are no unit")
     version, flags, quality, codec, sequence, capture_us, width, height, rate, held_ms, bits = _HEADER.unpack_from(
@@ -128,7 +149,7 @@ def decode_unit(message: bytes) -> Unit:
         named = Quality(quality), Codec(codec)
     except ValueError as error:
         raise MalformedUnit(str(error)) from None
-    return Unit(
+    return UnitHead(
         *named,
         sequence=sequence,
         key=bool(flags & _KEY),
@@ -139,7 +160,6 @@ def decode_unit(message: bytes) -> Unit:
         rate_hz=rate / 100,
         bits_per_s=bits,
         held_ms=held_ms,
-        payload=message[HEADER_BYTES:],
     )
 
 
