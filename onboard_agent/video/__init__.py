@@ -1,0 +1,1 @@
+"""The video process: camera, encoders, and the WebSocket that carries the units."""

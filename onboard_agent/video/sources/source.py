@@ -1,0 +1,66 @@
+"""What every picture source is. The rest of the video process knows only this, and `camera.Camera` around it."""
+
+from abc import ABC, abstractmethod
+from typing import Final, NamedTuple
+
+import av
+
+OPEN_PATIENCE_S: Final = 5.0
+"""A camera in the network that has not answered by then is not there."""
+
+
+class CameraLost(Exception):
+    """There are no pictures (any more). The text is one line for a person, and says what is wrong with which camera."""
+
+
+class Picture(NamedTuple):
+    """One picture as the camera gave it, uncompressed.
+
+    `frame`: of any size and pixel format; nobody may write into it. `capture_us`: when it was taken, by
+    CLOCK_MONOTONIC, as near to the sensor as can be known. `number` counts what the camera gave, from 1; a gap: nobody
+    came for those between. `is_break`: the first one after the camera was opened (again).
+    """
+
+    frame: av.VideoFrame
+    capture_us: int
+    number: int
+    is_break: bool
+
+
+class Taken(NamedTuple):
+    """What a source hands over: the picture, and when it was taken."""
+
+    frame: av.VideoFrame
+    capture_us: int
+
+
+class PictureWish(NamedTuple):
+    """The most that anybody needs. A source that can choose gives the smallest picture that is at least as large."""
+
+    width: int = 640
+    height: int = 480
+    rate_hz: float = 30.0
+
+
+class Source(ABC):
+    """A camera, or what stands for one. Blocking; used by one thread, but for `close`.
+
+    `open`, then `read` for ever, then `close`; after `close` it may be opened again.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        """As the user wrote it, but without its password: for log lines and for people."""
+
+    @abstractmethod
+    def open(self, wish: PictureWish) -> None:
+        """Raises CameraLost."""
+
+    @abstractmethod
+    def read(self) -> Taken | None:
+        """Waits for the next picture. None: nothing yet, ask again (at least twice a second, so that the thread can
+        end). Raises CameraLost when the camera is gone."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Lets go of the camera. Safe when it is not open. Another thread may call it to end a `read` that hangs."""
