@@ -20,6 +20,8 @@ from wire.tagged import split_tagged
 SQUAD: Final = {1: "Kestrel", 3: "Osprey", 4: "Plover"}
 KEPT_APART_M: Final = 15.0
 """What the plans were checked with, and the bound of the separation watch: they begin 20 m apart."""
+AUTO: Final = 3
+"""The mode in which ArduCopter flies its mission."""
 SAME_HEIGHT_M: Final = 10.0
 FIELD: Final = ((0.40, 0.28), (0.72, 0.28), (0.72, 0.42), (0.40, 0.42))
 """Corners, as shares of the map."""
@@ -53,6 +55,8 @@ class Sky:
         self.nearest_m = math.inf
         self.highest_m = dict.fromkeys(SQUAD, 0.0)
         self.way_m = dict.fromkeys(SQUAD, 0.0)
+        self.speeds_m_s = dict.fromkeys(SQUAD, math.inf)
+        self.modes: dict[int, int] = {}
         self.told: list[dict[str, object]] = []
         console.page.on("websocket", self._watch)
 
@@ -67,7 +71,12 @@ class Sky:
             return
         for drone_id, frame in split_tagged(message):
             said = decode(frame)
-            if said is not None and said.get_type() == "GLOBAL_POSITION_INT" and drone_id in SQUAD:
+            if said is None or drone_id not in SQUAD:
+                continue
+            if said.get_type() == "HEARTBEAT" and said.get_srcComponent() == 1:
+                self.modes[drone_id] = said.custom_mode
+            if said.get_type() == "GLOBAL_POSITION_INT":
+                self.speeds_m_s[drone_id] = math.hypot(said.vx, said.vy) / 100
                 self._moved(drone_id, said.lat / 1e7, said.lon / 1e7, said.relative_alt / 1000)
 
     def _moved(self, drone_id: int, lat_deg: float, lon_deg: float, up_m: float) -> None:
@@ -116,13 +125,8 @@ def answers(console: ConsolePage, attribute: str) -> list[str]:
     return [part.get_attribute(f"data-{attribute}") or "" for part in console.part("squad-part").all()]
 
 
-def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody: Somebody) -> None:
-    console = somebody()
-    sky = Sky(console)
-    console.open()  # anew, so that what the live channel says is heard from its beginning
-    console.sign_in("alice")
-    expect(console.part("squad-row")).to_have_count(3)
-    console.wait("three places", lambda: len(sky.places) == 3)
+def plan_and_upload(console: ConsolePage) -> None:
+    """From the squad's page to a field that is drawn, split and on board of all three."""
     console.part("choose-all").check()
     console.part("squad-mission-link").click()
     for drone_id, name in SQUAD.items():
@@ -143,9 +147,23 @@ def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody:
     console.wait("three uploads", lambda: answers(console, "answer") == ["done"] * 3)
     console.wait("the plans on board", lambda: answers(console, "standing") == ["on the drone"] * 3)
 
+
+def start_all(console: ConsolePage) -> None:
     console.part("squad-start").click()
     confirm_all(console)
     console.wait("three starts", lambda: answers(console, "answer") == ["done"] * 3)
+
+
+def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody: Somebody) -> None:
+    console = somebody()
+    sky = Sky(console)
+    console.open()  # anew, so that what the live channel says is heard from its beginning
+    console.sign_in("alice")
+    expect(console.part("squad-row")).to_have_count(3)
+    console.wait("three places", lambda: len(sky.places) == 3)
+    plan_and_upload(console)
+
+    start_all(console)
     console.wait("all in the air at their height", lambda: min(sky.highest_m.values()) > 14.0)
     console.wait("the field flown and all at home", sky.all_landed, timeout_s=180.0)
 
@@ -156,3 +174,30 @@ def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody:
     for drone_id in SQUAD:
         assert console.page.request.get(f"{console.address}/api/v1/drones/{drone_id}").json()["holder"] is None
     assert console.complaints == [] or all("401" in one for one in console.complaints), console.complaints
+
+
+def test_all_are_held_from_a_page_that_was_opened_while_they_fly(somebody: Somebody) -> None:
+    console = somebody()
+    sky = Sky(console)
+    console.open()
+    console.sign_in("alice")
+    expect(console.part("squad-row")).to_have_count(3)
+    console.wait("three places", lambda: len(sky.places) == 3)
+    plan_and_upload(console)
+    start_all(console)
+    console.wait("all in the air", lambda: min(place[2] for place in sky.places.values()) > 8.0)
+    assert set(sky.modes.values()) == {AUTO}
+
+    console.page.reload()
+    expect(console.part("squad-hold-all")).to_be_enabled()
+    expect(console.part("squad-part")).to_have_count(0)  # it knows of no plan
+    console.part("squad-hold-all").click()
+    confirm_all(console)
+    others = console.part("squad-other")
+    console.wait("three answers", lambda: [one.get_attribute("data-answer") for one in others.all()] == ["done"] * 3)
+    for name in SQUAD.values():
+        expect(others.filter(has_text=name)).to_have_count(1)
+
+    console.wait("all stand in the air", lambda: max(sky.speeds_m_s.values()) < 0.3)
+    assert min(place[2] for place in sky.places.values()) > 5.0, sky.places
+    assert AUTO not in sky.modes.values(), sky.modes

@@ -91,29 +91,30 @@ export class SquadMission {
 
   upload(parts: readonly SquadPart[]): Promise<void> {
     const rows = new Map(parts.map(({ member, plan }) => [member.id, itemsOf(plan, 'mission').map(rowOf)]));
-    return this.#run('upload', parts, (drone, tell) =>
+    return this.#run('upload', idsOf(parts), (drone, tell) =>
       followed(tower.operations, this.#rest.upload(drone.id, 'mission', rows.get(drone.id)!, false), tell),
     );
   }
 
   /** In the order of the parts, with the time between them that the conflicts were looked for with. */
   start(parts: readonly SquadPart[]): Promise<void> {
-    return this.#run('start', parts, command('start'), this.settings.startEveryS, true);
+    return this.#run('start', idsOf(parts), command('start'), this.settings.startEveryS, true);
   }
 
-  hold(parts: readonly SquadPart[]): Promise<void> {
+  /** Whatever plans this page knows of: it may have been opened while they fly. */
+  hold(droneIds: readonly number[]): Promise<void> {
     // Whatever is at work is broken off and begins no other: a hold waits for nothing.
     this.isStopping = true;
     for (const one of tower.operations.all.get().values()) {
       const isOurs = this.isBusy && !isOver(one) && this.chosen.has(one.drone_id) && one.by?.id === this.#user.id;
       if (isOurs) void tower.operations.cancel(one.id).catch(() => undefined); // it is over already, or will be
     }
-    return this.#run('hold', parts, command('hold'));
+    return this.#run('hold', droneIds, command('hold'));
   }
 
   async #run(
     work: SquadWork,
-    parts: readonly SquadPart[],
+    droneIds: readonly number[],
     deed: SquadDeed,
     everyS = 0,
     stopsAtFailure = false,
@@ -129,7 +130,7 @@ export class SquadMission {
     this.isStopping = false;
     this.answers = new Map();
     const run = inTurn(way, {
-      droneIds: parts.map(({ member }) => member.id),
+      droneIds,
       deed,
       everyS,
       stopsAtFailure,
@@ -142,6 +143,8 @@ export class SquadMission {
 
   #atWork: Promise<unknown> = Promise.resolve();
 }
+
+const idsOf = (parts: readonly SquadPart[]): number[] => parts.map(({ member }) => member.id);
 
 const hashes = new WeakMap<Plan, string>();
 
