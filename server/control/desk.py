@@ -68,6 +68,7 @@ class ControlDesk:
         address: str,
         now: float,
         watch: bool = True,
+        moves_video: bool = False,
         sticks_centred: bool = False,
     ) -> DroneView:
         """Does what `event` asks for and returns the drone as it is then, as this user may see it.
@@ -86,6 +87,7 @@ class ControlDesk:
             began_at=time.perf_counter(),
             address=address,
             watch=watch,
+            moves_video=moves_video,
             sticks_centred=sticks_centred,
         )
         takes = event is Event.TAKE and principal.role is Role.ADMIN and live_drone.holder_id != principal.user_id

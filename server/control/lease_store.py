@@ -44,6 +44,7 @@ class Ask:
     began_at: float
     address: str = ""
     watch: bool = True
+    moves_video: bool = False
     sticks_centred: bool = False
     as_tower: bool = False
     about: UserId | None = None
@@ -101,6 +102,7 @@ class DatabaseLeaseStore:
             "offered": after.offered,
             "assistant_id": after.assistant,
             "blind": after.blind,
+            "video_moved": after.video_moved,
             "epoch": after.epoch,
             "changed_at": self._clock(),
             "reason": ask.reason,
@@ -122,6 +124,7 @@ class DatabaseLeaseStore:
             offered=after.offered,
             assistant=_ref(users, after.assistant),
             blind=after.blind,
+            video_moved=after.video_moved,
         )
         return Committed(before, outcome, view)
 
@@ -136,6 +139,8 @@ class DatabaseLeaseStore:
             people = {"holder": view.holder, "taken_from": view.taken_from, "assistant": view.assistant}
             detail |= {"result": "done", "epoch": view.epoch}
             detail |= {part: ref.name if ref else None for part, ref in people.items()}
+            if ask.event is Event.TAKE:
+                detail |= {"view_taken": view.blind, "video_taken": view.blind or view.video_moved}
         detail["took_ms"] = round((time.perf_counter() - ask.began_at) * 1000.0, 1)
         record(
             session,
@@ -156,6 +161,7 @@ def lease_of_row(row: ControlLeaseRow) -> Lease:
         offered=row.offered,
         assistant=_user_id(row.assistant_id),
         blind=row.blind,
+        video_moved=row.video_moved,
         epoch=Epoch(row.epoch),
     )
 
@@ -189,6 +195,7 @@ async def _actor(session: AsyncSession, ask: Ask, lease: Lease, now: datetime) -
         holds_another=ask.by.user_id in flying_elsewhere,
         operator_may_fly=may_fly,
         watch=ask.watch,
+        moves_video=ask.moves_video,
         sticks_centred=ask.sticks_centred,
     )
 

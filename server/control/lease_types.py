@@ -67,6 +67,8 @@ class Actor:
     """The one it was taken from is still an owner with an account, and does not hold a different drone."""
     watch: bool = True
     """With TAKE: whoever is shut out may go on watching."""
+    moves_video: bool = False
+    """With TAKE: whoever is shut out may not go on watching the video."""
     sticks_centred: bool = False
     """With ACCEPT: they say that their sticks are in the middle."""
     about: UserId | None = None
@@ -80,8 +82,8 @@ TOWER: Final = Actor(None, is_tower=True)
 class Lease:
     """`taken_from` is set only while an admin holds what they took; that user is shut out until it is given back.
 
-    `blind`: that user gets no frames either, but while it is offered. `assistant`: an admin whose frames win while they
-    come.
+    `blind`: that user gets no frames either, but while it is offered; `video_moved`: no video. `assistant`: an admin
+    whose frames win while they come.
     """
 
     holder: UserId | None = None
@@ -89,6 +91,7 @@ class Lease:
     offered: bool = False
     assistant: UserId | None = None
     blind: bool = False
+    video_moved: bool = False
     epoch: Epoch = NO_EPOCH
 
     @property
@@ -107,6 +110,7 @@ class Lease:
         offered: bool = False,
         assistant: UserId | None = None,
         blind: bool = False,
+        video_moved: bool = False,
     ) -> "Lease":
         """The lease that follows this one: what is not named is gone."""
         return replace(
@@ -116,6 +120,7 @@ class Lease:
             offered=offered,
             assistant=assistant,
             blind=blind,
+            video_moved=video_moved,
             epoch=Epoch(self.epoch + 1),
         )
 

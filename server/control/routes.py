@@ -1,7 +1,7 @@
 """`/api/v1/drones/{id}/control/...`: REST's way to the control desk."""
 
 import time
-from typing import Annotated
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Body, Path, Request
 from pydantic import BaseModel, Field
@@ -29,9 +29,13 @@ class ControlRequest(BaseModel):
 
 
 class TakeRequest(ControlRequest):
-    """Why, and whether whoever is shut out may go on watching."""
+    """Why, and whether whoever is shut out may go on watching: all of it (`watch`), and the video (`video`)."""
 
     watch: bool = True
+    video: Annotated[
+        Literal["keep", "move"],
+        Field(description="`move`: they may not watch the video until the controls are offered"),
+    ] = "keep"
 
 
 class AcceptRequest(ControlRequest):
@@ -54,6 +58,7 @@ async def _change(
         address=address_of(request),
         now=time.monotonic(),
         watch=body.watch if isinstance(body, TakeRequest) else True,
+        moves_video=isinstance(body, TakeRequest) and body.video == "move",
         sticks_centred=isinstance(body, AcceptRequest) and body.sticks_centred,
     )
 
@@ -78,7 +83,7 @@ async def take(
     body: Annotated[TakeRequest | None, Body()] = None,
 ) -> DroneView:
     """Admin: take the controls, or withdraw an offer. The drone holds; its operator is shut out until they are given
-    back, and does not see it either if `watch` is false."""
+    back, does not see it either if `watch` is false, and has no video of it if `video` is `move`."""
     return await _change(request, principal, drone_id, Event.TAKE, body)
 
 

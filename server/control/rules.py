@@ -105,7 +105,9 @@ def take_held(lease: Lease, actor: Actor) -> Outcome:
         return _ADMINS_ONLY_TAKE
     if lease.holder == actor.user_id:
         return _ALREADY_YOURS
-    taken = lease.next(holder=actor.user_id, taken_from=lease.holder, blind=not actor.watch)
+    taken = lease.next(
+        holder=actor.user_id, taken_from=lease.holder, blind=not actor.watch, video_moved=actor.moves_video
+    )
     return Changed(taken, (Order.HOLD,))
 
 
@@ -118,15 +120,27 @@ def take_taken(lease: Lease, actor: Actor) -> Outcome:
     # now, having been made an admin meanwhile.
     if lease.taken_from == actor.user_id:
         return Changed(lease.next(holder=actor.user_id), (Order.HOLD,))
-    taken = lease.next(holder=actor.user_id, taken_from=lease.taken_from, blind=not actor.watch)
+    taken = lease.next(
+        holder=actor.user_id, taken_from=lease.taken_from, blind=not actor.watch, video_moved=actor.moves_video
+    )
     return Changed(taken, (Order.HOLD,))
 
 
 def take_offered(lease: Lease, actor: Actor) -> Outcome:
     if actor.is_admin and lease.holder == actor.user_id:
         # The offer is withdrawn. The drone holds since it was made, and its holder has not changed.
-        return Changed(lease.next(holder=lease.holder, taken_from=lease.taken_from, blind=lease.blind))
+        return Changed(_still_taken(lease))
     return take_taken(lease, actor)
+
+
+def _still_taken(lease: Lease, *, offered: bool = False) -> Lease:
+    return lease.next(
+        holder=lease.holder,
+        taken_from=lease.taken_from,
+        offered=offered,
+        blind=lease.blind,
+        video_moved=lease.video_moved,
+    )
 
 
 def give(lease: Lease, actor: Actor) -> Outcome:
@@ -134,8 +148,7 @@ def give(lease: Lease, actor: Actor) -> Outcome:
         return Refused("not-the-holder", "only the admin who took the controls can give them back")
     if not actor.operator_may_fly:
         return Refused("cannot-receive", "the operator cannot fly this drone now; release the controls instead")
-    offered = lease.next(holder=lease.holder, taken_from=lease.taken_from, offered=True, blind=lease.blind)
-    return Changed(offered, (Order.HOLD,))
+    return Changed(_still_taken(lease, offered=True), (Order.HOLD,))
 
 
 def accept(lease: Lease, actor: Actor) -> Outcome:
@@ -153,7 +166,7 @@ def accept(lease: Lease, actor: Actor) -> Outcome:
 def offer_lapsed(lease: Lease, actor: Actor) -> Outcome:
     if not actor.is_tower:
         return _TOWER_ONLY
-    return Changed(lease.next(holder=lease.holder, taken_from=lease.taken_from, blind=lease.blind))
+    return Changed(_still_taken(lease))
 
 
 # -- assist --------------------------------------------------------------------------------------------------

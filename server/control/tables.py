@@ -26,6 +26,7 @@ class ControlLeaseRow(Base):
     offered: Mapped[bool] = mapped_column(default=False)
     assistant_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
     blind: Mapped[bool] = mapped_column(default=False)
+    video_moved: Mapped[bool] = mapped_column(default=False)
     changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
     reason: Mapped[str] = mapped_column(String(256), default="", server_default="")
 

@@ -57,6 +57,8 @@ class DroneRecord:
     assistant: UserRef | None = None
     blind: bool = False
     """`taken_from` may not watch either."""
+    video_moved: bool = False
+    """`taken_from` may not watch the video."""
     loans: tuple[LoanRecord, ...] = ()
     """In the order of the users' ids."""
 
@@ -124,6 +126,7 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
                 offered=lease.offered if lease else False,
                 assistant=ref(lease.assistant_id) if lease else None,
                 blind=lease.blind if lease else False,
+                video_moved=lease.video_moved if lease else False,
                 loans=tuple(loans[drone.id]),
             )
         )

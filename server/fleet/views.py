@@ -73,6 +73,9 @@ class DroneView(BaseModel):
     offered: Annotated[bool, Field(description="Given back to `taken_from`, who has not accepted yet")] = False
     assistant: Annotated[UserRefView | None, Field(description="An admin who assists the holder")] = None
     may_watch: Annotated[bool, Field(description="False for an operator from whom the view was taken as well")] = True
+    may_watch_video: Annotated[
+        bool, Field(description="False for an operator from whom the video, or the whole view, was taken as well")
+    ] = True
     lost_action: Annotated[LostAction, Field(description="What the agent does when the tower stays lost")] = (
         LostAction.RETURN
     )

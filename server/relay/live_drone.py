@@ -43,6 +43,8 @@ class LeaseView:
     """An admin whose commands win for as long as they come."""
     blind: bool = False
     """`taken_from` may not watch either, but while the controls are offered to them."""
+    video_moved: bool = False
+    """`taken_from` may not watch the video, but while the controls are offered to them."""
 
     def part_takers(self) -> frozenset[UserId]:
         """Everybody who has a part in it."""
@@ -58,6 +60,7 @@ def lease_of(record: DroneRecord) -> LeaseView:
         offered=record.offered,
         assistant=record.assistant,
         blind=record.blind,
+        video_moved=record.video_moved,
     )
 
 
@@ -171,6 +174,13 @@ class LiveDrone:
         lease = self.lease
         return lease.taken_from.id if lease.blind and not lease.offered and lease.taken_from else None
 
+    @property
+    def no_video_user_id(self) -> UserId | None:
+        """Who may not watch its video though it is their drone."""
+        lease = self.lease
+        shut_out = (lease.blind or lease.video_moved) and not lease.offered
+        return lease.taken_from.id if shut_out and lease.taken_from else None
+
     def may_arm(self, user_id: UserId) -> bool:
         """Whether this user's commands pass, if the drone is there: the holder's, and an assistant's."""
         assistant = self.lease.assistant
@@ -222,7 +232,7 @@ class LiveDrone:
         self.heartbeat = None
 
     def view(self) -> DroneView:
-        """As the outside is told. The same for everybody who may see the drone, but for `may_watch`."""
+        """As the outside is told. The same for everybody who may see the drone, but for what they may not watch."""
         return DroneView(
             id=self.record.id,
             name=self.record.name,
@@ -251,9 +261,12 @@ class LiveDrone:
     def view_for(self, user_id: UserId) -> DroneView:
         """As one user is told."""
         view = self.view()
-        if user_id != self.blind_user_id:
-            return view
-        return view.model_copy(update={"may_watch": False, "plans": NO_PLANS, "parameters": NO_PARAMETERS})
+        if user_id == self.blind_user_id:
+            taken = {"may_watch": False, "may_watch_video": False, "plans": NO_PLANS, "parameters": NO_PARAMETERS}
+            return view.model_copy(update=taken)
+        if user_id == self.no_video_user_id:
+            return view.model_copy(update={"may_watch_video": False})
+        return view
 
 
 def _view_of(ref: UserRef | None) -> UserRefView | None:

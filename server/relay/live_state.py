@@ -46,12 +46,12 @@ class LiveState:
                 browser.tell(event)
 
     def tell_drone(self, drone: LiveDrone) -> None:
-        """The drone as it is now. One event for all but who is blind, so that it is put into JSON once."""
-        blind_id = drone.blind_user_id
+        """The drone as it is now. One event for all but who may not watch, so that it is put into JSON once."""
+        other_id = drone.no_video_user_id
         told = live.DroneChanged(drone.view())
         for browser in drone.watchers.values():
             user_id = browser.viewer.user_id
-            browser.tell(told if user_id != blind_id else live.DroneChanged(drone.view_for(user_id)))
+            browser.tell(told if user_id != other_id else live.DroneChanged(drone.view_for(user_id)))
 
     def tell_links(self, drones: Iterable[LiveDrone], now: float) -> None:
         """How the links of those are that are online: to each browser in one message."""

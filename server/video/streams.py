@@ -59,6 +59,8 @@ class Stream:
 
     def __init__(self) -> None:
         self.group: list[Relayed] = []
+        self.previous: list[Relayed] = []
+        """The group before, for those who are about to be sent the end of it."""
         self.number = 0
         self.lacks_key = True
         """Nothing can be passed on before the next key picture."""
@@ -82,16 +84,17 @@ class Stream:
     def put(self, unit: Relayed) -> None:
         """A unit came that `follows`."""
         if unit.head.key:
-            self.group = []
-            self.number += 1
-            self._bytes = 0
+            self._begin_group(self.group if not unit.head.is_break else [])
             self.lacks_key = False
         self.group.append(unit)
         self._bytes += len(unit.message)
 
     def broken(self) -> None:
         """What comes next does not follow: the camera was away, the channel another one, or something was lost."""
-        self.group = []
+        self._begin_group([])
+        self.lacks_key = True
+
+    def _begin_group(self, previous: list[Relayed]) -> None:
+        self.previous, self.group = previous, []
         self.number += 1
         self._bytes = 0
-        self.lacks_key = True

@@ -1,0 +1,76 @@
+"""How far the clock of an agent is from the tower's: the answer that took the least round trip says it best.
+
+Pure. An answer was given somewhere between question and arrival, so it is wrong by half its round trip at most; and a
+clock drifts, so an old answer is wrong by as much more as it may have drifted since. The one with the least of both
+counts. The offset is not averaged: on a busy way nearly all answers are late on one side, and so would be the mean.
+"""
+
+from collections import OrderedDict
+from typing import Final, NamedTuple
+
+DRIFT: Final = 100e-6
+"""Two cheap quartzes run apart by no more than this: a millisecond in ten seconds."""
+MOST_OPEN: Final = 16
+ANSWERED_WITHIN_S: Final = 2.0
+"""What comes later is no answer to what was asked."""
+MOST_KEPT: Final = 24
+
+
+class _Answer(NamedTuple):
+    at: float
+    round_trip_s: float
+    offset_us: int
+
+    def error_s(self, now: float) -> float:
+        return self.round_trip_s / 2 + (now - self.at) * DRIFT
+
+
+class ClockOffset:
+    """One for each link: an agent that was started again may have another clock."""
+
+    def __init__(self) -> None:
+        self._asked: OrderedDict[int, float] = OrderedDict()
+        self._answers: list[_Answer] = []
+        self._number = 0
+
+    def ask(self, now: float) -> int:
+        """The number of a probe that is sent now."""
+        self._number = (self._number + 1) & 0xFFFFFFFF
+        self._asked[self._number] = now
+        while len(self._asked) > MOST_OPEN:
+            self._asked.popitem(last=False)
+        return self._number
+
+    def answered(self, number: int, at_us: int, now: float) -> bool:
+        """The agent's clock showed `at_us` when it answered. False for what is no answer to an open probe."""
+        asked_at = self._asked.pop(number, None)
+        if asked_at is None or not 0.0 <= now - asked_at <= ANSWERED_WITHIN_S:
+            return False
+        middle_us = round((asked_at + now) * 500_000)
+        answer = _Answer(now, now - asked_at, middle_us - at_us)
+        self._answers.append(answer)
+        if len(self._answers) > MOST_KEPT:
+            self._answers.remove(max(self._answers, key=lambda one: one.error_s(now)))
+        return True
+
+    @property
+    def known(self) -> bool:
+        """Whether any answer has come."""
+        return bool(self._answers)
+
+    def offset_us(self, now: float) -> int | None:
+        """Tower's monotonic clock less the agent's; None: not known."""
+        if not self._answers:
+            return None
+        return min(self._answers, key=lambda one: one.error_s(now)).offset_us
+
+    def error_ms(self, now: float) -> float | None:
+        """By how much the offset may be wrong at most."""
+        if not self._answers:
+            return None
+        return min(one.error_s(now) for one in self._answers) * 1000
+
+    def tower_us(self, agent_us: int, now: float) -> int:
+        """A moment of the agent's clock by the tower's; 0: not known."""
+        offset = self.offset_us(now)
+        return 0 if offset is None or agent_us == 0 else max(1, agent_us + offset)

@@ -1,0 +1,167 @@
+"""What of a stream one viewer is sent, and when. Pure: takes `now`.
+
+Its laws, each with a test:
+- A viewer has a place in the stream's newest group of pictures and no queue: what is not sent when the next key picture
+  comes is never sent.
+- What is begun is what can be decoded: after anything was left out, the next thing is a key picture.
+- Nothing old is begun. What was sent and is not yet drawn (`got`) is bounded by what the way takes, so that what is
+  begun arrives soon.
+- A viewer who keeps up notices none of this.
+"""
+
+from collections import deque
+from typing import Final
+
+from server.video.streams import Relayed, Stream
+
+PICTURE_AGE_S: Final = 0.25
+KEY_AGE_S: Final = 0.4
+"""Older ones are not begun: the group is given up, and the next key picture waited for."""
+CATCH_UP_S: Final = 0.4
+"""For whoever has just come: the pictures that lead up to now are old, and drawn in a moment."""
+LEFT_OVER_S: Final = 0.1
+"""The rest of a group may still go when the next one has begun, if it is no older than this."""
+STALE_GROUP_S: Final = 2.0
+"""A group whose newest picture is older than this is shown to nobody who comes: it is not live."""
+
+QUEUE_S: Final = 0.2
+"""How long what is sent may wait on the way, beyond what the way takes at its best."""
+KEY_QUEUE_S: Final = 0.1
+"""Before a key picture, which is large itself."""
+LATE_S: Final = 0.12
+"""So much later than at its best, and the way does not take the stream."""
+FORGET_SLOW_S: Final = 1.0
+"""After it was last late."""
+LONGEST_WAY_S: Final = 1.0
+MOST_AHEAD_S: Final = 0.3
+"""What the way itself holds counts for no more than this, once it is known to be slow."""
+FIRST_GUESS_S: Final = 0.3
+BEST_FOR_S: Final = 30.0
+MOST_SENT: Final = 4096
+_NOT_KNOWN: Final = float("inf")
+
+
+class ViewerPace:
+    """One for each viewer."""
+
+    def __init__(self) -> None:
+        self.skipped = 0
+        """Units of its stream that it was too slow for."""
+        self.in_flight = 0
+        """Bytes sent and not yet drawn, as far as it has said."""
+        self._stream: Stream | None = None
+        self._group = 0
+        self._next = 0
+        self._lost = False
+        """Something of this group was left out."""
+        self._catches_up_until = float("-inf")
+        self._sent: deque[tuple[int, int, float, int]] = deque()
+        """(sequence, bytes, when, delivered until then)."""
+        self._delivered = 0
+        self._best_s = self._best_before_s = _NOT_KNOWN
+        self._best_since = float("-inf")
+        self._rate: float | None = None
+        """Bytes a second that the way takes; None while it takes all."""
+        self._late_at = float("-inf")
+
+    def watch(self, stream: Stream, now: float) -> None:
+        """From the newest key picture of this stream on."""
+        self._stream = stream
+        self._group, self._next, self._lost = stream.number, 0, False
+        self._catches_up_until = now + CATCH_UP_S
+        if stream.group and now - stream.group[-1].at > STALE_GROUP_S:
+            self._next, self._lost = len(stream.group), True
+
+    def next_unit(self, now: float) -> Relayed | None:
+        """What is to be sent at once, if anything is; it counts as sent. Ask again until there is nothing."""
+        stream = self._stream
+        if stream is None:
+            return None
+        if self._group != stream.number:
+            left_over = self._left_over(stream, now)
+            if left_over is not None:
+                return left_over
+        group = stream.group
+        if self._lost or self._next >= len(group):
+            return None
+        unit = group[self._next]
+        if now > self._catches_up_until and now - unit.at > (KEY_AGE_S if unit.head.key else PICTURE_AGE_S):
+            self._lost = True
+            return None
+        return self._send(unit, now) if not self._sent or self._has_way_for(unit, now) else None
+
+    def got(self, sequence: int, now: float) -> None:
+        """The viewer has drawn this one, and is done with all before it. Nothing for one that is not open."""
+        sent = self._sent
+        if not any(one[0] == sequence for one in sent):
+            return
+        while True:
+            number, size, at, delivered = sent.popleft()
+            self.in_flight -= size
+            self._delivered += size
+            if number == sequence:
+                break
+        took_s = now - at
+        self._note_best(took_s, now)
+        sample = (self._delivered - delivered) / max(took_s, 1e-3)
+        if took_s > self._best() + LATE_S:
+            self._late_at = now
+            self._rate = sample if self._rate is None else max(sample, 0.7 * self._rate + 0.3 * sample)
+        elif self._rate is not None:
+            self._rate = None if now - self._late_at > FORGET_SLOW_S else max(self._rate, sample)
+
+    def silent_for(self, now: float) -> float:
+        """Seconds since what it has not said to have drawn was sent; 0 if there is nothing."""
+        return now - self._sent[0][2] if self._sent else 0.0
+
+    # -- what the way takes ----------------------------------------------------------------------------------
+
+    def _has_way_for(self, unit: Relayed, now: float) -> bool:
+        best = self._best()
+        if now - self._sent[0][2] > best + QUEUE_S or len(self._sent) >= MOST_SENT:
+            return False
+        size = len(unit.framed)
+        if self._rate is None:
+            # Whether the way takes so much is not known before the first of it was drawn.
+            at_once = unit.head.bits_per_s / 8 * (best + QUEUE_S) + self._key_bytes()
+            return self.in_flight + size <= at_once
+        best = min(best, MOST_AHEAD_S)
+        if unit.head.key:
+            return self.in_flight <= self._rate * (best + KEY_QUEUE_S)
+        return self.in_flight + size <= self._rate * (best + QUEUE_S)
+
+    def _key_bytes(self) -> int:
+        group = self._stream.group if self._stream is not None else ()
+        return len(group[0].framed) if group else 0
+
+    def _best(self) -> float:
+        best = self._best_s if self._best_s < self._best_before_s else self._best_before_s
+        if best > LONGEST_WAY_S:
+            return FIRST_GUESS_S if best == _NOT_KNOWN else LONGEST_WAY_S
+        return best
+
+    def _note_best(self, took_s: float, now: float) -> None:
+        if now - self._best_since > BEST_FOR_S:
+            self._best_before_s, self._best_s, self._best_since = self._best_s, took_s, now
+        elif took_s < self._best_s:
+            self._best_s = took_s
+
+    # -- its place -------------------------------------------------------------------------------------------
+
+    def _left_over(self, stream: Stream, now: float) -> Relayed | None:
+        before = stream.previous if self._group == stream.number - 1 else ()
+        if self._next < len(before):
+            unit = before[self._next]
+            fresh = not self._lost and now - unit.at <= LEFT_OVER_S
+            if fresh and (not self._sent or self._has_way_for(unit, now)):
+                return self._send(unit, now)
+            self.skipped += len(before) - self._next
+        self._group, self._next, self._lost = stream.number, 0, False
+        return None
+
+    def _send(self, unit: Relayed, now: float) -> Relayed:
+        size = len(unit.framed)
+        self._sent.append((unit.head.sequence, size, now, self._delivered))
+        self.in_flight += size
+        self._next += 1
+        return unit
