@@ -126,6 +126,6 @@ async def test_the_agent_dies(world: World) -> None:
         # systemd would start it again; the lease is as it was, and the drone is flown on.
         await asyncio.to_thread(world.restart, "agent-Kestrel")
         await asyncio.to_thread(world.wait_until_online, admin, 1)
-        pilot.hold_sticks()
+        await pilot.centre_sticks()
         await pilot.set_mode(5)
         await pilot.until(lambda: pilot.armed and pilot.climb_mps > -0.3, "flown on")

@@ -52,7 +52,7 @@ async def read(pilot: Pilot, words: str) -> dict[str, Any]:
 
 async def take_up_again(pilot: Pilot) -> None:
     """As after any hold: centred sticks first, then the mode."""
-    pilot.hold_sticks()
+    await pilot.centre_sticks()
     await pilot.set_mode(LOITER)
 
 

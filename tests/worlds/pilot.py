@@ -32,6 +32,7 @@ class Pilot:
         self._drone_id = DroneId(drone_id)
         self._sequence = 0
         self._sticks: tuple[int, int, int, int] | None = None
+        self._sticks_sent = 0
         self.mode = -1
         self.armed = False
         self.has_position = False
@@ -86,6 +87,12 @@ class Pilot:
     def hold_sticks(self, pitch: int = 0, roll: int = 0, throttle: int = 500, yaw: int = 0) -> None:
         """From now on these go out at 50 Hz (MANUAL_CONTROL units)."""
         self._sticks = (pitch, roll, throttle, yaw)
+
+    async def centre_sticks(self) -> None:
+        """Centred sticks from now on, and some have gone out: a mode can be switched sooner than the next ones go."""
+        self.hold_sticks()
+        enough = self._sticks_sent + 2
+        await self.until(lambda: self._sticks_sent >= enough, "centred sticks to go out")
 
     def let_go(self) -> None:
         """Nothing goes out any more."""
@@ -145,6 +152,7 @@ class Pilot:
         while True:
             if self._sticks is not None:
                 await self.send(mavlink.MAVLink_manual_control_message(1, *self._sticks, 0))
+                self._sticks_sent += 1
             await asyncio.sleep(STICKS_EVERY_S)
 
 
