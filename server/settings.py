@@ -163,10 +163,14 @@ class Settings:
     tiles_most_zoom: int = _setting(19, "TOWER_TILES_MOST_ZOOM", _number(0, 24))
     """Of tiles from elsewhere; beyond it they are stretched. A file says its own."""
     files: Path = field(default=_UNSET, metadata=_from("TOWER_FILES", Path))
-    """Where flight logs are kept. Not set: `files` in `var`."""
+    """Where flight logs and recordings are kept. Not set: `files` in `var`."""
     files_budget_mb: int = _setting(5_000, "TOWER_FILES_BUDGET_MB", _number(1, 100_000_000))
-    """Of all of them together, in millions of bytes; the oldest are removed first."""
+    """Of all flight logs together, in millions of bytes; the oldest are removed first."""
     file_largest_mb: int = _setting(500, "TOWER_FILE_LARGEST_MB", _number(1, 100_000))
+    recordings_budget_mb: int = _setting(20_000, "TOWER_RECORDINGS_BUDGET_MB", _number(1, 100_000_000))
+    """Of all recordings of video together, in millions of bytes; the oldest are removed first."""
+    recording_largest_mb: int = _setting(2_000, "TOWER_RECORDING_LARGEST_MB", _number(1, 100_000))
+    recording_longest_s: float = _setting(7_200.0, "TOWER_RECORDING_LONGEST_S", _number(10, 7 * _DAY_S, float))
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
 
     def __post_init__(self) -> None:

@@ -8,6 +8,7 @@ from server.control import tables as control
 from server.database import Base
 from server.fleet import tables as fleet
 from server.missions import tables as missions
+from server.recordings import tables as recordings
 
-ALL: Final = (accounts, audit, control, fleet, missions)
+ALL: Final = (accounts, audit, control, fleet, missions, recordings)
 METADATA: Final = Base.metadata

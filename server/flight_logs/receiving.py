@@ -8,8 +8,9 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import IO, Final
 
+from server.file_room import NoRoom
 from server.flight_logs.refusals import FileIncomplete, FileNotTaken, NotAskedFor
-from server.flight_logs.shelf import LogShelf, NoRoom
+from server.flight_logs.shelf import LogShelf
 from server.operations.operation import Operation
 from server.relay.live_drone import LiveDrone
 from wire.transactions import LogDownloadWork

@@ -7,23 +7,16 @@ not at all: it is written beside and renamed. Blocking; call it in a thread.
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
+from server.file_room import NoRoom, disk_takes, drone_folders, folder_of, remove_strangers, to_remove
 from wire.ids import DroneId
 
-LEFT_FREE_BYTES: Final = 256 * 1024 * 1024
-"""On the disk, which the database needs too."""
 _NAME: Final = re.compile(r"(\d{1,5})-(\d{1,10})\.bin")
 _PART: Final = ".part"
-_FOLDER: Final = re.compile(r"drone-(\d{1,10})")
-
-
-class NoRoom(Exception):
-    """The file is larger than what is taken, or the disk is full. The message is for people."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +54,7 @@ class LogShelf:
         self._make_room(size_bytes)
         folder = self._folder(drone_id)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if shutil.disk_usage(folder).free < size_bytes + LEFT_FREE_BYTES:
+        if not disk_takes(folder, size_bytes):
             raise NoRoom("the tower's disk has no room for it")
         return (folder / f"{transaction_id}-{attempt}{_PART}").open("wb")
 
@@ -76,30 +69,18 @@ class LogShelf:
 
     def sweep(self, drone_ids: Container[int]) -> None:
         """At start: files of drones that are no more, and halves of files."""
-        if not self._root.is_dir():
-            return
-        for folder in self._root.iterdir():
-            found = _FOLDER.fullmatch(folder.name)
-            if found and int(found[1]) not in drone_ids:
-                shutil.rmtree(folder, ignore_errors=True)
-            elif found:
-                for half in folder.glob(f"*{_PART}"):
-                    half.unlink(missing_ok=True)
+        remove_strangers(self._root, drone_ids)
+        for _, folder in drone_folders(self._root):
+            for half in folder.glob(f"*{_PART}"):
+                half.unlink(missing_ok=True)
 
     def _folder(self, drone_id: DroneId) -> Path:
-        return self._root / f"drone-{drone_id}"
+        return folder_of(self._root, drone_id)
 
     def _make_room(self, size_bytes: int) -> None:
-        files: list[KeptLog] = []
-        if self._root.is_dir():
-            for folder in self._root.iterdir():
-                files += _files_in(folder)
-        used = sum(kept.size_bytes for kept in files)
-        for oldest in sorted(files, key=lambda kept: kept.kept_at):
-            if used + size_bytes <= self._budget_bytes:
-                return
+        files = [kept for _, folder in drone_folders(self._root) for kept in _files_in(folder)]
+        for oldest in to_remove(files, coming_bytes=size_bytes, budget_bytes=self._budget_bytes):
             oldest.path.unlink(missing_ok=True)
-            used -= oldest.size_bytes
 
 
 def _files_in(folder: Path) -> Iterable[KeptLog]:

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from server.flight_logs import shelf as shelves
-from server.flight_logs.shelf import LogShelf, NoRoom
+from server import file_room
+from server.file_room import NoRoom
+from server.flight_logs.shelf import LogShelf
 from wire.ids import DroneId
 
 HAWK, CROW = DroneId(3), DroneId(4)
@@ -55,7 +56,7 @@ def test_what_is_too_large_or_would_fill_the_disk_is_not_taken(tmp_path: Path, m
     put(on, 1, 40)
     with pytest.raises(NoRoom):
         on.begin(HAWK, 2, 61, 1)
-    monkeypatch.setattr(shelves, "LEFT_FREE_BYTES", 1 << 62)
+    monkeypatch.setattr(file_room, "LEFT_FREE_BYTES", 1 << 62)
     with pytest.raises(NoRoom, match="disk"):
         on.begin(HAWK, 2, 10, 1)
     assert kept(on) == [(1, 5, 40)]
