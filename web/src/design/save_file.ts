@@ -1,9 +1,13 @@
-/** Hands text that we made to the browser as a file. */
+/** Hands what we made to the browser as a file. */
 
 const KEPT_MS = 10_000;
 
 export function saveFile(name: string, text: string, mediaType = 'text/plain'): void {
-  const address = URL.createObjectURL(new Blob([text], { type: mediaType }));
+  saveBlob(name, new Blob([text], { type: mediaType }));
+}
+
+export function saveBlob(name: string, blob: Blob): void {
+  const address = URL.createObjectURL(blob);
   const link = document.createElement('a');
   link.href = address;
   link.download = name;

@@ -1,0 +1,41 @@
+/** Lets through what can be decoded: after a gap, a break or another stream nothing before the next key picture. */
+
+import type { Unit } from './unit';
+
+/** A leap beyond this is no loss: the stream began anew. Some half a minute. */
+const LARGEST_LOSS = 1000;
+
+type Head = Pick<Unit, 'quality' | 'codec' | 'sequence' | 'isKey' | 'isBreak'>;
+
+export class StreamGate {
+  #last: Head | null = null;
+  #isOpen = false;
+  /** Units that never came, since the view began. */
+  lost = 0;
+
+  /** What comes next does not follow what came before: another connection. */
+  restart(): void {
+    this.#last = null;
+    this.#isOpen = false;
+  }
+
+  /** What was let through could not be decoded. */
+  shut(): void {
+    this.#isOpen = false;
+  }
+
+  admits(head: Head): boolean {
+    const last = this.#last;
+    this.#last = head;
+    if (!last || last.quality !== head.quality || last.codec !== head.codec) {
+      this.#isOpen = false;
+    } else {
+      const missing = (head.sequence - last.sequence - 1) >>> 0;
+      if (missing > 0) this.#isOpen = false;
+      if (missing <= LARGEST_LOSS) this.lost += missing;
+    }
+    if (head.isBreak) this.#isOpen = false;
+    if (head.isKey) this.#isOpen = true;
+    return this.#isOpen;
+  }
+}

@@ -1,0 +1,210 @@
+/**
+ * The WebSocket of one drone's video: opens, reconnects with back-off as the live link does, asks the tower's clock,
+ * and tells it what was decoded. Knows nothing of pictures. It runs in the worker, so that no picture and no answer
+ * ever waits for the page.
+ */
+
+import type { Clock } from '../link/clock';
+import type { SocketLike } from '../link/live';
+import { TowerClock } from './tower_clock';
+import { readUnit, type Unit } from './unit';
+import { TOWER_STATES, type CodecName, type QualityName, type TowerState } from './video_types';
+
+export const SUBPROTOCOL = 'tower-video.v1';
+
+const BACKOFF_FIRST_MS = 500;
+const BACKOFF_MOST_MS = 8_000;
+/** The tower said no. That changes when somebody gives the view back, or signs in anew: no hurry. */
+const REFUSED_RETRY_MS = 5_000;
+/** The tower answers each question for its clock, so that silence means a dead socket. */
+const SILENCE_LIMIT_MS = 6_000;
+const CLOCK_FIRST_MS = 100;
+const CLOCK_FIRST_QUESTIONS = 5;
+const CLOCK_EVERY_MS = 2_000;
+
+const REFUSALS = new Set([4400, 4401, 4403, 4404, 4430]);
+
+export type LinkPhase = 'stopped' | 'connecting' | 'open' | 'waiting' | 'refused';
+
+export interface LinkState {
+  readonly phase: LinkPhase;
+  readonly failures: number;
+  /** By the link's clock; null where no attempt is planned. */
+  readonly retryAtMs: number | null;
+  /** Of `refused`: the tower's reason, for people. */
+  readonly why: string;
+}
+
+export interface TowerSays {
+  readonly state: TowerState;
+  readonly words: string;
+  readonly codecs: readonly CodecName[];
+}
+
+export interface Wish {
+  readonly quality: QualityName;
+  readonly codec: CodecName;
+}
+
+export interface VideoLinkOptions {
+  readonly clock: Clock;
+  readonly openSocket: (wish: Wish) => SocketLike;
+  readonly onLink: (state: LinkState) => void;
+  readonly onTower: (says: TowerSays) => void;
+  readonly onUnit: (unit: Unit, bytes: number) => void;
+  readonly onSkipped: (count: number) => void;
+  /** 0..1; spreads the reconnections of many browsers after a restart of the tower. */
+  readonly random?: () => number;
+}
+
+export function videoUrl(page: { protocol: string; host: string }, droneId: number, { quality, codec }: Wish): string {
+  const scheme = page.protocol === 'https:' ? 'wss' : 'ws';
+  return `${scheme}://${page.host}/api/v1/drones/${droneId}/video?quality=${quality}&codec=${codec}`;
+}
+
+export class VideoLink {
+  readonly #options: VideoLinkOptions;
+  readonly clock = new TowerClock();
+  #wish: Wish;
+  #state: LinkState = { phase: 'stopped', failures: 0, retryAtMs: null, why: '' };
+  #socket: SocketLike | null = null;
+  #cancelTimer: () => void = () => undefined;
+  #cancelQuestion: () => void = () => undefined;
+
+  constructor(wish: Wish, options: VideoLinkOptions) {
+    this.#wish = wish;
+    this.#options = options;
+  }
+
+  get wish(): Wish {
+    return this.#wish;
+  }
+
+  start(): void {
+    if (this.#state.phase === 'stopped') this.#connect(0);
+  }
+
+  stop(): void {
+    this.#drop();
+    this.#become({ phase: 'stopped', failures: 0, retryAtMs: null, why: '' });
+  }
+
+  /** Another stream, over the same connection. */
+  want(wish: Wish): void {
+    if (wish.quality === this.#wish.quality && wish.codec === this.#wish.codec) return;
+    this.#wish = wish;
+    this.#say({ type: 'want', ...wish });
+  }
+
+  /** All up to this unit was decoded or is not needed: the tower may send as much again. */
+  got(sequence: number): void {
+    this.#say({ type: 'got', sequence });
+  }
+
+  #say(message: object): void {
+    if (this.#state.phase === 'open') this.#socket?.send(JSON.stringify(message));
+  }
+
+  #connect(failures: number): void {
+    this.#drop();
+    this.clock.forget();
+    this.#become({ phase: 'connecting', failures, retryAtMs: null, why: '' });
+    let socket: SocketLike;
+    try {
+      socket = this.#options.openSocket(this.#wish);
+    } catch {
+      this.#lost(0);
+      return;
+    }
+    const asked = this.#wish;
+    this.#socket = socket;
+    socket.binaryType = 'arraybuffer';
+    socket.onmessage = ({ data }) => this.#received(data, asked);
+    socket.onclose = ({ code, reason }) => this.#lost(code, reason);
+    this.#watchSilence();
+  }
+
+  #received(data: unknown, asked: Wish): void {
+    if (this.#state.phase !== 'open') this.#opened(asked);
+    this.#watchSilence();
+    if (data instanceof ArrayBuffer) {
+      const unit = readUnit(data);
+      if (unit) this.#options.onUnit(unit, data.byteLength);
+    } else if (typeof data === 'string') {
+      this.#told(data);
+    }
+  }
+
+  /** By the tower's first word: before that nobody knows whether it lets us in. */
+  #opened(asked: Wish): void {
+    this.#become({ phase: 'open', failures: 0, retryAtMs: null, why: '' });
+    if (asked !== this.#wish) this.#say({ type: 'want', ...this.#wish });
+    this.#askTime(1);
+  }
+
+  #told(text: string): void {
+    let said: Record<string, unknown>;
+    try {
+      said = (JSON.parse(text) as Record<string, unknown> | null) ?? {};
+    } catch {
+      return;
+    }
+    if (said['type'] === 'clock') {
+      const { sent, tower_us } = said;
+      if (typeof sent === 'number' && typeof tower_us === 'number') {
+        this.clock.answered(sent, this.#options.clock.monotonicMs(), tower_us);
+      }
+    } else if (said['type'] === 'skipped' && typeof said['count'] === 'number') {
+      this.#options.onSkipped(said['count']);
+    } else if (said['type'] === 'state') {
+      const state = TOWER_STATES.find((one) => one === said['state']);
+      const codecs = Array.isArray(said['codecs']) ? said['codecs'] : [];
+      const known = codecs.filter((one): one is CodecName => one === 'mpeg1' || one === 'h264');
+      const words = typeof said['words'] === 'string' ? said['words'] : '';
+      if (state) this.#options.onTower({ state, words, codecs: known });
+    }
+  }
+
+  #askTime(asked: number): void {
+    this.#say({ type: 'clock', sent: this.#options.clock.monotonicMs() });
+    const delayMs = asked < CLOCK_FIRST_QUESTIONS ? CLOCK_FIRST_MS : CLOCK_EVERY_MS;
+    this.#cancelQuestion = this.#options.clock.after(delayMs, () => this.#askTime(asked + 1));
+  }
+
+  #watchSilence(): void {
+    this.#after(SILENCE_LIMIT_MS, () => this.#lost(0));
+  }
+
+  #lost(code: number, why = ''): void {
+    const failures = this.#state.failures + 1;
+    this.#drop();
+    const isRefused = REFUSALS.has(code);
+    const most = Math.min(BACKOFF_MOST_MS, BACKOFF_FIRST_MS * 2 ** Math.min(failures - 1, 10));
+    const spread = 0.5 + 0.5 * (this.#options.random ?? Math.random)();
+    const delayMs = isRefused ? REFUSED_RETRY_MS : most * spread;
+    this.#after(delayMs, () => this.#connect(failures));
+    const retryAtMs = this.#options.clock.nowMs() + delayMs;
+    this.#become({ phase: isRefused ? 'refused' : 'waiting', failures, retryAtMs, why });
+  }
+
+  #become(state: LinkState): void {
+    this.#state = state;
+    this.#options.onLink(state);
+  }
+
+  #drop(): void {
+    this.#cancelTimer();
+    this.#cancelQuestion();
+    const socket = this.#socket;
+    this.#socket = null;
+    if (!socket) return;
+    socket.onmessage = null;
+    socket.onclose = null;
+    socket.close();
+  }
+
+  #after(delayMs: number, callback: () => void): void {
+    this.#cancelTimer();
+    this.#cancelTimer = this.#options.clock.after(delayMs, callback);
+  }
+}

@@ -1,0 +1,89 @@
+/** The video of a drone in words: what is wrong and with whom, and the figures of the picture. */
+
+import type { QualityName, VideoStats, VideoStatus } from '../video/video_types';
+import { clockTime, fixed, UNKNOWN } from './format';
+
+/** A picture older than this is not what the drone sees now. */
+export const LATE_MS = 500;
+/** So long nothing new, and the picture is called old. */
+export const STILL_MS = 1_000;
+
+export const QUALITY_WORDS: Record<QualityName, string> = { low: 'Low', medium: 'Medium', high: 'High' };
+
+export interface VideoSays {
+  readonly title: string;
+  readonly detail: string;
+  /** Whether it is worth a look: something that should be there is not. */
+  readonly isFault: boolean;
+}
+
+const says = (title: string, detail = '', isFault = true): VideoSays => ({ title, detail, isFault });
+
+/** Null while the picture is live and says enough by itself. */
+export function videoWords(
+  drone: string,
+  status: VideoStatus,
+  stats: VideoStats | null,
+  nowMs: number,
+): VideoSays | null {
+  const { words } = status;
+  const since = clockTime(status.sinceMs);
+  switch (status.state) {
+    case 'live':
+      return stats && stats.stillMs !== null && stats.stillMs > STILL_MS
+        ? says(`No new picture of ${drone} for ${fixed(stats.stillMs / 1000)} s.`, 'What is shown is old.')
+        : null;
+    case 'connecting':
+      return says(`Opening the video of ${drone}…`, '', false);
+    case 'waiting':
+      return says(`Waiting for the first picture of ${drone}…`, words, false);
+    case 'no-camera':
+      return says(`${drone} has no camera that its agent offers.`, words, false);
+    case 'camera-lost':
+      return says(`Camera of ${drone} lost since ${since} UTC.`, words || 'Its agent keeps trying to open it.');
+    case 'offline':
+      return says(`${drone} is offline.`, words, false);
+    case 'thin-link':
+      return says(`The link of ${drone} is too thin for video.`, words || 'A lower quality may pass.');
+    case 'no-agent-video':
+      return says(
+        `The video of ${drone} does not reach the tower.`,
+        words || 'Its agent says that there is a camera, and sends no pictures.',
+      );
+    case 'cut-off': {
+      const seconds = status.retryAtMs === null ? 0 : Math.max(0, Math.ceil((status.retryAtMs - nowMs) / 1000));
+      return says(
+        `The connection to the tower is lost: no video of ${drone}.`,
+        seconds > 0 ? `Next try in ${seconds} s.` : 'Trying now.',
+      );
+    }
+    case 'refused':
+      return says(`The tower gives no video of ${drone}.`, words);
+    case 'paused':
+      return says(`The video of ${drone} is paused.`, 'It goes on when it is in sight.', false);
+    case 'unplayable':
+      return says(`This browser cannot show the video of ${drone}.`, words);
+  }
+}
+
+export const isLate = (stats: VideoStats | null): boolean =>
+  stats !== null && ((stats.delayMs ?? 0) > LATE_MS || (stats.stillMs ?? 0) > STILL_MS);
+
+/** How old the picture in sight is. */
+export function delayWords(stats: VideoStats | null): string {
+  if (!stats || stats.stillMs === null) return UNKNOWN;
+  if (stats.stillMs > STILL_MS) return `${fixed(stats.stillMs / 1000, 1)} s old`;
+  return stats.delayMs === null ? `delay ${UNKNOWN}` : `${fixed(stats.delayMs)} ms`;
+}
+
+export const rateWords = (bitsPerS: number): string =>
+  bitsPerS < 1_000_000 ? `${fixed(bitsPerS / 1000)} kbit/s` : `${fixed(bitsPerS / 1_000_000, 1)} Mbit/s`;
+
+/** Pictures that were not shown, and whose fault it was: the way to us, or our own slowness. */
+export function missedWords({ lost, skipped }: VideoStats): string {
+  return skipped > 0 ? `lost ${lost}, skipped ${skipped}` : `lost ${lost}`;
+}
+
+/** Of a picture that is saved: sorts by time, and says in which clock. */
+export const snapshotWords = (drone: string, atMs: number): string =>
+  `${drone} ${new Date(atMs).toISOString().slice(0, 19).replace(/:/g, '-')}Z`;
