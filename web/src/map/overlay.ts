@@ -14,9 +14,10 @@ import { drawLabels } from './drone_labels';
 import { drawMarker, MARKER_RADIUS_PX } from './drone_marker';
 import { drawGraticule } from './graticule';
 import { drawAim, drawHome, drawTarget, HOME_RADIUS_PX, type MapTarget } from './ground_signs';
+import { MapCanvas, type Sheet } from './map_canvas';
 import { drawNearLines } from './near_lines';
 import type { Box } from './obstacles';
-import { Projection, type Point } from './projection';
+import type { Point, Projection } from './projection';
 import { sameScene } from './scene_change';
 import { readTheme, type MapTheme } from './theme';
 import { thinned } from './trail';
@@ -67,31 +68,21 @@ const METRES = (metres: number): string => (metres >= 1000 ? `${metres / 1000} k
 
 export class Overlay {
   readonly #map: MapLibreMap;
-  readonly #canvas: HTMLCanvasElement;
-  readonly #pen: CanvasRenderingContext2D;
+  readonly #canvas: MapCanvas;
   #theme: MapTheme = readTheme();
   #scene: Scene = EMPTY;
-  #frame = 0;
   #clusters: readonly Cluster<Drawn>[] = [];
   #labelSlots: ReadonlyMap<number, number> = new Map();
 
   constructor(map: MapLibreMap) {
     this.#map = map;
-    this.#canvas = document.createElement('canvas');
-    this.#canvas.setAttribute('aria-hidden', 'true');
-    Object.assign(this.#canvas.style, { position: 'absolute', inset: '0', pointerEvents: 'none' });
-    map.getCanvasContainer().append(this.#canvas);
-    this.#pen = this.#canvas.getContext('2d')!;
-    map.on('resize', () => this.#resize());
-    // In the same frame as the map, so that markers do not swim behind it.
-    map.on('render', () => this.#draw());
-    this.#resize();
+    this.#canvas = new MapCanvas(map, { paint: (sheet) => this.#draw(sheet) });
   }
 
   set scene(scene: Scene) {
     const isNew = !sameScene(this.#scene, scene);
     this.#scene = scene;
-    if (isNew) this.#frame ||= requestAnimationFrame(() => this.#draw());
+    if (isNew) this.#canvas.soon();
   }
 
   renewTheme(): void {
@@ -110,31 +101,11 @@ export class Overlay {
   }
 
   remove(): void {
-    cancelAnimationFrame(this.#frame);
     this.#canvas.remove();
   }
 
-  #resize(): void {
-    const { clientWidth, clientHeight } = this.#map.getContainer();
-    const ratio = window.devicePixelRatio || 1;
-    this.#canvas.width = Math.round(clientWidth * ratio);
-    this.#canvas.height = Math.round(clientHeight * ratio);
-    Object.assign(this.#canvas.style, { width: `${clientWidth}px`, height: `${clientHeight}px` });
-    this.#pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.#draw();
-  }
-
-  #draw(): void {
-    cancelAnimationFrame(this.#frame);
-    this.#frame = 0;
-    const { clientWidth: width, clientHeight: height } = this.#map.getContainer();
-    const { lat, lng } = this.#map.getCenter();
-    const zoom = this.#map.getZoom();
-    const centre = { latDeg: lat, lonDeg: lng };
-    const projection = new Projection({ centre, zoom, widthPx: width, heightPx: height });
-    const pen = this.#pen;
+  #draw({ pen, projection, zoom, widthPx: width, heightPx: height }: Sheet): void {
     const theme = this.#theme;
-    pen.clearRect(0, 0, width, height);
     drawGraticule(pen, this.#map, theme);
     const { drones, selectedId, home, target, showsAim, near: nearLines = [], distanceWords = METRES } = this.#scene;
     if (home) drawHome(pen, theme, projection, home, distanceWords);
@@ -176,7 +147,7 @@ export class Overlay {
 
   #drawTrack(projection: Projection, { track, place, state, isStale }: SceneDrone): void {
     if (track.length === 0) return;
-    const pen = this.#pen;
+    const { pen } = this.#canvas;
     pen.beginPath();
     for (const { x, y } of thinned([...track, place].map((point) => projection.at(point)))) pen.lineTo(x, y);
     pen.strokeStyle = this.#theme.states[state];

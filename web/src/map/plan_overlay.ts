@@ -4,10 +4,11 @@ import type { Map as MapLibreMap } from 'maplibre-gl';
 
 import type { Place } from '../link/messages';
 import type { Hit } from '../plan/drawing';
+import { MapCanvas, type Sheet } from './map_canvas';
 import { drawFence } from './plan_fence';
 import { drawHandle, drawItem, drawRally, drawReturn, ITEM_RADIUS_PX } from './plan_markers';
 import { hitAt, isLong, NO_PLAN, type PlanScene, type SceneDraft } from './plan_scene';
-import { Projection, type Point } from './projection';
+import type { Point } from './projection';
 import { readTheme, type MapTheme } from './theme';
 
 const REACH_PX = 14;
@@ -16,50 +17,36 @@ const TOUCH_REACH_PX = 24;
 const CROWDED_PX = 19;
 const ARROW_FROM_PX = 44;
 
-type Pen = CanvasRenderingContext2D;
-
 export class PlanOverlay {
-  readonly #map: MapLibreMap;
-  readonly #canvas: HTMLCanvasElement;
-  readonly #pen: Pen;
+  readonly #canvas: MapCanvas;
   #theme: MapTheme = readTheme();
   #scene: PlanScene = NO_PLAN;
   #pointer: Place | null = null;
-  #frame = 0;
 
   constructor(map: MapLibreMap) {
-    this.#map = map;
-    this.#canvas = document.createElement('canvas');
-    this.#canvas.setAttribute('aria-hidden', 'true');
-    this.#canvas.dataset['testid'] = 'plan-canvas';
-    Object.assign(this.#canvas.style, { position: 'absolute', inset: '0', pointerEvents: 'none' });
     // Right above the ground: drones fly over plans.
-    map.getCanvas().after(this.#canvas);
-    this.#pen = this.#canvas.getContext('2d')!;
-    map.on('resize', this.#resize);
-    map.on('render', this.#draw);
-    this.#resize();
+    this.#canvas = new MapCanvas(map, { isLowest: true, testId: 'plan-canvas', paint: (sheet) => this.#draw(sheet) });
   }
 
   set scene(scene: PlanScene) {
     this.#scene = scene;
-    this.#soon();
+    this.#canvas.soon();
   }
 
   /** Where the next corner would be; null: the pointer is elsewhere. */
   set pointer(place: Place | null) {
     if (!this.#pointer && !place) return;
     this.#pointer = place;
-    this.#soon();
+    this.#canvas.soon();
   }
 
   renewTheme(): void {
     this.#theme = readTheme();
-    this.#soon();
+    this.#canvas.soon();
   }
 
   hit(x: number, y: number, isTouch: boolean): Hit | null {
-    const projection = this.#projection();
+    const projection = this.#canvas.projection();
     return hitAt(this.#scene, {
       at: (place) => projection.at(place),
       x,
@@ -69,46 +56,18 @@ export class PlanOverlay {
   }
 
   remove(): void {
-    cancelAnimationFrame(this.#frame);
-    this.#map.off('resize', this.#resize);
-    this.#map.off('render', this.#draw);
     this.#canvas.remove();
   }
 
-  #soon(): void {
-    this.#frame ||= requestAnimationFrame(this.#draw);
-  }
-
-  #projection(): Projection {
-    const { clientWidth: widthPx, clientHeight: heightPx } = this.#map.getContainer();
-    const { lat, lng } = this.#map.getCenter();
-    return new Projection({ centre: { latDeg: lat, lonDeg: lng }, zoom: this.#map.getZoom(), widthPx, heightPx });
-  }
-
-  readonly #resize = (): void => {
-    const { clientWidth, clientHeight } = this.#map.getContainer();
-    const ratio = window.devicePixelRatio || 1;
-    this.#canvas.width = Math.round(clientWidth * ratio);
-    this.#canvas.height = Math.round(clientHeight * ratio);
-    Object.assign(this.#canvas.style, { width: `${clientWidth}px`, height: `${clientHeight}px` });
-    this.#pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.#draw();
-  };
-
-  readonly #draw = (): void => {
-    cancelAnimationFrame(this.#frame);
-    this.#frame = 0;
-    const { clientWidth: width, clientHeight: height } = this.#map.getContainer();
-    const projection = this.#projection();
+  #draw({ pen, projection, widthPx: width, heightPx: height }: Sheet): void {
     const at = (place: Place): Point => projection.at(place);
-    const [pen, theme, scene] = [this.#pen, this.#theme, this.#scene];
+    const [theme, scene] = [this.#theme, this.#scene];
     const isNear = ({ x, y }: Point, margin = 40): boolean =>
       x > -margin && y > -margin && x < width + margin && y < height + margin;
-    pen.clearRect(0, 0, width, height);
     pen.lineJoin = 'round';
     pen.lineCap = 'round';
     drawFence(pen, theme, scene, at);
-    this.#drawLegs(at);
+    this.#drawLegs(at, width, height);
     if (scene.draft) this.#drawDraft(scene.draft, at);
     if (scene.returnPoint) drawReturn(pen, theme, at(scene.returnPoint));
     if (scene.home) drawHandle(pen, theme, at(scene.home), 'home', false);
@@ -138,7 +97,7 @@ export class PlanOverlay {
       const radiusPx = item.radiusM > 0 ? item.radiusM * this.#pxPerM(item.place, at) : 0;
       drawItem(pen, theme, point, item, false, radiusPx);
     }
-  };
+  }
 
   #pxPerM(place: Place, at: (place: Place) => Point): number {
     const north = { ...place, latDeg: place.latDeg + 1000 / 111_195 };
@@ -146,9 +105,8 @@ export class PlanOverlay {
   }
 
   /** All of a kind in one stroke each: hundreds of strokes are what a map slows down by. */
-  #drawLegs(at: (place: Place) => Point): void {
-    const [pen, theme, scene] = [this.#pen, this.#theme, this.#scene];
-    const { clientWidth: width, clientHeight: height } = this.#map.getContainer();
+  #drawLegs(at: (place: Place) => Point, width: number, height: number): void {
+    const [pen, theme, scene] = [this.#canvas.pen, this.#theme, this.#scene];
     const margin = 8;
     const isBeside = (a: Point, b: Point): boolean =>
       Math.max(a.x, b.x) < -margin ||
@@ -190,7 +148,7 @@ export class PlanOverlay {
   #drawArrow(a: Point, b: Point, colour: string): void {
     const length = Math.hypot(b.x - a.x, b.y - a.y);
     if (length < ARROW_FROM_PX) return;
-    const pen = this.#pen;
+    const { pen } = this.#canvas;
     const part = Math.max(0.5, Math.min(0.72, 1 - (ITEM_RADIUS_PX + 12) / length));
     pen.save();
     pen.translate(a.x + (b.x - a.x) * part, a.y + (b.y - a.y) * part);
@@ -210,7 +168,7 @@ export class PlanOverlay {
   }
 
   #drawDraft(draft: SceneDraft, at: (place: Place) => Point): void {
-    const [pen, theme] = [this.#pen, this.#theme];
+    const [pen, theme] = [this.#canvas.pen, this.#theme];
     const points = draft.points.map(at);
     const [first] = points;
     if (!first) return;

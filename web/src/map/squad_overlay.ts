@@ -4,7 +4,8 @@ import type { Map as MapLibreMap } from 'maplibre-gl';
 
 import type { Place } from '../link/messages';
 import { fontOf, haloText } from './drone_marker';
-import { Projection, type Point } from './projection';
+import { MapCanvas, type Sheet } from './map_canvas';
+import type { Point } from './projection';
 import { readTheme, type MapTheme } from './theme';
 
 /** Told apart by people with any kind of colour vision, light and dark; each has its drone's name beside it too. */
@@ -36,62 +37,31 @@ export interface SquadScene {
 const NOTHING: SquadScene = { corners: [], ways: [], conflicts: [] };
 
 export class SquadOverlay {
-  readonly #map: MapLibreMap;
-  readonly #canvas: HTMLCanvasElement;
-  readonly #pen: CanvasRenderingContext2D;
+  readonly #canvas: MapCanvas;
   #theme: MapTheme = readTheme();
   #scene: SquadScene = NOTHING;
-  #frame = 0;
 
   constructor(map: MapLibreMap) {
-    this.#map = map;
-    this.#canvas = document.createElement('canvas');
-    this.#canvas.setAttribute('aria-hidden', 'true');
-    Object.assign(this.#canvas.style, { position: 'absolute', inset: '0', pointerEvents: 'none' });
-    map.getCanvas().after(this.#canvas);
-    this.#pen = this.#canvas.getContext('2d')!;
-    map.on('resize', this.#resize);
-    map.on('render', this.#draw);
-    this.#resize();
+    this.#canvas = new MapCanvas(map, { isLowest: true, paint: (sheet) => this.#draw(sheet) });
   }
 
   set scene(scene: SquadScene) {
     this.#scene = scene;
-    this.#frame ||= requestAnimationFrame(this.#draw);
+    this.#canvas.soon();
   }
 
   renewTheme(): void {
     this.#theme = readTheme();
-    this.#frame ||= requestAnimationFrame(this.#draw);
+    this.#canvas.soon();
   }
 
   remove(): void {
-    cancelAnimationFrame(this.#frame);
-    this.#map.off('resize', this.#resize);
-    this.#map.off('render', this.#draw);
     this.#canvas.remove();
   }
 
-  readonly #resize = (): void => {
-    const { clientWidth, clientHeight } = this.#map.getContainer();
-    const ratio = window.devicePixelRatio || 1;
-    this.#canvas.width = Math.round(clientWidth * ratio);
-    this.#canvas.height = Math.round(clientHeight * ratio);
-    Object.assign(this.#canvas.style, { width: `${clientWidth}px`, height: `${clientHeight}px` });
-    this.#pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    this.#draw();
-  };
-
-  readonly #draw = (): void => {
-    cancelAnimationFrame(this.#frame);
-    this.#frame = 0;
-    const { clientWidth: widthPx, clientHeight: heightPx } = this.#map.getContainer();
-    const { lat, lng } = this.#map.getCenter();
-    const centre = { latDeg: lat, lonDeg: lng };
-    const projection = new Projection({ centre, zoom: this.#map.getZoom(), widthPx, heightPx });
+  #draw({ pen, projection }: Sheet): void {
     const at = (place: Place): Point => projection.at(place);
-    const [pen, theme] = [this.#pen, this.#theme];
-    pen.clearRect(0, 0, widthPx, heightPx);
+    const theme = this.#theme;
     pen.lineJoin = pen.lineCap = 'round';
     this.#drawArea(at);
     for (const one of this.#scene.ways) this.#drawWay(one, at);
@@ -106,12 +76,12 @@ export class SquadOverlay {
       pen.textBaseline = 'middle';
       haloText(pen, theme, '!', x, y, `700 13px ${fontOf(pen)}`, pen.strokeStyle);
     }
-  };
+  }
 
   #drawArea(at: (place: Place) => Point): void {
     const { corners } = this.#scene;
     if (corners.length === 0) return;
-    const [pen, theme] = [this.#pen, this.#theme];
+    const [pen, theme] = [this.#canvas.pen, this.#theme];
     this.#trace(corners, at);
     if (corners.length > 2) pen.closePath();
     pen.strokeStyle = theme.accent;
@@ -130,7 +100,7 @@ export class SquadOverlay {
   }
 
   #drawWay({ name, colour, way, area }: SquadWay, at: (place: Place) => Point): void {
-    const [pen, theme] = [this.#pen, this.#theme];
+    const [pen, theme] = [this.#canvas.pen, this.#theme];
     if (area.length > 2) {
       this.#trace(area, at);
       pen.closePath();
@@ -158,10 +128,11 @@ export class SquadOverlay {
   }
 
   #trace(places: readonly Place[], at: (place: Place) => Point): void {
-    this.#pen.beginPath();
+    const { pen } = this.#canvas;
+    pen.beginPath();
     for (const place of places) {
       const { x, y } = at(place);
-      this.#pen.lineTo(x, y);
+      pen.lineTo(x, y);
     }
   }
 }

@@ -1,0 +1,99 @@
+/** The keys of the planner: undo, tools, what is drawn, what is chosen. Not those that are meant for a field or a dialog. */
+
+import { isTyping } from '../../is_typing';
+import { back, finish, nudge, remove } from '../../plan/drawing';
+import { TOOLS } from './map_tools';
+import type { PlanDesk } from './plan_desk.svelte';
+
+const NUDGE_M = 1;
+const NUDGE_FAR_M = 10;
+
+export interface PlanKeysPage {
+  /** The map with the plan; undefined before it is there. */
+  map(): { ends(): boolean; showPlan(): void } | undefined;
+  save(): void;
+  upload(): void;
+}
+
+const isOnMap = (event: KeyboardEvent): boolean =>
+  event.target instanceof HTMLElement && event.target.classList.contains('maplibregl-canvas');
+
+/** To be asked in the capture phase: the map would move itself by the arrows that are ours. */
+export function planKeys(desk: PlanDesk, page: PlanKeysPage): (event: KeyboardEvent) => void {
+  /** Arrows move the map while it has the focus; with Shift, what is chosen on it. */
+  function shift(event: KeyboardEvent, north: number, east: number): boolean {
+    if (!event.shiftKey || !isOnMap(event) || desk.drawing.selected.size === 0) return false;
+    const far = event.repeat ? NUDGE_FAR_M : NUDGE_M;
+    desk.take(nudge(desk.drawing, north * far, east * far, desk.plan));
+    event.stopPropagation();
+    return true;
+  }
+
+  /** True when the key was for it. */
+  const deeds: Record<string, (event: KeyboardEvent) => boolean> = {
+    escape: () => {
+      desk.drawing = back(desk.drawing);
+      if (desk.drawing.tool === 'select') desk.retaken = null;
+      return true;
+    },
+    delete: () => {
+      desk.take(remove(desk.drawing, desk.plan));
+      return true;
+    },
+    backspace: (event) => {
+      if (!isOnMap(event) && event.target !== document.body) return false;
+      desk.take(remove(desk.drawing, desk.plan));
+      return true;
+    },
+    enter: (event) => {
+      if (desk.drawing.draft.length === 0) return false;
+      if (isOnMap(event)) {
+        const hasEnded = page.map()?.ends() ?? false;
+        if (hasEnded) event.stopPropagation();
+        return hasEnded;
+      }
+      if (event.target !== document.body) return false;
+      desk.take({ drawing: finish(desk.drawing), edits: [] });
+      return true;
+    },
+    '0': () => {
+      page.map()?.showPlan();
+      return true;
+    },
+    u: () => {
+      page.upload();
+      return true;
+    },
+    arrowup: (event) => shift(event, 1, 0),
+    arrowdown: (event) => shift(event, -1, 0),
+    arrowleft: (event) => shift(event, 0, -1),
+    arrowright: (event) => shift(event, 0, 1),
+  };
+
+  return (event) => {
+    const isCtrl = event.ctrlKey || event.metaKey;
+    const key = event.key.toLowerCase();
+    if (document.querySelector('[role="dialog"], [role="menu"]')) return;
+    const isInField = isTyping(event);
+    if (isCtrl && key === 's') {
+      event.preventDefault();
+      if (!desk.isEmpty) page.save();
+      return;
+    }
+    // A field that is being typed in has an undo of its own.
+    if (isCtrl && !isInField && (key === 'z' || key === 'y')) {
+      event.preventDefault();
+      if (key === 'y' || event.shiftKey) desk.redo();
+      else desk.undo();
+      return;
+    }
+    if (isInField || isCtrl || event.altKey) return;
+    if (!deeds[key]?.(event)) {
+      const chosen = TOOLS.find((one) => one.key === key);
+      if (!chosen || event.shiftKey) return;
+      desk.tool(chosen.tool);
+      if (chosen.tool !== 'select') document.querySelector<HTMLElement>('.maplibregl-canvas')?.focus();
+    }
+    event.preventDefault();
+  };
+}
