@@ -1,0 +1,125 @@
+"""H.264, baseline, Annex B: by the processor (libx264), or by whatever hardware truly does it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Final
+
+from av.codec.hwaccel import HWAccel
+from av.video.codeccontext import VideoCodecContext
+
+from onboard_agent.video.encoders.annex_b import with_parameter_sets
+from onboard_agent.video.encoders.picture_shape import Shape
+from onboard_agent.video.encoders.pyav_encoder import Aim, PyavEncoder, new_context
+from wire.video import Codec, QualityLimits
+
+
+@dataclass(frozen=True)
+class H264Kind:
+    """One H.264 encoder of FFmpeg: its name there, the pixel format it takes, its options, and whether the bit rate
+    can be lowered while it is open."""
+
+    name: str
+    pixel_format: str = "yuv420p"
+    options: Mapping[str, str] = field(default_factory=dict)
+    takes_bit_rate: bool = False
+    bounds_pictures: bool = False
+    """Whether it knows `maxrate` and `bufsize`."""
+    device: str = ""
+    """The kind of device whose memory the pictures have to be in, where that is so."""
+
+
+BY_PROCESSOR: Final = H264Kind(
+    "libx264",
+    options={
+        "preset": "superfast",
+        "tune": "zerolatency",
+        "profile": "baseline",
+        "forced-idr": "1",
+        "sc_threshold": "0",
+    },
+    takes_bit_rate=True,
+    bounds_pictures=True,
+)
+
+BY_HARDWARE: Final = (
+    H264Kind("h264_v4l2m2m", options={"num_output_buffers": "4", "num_capture_buffers": "4"}),
+    H264Kind(
+        "h264_vaapi",
+        "nv12",
+        {"async_depth": "1", "profile": "constrained_baseline"},
+        bounds_pictures=True,
+        device="vaapi",
+    ),
+    H264Kind(
+        "h264_nvenc",
+        options={
+            "preset": "p1",
+            "tune": "ull",
+            "profile": "baseline",
+            "rc": "cbr",
+            "zerolatency": "1",
+            "delay": "0",
+            "forced-idr": "1",
+        },
+        bounds_pictures=True,
+    ),
+    H264Kind(
+        "h264_qsv",
+        "nv12",
+        {"preset": "veryfast", "profile": "baseline", "async_depth": "1", "low_delay_brc": "1", "forced_idr": "1"},
+        bounds_pictures=True,
+    ),
+    H264Kind(
+        "h264_amf",
+        "nv12",
+        {"usage": "ultralowlatency", "profile": "constrained_baseline", "forced_idr": "1"},
+        bounds_pictures=True,
+    ),
+)
+"""In the order in which they are tried."""
+
+LARGEST_PICTURE_S: Final = 0.15
+"""As with MPEG-1; libx264 makes full use of it."""
+
+SHARE_OF_MPEG1: Final = 0.6
+"""The bit rate at which H.264 looks as MPEG-1 does at all of it."""
+
+
+class H264Encoder(PyavEncoder):
+    """H.264 in Annex B, the parameter sets at each key picture."""
+
+    codec = Codec.H264
+
+    def __init__(self, kind: H264Kind, limits: QualityLimits) -> None:
+        super().__init__(limits, round(limits.bits_per_s * SHARE_OF_MPEG1))
+        self._kind = kind
+        self.name = kind.name
+        self.pixel_format = kind.pixel_format
+        self.forces_keys = not kind.device  # PyAV forgets the wish on the way to the device
+
+    def _open(self, shape: Shape, aim: Aim) -> VideoCodecContext:
+        device = self._kind.device
+        rate = Fraction(aim.rate_hz).limit_denominator(100)
+        context = new_context(self.name, shape, rate, HWAccel(device) if device else None)
+        if device:
+            context.pix_fmt, context.sw_format = device, self.pixel_format
+        else:
+            context.pix_fmt = self.pixel_format
+        context.bit_rate = aim.bits_per_s
+        options = dict(self._kind.options)
+        if self._kind.bounds_pictures:
+            largest = max(2 * aim.bits_per_s / aim.rate_hz, aim.bits_per_s * LARGEST_PICTURE_S)
+            options |= {"maxrate": str(aim.bits_per_s), "bufsize": str(round(largest))}
+        context.options = options
+        context.open()
+        return context
+
+    def _retuned(self, context: VideoCodecContext, was: Aim) -> None:
+        """Down at once; up only at the next key picture, with the bound that belongs to it."""
+        bits = round(self._aim.bits_per_s * was.rate_hz / self._aim.rate_hz)
+        if self._kind.takes_bit_rate and bits < (context.bit_rate or 0):
+            context.bit_rate = bits
+
+    def _pack(self, coded: bytes, context: VideoCodecContext, *, key: bool, capture_us: int) -> bytes:
+        return with_parameter_sets(coded, context.extradata or b"") if key else coded

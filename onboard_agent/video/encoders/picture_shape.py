@@ -1,0 +1,28 @@
+"""Which size a picture is coded in (no I/O)."""
+
+from typing import NamedTuple
+
+from wire.video import QualityLimits
+
+SMALLEST_SIDE = 48
+
+
+class Shape(NamedTuple):
+    """Width and height in pixels."""
+
+    width: int
+    height: int
+
+
+def coded_shape(source: Shape, limits: QualityLimits, scale: float) -> Shape:
+    """The largest shape like the source's that fits inside the limits, times `scale`; never larger than the source.
+
+    Both sides even, as half as many colour samples need; none below 48 pixels. The codecs work in blocks of 16 and
+    fill up the last ones by themselves; the headers say what is to be shown.
+    """
+    fit = min(1.0, limits.width / source.width, limits.height / source.height) * scale
+    return Shape(_even(source.width * fit), _even(source.height * fit))
+
+
+def _even(side: float) -> int:
+    return max(SMALLEST_SIDE, round(side / 2) * 2)
