@@ -25,10 +25,14 @@ from onboard_agent.transactions.log_desk import LogDesk
 from onboard_agent.transactions.log_files import LogFiles
 from onboard_agent.transactions.parameter_desk import ParameterDesk
 from onboard_agent.transactions.parameter_files import ParameterFiles
+from onboard_agent.video.child import VideoChild
+from onboard_agent.video.desk import VideoDesk
+from onboard_agent.video.lines import SetUp
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
 from wire.credential import Credential
 from wire.frame_stream import FrameStream
+from wire.video import VIDEO, VideoWanted
 
 _log = logging.getLogger(__name__)
 
@@ -36,6 +40,8 @@ TICK_S: Final = 0.025
 """Half the interval of the centred sticks, the fastest thing the agent does by itself."""
 
 SUMMARY_S: Final = 60.0
+
+NO_CAMERA: Final = "none"
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,10 @@ class AgentSettings:
     port: AutopilotPort
     uplinks: tuple[str, ...] = (ANY_UPLINK,)
     """By which ways datagrams go, each by all of them: interface names or local addresses."""
+    camera: str = NO_CAMERA
+    """As on the command line (onboard_agent.video.sources.schemes)."""
+    log_level: str = "info"
+    """Of the video process, which has a log of its own."""
     state: Path | None = None
     """Where this drone's agent keeps what must outlast it. None: nowhere, and no plan is written."""
 
@@ -68,7 +78,21 @@ class Agent:
             journal=self._journal(settings.state),
             make_desks=self._make_desks,
         )
-        self._link = TowerLink(settings.tower, settings.credential, self, settings.uplinks)
+        has_camera = settings.camera != NO_CAMERA
+        self._link = TowerLink(
+            settings.tower, settings.credential, self, settings.uplinks, (VIDEO,) if has_camera else ()
+        )
+        self._video = VideoDesk(has_camera=has_camera)
+        self._video_child = VideoChild(
+            self._video,
+            SetUp(
+                tower=str(settings.tower),
+                camera=settings.camera,
+                uplinks=settings.uplinks,
+                log_level=settings.log_level,
+            ),
+            self._tell_video,
+        )
         self._stream = FrameStream()
         self._systemd = Systemd()
         self._summarised: Counter[str] = Counter()
@@ -101,6 +125,7 @@ class Agent:
             asyncio.create_task(self._link.run(), name="link"),
             asyncio.create_task(self._tick_for_ever(), name="tick"),
             asyncio.create_task(self._summarise_for_ever(), name="summary"),
+            asyncio.create_task(self._video_child.run(), name="video"),
         ]
         self._systemd.ready()
         try:
@@ -137,15 +162,26 @@ class Agent:
     def link_up(self, welcome: Welcome) -> None:
         self._onboard.welcomed(welcome, self._loop.time())
         self._flush()
+        self._video.link_up(welcome.takes)
+        self._tell_video()
 
     def link_down(self) -> None:
         self._onboard.link_broken(self._loop.time())
+        self._video.link_down(self._loop.time())
+        self._video_child.wake()
 
     def link_resumed(self) -> None:
         self._onboard.resumed()
         self._flush()
+        self._video.link_resumed()
+        self._tell_video()
 
     def message(self, message: ToAgent) -> None:
+        if isinstance(message, VideoWanted):
+            self._video.wanted(message, self._loop.time())
+            self._video_child.wake()
+            self._tell_video()
+            return
         self._onboard.message(message, self._loop.time())
         self._tick()
 
@@ -155,6 +191,13 @@ class Agent:
 
     def tower_heard(self) -> None:
         self._onboard.tower_heard(self._loop.time())
+
+    # From the video process
+
+    def _tell_video(self) -> None:
+        state = self._video.take_to_tower() if self._link.room else None  # else with the next report
+        if state is not None:
+            self._link.send_message(state)
 
     # Time
 

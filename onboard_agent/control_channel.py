@@ -15,6 +15,7 @@ from websockets.typing import Subprotocol
 from onboard_agent import VERSION
 from onboard_agent.connecting import Unreachable, connect_tcp
 from onboard_agent.data_socket import ANY_UPLINK
+from onboard_agent.priorities import goes_first
 from onboard_agent.tower_url import TowerUrl
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
@@ -75,16 +76,17 @@ async def open_channel(
     uplinks: Sequence[str] = (ANY_UPLINK,),
     resuming: OpenedChannel | None = None,
     process: int = 0,
+    takes: tuple[str, ...] = (TRANSACTIONS, FOLLOW),
 ) -> OpenedChannel:
     """Signs in, by the first of `uplinks` that leads to the tower. Raises NoLink or CredentialRefused.
 
     `resuming`: the link that shall go on. Then what is returned is either that (the same `sealed`) with another
-    connection, or a new link, if the tower wanted it so. `process`: as in Hello.
+    connection, or a new link, if the tower wanted it so. `process`, `takes`: as in Hello.
     """
     connection = await upgrade(url, credential, uplinks, None if resuming is None else resuming.host)
     try:
         async with asyncio.timeout(WELCOME_WITHIN_S):
-            return await _say_hello(connection, credential, resuming, process)
+            return await _say_hello(connection, credential, resuming, process, takes)
     except BaseException as error:
         if resuming is None:
             await connection.close()
@@ -102,14 +104,18 @@ async def open_channel(
 
 
 async def _say_hello(
-    connection: ClientConnection, credential: Credential, resuming: OpenedChannel | None, process: int
+    connection: ClientConnection,
+    credential: Credential,
+    resuming: OpenedChannel | None,
+    process: int,
+    takes: tuple[str, ...],
 ) -> OpenedChannel:
     private_key = X25519PrivateKey.generate()
     hello = Hello(
         agent_version=VERSION,
         public_key=public_bytes(private_key),
         resume=None if resuming is None else resuming.sealed.link_id,
-        takes=(TRANSACTIONS, FOLLOW),
+        takes=takes,
         process=process,
     )
     answer = await _ask(connection, hello)
@@ -166,6 +172,7 @@ async def upgrade(
         sock = await connect_tcp(url, uplinks, host)
     except Unreachable as error:
         raise NoLink(str(error)) from None
+    goes_first(sock)
     try:
         return await connect(
             url.channel,

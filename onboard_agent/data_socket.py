@@ -7,6 +7,8 @@ import socket
 from collections.abc import Callable
 from typing import Any, Final
 
+from onboard_agent.priorities import goes_first
+
 ANY_UPLINK: Final = ""
 """The kernel's routes decide."""
 
@@ -80,6 +82,7 @@ def bound_socket(host: str, port: int, uplink: str) -> socket.socket:
     opened = socket.socket(socket.AF_INET6 if address.version == 6 else socket.AF_INET, socket.SOCK_DGRAM)
     try:
         opened.setblocking(False)
+        goes_first(opened)
         if uplink:
             bind_to_uplink(opened, uplink)
         opened.connect((host, port))

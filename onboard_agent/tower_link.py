@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import logging
 import secrets
+import time
 from collections import Counter, deque
 from collections.abc import Sequence
 from typing import Final, Protocol
@@ -33,8 +34,10 @@ from wire.control_messages import (
 )
 from wire.credential import Credential
 from wire.drops import DropReason
-from wire.following import LeaderPosition
+from wire.following import FOLLOW, LeaderPosition
 from wire.ids import DroneId, Epoch
+from wire.transactions import TRANSACTIONS
+from wire.video import ClockAnswer, ClockProbe
 
 _log = logging.getLogger(__name__)
 
@@ -85,9 +88,16 @@ class TowerLink:
     """Run it; send through it. Whatever is sent while there is no link is dropped and counted, never queued."""
 
     def __init__(
-        self, url: TowerUrl, credential: Credential, user: LinkUser, uplinks: Sequence[str] = (ANY_UPLINK,)
+        self,
+        url: TowerUrl,
+        credential: Credential,
+        user: LinkUser,
+        uplinks: Sequence[str] = (ANY_UPLINK,),
+        takes: Sequence[str] = (),
     ) -> None:
+        """`takes`: what the hello says besides what every agent takes."""
         self._url = url
+        self._takes = (TRANSACTIONS, FOLLOW, *takes)
         self._credential = credential
         self._user = user
         self._process = secrets.randbelow(0xFFFFFFFF) + 1
@@ -240,7 +250,12 @@ class TowerLink:
 
     async def _open(self, uplinks: Sequence[str], *, resuming: OpenedChannel | None = None) -> OpenedChannel:
         return await open_channel(
-            self._url, self._credential, uplinks=uplinks, resuming=resuming, process=self._process
+            self._url,
+            self._credential,
+            uplinks=uplinks,
+            resuming=resuming,
+            process=self._process,
+            takes=self._takes,
         )
 
     async def _read(self, connection: ClientConnection, data: DataChannel) -> None:
@@ -255,7 +270,11 @@ class TowerLink:
                     _log.error("the tower sent a message that is none: %s", error)
                     await connection.close(1008, "malformed message")
                     return
-                self._user.message(message)
+                if not isinstance(message, ClockProbe):
+                    self._user.message(message)
+                elif self.room:  # late it would be of no use
+                    self._outbox.appendleft(_clock_answer(message))
+                    self._something_to_write.set()
 
     async def _write(self, connection: ClientConnection, data: DataChannel) -> None:
         """Messages first; then what the data channel has for the WebSocket, as fast as it takes it."""
@@ -275,7 +294,10 @@ class TowerLink:
         except MalformedMessage:
             self.counts[DropReason.BAD_CONTENT] += 1
             return
-        if isinstance(message, (HoldOrder, ControlChanged, LeaderPosition)):
+        if isinstance(message, ClockProbe):
+            if self._data is not None:
+                self._data.send_urgent(encode_message(_clock_answer(message)).encode())
+        elif isinstance(message, (HoldOrder, ControlChanged, LeaderPosition)):
             self._user.message(message)
 
     def _send_urgent(self, message: ToTower) -> None:
@@ -333,3 +355,8 @@ class TowerLink:
             return
         self._outbox.append(message)
         self._something_to_write.set()
+
+
+def _clock_answer(probe: ClockProbe) -> ClockAnswer:
+    """By the clock by which pictures are timed; the loop's may stand still for a millisecond."""
+    return ClockAnswer(number=probe.number, at_us=time.monotonic_ns() // 1000)

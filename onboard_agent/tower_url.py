@@ -8,6 +8,7 @@ from urllib.parse import urlsplit
 from onboard_agent.unusable import Unusable
 
 _CHANNEL_PATH: Final = "/api/v1/agent"
+_VIDEO_PATH: Final = "/api/v1/agent/video"
 _DEFAULT_PORTS: Final = {"https": 443, "http": 80}
 
 
@@ -22,8 +23,16 @@ class TowerUrl:
     @property
     def channel(self) -> str:
         """The control channel's WebSocket address."""
+        return self._websocket(_CHANNEL_PATH)
+
+    @property
+    def video_channel(self) -> str:
+        """The video channel's."""
+        return self._websocket(_VIDEO_PATH)
+
+    def _websocket(self, path: str) -> str:
         host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"{'wss' if self.secure else 'ws'}://{host}:{self.port}{_CHANNEL_PATH}"
+        return f"{'wss' if self.secure else 'ws'}://{host}:{self.port}{path}"
 
     def __str__(self) -> str:
         host = f"[{self.host}]" if ":" in self.host else self.host

@@ -1,0 +1,198 @@
+"""The WebSocket that carries units to the tower, kept up while there is a ticket for it. A thin shell.
+
+What is handed over is written in order; who hands over asks LinkRate first, so that little waits here. The kernel paces
+it by LinkRate's number, and what the network does not take within a while is given up with its connection.
+"""
+
+import asyncio
+import contextlib
+import logging
+import socket
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import msgspec
+from websockets.asyncio.client import ClientConnection, connect
+from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketException
+from websockets.typing import Subprotocol
+
+from onboard_agent import VERSION
+from onboard_agent.backoff import STEADY_S, Backoff
+from onboard_agent.connecting import Unreachable, connect_tcp
+from onboard_agent.control_channel import trust
+from onboard_agent.data_socket import ANY_UPLINK
+from onboard_agent.priorities import waits_for_others
+from onboard_agent.tower_url import TowerUrl
+from onboard_agent.video.link_rate import MOST_PACING_BPS, LinkRate
+from wire.video import AGENT_VIDEO_SUBPROTOCOL, Codec, MalformedUnit, Quality, StreamWish, decode_got
+
+_log = logging.getLogger(__name__)
+
+OPEN_WITHIN_S: Final = 5.0
+CLOSE_WITHIN_S: Final = 0.2
+LARGEST_ANSWER_BYTES: Final = 1024
+WRITE_BUFFER_BYTES: Final = 16 * 1024
+REFUSED_PAUSE_S: Final = 2.0
+"""A ticket that is not taken (yet): another one comes by the control channel."""
+
+_SO_MAX_PACING_RATE: Final = 47
+_TCP_THIN_LINEAR_TIMEOUTS: Final = 16
+_NOTICEABLE: Final = 0.02
+
+
+class _KeyWanted(msgspec.Struct, tag="key", tag_field="type"):
+    quality: Quality
+    codec: Codec
+
+
+_wishes: Final = msgspec.json.Decoder(_KeyWanted)
+
+
+class VideoChannel:
+    """Run it; `send` while `is_open`. `opened`: a new connection, on which every stream begins with a key picture.
+    `key_wanted`: the tower asks for one. Of both, plain calls from the event loop."""
+
+    def __init__(
+        self,
+        url: TowerUrl,
+        uplinks: Sequence[str],
+        ticket: str,
+        rate: LinkRate,
+        *,
+        opened: Callable[[], None],
+        key_wanted: Callable[[StreamWish], None],
+    ) -> None:
+        self._url = url
+        self._uplinks = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
+        self._ticket = ticket
+        self._rate = rate
+        self._opened = opened
+        self._key_wanted = key_wanted
+        self._connection: ClientConnection | None = None
+        self._socket: socket.socket | None = None
+        self._paced_bps = 0.0
+        self._units: deque[bytes] = deque()
+        self._more = asyncio.Event()
+        self.words = ""
+        """Why there is no connection, for people; empty where there is one."""
+
+    @property
+    def is_open(self) -> bool:
+        return self._connection is not None
+
+    def send(self, unit: bytes) -> None:
+        """In order, as soon as the network takes it. Lost with the connection."""
+        self._units.append(unit)
+        self._more.set()
+
+    def tick(self) -> None:
+        """Every 100 ms or so."""
+        if self._connection is None:
+            return
+        if self._rate.is_hopeless(time.monotonic()):
+            _log.warning("video: nothing gets through; connecting anew")
+            self._connection.transport.abort()
+            self._connection = None
+        elif abs(self._rate.pacing_bps - self._paced_bps) > _NOTICEABLE * self._paced_bps:
+            self._pace()
+
+    async def run(self) -> None:
+        """Until cancelled."""
+        backoff = Backoff()
+        while True:
+            await asyncio.sleep(backoff.next_delay_s())
+            try:
+                sock = await connect_tcp(self._url, self._uplinks)
+                connection = await self._upgrade(sock)
+            except InvalidStatus as error:
+                self._failed(f"the tower refuses the video channel (HTTP status {error.response.status_code})")
+                await asyncio.sleep(REFUSED_PAUSE_S)
+                continue
+            except (Unreachable, OSError, TimeoutError, WebSocketException, ValueError, EOFError) as error:
+                self._failed(f"the video channel cannot be opened: {error or type(error).__name__}")
+                continue
+            began = time.monotonic()
+            await self._serve(connection, sock)
+            if time.monotonic() - began >= STEADY_S:
+                backoff.reset()
+
+    def _failed(self, words: str) -> None:
+        if words != self.words:
+            _log.warning("video: %s; trying on", words)
+            self.words = words
+
+    async def _upgrade(self, sock: socket.socket) -> ClientConnection:
+        prepare(sock)
+        try:
+            return await connect(
+                self._url.video_channel,
+                sock=sock,
+                ssl=trust() if self._url.secure else None,
+                subprotocols=[Subprotocol(AGENT_VIDEO_SUBPROTOCOL)],
+                additional_headers={"Authorization": f"Bearer {self._ticket}"},
+                user_agent_header=f"tower-agent/{VERSION}",
+                compression=None,
+                proxy=None,
+                open_timeout=OPEN_WITHIN_S,
+                ping_interval=None,  # each unit is answered
+                close_timeout=CLOSE_WITHIN_S,
+                max_size=LARGEST_ANSWER_BYTES,
+                write_limit=WRITE_BUFFER_BYTES,
+            )
+        except BaseException:
+            sock.close()
+            raise
+
+    async def _serve(self, connection: ClientConnection, sock: socket.socket) -> None:
+        self._rate.reconnected(time.monotonic())
+        self._units.clear()
+        self._connection, self._socket, self.words = connection, sock, ""
+        self._pace()
+        _log.info("video: the channel to the tower is open")
+        self._opened()
+        writing = asyncio.create_task(self._write(connection))
+        try:
+            await self._read(connection)
+        finally:
+            self._connection = self._socket = None
+            writing.cancel()
+            await asyncio.gather(writing, return_exceptions=True)
+            await connection.close()
+            self._failed(f"the video channel has ended ({connection.close_code} {connection.close_reason or ''})")
+
+    async def _write(self, connection: ClientConnection) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                while self._units:
+                    await connection.send(self._units.popleft())
+                self._more.clear()
+                await self._more.wait()
+
+    async def _read(self, connection: ClientConnection) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            async for message in connection:
+                try:
+                    if isinstance(message, bytes):
+                        self._rate.got(decode_got(message), time.monotonic())
+                    else:
+                        wish = _wishes.decode(message)
+                        self._key_wanted(StreamWish(wish.quality, wish.codec))
+                except (MalformedUnit, msgspec.DecodeError) as error:
+                    _log.warning("video: the tower said what cannot be understood: %s", error)
+                    await connection.close(1008, "malformed message")
+
+    def _pace(self) -> None:
+        self._paced_bps = self._rate.pacing_bps
+        if self._socket is not None:
+            bytes_per_s = 0xFFFFFFFF if self._paced_bps >= MOST_PACING_BPS else max(1, int(self._paced_bps / 8))
+            with contextlib.suppress(OSError, OverflowError):
+                self._socket.setsockopt(socket.SOL_SOCKET, _SO_MAX_PACING_RATE, bytes_per_s)
+
+
+def prepare(sock: socket.socket) -> None:
+    """Pictures wait for everything else, and a line that comes back is used at once."""
+    waits_for_others(sock)
+    with contextlib.suppress(OSError):
+        sock.setsockopt(socket.IPPROTO_TCP, _TCP_THIN_LINEAR_TIMEOUTS, 1)

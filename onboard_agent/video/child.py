@@ -1,0 +1,179 @@
+"""The video process as the flight process has it: started when it is wanted, listened to, ended when it hangs.
+
+Nothing here waits for the child: lines to it are written without waiting, and a child that does not read them, says
+nothing for a while, or says what is no line, is killed and another one is started, later each time.
+"""
+
+import asyncio
+import contextlib
+import logging
+import os
+import sys
+from collections.abc import Callable
+from typing import Final
+
+from onboard_agent.video.desk import VideoDesk
+from onboard_agent.video.lines import LARGEST_LINE_BYTES, BadLine, SetUp, Watched, decode_from_child, encode_line
+
+_log = logging.getLogger(__name__)
+
+COMMAND: Final = (sys.executable, "-m", "onboard_agent.video")
+LOOK_EVERY_S: Final = 0.25
+FIRST_WORD_WITHIN_S: Final = 30.0
+"""A small computer that reads all libraries from a memory card."""
+SILENT_S: Final = 6.0
+"""Several reports were due by then: it hangs."""
+END_WITHIN_S: Final = 2.0
+STEADY_S: Final = 20.0
+FIRST_PAUSE_S: Final = 0.25
+LONGEST_PAUSE_S: Final = 15.0
+"""Starting costs seconds of a small computer's time."""
+
+
+class VideoChild:
+    """Run it; `wake` when the desk wants something else. `changed`: called when the desk has heard something."""
+
+    def __init__(
+        self, desk: VideoDesk, set_up: SetUp, changed: Callable[[], None], command: tuple[str, ...] = COMMAND
+    ) -> None:
+        self._desk = desk
+        self._set_up = set_up
+        self._changed = changed
+        self._command = command
+        self._loop = asyncio.get_running_loop()
+        self._wake = asyncio.Event()
+        self._process: asyncio.subprocess.Process | None = None
+        self._told = Watched()
+        self._heard_at = 0.0
+        self._first_word = False
+        self.starts = 0
+        """How often one was started."""
+
+    @property
+    def pid(self) -> int | None:
+        """Of the one that runs now."""
+        return None if self._process is None else self._process.pid
+
+    def wake(self) -> None:
+        """The desk wants something else, perhaps."""
+        self._tell()
+        self._wake.set()
+
+    async def run(self) -> None:
+        """Until cancelled; then the child is gone too."""
+        pause_s = 0.0
+        while True:
+            while not self._desk.should_run(self._loop.time()):
+                self._wake.clear()
+                await self._wake.wait()
+            begun_at = self._loop.time()
+            try:
+                words = await self._live()
+            except Exception as error:  # whatever it is: flight goes on without video
+                _log.exception("the video process cannot be looked after")
+                words = f"cannot be looked after: {error!r}"
+            if not words:
+                self._desk.stopped()
+                pause_s = 0.0
+                continue
+            _log.warning("the video process %s", words)
+            self._desk.ended()
+            self._changed()
+            if self._loop.time() - begun_at >= STEADY_S:
+                pause_s = 0.0
+            await asyncio.sleep(pause_s)
+            pause_s = min(LONGEST_PAUSE_S, max(FIRST_PAUSE_S, 2 * pause_s))
+
+    async def _live(self) -> str:
+        """One child, from its start to its end. Returns what was wrong; empty: it was not wanted any more."""
+        try:
+            process = await asyncio.create_subprocess_exec(
+                *self._command,
+                stdin=asyncio.subprocess.PIPE,
+                stdout=asyncio.subprocess.PIPE,
+                limit=LARGEST_LINE_BYTES,
+                env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
+            )
+        except OSError as error:
+            return f"cannot be started: {error.strerror or error}"
+        self.starts += 1
+        self._process, self._told = process, Watched()
+        self._heard_at, self._first_word = self._loop.time(), False
+        reading = asyncio.create_task(self._read(process))
+        try:
+            self._write(encode_line(self._set_up))
+            self._tell()
+            return await self._watch(process, reading)
+        finally:
+            self._process = None
+            await _end(process, reading)
+
+    async def _watch(self, process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> str:
+        while True:
+            await asyncio.wait({reading}, timeout=LOOK_EVERY_S)
+            now = self._loop.time()
+            if reading.done():
+                return reading.result()
+            if not self._desk.should_run(now):
+                return ""
+            patience_s = SILENT_S if self._first_word else FIRST_WORD_WITHIN_S
+            if now - self._heard_at > patience_s:
+                _kill(process)
+                return f"hangs: it has said nothing for {now - self._heard_at:.0f} s"
+            assert process.stdin is not None
+            if process.stdin.transport.get_write_buffer_size() > LARGEST_LINE_BYTES:
+                _kill(process)
+                return "hangs: it does not read"
+
+    async def _read(self, process: asyncio.subprocess.Process) -> str:
+        """What was wrong in the end."""
+        assert process.stdout is not None
+        while True:
+            try:
+                line = await process.stdout.readline()
+                if not line:
+                    code = await process.wait()
+                    return f"ended by itself (code {code})"
+                report = decode_from_child(line)
+            except (BadLine, ValueError) as error:
+                return f"said what cannot be understood: {error}"
+            self._heard_at, self._first_word = self._loop.time(), True
+            self._desk.reported(report)
+            self._changed()
+
+    def _tell(self) -> None:
+        if self._process is not None and self._told != self._desk.watched:
+            self._told = self._desk.watched
+            self._write(encode_line(self._told))
+
+    def _write(self, line: bytes) -> None:
+        assert self._process is not None and self._process.stdin is not None
+        with contextlib.suppress(OSError, RuntimeError):  # it has just ended: that is seen where it is read
+            self._process.stdin.write(line)
+
+
+async def _end(process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> None:
+    """It ends by itself when its standard input does; one that does not is killed."""
+    if process.stdin is not None:
+        process.stdin.close()
+    if process.returncode is None:
+        try:
+            async with asyncio.timeout(END_WITHIN_S):
+                await process.wait()
+        except (TimeoutError, asyncio.CancelledError) as error:
+            _kill(process)
+            if isinstance(error, asyncio.CancelledError):
+                await _gone(process, reading)
+                raise
+    await _gone(process, reading)
+
+
+def _kill(process: asyncio.subprocess.Process) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        process.kill()
+
+
+async def _gone(process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> None:
+    reading.cancel()
+    await asyncio.gather(reading, return_exceptions=True)
+    await process.wait()

@@ -1,0 +1,166 @@
+"""The units that have been sent and not yet been got, and how late they are. No I/O.
+
+One TCP connection: what is sent first is got first. The kernel paces it; when a unit has left this machine is reckoned
+by the same clockwork (`leaves_at`), so that what a large unit takes by itself is not taken for a queue in the network.
+"""
+
+from collections import deque
+from typing import Final, NamedTuple
+
+from wire.video import Got
+
+SEGMENT_BYTES: Final = 1400
+SEGMENT_HEADER_BYTES: Final = 66
+"""IP, TCP with its time stamps, and a share of the link's own."""
+
+BASE_OVER_S: Final = 10.0
+_BASE_PARTS: Final = 5
+LARGE_OVER_S: Final = 4.0
+LARGE_SHARE: Final = 0.6
+BURST_S: Final = 0.4
+"""What leaves without a pause for longer counts as another burst."""
+
+UNKNOWN_BASE_S: Final = 0.3
+"""As long as nothing has been got."""
+
+LEAST_NOISE_S: Final = 0.004
+MOST_NOISE_S: Final = 0.03
+
+
+def wire_bits(unit_bytes: int) -> int:
+    """What a unit is on the network, with all headers."""
+    segments = -(-unit_bytes // SEGMENT_BYTES)
+    return 8 * (unit_bytes + segments * SEGMENT_HEADER_BYTES)
+
+
+class Sent(NamedTuple):
+    """One unit on its way. `burst_bits`, `burst_s`: with those before it that left without a pause between."""
+
+    got: Got
+    bits: int
+    pacing_bps: float
+    sent_at: float
+    leaves_at: float
+    burst_bits: int
+    burst_s: float
+
+    @property
+    def begins_burst(self) -> bool:
+        return self.burst_bits == self.bits
+
+
+class Arrival(NamedTuple):
+    """One unit that has been got. `late_s`: by how much more than the quickest of the last seconds took."""
+
+    sent: Sent
+    at: float
+    late_s: float
+    large: bool
+    """It ends one of the largest bursts of the last seconds: only these tell how fast the link is."""
+
+
+class OnTheWay:
+    """Bounded by who asks `late_s` and `waiting_s` before sending; `oldest_s` says when there is no hope left."""
+
+    def __init__(self) -> None:
+        self._sent: deque[Sent] = deque()
+        self._free_at = 0.0
+        self._burst_at = 0.0
+        self._burst_bits = 0
+        self._bases: deque[tuple[float, float]] = deque()
+        """(begin of the part of the window, the quickest way in it)."""
+        self._large: deque[tuple[float, int]] = deque()
+        self._last_way_s: float | None = None
+        self._jitter_s = 0.0
+        self.bits = 0
+        """Of all that is on its way."""
+
+    def sent(self, got: Got, unit_bytes: int, pacing_bps: float, now: float) -> None:
+        """A unit is handed to the network now."""
+        bits = wire_bits(unit_bytes)
+        if self._free_at <= now or self._free_at - self._burst_at > BURST_S:
+            self._free_at = self._burst_at = max(self._free_at, now)
+            self._burst_bits = 0
+        self._free_at += bits / pacing_bps
+        self._burst_bits += bits
+        self._sent.append(
+            Sent(got, bits, pacing_bps, now, self._free_at, self._burst_bits, self._free_at - self._burst_at)
+        )
+        self.bits += bits
+
+    def got(self, got: Got, now: float) -> Arrival | None:
+        """None: it is none of those that are on their way."""
+        if not any(sent.got == got for sent in self._sent):
+            return None
+        while True:  # what was sent before has come too, whether told or not
+            sent = self._sent.popleft()
+            self.bits -= sent.bits
+            if sent.got == got:
+                break
+        way_s = now - sent.leaves_at
+        late_s = way_s - self._base(way_s, now)
+        self._measure_noise(sent, way_s)
+        return Arrival(sent, now, late_s, self._is_large(sent.burst_bits, now))
+
+    def forget(self) -> None:
+        """The connection is gone, and what was on its way with it."""
+        self._sent.clear()
+        self.bits = 0
+        self._free_at = 0.0
+        self._last_way_s = None
+        self._bases.clear()
+
+    def rebase(self) -> None:
+        """The way has become longer: what was the quickest is not to be had any more."""
+        self._bases.clear()
+
+    @property
+    def base_s(self) -> float:
+        """There and back, without any queue; 0 where nothing is known."""
+        return min((way_s for _, way_s in self._bases), default=0.0)
+
+    @property
+    def noise_s(self) -> float:
+        """So much earlier or later a unit may be for no reason of ours."""
+        return min(MOST_NOISE_S, max(LEAST_NOISE_S, 2 * self._jitter_s))
+
+    def waiting_s(self, now: float) -> float:
+        """Until all that is sent has left this machine."""
+        return max(0.0, self._free_at - now)
+
+    def late_s(self, now: float) -> float:
+        """By how much the oldest that is on its way is late by now; 0 while it may still come in time."""
+        if not self._sent:
+            return 0.0
+        base_s = self.base_s if self._bases else UNKNOWN_BASE_S
+        return max(0.0, now - self._sent[0].leaves_at - base_s)
+
+    def oldest_s(self, now: float) -> float:
+        """The age of the oldest that is on its way; 0 where nothing is."""
+        return now - self._sent[0].sent_at if self._sent else 0.0
+
+    def _base(self, way_s: float, now: float) -> float:
+        bases = self._bases
+        if not bases or now - bases[-1][0] >= BASE_OVER_S / _BASE_PARTS:
+            bases.append((now, way_s))
+        elif way_s < bases[-1][1]:
+            bases[-1] = (bases[-1][0], way_s)
+        while now - bases[0][0] > BASE_OVER_S and len(bases) > 1:
+            bases.popleft()
+        return self.base_s
+
+    def _measure_noise(self, sent: Sent, way_s: float) -> None:
+        """By units that did not wait for one another (after RFC 3550, 6.4.1)."""
+        if self._last_way_s is not None and sent.begins_burst:
+            change_s = min(MOST_NOISE_S, abs(way_s - self._last_way_s))
+            self._jitter_s += (change_s - self._jitter_s) / 16
+        self._last_way_s = way_s
+
+    def _is_large(self, bits: int, now: float) -> bool:
+        large = self._large
+        while large and (now - large[0][0] > LARGE_OVER_S):
+            large.popleft()
+        while large and large[-1][1] <= bits:
+            large.pop()
+        large.append((now, bits))
+        return bits >= LARGE_SHARE * large[0][1]

@@ -1,0 +1,30 @@
+"""What an encoder makes, against what it was asked for: with headers, and by its own idea of bit rates. No I/O."""
+
+from typing import Final
+
+OVER_S: Final = 2.0
+MOST: Final = 2.5
+
+
+class Overshoot:
+    """Of one stream. `factor`: ask for so much less than is to be had."""
+
+    def __init__(self) -> None:
+        self.factor = 1.1
+        self._begun_at: float | None = None
+        self._made = 0
+        self._asked = 0.0
+        self._last_at = 0.0
+
+    def made(self, bits: int, asked_bps: float, now: float) -> None:
+        """A unit of `bits` was made, headers included, while the encoder was asked for `asked_bps`."""
+        if self._begun_at is None or now - self._last_at > 1.0:  # skipped pictures are no savings of the encoder's
+            self._begun_at = self._last_at = now
+            self._made, self._asked = 0, 0.0
+            return
+        self._made += bits
+        self._asked += asked_bps * (now - self._last_at)
+        self._last_at = now
+        if now - self._begun_at >= OVER_S and self._asked > 0:
+            self.factor += (min(MOST, max(1.0, self._made / self._asked)) - self.factor) / 2
+            self._begun_at, self._made, self._asked = now, 0, 0.0

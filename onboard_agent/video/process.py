@@ -1,0 +1,263 @@
+"""The video process: puts camera, encoders and channel together, as the flight process says. Decides nothing itself.
+
+Everything happens in the event loop but for the camera's thread and one thread for the encoders. A thread that hangs
+cannot be helped: then the whole process ends, and the flight process starts another one.
+"""
+
+import asyncio
+import logging
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+from onboard_agent.tower_url import TowerUrl
+from onboard_agent.video.channel import VideoChannel
+from onboard_agent.video.lines import REPORT_EVERY_S, Report, Watched
+from onboard_agent.video.sources.source import Picture, PictureWish
+from onboard_agent.video.streaming import Encoded, Order, Streaming
+from onboard_agent.video.workbench import MakeEncoder, Workbench
+from wire.video import LIMITS, CameraState, Codec, StreamWish
+
+_log = logging.getLogger(__name__)
+
+TICK_S: Final = 0.1
+CAMERA_KEPT_S: Final = 3.0
+"""After the last wish: who switches from one stream to another need not wait for the camera."""
+HANGS_S: Final = 5.0
+"""An encoder, or a camera that is to be let go."""
+LOOKS_WITHIN_S: Final = 30.0
+"""For encoders in hardware, on a small computer that has just started."""
+HUNG_CODE: Final = 3
+BROKEN_PAUSE_S: Final = 1.0
+SUMMARY_S: Final = 60.0
+
+
+class CameraThread(Protocol):
+    """What is needed of `sources.camera.Camera`."""
+
+    @property
+    def state(self) -> CameraState: ...
+    @property
+    def words(self) -> str: ...
+    def start(self) -> None: ...
+    def stop(self) -> None: ...
+    def newest(self) -> Picture | None: ...
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What the process works with. `make_camera`: of what is wanted of it, and of a function that it calls, in its own
+    thread, when there is a picture or its state has changed. `usable_codecs` takes its time."""
+
+    make_camera: Callable[[PictureWish, Callable[[], None]], CameraThread]
+    make_encoder: MakeEncoder
+    usable_codecs: Callable[[], tuple[Codec, ...]]
+
+
+class VideoProcess:
+    """Create it inside a running event loop, `watched` it, `run` it. `say`: takes the reports."""
+
+    def __init__(self, parts: Parts, tower: TowerUrl, uplinks: tuple[str, ...], say: Callable[[Report], None]) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._parts = parts
+        self._tower = tower
+        self._uplinks = uplinks
+        self._say = say
+        self._streaming = Streaming(time.monotonic())
+        self._workbench = Workbench(parts.make_encoder, self._done_in_thread, self._broken_in_thread)
+        self._worker: Executor = ThreadPoolExecutor(1, thread_name_prefix="encoders")
+        self._busy_until: float | None = None
+        """The encoders' thread works; by then it has to be ready. None: it rests."""
+        self._watched = Watched()
+        self._camera: CameraThread | None = None
+        self._camera_wish = PictureWish(0, 0, 0.0)
+        self._idle_since = time.monotonic()
+        self._channel: VideoChannel | None = None
+        self._channel_task: asyncio.Task[None] | None = None
+        self._codecs: tuple[Codec, ...] = ()
+        self._encoder_words = ""
+        self._reported: Report | None = None
+        self._report_due = 0.0
+        self._summary_due = time.monotonic() + SUMMARY_S
+        self._units = 0
+
+    async def run(self) -> None:
+        """Until cancelled."""
+        self._report()
+        self._work(LOOKS_WITHIN_S, self._look_for_codecs)
+        try:
+            while True:
+                await asyncio.sleep(TICK_S)
+                self._tick(time.monotonic())
+        finally:
+            if self._channel_task is not None:
+                self._channel_task.cancel()
+            self._let_camera_go()
+
+    # -- from the flight process -----------------------------------------------------------------------------------
+
+    def watched(self, watched: Watched) -> None:
+        """What is watched from now on."""
+        now = time.monotonic()
+        if watched.ticket != self._watched.ticket or bool(watched.streams) != bool(self._watched.streams):
+            self._close_channel()
+        self._watched = watched
+        self._streaming.watch(watched.streams, now)
+        self._worker.submit(self._workbench.keep, watched.streams)
+        if not watched.streams:
+            self._idle_since = now
+            return
+        self._open_camera(watched.streams)
+        if self._channel is None:
+            self._channel = VideoChannel(
+                self._tower,
+                self._uplinks,
+                watched.ticket,
+                self._streaming.rate,
+                opened=self._streaming.begin_anew,
+                key_wanted=self._key_wanted,
+            )
+            self._channel_task = asyncio.create_task(self._channel.run(), name="video channel")
+
+    def _close_channel(self) -> None:
+        if self._channel_task is not None:
+            self._channel_task.cancel()
+        self._channel = self._channel_task = None
+
+    def _key_wanted(self, wish: StreamWish) -> None:
+        self._streaming.key_wanted(wish, time.monotonic())
+
+    # -- the camera ------------------------------------------------------------------------------------------------
+
+    def _open_camera(self, streams: tuple[StreamWish, ...]) -> None:
+        limits = [LIMITS[wish.quality] for wish in streams]
+        wish = PictureWish(
+            max(one.width for one in limits), max(one.height for one in limits), max(one.rate_hz for one in limits)
+        )
+        had = self._camera_wish
+        if self._camera is not None and (wish.width <= had.width and wish.rate_hz <= had.rate_hz):
+            return
+        self._let_camera_go()
+        camera = self._parts.make_camera(wish, self._news_in_thread)
+        self._camera, self._camera_wish = camera, wish
+        camera.start()
+
+    def _let_camera_go(self) -> None:
+        camera, self._camera = self._camera, None
+        if camera is not None:
+            _end_with_camera_that_hangs(self._loop.run_in_executor(None, camera.stop), self._loop)
+
+    def _news_in_thread(self) -> None:
+        self._loop.call_soon_threadsafe(self._news)
+
+    def _news(self) -> None:
+        """A picture, or another state of the camera."""
+        self._report_changes()
+        camera, channel = self._camera, self._channel
+        if camera is None or self._busy_until is not None:
+            return  # the newest is still there when the encoders are ready
+        picture = camera.newest()
+        if picture is None or channel is None or not channel.is_open:
+            return
+        orders = self._streaming.orders(picture.capture_us, time.monotonic(), is_break=picture.is_break)
+        if orders:
+            self._work(HANGS_S, self._workbench.encode, picture, orders)
+
+    # -- the encoders ----------------------------------------------------------------------------------------------
+
+    def _work(self, within_s: float, deed: Callable[..., None], *arguments: object) -> None:
+        self._busy_until = time.monotonic() + within_s
+        self._loop.run_in_executor(self._worker, deed, *arguments).add_done_callback(self._worked)
+
+    def _worked(self, done: "asyncio.Future[None]") -> None:
+        self._busy_until = None
+        if not done.cancelled():
+            done.result()
+        self._news()
+
+    def _look_for_codecs(self) -> None:
+        codecs = self._parts.usable_codecs()
+        self._loop.call_soon_threadsafe(self._codecs_found, codecs)
+
+    def _codecs_found(self, codecs: tuple[Codec, ...]) -> None:
+        self._codecs = codecs
+        self._report_changes()
+
+    def _done_in_thread(self, order: Order, encoded: Encoded) -> None:
+        self._loop.call_soon_threadsafe(self._encoded, order, encoded)
+
+    def _encoded(self, order: Order, encoded: Encoded) -> None:
+        self._encoder_words = ""
+        if self._channel is None or not self._channel.is_open:
+            return  # the next connection begins with a key picture
+        message = self._streaming.unit(order, encoded, time.monotonic())
+        if message is not None:
+            self._units += 1
+            self._channel.send(message)
+
+    def _broken_in_thread(self, order: Order, words: str) -> None:
+        self._loop.call_soon_threadsafe(self._broken, order, words)
+
+    def _broken(self, order: Order, words: str) -> None:
+        _log.error("video: the encoder of %s has failed: %s", order.wish, words)
+        self._encoder_words = f"The drone's video encoder has failed: {words}"
+        self._streaming.rest(order.wish, time.monotonic() + BROKEN_PAUSE_S)
+
+    # -- time ------------------------------------------------------------------------------------------------------
+
+    def _tick(self, now: float) -> None:
+        if self._busy_until is not None and now > self._busy_until:
+            _log.error("video: an encoder hangs; the process ends")
+            os._exit(HUNG_CODE)
+        self._streaming.tick(now)
+        if self._channel is not None:
+            self._channel.tick()
+        if self._camera is not None and not self._watched.streams and now - self._idle_since > CAMERA_KEPT_S:
+            self._let_camera_go()
+        self._report_changes()
+        if now >= self._report_due:
+            self._report()
+        if now >= self._summary_due:
+            self._summarise(now)
+
+    def _summarise(self, now: float) -> None:
+        self._summary_due = now + SUMMARY_S
+        if self._units:
+            _log.info(
+                "video: %d units in the last minute, %d pictures left out; %.0f kbit/s of %.0f",
+                self._units,
+                self._streaming.left_out,
+                self._streaming.rate.budget_bps / 1000,
+                self._streaming.rate.pacing_bps / 1000,
+            )
+        self._units = self._streaming.left_out = 0
+
+    # -- reports ---------------------------------------------------------------------------------------------------
+
+    def _state(self) -> Report:
+        camera = self._camera
+        if camera is None:
+            return Report(camera=CameraState.IDLE, codecs=self._codecs)
+        words = camera.words or self._encoder_words or (self._channel.words if self._channel is not None else "")
+        return Report(camera=camera.state, words=words[:200], thin=self._streaming.thin, codecs=self._codecs)
+
+    def _report_changes(self) -> None:
+        if self._state() != self._reported:
+            self._report()
+
+    def _report(self) -> None:
+        self._reported = self._state()
+        self._report_due = time.monotonic() + REPORT_EVERY_S
+        self._say(self._reported)
+
+
+def _end_with_camera_that_hangs(stopping: "asyncio.Future[None]", loop: asyncio.AbstractEventLoop) -> None:
+    def hangs() -> None:
+        _log.error("video: the camera cannot be let go; the process ends")
+        os._exit(HUNG_CODE)
+
+    alarm = loop.call_later(HANGS_S, hangs)
+    stopping.add_done_callback(lambda _done: alarm.cancel())

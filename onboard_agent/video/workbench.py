@@ -1,0 +1,74 @@
+"""The encoders, in the thread that they need: one for each stream, made when its first picture comes.
+
+Everything here is called in one worker thread, but for the constructor.
+"""
+
+import logging
+from collections.abc import Callable, Iterable
+from typing import Final
+
+from onboard_agent.video.encoders.encoder import Encoder, EncoderBroken
+from onboard_agent.video.sources.source import Picture
+from onboard_agent.video.streaming import Encoded, Order
+from wire.video import Codec, Quality, StreamWish
+
+_log = logging.getLogger(__name__)
+
+MakeEncoder = Callable[[Codec, Quality], Encoder]
+Done = Callable[[Order, Encoded], None]
+Broken = Callable[[Order, str], None]
+
+NOTICEABLE: Final = 0.06
+"""A change of the bit rate by less is not worth tuning anew."""
+
+
+class Workbench:
+    """`done`, `broken`: called in the worker thread, as soon as each picture is ready or has failed."""
+
+    def __init__(self, make_encoder: MakeEncoder, done: Done, broken: Broken) -> None:
+        self._make_encoder = make_encoder
+        self._done = done
+        self._broken = broken
+        self._encoders: dict[StreamWish, Encoder] = {}
+        self._tuned: dict[StreamWish, tuple[int, float, float]] = {}
+
+    def encode(self, picture: Picture, orders: Iterable[Order]) -> None:
+        """One picture for each stream that takes it."""
+        for order in orders:
+            try:
+                encoder = self._encoder(order)
+                taken = picture._replace(is_break=order.is_break)
+                made = encoder.encode(taken, force_key=order.force_key)
+            except EncoderBroken as error:
+                self.drop([order.wish])
+                self._broken(order, str(error))
+                continue
+            for one in made:
+                self._done(order, Encoded(one.payload, one.key, one.width, one.height, one.capture_us, one.is_break))
+
+    def _encoder(self, order: Order) -> Encoder:
+        wish, shape = order.wish, order.shape
+        encoder = self._encoders.get(wish)
+        if encoder is None:
+            encoder = self._encoders[wish] = self._make_encoder(wish.codec, wish.quality)
+            _log.info("video: %s %s by %s", wish.quality.name.lower(), wish.codec.name, encoder.name)
+        bits_before, *rest_before = self._tuned.get(wish, (0, 0.0, 0.0))
+        if [shape.rate_hz, shape.scale] != rest_before or abs(shape.bits_per_s - bits_before) > (
+            NOTICEABLE * bits_before
+        ):
+            encoder.retune(bits_per_s=shape.bits_per_s, rate_hz=shape.rate_hz, scale=shape.scale)
+            self._tuned[wish] = (shape.bits_per_s, shape.rate_hz, shape.scale)
+        return encoder
+
+    def keep(self, wishes: Iterable[StreamWish]) -> None:
+        """Only these are watched."""
+        kept = set(wishes)
+        self.drop([wish for wish in self._encoders if wish not in kept])
+
+    def drop(self, wishes: Iterable[StreamWish]) -> None:
+        """Their encoders go."""
+        for wish in wishes:
+            self._tuned.pop(wish, None)
+            encoder = self._encoders.pop(wish, None)
+            if encoder is not None:
+                encoder.close()

@@ -1,0 +1,129 @@
+"""A model of the way from the agent to the tower, and of what encodes for it: fake clock, seeded, no sleeping.
+
+The kernel paces what it is given; the bottleneck is a queue served at a rate; a lost packet holds up its unit and all
+behind it until TCP has sent it again; the answers come back unhindered.
+"""
+
+from __future__ import annotations
+
+import heapq
+import random
+from dataclasses import dataclass, field
+
+from onboard_agent.video.link_rate import LinkRate
+from onboard_agent.video.on_the_way import SEGMENT_BYTES, wire_bits
+from wire.video import Codec, Got, Quality
+
+TICK_S = 0.001
+HEADERS_BYTES = 250
+"""Of a picture's unit besides what the encoder was asked for."""
+
+
+@dataclass
+class Conditions:
+    """Of the link, from some time on."""
+
+    rate_bps: float
+    rtt_s: float = 0.05
+    loss: float = 0.0
+    jitter_s: float = 0.0
+    other_bps: float = 0.0
+    """Traffic of others in the same queue."""
+
+
+@dataclass
+class Second:
+    """What was seen in one second."""
+
+    got_bps: float = 0.0
+    pictures: int = 0
+    worst_queue_s: float = 0.0
+    """In the network: what a packet of telemetry would have waited behind pictures."""
+    worst_age_s: float = 0.0
+    """From when a picture was taken until the tower had it."""
+    budget_bps: float = 0.0
+    pacing_bps: float = 0.0
+    ages_s: list[float] = field(default_factory=list)
+
+
+class ModelUplink:
+    """Runs a LinkRate against changing conditions; `seconds` has what was seen."""
+
+    def __init__(
+        self, *, ceiling_bps: float, rate_hz: float = 24.0, gop_s: float = 0.75, key: float = 4.0, seed: int = 1
+    ) -> None:
+        self.now = 0.0
+        self.rate = LinkRate(0.0)
+        self.seconds: list[Second] = []
+        self._ceiling_bps = ceiling_bps
+        self._rate_hz = rate_hz
+        self._gop = max(2, round(gop_s * rate_hz))
+        self._key = key
+        self._chance = random.Random(seed)
+        self._next_picture = 0.0
+        self._number = 0
+        self._since_key = 0
+        self._host_free_at = 0.0
+        self._link_free_at = 0.0
+        self._in_order_at = 0.0
+        self._answers: list[tuple[float, int, Got]] = []
+
+    def run(self, conditions: Conditions, seconds: int) -> list[Second]:
+        """Returns what was seen in these."""
+        first = len(self.seconds)
+        for _ in range(seconds):
+            second = Second()
+            self.seconds.append(second)
+            end = self.now + 1.0
+            while self.now < end:
+                self._step(conditions, second)
+                self.now += TICK_S
+            second.budget_bps, second.pacing_bps = self.rate.budget_bps, self.rate.pacing_bps
+        return self.seconds[first:]
+
+    def _step(self, conditions: Conditions, second: Second) -> None:
+        while self._answers and self._answers[0][0] <= self.now:
+            _, bits, got = heapq.heappop(self._answers)
+            self.rate.got(got, self.now)
+            second.got_bps += bits
+        if conditions.other_bps:
+            self._link_free_at = max(self._link_free_at, self.now)
+            self._link_free_at += TICK_S * conditions.other_bps / conditions.rate_bps
+        if self.now >= self._next_picture:
+            self._next_picture += 1.0 / self._rate_hz
+            if self.rate.has_room(self.now):
+                self._picture(conditions, second)
+
+    def _picture(self, conditions: Conditions, second: Second) -> None:
+        bits = min(self._ceiling_bps, self.rate.budget_bps) / self._rate_hz
+        # So that a group is what was asked for: one key picture, `key` times as large as the others.
+        plain = bits * self._gop / (self._gop - 1 + self._key)
+        is_key = self._since_key == 0
+        self._since_key = (self._since_key + 1) % self._gop
+        size = int(plain * (self._key if is_key else 1.0) * self._chance.uniform(0.7, 1.3) / 8) + HEADERS_BYTES
+        self._number += 1
+        got = Got(Quality.MEDIUM, Codec.MPEG1, self._number)
+        taken_at = self.now
+        self.rate.sent(got, size, self.now)
+        arrives = self._carry(size, conditions, second)
+        second.pictures += 1
+        age = arrives - taken_at
+        second.ages_s.append(age)
+        second.worst_age_s = max(second.worst_age_s, age)
+        heapq.heappush(self._answers, (arrives + conditions.rtt_s / 2, wire_bits(size), got))
+
+    def _carry(self, size: int, conditions: Conditions, second: Second) -> float:
+        """When the last of it arrives."""
+        arrives = 0.0
+        left = size
+        while left > 0:
+            bits = wire_bits(min(left, SEGMENT_BYTES))
+            left -= SEGMENT_BYTES
+            self._host_free_at = max(self._host_free_at, self.now) + bits / self.rate.pacing_bps
+            second.worst_queue_s = max(second.worst_queue_s, self._link_free_at - self._host_free_at)
+            self._link_free_at = max(self._link_free_at, self._host_free_at) + bits / conditions.rate_bps
+            arrives = self._link_free_at + conditions.rtt_s / 2 + self._chance.random() * conditions.jitter_s
+            if self._chance.random() < conditions.loss:
+                arrives += conditions.rtt_s * 1.25 + 2.0 / self._rate_hz
+            self._in_order_at = arrives = max(arrives, self._in_order_at)
+        return arrives
