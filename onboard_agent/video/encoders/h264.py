@@ -1,14 +1,17 @@
 """H.264, baseline, Annex B: by the processor (libx264), or by whatever hardware truly does it."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Final
+from typing import Any, Final
 
+import av
 from av.codec.hwaccel import HWAccel
 from av.video.codeccontext import VideoCodecContext
 
-from onboard_agent.video.encoders.annex_b import with_parameter_sets
+from onboard_agent.video.encoders.annex_b import IDR, nal_types, with_parameter_sets
 from onboard_agent.video.encoders.picture_shape import Shape
 from onboard_agent.video.encoders.pyav_encoder import Aim, PyavEncoder, new_context
 from wire.video import Codec, QualityLimits
@@ -114,6 +117,10 @@ class H264Encoder(PyavEncoder):
         context.options = options
         context.open()
         return context
+
+    def _is_key(self, packet: av.Packet[Any], coded: bytes) -> bool:
+        """Others than these are called key pictures too, from which a decoder recovers only after a while."""
+        return IDR in nal_types(coded)
 
     def _retuned(self, context: VideoCodecContext, was: Aim) -> None:
         """Down at once; up only at the next key picture, with the bound that belongs to it."""

@@ -71,6 +71,10 @@ class PyavEncoder(ABC):
     def _pack(self, coded: bytes, context: VideoCodecContext, *, key: bool, capture_us: int) -> bytes:
         """The payload of the unit."""
 
+    def _is_key(self, packet: av.Packet[Any], coded: bytes) -> bool:
+        """Whether decoding can begin there."""
+        return packet.is_keyframe
+
     def _retuned(self, context: VideoCodecContext, was: Aim) -> None:  # noqa: B027 - most can do nothing
         """What can be changed in an open codec, is."""
 
@@ -142,8 +146,9 @@ class PyavEncoder(ABC):
             fed = self._waiting.pop(packet.pts, None) if packet.pts is not None else None
             if fed is None:
                 raise EncoderBroken(f"{self.name} gives a picture that it was not given")
-            key = packet.is_keyframe
-            payload = self._pack(bytes(packet), opened.context, key=key, capture_us=fed.capture_us)
+            bits = bytes(packet)
+            key = self._is_key(packet, bits)
+            payload = self._pack(bits, opened.context, key=key, capture_us=fed.capture_us)
             coded.append(EncodedPicture(payload, key, *opened.shape, *fed))
         return coded
 

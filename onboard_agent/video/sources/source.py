@@ -1,12 +1,19 @@
 """What every picture source is. The rest of the video process knows only this, and `camera.Camera` around it."""
 
-from abc import ABC, abstractmethod
-from typing import Final, NamedTuple
+from __future__ import annotations
 
-import av
+import time
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    import av
 
 OPEN_PATIENCE_S: Final = 5.0
-"""A camera in the network that has not answered by then is not there."""
+"""A camera that has given no picture by then is not there."""
+
+READ_PATIENCE_S: Final = 2.0
+"""A camera that says nothing for so long is opened anew. That it is silent is said sooner (`camera_watch`)."""
 
 
 class CameraLost(Exception):
@@ -58,9 +65,17 @@ class Source(ABC):
 
     @abstractmethod
     def read(self) -> Taken | None:
-        """Waits for the next picture. None: nothing yet, ask again (at least twice a second, so that the thread can
-        end). Raises CameraLost when the camera is gone."""
+        """Waits for the next picture, at most `READ_PATIENCE_S`. None: nothing yet, ask again. Raises CameraLost when
+        the camera is gone."""
 
     @abstractmethod
     def close(self) -> None:
-        """Lets go of the camera. Safe when it is not open. Another thread may call it to end a `read` that hangs."""
+        """Lets go of the camera. Safe when it is not open."""
+
+    def interrupt(self) -> None:  # noqa: B027 - where it cannot be done, patience ends
+        """Another thread wants `read` to end soon; what it then gives or raises does not matter."""
+
+
+def now_us() -> int:
+    """The clock of `capture_us`."""
+    return time.monotonic_ns() // 1000

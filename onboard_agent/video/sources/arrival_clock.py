@@ -1,0 +1,33 @@
+"""When a picture was taken, by the stamps of a camera whose clock is not ours (no I/O).
+
+A stamp tells exactly how far pictures are apart; when they come tells it only with what the network added. The quickest
+of the last seconds gives how the clocks differ; what the others took more is age, and is counted as age.
+"""
+
+from typing import Final
+
+_WINDOW_US: Final = 5_000_000
+_LARGEST_JUMP_US: Final = 2_000_000
+"""A stamp that is off by more is of another epoch: the camera has begun anew, or set its clock."""
+
+
+class ArrivalClock:
+    """Of one camera. Forgets after 10 s, so that clocks that run apart do no harm."""
+
+    def __init__(self) -> None:
+        self._best_us: int | None = None
+        self._before_us: int | None = None
+        self._window_ends_us = 0
+
+    def taken_us(self, stamp_us: int, arrived_us: int) -> int:
+        """By our clock; never later than it came."""
+        apart_us = arrived_us - stamp_us
+        known = [best for best in (self._best_us, self._before_us) if best is not None]
+        if known and abs(apart_us - min(known)) > _LARGEST_JUMP_US:
+            self._best_us = self._before_us = None
+            known = []
+        if self._best_us is None or arrived_us >= self._window_ends_us:
+            self._before_us, self._best_us = self._best_us, apart_us
+            self._window_ends_us = arrived_us + _WINDOW_US
+        self._best_us = min(self._best_us, apart_us)
+        return stamp_us + min([*known, self._best_us])

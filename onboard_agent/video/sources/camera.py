@@ -1,0 +1,128 @@
+"""A source with a thread of its own: the newest picture, the state of the camera, and another attempt when it is lost.
+
+The picture that nobody has fetched is replaced by the next one: what is late is not wanted any more.
+"""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+from onboard_agent.backoff import STEADY_S, Backoff
+from onboard_agent.video.sources.camera_watch import CameraWatch
+from onboard_agent.video.sources.source import CameraLost, Picture, PictureWish, Source, Taken
+from wire.video import CameraState
+
+_log = logging.getLogger(__name__)
+
+_WATCH_EVERY_S: Final = 0.1
+_STOP_PATIENCE_S: Final = 0.5
+
+
+class Camera:
+    """`start`, then `newest` as often as `on_change` says that there is something, then `stop`.
+
+    `on_change` is called by threads of the camera, at each picture and each change of state; it may not block.
+    """
+
+    def __init__(self, source: Source, wish: PictureWish, on_change: Callable[[], None]) -> None:
+        self._source = source
+        self._wish = wish
+        self._on_change = on_change
+        self._lock = threading.Lock()
+        self._watch = CameraWatch(source.name)
+        self._newest: Picture | None = None
+        self._number = 0
+        self._break = True
+        self._ending = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    @property
+    def state(self) -> CameraState:
+        return self._watch.state
+
+    @property
+    def words(self) -> str:
+        """For people, what is wrong; empty when nothing is."""
+        return self._watch.words
+
+    def start(self) -> None:
+        """Once."""
+        for name, work in (("camera", self._read_for_ever), ("camera-watch", self._watch_for_ever)):
+            thread = threading.Thread(target=work, name=name, daemon=True)
+            self._threads.append(thread)
+            thread.start()
+
+    def stop(self) -> bool:
+        """Lets go of the camera. False: its thread hangs in the driver, and only the end of the process ends it."""
+        self._ending.set()
+        self._source.interrupt()
+        for thread in self._threads:
+            thread.join(_STOP_PATIENCE_S)
+        return not any(thread.is_alive() for thread in self._threads)
+
+    def newest(self) -> Picture | None:
+        """The newest picture, once. None: nothing new."""
+        with self._lock:
+            picture, self._newest = self._newest, None
+            if picture is not None and picture.is_break:
+                self._break = False
+            return picture
+
+    def _read_for_ever(self) -> None:
+        backoff = Backoff()
+        while not self._ending.is_set():
+            self._changed(self._watch.opening)
+            first_at: float | None = None
+            try:
+                self._source.open(self._wish)
+                while not self._ending.is_set():
+                    taken = self._source.read()
+                    if taken is None:
+                        continue
+                    self._took(taken)
+                    first_at = first_at or time.monotonic()
+            except CameraLost as error:
+                self._lost(str(error))
+            except Exception as error:  # a driver or library in a state we do not know: as good as unplugged
+                _log.exception("%s: unexpected", self._source.name)
+                self._lost(f"{self._source.name}: {error}")
+            finally:
+                self._source.close()
+            if first_at is not None and time.monotonic() - first_at >= STEADY_S:
+                backoff.reset()
+            self._ending.wait(backoff.next_delay_s())
+        self._changed(self._watch.closed)
+
+    def _watch_for_ever(self) -> None:
+        while not self._ending.wait(_WATCH_EVERY_S):
+            self._changed(lambda: self._watch.tick(time.monotonic()))
+
+    def _took(self, taken: Taken) -> None:
+        with self._lock:
+            was = self._watch.state
+            self._watch.picture(time.monotonic())
+            if was is not CameraState.LIVE:
+                self._break = True
+            self._number += 1
+            # A break stays one until a picture that says so has been fetched.
+            self._newest = Picture(taken.frame, taken.capture_us, self._number, self._break)
+        if was is not CameraState.LIVE:
+            _log.info("%s: gives pictures, %d x %d", self._source.name, taken.frame.width, taken.frame.height)
+        self._on_change()
+
+    def _lost(self, words: str) -> None:
+        if self._ending.is_set():
+            return
+        if self._watch.words != words:
+            _log.warning("%s; trying on", words)
+        self._changed(lambda: self._watch.lost(words))
+
+    def _changed(self, happen: Callable[[], None]) -> None:
+        with self._lock:
+            was = self._watch.state, self._watch.words
+            happen()
+            changed = was != (self._watch.state, self._watch.words)
+        if changed:
+            self._on_change()

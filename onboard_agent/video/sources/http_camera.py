@@ -1,0 +1,141 @@
+"""MJPEG over HTTP, read by ourselves: a picture as soon as its last byte is there, timed when its first one came.
+
+What is not a row of JPEG parts, or asks for more than a password in the clear, FFmpeg gets (network.py).
+"""
+
+import base64
+import contextlib
+import http.client
+import socket
+import ssl
+import time
+from typing import Final
+from urllib.parse import unquote, urlsplit
+
+from onboard_agent.video.sources.arrival_clock import ArrivalClock
+from onboard_agent.video.sources.decoding import JpegDecoder
+from onboard_agent.video.sources.multipart import Malformed, MultipartPictures, Part
+from onboard_agent.video.sources.network import NetworkSource
+from onboard_agent.video.sources.source import (
+    OPEN_PATIENCE_S,
+    READ_PATIENCE_S,
+    CameraLost,
+    PictureWish,
+    Source,
+    Taken,
+    now_us,
+)
+
+_READ_BYTES: Final = 256 * 1024
+_NOT_FOUND: Final = 404
+
+
+class HttpCamera(Source):
+    """`http` and `https`."""
+
+    def __init__(self, name: str, address: str) -> None:
+        super().__init__(name)
+        self._address = address
+        self._by_ffmpeg: NetworkSource | None = None
+        self._connection: http.client.HTTPConnection | None = None
+        self._answer: http.client.HTTPResponse | None = None
+        self._socket: socket.socket | None = None
+        """Of the connection, which forgets it when the other side will close it."""
+        self._parts = MultipartPictures()
+        self._decoder = JpegDecoder()
+        self._clock = ArrivalClock()
+        self._whole_at = 0.0
+
+    def open(self, wish: PictureWish) -> None:
+        try:
+            self._connection = self._ask()
+            self._socket = self._connection.sock
+            self._answer = self._connection.getresponse()
+            self._socket.settimeout(READ_PATIENCE_S)
+        except ssl.SSLCertVerificationError as error:
+            raise CameraLost(f"{self.name}: its certificate is not trusted ({error.verify_message})") from None
+        except (OSError, http.client.HTTPException) as error:
+            raise CameraLost(f"{self.name}: {_words(error)}") from None
+        if self._answer.status == _NOT_FOUND or self._answer.status >= http.client.INTERNAL_SERVER_ERROR:
+            raise CameraLost(f"{self.name}: answers {self._answer.status} {self._answer.reason}")
+        kind = self._answer.headers.get_content_type()
+        if self._answer.status == http.client.OK and kind.startswith("multipart/"):
+            self._parts, self._decoder, self._clock = MultipartPictures(), JpegDecoder(), ArrivalClock()
+            self._whole_at = time.monotonic()
+            return
+        self.close()
+        source = NetworkSource(self.name, self._address)
+        source.open(wish)
+        self._by_ffmpeg = source
+
+    def read(self) -> Taken | None:
+        if self._by_ffmpeg is not None:
+            return self._by_ffmpeg.read()
+        assert self._answer is not None
+        try:
+            data = self._answer.read1(_READ_BYTES)
+            if not data:
+                raise CameraLost(f"{self.name}: has closed the connection")
+            parts = self._parts.feed(data, now_us())
+        except (OSError, http.client.HTTPException) as error:
+            raise CameraLost(f"{self.name}: {_words(error)}") from None
+        except Malformed as error:
+            raise CameraLost(f"{self.name}: {error}") from None
+        taken = self._newest(parts)
+        now = time.monotonic()
+        if taken is not None:
+            self._whole_at = now
+        elif now - self._whole_at > READ_PATIENCE_S:
+            raise CameraLost(f"{self.name}: sends bytes, but no whole picture")
+        return taken
+
+    def close(self) -> None:
+        if self._by_ffmpeg is not None:
+            self._by_ffmpeg.close()
+        if self._answer is not None:
+            self._answer.close()
+        if self._connection is not None:
+            self._connection.close()
+        self._by_ffmpeg = self._answer = self._connection = self._socket = None
+
+    def interrupt(self) -> None:
+        if self._socket is not None:
+            with contextlib.suppress(OSError):  # it may be closed already
+                self._socket.shutdown(socket.SHUT_RDWR)
+
+    def _ask(self) -> http.client.HTTPConnection:
+        parts = urlsplit(self._address)
+        assert parts.hostname is not None
+        make = http.client.HTTPSConnection if parts.scheme == "https" else http.client.HTTPConnection
+        connection = make(parts.hostname, parts.port, timeout=OPEN_PATIENCE_S)
+        headers = {"Accept": "*/*"}
+        if parts.username is not None:
+            secret = f"{unquote(parts.username)}:{unquote(parts.password or '')}".encode()
+            headers["Authorization"] = "Basic " + base64.b64encode(secret).decode()
+        path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
+        connection.request("GET", path, headers=headers)
+        return connection
+
+    def _newest(self, parts: list[Part]) -> Taken | None:
+        """The last of them that can be decoded: the others have been overtaken while we were busy."""
+        for part in reversed(parts):
+            frame = self._decoder.decode(part.picture)
+            if frame is not None:
+                return Taken(frame, self._taken_us(part))
+        return None
+
+    def _taken_us(self, part: Part) -> int:
+        """mjpg-streamer and its like say when, by their clock."""
+        try:
+            stamp_us = int(float(part.headers["x-timestamp"]) * 1e6)
+        except (KeyError, ValueError, OverflowError):
+            return part.began_us
+        return self._clock.taken_us(stamp_us, part.began_us)
+
+
+def _words(error: Exception) -> str:
+    if isinstance(error, TimeoutError):
+        return "sends nothing"
+    if isinstance(error, OSError):
+        return error.strerror or str(error) or type(error).__name__
+    return str(error) or type(error).__name__

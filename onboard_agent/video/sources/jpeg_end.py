@@ -1,0 +1,53 @@
+"""Where a JPEG ends that comes piece by piece (ITU-T T.81, annex B; no I/O)."""
+
+import re
+from typing import Final
+
+_MARKER: Final = 0xFF
+_START: Final = 0xD8
+_END: Final = 0xD9
+_SCAN: Final = 0xDA
+_ALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
+_SOMETHING_ENDS_SCAN: Final = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
+
+
+class NotJpeg(ValueError):
+    """It does not begin or go on as a JPEG does."""
+
+
+class JpegEnd:
+    """Goes on where it was, so that no byte is looked at twice. A small picture inside the head is stepped over."""
+
+    def __init__(self) -> None:
+        self._at = 0
+        self._in_scan = False
+
+    def find(self, data: bytearray) -> int | None:
+        """How many bytes of `data` the picture takes; None: more are needed. `data` only ever grows. Raises NotJpeg."""
+        while True:
+            if self._in_scan:
+                found = _SOMETHING_ENDS_SCAN.search(data, self._at)
+                if found is None:
+                    self._at = max(self._at, len(data) - 1)
+                    return None
+                self._at, self._in_scan = found.start(), False
+            if len(data) < self._at + 2:
+                return None
+            marker = data[self._at + 1]
+            if data[self._at] != _MARKER or (self._at == 0 and marker != _START):
+                raise NotJpeg("what comes is no JPEG")
+            if marker == _END:
+                return self._at + 2
+            if marker == _MARKER:  # a filler
+                self._at += 1
+            elif marker == _START or marker in _ALONE:
+                self._at += 2
+            elif not self._step_over(data, marker):
+                return None
+
+    def _step_over(self, data: bytearray, marker: int) -> bool:
+        if len(data) < self._at + 4:
+            return False
+        self._at += 2 + int.from_bytes(data[self._at + 2 : self._at + 4])
+        self._in_scan = marker == _SCAN
+        return True

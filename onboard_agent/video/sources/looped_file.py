@@ -1,0 +1,91 @@
+"""A video file over and over, at its own pace: for trying out, and for drones whose camera writes one."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import av
+from av.container import InputContainer
+
+from onboard_agent.video.sources.decoding import hold_nothing, lost
+from onboard_agent.video.sources.source import CameraLost, PictureWish, Source, Taken, now_us
+
+_RATE_HZ: Final = 25.0
+"""Of a file that does not say."""
+_LONGEST_WAIT_S: Final = 0.2
+_TOO_LATE_US: Final = 500_000
+"""So far behind its own pace, it goes on from now instead of hurrying."""
+
+
+class LoopedFile(Source):
+    """Each picture is taken at the moment at which it is due."""
+
+    def __init__(self, name: str, path: Path) -> None:
+        super().__init__(name)
+        self._path = path
+        self._container: InputContainer | None = None
+        self._frames: Iterator[tuple[av.VideoFrame, int]] = iter(())
+        self._next: tuple[av.VideoFrame, int] | None = None
+        self._began_us = 0
+
+    def open(self, wish: PictureWish) -> None:
+        try:
+            self._container = av.open(str(self._path))
+        except (av.FFmpegError, OSError, ValueError) as error:
+            raise lost(self.name, error) from error
+        if not self._container.streams.video:
+            raise CameraLost(f"{self.name}: has no pictures")
+        self._frames = self._for_ever(self._container)
+        self._began_us = now_us()
+
+    def read(self) -> Taken | None:
+        try:
+            if self._next is None:
+                self._next = next(self._frames, None)
+        except (av.FFmpegError, OSError) as error:
+            raise lost(self.name, error) from error
+        if self._next is None:
+            raise CameraLost(f"{self.name}: has no pictures")
+        frame, at_us = self._next
+        wait_us = self._began_us + at_us - now_us()
+        if wait_us > 0:
+            time.sleep(min(wait_us / 1e6, _LONGEST_WAIT_S))
+            if wait_us > _LONGEST_WAIT_S * 1e6:
+                return None
+        elif wait_us < -_TOO_LATE_US:
+            self._began_us -= wait_us
+        self._next = None
+        return Taken(frame, self._began_us + at_us)
+
+    def close(self) -> None:
+        self._frames = iter(())
+        self._next = None
+        if self._container is not None:
+            self._container.close()
+            self._container = None
+
+    @staticmethod
+    def _for_ever(container: InputContainer) -> Iterator[tuple[av.VideoFrame, int]]:
+        """Each picture, and how long after the beginning it is due, in microseconds. Ends when the file has none."""
+        stream = container.streams.video[0]
+        hold_nothing(stream.codec_context)
+        assert stream.time_base is not None
+        step_us = int(1e6 / float(stream.average_rate or _RATE_HZ))
+        round_us = 0
+        while True:
+            first_us: int | None = None
+            due_us = round_us - step_us
+            for frame in container.decode(stream):
+                at_us = None if frame.pts is None else int(frame.pts * stream.time_base * 1_000_000)
+                if at_us is not None and first_us is None:
+                    first_us = at_us
+                if at_us is None or first_us is None:
+                    due_us += step_us
+                else:
+                    due_us = max(due_us, round_us + at_us - first_us)
+                yield frame, due_us
+            if due_us < round_us:
+                return
+            round_us = due_us + step_us
+            container.seek(0)

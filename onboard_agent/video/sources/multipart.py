@@ -1,0 +1,92 @@
+"""The pictures in a row of MIME parts (multipart/x-mixed-replace), each as soon as its last byte is there (no I/O).
+
+FFmpeg waits for the next part where no length is given: one picture late. A JPEG says itself where it ends.
+"""
+
+from typing import Final, NamedTuple
+
+from onboard_agent.video.sources.jpeg_end import JpegEnd, NotJpeg
+
+LARGEST_PICTURE_BYTES: Final = 8 * 1024 * 1024
+_LARGEST_HEAD_BYTES: Final = 8 * 1024
+
+
+class Malformed(ValueError):
+    """These are no pictures in parts."""
+
+
+class Part(NamedTuple):
+    """`began_us`: when its first byte came. `headers`: names in lower case."""
+
+    picture: bytes
+    headers: dict[str, str]
+    began_us: int
+
+
+class MultipartPictures:
+    """Bytes in, pictures out."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+        self._headers: dict[str, str] | None = None
+        self._length: int | None = None
+        self._end = JpegEnd()
+        self._began_us: int | None = None
+
+    def feed(self, data: bytes, now_us: int) -> list[Part]:
+        """Raises Malformed."""
+        self._bytes += data
+        parts: list[Part] = []
+        while True:
+            if self._headers is None and not self._take_head(now_us):
+                return parts
+            size = self._size()
+            if size is None:
+                if len(self._bytes) > LARGEST_PICTURE_BYTES:
+                    raise Malformed(f"a picture of more than {LARGEST_PICTURE_BYTES} bytes")
+                return parts
+            assert self._headers is not None and self._began_us is not None
+            if size:
+                parts.append(Part(bytes(self._bytes[:size]), self._headers, self._began_us))
+            del self._bytes[:size]
+            self._headers = self._began_us = None
+
+    def _take_head(self, now_us: int) -> bool:
+        """The boundary, and the lines up to the empty one."""
+        blank = len(self._bytes) - len(self._bytes.lstrip(b"\r\n"))
+        del self._bytes[:blank]
+        if self._bytes and self._began_us is None:
+            self._began_us = now_us
+        head, end, _ = self._bytes.partition(b"\r\n\r\n")
+        if not end:
+            if len(self._bytes) > _LARGEST_HEAD_BYTES:
+                raise Malformed("no picture begins")
+            return False
+        headers = {}
+        for line in head.split(b"\r\n"):
+            name, colon, value = line.partition(b":")
+            if colon:
+                headers[name.strip().lower().decode("latin-1")] = value.strip().decode("latin-1")
+        del self._bytes[: len(head) + len(end)]
+        self._headers = headers
+        self._length = self._given_length(headers)
+        self._end = JpegEnd()
+        return True
+
+    def _given_length(self, headers: dict[str, str]) -> int | None:
+        text = headers.get("content-length", "")
+        if not (text.isascii() and text.isdecimal()):
+            return None
+        length = int(text)
+        if length > LARGEST_PICTURE_BYTES:
+            raise Malformed(f"a picture of {length} bytes")
+        return length
+
+    def _size(self) -> int | None:
+        """Of the picture that the bytes begin with, when it is whole."""
+        if self._length is not None:
+            return self._length if len(self._bytes) >= self._length else None
+        try:
+            return self._end.find(self._bytes)
+        except NotJpeg as error:
+            raise Malformed(str(error)) from None

@@ -1,0 +1,91 @@
+"""A camera in the network through FFmpeg (RTSP, and whatever else it opens), with all its waiting switched off."""
+
+import ssl
+from collections.abc import Iterator
+from typing import Final
+from urllib.parse import urlsplit
+
+import av
+from av.container import InputContainer
+
+from onboard_agent.video.sources.arrival_clock import ArrivalClock
+from onboard_agent.video.sources.decoding import hold_nothing, lost
+from onboard_agent.video.sources.source import (
+    OPEN_PATIENCE_S,
+    READ_PATIENCE_S,
+    CameraLost,
+    PictureWish,
+    Source,
+    Taken,
+    now_us,
+)
+
+_NO_WAITING: Final = {
+    "fflags": "nobuffer",
+    "flags": "low_delay",
+    "probesize": "100000",
+    "analyzeduration": "500000",
+    "fpsprobesize": "0",
+    "max_delay": "0",
+}
+_BY_SCHEME: Final = {
+    "rtsp": {"rtsp_transport": "tcp", "reorder_queue_size": "0"},
+    "https": {"tls_verify": "1", "ca_file": ssl.get_default_verify_paths().cafile or ""},
+}
+
+
+class NetworkSource(Source):
+    """Reads for as long as somebody listens. Everything is decoded: of a chain of pictures none can be left out."""
+
+    def __init__(self, name: str, address: str) -> None:
+        super().__init__(name)
+        self._address = address
+        self._container: InputContainer | None = None
+        self._taken: Iterator[Taken] = iter(())
+
+    def open(self, wish: PictureWish) -> None:
+        options = {**_NO_WAITING, **_BY_SCHEME.get(urlsplit(self._address).scheme, {})}
+        try:
+            self._container = av.open(self._address, options=options, timeout=(OPEN_PATIENCE_S, READ_PATIENCE_S))
+        except (av.FFmpegError, OSError, ValueError) as error:
+            raise lost(self.name, error) from error
+        if not self._container.streams.video:
+            raise CameraLost(f"{self.name}: has no pictures")
+        self._taken = self._pictures(self._container, ArrivalClock() if self._has_stamps else None)
+
+    def read(self) -> Taken | None:
+        try:
+            taken = next(self._taken, None)
+        except (av.FFmpegError, OSError) as error:
+            raise lost(self.name, error) from error
+        if taken is None:
+            raise CameraLost(f"{self.name}: has ended")
+        return taken
+
+    def close(self) -> None:
+        self._taken = iter(())
+        if self._container is not None:
+            self._container.close()
+            self._container = None
+
+    @property
+    def _has_stamps(self) -> bool:
+        """RTP's are the camera's. Others are often made up by FFmpeg, from a rate that it guesses."""
+        return urlsplit(self._address).scheme == "rtsp"
+
+    @staticmethod
+    def _pictures(container: InputContainer, clock: ArrivalClock | None) -> Iterator[Taken]:
+        stream = container.streams.video[0]
+        hold_nothing(stream.codec_context)
+        for packet in container.demux(stream):
+            arrived_us = now_us()
+            try:
+                frames = packet.decode()
+            except av.InvalidDataError:  # begun in the middle, or damaged on the way: the next key picture mends it
+                continue
+            for frame in frames:
+                assert isinstance(frame, av.VideoFrame)
+                if clock is None or frame.pts is None or frame.time_base is None:
+                    yield Taken(frame, arrived_us)
+                else:
+                    yield Taken(frame, clock.taken_us(int(frame.pts * frame.time_base * 1_000_000), arrived_us))
