@@ -1,10 +1,13 @@
 """H.264: an encoder is used only when what it makes is what it was given; parameter sets at each key picture."""
 
+from types import SimpleNamespace
+
 import av
 import pytest
+from av.video.frame import PictureType
 from worlds.moving_pictures import flight, off_by, pictures
 
-from onboard_agent.video.encoders import choice
+from onboard_agent.video.encoders import choice, pyav_encoder
 from onboard_agent.video.encoders.annex_b import IDR, PICTURE_PARAMETERS, SEQUENCE_PARAMETERS, nal_types
 from onboard_agent.video.encoders.annex_b import with_parameter_sets as complete
 from onboard_agent.video.encoders.encoder import EncodedPicture, EncoderBroken
@@ -86,9 +89,10 @@ def test_an_encoder_that_holds_pictures_back_is_not_used() -> None:
     assert choice.what_is_wrong(slow) == "of 6 pictures it holds 6 back"
 
 
-def test_an_encoder_that_makes_no_key_pictures_is_not_used() -> None:
-    deaf = H264Kind("libx264", options={"tune": "zerolatency", "forced-idr": "0", "x264-params": "open-gop=1"})
-    assert choice.what_is_wrong(deaf) == "it gives no key picture when it is asked to"
+def test_an_encoder_that_is_deaf_to_wishes_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    nothing = PictureType.NONE
+    monkeypatch.setattr(pyav_encoder, "PictureType", SimpleNamespace(I=nothing, NONE=nothing))
+    assert choice.what_is_wrong(BY_PROCESSOR) == "it gives no key picture when it is asked to"
 
 
 def test_an_encoder_that_is_not_there_is_not_used() -> None:
