@@ -13,6 +13,7 @@ import uvloop
 
 from bench import control, fuzz, missions, relay, scale
 from bench.rows import Report
+from bench.video import bench_run as video
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "control": (control.run, control.__doc__ or ""),
@@ -20,6 +21,7 @@ BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, A
     "missions": (missions.run, missions.__doc__ or ""),
     "relay": (relay.run, relay.__doc__ or ""),
     "scale": (scale.run, scale.__doc__ or ""),
+    "video": (video.run, video.__doc__ or ""),
 }
 
 
@@ -38,7 +40,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--repeats", type=int, help="how often each trigger is pulled again (10)")
     parser.add_argument("--case", action="append", help="only cases with this in their name")
     parser.add_argument(
-        "--system", action="append", metavar="NAME", help="relay, missions: only this one; may be repeated"
+        "--system", action="append", metavar="NAME", help="relay, missions, video: only this one; may be repeated"
     )
     parser.add_argument("--keep", type=Path, metavar="FOLDER", help="keep databases and logs there")
     parser.add_argument(
@@ -46,11 +48,13 @@ def parse(words: list[str]) -> argparse.Namespace:
         type=Path,
         metavar="FOLDER",
         default=Path("var/peers"),
-        help="relay, missions: MAVProxy, MAVSDK are installed there",
+        help="relay, missions, video: MAVProxy, MAVSDK, JSMpeg are installed there",
     )
     parser.add_argument("--drones", type=int, help="scale: so many (1,000)")
     parser.add_argument("--browsers", type=int, help="scale: so many that watch all of them (20)")
-    parser.add_argument("--seconds", type=float, help="scale: how long they fly (600)")
+    parser.add_argument("--seconds", type=float, help="scale: how long they fly (600); video: of each round (30)")
+    parser.add_argument("--cases", metavar="A,B", help=f"video: only {', '.join([*video.CASES, video.LONG])}")
+    parser.add_argument("--minutes", type=float, default=video.MINUTES, help="video: of the case 'long' (10)")
     parser.add_argument("--datagrams", type=int, metavar="N", help="fuzz: so many (1,000,000)")
     parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
     parser.add_argument("--seed", type=int, default=1, help="fuzz: another one makes other bytes (1)")

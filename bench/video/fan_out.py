@@ -1,0 +1,159 @@
+"""One stream to 1, 10 and 50 viewers in another process: what is missing, and what the tower and the Node relay use."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import sys
+import time
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+from bench.process_cost import rss_mb
+from bench.rows import Report
+from bench.video.settings import CODEC_WORDS, LARGE, SMALL, Setting
+from bench.video.trial import OURS, Bench, Trial, trial
+from bench.video.video_rig import Meter
+from wire.video import VIEWER_VIDEO_SUBPROTOCOL
+
+VIEWERS: Final = (1, 10, 50)
+WARM_UP_S: Final = 3.0
+IDLE_S: Final = 4.0
+READY_S: Final = 40.0
+
+
+@dataclass(frozen=True, slots=True)
+class Address:
+    """Where a viewer's WebSocket is opened."""
+
+    url: str
+    path: str
+    cookie: str
+    subprotocol: str
+    units: bool
+
+    def as_line(self, count: int) -> bytes:
+        named = {name: getattr(self, name) for name in ("url", "path", "cookie", "subprotocol", "units")}
+        return json.dumps({**named, "count": count}).encode() + b"\n"
+
+
+class NoViewers(Exception):
+    """They did not all get something."""
+
+
+class Viewers:
+    """Their process. `came`: what all of them had since the last question."""
+
+    def __init__(self, process: asyncio.subprocess.Process) -> None:
+        self._process = process
+
+    async def came(self) -> dict[str, Any]:
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._process.stdin.write(b"\n")
+        answer = await asyncio.wait_for(self._process.stdout.readline(), READY_S)
+        if not answer:
+            raise NoViewers("the viewers' process has died")
+        told: dict[str, Any] = json.loads(answer)
+        return told
+
+
+@contextlib.asynccontextmanager
+async def viewers_of(address: Address, count: int, trial: Trial) -> AsyncIterator[Viewers]:
+    """So many, each with something on its screen already. Raises NoViewers."""
+    with (trial.logs / "viewers.log").open("ab") as log:
+        process = await asyncio.create_subprocess_exec(
+            *trial.rig.command_at("tower", sys.executable, "-m", "bench.video.viewers"),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=log,
+            limit=1 << 24,
+        )
+    assert process.stdin is not None and process.stdout is not None
+    try:
+        process.stdin.write(address.as_line(count))
+        if await asyncio.wait_for(process.stdout.readline(), READY_S) != b"ready\n":
+            raise NoViewers((trial.logs / "viewers.log").read_text()[-400:])
+        yield Viewers(process)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            process.terminate()
+        await process.wait()
+        process._transport.close()  # type: ignore[attr-defined]
+
+
+def ours_at(trial: Trial, setting: Setting) -> Address:
+    """The tower's, for the operator, on the tower's host."""
+    rig = trial.rig
+    cookie = "; ".join(f"{name}={value}" for name, value in rig.operator.http.cookies.items())
+    asked = f"quality={setting.quality.name.lower()}&codec={CODEC_WORDS[setting.codec]}"
+    return Address(rig.address, f"/api/v1/drones/1/video?{asked}", cookie, VIEWER_VIDEO_SUBPROTOCOL, units=True)
+
+
+async def fan_out(bench: Bench) -> None:
+    for setting in (SMALL, LARGE):
+        bench.report.say(f"[bold]fan-out, {setting.words}[/bold]")
+        async with trial(bench, f"fan-out {setting.words}", setting, browsers=()) as one:
+            for _ in range(bench.rounds):
+                for system in bench.systems:
+                    await _all_counts(one, system, Costs(bench.report, setting.words))
+    bench.report.system = OURS
+
+
+@dataclass(frozen=True, slots=True)
+class Costs:
+    """The rows of a fan-out."""
+
+    report: Report
+    words: str
+
+    def tell(self, system: str, count: int, came: dict[str, Any], used_ms: float, idle_ms: float, pid: int) -> None:
+        """`idle_ms`: what the same process uses in this time without video."""
+        self.report.system = system
+        case = f"{count} viewers, {self.words}"
+        out_mb = came["bytes"] / 1e6
+        self.report.add(case, "processor per MB out", used_ms / out_mb, "ms/MB")
+        self.report.add(case, "processor per MB out, beyond idle", (used_ms - idle_ms) / out_mb, "ms/MB")
+        self.report.add(case, "out", out_mb, "MB")
+        self.report.add(case, "missing", came["missing"], "units" if system == OURS else "packets")
+        self.report.add(case, "memory", rss_mb(pid), "MB")
+        if came["ages_ms"]:
+            self.report.spread(case, "camera to viewer", came["ages_ms"], "ms")
+        said = f"{used_ms / out_mb:.1f} ms/MB, {came['missing']} missing of {sum(came['messages'])}"
+        self.report.say(f"  {system}, {count} viewers: {said}")
+
+
+async def _all_counts(one: Trial, system: str, costs: Costs) -> None:
+    if system == OURS:
+        pid = one.rig.tower.pid
+        idle_ms = await _idle_ms(pid) / IDLE_S
+        for count in VIEWERS:
+            await _measured(one, ours_at(one, one.setting), system, count, costs, pid, idle_ms)
+        await one.rig.until_idle()
+        return
+    async with one.relay() as relay:
+        idle_ms = await _idle_ms(relay.pid) / IDLE_S
+        address = Address(f"http://{relay.address}:{relay.viewers_port}", "/", "", "", units=False)
+        async with one.ffmpeg(relay):
+            for count in VIEWERS:
+                await _measured(one, address, system, count, costs, relay.pid, idle_ms)
+
+
+async def _idle_ms(pid: int) -> float:
+    meter = Meter({"it": [pid]})
+    await asyncio.sleep(IDLE_S)
+    return meter.used_ms()["it"]
+
+
+async def _measured(
+    one: Trial, address: Address, system: str, count: int, costs: Costs, pid: int, idle_ms_per_s: float
+) -> None:
+    async with viewers_of(address, count, one) as viewers:
+        await asyncio.sleep(WARM_UP_S)
+        await viewers.came()
+        meter, began = Meter({"it": [pid]}), time.monotonic()
+        await asyncio.sleep(one.bench.seconds)
+        used_ms, took_s = meter.used_ms()["it"], time.monotonic() - began
+        came = await viewers.came()
+    costs.tell(system, count, came, used_ms, idle_ms_per_s * took_s, pid)

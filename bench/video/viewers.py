@@ -1,0 +1,128 @@
+"""The process with the viewers of a fan-out: WebSocket clients that read everything, and count what is missing.
+
+`python -m bench.video.viewers` gets one JSON line: {"url", "path", "cookie", "subprotocol", "count", "units"}; says
+"ready" when every viewer has had something; then answers each further line with what came since the last, as JSON.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import sys
+import time
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import uvloop
+
+from bench.lean_browser import LeanBrowser, connect_browser
+from bench.video.figures import TransportStream
+from wire.video import decode_unit
+
+FIRST_S: Final = 30.0
+
+
+@dataclass
+class Tally:
+    """Of one viewer, since the last question."""
+
+    messages: int = 0
+    bytes: int = 0
+    missing: int = 0
+    """Units, or packets of MPEG-TS."""
+    breaks: int = 0
+    ages_ms: list[float] = field(default_factory=list)
+
+
+class UnitViewer:
+    """Of the tower: numbers in the units' heads, and it says what it got."""
+
+    def __init__(self, browser: LeanBrowser) -> None:
+        self.tally = Tally()
+        self._browser = browser
+        self._next: int | None = None
+        browser.on_binary = self.take
+        browser.on_text = lambda text: None
+
+    def take(self, message: bytes) -> None:
+        unit, now = decode_unit(message), time.monotonic()
+        tally = self.tally
+        tally.messages += 1
+        tally.bytes += len(message)
+        if self._next is not None:
+            tally.missing += (unit.sequence - self._next) & 0xFFFFFFFF
+        tally.breaks += unit.is_break
+        self._next = (unit.sequence + 1) & 0xFFFFFFFF
+        if unit.capture_us:
+            tally.ages_ms.append(now * 1e3 - unit.capture_us / 1e3)
+        self._browser.send_text(f'{{"type":"got","sequence":{unit.sequence}}}')  # for each, as the console's player
+
+
+class StreamViewer:
+    """Of the Node relay: MPEG-TS in pieces of any size."""
+
+    def __init__(self, browser: LeanBrowser) -> None:
+        self.tally = Tally()
+        self._stream = TransportStream()
+        self._told = 0
+        browser.on_binary = self.take
+
+    def take(self, message: bytes) -> None:
+        self._stream.feed(message)
+        self.tally.messages += 1
+        self.tally.bytes += len(message)
+        self.tally.missing += self._stream.missing - self._told
+        self._told = self._stream.missing
+
+
+Viewer = UnitViewer | StreamViewer
+
+
+async def run() -> None:
+    loop = asyncio.get_running_loop()
+    reader = asyncio.StreamReader()
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    asked = json.loads(await reader.readline())
+    browsers: list[LeanBrowser] = []
+    viewers: list[Viewer] = []
+    for _ in range(asked["count"]):
+        made: list[Viewer] = []
+
+        def begin(browser: LeanBrowser, made: list[Viewer] = made) -> None:
+            made.append(UnitViewer(browser) if asked["units"] else StreamViewer(browser))
+
+        browsers.append(
+            await connect_browser(
+                asked["url"],
+                path=asked["path"],
+                cookie=asked["cookie"],
+                subprotocol=asked["subprotocol"],
+                before=begin,
+            )
+        )
+        viewers += made
+    async with asyncio.timeout(FIRST_S):
+        while not all(viewer.tally.messages for viewer in viewers):  # noqa: ASYNC110
+            await asyncio.sleep(0.05)
+    print("ready", flush=True)
+    while await reader.readline():
+        print(json.dumps(_answer(viewers)), flush=True)
+    for browser in browsers:
+        browser.close()
+
+
+def _answer(viewers: list[Viewer]) -> dict[str, Any]:
+    tallies = [viewer.tally for viewer in viewers]
+    for viewer in viewers:
+        viewer.tally = Tally()
+    return {
+        "messages": [tally.messages for tally in tallies],
+        "bytes": sum(tally.bytes for tally in tallies),
+        "missing": sum(tally.missing for tally in tallies),
+        "breaks": sum(tally.breaks for tally in tallies),
+        "ages_ms": [age for tally in tallies for age in tally.ages_ms],
+    }
+
+
+if __name__ == "__main__":
+    uvloop.run(run())
