@@ -4,6 +4,8 @@ import { svelte } from '@sveltejs/vite-plugin-svelte';
 import type { HtmlTagDescriptor, Plugin } from 'vite';
 import { defineConfig } from 'vitest/config';
 
+import { mpeg1DecoderFile } from './scripts/mpeg1_decoder_file';
+
 const tower = `http://127.0.0.1:${process.env['TOWER_PORT'] ?? 8000}`;
 
 /**
@@ -48,7 +50,8 @@ function fetchConsoleEarly(): Plugin {
 export default defineConfig({
   // Relative addresses: the tower may serve the console below any path.
   base: './',
-  plugins: [svelte(), fetchConsoleEarly()],
+  plugins: [svelte(), fetchConsoleEarly(), mpeg1DecoderFile()],
+  worker: { format: 'es', plugins: () => [mpeg1DecoderFile()] },
   build: {
     target: 'es2023',
     // The content security policy allows no data: fonts or workers.

@@ -2,9 +2,14 @@
 
 import { realClock } from '../link/clock';
 import type { SocketLike } from '../link/live';
+import { H264Decoder, hasH264 } from './h264_decoder';
+import { Mpeg1Decoder } from './mpeg1_decoder';
+import decoderAddress from 'virtual:mpeg1-decoder.wasm';
+import { plainScreen } from './plain_screen';
 import { SUBPROTOCOL, videoUrl } from './video_link';
 import { VideoPlayer } from './video_player';
-import type { FromPlayer, ToPlayer } from './video_types';
+import type { FromPlayer, ToPlayer, VideoStatus } from './video_types';
+import { webglScreen } from './webgl_screen';
 
 interface Scope {
   onmessage: ((event: { data: ToPlayer }) => void) | null;
@@ -12,20 +17,70 @@ interface Scope {
 }
 
 const scope = globalThis as unknown as Scope;
-let player: VideoPlayer | null = null;
+const tell = (message: FromPlayer): void => scope.postMessage(message);
 
-scope.onmessage = ({ data }) => {
-  if (data.type === 'open') {
-    const { page, droneId, quality, codec } = data;
-    player = new VideoPlayer({
-      clock: realClock,
-      quality,
-      codec,
-      openSocket: (wish) => new WebSocket(videoUrl(page, droneId, wish), [SUBPROTOCOL]) as SocketLike,
-      tell: (message) => scope.postMessage(message),
-    });
-  } else if (data.type === 'want') player?.want(data.quality, data.codec);
-  else if (data.type === 'watch') player?.watch(data.isWatched);
-  else if (data.type === 'snapshot') scope.postMessage({ type: 'snapshot', key: data.key, picture: null });
-  else player?.stop();
+// Behind what has come already, and before anything that a timer would wait for.
+const turns: (() => void)[] = [];
+const { port1, port2 } = new MessageChannel();
+port1.onmessage = () => turns.shift()?.();
+const afterWaiting = (callback: () => void): void => {
+  turns.push(callback);
+  port2.postMessage(null);
 };
+
+type Opening = Extract<ToPlayer, { type: 'open' }>;
+
+/** What was said while the decoder was fetched. */
+const waiting: ToPlayer[] = [];
+let canvas: OffscreenCanvas | null = null;
+let player: VideoPlayer | null = null;
+let isStopped = false;
+
+async function open({ canvas: given, page, droneId, quality, codec }: Opening): Promise<void> {
+  canvas = given;
+  const [module, canH264] = await Promise.all([WebAssembly.compileStreaming(fetch(decoderAddress)), hasH264()]);
+  const screen = webglScreen(given) ?? plainScreen(given);
+  if (!screen) throw new Error('It cannot draw in a worker.');
+  if (isStopped) return;
+  player = new VideoPlayer({
+    clock: realClock,
+    quality,
+    codec,
+    screen,
+    mpeg1: new Mpeg1Decoder(module),
+    openH264: canH264 ? (onPicture, onFault) => new H264Decoder(onPicture, onFault) : null,
+    openSocket: (wish) => new WebSocket(videoUrl(page, droneId, wish), [SUBPROTOCOL]) as SocketLike,
+    tell,
+    afterWaiting,
+  });
+  for (const message of waiting.splice(0)) void told(message);
+}
+
+function cannotPlay({ quality, codec }: Opening, why: unknown): void {
+  const words = why instanceof Error ? why.message : String(why);
+  const base = { codecs: [], quality, codec: codec === 'h264' ? codec : 'mpeg1', retryAtMs: null } as const;
+  const status: VideoStatus = { state: 'unplayable', words, sinceMs: Date.now(), ...base };
+  tell({ type: 'status', status });
+}
+
+async function told(message: ToPlayer): Promise<void> {
+  if (message.type === 'open') await open(message).catch((error: unknown) => cannotPlay(message, error));
+  else if (message.type === 'snapshot') await snapshot(message.key);
+  else if (message.type === 'stop') {
+    isStopped = true;
+    player?.stop();
+  } else if (!player) waiting.push(message);
+  else if (message.type === 'want') player.want(message.quality, message.codec);
+  else player.watch(message.isWatched);
+}
+
+async function snapshot(key: number): Promise<void> {
+  let picture: Blob | null = null;
+  try {
+    if (player?.drawAgain() && canvas) picture = await canvas.convertToBlob({ type: 'image/png' });
+  } finally {
+    tell({ type: 'snapshot', key, picture });
+  }
+}
+
+scope.onmessage = ({ data }) => void told(data);

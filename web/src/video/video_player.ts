@@ -1,63 +1,104 @@
-/** Puts the parts together: link, decoders, screen, figures. Runs in the worker (player_worker.ts). */
+/**
+ * Puts the parts together: link, gate, decoders, screen, figures. Runs in the worker (player_worker.ts).
+ *
+ * A picture is drawn as soon as it is decoded. Where several wait, all are decoded, as each needs the one before it,
+ * and the newest is drawn: a delay is never kept.
+ */
 
 import type { Clock } from '../link/clock';
 import type { SocketLike } from '../link/live';
+import type { H264Decoder } from './h264_decoder';
+import type { Mpeg1Decoder } from './mpeg1_decoder';
 import { PictureStats } from './picture_stats';
+import type { Planes, Screen } from './screen';
 import { StreamGate } from './stream_gate';
+import { TransportStream } from './transport_stream';
+import type { Unit } from './unit';
 import { VideoLink, type LinkState, type TowerSays, type Wish } from './video_link';
-import type { CodecChoice, FromPlayer, QualityName, VideoState, VideoStatus } from './video_types';
+import type { CodecChoice, CodecName, FromPlayer, QualityName, VideoState, VideoStatus } from './video_types';
+
+/** The part of the browser's decoder that is used. */
+export type FrameDecoder = Pick<H264Decoder, 'decode' | 'close'>;
 
 export interface VideoPlayerOptions {
   readonly clock: Clock;
   readonly quality: QualityName;
   readonly codec: CodecChoice;
+  readonly screen: Screen;
+  readonly mpeg1: Pick<Mpeg1Decoder, 'decode'>;
+  /** Null where the browser has none. */
+  readonly openH264:
+    ((onPicture: (picture: VideoFrame, unit: Unit) => void, onFault: (words: string) => void) => FrameDecoder) | null;
   readonly openSocket: (wish: Wish) => SocketLike;
   readonly tell: (message: FromPlayer) => void;
+  /** Calls back after everything that waits already. */
+  readonly afterWaiting: (callback: () => void) => void;
 }
 
 const REPORT_MS = 500;
+/** So many times the browser may give up on H.264 before MPEG-1 is taken instead. */
+const H264_FAULTS = 3;
+
+interface Decoded {
+  readonly unit: Unit;
+  readonly picture: Planes | VideoFrame;
+}
 
 export class VideoPlayer {
   readonly #options: VideoPlayerOptions;
   readonly #link: VideoLink;
   readonly #gate = new StreamGate();
+  readonly #packets = new TransportStream();
+  readonly #h264: FrameDecoder | null;
   readonly #stats: PictureStats;
+  /** When the browser began to decode a unit. */
+  readonly #begunMs = new WeakMap<Unit, number>();
+  #choice: { readonly quality: QualityName; readonly codec: CodecChoice };
+  #h264Faults = 0;
+  #newest: Decoded | null = null;
+  #isDrawn = false;
   #says: TowerSays | null = null;
   #linkState: LinkState = { phase: 'stopped', failures: 0, retryAtMs: null, why: '' };
   #status: VideoStatus;
+  #cancelReport: () => void = () => undefined;
 
   constructor(options: VideoPlayerOptions) {
     const { clock, quality, codec } = options;
     this.#options = options;
+    this.#choice = { quality, codec };
     this.#stats = new PictureStats(clock.monotonicMs());
-    const wish: Wish = { quality, codec: codec === 'h264' ? 'h264' : 'mpeg1' };
+    this.#h264 =
+      options.openH264?.(
+        (picture, unit) => this.#frameDecoded(picture, unit),
+        () => this.#h264Failed(),
+      ) ?? null;
+    const wish = this.#wish([]);
     this.#status = { state: 'connecting', words: '', codecs: [], ...wish, sinceMs: clock.nowMs(), retryAtMs: null };
     this.#link = new VideoLink(wish, {
       clock,
       openSocket: options.openSocket,
-      onLink: (state) => {
-        if (state.phase !== 'open') this.#says = null;
-        this.#linkState = state;
-        this.#gate.restart();
-        this.#tellStatus();
-      },
+      onLink: (state) => this.#linkChanged(state),
       onTower: (says) => {
         this.#says = says;
+        this.#link.want(this.#wish(says.codecs));
         this.#tellStatus();
       },
-      onUnit: (unit, bytes) => {
-        this.#stats.came(clock.monotonicMs(), bytes);
-        this.#gate.admits(unit);
-        this.#link.got(unit.sequence);
-      },
+      onUnit: (unit, bytes) => this.#came(unit, bytes),
       onSkipped: (count) => (this.#stats.skipped += count),
     });
     this.#report();
     this.#link.start();
   }
 
+  /** The picture in sight once more, for whoever reads the canvas right after. False where there is none. */
+  drawAgain(): boolean {
+    if (this.#isDrawn) this.#options.screen.again();
+    return this.#isDrawn;
+  }
+
   want(quality: QualityName, codec: CodecChoice): void {
-    this.#link.want({ quality, codec: codec === 'h264' ? 'h264' : 'mpeg1' });
+    this.#choice = { quality, codec };
+    this.#link.want(this.#wish(this.#says?.codecs ?? this.#status.codecs));
     this.#tellStatus();
   }
 
@@ -67,7 +108,99 @@ export class VideoPlayer {
   }
 
   stop(): void {
+    this.#cancelReport();
     this.#link.stop();
+    this.#h264?.close();
+    this.#keep(null);
+  }
+
+  // --- what is asked for ---
+
+  #wish(offered: readonly CodecName[]): Wish {
+    const { quality, codec } = this.#choice;
+    const isAble = this.#h264 !== null && this.#h264Faults < H264_FAULTS;
+    const isWanted = codec === 'h264' || (codec === 'auto' && offered.includes('h264'));
+    return { quality, codec: isAble && isWanted ? 'h264' : 'mpeg1' };
+  }
+
+  // --- pictures ---
+
+  #came(unit: Unit, bytes: number): void {
+    this.#stats.came(this.#options.clock.monotonicMs(), bytes);
+    if (!this.#gate.admits(unit)) this.#link.got(unit.sequence);
+    else if (unit.codec === 'mpeg1') this.#decodeMpeg1(unit);
+    else if (this.#h264) this.#decodeH264(this.#h264, unit);
+  }
+
+  #decodeMpeg1(unit: Unit): void {
+    const { clock, mpeg1 } = this.#options;
+    const beganMs = clock.monotonicMs();
+    const planes = mpeg1.decode(this.#packets.pieces(unit.payload));
+    this.#link.got(unit.sequence);
+    if (!planes) {
+      this.#gate.shut();
+      return;
+    }
+    this.#stats.decoded(clock.monotonicMs() - beganMs);
+    this.#decoded({ unit, picture: planes });
+  }
+
+  #decodeH264(decoder: FrameDecoder, unit: Unit): void {
+    this.#begunMs.set(unit, this.#options.clock.monotonicMs());
+    decoder.decode(unit);
+  }
+
+  #frameDecoded(picture: VideoFrame, unit: Unit): void {
+    this.#link.got(unit.sequence);
+    const nowMs = this.#options.clock.monotonicMs();
+    this.#stats.decoded(nowMs - (this.#begunMs.get(unit) ?? nowMs));
+    this.#decoded({ unit, picture });
+  }
+
+  #h264Failed(): void {
+    this.#h264Faults += 1;
+    this.#gate.shut();
+    this.#link.want(this.#wish(this.#says?.codecs ?? []));
+    this.#tellStatus();
+  }
+
+  #decoded(decoded: Decoded): void {
+    const isDrawingDue = this.#newest !== null;
+    this.#keep(decoded);
+    if (!isDrawingDue) this.#options.afterWaiting(() => this.#draw());
+  }
+
+  /** Frames of the browser are few, and given back at once. */
+  #keep(decoded: Decoded | null): void {
+    const before = this.#newest?.picture;
+    this.#newest = decoded;
+    if (before && 'close' in before) before.close();
+  }
+
+  #draw(): void {
+    const newest = this.#newest;
+    if (!newest) return;
+    const { clock, screen } = this.#options;
+    const { picture, unit } = newest;
+    if ('close' in picture) screen.frame(picture);
+    else screen.planes(picture);
+    this.#keep(null);
+    this.#isDrawn = true;
+    const nowMs = clock.monotonicMs();
+    const delayMs = unit.captureUs === null ? null : this.#link.clock.ageMs(unit.captureUs, nowMs);
+    this.#stats.drawn(nowMs, delayMs, unit.width, unit.height);
+  }
+
+  // --- how it goes ---
+
+  #linkChanged(state: LinkState): void {
+    if (state.phase !== 'open') this.#says = null;
+    if (state.phase === 'connecting') {
+      this.#gate.restart();
+      this.#stats.restart(this.#options.clock.monotonicMs());
+    }
+    this.#linkState = state;
+    this.#tellStatus();
   }
 
   #tellStatus(): void {
@@ -95,6 +228,6 @@ export class VideoPlayer {
   #report(): void {
     const { clock, tell } = this.#options;
     tell({ type: 'stats', stats: this.#stats.report(clock.monotonicMs(), this.#gate.lost) });
-    clock.after(REPORT_MS, () => this.#report());
+    this.#cancelReport = clock.after(REPORT_MS, () => this.#report());
   }
 }

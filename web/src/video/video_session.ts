@@ -98,8 +98,10 @@ export class VideoSession {
 
   #told(message: FromPlayer): void {
     this.#silentLooks = 0;
-    if (message.type === 'status') this.#status.set(message.status);
-    else if (message.type === 'stats') this.#stats.set(message.stats);
+    if (message.type === 'status') {
+      this.#status.set(message.status);
+      if (message.status.state === 'unplayable') this.#cancelLook(); // a new player could not either
+    } else if (message.type === 'stats') this.#stats.set(message.stats);
     else {
       this.#snapshots.get(message.key)?.(message.picture);
       this.#snapshots.delete(message.key);

@@ -30,7 +30,8 @@ export function videoWords(
   const since = clockTime(status.sinceMs);
   switch (status.state) {
     case 'live':
-      return stats && stats.stillMs !== null && stats.stillMs > STILL_MS
+      if (!stats || stats.stillMs === null) return says(`Waiting for the first picture of ${drone}…`, '', false);
+      return stats.stillMs > STILL_MS
         ? says(`No new picture of ${drone} for ${fixed(stats.stillMs / 1000)} s.`, 'What is shown is old.')
         : null;
     case 'connecting':
