@@ -4,7 +4,7 @@ import { svelte } from '@sveltejs/vite-plugin-svelte';
 import type { HtmlTagDescriptor, Plugin } from 'vite';
 import { defineConfig } from 'vitest/config';
 
-import { mpeg1DecoderFile } from './scripts/mpeg1_decoder_file';
+import { mpeg1DecoderFile } from './scripts/mpeg1_decoder_file.ts';
 
 const tower = `http://127.0.0.1:${process.env['TOWER_PORT'] ?? 8000}`;
 

@@ -9,7 +9,7 @@ import { fileURLToPath } from 'node:url';
 import { brotliCompressSync, constants, gzipSync } from 'node:zlib';
 
 const built = join(dirname(fileURLToPath(import.meta.url)), '..', 'dist');
-const TEXT = new Set(['.css', '.html', '.js', '.json', '.svg', '.webmanifest']);
+const TEXT = new Set(['.css', '.html', '.js', '.json', '.svg', '.wasm', '.webmanifest']);
 const WORTH_IT_BYTES = 256; // less than this saved is less than the headers of the answer
 
 const brotli = (bytes) =>

@@ -10,7 +10,7 @@ import { dirname, join } from 'node:path';
 import JSMpeg from '@cycjimmy/jsmpeg-player';
 import type { Plugin } from 'vite';
 
-const NAME = 'virtual:mpeg1-decoder.wasm';
+const NAME = 'virtual:mpeg1-decoder';
 const RESOLVED = `\0${NAME}`;
 
 const AUTHORS = `mpeg1-*.wasm is the decoder of JSMpeg, https://github.com/phoboslab/jsmpeg
@@ -24,7 +24,7 @@ const licence = (): string => {
   return AUTHORS + readFileSync(join(dirname(main), '..', 'LICENSE'), 'utf8');
 };
 
-/** What is imported from `virtual:mpeg1-decoder.wasm` is its address. */
+/** What is imported from `virtual:mpeg1-decoder` is its address. */
 export function mpeg1DecoderFile(): Plugin {
   let isBuild = false;
   return {

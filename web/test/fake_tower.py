@@ -17,13 +17,14 @@ from typing import Any
 
 import uvicorn
 from fake_drone import ALT_HOLD, AUTO, STEP_S, FakeDrone
+from fake_video import router as video_router
 from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.responses import FileResponse, JSONResponse
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 DIST = Path(__file__).resolve().parent.parent / "dist"
 CSP = (
-    "default-src 'self'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
+    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data: blob:; "
     "worker-src 'self'; connect-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'"
 )
 
@@ -183,6 +184,7 @@ async def lifespan(_: FastAPI) -> Any:
 
 
 app = FastAPI(lifespan=lifespan)
+app.include_router(video_router)
 
 
 def user_of(cookies: dict[str, str]) -> dict[str, Any] | None:

@@ -1,6 +1,6 @@
 /** What scripts/mpeg1_decoder_file.ts makes, and what it makes it of. */
 
-declare module 'virtual:mpeg1-decoder.wasm' {
+declare module 'virtual:mpeg1-decoder' {
   /** Its address. */
   const address: string;
   export default address;

@@ -15,6 +15,7 @@ export class PictureStats {
   #came: Came[] = [];
   #drawnMs: number[] = [];
   #delaysMs: number[] = [];
+  #lastDelayMs: number | null = null;
   #decodingMs: number[] = [];
   #lastDrawnMs: number | null = null;
   #width = 0;
@@ -49,6 +50,7 @@ export class PictureStats {
     this.#lastDrawnMs = nowMs;
     this.#width = width;
     this.#height = height;
+    this.#lastDelayMs = delayMs;
     if (delayMs !== null) this.#delaysMs.push(delayMs);
   }
 
@@ -63,8 +65,8 @@ export class PictureStats {
     this.#delaysMs = [];
     this.#decodingMs = [];
     return {
-      delayMs: delays[delays.length >> 1] ?? null,
-      worstDelayMs: delays.at(-1) ?? null,
+      delayMs: delays[delays.length >> 1] ?? this.#lastDelayMs,
+      worstDelayMs: delays.at(-1) ?? this.#lastDelayMs,
       stillMs: this.#lastDrawnMs === null ? null : nowMs - this.#lastDrawnMs,
       rateHz: this.#drawnMs.length / seconds,
       bitsPerS: (bytes * 8) / seconds,

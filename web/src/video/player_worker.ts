@@ -4,7 +4,7 @@ import { realClock } from '../link/clock';
 import type { SocketLike } from '../link/live';
 import { H264Decoder, hasH264 } from './h264_decoder';
 import { Mpeg1Decoder } from './mpeg1_decoder';
-import decoderAddress from 'virtual:mpeg1-decoder.wasm';
+import decoderAddress from 'virtual:mpeg1-decoder';
 import { plainScreen } from './plain_screen';
 import { SUBPROTOCOL, videoUrl } from './video_link';
 import { VideoPlayer } from './video_player';

@@ -41,7 +41,8 @@ export interface VideoStatus {
 
 /** Of the last moments, told twice a second. Null: not known. */
 export interface VideoStats {
-  /** From the camera to the screen, of the pictures drawn since the last report: the middle one, and the worst. */
+  /** From the camera to the screen, of the pictures drawn since the last report, else of the last: the middle one, and
+   * the worst. */
   readonly delayMs: number | null;
   readonly worstDelayMs: number | null;
   /** How long nothing new was drawn. Null before the first picture. */

@@ -31,7 +31,7 @@ export function videoWords(
   switch (status.state) {
     case 'live':
       if (!stats || stats.stillMs === null) return says(`Waiting for the first picture of ${drone}…`, '', false);
-      return stats.stillMs > STILL_MS
+      return isStill(stats)
         ? says(`No new picture of ${drone} for ${fixed(stats.stillMs / 1000)} s.`, 'What is shown is old.')
         : null;
     case 'connecting':
@@ -67,14 +67,18 @@ export function videoWords(
   }
 }
 
-export const isLate = (stats: VideoStats | null): boolean =>
-  stats !== null && ((stats.delayMs ?? 0) > LATE_MS || (stats.stillMs ?? 0) > STILL_MS);
+/** Nothing new was drawn for so long that what is shown is not what the drone sees. */
+export const isStill = (stats: VideoStats | null): boolean =>
+  stats !== null && stats.stillMs !== null && stats.stillMs > STILL_MS;
+
+export const isLate = (stats: VideoStats | null): boolean => isStill(stats) || (stats?.delayMs ?? 0) > LATE_MS;
 
 /** How old the picture in sight is. */
-export function delayWords(stats: VideoStats | null): string {
-  if (!stats || stats.stillMs === null) return UNKNOWN;
-  if (stats.stillMs > STILL_MS) return `${fixed(stats.stillMs / 1000, 1)} s old`;
-  return stats.delayMs === null ? `delay ${UNKNOWN}` : `${fixed(stats.delayMs)} ms`;
+export function delayWords(stats: VideoStats): string {
+  const { stillMs, delayMs } = stats;
+  if (stillMs === null) return UNKNOWN;
+  if (isStill(stats)) return `${fixed(stillMs / 1000, 1)} s old`;
+  return delayMs === null ? `delay ${UNKNOWN}` : `${fixed(delayMs)} ms`;
 }
 
 export const rateWords = (bitsPerS: number): string =>
