@@ -17,7 +17,7 @@ from bench.video.trial import OURS, Bench, Trial, tell_used, trial
 from bench.video.video_rig import Meter
 
 WARM_UP_S: Final = 4.0
-COLLECT_S: Final = 5.0
+COLLECT_S: Final = 2.0
 
 
 @dataclass
@@ -31,6 +31,7 @@ class Seen:
     backward: int = 0
     looks: int = 0
     longest_gap_ms: float = 0.0
+    told_ms: list[float] = field(default_factory=list)
     seconds: float = 0.0
     used_ms: Counter[str] = field(default_factory=Counter)
 
@@ -72,6 +73,7 @@ async def _round(one: Trial, system: str, seen: Seen, seconds: float) -> None:
 async def watch(shown: Shown, seen: Seen, seconds: float, rate_hz: float, meter: Meter) -> None:
     """Adds to `seen` what is seen from now on."""
     await shown.collect()
+    shown.told_ms.clear()
     looks, misread, backward = shown.looks, shown.screen.misread, shown.screen.backward
     began = time.time()
     while (left := began + seconds - time.time()) > 0:
@@ -86,6 +88,7 @@ async def watch(shown: Shown, seen: Seen, seconds: float, rate_hz: float, meter:
     seen.unseen += unseen(sights, rate_hz)
     seen.misread += shown.screen.misread - misread
     seen.backward += shown.screen.backward - backward
+    seen.told_ms += shown.told_ms
     seen.looks += shown.looks - looks
     seen.seconds += ended - began
 
@@ -104,6 +107,8 @@ def _tell(report: Report, case: str, seen: Seen, rate_hz: float) -> None:
         return
     report.spread(case, "camera to screen", delays_ms(seen.sights), "ms")
     report.add(case, "oldest on the screen", max(seen.oldest_ms), "ms")
+    if seen.told_ms:
+        report.spread(case, "delay as the page says it", seen.told_ms, "ms")
     report.add(case, "pictures a second", len(seen.sights) / seen.seconds, f"Hz, of {rate_hz:g}")
     report.add(case, "pictures never seen", seen.unseen, "count")
     for name, count in (("misread", seen.misread), ("seen after a newer one", seen.backward)):

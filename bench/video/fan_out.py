@@ -108,7 +108,9 @@ class Costs:
     report: Report
     words: str
 
-    def tell(self, system: str, count: int, came: dict[str, Any], used_ms: float, idle_ms: float, pid: int) -> None:
+    def tell(
+        self, system: str, count: int, came: dict[str, Any], seconds: float, used_ms: float, idle_ms: float, pid: int
+    ) -> None:
         """`idle_ms`: what the same process uses in this time without video."""
         self.report.system = system
         case = f"{count} viewers, {self.words}"
@@ -116,6 +118,7 @@ class Costs:
         self.report.add(case, "processor per MB out", used_ms / out_mb, "ms/MB")
         self.report.add(case, "processor per MB out, beyond idle", (used_ms - idle_ms) / out_mb, "ms/MB")
         self.report.add(case, "out", out_mb, "MB")
+        self.report.add(case, "to each viewer", came["bytes"] * 8 / 1000 / count / seconds, "kbit/s")
         self.report.add(case, "missing", came["missing"], "units" if system == OURS else "packets")
         self.report.add(case, "memory", rss_mb(pid), "MB")
         if came["ages_ms"]:
@@ -156,4 +159,4 @@ async def _measured(
         await asyncio.sleep(one.bench.seconds)
         used_ms, took_s = meter.used_ms()["it"], time.monotonic() - began
         came = await viewers.came()
-    costs.tell(system, count, came, used_ms, idle_ms_per_s * took_s, pid)
+    costs.tell(system, count, came, took_s, used_ms, idle_ms_per_s * took_s, pid)

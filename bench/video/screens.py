@@ -8,7 +8,7 @@ import shlex
 import shutil
 import time
 from collections.abc import AsyncIterator, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
@@ -36,7 +36,7 @@ FLAGS: Final = (
 )
 FIRST_PICTURE_S: Final = 30.0
 OUR_CANVAS: Final = "[data-testid=video-picture]"
-OUR_FIGURES: Final = "[data-testid=video-delay]"
+OUR_DELAY: Final = "[data-testid=video-delay]"
 CONSOLE: Final = Path(__file__).resolve().parent.parent.parent / "web"
 PAGE_PATH: Final = "/bench-video/"
 PEERS_ORIGIN: Final = "http://jsmpeg.bench"
@@ -77,6 +77,8 @@ class Shown:
     screen: Screen
     looks: int = 0
     longest_gap_ms: float = 0.0
+    told_ms: list[float] = field(default_factory=list)
+    """What our page itself says of the delay, each time it was collected."""
 
     async def watch(self, canvas: str) -> None:
         """Reads this canvas (a CSS selector) from now on. Raises NothingSeen."""
@@ -94,6 +96,9 @@ class Shown:
             " return [r.readings.splice(0), r.looks, gap]; }"
         )
         self.screen.take((at, cells) for at, cells in readings)
+        told = await self.page.evaluate("where => document.querySelector(where)?.dataset.value", OUR_DELAY)
+        if told:
+            self.told_ms.append(float(told))
 
     async def words(self) -> str:
         """The beginning of what the page says, for errors."""

@@ -9,15 +9,18 @@ import asyncio
 import contextlib
 import time
 from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
 from typing import Final
 
 from bench.precise_timer import PreciseTimer
 from bench.relay_sticks import STICKS_S, StubAutopilot
 from bench.rig import free_udp_port, wait_for
+from bench.rows import Report
 from bench.video.fan_out import Address, Viewers, ours_at, viewers_of
 from bench.video.settings import LARGE, SMALL, UPLINK, Setting
 from bench.video.trial import Bench, Trial, trial
 from bench.video.video_rig import VideoRig, free_tcp_port
+from bench.video.way_up import way_up
 from wire.dialect import mavlink
 from wire.video import Quality
 
@@ -51,8 +54,7 @@ class SticksRig(VideoRig):
 async def sticks(bench: Bench) -> None:
     case = f"sticks, drone with {UPLINK.words}"
     bench.report.say(f"[bold]{case}[/bold]")
-    took: dict[str, list[float]] = {}
-    sent: dict[str, int] = {}
+    flown: dict[str, Flown] = {}
     number = 0
     async with trial(bench, case, LARGE, {"drone": UPLINK}, browsers=(), kind=SticksRig) as one:
         rig = one.rig
@@ -60,23 +62,66 @@ async def sticks(bench: Bench) -> None:
         await rig.operator.control("acquire")
         for _ in range(bench.rounds):
             for what in _whats(bench):
-                async with _load(one, what) as told:
+                async with _load(one, what) as viewers:
                     await asyncio.sleep(WARM_UP_S)
-                    carried = await _carried_up(one)
-                    began = time.monotonic()
-                    landed, flown = await _fly(rig, number, bench.seconds)
-                    number += len(flown)
-                    took.setdefault(what, []).extend(landed)
-                    sent[what] = sent.get(what, 0) + len(flown)
-                    packets = (await _carried_up(one) - carried) / (time.monotonic() - began)
-                    await _tell_load(one, what, told, packets)
-        holds = sum(event["type"] == "hold" for _, event in rig.operator.events)
-    report = bench.report
-    for what, values in took.items():
-        where = f"{case}, {what}"
-        report.spread(where, "stick to autopilot", values, "ms")
-        report.add(where, "sticks that never came", sent[what] - len(values), "count")
-    report.add(case, "holds while they flew", holds, "count")
+                    one_round = flown.setdefault(what, Flown())
+                    holds = _holds(rig)
+                    number = await _round(one, one_round, viewers, number)
+                    one_round.holds += _holds(rig) - holds
+    for what, all_rounds in flown.items():
+        all_rounds.tell(bench.report, f"{case}, {what}")
+
+
+@dataclass
+class Flown:
+    """Under one load, all rounds together."""
+
+    sent: int = 0
+    took_ms: list[float] = field(default_factory=list)
+    way_up_ms: list[float] = field(default_factory=list)
+    way_up_lost: int = 0
+    holds: int = 0
+    seconds: float = 0.0
+    video_bytes: int = 0
+    ages_ms: list[float] = field(default_factory=list)
+
+    def tell(self, report: Report, case: str) -> None:
+        report.spread(case, "stick to autopilot", self.took_ms, "ms")
+        report.add(case, "sticks that never came", self.sent - len(self.took_ms), "count")
+        report.add(case, "holds while they flew", self.holds, "count")
+        report.spread(case, "small datagram up the line", self.way_up_ms, "ms")
+        report.add(case, "small datagrams lost", self.way_up_lost, "count")
+        report.add(case, "video", self.video_bytes * 8 / 1000 / self.seconds, "kbit/s")
+        if self.ages_ms:
+            report.spread(case, "camera to viewer", self.ages_ms, "ms")
+
+
+async def _round(one: Trial, flown: Flown, viewers: list[Viewers], number: int) -> int:
+    """Adds to `flown`; the number of the next stick."""
+    rig = one.rig
+    assert isinstance(rig, SticksRig) and one.network is not None
+    for each in viewers:
+        await each.came()
+    began = time.monotonic()
+    async with way_up(one.network) as probe:
+        landed, sent = await _fly(rig, number, one.bench.seconds)
+        await probe.rest()
+    for each in viewers:
+        came = await each.came()
+        flown.video_bytes += came["bytes"]
+        flown.ages_ms += came["ages_ms"]
+    flown.seconds += time.monotonic() - began
+    flown.sent += len(sent)
+    flown.took_ms += landed
+    flown.way_up_ms += probe.took_ms
+    flown.way_up_lost += probe.sent - len(probe.took_ms)
+    worst = max(landed, default=float("nan"))
+    one.bench.report.say(f"  {len(landed)} of {len(sent)} sticks came, the latest after {worst:.0f} ms")
+    return number + len(sent)
+
+
+def _holds(rig: SticksRig) -> int:
+    return sum(event["type"] == "hold" for _, event in rig.operator.events)
 
 
 def _whats(bench: Bench) -> list[str]:
@@ -98,23 +143,6 @@ async def _load(one: Trial, what: str) -> AsyncIterator[list[Viewers]]:
             yield []
     if what == VIDEO:
         await one.rig.until_idle()
-
-
-async def _carried_up(one: Trial) -> int:
-    assert one.network is not None
-    return (await one.network.carried("drone")).passed_up
-
-
-async def _tell_load(one: Trial, what: str, viewers: list[Viewers], packets_per_s: float) -> None:
-    report, case = one.bench.report, f"sticks, drone with {UPLINK.words}, {what}"
-    report.add(case, "packets up a second", packets_per_s, "Hz")
-    came = [await each.came() for each in viewers]
-    if came:
-        seconds = one.bench.seconds + WARM_UP_S
-        report.add(case, "video", sum(each["bytes"] for each in came) * 8 / 1000 / seconds, "kbit/s")
-        ages = [age for each in came for age in each["ages_ms"]]
-        if ages:
-            report.spread(case, "camera to viewer", ages, "ms")
 
 
 async def _fly(rig: SticksRig, first: int, seconds: float) -> tuple[list[float], list[int]]:
