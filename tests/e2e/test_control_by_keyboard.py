@@ -175,7 +175,7 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
     expect(alice.part("follow")).to_have_attribute("aria-pressed", "true")
     press(alice, "v")
     expect(alice.part("video-view")).to_have_attribute("data-large", "true")
-    expect(alice.part("video-place")).to_contain_text("no camera")
+    expect(alice.part("video-words")).to_contain_text("no camera")
     press(alice, "v")
 
     alice.part("action-home-map").press("Enter")

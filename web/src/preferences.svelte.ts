@@ -1,5 +1,7 @@
 /** What this person prefers to see, kept in this browser: theme, units, whether alerts sound. */
 
+import { QUALITIES } from './video/unit';
+import type { QualityName } from './video/video_types';
 import { isUnitSystem, type UnitSystem } from './words/units';
 
 export type ThemeChoice = 'system' | 'dark' | 'light';
@@ -12,10 +14,26 @@ export interface Preferences {
   shortcuts: boolean;
   /** Whether the map of the Control page shows what is on board: mission, fence, rally points. */
   boardPlan: boolean;
+  /** Whether the Control page shows the drone's video. */
+  video: boolean;
+  videoQuality: QualityName;
+  /** Of each picture on the page of all videos. */
+  wallQuality: QualityName;
 }
 
 const KEY = 'tower.preferences';
-const DEFAULTS: Preferences = { theme: 'system', units: 'metric', sound: true, shortcuts: true, boardPlan: true };
+const DEFAULTS: Preferences = {
+  theme: 'system',
+  units: 'metric',
+  sound: true,
+  shortcuts: true,
+  boardPlan: true,
+  video: true,
+  videoQuality: 'medium',
+  wallQuality: 'low',
+};
+
+const isQuality = (value: unknown): value is QualityName => QUALITIES.some((one) => one === value);
 
 function read(): Preferences {
   let stored: Record<string, unknown> = {};
@@ -24,13 +42,16 @@ function read(): Preferences {
   } catch {
     // Storage that is forbidden or spoilt is no reason not to start.
   }
-  const { theme, units, sound, shortcuts, boardPlan } = stored;
+  const { theme, units, sound, shortcuts, boardPlan, video, videoQuality, wallQuality } = stored;
   return {
     theme: theme === 'dark' || theme === 'light' ? theme : DEFAULTS.theme,
     units: isUnitSystem(units) ? units : DEFAULTS.units,
     sound: typeof sound === 'boolean' ? sound : DEFAULTS.sound,
     shortcuts: typeof shortcuts === 'boolean' ? shortcuts : DEFAULTS.shortcuts,
     boardPlan: typeof boardPlan === 'boolean' ? boardPlan : DEFAULTS.boardPlan,
+    video: typeof video === 'boolean' ? video : DEFAULTS.video,
+    videoQuality: isQuality(videoQuality) ? videoQuality : DEFAULTS.videoQuality,
+    wallQuality: isQuality(wallQuality) ? wallQuality : DEFAULTS.wallQuality,
   };
 }
 

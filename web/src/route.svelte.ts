@@ -1,8 +1,8 @@
 /**
  * Which page is shown: the hash of the address. `#/` is the monitor, `#/drone/7` the control page of drone 7,
  * `#/drone/7/parameters` and `#/drone/7/logs` its others, `#/missions` the planner, `#/missions/7` for drone 7,
- * `#/squad-mission/1,2` a job for drones 1 and 2, `#/account/tokens` a section of one's own account, `#/admin/users` one of
- * the administration.
+ * `#/squad-mission/1,2` a job for drones 1 and 2, `#/videos` the videos of all drones, `#/videos/1,2` of these,
+ * `#/account/tokens` a section of one's own account, `#/admin/users` one of the administration.
  */
 
 /** The pages that each drone has. */
@@ -13,6 +13,8 @@ export type Route =
   | { readonly page: Exclude<DronePage, 'missions'>; readonly droneId: number }
   | { readonly page: 'missions'; readonly droneId: number | null }
   | { readonly page: 'squad-mission'; readonly droneIds: readonly number[] }
+  /** No numbers: of all. */
+  | { readonly page: 'videos'; readonly droneIds: readonly number[] }
   | { readonly page: 'account' | 'admin'; readonly section: string };
 
 export function readRoute(hash: string): Route {
@@ -20,8 +22,10 @@ export function readRoute(hash: string): Route {
   if (drone) return { page: (drone[2] ?? 'control') as Exclude<DronePage, 'missions'>, droneId: Number(drone[1]) };
   const missions = /^#\/missions(?:\/(\d+))?$/.exec(hash);
   if (missions) return { page: 'missions', droneId: missions[1] === undefined ? null : Number(missions[1]) };
-  const squad = /^#\/squad-mission(?:\/(\d+(?:,\d+)*))?$/.exec(hash);
-  if (squad) return { page: 'squad-mission', droneIds: squad[1]?.split(',').map(Number) ?? [] };
+  const several = /^#\/(squad-mission|videos)(?:\/(\d+(?:,\d+)*))?$/.exec(hash);
+  if (several) {
+    return { page: several[1] as 'squad-mission' | 'videos', droneIds: several[2]?.split(',').map(Number) ?? [] };
+  }
   const sectioned = /^#\/(account|admin)(?:\/([a-z-]*))?$/.exec(hash);
   if (sectioned) return { page: sectioned[1] as 'account' | 'admin', section: sectioned[2] ?? '' };
   return { page: 'monitor' };
@@ -30,6 +34,8 @@ export function readRoute(hash: string): Route {
 export const monitorHref = '#/';
 export const controlHref = (droneId: number): string => `#/drone/${droneId}`;
 export const squadMissionHref = (droneIds: readonly number[]): string => `#/squad-mission/${droneIds.join(',')}`;
+export const videosHref = (droneIds: readonly number[] = []): string =>
+  droneIds.length === 0 ? '#/videos' : `#/videos/${droneIds.join(',')}`;
 export const parametersHref = (droneId: number): string => `#/drone/${droneId}/parameters`;
 export const missionsHref = (droneId: number | null = null): string =>
   droneId === null ? '#/missions' : `#/missions/${droneId}`;
