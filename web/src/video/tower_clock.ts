@@ -3,7 +3,7 @@
  * whatever delayed the others did so on one way only. A window, as the two clocks do not run equally fast.
  */
 
-const WINDOW_MS = 60_000;
+const WINDOW_MS = 30_000;
 const MOST_ANSWERS = 40;
 
 interface Answer {
