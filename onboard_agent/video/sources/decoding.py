@@ -30,6 +30,8 @@ class JpegDecoder:
 
 def lost(name: str, error: Exception) -> CameraLost:
     """`error` of PyAV as one line with the camera's name, without the address that FFmpeg adds: passwords are in it."""
+    if isinstance(error, av.ExitError):  # PyAV's way to say that the time is up
+        return CameraLost(f"{name}: sends nothing")
     if isinstance(error, av.FFmpegError):
         return CameraLost(f"{name}: {error.strerror}")
     return CameraLost(f"{name}: {error}")

@@ -72,20 +72,18 @@ class LoopedFile(Source):
         hold_nothing(stream.codec_context)
         assert stream.time_base is not None
         step_us = int(1e6 / float(stream.average_rate or _RATE_HZ))
-        round_us = 0
+        due_us = -step_us
         while True:
-            first_us: int | None = None
-            due_us = round_us - step_us
+            begin_us, first_us = due_us + step_us, None
             for frame in container.decode(stream):
-                at_us = None if frame.pts is None else int(frame.pts * stream.time_base * 1_000_000)
-                if at_us is not None and first_us is None:
-                    first_us = at_us
-                if at_us is None or first_us is None:
-                    due_us += step_us
-                else:
-                    due_us = max(due_us, round_us + at_us - first_us)
+                before_us, due_us = due_us, due_us + step_us
+                if frame.pts is not None:
+                    at_us = int(frame.pts * stream.time_base * 1_000_000)
+                    first_us = at_us if first_us is None else first_us
+                    due_us = max(before_us, begin_us + at_us - first_us)
+                    if at_us > first_us:  # the last one is shown for as long as the one before it was
+                        step_us = due_us - before_us
                 yield frame, due_us
-            if due_us < round_us:
+            if due_us < begin_us:
                 return
-            round_us = due_us + step_us
             container.seek(0)

@@ -20,10 +20,10 @@ from onboard_agent.video.sources.source import (
     now_us,
 )
 
+# Not `nobuffer`: it throws away the pictures by which FFmpeg found out what comes, the first key picture among them.
 _NO_WAITING: Final = {
-    "fflags": "nobuffer",
     "flags": "low_delay",
-    "probesize": "100000",
+    "probesize": "32768",
     "analyzeduration": "500000",
     "fpsprobesize": "0",
     "max_delay": "0",
@@ -32,6 +32,13 @@ _BY_SCHEME: Final = {
     "rtsp": {"rtsp_transport": "tcp", "reorder_queue_size": "0"},
     "https": {"tls_verify": "1", "ca_file": ssl.get_default_verify_paths().cafile or ""},
 }
+
+
+_ENDS_WHERE_NEXT_BEGINS: Final = ("h264", "hevc")
+"""FFmpeg does not look at RTP's mark of the last packet: it hands a picture on when the next one begins. We cannot have
+it sooner, but we know how long that was, and count it as age."""
+
+_LONGEST_HOLD_US: Final = 500_000
 
 
 class NetworkSource(Source):
@@ -77,6 +84,8 @@ class NetworkSource(Source):
     def _pictures(container: InputContainer, clock: ArrivalClock | None) -> Iterator[Taken]:
         stream = container.streams.video[0]
         hold_nothing(stream.codec_context)
+        held = stream.codec_context.name in _ENDS_WHERE_NEXT_BEGINS
+        before_us: int | None = None
         for packet in container.demux(stream):
             arrived_us = now_us()
             try:
@@ -87,5 +96,9 @@ class NetworkSource(Source):
                 assert isinstance(frame, av.VideoFrame)
                 if clock is None or frame.pts is None or frame.time_base is None:
                     yield Taken(frame, arrived_us)
-                else:
-                    yield Taken(frame, clock.taken_us(int(frame.pts * frame.time_base * 1_000_000), arrived_us))
+                    continue
+                stamp_us = int(frame.pts * frame.time_base * 1_000_000)
+                apart_us = stamp_us - before_us if held and before_us is not None else 0
+                before_us = stamp_us
+                waited_us = apart_us if 0 < apart_us <= _LONGEST_HOLD_US else 0
+                yield Taken(frame, clock.taken_us(stamp_us, arrived_us) - waited_us)

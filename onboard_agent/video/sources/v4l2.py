@@ -18,8 +18,7 @@ from onboard_agent.video.sources.source import CameraLost, PictureWish, Source, 
 _OLDEST_STAMP_US: Final = 1_000_000
 """A stamp of the driver that is older, or not of the past, is of another clock."""
 
-_PACKED_422: Final = {"YUYV": "yuyv422", "YUY2": "yuyv422", "UYVY": "uyvy422", "YVYU": "yvyu422"}
-_PLANAR_420: Final = {"YU12": "yuv420p", "I420": "yuv420p", "NV12": "nv12", "NV21": "nv21"}
+_PLANAR_420: Final = {"YU12": "yuv420p", "I420": "yuv420p", "NV12": "nv12"}
 
 
 class Capture(Protocol):
@@ -97,8 +96,10 @@ class V4l2Source(Source):
             return self._decoder.decode(pixels.tobytes())
         if pixels.ndim == 3 and pixels.shape[2] == 3:
             return av.VideoFrame.from_ndarray(pixels, format="bgr24")
-        if pixels.ndim == 3 and pixels.shape[2] == 2 and self._fourcc in _PACKED_422:
-            return av.VideoFrame.from_ndarray(pixels, format=_PACKED_422[self._fourcc])
+        if pixels.ndim == 3 and pixels.shape[2] == 2 and self._fourcc in ("YUYV", "YUY2"):
+            return av.VideoFrame.from_ndarray(pixels, format="yuyv422")
+        if pixels.ndim == 3 and pixels.shape[2] == 2 and self._fourcc == "UYVY":
+            return av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels[:, :, ::-1]), format="yuyv422")
         if pixels.ndim == 2 and self._fourcc in _PLANAR_420:
             return av.VideoFrame.from_ndarray(pixels, format=_PLANAR_420[self._fourcc])
         if pixels.ndim == 2 and self._fourcc == "GREY":

@@ -1,0 +1,99 @@
+"""How a camera is named, what is wrong with a name, and that checking it loads nothing."""
+
+import subprocess
+import sys
+
+import pytest
+
+from onboard_agent.unusable import Unusable
+from onboard_agent.video.sources.http_camera import HttpCamera
+from onboard_agent.video.sources.looped_file import LoopedFile
+from onboard_agent.video.sources.network import NetworkSource
+from onboard_agent.video.sources.pi import PiSource
+from onboard_agent.video.sources.schemes import FORMS, Mode, check_spec, help_text, make_source, parse_spec, shown
+from onboard_agent.video.sources.v4l2 import V4l2Source
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("v4l2:/dev/video0", V4l2Source),
+        ("v4l2:/dev/v4l/by-id/usb-A:B?width=640&height=480&rate=30", V4l2Source),
+        ("pi:0", PiSource),
+        ("pi:1?rate=24", PiSource),
+        ("file:flights/one two.mp4", LoopedFile),
+        ("rtsp://10.0.0.2:8554/main", NetworkSource),
+        ("http://127.0.0.1:8090/camera?width=640", HttpCamera),
+        ("https://camera.example/mjpeg", HttpCamera),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_a_source_of_each_kind(text: str, kind: type) -> None:
+    source = make_source(f" {text} ")
+    assert type(source) is kind
+    assert source.name == text
+    assert text.partition(":")[0] in help_text()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "no known kind"),
+        ("webcam", "no known kind"),
+        ("v4l2:", "expected /dev/video0"),
+        ("v4l2:/dev/video0?width=640", "width and height go together"),
+        ("v4l2:/dev/video0?width=0&height=0", "width is to be a whole number from 1 to 8192"),
+        ("v4l2:/dev/video0?rate=fast", "rate is to be a whole number from 1 to 240"),
+        ("v4l2:/dev/video0?colour=red", "'colour' is not known; known: width, height, rate"),
+        ("v4l2:/dev/video0?nonsense", "width=W"),
+        ("pi:", "expected the camera's number"),
+        ("pi:front", "expected the camera's number"),
+        ("file:", "expected a path"),
+        ("rtsp:camera", "expected //HOST"),
+        ("http://:80/", "expected //HOST"),
+        ("http://camera:port/", "Port could not be cast"),
+        ("http://[::1/", "Invalid IPv6"),
+    ],
+)
+def test_what_is_wrong_is_said(text: str, words: str) -> None:
+    with pytest.raises(Unusable) as found:
+        check_spec(text)
+    assert words in str(found.value)
+
+
+def test_the_unknown_are_told_what_is_known() -> None:
+    with pytest.raises(Unusable) as found:
+        check_spec("usb:0")
+    assert FORMS in str(found.value)
+
+
+def test_a_mode() -> None:
+    spec = parse_spec("v4l2:/dev/video2?width=1280&height=720&rate=60")
+    assert (spec.what, spec.mode) == ("/dev/video2", Mode(1280, 720, 60))
+
+
+@pytest.mark.parametrize(
+    ("text", "without"),
+    [
+        ("rtsp://admin:s3cret@10.0.0.2/main", "rtsp://...@10.0.0.2/main"),
+        ("http://admin:p%40ss@camera:8080/a?b=c", "http://...@camera:8080/a?b=c"),
+        ("http://camera/a@b", "http://camera/a@b"),
+        ("v4l2:/dev/video0", "v4l2:/dev/video0"),
+        ("http://user:s3cret@[::1/", "http:..."),
+    ],
+)
+def test_no_password_is_shown(text: str, without: str) -> None:
+    assert shown(text) == without
+    if "[" not in text:
+        assert make_source(text).name == without
+    else:
+        with pytest.raises(Unusable) as found:
+            check_spec(text)
+        assert "s3cret" not in str(found.value)
+
+
+def test_checking_loads_no_picture_library() -> None:
+    """The flight process does it: they take a second and 60 MB."""
+    check = "import onboard_agent.video.sources.schemes as s, sys; s.check_spec('pi:0'); s.help_text(); "
+    check += "sys.exit(bool({'av', 'cv2', 'numpy'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", check], timeout=30, check=False).returncode == 0
