@@ -24,8 +24,7 @@ READER: Final = (Path(__file__).resolve().parent / "strip_reader.js").read_text(
 CHROMIUM_NAMES: Final = ("chromium", "chromium-browser", "google-chrome")
 FLAGS: Final = (
     "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
+    "--disable-gpu",
     "--enable-unsafe-swiftshader",
     "--disable-quic",
     "--no-first-run",
