@@ -25,6 +25,7 @@ from onboard_agent.transactions.log_desk import LogDesk
 from onboard_agent.transactions.log_files import LogFiles
 from onboard_agent.transactions.parameter_desk import ParameterDesk
 from onboard_agent.transactions.parameter_files import ParameterFiles
+from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.child import VideoChild
 from onboard_agent.video.desk import VideoDesk
 from onboard_agent.video.lines import SetUp
@@ -40,8 +41,6 @@ TICK_S: Final = 0.025
 """Half the interval of the centred sticks, the fastest thing the agent does by itself."""
 
 SUMMARY_S: Final = 60.0
-
-NO_CAMERA: Final = "none"
 
 
 @dataclass(frozen=True)

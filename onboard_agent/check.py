@@ -14,13 +14,15 @@ from onboard_agent.onboard import Onboard
 from onboard_agent.token_file import read_token, token_file_warning
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.unusable import Unusable
+from onboard_agent.video.camera_setting import NO_CAMERA
+from onboard_agent.video.trial import try_camera
 from wire.frame_stream import FrameStream
 
 LISTEN_S: Final = 5.0
 """An autopilot says something at least once a second."""
 
 
-async def check_all(tower: str, token: Path, autopilot: str) -> bool:
+async def check_all(tower: str, token: Path, autopilot: str, camera: str = NO_CAMERA) -> bool:
     """Prints one line for each part; True if all of them work. Raises Unusable where no part can be tried."""
     url, port = parse_tower_url(tower), make_port(autopilot)
     credential = read_token(token)
@@ -41,6 +43,8 @@ async def check_all(tower: str, token: Path, autopilot: str) -> bool:
         good = _say(heard is not None, heard or f"no heartbeat on {port.name} within {LISTEN_S:.0f} s") and good
     except Unusable as error:
         good = _say(False, f"{error} (is the agent running?)")
+    if camera != NO_CAMERA:
+        good = _say(*await try_camera(camera, url)) and good
     return good
 
 

@@ -20,6 +20,8 @@ from onboard_agent.token_file import read_token, token_file_warning
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.unusable import Unusable
 from onboard_agent.uplinks import parse_uplinks
+from onboard_agent.video.camera_setting import NO_CAMERA, parse_camera
+from onboard_agent.video.sources.schemes import help_text as camera_help
 
 _log = logging.getLogger("onboard_agent")
 
@@ -49,6 +51,10 @@ State = Annotated[
         help="Folder for what must outlast the agent. Default: ~/.local/state/tower-agent.",
     ),
 ]
+Camera = Annotated[
+    str,
+    typer.Option("--camera", envvar="TOWER_AGENT_CAMERA", help=f"{NO_CAMERA} (default); {camera_help()}"),
+]
 LogLevel = Annotated[
     str, typer.Option("--log-level", envvar="TOWER_AGENT_LOG_LEVEL", help="debug, info, warning or error.")
 ]
@@ -61,6 +67,7 @@ def run(
     autopilot: Autopilot,
     uplink: Uplinks = None,
     state: State = None,
+    camera: Camera = NO_CAMERA,
     log_level: LogLevel = "info",
 ) -> None:
     """Link an autopilot with the tower, until told to stop."""
@@ -72,6 +79,8 @@ def run(
             credential=credential,
             port=make_port(autopilot),
             uplinks=parse_uplinks(uplink or ()),
+            camera=parse_camera(camera),
+            log_level=log_level,
             state=state_directory(state, credential.drone_id),
         )
         warning = token_file_warning(token)
@@ -84,11 +93,13 @@ def run(
 
 
 @app.command()
-def check(tower: Tower, token: Token, autopilot: Autopilot, log_level: LogLevel = "error") -> None:
-    """Say what works: the token, the tower, the credential, the autopilot."""
+def check(
+    tower: Tower, token: Token, autopilot: Autopilot, camera: Camera = NO_CAMERA, log_level: LogLevel = "error"
+) -> None:
+    """Say what works: the token, the tower, the credential, the autopilot, the camera."""
     try:
         _set_up_logging(log_level)
-        if not _run(check_all(tower, token, autopilot)):
+        if not _run(check_all(tower, token, autopilot, parse_camera(camera))):
             raise typer.Exit(1)
     except Unusable as error:
         typer.echo(f"tower-agent: {error}", err=True)
@@ -105,6 +116,7 @@ def enrol(
     autopilot: Annotated[
         str, typer.Option("--autopilot", envvar="TOWER_AGENT_AUTOPILOT", help=f"Start at once. {help_text()}")
     ] = "",
+    camera: Camera = NO_CAMERA,
     log_level: LogLevel = "info",
 ) -> None:
     """Fetch this drone's credential with a one-time token, keep it, and start or say how to."""
@@ -112,6 +124,7 @@ def enrol(
         address = parse_tower_url(tower)
         if autopilot:
             make_port(autopilot)  # what is wrong with it is said before the token is spent
+        camera = parse_camera(camera)
         check_can_keep(token)
         credential, drone = fetch_credential(address, enrolment_token)
         keep_credential(token, credential)
@@ -120,7 +133,7 @@ def enrol(
         raise typer.Exit(UNUSABLE_EXIT_CODE) from None
     typer.echo(f"this is {drone} now; its credential is in {token}")
     if autopilot:
-        run(tower=tower, token=token, autopilot=autopilot, uplink=None, log_level=log_level)
+        run(tower=tower, token=token, autopilot=autopilot, uplink=None, camera=camera, log_level=log_level)
         return
     typer.echo(f"start it:  tower-agent run --tower {address} --token {token} --autopilot WHERE")
     typer.echo("or, where the unit is installed:  systemctl enable --now tower-agent")

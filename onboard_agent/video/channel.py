@@ -1,7 +1,8 @@
 """The WebSocket that carries units to the tower, kept up while there is a ticket for it. A thin shell.
 
-What is handed over is written in order; who hands over asks LinkRate first, so that little waits here. The kernel paces
-it by LinkRate's number, and what the network does not take within a while is given up with its connection.
+What is handed over is written in order, in pieces, each at its time; who hands over asks LinkRate first, so that little
+waits here. The kernel's own pacing (SO_MAX_PACING_RATE) is no help: its bursts are as large as a key picture, and when
+it sends what cannot be known. What the network does not take within a while is given up with its connection.
 """
 
 import asyncio
@@ -10,7 +11,7 @@ import logging
 import socket
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from typing import Final
 
 import msgspec
@@ -25,7 +26,9 @@ from onboard_agent.control_channel import trust
 from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.priorities import waits_for_others
 from onboard_agent.tower_url import TowerUrl
-from onboard_agent.video.link_rate import MOST_PACING_BPS, LinkRate
+from onboard_agent.video.link_rate import LinkRate
+from onboard_agent.video.on_the_way import piece_bytes, wire_bits
+from onboard_agent.video.streaming import Departure
 from wire.video import AGENT_VIDEO_SUBPROTOCOL, Codec, MalformedUnit, Quality, StreamWish, decode_got
 
 _log = logging.getLogger(__name__)
@@ -37,9 +40,7 @@ WRITE_BUFFER_BYTES: Final = 16 * 1024
 REFUSED_PAUSE_S: Final = 2.0
 """A ticket that is not taken (yet): another one comes by the control channel."""
 
-_SO_MAX_PACING_RATE: Final = 47
 _TCP_THIN_LINEAR_TIMEOUTS: Final = 16
-_NOTICEABLE: Final = 0.02
 
 
 class _KeyWanted(msgspec.Struct, tag="key", tag_field="type"):
@@ -71,9 +72,7 @@ class VideoChannel:
         self._opened = opened
         self._key_wanted = key_wanted
         self._connection: ClientConnection | None = None
-        self._socket: socket.socket | None = None
-        self._paced_bps = 0.0
-        self._units: deque[bytes] = deque()
+        self._units: deque[Departure] = deque()
         self._more = asyncio.Event()
         self.words = ""
         """Why there is no connection, for people; empty where there is one."""
@@ -82,8 +81,8 @@ class VideoChannel:
     def is_open(self) -> bool:
         return self._connection is not None
 
-    def send(self, unit: bytes) -> None:
-        """In order, as soon as the network takes it. Lost with the connection."""
+    def send(self, unit: Departure) -> None:
+        """In order, at its time or as soon as the network takes it. Lost with the connection."""
         self._units.append(unit)
         self._more.set()
 
@@ -95,8 +94,6 @@ class VideoChannel:
             _log.warning("video: nothing gets through; connecting anew")
             self._connection.transport.abort()
             self._connection = None
-        elif abs(self._rate.pacing_bps - self._paced_bps) > _NOTICEABLE * self._paced_bps:
-            self._pace()
 
     async def run(self) -> None:
         """Until cancelled."""
@@ -114,7 +111,7 @@ class VideoChannel:
                 self._failed(f"the video channel cannot be opened: {error or type(error).__name__}")
                 continue
             began = time.monotonic()
-            await self._serve(connection, sock)
+            await self._serve(connection)
             if time.monotonic() - began >= STEADY_S:
                 backoff.reset()
 
@@ -145,18 +142,17 @@ class VideoChannel:
             sock.close()
             raise
 
-    async def _serve(self, connection: ClientConnection, sock: socket.socket) -> None:
+    async def _serve(self, connection: ClientConnection) -> None:
         self._rate.reconnected(time.monotonic())
         self._units.clear()
-        self._connection, self._socket, self.words = connection, sock, ""
-        self._pace()
+        self._connection, self.words = connection, ""
         _log.info("video: the channel to the tower is open")
         self._opened()
         writing = asyncio.create_task(self._write(connection))
         try:
             await self._read(connection)
         finally:
-            self._connection = self._socket = None
+            self._connection = None
             writing.cancel()
             await asyncio.gather(writing, return_exceptions=True)
             await connection.close()
@@ -166,7 +162,13 @@ class VideoChannel:
         with contextlib.suppress(ConnectionClosed):
             while True:
                 while self._units:
-                    await connection.send(self._units.popleft())
+                    unit = self._units.popleft()
+                    piece = piece_bytes(unit.sent.pacing_bps)
+                    if len(unit.message) <= piece:
+                        await _sleep_until(unit.sent.begins_at)
+                        await connection.send(unit.message)
+                    else:
+                        await connection.send(_pieces(unit, piece))
                 self._more.clear()
                 await self._more.wait()
 
@@ -183,12 +185,21 @@ class VideoChannel:
                     _log.warning("video: the tower said what cannot be understood: %s", error)
                     await connection.close(1008, "malformed message")
 
-    def _pace(self) -> None:
-        self._paced_bps = self._rate.pacing_bps
-        if self._socket is not None:
-            bytes_per_s = 0xFFFFFFFF if self._paced_bps >= MOST_PACING_BPS else max(1, int(self._paced_bps / 8))
-            with contextlib.suppress(OSError, OverflowError):
-                self._socket.setsockopt(socket.SOL_SOCKET, _SO_MAX_PACING_RATE, bytes_per_s)
+
+async def _pieces(unit: Departure, size: int) -> AsyncIterator[bytes]:
+    """Each is a fragment of one message, and goes out when it is asked for the next."""
+    at = unit.sent.begins_at
+    for begin in range(0, len(unit.message), size):
+        await _sleep_until(at)
+        piece = unit.message[begin : begin + size]
+        at += wire_bits(len(piece)) / unit.sent.pacing_bps
+        yield piece
+
+
+async def _sleep_until(at: float) -> None:
+    wait_s = at - time.monotonic()
+    if wait_s > 0.0005:
+        await asyncio.sleep(wait_s)
 
 
 def prepare(sock: socket.socket) -> None:

@@ -23,6 +23,8 @@ class SetUp(msgspec.Struct, frozen=True, tag="set_up", tag_field="type", kw_only
     camera: str
     uplinks: tuple[str, ...]
     log_level: str = "info"
+    trial: bool = False
+    """Only the camera is opened; the tower is left alone."""
 
 
 class Watched(msgspec.Struct, frozen=True, tag="watched", tag_field="type", kw_only=True):

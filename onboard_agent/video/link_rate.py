@@ -13,9 +13,10 @@ followers late, but not all units of a while; it lowers nothing.
 """
 
 from collections import deque
-from typing import Final
+from itertools import pairwise
+from typing import Final, NamedTuple
 
-from onboard_agent.video.on_the_way import Arrival, OnTheWay
+from onboard_agent.video.on_the_way import Arrival, OnTheWay, Sent
 from wire.video import Got
 
 FIRST_PACING_BPS: Final = 1_000_000.0
@@ -33,6 +34,8 @@ BELOW: Final = 0.95
 SLOWER: Final = 0.9
 """A link that carries less than this share of the pacing is slower than that."""
 SAMPLES_OVER_S: Final = 3.0
+LEAST_SAMPLES: Final = 3
+"""One alone may have met a packet that was lost."""
 
 STEP_FIRST: Final = 2.0
 STEP_FAR: Final = 1.25
@@ -47,15 +50,27 @@ RISE_REST_S: Final = 1.5
 
 QUEUE_S: Final = 0.02
 """All units of a while later than this, and than the noise: a queue."""
-QUEUE_WHILE_S: Final = 0.3
+QUEUE_WHILE_S: Final = 0.4
 QUEUE_UNITS: Final = 4
-AFTER_QUEUE: Final = 0.6
-"""Budget, as a share of what got through: the queue has to go."""
+AFTER_QUEUE: Final = (0.5, 0.7)
+"""Budget, as a share of what the link carries: the queue has to go."""
+QUEUE_GONE_S: Final = 0.5
+EMPTIED_OVER_S: Final = 0.05
+LESS: Final = 0.8
+"""Of the pacing, where the queue does not tell how fast it is served."""
 
 LATE_S: Final = 0.1
 WAITING_S: Final = 0.08
 """More than this on its way too long, or waiting here: no picture is encoded until that is better."""
 HOPELESS_S: Final = 4.0
+
+
+class _Sample(NamedTuple):
+    """By one large burst: how fast it left here, and how fast it came."""
+
+    at: float
+    offered_bps: float
+    carried_bps: float
 
 
 class LinkRate:
@@ -69,8 +84,7 @@ class LinkRate:
         self._budget_bps = FIRST_BUDGET_BPS
         self._bound_bps: float | None = None
         """What the link was last seen not to exceed."""
-        self._samples: deque[tuple[float, float]] = deque()
-        """(time, bits a second) by large units."""
+        self._samples: deque[_Sample] = deque()
         self._recent: deque[Arrival] = deque()
         self._previous_late_s = 0.0
         self._burst_clear = True
@@ -89,9 +103,9 @@ class LinkRate:
 
     # -- what happens ----------------------------------------------------------------------------------------------
 
-    def sent(self, got: Got, unit_bytes: int, now: float) -> None:
-        """A unit is handed to the network now; `got` is what the tower will answer."""
-        self.way.sent(got, unit_bytes, self.pacing_bps, now)
+    def sent(self, got: Got, unit_bytes: int, now: float) -> Sent:
+        """A unit is handed over now; `got` is what the tower will answer. Returns when it has to leave."""
+        return self.way.sent(got, unit_bytes, self.pacing_bps, now)
 
     def got(self, got: Got, now: float) -> None:
         """The tower has it."""
@@ -132,7 +146,7 @@ class LinkRate:
 
     @property
     def _while_s(self) -> float:
-        return max(QUEUE_WHILE_S, 2.5 * self.way.base_s)
+        return max(QUEUE_WHILE_S, 3 * self.way.base_s)
 
     def _judge_queue(self, now: float) -> bool:
         """Whether there is a queue; lowers the rates for it, once in a while."""
@@ -150,16 +164,30 @@ class LinkRate:
             recent.clear()
             self._cut_at = None
             return True
-        carries = min([through_bps, *(bps for _, bps in self._samples)])
+        carries = min(self.pacing_bps, self._emptied_bps() or LESS * self.pacing_bps)
         self.queues += 1
         self._bound_bps = carries
         self._samples.clear()
-        self._samples.append((now, carries))
         self.pacing_bps = max(LEAST_PACING_BPS, min(self.pacing_bps, BELOW * carries))
-        self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, AFTER_QUEUE * carries))
+        self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, self._after(least_late_s) * carries))
         self._cut_at, self._cut_late_s = now, least_late_s
         self._rested_at = self._stepped_at = now
         return True
+
+    def _emptied_bps(self) -> float | None:
+        """How fast the queue was served: by the units that were in it when the one before came out."""
+        bits, took_s = 0, 0.0
+        for before, arrival in pairwise(self._recent):
+            if arrival.sent.leaves_at + self.way.base_s <= before.at:
+                bits += arrival.sent.bits
+                took_s += arrival.at - before.at
+        return bits / took_s if took_s >= EMPTIED_OVER_S else None
+
+    @staticmethod
+    def _after(late_s: float) -> float:
+        """The share of the link that leaves the queue room to go within a while."""
+        least, most = AFTER_QUEUE
+        return max(least, min(most, 1 - late_s / QUEUE_GONE_S))
 
     def _is_longer_way(self, least_late_s: float, through_bps: float, now: float) -> bool:
         """Less was sent than gets through, and it did not help: this queue is not ours, or it is none."""
@@ -174,19 +202,21 @@ class LinkRate:
         sent = arrival.sent
         if sent.begins_burst:
             self._burst_clear = self._previous_late_s <= QUEUE_S + self.way.noise_s
-        if not (self._burst_clear and arrival.large):
+        if not (self._burst_clear and arrival.large and sent.burst_s > 0):
             return
         late_s = max(0.0, arrival.late_s - self.way.noise_s)
         offered_bps, carried_bps = sent.burst_bits / sent.burst_s, sent.burst_bits / (sent.burst_s + late_s)
-        self._samples.append((now, carried_bps))
-        while now - self._samples[0][0] > SAMPLES_OVER_S and len(self._samples) > 2:
+        self._samples.append(_Sample(now, offered_bps, carried_bps))
+        while now - self._samples[0].at > SAMPLES_OVER_S:
             self._samples.popleft()
-        carries_bps = max(bps for _, bps in self._samples)
         if carried_bps >= SLOWER * offered_bps:
             if carried_bps >= SLOWER * self.pacing_bps and now - self._stepped_at >= self._step_rest_s:
                 self.pacing_bps = min(MOST_PACING_BPS, self.pacing_bps * self._step())
                 self._stepped_at = now
-        elif carries_bps < SLOWER * self.pacing_bps:
+            return
+        telling = [sample.carried_bps for sample in self._samples if sample.offered_bps >= SLOWER * self.pacing_bps]
+        carries_bps = max(telling, default=0.0)
+        if len(telling) >= LEAST_SAMPLES and carries_bps < SLOWER * self.pacing_bps:
             self._bound_bps = carries_bps
             self.pacing_bps = max(LEAST_PACING_BPS, BELOW * carries_bps)
             self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, BUDGET_SHARE * self.pacing_bps))

@@ -1,7 +1,7 @@
 """The units that have been sent and not yet been got, and how late they are. No I/O.
 
-One TCP connection: what is sent first is got first. The kernel paces it; when a unit has left this machine is reckoned
-by the same clockwork (`leaves_at`), so that what a large unit takes by itself is not taken for a queue in the network.
+One TCP connection: what is sent first is got first. A unit leaves in pieces, at times that are set when it is handed
+over (`Sent`), so that what a large unit takes by itself is not taken for a queue in the network.
 """
 
 from collections import deque
@@ -9,9 +9,12 @@ from typing import Final, NamedTuple
 
 from wire.video import Got
 
-SEGMENT_BYTES: Final = 1400
-SEGMENT_HEADER_BYTES: Final = 66
-"""IP, TCP with its time stamps, and a share of the link's own."""
+PIECE_BYTES: Final = 1350
+"""With all headers one packet of the usual size."""
+PIECE_HEADER_BYTES: Final = 100
+"""WebSocket, TLS, TCP with its time stamps, IP, and a share of the link's own."""
+PIECE_S: Final = 0.002
+"""Faster links take several at once: no timer is finer than that."""
 
 BASE_OVER_S: Final = 10.0
 _BASE_PARTS: Final = 5
@@ -23,30 +26,34 @@ BURST_S: Final = 0.4
 UNKNOWN_BASE_S: Final = 0.3
 """As long as nothing has been got."""
 
-LEAST_NOISE_S: Final = 0.004
-MOST_NOISE_S: Final = 0.03
+LEAST_NOISE_S: Final = 0.003
+MOST_NOISE_S: Final = 0.008
 
 
 def wire_bits(unit_bytes: int) -> int:
     """What a unit is on the network, with all headers."""
-    segments = -(-unit_bytes // SEGMENT_BYTES)
-    return 8 * (unit_bytes + segments * SEGMENT_HEADER_BYTES)
+    return 8 * (unit_bytes + -(-unit_bytes // PIECE_BYTES) * PIECE_HEADER_BYTES)
+
+
+def piece_bytes(pacing_bps: float) -> int:
+    """How much of a unit leaves at once."""
+    return PIECE_BYTES * max(1, int(pacing_bps * PIECE_S / wire_bits(PIECE_BYTES)))
 
 
 class Sent(NamedTuple):
-    """One unit on its way. `burst_bits`, `burst_s`: with those before it that left without a pause between."""
+    """One unit on its way. Its first piece leaves at `begins_at`, its last one at `leaves_at`, and then the next unit
+    may begin after that piece's own time. `burst_bits`: with those before it that left without a pause between, but
+    for the last piece; `burst_s`: in which these left."""
 
     got: Got
     bits: int
     pacing_bps: float
     sent_at: float
+    begins_at: float
     leaves_at: float
     burst_bits: int
     burst_s: float
-
-    @property
-    def begins_burst(self) -> bool:
-        return self.burst_bits == self.bits
+    begins_burst: bool
 
 
 class Arrival(NamedTuple):
@@ -75,18 +82,33 @@ class OnTheWay:
         self.bits = 0
         """Of all that is on its way."""
 
-    def sent(self, got: Got, unit_bytes: int, pacing_bps: float, now: float) -> None:
-        """A unit is handed to the network now."""
+    def sent(self, got: Got, unit_bytes: int, pacing_bps: float, now: float) -> Sent:
+        """A unit is handed over now. Returns when it has to leave."""
         bits = wire_bits(unit_bytes)
-        if self._free_at <= now or self._free_at - self._burst_at > BURST_S:
+        piece = piece_bytes(pacing_bps)
+        last_bits = wire_bits((unit_bytes - 1) % piece + 1)
+        begins_burst = self._free_at <= now or self._free_at - self._burst_at > BURST_S
+        if begins_burst:
             self._free_at = self._burst_at = max(self._free_at, now)
             self._burst_bits = 0
-        self._free_at += bits / pacing_bps
-        self._burst_bits += bits
-        self._sent.append(
-            Sent(got, bits, pacing_bps, now, self._free_at, self._burst_bits, self._free_at - self._burst_at)
+        begins_at = self._free_at
+        leaves_at = begins_at + (bits - last_bits) / pacing_bps
+        self._free_at = begins_at + bits / pacing_bps
+        sent = Sent(
+            got,
+            bits,
+            pacing_bps,
+            sent_at=now,
+            begins_at=begins_at,
+            leaves_at=leaves_at,
+            burst_bits=self._burst_bits + bits - last_bits,
+            burst_s=leaves_at - self._burst_at,
+            begins_burst=begins_burst,
         )
+        self._burst_bits += bits
+        self._sent.append(sent)
         self.bits += bits
+        return sent
 
     def got(self, got: Got, now: float) -> Arrival | None:
         """None: it is none of those that are on their way."""
@@ -122,7 +144,7 @@ class OnTheWay:
     @property
     def noise_s(self) -> float:
         """So much earlier or later a unit may be for no reason of ours."""
-        return min(MOST_NOISE_S, max(LEAST_NOISE_S, 2 * self._jitter_s))
+        return min(MOST_NOISE_S, max(LEAST_NOISE_S, self._jitter_s))
 
     def waiting_s(self, now: float) -> float:
         """Until all that is sent has left this machine."""
@@ -152,7 +174,7 @@ class OnTheWay:
     def _measure_noise(self, sent: Sent, way_s: float) -> None:
         """By units that did not wait for one another (after RFC 3550, 6.4.1)."""
         if self._last_way_s is not None and sent.begins_burst:
-            change_s = min(MOST_NOISE_S, abs(way_s - self._last_way_s))
+            change_s = min(2 * MOST_NOISE_S, abs(way_s - self._last_way_s))
             self._jitter_s += (change_s - self._jitter_s) / 16
         self._last_way_s = way_s
 

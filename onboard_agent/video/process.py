@@ -27,7 +27,7 @@ TICK_S: Final = 0.1
 CAMERA_KEPT_S: Final = 3.0
 """After the last wish: who switches from one stream to another need not wait for the camera."""
 HANGS_S: Final = 5.0
-"""An encoder, or a camera that is to be let go."""
+"""An encoder that takes so long for a picture."""
 LOOKS_WITHIN_S: Final = 30.0
 """For encoders in hardware, on a small computer that has just started."""
 HUNG_CODE: Final = 3
@@ -43,7 +43,7 @@ class CameraThread(Protocol):
     @property
     def words(self) -> str: ...
     def start(self) -> None: ...
-    def stop(self) -> None: ...
+    def stop(self) -> bool: ...
     def newest(self) -> Picture | None: ...
 
 
@@ -60,7 +60,10 @@ class Parts:
 class VideoProcess:
     """Create it inside a running event loop, `watched` it, `run` it. `say`: takes the reports."""
 
-    def __init__(self, parts: Parts, tower: TowerUrl, uplinks: tuple[str, ...], say: Callable[[Report], None]) -> None:
+    def __init__(
+        self, parts: Parts, tower: TowerUrl | None, uplinks: tuple[str, ...], say: Callable[[Report], None]
+    ) -> None:
+        """Without `tower` nothing is sent."""
         self._loop = asyncio.get_running_loop()
         self._parts = parts
         self._tower = tower
@@ -73,6 +76,7 @@ class VideoProcess:
         """The encoders' thread works; by then it has to be ready. None: it rests."""
         self._watched = Watched()
         self._camera: CameraThread | None = None
+        self._letting_go: asyncio.Future[bool] | None = None
         self._camera_wish = PictureWish(0, 0, 0.0)
         self._idle_since = time.monotonic()
         self._channel: VideoChannel | None = None
@@ -111,7 +115,7 @@ class VideoProcess:
             self._idle_since = now
             return
         self._open_camera(watched.streams)
-        if self._channel is None:
+        if self._channel is None and self._tower is not None:
             self._channel = VideoChannel(
                 self._tower,
                 self._uplinks,
@@ -143,12 +147,22 @@ class VideoProcess:
         self._let_camera_go()
         camera = self._parts.make_camera(wish, self._news_in_thread)
         self._camera, self._camera_wish = camera, wish
-        camera.start()
+        if self._letting_go is None:
+            camera.start()
+        else:  # a device cannot be opened twice
+            self._letting_go.add_done_callback(lambda _done: camera.start() if self._camera is camera else None)
 
     def _let_camera_go(self) -> None:
         camera, self._camera = self._camera, None
         if camera is not None:
-            _end_with_camera_that_hangs(self._loop.run_in_executor(None, camera.stop), self._loop)
+            self._letting_go = self._loop.run_in_executor(None, camera.stop)
+            self._letting_go.add_done_callback(self._let_go)
+
+    def _let_go(self, done: "asyncio.Future[bool]") -> None:
+        self._letting_go = None
+        if not done.cancelled() and not done.result():
+            _log.error("video: the camera cannot be let go; the process ends")
+            os._exit(HUNG_CODE)
 
     def _news_in_thread(self) -> None:
         self._loop.call_soon_threadsafe(self._news)
@@ -193,10 +207,10 @@ class VideoProcess:
         self._encoder_words = ""
         if self._channel is None or not self._channel.is_open:
             return  # the next connection begins with a key picture
-        message = self._streaming.unit(order, encoded, time.monotonic())
-        if message is not None:
+        departure = self._streaming.unit(order, encoded, time.monotonic())
+        if departure is not None:
             self._units += 1
-            self._channel.send(message)
+            self._channel.send(departure)
 
     def _broken_in_thread(self, order: Order, words: str) -> None:
         self._loop.call_soon_threadsafe(self._broken, order, words)
@@ -252,12 +266,3 @@ class VideoProcess:
         self._reported = self._state()
         self._report_due = time.monotonic() + REPORT_EVERY_S
         self._say(self._reported)
-
-
-def _end_with_camera_that_hangs(stopping: "asyncio.Future[None]", loop: asyncio.AbstractEventLoop) -> None:
-    def hangs() -> None:
-        _log.error("video: the camera cannot be let go; the process ends")
-        os._exit(HUNG_CODE)
-
-    alarm = loop.call_later(HANGS_S, hangs)
-    stopping.add_done_callback(lambda _done: alarm.cancel())

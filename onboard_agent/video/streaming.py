@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 from onboard_agent.video.allotment import Thinness, allot
 from onboard_agent.video.cadence import Cadence
 from onboard_agent.video.link_rate import LinkRate
-from onboard_agent.video.on_the_way import wire_bits
+from onboard_agent.video.on_the_way import Sent, wire_bits
 from onboard_agent.video.overshoot import Overshoot
 from onboard_agent.video.shape_for_bits import Shape, ShapeForBits
 from wire.video import HEADER_BYTES, LARGEST_UNIT_BYTES, Got, StreamWish, Unit, encode_unit
@@ -38,6 +38,13 @@ class Encoded(NamedTuple):
     height: int
     capture_us: int
     is_break: bool
+
+
+class Departure(NamedTuple):
+    """A unit, and when it leaves."""
+
+    message: bytes
+    sent: Sent
 
 
 class _Stream:
@@ -122,8 +129,9 @@ class Streaming:
                 self.left_out += 1
         return orders
 
-    def unit(self, order: Order, encoded: Encoded, now: float) -> bytes | None:
-        """The message to send now; `now` is of the same clock as `capture_us`. None: it is nobody's, or too large."""
+    def unit(self, order: Order, encoded: Encoded, now: float) -> Departure | None:
+        """What is to be sent, and when; `now` is of the same clock as `capture_us`. None: it is nobody's, or too large
+        for the wire."""
         wish = order.wish
         stream = self._streams.get(wish)
         if stream is None:
@@ -151,5 +159,4 @@ class Streaming:
             )
         )
         stream.overshoot.made(wire_bits(len(message)), order.shape.bits_per_s, now)
-        self.rate.sent(Got(wish.quality, wish.codec, sequence), len(message), now)
-        return message
+        return Departure(message, self.rate.sent(Got(wish.quality, wish.codec, sequence), len(message), now))

@@ -11,6 +11,7 @@ from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
+from websockets.typing import Subprotocol
 
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.port import AutopilotPort
@@ -32,6 +33,7 @@ from wire.frame_stream import FrameStream
 from wire.ids import DroneId, Epoch, LinkId
 from wire.key_agreement import agree, public_bytes
 from wire.sealed_link import SealedLink
+from wire.video import AGENT_VIDEO_SUBPROTOCOL
 
 CREDENTIAL = parse_credential("twd_7_" + "c" * 43)
 DRONE = CREDENTIAL.drone_id
@@ -62,6 +64,8 @@ class FakeTower(asyncio.DatagramProtocol):
         """Datagrams that came over the control channel."""
         self.hellos: list[Hello] = []
         self.messages: list[ToTower] = []
+        self.urgent: list[ToTower] = []
+        """Those that came over the data channel."""
         self.frames: list[bytes] = []
         self.epochs_seen: list[int] = []
         self.addresses: list[Any] = []
@@ -78,7 +82,7 @@ class FakeTower(asyncio.DatagramProtocol):
             self._agent,
             "127.0.0.1",
             port,
-            subprotocols=[AGENT_SUBPROTOCOL],  # type: ignore[list-item]
+            subprotocols=[Subprotocol(name) for name in (AGENT_SUBPROTOCOL, AGENT_VIDEO_SUBPROTOCOL)],
             process_request=self._sign_in,
             compression=None,
         )
@@ -146,6 +150,8 @@ class FakeTower(asyncio.DatagramProtocol):
             return
         if addr not in self.addresses:
             self.addresses.append(addr)
+        if received.urgent is not None:
+            self.urgent.append(decode_to_tower(received.urgent))
         if received.frames is not None:
             self.frames += received.frames.frames
             self.epochs_seen.append(received.frames.epoch)
@@ -170,6 +176,11 @@ class FakeTower(asyncio.DatagramProtocol):
         ):
             self._udp.sendto(datagram, self.addresses[-1])
         self.sealed.drone_id = DRONE
+
+    def send_urgent(self, message: ToAgent) -> None:
+        """Over the data channel."""
+        assert self.sealed is not None
+        self.send_raw(self.sealed.seal_urgent(encode_message(message).encode()))
 
     def send_raw(self, datagram: bytes) -> None:
         assert self._udp is not None
@@ -284,9 +295,9 @@ async def running_tower() -> AsyncIterator[FakeTower]:
 
 
 @contextlib.asynccontextmanager
-async def running_agent(tower: FakeTower, port: AutopilotPort) -> AsyncIterator[Agent]:
+async def running_agent(tower: FakeTower, port: AutopilotPort, camera: str = "none") -> AsyncIterator[Agent]:
     url = parse_tower_url(f"http://127.0.0.1:{tower.port}")
-    agent = Agent(AgentSettings(tower=url, credential=CREDENTIAL, port=port))
+    agent = Agent(AgentSettings(tower=url, credential=CREDENTIAL, port=port, camera=camera))
     task = asyncio.create_task(agent.run())
     try:
         yield agent

@@ -1,6 +1,6 @@
 """A model of the way from the agent to the tower, and of what encodes for it: fake clock, seeded, no sleeping.
 
-The kernel paces what it is given; the bottleneck is a queue served at a rate; a lost packet holds up its unit and all
+What is sent leaves in paced pieces; the bottleneck is a queue served at a rate; a lost packet holds up its unit and all
 behind it until TCP has sent it again; the answers come back unhindered.
 """
 
@@ -11,7 +11,7 @@ import random
 from dataclasses import dataclass, field
 
 from onboard_agent.video.link_rate import LinkRate
-from onboard_agent.video.on_the_way import SEGMENT_BYTES, wire_bits
+from onboard_agent.video.on_the_way import PIECE_BYTES, wire_bits
 from wire.video import Codec, Got, Quality
 
 TICK_S = 0.001
@@ -117,11 +117,12 @@ class ModelUplink:
         arrives = 0.0
         left = size
         while left > 0:
-            bits = wire_bits(min(left, SEGMENT_BYTES))
-            left -= SEGMENT_BYTES
-            self._host_free_at = max(self._host_free_at, self.now) + bits / self.rate.pacing_bps
-            second.worst_queue_s = max(second.worst_queue_s, self._link_free_at - self._host_free_at)
-            self._link_free_at = max(self._link_free_at, self._host_free_at) + bits / conditions.rate_bps
+            bits = wire_bits(min(left, PIECE_BYTES))
+            left -= PIECE_BYTES
+            leaves_at = max(self._host_free_at, self.now)
+            self._host_free_at = leaves_at + bits / self.rate.pacing_bps
+            second.worst_queue_s = max(second.worst_queue_s, self._link_free_at - leaves_at)
+            self._link_free_at = max(self._link_free_at, leaves_at) + bits / conditions.rate_bps
             arrives = self._link_free_at + conditions.rtt_s / 2 + self._chance.random() * conditions.jitter_s
             if self._chance.random() < conditions.loss:
                 arrives += conditions.rtt_s * 1.25 + 2.0 / self._rate_hz

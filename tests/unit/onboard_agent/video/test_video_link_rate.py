@@ -9,13 +9,12 @@ from onboard_agent.video.link_rate import (
     FIRST_PACING_BPS,
     HOPELESS_S,
     LEAST_BUDGET_BPS,
-    MOST_PACING_BPS,
     WAITING_S,
     LinkRate,
 )
 from wire.video import Codec, Got, Quality
 
-SEEDS = (1, 2, 3)
+SEEDS = range(1, 6)
 HIGH_BPS, MEDIUM_BPS = 1.5e6, 450e3
 
 
@@ -67,7 +66,7 @@ def test_a_sudden_drop_to_a_tenth_and_the_way_back(seed: int) -> None:
     dropped = model.run(Conditions(200e3), 20)
     # What is in the network by then cannot be taken back: it is away after two seconds.
     assert max(second.worst_age_s for second in dropped) < 2.5
-    assert p95(dropped[4:]) < 0.35
+    assert p95(dropped[4:]) < 0.45
     assert mean_bps(dropped[4:]) > 100e3
     assert all(second.budget_bps < 200e3 for second in dropped[2:])
     back = model.run(Conditions(2e6), 40)
@@ -80,7 +79,7 @@ def test_a_link_without_bounds_is_used_at_once(seed: int) -> None:
     model = ModelUplink(ceiling_bps=HIGH_BPS, rate_hz=30, seed=seed)
     seconds = model.run(Conditions(100e6, rtt_s=0.002, jitter_s=0.002), 15)
     assert min(second.budget_bps for second in seconds[4:]) > HIGH_BPS
-    assert seconds[-1].pacing_bps == MOST_PACING_BPS
+    assert seconds[-1].pacing_bps > 20e6
     assert p95(seconds[8:]) < 0.01
     assert model.rate.queues == 0
 

@@ -9,7 +9,7 @@ from onboard_agent.video.cadence import Cadence
 from onboard_agent.video.overshoot import Overshoot
 from onboard_agent.video.shape_for_bits import UP_AFTER_S, ShapeForBits
 from onboard_agent.video.streaming import Encoded, Order, Streaming
-from wire.video import LARGEST_UNIT_BYTES, Codec, Got, Quality, StreamWish, decode_unit
+from wire.video import LARGEST_UNIT_BYTES, Codec, Quality, StreamWish, decode_unit
 
 LOW, MEDIUM, HIGH = (StreamWish(quality, Codec.MPEG1) for quality in Quality)
 HIGH_H264 = StreamWish(Quality.HIGH, Codec.H264)
@@ -121,16 +121,11 @@ def flow(streaming: Streaming, capture_us: int, *, is_break: bool = False) -> li
     units = []
     for order in streaming.orders(capture_us, now, is_break=is_break):
         one = encoded(key=order.force_key, is_break=order.is_break, at_us=capture_us)
-        unit = streaming.unit(order, one, now)
-        if unit is not None:
-            units.append(unit)
-            streaming.rate.got(decoded_got(unit), now)
+        departure = streaming.unit(order, one, now)
+        if departure is not None:
+            units.append(departure.message)
+            streaming.rate.got(departure.sent.got, now)
     return units
-
-
-def decoded_got(unit: bytes) -> Got:
-    one = decode_unit(unit)
-    return Got(one.quality, one.codec, one.sequence)
 
 
 def test_a_stream_begins_with_a_key_and_counts_its_units() -> None:

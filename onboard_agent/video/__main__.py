@@ -1,0 +1,38 @@
+"""`python -m onboard_agent.video`: the video process. The flight process starts it, speaks on its standard input, hears
+its standard output, and ends it by closing the first. Not for people."""
+
+import os
+
+NICE = 5
+"""Behind the flight process, whatever that has (its unit says -10), and behind everything ordinary."""
+
+OOM_SCORE = 700
+"""If memory is short it is this process that goes."""
+
+
+def _step_back() -> None:
+    """Before anything large is imported."""
+    for deed in (_be_nice, _go_first_when_memory_is_short):
+        try:
+            deed()
+        except OSError:
+            continue  # a unit may forbid it
+
+
+def _be_nice() -> None:
+    os.setpriority(os.PRIO_PROCESS, 0, max(NICE, os.getpriority(os.PRIO_PROCESS, 0)))
+
+
+def _go_first_when_memory_is_short() -> None:
+    file = os.open("/proc/self/oom_score_adj", os.O_WRONLY)
+    try:
+        os.write(file, str(OOM_SCORE).encode())
+    finally:
+        os.close(file)
+
+
+if __name__ == "__main__":
+    _step_back()
+    from onboard_agent.video.entry import main
+
+    main()

@@ -1,0 +1,95 @@
+"""The video process's own shell: its standard input and output, its log, its end."""
+
+import asyncio
+import contextlib
+import ctypes
+import logging
+import os
+import signal
+import sys
+from collections.abc import Callable
+from typing import Final
+
+from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.video.encoders.choice import make_encoder, usable_codecs
+from onboard_agent.video.lines import LARGEST_LINE_BYTES, BadLine, Report, SetUp, decode_to_child, encode_line
+from onboard_agent.video.process import CameraThread, Parts, VideoProcess
+from onboard_agent.video.sources.camera import Camera
+from onboard_agent.video.sources.schemes import make_source
+from onboard_agent.video.sources.source import PictureWish
+
+_log = logging.getLogger("onboard_agent")
+
+_PR_SET_PDEATHSIG: Final = 1
+LET_GO_WITHIN_S: Final = 1.5
+
+
+def main() -> None:
+    """Ends with the process."""
+    _die_with_parent()
+    out = os.dup(1)
+    os.dup2(2, 1)  # what a library prints is no line for the flight process
+    os.set_blocking(out, False)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the flight process, which ends us
+    asyncio.run(_run(out))
+    os._exit(0)  # a thread that hangs in a camera's driver must not hold the process
+
+
+def _die_with_parent() -> None:
+    """A flight process that was killed cannot close our standard input before we are stopped, or hang."""
+    with contextlib.suppress(OSError, AttributeError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+async def _run(out: int) -> None:
+    loop = asyncio.get_running_loop()
+    reader = asyncio.StreamReader(limit=LARGEST_LINE_BYTES)
+    await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    try:
+        set_up = decode_to_child(await reader.readline())
+    except BadLine:
+        return
+    if not isinstance(set_up, SetUp):
+        return
+    _set_up_logging(set_up.log_level)
+
+    def make_camera(wish: PictureWish, on_change: Callable[[], None]) -> CameraThread:
+        return Camera(make_source(set_up.camera), wish, on_change)
+
+    def say(report: Report) -> None:
+        with contextlib.suppress(BlockingIOError, BrokenPipeError):  # the next report says it again
+            os.write(out, encode_line(report))
+
+    process = VideoProcess(
+        Parts(make_camera, make_encoder, usable_codecs),
+        None if set_up.trial else parse_tower_url(set_up.tower),
+        set_up.uplinks,
+        say,
+    )
+    running = asyncio.create_task(process.run())
+    listening = asyncio.create_task(_listen(reader, process))
+    done, _ = await asyncio.wait({running, listening}, return_when=asyncio.FIRST_COMPLETED)
+    for task in done:
+        if task.exception() is not None:
+            _log.error("video: %r", task.exception())
+            os._exit(1)
+    running.cancel()
+    with contextlib.suppress(asyncio.CancelledError, TimeoutError):
+        async with asyncio.timeout(LET_GO_WITHIN_S):
+            await running
+            await loop.shutdown_default_executor()
+
+
+async def _listen(reader: asyncio.StreamReader, process: VideoProcess) -> None:
+    """Until the flight process closes its end."""
+    while line := await reader.readline():
+        message = decode_to_child(line)
+        if isinstance(message, SetUp):
+            raise BadLine("set up twice")
+        process.watched(message)
+
+
+def _set_up_logging(level: str) -> None:
+    form = "%(levelname)s %(message)s" if os.environ.get("JOURNAL_STREAM") else "%(asctime)s %(levelname)s %(message)s"
+    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format=form)
+    _log.setLevel(level.upper())

@@ -1,0 +1,162 @@
+"""A tower that takes video: as agent_fakes.FakeTower, and on its video channel units, each of which it answers."""
+
+import asyncio
+import contextlib
+import json
+import time
+from collections.abc import AsyncIterator
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+from agent_fakes import FakeTower, until
+from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from wire.video import VIDEO, CameraState, StreamWish, Unit, VideoState, VideoWanted, decode_unit, encode_got
+from wire.video import Got as GotUnit
+
+VIDEO_PATH = "/api/v1/agent/video"
+TICKET = "ticket-1"
+
+
+class VideoTower(FakeTower):
+    """`units`: each with the time when it came. `answers` False: it takes them and says nothing."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.takes = (VIDEO,)
+        self.ticket = TICKET
+        self.answers = True
+        self.units: list[tuple[float, Unit]] = []
+        self.refused = 0
+        self.channels: list[ServerConnection] = []
+
+    def _sign_in(self, connection: ServerConnection, request: Request) -> Response | None:
+        if request.path != VIDEO_PATH:
+            return super()._sign_in(connection, request)
+        if request.headers.get("Authorization") != f"Bearer {self.ticket}":
+            self.refused += 1
+            return connection.respond(401, "no\n")  # type: ignore[arg-type]
+        return None
+
+    async def _agent(self, connection: ServerConnection) -> None:
+        assert connection.request is not None
+        if connection.request.path != VIDEO_PATH:
+            await super()._agent(connection)
+            return
+        self.channels.append(connection)
+        with contextlib.suppress(ConnectionClosed):
+            async for message in connection:
+                assert isinstance(message, bytes)
+                unit = decode_unit(message)
+                self.units.append((time.monotonic(), unit))
+                if self.answers:
+                    await connection.send(encode_got(GotUnit(unit.quality, unit.codec, unit.sequence)))
+
+    async def watch(self, *streams: StreamWish, ticket: str = TICKET) -> None:
+        """Nothing: stop."""
+        await self.tell(VideoWanted(ticket=ticket, streams=streams))
+
+    async def ask_for_key(self, wish: StreamWish) -> None:
+        words = {"type": "key", "quality": int(wish.quality), "codec": int(wish.codec)}
+        await self.channels[-1].send(json.dumps(words))
+
+    def of(self, wish: StreamWish, since: float = 0.0) -> list[Unit]:
+        """The units of one stream that came since then."""
+        return [unit for at, unit in self.units if at >= since and (unit.quality, unit.codec) == wish_key(wish)]
+
+    async def more(self, wish: StreamWish, count: int, timeout_s: float = 30.0) -> list[Unit]:
+        """The next `count` of one stream."""
+        since = time.monotonic()
+        await until(lambda: len(self.of(wish, since)) >= count, timeout_s, f"{count} units of {wish}")
+        return self.of(wish, since)[:count]
+
+    @property
+    def camera(self) -> VideoState | None:
+        """As told last."""
+        return next((one for one in reversed(self.messages) if isinstance(one, VideoState)), None)
+
+    async def camera_is(self, state: CameraState, timeout_s: float = 30.0) -> VideoState:
+        found = await until(
+            lambda: self.camera if self.camera is not None and self.camera.camera is state else None, timeout_s, state
+        )
+        assert isinstance(found, VideoState)
+        return found
+
+
+def wish_key(wish: StreamWish) -> tuple[Any, Any]:
+    return wish.quality, wish.codec
+
+
+@contextlib.asynccontextmanager
+async def video_tower() -> AsyncIterator[VideoTower]:
+    tower = VideoTower()
+    await tower.start()
+    try:
+        yield tower
+    finally:
+        await tower.die()
+
+
+def picture(number: int, width: int = 320, height: int = 240) -> Any:
+    """A picture that moves: rgb24."""
+    rows, columns = np.mgrid[0:height, 0:width]
+    wave = 127 + 90 * np.sin((columns + 5 * number) / 17) * np.cos((rows - 3 * number) / 13)
+    return np.repeat(wave.astype(np.uint8)[:, :, None], 3, axis=2)
+
+
+def write_film(path: str, *, pictures: int = 50, rate_hz: int = 25) -> None:
+    """A short film of that."""
+    with av.open(path, "w") as container:
+        stream = container.add_stream("mpeg4", rate=rate_hz)
+        stream.width, stream.height, stream.pix_fmt = 320, 240, "yuv420p"
+        for number in range(pictures):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture(number), format="rgb24")))
+        container.mux(stream.encode())
+
+
+class MjpegCamera:
+    """A camera in the network that can be unplugged: no one answers on its port any more."""
+
+    def __init__(self) -> None:
+        self.port = 0
+        self._server: asyncio.Server | None = None
+        self._writers: set[asyncio.StreamWriter] = set()
+        self._jpegs = [_jpeg(number) for number in range(8)]
+
+    async def plug_in(self) -> None:
+        self._server = await asyncio.start_server(self._serve, "127.0.0.1", self.port)
+        self.port = self._server.sockets[0].getsockname()[1]
+
+    async def unplug(self) -> None:
+        assert self._server is not None
+        self._server.close()
+        for writer in self._writers:
+            writer.transport.abort()
+        await self._server.wait_closed()
+        await until(lambda: not self._writers, what="nobody is served any more")
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._writers.add(writer)
+        with contextlib.suppress(OSError, asyncio.IncompleteReadError):
+            await reader.readuntil(b"\r\n\r\n")
+            writer.write(b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=next\r\n\r\n")
+            number = 0
+            while not writer.is_closing():
+                jpeg = self._jpegs[number % len(self._jpegs)]
+                number += 1
+                head = f"--next\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
+                writer.write(head.encode() + jpeg + b"\r\n")
+                await writer.drain()
+                await asyncio.sleep(1 / 25)
+        self._writers.discard(writer)
+        writer.close()
+
+
+def _jpeg(number: int) -> bytes:
+    done, jpeg = cv2.imencode(".jpg", picture(number))
+    assert done
+    return bytes(jpeg)
