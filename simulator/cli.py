@@ -6,13 +6,14 @@ import asyncio
 import logging
 from collections.abc import Coroutine
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from simulator.ardupilot import ARDUPILOT
 from simulator.failure_modes import Failure
 from simulator.flight import FlightSettings
+from simulator.geodesy import Place
 from simulator.links import parse_endpoint
 from simulator.px4.flavour import PX4
 from simulator.shell import fly
@@ -24,7 +25,10 @@ from simulator.squad import (
     parse_wind,
     spread_endpoints,
 )
-from simulator.vehicle import VehicleSettings
+from simulator.vehicle import Vehicle, VehicleSettings
+
+if TYPE_CHECKING:
+    from simulator.camera.on_board import VehicleCamera
 
 uvloop: Any
 try:
@@ -42,7 +46,11 @@ class FlavourName(StrEnum):
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
-FAIL_HELP = f"Something that goes wrong, NAME or NAME@SECONDS; NAME one of {', '.join(Failure)}."
+FAIL_HELP = (
+    "Something that goes wrong: NAME, NAME@FROM or NAME@FROM-UNTIL in simulated seconds; "
+    f"NAME one of {', '.join(Failure)}."
+)
+CAMERA_HELP = "[HOST:]PORT of a camera over HTTP; once for each vehicle that is to have one, in their order."
 
 
 @app.command()
@@ -63,6 +71,7 @@ def simulate(
     battery_mah: Annotated[float, typer.Option(min=100)] = 5200.0,
     param: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, set before the start.")] = None,
     param_count: Annotated[int, typer.Option(min=0, max=5000, help="Fill the table up to so many.")] = 0,
+    camera: Annotated[list[str] | None, typer.Option(help=CAMERA_HELP)] = None,
     fail: Annotated[list[str] | None, typer.Option(help=FAIL_HELP)] = None,
 ) -> None:
     """Fly simulated quadrotors that speak MAVLink 2."""
@@ -88,16 +97,28 @@ def simulate(
             flavour=FLAVOURS[flavour],
         )
         vehicles = make_squad(count, settings)
+        cameras = _cameras(camera, vehicles, place, seed) if camera else []
     except (ValueError, KeyError) as error:
         raise typer.BadParameter(str(error.args[0])) from error
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
     for number, endpoint in enumerate(endpoints, start=1):
         typer.echo(f"vehicle {number} of {count}: sysid {sysid} on {endpoint}")
+    for carried in cameras:
+        if carried is not None:
+            typer.echo(f"camera of {carried.camera.name}: {carried.camera.endpoint}")
     try:
-        _run(fly(vehicles, endpoints, speed))
+        _run(fly(vehicles, endpoints, speed, cameras))
     except OSError as error:
         typer.echo(f"tower-sim: {error}", err=True)
         raise typer.Exit(1) from error
+
+
+def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) -> list[VehicleCamera | None]:
+    # OpenCV takes time and memory, which those without a camera need not pay.
+    from simulator.camera.on_board import make_cameras
+    from simulator.camera.server import parse_camera
+
+    return make_cameras([parse_camera(text) for text in texts], vehicles, home, seed)
 
 
 def _run(flight: Coroutine[Any, Any, None]) -> None:

@@ -1,8 +1,10 @@
-"""Ways to go wrong on purpose, by name: in tests, and with `tower-sim --fail NAME[@SECONDS]`."""
+"""Ways to go wrong on purpose, by name: in tests, and with `tower-sim --fail NAME[@SECONDS[-SECONDS]]`."""
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
+from typing import NamedTuple
 
 
 class Failure(StrEnum):
@@ -52,3 +54,13 @@ class Failure(StrEnum):
     """Motor 1 gives seven tenths of its thrust."""
     BATTERY_LOW = "battery-low"
     """The battery is at 12 % from one moment to the next."""
+    CAMERA_UNPLUGGED = "camera-unplugged"
+    """Whoever looks through the camera (`tower-sim --camera`) is cut off, and its port refuses."""
+
+
+class PlannedFailure(NamedTuple):
+    """One that sets in by itself and may end by itself, in seconds since switch-on."""
+
+    from_s: float
+    failure: Failure
+    until_s: float = math.inf

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
     from simulator.behaviours import Behaviour
-    from simulator.camera import Photo
     from simulator.commands import Command
     from simulator.fence import Limits
     from simulator.flight import Flight
     from simulator.mission_plan import PlanKind
     from simulator.modes import ModeRules
     from simulator.parameters import Parameters
+    from simulator.photographs import Photo
 
 
 class PilotInput(Protocol):

@@ -18,7 +18,6 @@ from simulator.attitude_control import IDLE_COMMAND, AttitudeControl
 from simulator.auto import Auto
 from simulator.battery import Battery
 from simulator.behaviours import Behaviour
-from simulator.camera import Camera, Photo
 from simulator.estimator import Estimator
 from simulator.failure_modes import Failure
 from simulator.fence import Fence
@@ -29,6 +28,7 @@ from simulator.mission_plan import Plans
 from simulator.modes import ModeRules, mode_of
 from simulator.notices import Notice, Severity
 from simulator.parameters import Parameters
+from simulator.photographs import Camera, Photo
 from simulator.position_control import Limits, PositionControl, Target
 from simulator.wind import Wind
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from simulator.camera import Photo
 from simulator.dialect import Message, mavlink
 from simulator.flight import Flight
 from simulator.geodesy import e7, heading_deg
+from simulator.photographs import Photo
 from simulator.reports_common import us
 
 

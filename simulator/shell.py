@@ -5,11 +5,16 @@ from __future__ import annotations
 import asyncio
 import logging
 import signal
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from simulator.flight_constants import TICK_S
 from simulator.links import Endpoint, Link, open_link
 from simulator.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from simulator.camera.on_board import VehicleCamera
 
 BEHIND_MAX_S = 0.25
 """Wall time by which the simulation may lag before it gives up catching up and runs late instead."""
@@ -24,6 +29,7 @@ class Berth:
 
     vehicle: Vehicle
     link: Link
+    camera: VehicleCamera | None = None
 
 
 class Clock:
@@ -42,8 +48,10 @@ class Clock:
         self._origin_s += simulated_s / self.speed
 
 
-async def fly(vehicles: list[Vehicle], endpoints: list[Endpoint], speed: float) -> None:
-    """Until SIGINT or SIGTERM."""
+async def fly(
+    vehicles: list[Vehicle], endpoints: list[Endpoint], speed: float, cameras: Sequence[VehicleCamera | None] = ()
+) -> None:
+    """Until SIGINT or SIGTERM. `cameras`: none, or one for each of the vehicles."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -51,12 +59,16 @@ async def fly(vehicles: list[Vehicle], endpoints: list[Endpoint], speed: float) 
     clock = Clock(speed)
     berths: list[Berth] = []
     try:
-        for vehicle, endpoint in zip(vehicles, endpoints, strict=True):
-            berths.append(Berth(vehicle, await _berth(vehicle, endpoint, clock)))
+        for vehicle, endpoint, camera in zip(vehicles, endpoints, cameras or [None] * len(vehicles), strict=True):
+            berths.append(Berth(vehicle, await _berth(vehicle, endpoint, clock), camera))
+            if camera is not None:
+                camera.start()
         await _keep_time(berths, clock, stop)
     finally:
         for berth in berths:
             berth.link.close()
+            if berth.camera is not None:
+                berth.camera.close()
 
 
 async def _berth(vehicle: Vehicle, endpoint: Endpoint, clock: Clock) -> Link:
@@ -77,6 +89,8 @@ async def _keep_time(berths: list[Berth], clock: Clock, stop: asyncio.Event) -> 
             frames = berth.vehicle.datagrams_to_send()
             if frames:
                 berth.link.send(frames)
+            if berth.camera is not None:
+                berth.camera.follow(berth.vehicle, stepped_s)
         if loop.time() >= report_s:
             if late_s > 0.0:
                 log.warning("this machine is too slow: %.1f simulated seconds lost", late_s)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from simulator.failure_modes import Failure
+from simulator.failure_modes import Failure, PlannedFailure
 from simulator.geodesy import LocalFrame, Place
 from simulator.links import Endpoint
 from simulator.vehicle import Vehicle, VehicleSettings
@@ -56,13 +56,17 @@ def parse_home(text: str) -> tuple[Place, float]:
     return Place(lat, lon, alt), heading
 
 
-def parse_failure(text: str) -> tuple[float, Failure]:
-    """`NAME` or `NAME@SECONDS`."""
-    name, _, at = text.partition("@")
+def parse_failure(text: str) -> PlannedFailure:
+    """`NAME`, `NAME@SECONDS` or `NAME@SECONDS-SECONDS`."""
+    name, _, times = text.partition("@")
+    at, _, until = times.partition("-")
     try:
-        return (float(at) if at else 0.0), Failure(name)
+        planned = PlannedFailure(float(at or 0.0), Failure(name), float(until) if until else math.inf)
     except ValueError:
-        raise ValueError(f"{text!r} is not NAME[@SECONDS] with NAME one of {', '.join(Failure)}") from None
+        planned = None
+    if planned is None or not 0.0 <= planned.from_s < planned.until_s:
+        raise ValueError(f"{text!r} is not NAME[@SECONDS[-SECONDS]] with NAME one of {', '.join(Failure)}")
+    return planned
 
 
 def parse_parameter(text: str) -> tuple[str, float]:

@@ -7,6 +7,7 @@ was switched on and never goes back.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from simulator.ardupilot import ARDUPILOT
 from simulator.commands import ACCEPTED, FAILED, UNSUPPORTED, Command, carry_out, read_command
 from simulator.commands_flight import jump_to_item
 from simulator.dialect import Codec, Message, mavlink
-from simulator.failure_modes import Failure
+from simulator.failure_modes import Failure, PlannedFailure
 from simulator.flavour import Flavour
 from simulator.flight import Flight, FlightSettings
 from simulator.flight_constants import TICK_S
@@ -42,8 +43,7 @@ class VehicleSettings:
     system_id: int = 1
     parameters: tuple[tuple[str, float], ...] = ()
     parameter_count: int = 0
-    failures: tuple[tuple[float, Failure], ...] = field(default=())
-    """Failures that set in by themselves, each with the second at which it does."""
+    failures: tuple[PlannedFailure, ...] = field(default=())
     flavour: Flavour = ARDUPILOT
 
 
@@ -51,7 +51,10 @@ class Vehicle:
     def __init__(self, settings: VehicleSettings, failures: Iterable[Failure] = ()) -> None:
         self.settings = settings
         self.failures: set[Failure] = set(failures)
-        self._planned = sorted(settings.failures)
+        self._planned: list[tuple[float, bool, Failure]] = []
+        """What sets in (True) or ends at which second, in order."""
+        for planned in settings.failures:
+            self.plan_failure(planned)
         overrides = (
             (settings.flavour.system_id_parameter, float(settings.system_id)),
             (settings.flavour.battery_parameter, settings.flight.battery_mah),
@@ -98,6 +101,13 @@ class Vehicle:
             self._ticks += 1
             self._tick(self._ticks * TICK_S)
 
+    def plan_failure(self, planned: PlannedFailure) -> None:
+        """One more, also while it flies; what is in the past happens in the next tick."""
+        self._planned.append((planned.from_s, True, planned.failure))
+        if planned.until_s < math.inf:
+            self._planned.append((planned.until_s, False, planned.failure))
+        self._planned.sort()
+
     def datagrams_to_send(self) -> list[bytes]:
         """One frame each, in order; they are handed out once."""
         datagrams = list(self._outbox)
@@ -109,7 +119,11 @@ class Vehicle:
     def _tick(self, now_s: float) -> None:
         flight = self.flight
         while self._planned and self._planned[0][0] <= now_s:
-            self.failures.add(self._planned.pop(0)[1])
+            _, sets_in, failure = self._planned.pop(0)
+            if sets_in:
+                self.failures.add(failure)
+            else:
+                self.failures.discard(failure)
         flight.now_s = (self._ticks - self._boot_tick) * TICK_S
         while self._inbox and self._inbox[0][0] <= now_s + 1e-9:
             for message in self._codec.decode(self._inbox.popleft()[1]):

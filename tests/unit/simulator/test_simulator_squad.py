@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from simulator.failure_modes import Failure
+from simulator.failure_modes import Failure, PlannedFailure
 from simulator.flight import FlightSettings
 from simulator.geodesy import LocalFrame, Place
 from simulator.links import Endpoint, parse_endpoint
@@ -65,8 +65,8 @@ def test_home():
 
 
 def test_failures_parameters_and_wind():
-    assert parse_failure("gps-lost@60") == (60.0, Failure.GPS_LOST)
-    assert parse_failure("silent") == (0.0, Failure.SILENT)
+    assert parse_failure("gps-lost@60") == PlannedFailure(60.0, Failure.GPS_LOST)
+    assert parse_failure("silent") == PlannedFailure(0.0, Failure.SILENT)
     assert parse_parameter("rtl_alt=700") == ("RTL_ALT", 700.0)
     assert parse_wind("5,270") == (5.0, 270.0)
     for parse, text in (

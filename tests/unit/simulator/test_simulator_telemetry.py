@@ -8,7 +8,7 @@ import pytest
 
 from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import mavlink
-from simulator.failure_modes import Failure
+from simulator.failure_modes import Failure, PlannedFailure
 from simulator.flight import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
@@ -180,7 +180,7 @@ def test_named_failures_of_commands_and_links(ground):
 
 def test_a_failure_sets_in_when_it_is_planned():
     flight = FlightSettings(Place(47.0, 8.0, 400.0))
-    vehicle = Vehicle(VehicleSettings(flight, failures=((2.0, Failure.SILENT),)))
+    vehicle = Vehicle(VehicleSettings(flight, failures=(PlannedFailure(2.0, Failure.SILENT),)))
     vehicle.step(1.9)
     assert len(vehicle.datagrams_to_send()) > 0
     vehicle.step(10.0)

@@ -1,0 +1,62 @@
+"""What a viewer asks for in the address: `/camera?width=640&height=480&rate=30`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from urllib.parse import parse_qsl, urlsplit
+
+CAMERA_PATH = "/camera"
+UNPLUG_PATH = "/unplug"
+NAME_LONGEST = 32
+LIMITS = {
+    "width": (64, 1920, 640),
+    "height": (48, 1080, 480),
+    "rate": (1, 60, 30),
+    "tilt": (0, 90, 25),
+    "quality": (30, 95, 85),
+}
+"""Least, most, and what it is if nobody says."""
+UNPLUG_MOST_S = 3600
+
+
+class BadRequest(ValueError):
+    """One clear line for whoever asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Pixels; pictures a second; degrees down from ahead; JPEG's own measure; what stands in the picture."""
+
+    width: int
+    height: int
+    rate: int
+    tilt: int
+    quality: int
+    name: str
+
+
+def read_wanted(target: str, name: str) -> Wanted:
+    """`name` is written into the picture unless the address has one. Raises BadRequest."""
+    asked = dict(parse_qsl(urlsplit(target).query, keep_blank_values=True))
+    name = asked.pop("name", name)
+    if len(name) > NAME_LONGEST or not (name.isascii() and name.isprintable()):
+        raise BadRequest(f"name: up to {NAME_LONGEST} plain letters")
+    numbers = {key: _number(asked.pop(key, None), key, LIMITS[key]) for key in LIMITS}
+    if asked:
+        raise BadRequest(f"{next(iter(asked))!r} is none of {', '.join(LIMITS)}, name")
+    return Wanted(**numbers, name=name)
+
+
+def read_unplugged_s(target: str) -> float:
+    """For how many simulated seconds. Raises BadRequest."""
+    asked = dict(parse_qsl(urlsplit(target).query))
+    return float(_number(asked.get("seconds"), "seconds", (1, UNPLUG_MOST_S, 5)))
+
+
+def _number(text: str | None, key: str, limits: tuple[int, int, int]) -> int:
+    least, most, default = limits
+    if text is None:
+        return default
+    if not (text.isascii() and text.isdecimal() and len(text) < 6 and least <= int(text) <= most):
+        raise BadRequest(f"{key} is a whole number from {least} to {most}")
+    return int(text)

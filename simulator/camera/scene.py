@@ -1,0 +1,35 @@
+"""Draws what a camera sees: sky, ground, marks, and what stands on the ground. Everything comes from the seed, the pose
+and the time; nothing is kept from picture to picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from simulator.camera.ground import draw_ground
+from simulator.camera.ground_map import ground_map
+from simulator.camera.marks import Mark, draw_marks
+from simulator.camera.sky import draw_sky
+from simulator.camera.solids import draw_solids
+from simulator.camera.view import Pose, View
+
+Picture = npt.NDArray[np.uint8]
+
+
+class Scene:
+    """The world of one squad: the same land and marks for all of its cameras."""
+
+    def __init__(self, seed: int, marks: list[Mark]) -> None:
+        self._seed = seed
+        self._marks = marks
+
+    def draw(self, pose: Pose, width: int, height: int, *, tilt_deg: float, now_s: float) -> Picture:
+        """Blue, green, red. `now_s` moves the clouds. The first one takes about two seconds: the land is made."""
+        ground = ground_map(self._seed)
+        view = View(pose, width, height, tilt_deg)
+        picture = np.empty((height, width, 3), np.uint8)
+        draw_sky(picture, view, self._seed, now_s)
+        draw_ground(picture, view, ground)
+        draw_marks(picture, view, self._marks)
+        draw_solids(picture, view, ground.land)
+        return picture

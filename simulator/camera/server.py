@@ -1,0 +1,244 @@
+"""The camera on the network: a port that accepts viewers while the camera is plugged in, and a thread for each viewer.
+
+The flight never waits for anything in here: it says where the vehicle is (`look_from`) and whether the camera is
+plugged in, and asks for what viewers have told it to do.
+"""
+
+from __future__ import annotations
+
+import logging
+import select
+import socket
+import socketserver
+import threading
+from collections import deque
+from dataclasses import dataclass
+from http.server import BaseHTTPRequestHandler
+from typing import cast
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from simulator.camera.request import (
+    CAMERA_PATH,
+    UNPLUG_PATH,
+    BadRequest,
+    Wanted,
+    read_unplugged_s,
+    read_wanted,
+)
+from simulator.camera.scene import Scene
+from simulator.camera.stream import prepare, send_pictures
+from simulator.camera.view import Pose
+
+MOST_VIEWERS = 16
+BACKLOG = 16
+AGAIN_S = 0.5
+"""Until a port that somebody else has taken meanwhile is tried again."""
+REQUEST_WITHIN_S = 10.0
+END_WITHIN_S = 2.0
+
+log = logging.getLogger("simulator")
+
+
+@dataclass(frozen=True, slots=True)
+class CameraEndpoint:
+    host: str
+    port: int
+
+    def __str__(self) -> str:
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"http://{host}:{self.port}{CAMERA_PATH}"
+
+
+def parse_camera(text: str) -> CameraEndpoint:
+    """`[HOST:]PORT`; the host is this machine alone unless another one is named."""
+    host, _, port = text.rpartition(":")
+    if not (port.isascii() and port.isdecimal() and 0 < int(port) < 65536) or (":" in text and not host):
+        raise ValueError(f"{text!r} is not [HOST:]PORT")
+    return CameraEndpoint(host.strip("[]") or "127.0.0.1", int(port))
+
+
+class Camera:
+    """Of one vehicle. `start` takes the port, `close` gives it back and ends all that it began."""
+
+    def __init__(self, endpoint: CameraEndpoint, scene: Scene, name: str) -> None:
+        self.endpoint = endpoint
+        self.name = name
+        self.unplug_wishes: deque[float] = deque(maxlen=8)
+        """For how many simulated seconds somebody asks it to be unplugged; the flight takes them from here."""
+        self._scene = scene
+        self._sight: tuple[Pose, float] = (Pose(0.0, 0.0, 0.0), 0.0)
+        self._plugged = True
+        self._pulled = 0
+        """How often it was unplugged: also where it is back before anybody has looked, connections end."""
+        self._closed = False
+        self._listener: socket.socket | None = None
+        self._bell, self._bell_rope = socket.socketpair()
+        self._viewers: dict[socket.socket, threading.Thread] = {}
+        self._lock = threading.Lock()
+        """Of the viewers."""
+        self._thread = threading.Thread(target=self._serve, name=f"camera of {name}", daemon=True)
+
+    def start(self) -> None:
+        """Raises OSError if the port cannot be had."""
+        cv2.setNumThreads(1)  # the pictures are small, and the flight needs the other processors
+        self._listener = self._listen()
+        self._thread.start()
+
+    def close(self) -> None:
+        self._closed = True
+        self._ring()
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._bell.close()
+        self._bell_rope.close()
+
+    # Called by the flight; none of these waits.
+
+    @property
+    def is_watched(self) -> bool:
+        return bool(self._viewers)
+
+    def look_from(self, pose: Pose, now_s: float) -> None:
+        """Where the vehicle is at `now_s`, simulated."""
+        self._sight = pose, now_s
+
+    def plug(self, plugged: bool) -> None:
+        """Unplugged, the viewers' connections end and the port refuses."""
+        if plugged is not self._plugged:
+            self._plugged = plugged
+            self._pulled += not plugged
+            log.info("the camera of %s is %s", self.name, "back" if plugged else "unplugged")
+            self._ring()
+
+    # Called by the viewers' threads.
+
+    def draw(self, wanted: Wanted) -> npt.NDArray[np.uint8]:
+        pose, now_s = self._sight
+        return self._scene.draw(pose, wanted.width, wanted.height, tilt_deg=wanted.tilt, now_s=now_s)
+
+    def is_gone(self) -> bool:
+        return self._closed or not self._plugged
+
+    def _attend(self, connection: socket.socket) -> None:
+        try:
+            connection.settimeout(REQUEST_WITHIN_S)
+            _Handler(connection, connection.getpeername(), cast(socketserver.BaseServer, self))
+        except OSError:
+            pass  # the viewer has gone, or the camera
+        finally:
+            with self._lock:
+                self._viewers.pop(connection, None)
+            connection.close()
+
+    # The thread that has the port.
+
+    def _listen(self) -> socket.socket:
+        family = socket.AF_INET6 if ":" in self.endpoint.host else socket.AF_INET
+        return socket.create_server((self.endpoint.host, self.endpoint.port), family=family, backlog=BACKLOG)
+
+    def _ring(self) -> None:
+        self._bell_rope.send(b"!")
+
+    def _serve(self) -> None:
+        pulled = 0
+        while not self._closed:
+            if pulled != self._pulled:
+                pulled = self._pulled
+                self._hang_up()
+            if not self._plugged:
+                self._sleep(None)
+            elif self._listener is None:
+                try:
+                    self._listener = self._listen()
+                except OSError as error:
+                    log.warning("the camera of %s cannot come back: %s", self.name, error)
+                    self._sleep(AGAIN_S)
+            else:
+                self._sleep(None, self._listener)
+        for thread in self._hang_up():
+            thread.join(END_WITHIN_S)
+
+    def _sleep(self, timeout_s: float | None, listener: socket.socket | None = None) -> None:
+        """Until the bell rings, somebody knocks (who is let in), or it is time."""
+        readable, _, _ = select.select([self._bell, *([listener] if listener else [])], [], [], timeout_s)
+        if self._bell in readable:
+            self._bell.recv(1024)
+        elif listener is not None and listener in readable:
+            self._let_in(listener)
+
+    def _let_in(self, listener: socket.socket) -> None:
+        try:
+            connection, _ = listener.accept()
+        except OSError:
+            return
+        thread = threading.Thread(target=self._attend, args=(connection,), name="viewer", daemon=True)
+        with self._lock:
+            if len(self._viewers) >= MOST_VIEWERS:
+                connection.close()
+                return
+            self._viewers[connection] = thread
+        thread.start()
+
+    def _hang_up(self) -> list[threading.Thread]:
+        """The port refuses from here on, and everybody's connection ends. The viewers' threads, which end soon."""
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+        with self._lock:
+            viewers = dict(self._viewers)
+        for connection in viewers:
+            try:
+                connection.shutdown(socket.SHUT_RDWR)
+            except OSError:
+                continue  # it has ended by itself
+        return list(viewers.values())
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """One request: pictures for as long as they are wanted, or an order to the camera."""
+
+    protocol_version = "HTTP/1.1"
+    server_version = "tower-sim"
+
+    def do_GET(self) -> None:
+        self.close_connection = True
+        camera = cast(Camera, self.server)
+        if self.path.partition("?")[0] != CAMERA_PATH:
+            self._say(404, f"The camera is at {CAMERA_PATH}")
+            return
+        try:
+            wanted = read_wanted(self.path, camera.name)
+        except BadRequest as error:
+            self._say(400, str(error))
+            return
+        prepare(self.connection)
+        send_pictures(self.connection, camera, wanted, camera.is_gone)
+
+    def do_POST(self) -> None:
+        self.close_connection = True
+        camera = cast(Camera, self.server)
+        if self.path.partition("?")[0] != UNPLUG_PATH:
+            self._say(404, f"It is unplugged with POST {UNPLUG_PATH}?seconds=5")
+            return
+        try:
+            seconds = read_unplugged_s(self.path)
+        except BadRequest as error:
+            self._say(400, str(error))
+            return
+        self._say(202, f"unplugged for {seconds:g} s")
+        camera.unplug_wishes.append(seconds)
+
+    def _say(self, status: int, text: str) -> None:
+        body = f"{text}\n".encode()
+        self.send_response(status)
+        self.send_header("Content-Type", "text/plain; charset=utf-8")
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("Connection", "close")
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Viewers come and go; nobody wants to read that."""
