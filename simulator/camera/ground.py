@@ -28,13 +28,14 @@ GRAIN_FULL_M = 18.0
 
 def draw_ground(picture: Picture, view: View, ground: GroundMap) -> None:
     """Over everything below the horizon."""
-    far_m = view.eye_height_m / HORIZON_DIP
+    far_m = min(view.eye_height_m / HORIZON_DIP, _sharp_to_m(view, LEVELS - 1))
     fade_m = far_m / 2
     for level in range(LEVELS - 1, -1, -1):
         # A level is drawn over the coarser one, and fades into it before it would begin to flicker.
         sharp_m = _sharp_to_m(view, level)
         if level < LEVELS - 1:
-            far_m, fade_m = min(sharp_m, far_m), min(sharp_m, far_m) * FADES_AT
+            far_m = min(sharp_m, far_m)
+            fade_m = far_m * FADES_AT
         near_m = _sharp_to_m(view, level - 1) * FADES_AT if level > 0 else 0.0
         reach = _Reach(view.eye_height_m, near_m, far_m, fade_m)
         for box in view.boxes_where(reach.from_dip, reach.to_dip):

@@ -214,7 +214,7 @@ def _add_noise(map_: Picture, random: np.random.Generator) -> None:
 
 def _grain(random: np.random.Generator) -> Picture:
     total = np.zeros((GRAIN_PX, GRAIN_PX), np.float32)
-    for cells, strength in ((32, 10.0), (128, 14.0), (512, 18.0)):
+    for cells, strength in ((32, 6.0), (128, 10.0), (512, 16.0)):
         total += cloudy(random, GRAIN_PX, cells, 2) * strength
     total += random.normal(0.0, 5.0, total.shape).astype(np.float32)
     grey = np.clip(total + 128.0, 0, 255)

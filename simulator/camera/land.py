@@ -188,7 +188,9 @@ def _trees(random: np.random.Generator, fields: list[Field], houses: list[House]
             area = (field.east - field.west) * (field.north - field.south)
             for _ in range(int(area / 30.0)):
                 east = random.uniform(field.west + 5, field.east - 5)
-                yield tree(east, random.uniform(field.south + 5, field.north - 5), 4.2, in_wood=True)
+                found = tree(east, random.uniform(field.south + 5, field.north - 5), 4.2, in_wood=True)
+                if all(abs(found.east_m - h.east_m) + abs(found.north_m - h.north_m) > 20.0 for h in houses):
+                    yield found
         elif random.uniform() < 0.6 and field.kind != MEADOW:
             for north in np.arange(field.south + 8.0, field.north - 8.0, 11.0):
                 if random.uniform() < 0.6:

@@ -12,7 +12,7 @@ LIMITS = {
     "width": (64, 1920, 640),
     "height": (48, 1080, 480),
     "rate": (1, 60, 30),
-    "tilt": (0, 90, 25),
+    "tilt": (0, 90, 20),
     "quality": (30, 95, 85),
 }
 """Least, most, and what it is if nobody says."""
