@@ -28,7 +28,7 @@ from simulator.squad import (
 from simulator.vehicle import Vehicle, VehicleSettings
 
 if TYPE_CHECKING:
-    from simulator.camera.on_board import VehicleCamera
+    from simulator.camera.on_board import SquadCameras
 
 uvloop: Any
 try:
@@ -97,15 +97,14 @@ def simulate(
             flavour=FLAVOURS[flavour],
         )
         vehicles = make_squad(count, settings)
-        cameras = _cameras(camera, vehicles, place, seed) if camera else []
+        cameras = _cameras(camera, vehicles, place, seed) if camera else None
     except (ValueError, KeyError) as error:
         raise typer.BadParameter(str(error.args[0])) from error
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
     for number, endpoint in enumerate(endpoints, start=1):
         typer.echo(f"vehicle {number} of {count}: sysid {sysid} on {endpoint}")
-    for carried in cameras:
-        if carried is not None:
-            typer.echo(f"camera of {carried.camera.name}: {carried.camera.endpoint}")
+    for line in cameras.lines() if cameras else ():
+        typer.echo(line)
     try:
         _run(fly(vehicles, endpoints, speed, cameras))
     except OSError as error:
@@ -113,12 +112,12 @@ def simulate(
         raise typer.Exit(1) from error
 
 
-def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) -> list[VehicleCamera | None]:
+def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) -> SquadCameras:
     # OpenCV takes time and memory, which those without a camera need not pay.
-    from simulator.camera.on_board import make_cameras
+    from simulator.camera.on_board import SquadCameras
     from simulator.camera.server import parse_camera
 
-    return make_cameras([parse_camera(text) for text in texts], vehicles, home, seed)
+    return SquadCameras([parse_camera(text) for text in texts], vehicles, home, seed)
 
 
 def _run(flight: Coroutine[Any, Any, None]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import signal
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ from simulator.links import Endpoint, Link, open_link
 from simulator.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from simulator.camera.on_board import VehicleCamera
+    from simulator.camera.on_board import SquadCameras, VehicleCamera
 
 BEHIND_MAX_S = 0.25
 """Wall time by which the simulation may lag before it gives up catching up and runs late instead."""
@@ -49,9 +48,9 @@ class Clock:
 
 
 async def fly(
-    vehicles: list[Vehicle], endpoints: list[Endpoint], speed: float, cameras: Sequence[VehicleCamera | None] = ()
+    vehicles: list[Vehicle], endpoints: list[Endpoint], speed: float, cameras: SquadCameras | None = None
 ) -> None:
-    """Until SIGINT or SIGTERM. `cameras`: none, or one for each of the vehicles."""
+    """Until SIGINT or SIGTERM."""
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -59,16 +58,17 @@ async def fly(
     clock = Clock(speed)
     berths: list[Berth] = []
     try:
-        for vehicle, endpoint, camera in zip(vehicles, endpoints, cameras or [None] * len(vehicles), strict=True):
+        if cameras is not None:
+            cameras.start()
+        for index, (vehicle, endpoint) in enumerate(zip(vehicles, endpoints, strict=True)):
+            camera = cameras.of(index) if cameras is not None else None
             berths.append(Berth(vehicle, await _berth(vehicle, endpoint, clock), camera))
-            if camera is not None:
-                camera.start()
         await _keep_time(berths, clock, stop)
     finally:
         for berth in berths:
             berth.link.close()
-            if berth.camera is not None:
-                berth.camera.close()
+        if cameras is not None:
+            cameras.close()
 
 
 async def _berth(vehicle: Vehicle, endpoint: Endpoint, clock: Clock) -> Link:

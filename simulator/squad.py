@@ -61,7 +61,7 @@ def parse_failure(text: str) -> PlannedFailure:
     name, _, times = text.partition("@")
     at, _, until = times.partition("-")
     try:
-        planned = PlannedFailure(float(at or 0.0), Failure(name), float(until) if until else math.inf)
+        planned = PlannedFailure(float(at) if times else 0.0, Failure(name), float(until) if until else math.inf)
     except ValueError:
         planned = None
     if planned is None or not 0.0 <= planned.from_s < planned.until_s:

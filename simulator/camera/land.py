@@ -22,6 +22,7 @@ FIELD_LARGEST_M = 150.0
 FIELD_LEAST_M = 45.0
 ROAD_EAST_M, ROAD_NORTH_M = 58.0, -130.0
 """Of the two main roads: the one that runs north, and the one that runs east."""
+CLEAR_OF_HOUSES_M = 14.0
 BEND_M = 9.0
 BENDS = ((1, 2, 0.7), (2, 1, 2.1), (3, 2, 4.0))
 """Waves along and across the square, and where they begin."""
@@ -99,12 +100,12 @@ def bend(across: Points, along: Points) -> tuple[Points, Points]:
     return east * calm * BEND_M, north * calm * BEND_M
 
 
-def bent(east_m: float, north_m: float) -> tuple[float, float]:
-    """Where a drawn point comes to lie."""
+def bent(east_m: Points, north_m: Points) -> tuple[Points, Points]:
+    """Where drawn points come to lie."""
     east, north = east_m, north_m
     for _ in range(4):
-        by_east, by_north = bend(np.array([east]), np.array([north]))
-        east, north = east_m - float(by_east[0]), north_m - float(by_north[0])
+        by_east, by_north = bend(east, north)
+        east, north = east_m - by_east, north_m - by_north
     return east, north
 
 
@@ -163,11 +164,11 @@ def _houses(random: np.random.Generator) -> Iterator[House]:
 
 
 def _house(random: np.random.Generator, east_m: float, north_m: float, turn_rad: float) -> House:
-    east, north = bent(east_m, north_m)
+    (east,), (north,) = bent(np.array([east_m]), np.array([north_m]))
     wide = random.uniform(7.0, 9.5)
     return House(
-        north_m=north,
-        east_m=east,
+        north_m=float(north),
+        east_m=float(east),
         turn_rad=turn_rad + random.normal(0.0, 0.08) + random.choice((0.0, math.pi / 2)),
         long_m=wide * random.uniform(1.15, 1.7),
         wide_m=wide,
@@ -178,23 +179,9 @@ def _house(random: np.random.Generator, east_m: float, north_m: float, turn_rad:
 
 
 def _trees(random: np.random.Generator, fields: list[Field], houses: list[House]) -> Iterator[Tree]:
-    def tree(east_m: float, north_m: float, largest_m: float, *, in_wood: bool = False) -> Tree:
-        east, north = bent(east_m, north_m)
-        radius = random.uniform(0.45, 1.0) * largest_m
-        return Tree(north, east, radius, radius * random.uniform(2.2, 3.0), random.uniform(), in_wood)
-
-    for field in fields:
-        if field.kind == WOOD:
-            area = (field.east - field.west) * (field.north - field.south)
-            for _ in range(int(area / 30.0)):
-                east = random.uniform(field.west + 5, field.east - 5)
-                found = tree(east, random.uniform(field.south + 5, field.north - 5), 4.2, in_wood=True)
-                if all(abs(found.east_m - h.east_m) + abs(found.north_m - h.north_m) > 20.0 for h in houses):
-                    yield found
-        elif random.uniform() < 0.6 and field.kind != MEADOW:
-            for north in np.arange(field.south + 8.0, field.north - 8.0, 11.0):
-                if random.uniform() < 0.6:
-                    yield tree(field.west + random.uniform(2.5, 4.0), float(north) + random.uniform(-3, 3), 3.2)
+    """In woods, along the edges of fields, and in gardens; not on a house."""
+    yield from _planted(random, list(_in_woods(random, fields)), 4.2, houses, in_wood=True)
+    yield from _planted(random, list(_along_edges(random, fields)), 3.2, houses, in_wood=False)
     for house in houses:
         for _ in range(2):
             angle = random.uniform(0.0, 2.0 * math.pi)
@@ -202,3 +189,41 @@ def _trees(random: np.random.Generator, fields: list[Field], houses: list[House]
             east, north = house.east_m + away * math.sin(angle), house.north_m + away * math.cos(angle)
             if abs(east - ROAD_EAST_M) > 9.0 and abs(north - ROAD_NORTH_M) > 9.0:
                 yield Tree(north, east, random.uniform(1.5, 3.0), random.uniform(4.0, 7.0), random.uniform())
+
+
+def _in_woods(random: np.random.Generator, fields: list[Field]) -> Iterator[tuple[float, float]]:
+    for field in fields:
+        if field.kind == WOOD:
+            area = (field.east - field.west) * (field.north - field.south)
+            for _ in range(int(area / 30.0)):
+                east = random.uniform(field.west + 5, field.east - 5)
+                yield east, random.uniform(field.south + 5, field.north - 5)
+
+
+def _along_edges(random: np.random.Generator, fields: list[Field]) -> Iterator[tuple[float, float]]:
+    for field in fields:
+        if field.kind not in (WOOD, MEADOW) and random.uniform() < 0.6:
+            for north in np.arange(field.south + 8.0, field.north - 8.0, 11.0):
+                if random.uniform() < 0.6:
+                    yield field.west + random.uniform(2.5, 4.0), float(north) + random.uniform(-3, 3)
+
+
+def _planted(
+    random: np.random.Generator,
+    drawn: list[tuple[float, float]],
+    largest_m: float,
+    houses: list[House],
+    *,
+    in_wood: bool,
+) -> Iterator[Tree]:
+    if not drawn:
+        return
+    east, north = bent(*np.array(drawn).T)
+    taken = np.zeros(len(drawn), bool)
+    for house in houses:
+        taken |= np.hypot(east - house.east_m, north - house.north_m) < CLEAR_OF_HOUSES_M
+    for i in np.flatnonzero(~taken):
+        radius = random.uniform(0.45, 1.0) * largest_m
+        yield Tree(
+            float(north[i]), float(east[i]), radius, radius * random.uniform(2.2, 3.0), random.uniform(), in_wood
+        )

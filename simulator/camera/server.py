@@ -1,7 +1,6 @@
 """The camera on the network: a port that accepts viewers while the camera is plugged in, and a thread for each viewer.
 
-The flight never waits for anything in here: it says where the vehicle is (`look_from`) and whether the camera is
-plugged in, and asks for what viewers have told it to do.
+It asks where the vehicle is for each picture, is told whether the camera is plugged in, and passes on orders.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import select
 import socket
 import socketserver
 import threading
-from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 from http.server import BaseHTTPRequestHandler
 from typing import cast
@@ -60,16 +59,31 @@ def parse_camera(text: str) -> CameraEndpoint:
     return CameraEndpoint(host.strip("[]") or "127.0.0.1", int(port))
 
 
-class Camera:
-    """Of one vehicle. `start` takes the port, `close` gives it back and ends all that it began."""
+def listen(endpoint: CameraEndpoint) -> socket.socket:
+    """Raises OSError if the port cannot be had."""
+    family = socket.AF_INET6 if ":" in endpoint.host else socket.AF_INET
+    return socket.create_server((endpoint.host, endpoint.port), family=family, backlog=BACKLOG)
 
-    def __init__(self, endpoint: CameraEndpoint, scene: Scene, name: str) -> None:
+
+class Camera:
+    """Of one vehicle. `sight` says where it looks from, and when that was in simulated seconds; `on_unplug` hears for
+    how many simulated seconds a viewer wants it unplugged. `start` takes the port, `close` gives it back and ends all
+    that was begun."""
+
+    def __init__(
+        self,
+        endpoint: CameraEndpoint,
+        name: str,
+        scene: Scene,
+        *,
+        sight: Callable[[], tuple[Pose, float]],
+        on_unplug: Callable[[float], None],
+    ) -> None:
         self.endpoint = endpoint
         self.name = name
-        self.unplug_wishes: deque[float] = deque(maxlen=8)
-        """For how many simulated seconds somebody asks it to be unplugged; the flight takes them from here."""
+        self.on_unplug = on_unplug
         self._scene = scene
-        self._sight: tuple[Pose, float] = (Pose(0.0, 0.0, 0.0), 0.0)
+        self._sight = sight
         self._plugged = True
         self._pulled = 0
         """How often it was unplugged: also where it is back before anybody has looked, connections end."""
@@ -81,10 +95,10 @@ class Camera:
         """Of the viewers."""
         self._thread = threading.Thread(target=self._serve, name=f"camera of {name}", daemon=True)
 
-    def start(self) -> None:
-        """Raises OSError if the port cannot be had."""
+    def start(self, listener: socket.socket | None = None) -> None:
+        """With the port if somebody has opened it already."""
         cv2.setNumThreads(1)  # the pictures are small, and the flight needs the other processors
-        self._listener = self._listen()
+        self._listener = listener
         self._thread.start()
 
     def close(self) -> None:
@@ -95,28 +109,17 @@ class Camera:
         self._bell.close()
         self._bell_rope.close()
 
-    # Called by the flight; none of these waits.
-
-    @property
-    def is_watched(self) -> bool:
-        return bool(self._viewers)
-
-    def look_from(self, pose: Pose, now_s: float) -> None:
-        """Where the vehicle is at `now_s`, simulated."""
-        self._sight = pose, now_s
-
     def plug(self, plugged: bool) -> None:
         """Unplugged, the viewers' connections end and the port refuses."""
         if plugged is not self._plugged:
             self._plugged = plugged
             self._pulled += not plugged
-            log.info("the camera of %s is %s", self.name, "back" if plugged else "unplugged")
             self._ring()
 
     # Called by the viewers' threads.
 
     def draw(self, wanted: Wanted) -> npt.NDArray[np.uint8]:
-        pose, now_s = self._sight
+        pose, now_s = self._sight()
         return self._scene.draw(pose, wanted.width, wanted.height, tilt_deg=wanted.tilt, now_s=now_s)
 
     def is_gone(self) -> bool:
@@ -135,10 +138,6 @@ class Camera:
 
     # The thread that has the port.
 
-    def _listen(self) -> socket.socket:
-        family = socket.AF_INET6 if ":" in self.endpoint.host else socket.AF_INET
-        return socket.create_server((self.endpoint.host, self.endpoint.port), family=family, backlog=BACKLOG)
-
     def _ring(self) -> None:
         self._bell_rope.send(b"!")
 
@@ -152,7 +151,7 @@ class Camera:
                 self._sleep(None)
             elif self._listener is None:
                 try:
-                    self._listener = self._listen()
+                    self._listener = listen(self.endpoint)
                 except OSError as error:
                     log.warning("the camera of %s cannot come back: %s", self.name, error)
                     self._sleep(AGAIN_S)
@@ -229,7 +228,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._say(400, str(error))
             return
         self._say(202, f"unplugged for {seconds:g} s")
-        camera.unplug_wishes.append(seconds)
+        camera.on_unplug(seconds)
 
     def _say(self, status: int, text: str) -> None:
         body = f"{text}\n".encode()

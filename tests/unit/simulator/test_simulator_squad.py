@@ -66,12 +66,16 @@ def test_home():
 
 def test_failures_parameters_and_wind():
     assert parse_failure("gps-lost@60") == PlannedFailure(60.0, Failure.GPS_LOST)
+    assert parse_failure("camera-unplugged@20-23.5") == PlannedFailure(20.0, Failure.CAMERA_UNPLUGGED, 23.5)
     assert parse_failure("silent") == PlannedFailure(0.0, Failure.SILENT)
     assert parse_parameter("rtl_alt=700") == ("RTL_ALT", 700.0)
     assert parse_wind("5,270") == (5.0, 270.0)
     for parse, text in (
         (parse_failure, "rain"),
         (parse_failure, "silent@x"),
+        (parse_failure, "silent@5-x"),
+        (parse_failure, "silent@5-5"),
+        (parse_failure, "silent@-5"),
         (parse_parameter, "A"),
         (parse_wind, "x"),
     ):

@@ -186,3 +186,21 @@ def test_a_failure_sets_in_when_it_is_planned():
     vehicle.step(10.0)
     assert vehicle.failures == {Failure.SILENT}
     assert len(vehicle.datagrams_to_send()) == 0
+
+
+def test_a_failure_ends_when_it_is_planned_to():
+    planned = PlannedFailure(2.0, Failure.SILENT, 4.0)
+    vehicle = Vehicle(VehicleSettings(FlightSettings(Place(47.0, 8.0, 400.0)), failures=(planned,)))
+    vehicle.step(1.9)
+    vehicle.datagrams_to_send()
+    vehicle.step(3.9)
+    vehicle.plan_failure(PlannedFailure(6.0, Failure.GPS_LOST, 7.0))
+    assert vehicle.failures == {Failure.SILENT}
+    vehicle.datagrams_to_send()
+    vehicle.step(5.0)
+    assert vehicle.failures == set()
+    assert len(vehicle.datagrams_to_send()) > 0
+    vehicle.step(6.5)
+    assert vehicle.failures == {Failure.GPS_LOST}
+    vehicle.step(7.5)
+    assert vehicle.failures == set()

@@ -1,0 +1,88 @@
+"""The process that draws: all cameras of a squad, apart from the flight, whose clock must not wait for pictures.
+
+`python -m simulator.camera.process SETTINGS`, with SETTINGS as `Settings.to_json` writes them. It hears lines on its
+standard input (`plug NUMBER 1`, `plug NUMBER 0`), says what viewers ask for on its standard output (`unplug NUMBER
+SECONDS`), and ends with its standard input.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+import signal
+import socket
+import sys
+from dataclasses import asdict, dataclass
+from functools import partial
+
+from simulator.camera.marks import Mark
+from simulator.camera.scene import Scene
+from simulator.camera.server import Camera, CameraEndpoint
+from simulator.camera.sights import Sights
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSettings:
+    host: str
+    port: int
+    name: str
+    listener_fd: int | None
+    """The port, already open; None: it has to be opened."""
+    plugged: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    seed: int
+    marks: list[Mark]
+    cameras: list[CameraSettings]
+    sights_fd: int
+
+    def to_json(self) -> str:
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, text: str) -> Settings:
+        read = json.loads(text)
+        marks = [Mark(**mark) for mark in read["marks"]]
+        return cls(read["seed"], marks, [CameraSettings(**one) for one in read["cameras"]], read["sights_fd"])
+
+
+def say_unplug(number: int, seconds: float) -> None:
+    os.write(sys.stdout.fileno(), f"unplug {number} {seconds:g}\n".encode())
+
+
+def make_camera(settings: Settings, number: int, scene: Scene, sights: Sights) -> Camera:
+    one = settings.cameras[number]
+    listener = socket.socket(fileno=one.listener_fd) if one.listener_fd is not None else None
+    camera = Camera(
+        CameraEndpoint(one.host, one.port),
+        one.name,
+        scene,
+        sight=partial(sights.read, number),
+        on_unplug=partial(say_unplug, number),
+    )
+    camera.plug(one.plugged)
+    camera.start(listener)
+    return camera
+
+
+def main() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the flight, which ends us
+    logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
+    settings = Settings.from_json(sys.argv[1])
+    sights = Sights(settings.sights_fd, len(settings.cameras))
+    scene = Scene(settings.seed, settings.marks)
+    cameras = [make_camera(settings, number, scene, sights) for number in range(len(settings.cameras))]
+    for line in sys.stdin:
+        match line.split():
+            case ["plug", number, plugged]:
+                cameras[int(number)].plug(plugged == "1")
+    for camera in cameras:
+        camera.close()
+    os._exit(0)  # a viewer's thread that still draws must not be torn down under OpenCV
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+"""Where the vehicles are, in memory that the flight writes and the process with the cameras reads: neither waits.
+
+A row for each camera: a count, north, east and height in metres, quaternion, simulated seconds, the count again.
+A reader that finds two different counts has come in between, and looks again.
+"""
+
+from __future__ import annotations
+
+import mmap
+import struct
+import tempfile
+from typing import IO
+
+from simulator.camera.view import Pose
+
+ROW = struct.Struct("=Q8dQ")
+LOOKS = 100
+"""At an unlucky moment; in between the flight is done long since."""
+
+
+class Sights:
+    """`fd` is a file of `size(count)` bytes that both processes map."""
+
+    def __init__(self, fd: int, count: int) -> None:
+        self._memory = mmap.mmap(fd, self.size(count))
+        self._written = 0
+
+    @staticmethod
+    def size(count: int) -> int:
+        return ROW.size * count
+
+    def write(self, row: int, pose: Pose, now_s: float) -> None:
+        self._written += 1
+        position = (pose.north_m, pose.east_m, pose.height_m)
+        ROW.pack_into(self._memory, row * ROW.size, self._written, *position, *pose.quaternion, now_s, self._written)
+
+    def read(self, row: int) -> tuple[Pose, float]:
+        """The newest one, and when it was, in simulated seconds."""
+        for _ in range(LOOKS):
+            before, north_m, east_m, height_m, w, x, y, z, now_s, after = ROW.unpack_from(self._memory, row * ROW.size)
+            if before == after:
+                break
+        return Pose(north_m, east_m, height_m, (w, x, y, z)), now_s
+
+    def close(self) -> None:
+        self._memory.close()
+
+
+def make_sights(count: int) -> tuple[IO[bytes], Sights]:
+    """Everybody at the origin. The file has no name and is gone with the last who has it open."""
+    file = tempfile.TemporaryFile()  # noqa: SIM115 - it is handed on
+    file.truncate(Sights.size(count))
+    sights = Sights(file.fileno(), count)
+    for row in range(count):
+        sights.write(row, Pose(0.0, 0.0, 0.0), 0.0)
+    return file, sights
