@@ -67,6 +67,7 @@ from server.tile_source import TileAddresses
 from server.tiles import routes as tile_routes
 from server.tower import Tower
 from server.vault import Vault
+from server.video import routes as video_routes
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
@@ -85,6 +86,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     log_routes.router,
     operation_routes.router,
     relay_routes.router,
+    video_routes.router,
     tile_routes.router,
     token_routes.router,
     user_routes.router,
@@ -103,6 +105,7 @@ _TAGS: Final = (
     {"name": "parameters", "description": "The parameters of a drone's autopilot."},
     {"name": "commands", "description": "What a drone is told to do."},
     {"name": "logs", "description": "Flight logs, on board and fetched."},
+    {"name": "video", "description": "How it is with the video of a drone."},
     {"name": "missions", "description": "The library of missions."},
     {"name": "operations", "description": "Work at drones that is going on."},
     {"name": "map", "description": "The tiles of the map."},
@@ -169,6 +172,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             vertical_m=settings.separation_vertical_m,
             ahead_s=settings.separation_ahead_s,
         ),
+        SocketBounds(per_user=settings.user_video_sockets, per_address=settings.address_video_sockets),
     )
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)

@@ -45,6 +45,7 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self._unparsed = b""
+        self._slice_bytes = SLICE_BYTES
         self._slice_planned = False
         self._since_close = 0
         self._stalled: asyncio.TimerHandle | None = None
@@ -111,7 +112,7 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
             self._since_close += len(data)
             if self._since_close > MOST_SINCE_CLOSE_BYTES:
                 return
-        if len(data) <= SLICE_BYTES and not self._unparsed:
+        if len(data) <= self._slice_bytes and not self._unparsed:
             super().data_received(data)
             return
         self._unparsed += data
@@ -123,7 +124,8 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
         if self.transport.is_closing():
             self._unparsed = b""
             return
-        part, self._unparsed = self._unparsed[:SLICE_BYTES], self._unparsed[SLICE_BYTES:]
+        size = self._slice_bytes
+        part, self._unparsed = self._unparsed[:size], self._unparsed[size:]
         if part:
             super().data_received(part)
         if not self._unparsed:

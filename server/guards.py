@@ -17,7 +17,8 @@ def content_security_policy(tiles_from: str | None = None) -> str:
     return "; ".join(
         (
             "default-src 'self'",
-            "script-src 'self'",
+            # Decoders of video are WebAssembly; it lets no text become code.
+            "script-src 'self' 'wasm-unsafe-eval'",
             "style-src 'self'",
             f"img-src 'self' data: blob:{tiles}",
             "worker-src 'self'",

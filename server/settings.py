@@ -149,6 +149,8 @@ class Settings:
     agent_frames_burst: int = _setting(20_000, "TOWER_AGENT_FRAMES_BURST", _number(100, 1_000_000))
     user_sockets: int = _setting(20, "TOWER_USER_SOCKETS", _number(1, 100_000))
     address_sockets: int = _setting(200, "TOWER_ADDRESS_SOCKETS", _number(1, 100_000))
+    user_video_sockets: int = _setting(60, "TOWER_USER_VIDEO_SOCKETS", _number(1, 100_000))
+    address_video_sockets: int = _setting(200, "TOWER_ADDRESS_VIDEO_SOCKETS", _number(1, 100_000))
     metrics_token: str = field(default="", repr=False, metadata=_from("TOWER_METRICS_TOKEN", _secret))
     """Whoever shows it may read the metrics. Empty: only admins, and API tokens made for it."""
     separation_horizontal_m: float = _setting(15.0, "TOWER_SEPARATION_HORIZONTAL_M", _number(0, 1_000, float))

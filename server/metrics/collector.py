@@ -95,8 +95,30 @@ class RelayCollector(Collector):
         )
         yield _histogram("tower_down_latency_seconds", "Browser's socket to agent's socket", traffic.down)
         yield _histogram("tower_loop_late_seconds", "How late the hub's clock beats", traffic.loop_late)
+        yield from self._video()
         yield from self._present()
         yield from self._database()
+
+    def _video(self) -> Iterator[Metric]:
+        traffic = self._hub.video.traffic
+        for name, words, came, went in (
+            ("tower_video_units", "Units of video by peer and direction", traffic.units_in, traffic.units_out),
+            ("tower_video_bytes", "Bytes of them", traffic.bytes_in, traffic.bytes_out),
+        ):
+            family = CounterMetricFamily(name, words, labels=("peer", "direction"))
+            family.add_metric(("agent", "in"), came)
+            family.add_metric(("viewer", "out"), went)
+            yield family
+        yield CounterMetricFamily(
+            "tower_video_skipped", "Units of video that viewers were too slow for", value=traffic.skipped
+        )
+        yield _by("tower_video_dropped", "Units of agents that went to nobody", "why", traffic.dropped)
+        yield _by("tower_video_closes", "Viewers' connections closed by the tower", "code", traffic.closes)
+        yield _histogram("tower_video_age_seconds", "From capture to the tower, clocks known", traffic.age)
+        yield _histogram("tower_video_wait_seconds", "From arrival to being written to a viewer", traffic.wait)
+        viewers, streams = self._hub.video.count()
+        yield GaugeMetricFamily("tower_video_viewers", "Viewers of video", value=viewers)
+        yield GaugeMetricFamily("tower_video_streams", "Streams that agents are asked for", value=streams)
 
     def _present(self) -> Iterator[Metric]:
         census = self._hub.census()

@@ -42,6 +42,7 @@ from wire.resuming import NONCE_BYTES, Challenge
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
 from wire.transactions import TRANSACTIONS
+from wire.video import VIDEO
 
 HELLO_WITHIN_S: Final = 5.0
 MOST_WAITING: Final = 256
@@ -206,7 +207,7 @@ class AgentChannel:
                 epoch=drone.lease.epoch,
                 holder=drone.lease.holder.name if drone.lease.holder else None,
                 holder_present=drone.somebody_flies(),
-                takes=(TRANSACTIONS,),
+                takes=(TRANSACTIONS, VIDEO),
             )
         )
         self._hub.attach_link(link, time.monotonic())

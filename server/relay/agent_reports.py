@@ -12,19 +12,22 @@ from server.relay.agent_link import AgentLink
 from server.relay.hub_events import HoldStepReported, LossParametersReported
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
+from server.video.desk import VideoDesk
 from wire.control_messages import AutopilotState, HoldCause, HoldProgress, LossParameters, StreamState, ToTower
 from wire.transactions import TRANSACTIONS, TransactionToTower
+from wire.video import VIDEO, VideoState
 
 MOST_WORDS: Final = 500
 """Characters of an agent's words that are told on: many browsers keep them while they wait."""
 
 
 class AgentReports:
-    """No state of its own: all of it is in the drones, and at the desk of operations."""
+    """No state of its own: all of it is in the drones, and at the desks of operations and of video."""
 
-    def __init__(self, state: LiveState, operations: OperationDesk) -> None:
+    def __init__(self, state: LiveState, operations: OperationDesk, video: VideoDesk) -> None:
         self._state = state
         self._operations = operations
+        self._video = video
 
     def take(self, link: AgentLink, message: ToTower, at: datetime | None) -> None:
         """A message came, at this time of day. A hello has its place at the beginning only and is ignored here.
@@ -46,6 +49,9 @@ class AgentReports:
                 if drone.stream_state != message:
                     drone.stream_state = message
                     self._state.tell_drone(drone)
+            case VideoState():
+                if VIDEO in link.takes:
+                    self._video.state_told(link, message)
             case _:
                 if isinstance(message, TransactionToTower) and TRANSACTIONS in link.takes:
                     self._operations.take(drone, link, message)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Final, Literal
 
-from server.accounts.sessions import TokenId
+from server.accounts.sessions import Principal, TokenId
 from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
 from server.relay import live_messages as live
 from server.relay.browser import Browser
@@ -45,7 +45,7 @@ class FleetChanges:
         for record in records.values():
             self._put(record)
         for browser in list(state.browsers.values()):
-            why = _why_signed_out(browser, snapshot)
+            why = why_signed_out(browser.viewer, snapshot)
             if why:
                 self.close_browser(browser, why)
         for drone in state.drones.values():
@@ -164,17 +164,17 @@ def _why_lost(
     return "no longer an admin" if admin_only else "no longer an owner of this drone"
 
 
-def _why_signed_out(browser: Browser, snapshot: FleetSnapshot) -> str:
+def why_signed_out(principal: Principal, snapshot: FleetSnapshot) -> str:
     """In words for whoever sits there; empty where they may stay."""
-    account = snapshot.users.get(browser.viewer.user_id)
+    account = snapshot.users.get(principal.user_id)
     if account is None:
         return ACCOUNT_DELETED
     if account.disabled:
         return ACCOUNT_DISABLED
-    if account.role != browser.viewer.role:
+    if account.role != principal.role:
         return f"the account is now that of an {account.role.value}"
     if account.must_change_password:
         return "an admin has set a new password"
-    signed_in_by = browser.viewer.session_id
+    signed_in_by = principal.session_id
     revoked = isinstance(signed_in_by, TokenId) and signed_in_by.id not in snapshot.token_ids
     return "the token was revoked" if revoked else ""

@@ -65,6 +65,7 @@ class FloodGate:
         self._agents: dict[DroneId, TokenBucket] = {}
         self._reports: dict[DroneId, TokenBucket] = {}
         self._openings: dict[UserId, TokenBucket] = {}
+        self._video_openings: dict[UserId, TokenBucket] = {}
         self._operations: dict[UserId, TokenBucket] = {}
         self._stops: dict[UserId, TokenBucket] = {}
 
@@ -104,13 +105,14 @@ class FloodGate:
         kept = [frame for frame in transactional if bucket.take(1.0, now)]
         return kept, len(frames) - len(transactional), len(transactional) - len(kept)
 
-    def admits_opening(self, user_id: UserId, now: float, *, most_open: int) -> bool:
-        """One more live connection of a user, of whom `most_open` may be open at the same time: each begins with the
-        whole picture, so opening and closing them without end is a flood too."""
-        bucket = self._openings.get(user_id)
+    def admits_opening(self, user_id: UserId, now: float, *, most_open: int, video: bool = False) -> bool:
+        """One more live connection of a user, or one of video, of which `most_open` may be open at the same time: each
+        begins with the whole picture, so opening and closing them without end is a flood too."""
+        openings = self._video_openings if video else self._openings
+        bucket = openings.get(user_id)
         if bucket is None:
             per_s, at_once = most_open / OPENINGS_REFILLED_IN_S, most_open * OPENINGS_AT_ONCE
-            bucket = self._openings[user_id] = TokenBucket(per_s, at_once, now)
+            bucket = openings[user_id] = TokenBucket(per_s, at_once, now)
         return bucket.take(1.0, now)
 
     def admits_operation(self, user_id: UserId, now: float, *, stops: bool) -> bool:
@@ -131,7 +133,7 @@ class FloodGate:
 
     def forget_idle(self, drones: Container[DroneId], now: float) -> None:
         """Once a second: users who have long sent nothing, and drones that are no more, need no memory."""
-        for users in (self._users, self._openings, self._operations, self._stops):
+        for users in self._by_user():
             for user_id in [one for one, bucket in users.items() if bucket.is_full(now)]:
                 del users[user_id]
         for way in (self._flying, self._reading, self._agents, self._reports):
@@ -140,5 +142,7 @@ class FloodGate:
 
     def __len__(self) -> int:
         by_drone = (self._flying, self._reading, self._agents, self._reports)
-        by_user = (self._users, self._openings, self._operations, self._stops)
-        return sum(len(users) for users in by_user) + sum(len(way) for way in by_drone)
+        return sum(len(users) for users in self._by_user()) + sum(len(way) for way in by_drone)
+
+    def _by_user(self) -> tuple[dict[UserId, TokenBucket], ...]:
+        return (self._users, self._openings, self._video_openings, self._operations, self._stops)

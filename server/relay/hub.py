@@ -9,7 +9,7 @@ Its laws:
 - What it notices and cannot decide, it tells (`on_event`), and goes on.
 
 The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the browsers), `fleet_changes`, `flood_gate`,
-`frame_paths`, `hold_orders`, `lease_changes`, `link_changes`, `safety_watch`, `separation.telling`.
+`frame_paths`, `hold_orders`, `lease_changes`, `link_changes`, `safety_watch`, `separation.telling`, `video.desk`.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -30,7 +30,7 @@ from server.relay.agent_reports import AgentReports
 from server.relay.audience import Audience
 from server.relay.browser import Browser
 from server.relay.census import Census, take_census, who_is_online
-from server.relay.fleet_changes import SESSION_ENDED, FleetChanges
+from server.relay.fleet_changes import SESSION_ENDED, FleetChanges, why_signed_out
 from server.relay.flood_gate import FloodGate, FloodLimits
 from server.relay.frame_paths import FramePaths
 from server.relay.hold_orders import HoldOrders
@@ -45,6 +45,7 @@ from server.relay.traffic import Traffic
 from server.relay.viewport import Viewport
 from server.separation.bounds import SeparationBounds
 from server.separation.telling import SeparationTelling
+from server.video.desk import VideoDesk
 from wire.control_messages import (
     AutopilotState,
     HoldProgress,
@@ -57,6 +58,7 @@ from wire.control_messages import (
 from wire.drops import DropCounts, Dropped, DropReason
 from wire.ids import DroneId, LinkId, UserId
 from wire.sealing import read_link_id
+from wire.video import ClockAnswer
 
 GOING_DOWN: Final = 1001
 
@@ -72,6 +74,7 @@ class Hub:
         socket_bounds: SocketBounds | None = None,
         clock: Clock = utc_now,
         separation: SeparationBounds | None = None,
+        video_bounds: SocketBounds | None = None,
     ) -> None:
         self._clock = clock
         self._state = LiveState()
@@ -81,7 +84,9 @@ class Hub:
         self._paths = FramePaths(self._state, self._flood)
         self.operations = OperationDesk(self._state, clock)
         self.follows = FollowFeed(self._state, self.operations)
-        self._reports = AgentReports(self._state, self.operations)
+        self._video_bounds = video_bounds or SocketBounds()
+        self.video = VideoDesk(self._state, self._video_bounds)
+        self._reports = AgentReports(self._state, self.operations, self.video)
         self._safety = SafetyWatch(self._state)
         self._holds = HoldOrders(self._state)
         self._links = LinkChanges(self._state, order_hold=self._holds.order)
@@ -120,12 +125,15 @@ class Hub:
     def apply_fleet(self, snapshot: FleetSnapshot) -> None:
         """Takes over drones, owners, accounts and leases. A snapshot older than the last one is ignored."""
         self._fleet.apply(snapshot)
+        self.video.end_where(lambda principal: why_signed_out(principal, snapshot))
+        self.video.look_again()
 
     def apply_lease(
         self, drone_id: DroneId, lease: LeaseView, *, event: str, by: UserRef | None, reason: str, now: float
     ) -> None:
         """Takes over a lease that has been committed. From this call on the old holder's frames are refused."""
         self._leases.apply(drone_id, lease, event=event, by=by, reason=reason, now=now)
+        self.video.look_again(drone_id)
 
     def fence(self, drone_id: DroneId) -> None:
         """A change of control is about to be decided: until `apply_lease` or `unfence` nobody's commands pass."""
@@ -208,6 +216,12 @@ class Hub:
             return "too many connections of this user were opened in a short time: wait a little"
         return bounds.refusal(self._state.browsers.values(), user_id, address)
 
+    def why_no_room_for_video(self, user_id: UserId, address: str, now: float) -> str | None:
+        """The same for one more stream of video."""
+        if not self._flood.admits_opening(user_id, now, most_open=self._video_bounds.per_user, video=True):
+            return "too many streams were opened by this user in a short time: wait a little"
+        return self.video.why_no_room(user_id, address)
+
     def hears_request(self, browser: Browser, now: float) -> bool:
         """Whether a text message of this browser is looked at. If not, it is counted and answered."""
         if browser.ended:
@@ -247,7 +261,10 @@ class Hub:
 
     def end_loans(self, at: datetime) -> bool:
         """Ends the loans whose time is over at `at` (the time of day). Whether there was any."""
-        return self._fleet.end_loans(at)
+        ended = self._fleet.end_loans(at)
+        if ended:
+            self.video.look_again()
+        return ended
 
     def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
         """How an enrolment goes, to every admin's browsers; to programs only if they were made for administration."""
@@ -256,16 +273,20 @@ class Hub:
                 browser.tell(live.EnrolmentChanged(dict(enrolment)))
 
     def sockets_of(self, signed_in_by: SignInId) -> int:
-        """How many live connections a session or a token has open."""
-        return sum(browser.viewer.session_id == signed_in_by for browser in self._state.browsers.values())
+        """How many connections a session or a token has open, live and of video."""
+        live_ones = sum(browser.viewer.session_id == signed_in_by for browser in self._state.browsers.values())
+        return live_ones + self.video.sockets_of(signed_in_by)
 
     def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
         """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
-        self._audience.end_sessions(session_ids)
+        ended = list(session_ids)
+        self._audience.end_sessions(ended)
+        self.video.end_sessions(ended)
 
     def end_user(self, user_id: UserId, why: str) -> None:
         """Closes every browser of an account, which reads why."""
         self._audience.end_user(user_id, why)
+        self.video.end_user(user_id, why)
 
     def say_good_bye(self) -> None:
         """The tower is going down: everybody is told, so that they come back instead of wondering."""
@@ -273,6 +294,7 @@ class Hub:
             browser.close(GOING_DOWN, "the tower is going down")
         for link in self._state.links.values():
             link.close(GOING_DOWN, "the tower is going down")
+        self.video.say_good_bye()
 
     def focus(self, browser: Browser, drone_id: DroneId | None, now: float) -> None:
         """The browser wants the frames of one drone at once."""
@@ -292,14 +314,18 @@ class Hub:
     def attach_link(self, link: AgentLink, now: float) -> None:
         """An agent signed in. A link that its drone already had is closed: the newest one counts."""
         self._links.attach(link, now)
+        self.video.link_changed(link.drone_id, now)
 
     def detach_link(self, link: AgentLink) -> None:
         """The link is gone. Harmless if it was gone already or has been replaced."""
         self._links.detach(link)
+        self.video.link_changed(link.drone_id)
 
     def lose_channel(self, link: AgentLink, now: float) -> bool:
         """The control channel of a link has broken off. Whether that was the link's end."""
-        return self._links.lose_channel(link, now)
+        ended = self._links.lose_channel(link, now)
+        self.video.link_changed(link.drone_id, now)
+        return ended
 
     def resumable(self, link_id: int, drone_id: DroneId, now: float) -> AgentLink | None:
         """The link of this drone that may have another control channel, if the agent proves that it is its."""
@@ -309,6 +335,7 @@ class Hub:
         """The link has another control channel."""
         self._links.resumed(link)
         self.operations.resumed(link)
+        self.video.resumed(link)
 
     def has_link_id(self, link_id: LinkId) -> bool:
         """Whether a live link has this number."""
@@ -343,6 +370,8 @@ class Hub:
             raise Dropped(DropReason.BAD_CONTENT) from None
         if isinstance(message, HoldProgress):
             self.report(link, message)
+        elif isinstance(message, ClockAnswer):
+            self.video.clock_answered(link, message, now)
         elif isinstance(message, AutopilotState) and not link.has_channel:
             # Else the control channel tells it, where nothing can be overtaken.
             self.report(link, message, at=self._clock())
@@ -400,6 +429,7 @@ class Hub:
         self.operations.tick(now)
         self.follows.tick(now)
         self.separation.tick(now)
+        self.video.tick(now)
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""

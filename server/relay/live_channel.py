@@ -1,9 +1,6 @@
 """`/api/v1/live`: one browser's WebSocket. The thin shell: reads what it sends, writes what its outbox has due."""
 
-import asyncio
 import time
-from collections.abc import Awaitable, Callable
-from datetime import datetime
 from typing import Final
 
 from starlette.websockets import WebSocket
@@ -15,8 +12,10 @@ from server.relay.browser import Browser
 from server.relay.hub import SESSION_ENDED, Hub
 from server.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, Pong, decode_request
 from server.relay.live_writer import LiveWriter
+from server.relay.session_watch import watch_session
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
 from server.relay.socket_bounds import TOO_MANY_SOCKETS
+from server.relay.viewer_sign_in import StillSignedIn
 from server.relay.viewport import Viewport
 from server.relay.write_round import WriteRound
 from wire.drops import DropReason
@@ -24,17 +23,10 @@ from wire.ids import DroneId
 
 BROWSER_SUBPROTOCOL: Final = "tower.v1"
 BAD_REQUEST: Final = 4400
-SESSION_CHECK_EVERY_S: Final = 1.0
 MOST_BAD_REQUESTS: Final = 20
 """Text messages that make no sense before the channel is closed: a mistake is told, a flood is ended."""
 MOST_QUOTED: Final = 200
 """Characters of what is wrong with it: the words may quote what came, and no answer is larger than that."""
-
-
-StillSignedIn = Callable[[datetime], Awaitable[Principal | None]]
-"""Asks the database whether the session still stands; called about once a minute, off the frame path."""
-
-ASK_DATABASE_EVERY_S: Final = 60.0
 
 
 class LiveChannel:
@@ -56,7 +48,6 @@ class LiveChannel:
         self._clock = clock
         self._subprotocol = subprotocol
         self._still_signed_in = still_signed_in
-        self._expires_at = viewer.expires_at
         self._ending = Ending()
         self._bad_requests = 0
         self._browser = Browser(
@@ -141,15 +132,10 @@ class LiveChannel:
             self._browser.outbox.set_watch_rate(request.rate_hz, now)
 
     async def _watch_session(self) -> None:
-        asked = time.monotonic()
-        while True:
-            await asyncio.sleep(SESSION_CHECK_EVERY_S)
-            expired = self._clock() >= self._expires_at
-            if expired or time.monotonic() - asked >= ASK_DATABASE_EVERY_S:
-                asked = time.monotonic()
-                principal = await self._still_signed_in(self._clock())
-                if principal is None:
-                    self._hub.end_sessions([self._browser.viewer.session_id])
-                    self._ending.wish(SESSION_ENDED, "the session has ended")
-                    return
-                self._expires_at = principal.expires_at
+        await watch_session(
+            self._browser.viewer, clock=self._clock, still_signed_in=self._still_signed_in, over=self._session_over
+        )
+
+    def _session_over(self) -> None:
+        self._hub.end_sessions([self._browser.viewer.session_id])
+        self._ending.wish(SESSION_ENDED, "the session has ended")

@@ -1,22 +1,16 @@
 """The two WebSocket doors of the relay: `/api/v1/live` for browsers, `/api/v1/agent` for agents."""
 
-from datetime import datetime
 from typing import Final
 
 from fastapi import APIRouter
 from starlette.websockets import WebSocket
 
-from server.access import AccessRequest, Action, authenticate, judge, token_in
-from server.accounts.scopes import ALL_SCOPES, Scope
-from server.accounts.sessions import Principal, SignInId, TokenId
-from server.origin import origin_allowed
-from server.refusal import Refusal
+from server.access import AccessRequest, Action, judge
 from server.relay.agent_channel import AgentChannel
 from server.relay.live_channel import BROWSER_SUBPROTOCOL, LiveChannel
-from server.tower import Tower, tower_of
+from server.relay.viewer_sign_in import sign_in_viewer, still_signed_in, turn_away
+from server.tower import tower_of
 
-NOT_SIGNED_IN: Final = 4401
-WRONG_ORIGIN: Final = 4403
 NOT_FOR_WATCHING: Final = 4403
 
 router = APIRouter()
@@ -30,21 +24,12 @@ async def live(websocket: WebSocket) -> None:
     """
     tower = tower_of(websocket)
     subprotocol = BROWSER_SUBPROTOCOL if BROWSER_SUBPROTOCOL in websocket.scope["subprotocols"] else None
-    if token_in(websocket.headers) is None and not origin_allowed(websocket, tower.settings):
-        # A browser shows a script no more of a refused upgrade than that it failed, so the code comes after one.
-        await websocket.accept(subprotocol=subprotocol)
-        await websocket.close(WRONG_ORIGIN, "this page may not talk to this tower")
+    viewer = await sign_in_viewer(websocket, subprotocol)
+    if viewer is None:
         return
-    viewer = await authenticate(websocket)
-    if isinstance(viewer, Refusal):
-        await websocket.accept(subprotocol=subprotocol)
-        await websocket.close(NOT_SIGNED_IN, viewer.message)
-        return
-    viewer = viewer.narrowed(_scopes_wanted(websocket))
     verdict = judge(AccessRequest(viewer, Action.SEE_SQUAD))
     if verdict.refusal is not None:
-        await websocket.accept(subprotocol=subprotocol)
-        await websocket.close(NOT_FOR_WATCHING, verdict.refusal.message)
+        await turn_away(websocket, subprotocol, NOT_FOR_WATCHING, verdict.refusal.message)
         return
     channel = LiveChannel(
         websocket,
@@ -52,22 +37,10 @@ async def live(websocket: WebSocket) -> None:
         viewer,
         clock=tower.clock,
         subprotocol=subprotocol,
-        still_signed_in=lambda now: _still_signed_in(tower, viewer.session_id, now),
+        still_signed_in=still_signed_in(tower, viewer.session_id),
         write_round=websocket.app.state.data_endpoint.write_round,
     )
     await channel.run()
-
-
-def _scopes_wanted(websocket: WebSocket) -> frozenset[Scope]:
-    """All that there are, unless the address names some."""
-    named = websocket.query_params.get("scopes")
-    return ALL_SCOPES if named is None else frozenset(scope for scope in Scope if scope.value in named.split(","))
-
-
-async def _still_signed_in(tower: Tower, signed_in_by: SignInId, now: datetime) -> Principal | None:
-    if isinstance(signed_in_by, TokenId):
-        return await tower.tokens.touch(signed_in_by, now)
-    return await tower.sessions.touch(signed_in_by, now)
 
 
 @router.websocket("/api/v1/agent")

@@ -2,7 +2,7 @@
 
 import asyncio
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Final
 
@@ -18,6 +18,7 @@ TICKS_A_SECOND: Final = 10
 async def running_relay(hub: Hub, *, host: str, port: int) -> AsyncIterator[DataEndpoint]:
     """Opens the data channel's socket and keeps the hub's time. Raises OSError if the port is in use."""
     endpoint = await open_data_endpoint(hub, host, port)
+    hub.video.later = _soon
     beating = asyncio.create_task(_beat(hub))
     try:
         yield endpoint
@@ -25,6 +26,10 @@ async def running_relay(hub: Hub, *, host: str, port: int) -> AsyncIterator[Data
         beating.cancel()
         await asyncio.gather(beating, return_exceptions=True)
         endpoint.close()
+
+
+def _soon(call: Callable[[float], None]) -> None:
+    asyncio.get_running_loop().call_soon(lambda: call(time.monotonic()))
 
 
 async def _beat(hub: Hub) -> None:

@@ -2,12 +2,24 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
-from server.relay.browser import Browser
+from server.accounts.sessions import Principal
 from wire.ids import UserId
 
 TOO_MANY_SOCKETS: Final = 4430
+
+
+class Connected(Protocol):
+    """A connection, live or of video: whose it is, and from where."""
+
+    @property
+    def viewer(self) -> Principal:
+        """Who signed in."""
+
+    @property
+    def address(self) -> str:
+        """The network address of the other side."""
 
 
 @dataclass(frozen=True)
@@ -17,12 +29,12 @@ class SocketBounds:
     per_user: int = 20
     per_address: int = 200
 
-    def refusal(self, browsers: Iterable[Browser], user_id: UserId, address: str) -> str | None:
+    def refusal(self, open_ones: Iterable[Connected], user_id: UserId, address: str) -> str | None:
         """Why one more connection may not be opened beside those that are; None if it may."""
         of_user = of_address = 0
-        for browser in browsers:
-            of_user += browser.viewer.user_id == user_id
-            of_address += browser.address == address
+        for one in open_ones:
+            of_user += one.viewer.user_id == user_id
+            of_address += one.address == address
         if of_user >= self.per_user:
             return f"this user has {of_user} connections already: close some first"
         if of_address >= self.per_address:

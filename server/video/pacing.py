@@ -14,24 +14,28 @@ from typing import Final
 
 from server.video.streams import Relayed, Stream
 
-PICTURE_AGE_S: Final = 0.25
+PICTURE_AGE_S: Final = 0.35
 KEY_AGE_S: Final = 0.4
 """Older ones are not begun: the group is given up, and the next key picture waited for."""
 CATCH_UP_S: Final = 0.4
 """For whoever has just come: the pictures that lead up to now are old, and drawn in a moment."""
-LEFT_OVER_S: Final = 0.1
+FIRST_DRAWN_S: Final = 0.5
+"""Who takes longer for the first picture is not led up to now, but waits for the next key."""
+LEFT_OVER_S: Final = 0.2
 """The rest of a group may still go when the next one has begun, if it is no older than this."""
-STALE_GROUP_S: Final = 2.0
-"""A group whose newest picture is older than this is shown to nobody who comes: it is not live."""
-
-QUEUE_S: Final = 0.2
+QUEUE_S: Final = 0.18
 """How long what is sent may wait on the way, beyond what the way takes at its best."""
+PAUSE_S: Final = 0.09
+"""Nothing is sent while what was sent first is overdue by so much."""
 KEY_QUEUE_S: Final = 0.1
 """Before a key picture, which is large itself."""
 LATE_S: Final = 0.12
 """So much later than at its best, and the way does not take the stream."""
 FORGET_SLOW_S: Final = 1.0
 """After it was last late."""
+IN_TIME_S: Final = 0.04
+IN_TIME_AGAIN: Final = 3
+"""Or after so many in a row that were late by no more than this: it was a stop on the way, and not its rate."""
 LONGEST_WAY_S: Final = 1.0
 MOST_AHEAD_S: Final = 0.3
 """What the way itself holds counts for no more than this, once it is known to be slow."""
@@ -63,14 +67,14 @@ class ViewerPace:
         self._rate: float | None = None
         """Bytes a second that the way takes; None while it takes all."""
         self._late_at = float("-inf")
+        self._in_time = 0
+        """So many in a row."""
 
     def watch(self, stream: Stream, now: float) -> None:
         """From the newest key picture of this stream on."""
         self._stream = stream
         self._group, self._next, self._lost = stream.number, 0, False
         self._catches_up_until = now + CATCH_UP_S
-        if stream.group and now - stream.group[-1].at > STALE_GROUP_S:
-            self._next, self._lost = len(stream.group), True
 
     def next_unit(self, now: float) -> Relayed | None:
         """What is to be sent at once, if anything is; it counts as sent. Ask again until there is nothing."""
@@ -78,8 +82,8 @@ class ViewerPace:
         if stream is None:
             return None
         if self._group != stream.number:
-            left_over = self._left_over(stream, now)
-            if left_over is not None:
+            stays, left_over = self._left_over(stream, now)
+            if stays:
                 return left_over
         group = stream.group
         if self._lost or self._next >= len(group):
@@ -93,7 +97,7 @@ class ViewerPace:
     def got(self, sequence: int, now: float) -> None:
         """The viewer has drawn this one, and is done with all before it. Nothing for one that is not open."""
         sent = self._sent
-        if not any(one[0] == sequence for one in sent):
+        if not sent or (sent[0][0] != sequence and all(one[0] != sequence for one in sent)):
             return
         while True:
             number, size, at, delivered = sent.popleft()
@@ -102,13 +106,18 @@ class ViewerPace:
             if number == sequence:
                 break
         took_s = now - at
+        if self._best_s == _NOT_KNOWN and took_s < FIRST_DRAWN_S:
+            self._catches_up_until = max(self._catches_up_until, now + CATCH_UP_S)
         self._note_best(took_s, now)
         sample = (self._delivered - delivered) / max(took_s, 1e-3)
-        if took_s > self._best() + LATE_S:
+        late_s = took_s - self._best()
+        self._in_time = self._in_time + 1 if late_s < IN_TIME_S else 0
+        if late_s > LATE_S:
             self._late_at = now
             self._rate = sample if self._rate is None else max(sample, 0.7 * self._rate + 0.3 * sample)
         elif self._rate is not None:
-            self._rate = None if now - self._late_at > FORGET_SLOW_S else max(self._rate, sample)
+            over = self._in_time >= IN_TIME_AGAIN or now - self._late_at > FORGET_SLOW_S
+            self._rate = None if over else max(self._rate, sample)
 
     def silent_for(self, now: float) -> float:
         """Seconds since what it has not said to have drawn was sent; 0 if there is nothing."""
@@ -118,11 +127,12 @@ class ViewerPace:
 
     def _has_way_for(self, unit: Relayed, now: float) -> bool:
         best = self._best()
-        if now - self._sent[0][2] > best + QUEUE_S or len(self._sent) >= MOST_SENT:
+        if now - self._sent[0][2] > best + PAUSE_S or len(self._sent) >= MOST_SENT:
             return False
+        if self._best_s == _NOT_KNOWN:
+            return False  # whether the way takes anything is not known before the first picture was drawn
         size = len(unit.framed)
         if self._rate is None:
-            # Whether the way takes so much is not known before the first of it was drawn.
             at_once = unit.head.bits_per_s / 8 * (best + QUEUE_S) + self._key_bytes()
             return self.in_flight + size <= at_once
         best = min(best, MOST_AHEAD_S)
@@ -148,16 +158,19 @@ class ViewerPace:
 
     # -- its place -------------------------------------------------------------------------------------------
 
-    def _left_over(self, stream: Stream, now: float) -> Relayed | None:
+    def _left_over(self, stream: Stream, now: float) -> tuple[bool, Relayed | None]:
+        """(whether it stays with the group before, what of it is to be sent now)."""
         before = stream.previous if self._group == stream.number - 1 else ()
         if self._next < len(before):
             unit = before[self._next]
             fresh = not self._lost and now - unit.at <= LEFT_OVER_S
             if fresh and (not self._sent or self._has_way_for(unit, now)):
-                return self._send(unit, now)
+                return True, self._send(unit, now)
+            if fresh and self._rate is None:
+                return True, None  # it is a moment's stop, not a slow way
             self.skipped += len(before) - self._next
         self._group, self._next, self._lost = stream.number, 0, False
-        return None
+        return False, None
 
     def _send(self, unit: Relayed, now: float) -> Relayed:
         size = len(unit.framed)

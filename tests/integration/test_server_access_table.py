@@ -40,7 +40,7 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("get_drone", "get_drone_settings", "get_loss_check", "get_rehearsal"), OWN_LOOK),
     **dict.fromkeys(("acknowledge_loss_check", "rehearse_loss", "acquire", "release", "accept"), OWN_FLY),
     **dict.fromkeys(("take", "give", "assist", "unassist"), COMMAND),
-    **dict.fromkeys(("get_plan", "verify_plan", "get_parameters", "read_parameters"), OWN_LOOK),
+    **dict.fromkeys(("get_plan", "verify_plan", "get_parameters", "read_parameters", "get_video"), OWN_LOOK),
     **dict.fromkeys(("get_logs", "list_logs", "get_log_file"), OWN_LOOK),
     **dict.fromkeys(("put_plan", "clear_plan", "write_parameters", "command_drone", "fetch_log"), OWN_FLY),
     "put_agent_file": NOBODY,
@@ -94,7 +94,7 @@ def test_every_route_has_a_row() -> None:
 
 
 def test_there_is_no_route_beside_the_table(tmp_path: Path) -> None:
-    """What the running application answers is the table, the description of the API, the two channels and the pages."""
+    """What the running application answers is the table, the description of the API, the channels and the pages."""
     app = create_app(Settings(var=tmp_path, web=tmp_path))
     of_its_own = [route.path for route in app.routes if isinstance(route, Route)]
     assert of_its_own == ["/api/v1/openapi.json"]
@@ -105,7 +105,12 @@ def test_there_is_no_route_beside_the_table(tmp_path: Path) -> None:
     ]
     assert others == []
     channels = {route.path for router in ROUTERS for route in router.routes if isinstance(route, APIWebSocketRoute)}
-    assert channels == {"/api/v1/live", "/api/v1/agent"}
+    assert channels == {
+        "/api/v1/live",
+        "/api/v1/agent",
+        "/api/v1/agent/video",
+        "/api/v1/drones/{drone_id}/video",
+    }
 
 
 async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerWorld) -> None:

@@ -1,0 +1,115 @@
+"""`/api/v1/agent/video`: the units of one agent. A thin shell: ticket, units in, answers out."""
+
+import time
+from typing import Final
+
+import msgspec
+import structlog
+from starlette.responses import PlainTextResponse
+from starlette.websockets import WebSocket
+
+from server.direct_websocket import direct_writer
+from server.private_path import is_private_path
+from server.relay.flood_gate import FLOODING
+from server.relay.hub import Hub
+from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
+from server.relay.token_bucket import TokenBucket
+from server.video.drone_video import DroneVideo
+from server.video.streams import StreamKey
+from server.video.viewer_messages import codec_name, quality_name
+from wire.drops import DropReason
+from wire.video import AGENT_VIDEO_SUBPROTOCOL, LARGEST_UNIT_BYTES, Got, MalformedUnit, encode_got
+
+BAD_MESSAGE: Final = 4400
+SLICE_BYTES: Final = 16 * 1024
+"""Most pictures are smaller than this, and are parsed at once."""
+BYTES_PER_S: Final = 4_000_000.0
+BYTES_BURST: Final = 12_000_000.0
+UNITS_PER_S: Final = 400.0
+UNITS_BURST: Final = 1_200.0
+"""All qualities with both codecs are some 800 kB and 130 units a second."""
+
+_log = structlog.get_logger(__name__)
+
+
+class AgentVideoSocket:
+    """From the upgrade to the end. It is the desk's AgentVideoChannel."""
+
+    def __init__(self, websocket: WebSocket, hub: Hub) -> None:
+        self._websocket = websocket
+        self._hub = hub
+        self._ending = Ending()
+        now = time.monotonic()
+        self._bytes = TokenBucket(BYTES_PER_S, BYTES_BURST, now)
+        self._units = TokenBucket(UNITS_PER_S, UNITS_BURST, now)
+
+    async def run(self) -> None:
+        """Until either side ends it."""
+        if not is_private_path(self._websocket):
+            await self._deny(403, "agents must use https: a ticket must not cross the network in the clear")
+            return
+        scheme, _, ticket = self._websocket.headers.get("authorization", "").partition(" ")
+        video = self._hub.video.drone_of_ticket(ticket.strip()) if scheme.lower() == "bearer" else None
+        if video is None:
+            await self._deny(401, "this ticket is not known")
+            return
+        offered = self._websocket.scope["subprotocols"]
+        subprotocol = AGENT_VIDEO_SUBPROTOCOL if AGENT_VIDEO_SUBPROTOCOL in offered else None
+        await self._websocket.accept(subprotocol=subprotocol)
+        self._writer = direct_writer(self._websocket)
+        self._writer.take_messages(largest_bytes=LARGEST_UNIT_BYTES, slice_bytes=SLICE_BYTES)
+        # Nothing is awaited from `drone_of_ticket` on but the handshake, in which the link may have ended.
+        if self._hub.video.drone_of_ticket(ticket.strip()) is not video:
+            await close_quietly(self._websocket, 4401, "the agent's link has ended")
+            return
+        log = _log.bind(drone=video.name)
+        log.info("agent_video_up")
+        self._hub.video.open_channel(video, self)
+        try:
+            await until_one_ends(self._receive(video), self._ending.wait())
+        finally:
+            self._hub.video.channel_lost(video, self)
+            log.info("agent_video_down", why=self._ending.why)
+        if self._ending.wished:
+            await close_quietly(self._websocket, self._ending.code, self._ending.why)
+
+    def ask_key(self, key: StreamKey) -> None:
+        """See AgentVideoChannel. One that does not read is not asked."""
+        if self._writer.has_room():
+            wish = {"type": "key", "quality": quality_name(key.quality), "codec": codec_name(key.codec)}
+            self._writer.write_text(msgspec.json.encode(wish))
+
+    def close(self, code: int, why: str) -> None:
+        """See AgentVideoChannel."""
+        self._ending.wish(code, why)
+
+    async def _deny(self, status: int, words: str) -> None:
+        _log.warning("agent_video_refused", status=status, why=words)
+        headers = {"WWW-Authenticate": "Bearer"} if status == 401 else None
+        await self._websocket.send_denial_response(PlainTextResponse(words, status_code=status, headers=headers))
+
+    async def _receive(self, video: DroneVideo) -> None:
+        websocket, desk, drops = self._websocket, self._hub.video, self._hub.drops
+        while not self._ending.wished:
+            message = await websocket.receive()
+            if message["type"] == "websocket.disconnect":
+                drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
+                return
+            unit, now = message.get("bytes"), time.monotonic()
+            if unit is None:
+                drops[DropReason.MALFORMED] += 1
+                self._ending.wish(BAD_MESSAGE, "not a message of this channel")
+                return
+            if not (self._units.take(1.0, now) and self._bytes.take(len(unit), now)):
+                drops[DropReason.FLOOD] += 1
+                self._ending.wish(FLOODING, "more video was sent than any camera gives")
+                return
+            try:
+                head = desk.unit(video, self, unit, now)
+            except MalformedUnit as error:
+                drops[DropReason.MALFORMED] += 1
+                self._ending.wish(BAD_MESSAGE, str(error))
+                return
+            # An agent that does not read its answers sees by their lack that the way is closed.
+            if self._writer.has_room():
+                self._writer.write_binary(encode_got(Got(head.quality, head.codec, head.sequence)))

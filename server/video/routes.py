@@ -1,0 +1,70 @@
+"""The doors of video: two WebSockets, and how it is for those who only ask."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Path, Request
+from starlette.websockets import WebSocket
+
+from server.access import UnknownDrone, Viewer
+from server.operations.refusals import ViewTaken
+from server.problem_docs import answers
+from server.relay.viewer_sign_in import sign_in_viewer, still_signed_in, turn_away
+from server.tower import tower_of
+from server.video.agent_channel import AgentVideoSocket
+from server.video.viewer_channel import BAD_REQUEST, ViewerChannel
+from server.video.viewer_messages import MalformedVideoRequest, stream_named
+from server.video.views import VideoView, view_of
+from server.video.watching import why_not_watch
+from wire.ids import DroneId
+from wire.video import VIEWER_VIDEO_SUBPROTOCOL
+
+router = APIRouter(tags=["video"])
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+_NO_DRONE: Final = DroneId(0)
+
+
+@router.websocket("/api/v1/agent/video")
+async def agent_video(websocket: WebSocket) -> None:
+    """The units of one agent."""
+    await AgentVideoSocket(websocket, tower_of(websocket).hub).run()
+
+
+@router.websocket("/api/v1/drones/{drone_id}/video")
+async def watch_video(websocket: WebSocket, drone_id: str) -> None:
+    """Units and states for one viewer. `?quality=low|medium|high&codec=mpeg1|h264`."""
+    tower = tower_of(websocket)
+    offered = websocket.scope["subprotocols"]
+    subprotocol = VIEWER_VIDEO_SUBPROTOCOL if VIEWER_VIDEO_SUBPROTOCOL in offered else None
+    viewer = await sign_in_viewer(websocket, subprotocol)
+    if viewer is None:
+        return
+    number = DroneId(int(drone_id)) if drone_id.isascii() and drone_id.isdigit() and len(drone_id) < 11 else _NO_DRONE
+    refusal = why_not_watch(tower.hub.drone(number), viewer)
+    if refusal is not None:
+        await turn_away(websocket, subprotocol, refusal.code, refusal.words)
+        return
+    query = websocket.query_params
+    try:
+        key = stream_named(query.get("quality", "medium"), query.get("codec", "mpeg1"))
+    except MalformedVideoRequest as error:
+        await turn_away(websocket, subprotocol, BAD_REQUEST, str(error))
+        return
+    signed_in = still_signed_in(tower, viewer.session_id)
+    channel = ViewerChannel(websocket, tower.hub, viewer, number, key, clock=tower.clock, still_signed_in=signed_in)
+    await channel.run(subprotocol)
+
+
+@router.get("/api/v1/drones/{drone_id}/video", responses=answers(UnknownDrone, ViewTaken))
+async def get_video(request: Request, principal: Viewer, drone_id: DronePath) -> VideoView:
+    """How it is with the video of a drone, and which streams its agent is asked for."""
+    hub, now = tower_of(request).hub, time.monotonic()
+    drone = hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    if drone is None:
+        raise UnknownDrone
+    if drone.no_video_user_id == principal.user_id:
+        raise ViewTaken(drone.record.name)
+    return view_of(hub.video.video_of(drone, now), now)

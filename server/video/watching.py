@@ -1,0 +1,33 @@
+"""Who may watch the video of a drone: whoever may have its frames, and did not have the video taken from them.
+
+The one judgement of `server.access`, asked when somebody comes and again on each change of what it depends on.
+"""
+
+from typing import Final, NamedTuple
+
+from server.access import AccessRequest, Action, UnknownDrone, judge
+from server.accounts.sessions import Principal
+from server.relay.live_drone import LiveDrone
+
+NOT_FOR_WATCHING: Final = 4403
+NO_SUCH_DRONE: Final = 4404
+VIEW_TAKEN: Final = 4403
+
+
+class NotToWatch(NamedTuple):
+    """Why not. `code`: with which a connection is closed."""
+
+    code: int
+    words: str
+
+
+def why_not_watch(drone: LiveDrone | None, principal: Principal) -> NotToWatch | None:
+    """None: they may. A drone that is not there and one that is not theirs get the same answer."""
+    owners = None if drone is None else [principal.user_id] if drone.is_theirs(principal.user_id) else []
+    refusal = judge(AccessRequest(principal, Action.SEE_DRONE, owners)).refusal
+    if refusal is not None:
+        code = NO_SUCH_DRONE if isinstance(refusal, UnknownDrone) else NOT_FOR_WATCHING
+        return NotToWatch(code, refusal.message)
+    if drone is not None and drone.no_video_user_id == principal.user_id:
+        return NotToWatch(VIEW_TAKEN, f"an admin has taken the video of {drone.record.name} with the controls")
+    return None

@@ -1,0 +1,217 @@
+"""Viewers of video on ways of any kind: a link with a rate, a length and a queue is emulated, clock and all."""
+
+import heapq
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from server.video.pacing import ViewerPace
+from server.video.streams import Relayed, Stream
+from wire.video import Codec, Quality, UnitHead
+
+RATE_HZ = 24.0
+
+
+def picture(sequence: int, size: int, at: float, *, key: bool, bits_per_s: int) -> Relayed:
+    head = UnitHead(
+        Quality.MEDIUM, Codec.MPEG1, sequence, key, False, round(at * 1e6), 320, 240, RATE_HZ, bits_per_s, 0
+    )
+    return Relayed(b"", bytes(size), head, at)
+
+
+@dataclass
+class Way:
+    """Takes `rate(now)` bytes a second, and `one_way_s` longer; what is too much waits in its queue without bound."""
+
+    rate: Callable[[float], float]
+    one_way_s: float = 0.01
+    free_at: float = 0.0
+
+    def arrival(self, size: int, now: float) -> float:
+        at, left = max(self.free_at, now), float(size)
+        while left > 0:  # in steps, for the rate may change meanwhile
+            step = min(left, 200.0)
+            at += step / self.rate(at)
+            left -= step
+        self.free_at = at
+        return at + self.one_way_s
+
+
+@dataclass
+class Seen:
+    """What one viewer got: (sequence, key, when it came, how old it was then)."""
+
+    units: list[tuple[int, bool, float, float]] = field(default_factory=list)
+
+    def delays(self, since: float = 0.0, until: float = float("inf")) -> list[float]:
+        return [delay for _, _, at, delay in self.units if since <= at < until]
+
+
+class Film:
+    """A stream with any number of viewers, each on a way of its own; the clock is ours."""
+
+    def __init__(self, *, every: int = 12, key_size: int = 7_000, size: int = 2_000) -> None:
+        self.every, self.key_size, self.size = every, key_size, size
+        self.stream = Stream()
+        self.bytes_per_s = ((every - 1) * size + key_size) / every * RATE_HZ
+        self.seen: list[Seen] = []
+        self._events: list[tuple[float, int, Callable[[float], None]]] = []
+        self._count = itertools.count()
+        self._paces: list[tuple[ViewerPace, Way, Seen]] = []
+
+    def at(self, when: float, what: Callable[[float], None]) -> None:
+        heapq.heappush(self._events, (when, next(self._count), what))
+
+    def join(self, way: Way, when: float = 0.0) -> tuple[ViewerPace, Seen]:
+        pace, seen = ViewerPace(), Seen()
+
+        def enter(now: float) -> None:
+            pace.watch(self.stream, now)
+            self._paces.append((pace, way, seen))
+            self._pump(pace, way, seen, now)
+
+        self.at(when, enter)
+        return pace, seen
+
+    def run(self, for_s: float) -> None:
+        for number in range(round(for_s * RATE_HZ)):
+            self.at(number / RATE_HZ, lambda now, number=number: self._shoot(number, now))  # type: ignore[misc]
+        while self._events and self._events[0][0] <= for_s:
+            when, _, what = heapq.heappop(self._events)
+            what(when)
+
+    def _shoot(self, number: int, now: float) -> None:
+        key = number % self.every == 0
+        unit = picture(
+            number, self.key_size if key else self.size, now, key=key, bits_per_s=round(self.bytes_per_s * 8)
+        )
+        assert self.stream.follows(unit.head)
+        self.stream.put(unit)
+        for pace, way, seen in self._paces:
+            self._pump(pace, way, seen, now)
+
+    def _pump(self, pace: ViewerPace, way: Way, seen: Seen, now: float) -> None:
+        while (unit := pace.next_unit(now)) is not None:
+            arrives = way.arrival(len(unit.framed), now)
+
+            def drawn(at: float, unit: Relayed = unit) -> None:
+                seen.units.append((unit.head.sequence, unit.head.key, at, at - unit.at))
+                self.at(at + way.one_way_s, lambda back: self._got(pace, way, seen, unit.head.sequence, back))
+
+            self.at(arrives, drawn)
+
+    def _got(self, pace: ViewerPace, way: Way, seen: Seen, sequence: int, now: float) -> None:
+        pace.got(sequence, now)
+        self._pump(pace, way, seen, now)
+
+
+def assert_decodable(seen: Seen) -> None:
+    """It begins with a key picture, and what follows a gap is one."""
+    before = None
+    for sequence, key, _, _ in seen.units:
+        assert key or (before is not None and sequence == before + 1)
+        assert before is None or sequence > before
+        before = sequence
+
+
+@pytest.mark.parametrize(
+    ("one_way_ms", "room"), [(0, 1.25), (25, 1.25), (75, 1.25), (75, 1.6), (150, 1.6), (150, 4.0), (300, 4.0)]
+)
+def test_who_keeps_up_loses_nothing(one_way_ms: int, room: float) -> None:
+    film = Film()
+    pace, seen = film.join(Way(lambda _: film.bytes_per_s * room, one_way_ms / 1000))
+    film.run(20)
+    # On a way as long as that to a satellite the first groups may be given up before a picture is known to have
+    # come.
+    assert pace.skipped <= (0 if one_way_ms < 150 else 2 * film.every)
+    assert len(seen.units) > 20 * RATE_HZ - 2 - 2 * one_way_ms / 1000 * RATE_HZ - pace.skipped
+    assert_decodable(seen)
+
+
+@pytest.mark.parametrize("one_way_ms", [0, 25, 75])
+@pytest.mark.parametrize(("every", "key_size", "size"), [(12, 7_000, 2_000), (24, 8_000, 2_000), (12, 3_000, 2_300)])
+def test_at_a_third_of_the_bit_rate_the_delay_stays_below_a_second_and_recovers(
+    one_way_ms: int, every: int, key_size: int, size: int
+) -> None:
+    film = Film(every=every, key_size=key_size, size=size)
+    full = film.bytes_per_s * 2
+    slow = film.bytes_per_s / 3
+    pace, seen = film.join(Way(lambda now: slow if 5 <= now < 25 else full, one_way_ms / 1000))
+    _, other = film.join(Way(lambda _: full, one_way_ms / 1000))
+    film.run(40)
+    assert max(seen.delays(5, 25)) < 1.0
+    assert len(seen.delays(5, 25)) > 20, "hardly anything came"
+    assert max(seen.delays(27, 40)) < 0.15 + one_way_ms / 1000
+    assert len(seen.delays(27, 39)) > 12 * RATE_HZ - 3
+    assert pace.skipped > 100
+    assert_decodable(seen)
+    assert max(other.delays(1)) < 0.15 + one_way_ms / 1000
+    assert [sequence for sequence, *_ in other.units] == list(range(len(other.units)))
+
+
+def test_where_even_keys_are_too_slow_the_newest_of_them_come() -> None:
+    film = Film()
+    _, seen = film.join(Way(lambda _: film.key_size / 1.3))
+    film.run(30)
+    late = seen.delays(5)
+    assert len(late) >= 12
+    assert max(late) < 1.3 + 0.4 + 0.2
+    assert_decodable(seen)
+
+
+def test_a_late_joiner_sees_the_newest_key_at_once_and_is_soon_where_the_others_are() -> None:
+    film = Film(every=24)
+    pace, seen = film.join(Way(lambda _: film.bytes_per_s * 4, 0.02), when=2.9)
+    film.run(6)
+    first = seen.units[0]
+    assert first[1]
+    assert first[2] < 2.9 + 0.1
+    assert max(seen.delays(3.4)) < 0.15
+    assert_decodable(seen)
+    assert pace.skipped <= 24
+
+
+def test_who_says_nothing_of_what_it_got_gets_little() -> None:
+    film = Film()
+    film.stream.put(picture(0, 7_000, 0.0, key=True, bits_per_s=450_000))
+    pace = ViewerPace()
+    pace.watch(film.stream, 0.0)
+    sent = 0
+    for number in range(1, 500):
+        now = number / RATE_HZ
+        film.stream.put(picture(number, 2_000, now, key=number % 12 == 0, bits_per_s=450_000))
+        while pace.next_unit(now) is not None:
+            sent += 1
+    assert sent < 2 * RATE_HZ
+    assert pace.in_flight < 100_000
+    assert pace.silent_for(20.0) > 15
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    rates=st.lists(st.floats(0.1, 5.0), min_size=1, max_size=8),
+    one_way_s=st.floats(0.0, 0.2),
+    every=st.integers(1, 30),
+    key_times=st.floats(1.0, 6.0),
+    joins_at=st.floats(0.0, 3.0),
+)
+def test_on_any_way_what_comes_can_be_decoded_and_no_queue_grows(
+    rates: list[float], one_way_s: float, every: int, key_times: float, joins_at: float
+) -> None:
+    film = Film(every=every, key_size=round(1_500 * key_times), size=1_500)
+
+    def rate(now: float) -> float:
+        return film.bytes_per_s * rates[int(now / 4) % len(rates)]
+
+    pace, seen = film.join(Way(rate, one_way_s), when=joins_at)
+    film.run(4.0 * len(rates) + 4)
+    assert_decodable(seen)
+    # Never more than a group and what goes before it is known that the way is slow.
+    group = film.key_size + (every - 1) * film.size
+    assert pace.in_flight <= group + film.key_size + film.bytes_per_s * (2 * one_way_s + 1.0)
+    assert len(film.stream.group) <= every
+    assert seen.units or min(rates) < 0.5

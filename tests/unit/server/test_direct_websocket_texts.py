@@ -1,0 +1,147 @@
+"""Short texts are heard without the parser, whatever way the bytes come; all else goes to it, in order and unharmed."""
+
+import asyncio
+import random
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from uvicorn import Config
+from uvicorn.server import ServerState
+from websockets.client import ClientProtocol
+from websockets.frames import Frame, Opcode
+from websockets.uri import parse_uri
+
+from server.direct_websocket import EXTENSION, DirectWebSocket
+
+Sent = list[tuple[str, bytes]]
+
+
+class Wire(asyncio.Transport):
+    """What was written, kept."""
+
+    def __init__(self) -> None:
+        super().__init__({"peername": ("127.0.0.1", 5), "sockname": ("127.0.0.1", 6)})
+        self.written = b""
+        self.closed = False
+
+    def write(self, data: Any) -> None:
+        self.written += bytes(data)
+
+    def is_closing(self) -> bool:
+        return self.closed
+
+    def close(self) -> None:
+        self.closed = True
+
+    def abort(self) -> None:
+        self.closed = True
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        pass
+
+    def pause_reading(self) -> None:
+        pass
+
+    def resume_reading(self) -> None:
+        pass
+
+
+async def heard_from(chunks: list[bytes], early: bytes = b"") -> Sent:
+    """What an application gets of these chunks, short texts heard directly marked `short`."""
+    heard: Sent = []
+    over = asyncio.Event()
+
+    async def app(scope: Any, receive: Any, send: Any) -> None:
+        if early:
+            await began.wait()
+        await send({"type": "websocket.accept"})
+        scope["extensions"][EXTENSION].hear_short_texts(lambda text: heard.append(("short", text)))
+        ready.set()
+        await receive()
+        while (message := await receive())["type"] != "websocket.disconnect":
+            text = message.get("text")
+            heard.append(("text", text.encode()) if text is not None else ("bytes", message["bytes"]))
+        over.set()
+
+    began, ready = asyncio.Event(), asyncio.Event()
+    config = Config(app, ws_ping_interval=None, log_config=None, ws_max_size=100_000)
+    config.load()
+    protocol, wire = DirectWebSocket(config, ServerState(), {}), Wire()
+    protocol.connection_made(wire)
+    client = ClientProtocol(parse_uri("ws://tower.example/"))
+    client.send_request(client.connect())
+    protocol.data_received(b"".join(client.data_to_send()))
+    if early:
+        protocol.data_received(early)
+        began.set()
+    await ready.wait()
+    for chunk in chunks:
+        protocol.data_received(chunk)
+        await asyncio.sleep(0)
+    async with asyncio.timeout(5):
+        await over.wait()
+    protocol.connection_lost(None)
+    await asyncio.gather(*protocol.tasks, return_exceptions=True)
+    return heard
+
+
+def frame(opcode: Opcode, payload: bytes, *, fin: bool = True) -> bytes:
+    return Frame(opcode, payload, fin=fin).serialize(mask=True)
+
+
+CLOSE = frame(Opcode.CLOSE, b"\x03\xe8")
+
+messages = st.lists(
+    st.one_of(
+        st.tuples(st.just("text"), st.integers(0, 125)),
+        st.tuples(st.just("text"), st.integers(126, 6_000)),
+        st.tuples(st.just("bytes"), st.integers(0, 300)),
+        st.tuples(st.just("pieces"), st.integers(2, 200)),
+        st.tuples(st.just("ping"), st.integers(0, 100)),
+    ),
+    max_size=12,
+)
+
+
+def bytes_of(told: list[tuple[str, int]]) -> tuple[bytes, Sent]:
+    """On the wire, and what is to be heard of it."""
+    wire, expected = b"", []
+    for number, (kind, size) in enumerate(told):
+        payload = (b"%d." % number * size)[:size]
+        if kind == "pieces":
+            wire += frame(Opcode.TEXT, payload[:1], fin=False) + frame(Opcode.CONT, payload[1:])
+        else:
+            wire += frame({"text": Opcode.TEXT, "bytes": Opcode.BINARY, "ping": Opcode.PING}[kind], payload)
+        if kind != "ping":
+            expected.append(("bytes" if kind == "bytes" else "text", payload))
+    return wire + CLOSE, expected
+
+
+@settings(max_examples=80, deadline=None)
+@given(told=messages, seed=st.integers(0, 1 << 30), largest=st.integers(1, 3_000))
+def test_however_the_bytes_are_cut_everything_is_heard_once(
+    told: list[tuple[str, int]], seed: int, largest: int
+) -> None:
+    wire, expected = bytes_of(told)
+    rng, chunks = random.Random(seed), []
+    while wire:
+        size = rng.randint(1, largest)
+        chunks.append(wire[:size])
+        wire = wire[size:]
+    heard = asyncio.run(heard_from([b"".join(chunks[:1]), *chunks[1:]]))
+    assert sorted(("text" if kind == "short" else kind, text) for kind, text in heard) == sorted(expected)
+
+
+@pytest.mark.parametrize("together", [1, 5, 40])
+def test_short_texts_that_come_whole_never_see_the_parser(together: int) -> None:
+    texts = [b'{"type":"got","sequence":%d}' % number for number in range(together)]
+    wire = b"".join(frame(Opcode.TEXT, text) for text in texts)
+    assert asyncio.run(heard_from([wire, CLOSE])) == [("short", text) for text in texts]
+
+
+def test_who_speaks_before_the_handshake_is_over_is_heard_by_the_parser_alone() -> None:
+    first = frame(Opcode.TEXT, b"early")
+    heard = asyncio.run(heard_from([first[4:], frame(Opcode.TEXT, b"late"), CLOSE], early=first[:4]))
+    assert heard == [("text", b"early"), ("text", b"late")]
