@@ -1,7 +1,7 @@
 """Live video: the unit that travels from camera to screen, and what tower and agent agree about it (no I/O).
 
 A unit is one encoded picture with a fixed header, one binary WebSocket message: from the agent to the tower, and from
-the tower to each viewer, byte for byte the same but for the clock (docs/wire-protocol.md, 5).
+the tower to each viewer, byte for byte the same but for the clock (docs/wire-protocol.md, 4).
 
 MPEG-1 units carry whole MPEG-TS packets, H.264 units an access unit in Annex B with its parameter sets at each key
 picture. Either can be written one after another into a file that any player takes.

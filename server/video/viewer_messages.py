@@ -1,4 +1,4 @@
-"""The text messages between a viewer of video and the tower (docs/wire-protocol.md, 5.3)."""
+"""The text messages between a viewer of video and the tower (docs/wire-protocol.md, 4.3)."""
 
 from typing import Annotated, Final, Literal
 
