@@ -16,7 +16,8 @@ class Malformed(ValueError):
 
 
 class Part(NamedTuple):
-    """`began_us`: when its first byte came. `headers`: names in lower case."""
+    """`began_us`: when the first byte after its boundary's line came, which many cameras send with the picture before.
+    `headers`: names in lower case."""
 
     picture: bytes
     headers: dict[str, str]
@@ -55,7 +56,8 @@ class MultipartPictures:
         """The boundary, and the lines up to the empty one."""
         blank = len(self._bytes) - len(self._bytes.lstrip(b"\r\n"))
         del self._bytes[:blank]
-        if self._bytes and self._began_us is None:
+        boundary_ends = self._bytes.find(b"\r\n")
+        if 0 <= boundary_ends < len(self._bytes) - 2 and self._began_us is None:
             self._began_us = now_us
         head, end, _ = self._bytes.partition(b"\r\n\r\n")
         if not end:

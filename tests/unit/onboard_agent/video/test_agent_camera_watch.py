@@ -105,10 +105,13 @@ JPEGS = [
 """Plain; in several scans; with restart markers; with another picture in its head; with fillers."""
 
 
+BOUNDARY = b"--frame\r\n"
+
+
 def parts_of(length: bool, end: bytes = b"\r\n") -> bytes:
     row = b""
     for number, picture in enumerate(JPEGS):
-        head = b"--frame\r\nContent-Type: image/jpeg\r\nX-Number: %d\r\n" % number
+        head = BOUNDARY + b"Content-Type: image/jpeg\r\nX-Number: %d\r\n" % number
         row += head + (b"content-length: %d\r\n" % len(picture) if length else b"") + b"\r\n" + picture + end
     return row
 
@@ -127,16 +130,26 @@ def test_pictures_come_whole_however_they_are_cut(length: bool, cuts: list[int])
 @pytest.mark.parametrize("length", [True, False], ids=["length given", "no length given"])
 def test_a_picture_is_there_with_its_last_byte_and_timed_by_its_first(length: bool) -> None:
     row, reader = parts_of(length, end=b""), MultipartPictures()
-    begun_at, found = 0, []
+    begun_at, found = len(BOUNDARY), []
     for at in range(len(row)):
         parts = reader.feed(row[at : at + 1], at)
         if parts:
             (part,) = parts
             assert row[: at + 1].endswith(part.picture)  # not a byte later
             assert part.began_us == begun_at
-            begun_at = at + 1
+            begun_at = at + 1 + len(BOUNDARY)
             found.append(part)
     assert len(found) == len(JPEGS)
+
+
+def test_a_boundary_that_comes_with_the_picture_before_says_nothing_of_the_time() -> None:
+    reader = MultipartPictures()
+    assert reader.feed(BOUNDARY, 1) == []
+    for number, picture in enumerate(JPEGS):
+        pieces = b"Content-Type: image/jpeg\r\n\r\n" + picture, b"\r\n" + BOUNDARY
+        (part,) = reader.feed(pieces[0], 1000 * number)
+        assert part.began_us == 1000 * number
+        assert reader.feed(pieces[1], 1000 * number + 1) == []
 
 
 @given(st.lists(st.binary(max_size=200), max_size=20))
