@@ -8,12 +8,12 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
-from bench.rows import Report
+from bench.rows import Report, percentile
 from bench.video.figures import delays_ms, drift_ms_per_minute, oldest_on_screen_ms, unseen
 from bench.video.screens import NothingSeen, Shown
 from bench.video.settings import Line, Setting
 from bench.video.strip import Sight
-from bench.video.trial import OURS, Bench, Trial, tell_used, trial
+from bench.video.trial import OURS, PEER, Bench, Trial, tell_used, trial
 from bench.video.video_rig import Meter
 
 WARM_UP_S: Final = 4.0
@@ -60,6 +60,9 @@ async def delays(bench: Bench, case: str, setting: Setting, lines: dict[str, Lin
         _tell(bench.report, case, what, setting.rate_hz)
         bench.report.add(case, "failed", failed[system], "count")
     bench.report.system = OURS
+    if OURS in seen and PEER in seen and seen[OURS].sights and seen[PEER].sights:
+        ours, theirs = (percentile(delays_ms(seen[system].sights), 0.95) for system in (OURS, PEER))
+        bench.report.add(case, f"p95 below {PEER}'s by", theirs - ours, "ms")
 
 
 async def _round(one: Trial, system: str, seen: Seen, seconds: float) -> None:

@@ -156,7 +156,7 @@ async def our_page(browser: Browser, built: Path, address: str, setting: Setting
 
         async def serve(route: Route) -> None:
             file = built / (urlsplit(route.request.url).path.removeprefix(PAGE_PATH) or "index.html")
-            await route.fulfill(path=file, content_type=_CONTENT_TYPES[file.suffix])
+            await route.fulfill(path=file, content_type=_CONTENT_TYPES.get(file.suffix, "text/plain"))
 
         await context.route(f"{address}{PAGE_PATH}**", serve)
         page = await _page(context, complaints.append)
