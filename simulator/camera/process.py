@@ -13,6 +13,7 @@ import os
 import signal
 import socket
 import sys
+import threading
 from dataclasses import asdict, dataclass
 from functools import partial
 
@@ -75,6 +76,8 @@ def main() -> None:
     sights = Sights(settings.sights_fd, len(settings.cameras))
     scene = Scene(settings.seed, settings.marks)
     cameras = [make_camera(settings, number, scene, sights) for number in range(len(settings.cameras))]
+    # Whoever looks first should not have to wait for it.
+    threading.Thread(target=scene.prepare, name="land", daemon=True).start()
     for line in sys.stdin:
         match line.split():
             case ["plug", number, plugged]:

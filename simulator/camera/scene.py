@@ -1,13 +1,15 @@
 """Draws what a camera sees: sky, ground, marks, and what stands on the ground. Everything comes from the seed, the pose
-and the time; nothing is kept from picture to picture."""
+and the time; nothing but the land is kept from picture to picture."""
 
 from __future__ import annotations
+
+from threading import Lock
 
 import numpy as np
 import numpy.typing as npt
 
 from simulator.camera.ground import draw_ground
-from simulator.camera.ground_map import ground_map
+from simulator.camera.ground_map import GroundMap, ground_map
 from simulator.camera.marks import Mark, draw_marks
 from simulator.camera.sky import draw_sky
 from simulator.camera.solids import draw_solids
@@ -22,10 +24,19 @@ class Scene:
     def __init__(self, seed: int, marks: list[Mark]) -> None:
         self._seed = seed
         self._marks = marks
+        self._ground: GroundMap | None = None
+        self._making = Lock()
+
+    def prepare(self) -> GroundMap:
+        """Makes the land, once, whoever comes first: about two seconds. The others wait."""
+        with self._making:
+            if self._ground is None:
+                self._ground = ground_map(self._seed)
+            return self._ground
 
     def draw(self, pose: Pose, width: int, height: int, *, tilt_deg: float, now_s: float) -> Picture:
-        """Blue, green, red. `now_s` moves the clouds. The first one takes about two seconds: the land is made."""
-        ground = ground_map(self._seed)
+        """Blue, green, red. `now_s` moves the clouds."""
+        ground = self.prepare()
         view = View(pose, width, height, tilt_deg)
         picture = np.empty((height, width, 3), np.uint8)
         draw_sky(picture, view, self._seed, now_s)
