@@ -15,6 +15,7 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 from typing import Final, NoReturn
+from urllib.parse import quote
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -59,9 +60,9 @@ def check_port(kind: socket.SocketKind, host: str, port: int, variable: str) -> 
             ) from None
 
 
-def free_udp_ports(count: int) -> list[int]:
-    """Ports that the kernel says are free right now; the agents take them a moment later."""
-    probes = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(count)]
+def free_ports(kind: socket.SocketKind, count: int) -> list[int]:
+    """Ports that the kernel says are free right now; agents and simulator take them a moment later."""
+    probes = [socket.socket(socket.AF_INET, kind) for _ in range(count)]
     try:
         for probe in probes:
             probe.bind(("127.0.0.1", 0))
@@ -109,24 +110,27 @@ def wait_for_tower(tower: Program, address: str) -> None:
 
 
 def start_squad(address: str, squad: Squad, names: list[str], log: Path) -> list[Program]:
-    """The agents, then the simulator that they listen to."""
-    ports = free_udp_ports(len(names))
+    """The agents, then the simulator that they listen to and look through."""
+    ports = free_ports(socket.SOCK_DGRAM, len(names))
+    camera_ports = free_ports(socket.SOCK_STREAM, len(names))
     started: list[Program] = []
-    for name, port in zip(names, ports, strict=True):
+    for name, port, camera_port in zip(names, ports, camera_ports, strict=True):
+        camera = f"http://127.0.0.1:{camera_port}/camera?width=640&height=480&rate=30&name={quote(name)}"
         agent = Program(
             f"agent of {name}",
             [
                 *(BIN / "tower-agent", "run", "--tower", address, "--token", squad.token_file(name)),
-                *("--autopilot", f"udpin:127.0.0.1:{port}", "--state", log.parent / "agents"),
+                *("--autopilot", f"udpin:127.0.0.1:{port}", "--camera", camera, "--state", log.parent / "agents"),
             ],
             log / f"agent-{squad.token_file(name).stem}.log",
         )
         agent.start()
         started.append(agent)
     outs = [word for port in ports for word in ("--out", f"udp:127.0.0.1:{port}")]
+    cameras = [word for port in camera_ports for word in ("--camera", str(port))]
     simulator = Program(
         "simulator",
-        [BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, *outs],
+        [BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, *outs, *cameras],
         log / "simulator.log",
     )
     simulator.start()

@@ -2,9 +2,11 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -67,6 +69,11 @@ def test_what_was_interrupted_while_it_made_accounts_goes_on(start: Started, tmp
 
     admin = Visitor(wait_for("make run", address, timeout_s=240.0)).sign_in("admin")
     wait_for("Kestrel online", lambda: admin.drone(1).get("online"))
+    camera = re.search(r"http://\S+/camera", (tmp_path / "var" / "log" / "simulator.log").read_text())
+    assert camera is not None
+    with urllib.request.urlopen(camera[0], timeout=60) as pictures:
+        assert pictures.readline().startswith(b"--")
+        assert pictures.readline() == b"Content-Type: image/jpeg\r\n"
     operators = {name: Visitor(admin.address) for name in ("alice", "bob")}
     for name, password in json.loads(squad.read_text())["first_passwords"].items():
         if name in operators:
