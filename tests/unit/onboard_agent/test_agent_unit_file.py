@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from onboard_agent.cli import UNUSABLE_EXIT_CODE
+from onboard_agent.video.__main__ import OOM_SCORE
 
 UNIT = Path(__file__).parents[3] / "deploy" / "tower-agent.service"
 
@@ -42,3 +43,16 @@ def test_it_has_a_place_for_what_must_outlast_it(service: dict[str, str]) -> Non
 def test_it_is_locked_in(service: dict[str, str], name: str) -> None:
     assert service[name] == "yes"
     assert service["ProtectSystem"] == "strict"
+
+
+def test_a_video_process_that_needs_too_much_memory_does_not_take_the_agent_with_it(service: dict[str, str]) -> None:
+    assert service["OOMPolicy"] == "continue"
+    assert int(service["OOMScoreAdjust"]) < 0 < OOM_SCORE
+
+
+def test_the_video_process_may_step_back_and_open_a_camera() -> None:
+    lines = UNIT.read_text().splitlines()
+    filters = [line for line in lines if line.startswith("SystemCallFilter=")]
+    assert "setpriority" in filters[-1], "after what takes it away with the others"
+    assert "DeviceAllow=char-video4linux rw" in lines
+    assert any(line.startswith("SupplementaryGroups=") and "video" in line for line in lines)
