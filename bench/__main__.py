@@ -11,12 +11,13 @@ from typing import Any
 
 import uvloop
 
-from bench import control, fuzz, missions, relay, scale
+from bench import control, encoder, fuzz, missions, relay, scale
 from bench.rows import Report
 from bench.video import bench_run as video
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "control": (control.run, control.__doc__ or ""),
+    "encoder": (encoder.run, encoder.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
     "missions": (missions.run, missions.__doc__ or ""),
     "relay": (relay.run, relay.__doc__ or ""),

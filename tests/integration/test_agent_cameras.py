@@ -59,9 +59,10 @@ class HttpWorld:
         with contextlib.suppress(OSError):
             while True:
                 line, _ = server.accept()
-                self.asked = line.recv(4096)
-                line.sendall(self.head)
                 self.sockets.append(line)
+                with contextlib.suppress(OSError):  # who only wanted to see what comes may be gone again
+                    self.asked = line.recv(4096)
+                    line.sendall(self.head)
                 self.connected.release()
 
     def wait(self) -> None:
