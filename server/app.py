@@ -53,6 +53,9 @@ from server.origin import OriginCheck
 from server.parameters import routes as parameter_routes
 from server.problem_docs import describe_problems
 from server.problems import handle_problems
+from server.recordings import routes as recording_routes
+from server.recordings.recordings import new_recordings
+from server.recordings.source import HubVideo
 from server.relay import routes as relay_routes
 from server.relay.flood_gate import FloodLimits
 from server.relay.hub import Hub
@@ -85,6 +88,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     library_routes.router,
     log_routes.router,
     operation_routes.router,
+    recording_routes.router,
     relay_routes.router,
     video_routes.router,
     tile_routes.router,
@@ -106,6 +110,7 @@ _TAGS: Final = (
     {"name": "commands", "description": "What a drone is told to do."},
     {"name": "logs", "description": "Flight logs, on board and fetched."},
     {"name": "video", "description": "How it is with the video of a drone."},
+    {"name": "recordings", "description": "Recorded video."},
     {"name": "missions", "description": "The library of missions."},
     {"name": "operations", "description": "Work at drones that is going on."},
     {"name": "map", "description": "The tiles of the map."},
@@ -215,6 +220,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         clerk=clerk,
         log_shelf=log_shelf,
         log_receiver=LogReceiver(log_shelf),
+        recordings=new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock),
         loop_lag=LoopLag(),
         started_at=clock(),
     )
@@ -238,6 +244,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
         await asyncio.to_thread(tower.log_shelf.sweep, frozenset(tower.hub.drone_ids()))
+        await stack.enter_async_context(tower.recordings.working(frozenset(tower.hub.drone_ids())))
         for drone_id in tower.hub.drone_ids():
             tower.loss_checks.look_again(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))

@@ -64,6 +64,17 @@ from server.operations.refusals import (
 )
 from server.parameters.orders import ParametersUnknown
 from server.private_path import NotPrivate
+from server.recordings.refusals import (
+    AlreadyRecording,
+    NoRoomToRecord,
+    NotReady,
+    NotYourRecording,
+    NotYoursToRecord,
+    NoVideo,
+    RecordingBusy,
+    TooManyRecordings,
+    UnknownRecording,
+)
 from server.refusal import Refusal, RetryLater
 from server.tile_source import NoTileFile
 
@@ -157,6 +168,15 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NotAskedFor: Kind("not-asked-for", 404, "Nobody waits for it"),
     FileNotTaken: Kind("no-room", 413, "The file is not taken"),
     FileIncomplete: Kind("incomplete", 400, "The file is not whole"),
+    UnknownRecording: Kind("unknown-recording", 404, "No such recording"),
+    NotReady: Kind("recording-not-ready", 409, "There is no file yet"),
+    NotYoursToRecord: Kind("not-in-control", 409, "You do not have the controls"),
+    NotYourRecording: Kind("not-your-recording", 403, "Not your recording"),
+    AlreadyRecording: Kind("already-recording", 409, "It is recorded already"),
+    TooManyRecordings: Kind("too-many-recordings", 409, "Too many recordings"),
+    RecordingBusy: Kind("recording-busy", 409, "It is not over yet"),
+    NoVideo: Kind("no-video", 409, "There is no video"),
+    NoRoomToRecord: Kind("no-room", 413, "There is no room for it"),
     PlanNotRead: Kind("plan-not-read", 409, "The plan could not be read"),
     LastAdmin: Kind("last-admin", 409, "The last admin must stay"),
     BadName: Kind(INVALID.slug, INVALID.status, INVALID.title, field="name"),

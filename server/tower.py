@@ -27,6 +27,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.flight_logs.receiving import LogReceiver
     from server.flight_logs.shelf import LogShelf
     from server.operations.clerk import OperationClerk
+    from server.recordings.recordings import Recordings
     from server.relay.hub import Hub
     from server.settings import Settings
     from server.system.loop_lag import LoopLag
@@ -54,6 +55,7 @@ class Tower:
     clerk: OperationClerk
     log_shelf: LogShelf
     log_receiver: LogReceiver
+    recordings: Recordings
     loop_lag: LoopLag
     started_at: datetime
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)

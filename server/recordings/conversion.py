@@ -60,7 +60,7 @@ class Made(NamedTuple):
     recoded: bool
 
 
-def survey(file: IO[bytes]) -> Survey:
+def survey(file: IO[bytes], tell: Tell) -> Survey:
     """Raises NoRecording where there is no picture to begin with."""
     first: Unit | None = None
     sets: tuple[bytes, ...] = ()
@@ -72,6 +72,7 @@ def survey(file: IO[bytes]) -> Survey:
             if not unit.key:
                 continue
             first, sets = unit, parameter_sets(unit.payload)
+        tell(0)
         taken.append(Taken(unit.capture_us, came_us, unit.rate_hz))
         size = max(size, (unit.width, unit.height), key=lambda one: one[0] * one[1])
         uniform = uniform and (unit.width, unit.height) == (first.width, first.height)

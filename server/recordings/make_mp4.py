@@ -4,7 +4,7 @@ sent. Started by `server.recordings.finishing`; ends when whoever started it is 
     python -m server.recordings.make_mp4 UNITS MP4
 
 On standard output: a line of JSON about once a second, `{"done": pictures}`, and at the end the members of `Made` or
-`{"problem": words}` with exit code 1.
+`{"problem": words}` with exit code 1, or 2 where another try would do no better.
 """
 
 import json
@@ -35,12 +35,16 @@ def main(arguments: list[str]) -> int:
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
     threading.Thread(target=_end_with_parent, daemon=True).start()
     av.logging.set_level(None)
+    tell = _telling()
     try:
         with units.open("rb") as file:
-            found: Survey = survey(file)
+            found: Survey = survey(file, tell)
         with units.open("rb") as file:
-            made: Made = make(file, found, target, _telling())
-    except (NoRecording, OSError, MemoryError, av.error.FFmpegError) as error:
+            made: Made = make(file, found, target, tell)
+    except NoRecording as error:
+        _say({"problem": str(error)})
+        return 2
+    except (OSError, MemoryError, av.error.FFmpegError) as error:
         words = getattr(error, "strerror", None) or str(error) or type(error).__name__
         _say({"problem": words[:150]})
         return 1

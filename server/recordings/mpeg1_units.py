@@ -1,7 +1,7 @@
 """From the MPEG-TS packets of one unit to the MPEG-1 pictures in it. Pure.
 
 A unit has one picture that was taken, and may have another that says "as before": the encoder's way to have the first
-one out without delay (docs/video.md).
+one out without delay (docs/recordings.md).
 """
 
 import re

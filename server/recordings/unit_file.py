@@ -1,7 +1,7 @@
 """What a recording is on disk while it goes on: units one after another, each with its length and a checksum. Pure.
 
 Nothing is ever changed that was written before, so whatever happens to the tower, all but the last unit can be read.
-Not the live picture's units alone, because a player knows nothing of when each was taken: docs/video.md.
+Not the live picture's units alone, because a player knows nothing of when each was taken: docs/recordings.md.
 """
 
 import zlib

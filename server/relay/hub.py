@@ -419,6 +419,12 @@ class Hub:
         if drone is not None:
             self._state.tell_watchers(drone, live.Rehearsal(drone_id, what, phase, hold_ms, text, lasts_s))
 
+    def tell_video_watchers(self, drone_id: DroneId, event: live.ToBrowser) -> None:
+        """To everybody who may watch the video of the drone."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            self._state.tell_video_watchers(drone, event)
+
     # -- time ------------------------------------------------------------------------------------------------
 
     def tick(self, now: float) -> None:

@@ -9,6 +9,7 @@ from server.fleet.views import DroneView
 from server.operations.board_views import PlanBoardView
 from server.operations.operation import Operation
 from server.operations.views import OperationView
+from server.recordings.views import RecordingView
 from wire.control_messages import UNREADABLE
 from wire.link_quality import Quality
 
@@ -221,6 +222,15 @@ class ParametersChanged(msgspec.Struct, frozen=True, tag="parameters", tag_field
     total: int
 
 
+class Recording(msgspec.Struct, frozen=True, tag="recording", tag_field="type"):
+    """A recording of a drone's video: `begun`, `ended` (its file is being made), `ready` or `failed`; `removed`:
+    deleted, or to make room."""
+
+    drone_id: int
+    event: Literal["begun", "ended", "ready", "failed", "removed"]
+    recording: RecordingView
+
+
 class Watch(msgspec.Struct, frozen=True, tag="watch", tag_field="type"):
     """How often the newest state is wanted."""
 
@@ -280,6 +290,7 @@ ToBrowser = (
     | OperationChanged
     | PlanOnBoardChanged
     | ParametersChanged
+    | Recording
 )
 FromBrowser = Watch | Focus | MapShown | Pong
 
@@ -290,14 +301,23 @@ class MalformedRequest(ValueError):
 
 def _view(value: Any) -> Any:
     """Views are pydantic's, because REST answers them too."""
-    return value.model_dump() if isinstance(value, DroneView | OperationView) else value
+    return value.model_dump() if isinstance(value, DroneView | OperationView | RecordingView) else value
 
 
 _encoder: Final = msgspec.json.Encoder(enc_hook=_view)
 _decoder: Final[msgspec.json.Decoder[FromBrowser]] = msgspec.json.Decoder(FromBrowser)
 
 
-_SHARED: Final = (DroneChanged, Control, Hold, OperationChanged, PlanOnBoardChanged, ParametersChanged, Separation)
+_SHARED: Final = (
+    DroneChanged,
+    Control,
+    Hold,
+    OperationChanged,
+    PlanOnBoardChanged,
+    ParametersChanged,
+    Recording,
+    Separation,
+)
 """Events that one object tells to everybody who watches a drone."""
 _MOST_SHARED: Final = 256
 _encoded: Final[dict[int, tuple[ToBrowser, str]]] = {}

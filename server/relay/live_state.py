@@ -39,6 +39,13 @@ class LiveState:
         for browser in drone.watchers.values():
             browser.tell(event)
 
+    def tell_video_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
+        """To everybody who may watch the video of the drone."""
+        shut_out = drone.no_video_user_id
+        for browser in drone.watchers.values():
+            if browser.viewer.user_id != shut_out:
+                browser.tell(event)
+
     def tell_former(self, drone: LiveDrone, user_ids: AbstractSet[UserId], event: live.ToBrowser) -> None:
         """A last word to those who may not see the drone any more, and had a part in it until now."""
         for browser in self.browsers.values():

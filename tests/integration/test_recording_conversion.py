@@ -154,7 +154,7 @@ def test_where_nothing_can_be_made_it_says_so(tmp_path: Path) -> None:
     for name, content in (("none", MAGIC), ("foreign", b"hello"), ("torn", MAGIC + b"\x01\x02")):
         source = tmp_path / f"{name}.units"
         source.write_bytes(content)
-        told = convert(source, code=1)
+        told = convert(source, code=2)
         assert told["problem"]
     assert "No such file" in convert(tmp_path / "missing.units", code=1)["problem"]
 

@@ -43,6 +43,8 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("get_plan", "verify_plan", "get_parameters", "read_parameters", "get_video"), OWN_LOOK),
     **dict.fromkeys(("get_logs", "list_logs", "get_log_file"), OWN_LOOK),
     **dict.fromkeys(("put_plan", "clear_plan", "write_parameters", "command_drone", "fetch_log"), OWN_FLY),
+    **dict.fromkeys(("list_recordings", "get_recording", "get_recording_file"), OWN_LOOK),
+    **dict.fromkeys(("begin_recording", "end_recording", "delete_recording"), OWN_FLY),
     "put_agent_file": NOBODY,
     "get_operation": LOOK,
     "cancel_operation": FLY,
@@ -145,6 +147,7 @@ async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerW
             "{mission_id}",
             "{log_id}",
             "{transaction_id}",
+            "{recording_id}",
         ):
             path = path.replace(number, "9999")
         for visitor, client in clients.items():

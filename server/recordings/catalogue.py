@@ -1,0 +1,119 @@
+"""The rows of recordings: what the database knows of each. Every function takes a session; a change and its audit
+record live or die together."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from typing import Any, Final
+
+from sqlalchemy import func, select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.audit.deed import Deed
+from server.recordings.finishing import Finished
+from server.recordings.refusals import RecordingBusy, UnknownRecording
+from server.recordings.tables import RecordingRow
+
+MOST_LISTED: Final = 500
+OPEN_STATES: Final = ("recording", "finishing")
+_MOST_WORDS: Final = 200
+
+
+async def of_drone(session: AsyncSession, drone_id: int) -> Sequence[RecordingRow]:
+    """Newest first."""
+    query = select(RecordingRow).where(RecordingRow.drone_id == drone_id)
+    return (await session.scalars(query.order_by(RecordingRow.id.desc()).limit(MOST_LISTED))).all()
+
+
+async def get(session: AsyncSession, drone_id: int, recording_id: int, *, lock: bool = False) -> RecordingRow:
+    """Raises UnknownRecording."""
+    query = select(RecordingRow).where(RecordingRow.id == recording_id, RecordingRow.drone_id == drone_id)
+    row = await session.scalar(query.with_for_update() if lock else query)
+    if row is None:
+        raise UnknownRecording
+    return row
+
+
+async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, deed: Deed) -> RecordingRow:
+    """Raises UnknownRecording, RecordingBusy."""
+    row = await get(session, drone_id, recording_id, lock=True)
+    if row.state in OPEN_STATES:
+        raise RecordingBusy
+    await _remove(session, row, "recording.deleted", deed)
+    return row
+
+
+async def remove_for_room(session: AsyncSession, recording_id: int, *, deed: Deed) -> RecordingRow | None:
+    """None where it has gone already, or is no longer to be removed."""
+    row = await session.get(RecordingRow, recording_id)
+    if row is None or row.state in OPEN_STATES:
+        return None
+    await _remove(session, row, "recording.removed", deed)
+    return row
+
+
+async def _remove(session: AsyncSession, row: RecordingRow, action: str, deed: Deed) -> None:
+    deed.record(session, action, drone_id=row.drone_id, **about(row))
+    await session.delete(row)
+
+
+def about(row: RecordingRow) -> dict[str, Any]:
+    """What the audit trail says of a recording."""
+    return {"recording": row.id, "quality": row.quality, "began_at": row.began_at.isoformat()}
+
+
+async def mark_ended(
+    session: AsyncSession,
+    recording_id: int,
+    *,
+    words: str,
+    at: datetime,
+    size_bytes: int,
+    pictures: int,
+    flights: Iterable[datetime],
+    deed: Deed,
+) -> RecordingRow | None:
+    """Its file is to be made. None where the row has gone, with its drone. Harmless a second time."""
+    row = await session.get(RecordingRow, recording_id)
+    if row is None or row.state != "recording":
+        return row
+    row.state, row.words, row.ended_at = "finishing", words[:_MOST_WORDS], at
+    row.size_bytes, row.pictures = size_bytes, pictures
+    row.flights = [one.isoformat() for one in flights]
+    told = about(row) | ({"words": row.words} if words else {})
+    deed.record(session, "recording.ended", drone_id=row.drone_id, **told)
+    return row
+
+
+async def mark_ready(
+    session: AsyncSession, recording_id: int, finished: Finished, *, size_bytes: int
+) -> RecordingRow | None:
+    """Its file is there. None where the row has gone meanwhile."""
+    row = await session.get(RecordingRow, recording_id)
+    if row is not None:
+        row.state, row.size_bytes, row.duration_s = "ready", size_bytes, finished.duration_s
+        row.width, row.height, row.pictures = finished.width, finished.height, finished.pictures
+    return row
+
+
+async def mark_failed(session: AsyncSession, recording_id: int, words: str, *, size_bytes: int) -> RecordingRow | None:
+    """`size_bytes`: of what is left on the disk for another try."""
+    row = await session.get(RecordingRow, recording_id)
+    if row is not None:
+        row.state, row.words, row.size_bytes = "failed", words[:_MOST_WORDS], size_bytes
+    return row
+
+
+async def all_of_store(session: AsyncSession, store: str) -> Sequence[RecordingRow]:
+    """Oldest first."""
+    query = select(RecordingRow).where(RecordingRow.store == store)
+    return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id))).all()
+
+
+async def kept_bytes(session: AsyncSession, store: str) -> int:
+    """Of all that is over."""
+    query = select(func.sum(RecordingRow.size_bytes)).where(
+        RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES)
+    )
+    return int(await session.scalar(query) or 0)
