@@ -9,6 +9,7 @@ const BEFORE_THESE_FIELDS = {
   offered: false,
   assistant: null,
   may_watch: true,
+  may_watch_video: true,
   lost_action: 'return',
   lost_action_s: 30,
   profile: null,
@@ -22,6 +23,13 @@ export type DroneOnWire = Omit<Drone, keyof typeof BEFORE_THESE_FIELDS> & Partia
 export function readDrone(raw: DroneOnWire): Drone {
   return { ...BEFORE_THESE_FIELDS, ...raw };
 }
+
+/** Whether this user begins and ends recordings of its video. */
+export const mayRecord = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
+  user.role === 'admin' || drone.holder?.id === user.id;
+
+export const mayDeleteRecordings = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
+  user.role === 'admin' || drone.owners.some(({ id }) => id === user.id);
 
 /** Whether this user's commands may go to the drone. An assisting admin's do as well as the holder's. */
 export function mayCommand(drone: Drone, user: Pick<User, 'id'>): boolean {

@@ -17,6 +17,7 @@ import { LostControlsLog } from './lost_controls';
 import type { Operation } from './operation_types';
 import { isOver, Operations } from './operations';
 import { ParameterTables } from './parameter_tables';
+import { Recordings } from './recordings';
 import { nextRehearsal } from './rehearsal_log';
 import { Rest, RestError, type ControlAction, type ControlWords } from './rest';
 import { Store } from './store';
@@ -56,6 +57,7 @@ export class Tower {
   readonly lossChecks: LossChecks;
   readonly operations: Operations;
   readonly parameterTables: ParameterTables;
+  readonly recordings: Recordings;
   /** The invitation of a drone that changed last; for admins. */
   readonly enrolment = new Store<Enrolment | null>(null);
   /** Why we were signed out, and what we had in hand; empty when nobody ended it but we. */
@@ -73,6 +75,7 @@ export class Tower {
     this.rest = options.rest ?? new Rest();
     this.operations = new Operations(this.rest);
     this.parameterTables = new ParameterTables(this.rest, this.operations);
+    this.recordings = new Recordings(this.clock, this.rest);
     this.assist = new AssistTurns(this.clock);
     this.lossChecks = new LossChecks(this.clock, (droneId) => this.readLossCheck(droneId));
     this.live = new Live({
@@ -213,6 +216,9 @@ export class Tower {
       case 'parameters':
         this.vehicles.get().get(event.drone_id)?.parameters.set(event);
         break;
+      case 'recording':
+        this.recordings.take(event);
+        break;
       case 'separation':
         this.alertFeed.separations.take(event, (droneId) => this.#nameOf(droneId), this.clock.nowMs());
         break;
@@ -304,6 +310,7 @@ export class Tower {
     for (const drone of drones) this.lostControls.unexplained(drone, this.clock.nowMs());
     this.lossChecks.allChanged();
     void this.operations.reread();
+    this.recordings.reread();
   }
 
   #dropped(drone: Drone | undefined): void {
@@ -393,6 +400,7 @@ export class Tower {
     this.assist.clear();
     this.operations.clear();
     this.parameterTables.clear();
+    this.recordings.clear();
     this.deafSinceMs.set(null);
     this.journal.clear();
     this.alertFeed.clear();

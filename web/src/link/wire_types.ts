@@ -9,6 +9,7 @@ import type {
   PlanOnBoard,
   PlanOnBoardEvent,
 } from './operation_types';
+import type { RecordingEvent } from './recordings';
 
 export interface User {
   readonly id: number;
@@ -54,6 +55,8 @@ export interface Drone {
   readonly assistant: UserRef | null;
   /** False for an operator from whom the view was taken as well. */
   readonly may_watch: boolean;
+  /** False for an operator from whom the video was taken, or the whole view. */
+  readonly may_watch_video: boolean;
   readonly lost_action: LostAction;
   readonly lost_action_s: number;
   /** In force now, as the agent says; null while that is not known. */
@@ -196,6 +199,7 @@ export type TowerEvent =
   | OperationEvent
   | ParametersEvent
   | PlanOnBoardEvent
+  | RecordingEvent
   | RehearsalEvent
   | SeparationEvent
   | TurnEvent;
@@ -215,6 +219,7 @@ const KNOWN_TYPES: ReadonlySet<string> = new Set<TowerEvent['type']>([
   'operation',
   'parameters',
   'plan_on_board',
+  'recording',
   'rehearsal',
   'separation',
   'turn',

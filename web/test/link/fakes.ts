@@ -133,6 +133,7 @@ export const A_DRONE: Drone = {
   offered: false,
   assistant: null,
   may_watch: true,
+  may_watch_video: true,
   lost_action: 'return',
   lost_action_s: 30,
   profile: null,

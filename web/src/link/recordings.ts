@@ -1,0 +1,178 @@
+/**
+ * The recordings of the drones that somebody looks at, as the tower tells: read once, and again after a lost connection;
+ * in between the live channel says what became of each.
+ */
+
+import type { Clock } from './clock';
+import type { Rest } from './rest';
+import { Store, type Readable } from './store';
+
+export type RecordingState = 'recording' | 'finishing' | 'ready' | 'failed';
+
+export interface Recording {
+  readonly id: number;
+  readonly drone_id: number;
+  /** `id` is null where the account is no more. */
+  readonly by: { readonly id: number | null; readonly name: string };
+  readonly state: RecordingState | (string & {});
+  /** Why it ended where nobody ended it, or why it failed. */
+  readonly words: string;
+  readonly quality: string;
+  readonly codec: string;
+  readonly began_at: string;
+  readonly ended_at: string | null;
+  /** When the flights began that it shows. */
+  readonly flights: readonly string[];
+  readonly size_bytes: number;
+  readonly duration_s: number | null;
+  readonly pictures: number;
+  readonly width: number | null;
+  readonly height: number | null;
+}
+
+export interface RecordingEvent {
+  readonly type: 'recording';
+  readonly drone_id: number;
+  readonly event: 'begun' | 'ended' | 'ready' | 'failed' | 'removed' | (string & {});
+  readonly recording: Recording;
+}
+
+export interface KnownRecordings {
+  /** Newest first; null while nothing was read. */
+  readonly list: readonly Recording[] | null;
+  readonly problem: string;
+}
+
+export const TRY_AGAIN_MS = 5_000;
+const NOTHING_KNOWN: KnownRecordings = { list: null, problem: '' };
+const ORDER = ['recording', 'finishing', 'failed', 'ready'];
+
+/** An answer and an event about the same one overtake each other: what is further on is newer. */
+const isOlder = (one: Recording, known: Recording): boolean =>
+  ORDER.indexOf(one.state) < ORDER.indexOf(known.state) && known.state !== 'failed';
+
+/** The list with what was heard of one. */
+export function withRecording(list: readonly Recording[], heard: Recording): Recording[] {
+  const known = list.find(({ id }) => id === heard.id);
+  if (known && isOlder(heard, known)) return [...list];
+  return [heard, ...list.filter(({ id }) => id !== heard.id)].sort((a, b) => b.id - a.id);
+}
+
+export const isRunning = ({ state }: Recording): boolean => state === 'recording';
+export const recordingHref = ({ drone_id, id }: Recording): string =>
+  `/api/v1/drones/${drone_id}/recordings/${id}/file`;
+
+interface Watched {
+  readonly known: Store<KnownRecordings>;
+  watchers: number;
+  readings: number;
+  isReading: boolean;
+  /** Something was told while the list was on its way, which may be older. */
+  isOld: boolean;
+  cancelRetry: () => void;
+}
+
+export class Recordings {
+  readonly #clock: Clock;
+  readonly #rest: Rest;
+  readonly #watched = new Map<number, Watched>();
+
+  constructor(clock: Clock, rest: Rest) {
+    this.#clock = clock;
+    this.#rest = rest;
+  }
+
+  of(droneId: number): Readable<KnownRecordings> {
+    return this.#entry(droneId).known;
+  }
+
+  /** From now on they are kept current. Returns what ends it. */
+  watch(droneId: number): () => void {
+    const entry = this.#entry(droneId);
+    entry.watchers += 1;
+    if (entry.watchers === 1) void this.#read(droneId, entry);
+    return () => {
+      entry.watchers -= 1;
+      if (entry.watchers === 0) entry.cancelRetry();
+    };
+  }
+
+  /** What the live channel says. */
+  take({ drone_id, event, recording }: RecordingEvent): void {
+    const entry = this.#watched.get(drone_id);
+    if (!entry) return;
+    entry.isOld = entry.isReading;
+    entry.known.update((known) => {
+      if (known.list === null) return known;
+      const list =
+        event === 'removed' ? known.list.filter(({ id }) => id !== recording.id) : withRecording(known.list, recording);
+      return { ...known, list };
+    });
+  }
+
+  /** We may have missed what became of them. */
+  reread(): void {
+    for (const [droneId, entry] of this.#watched) if (entry.watchers > 0) void this.#read(droneId, entry);
+  }
+
+  /** What one user saw is not shown to the next. */
+  clear(): void {
+    for (const entry of this.#watched.values()) {
+      entry.readings += 1;
+      entry.cancelRetry();
+      entry.known.set(NOTHING_KNOWN);
+    }
+  }
+
+  async begin(droneId: number): Promise<void> {
+    this.#put(await this.#rest.call<Recording>('POST', `/drones/${droneId}/recordings`, {}));
+  }
+
+  async stop({ drone_id, id }: Recording): Promise<void> {
+    this.#put(await this.#rest.call<Recording>('POST', `/drones/${drone_id}/recordings/${id}/stop`));
+  }
+
+  async remove(recording: Recording): Promise<void> {
+    await this.#rest.call('DELETE', `/drones/${recording.drone_id}/recordings/${recording.id}`);
+    this.take({ type: 'recording', drone_id: recording.drone_id, event: 'removed', recording });
+  }
+
+  #put(recording: Recording): void {
+    this.take({ type: 'recording', drone_id: recording.drone_id, event: 'begun', recording });
+  }
+
+  #entry(droneId: number): Watched {
+    const known = this.#watched.get(droneId);
+    if (known) return known;
+    const made: Watched = {
+      known: new Store(NOTHING_KNOWN),
+      watchers: 0,
+      readings: 0,
+      isReading: false,
+      isOld: false,
+      cancelRetry: () => undefined,
+    };
+    this.#watched.set(droneId, made);
+    return made;
+  }
+
+  async #read(droneId: number, entry: Watched): Promise<void> {
+    entry.cancelRetry();
+    const reading = ++entry.readings;
+    entry.isReading = true;
+    entry.isOld = false;
+    try {
+      const list = await this.#rest.call<Recording[]>('GET', `/drones/${droneId}/recordings`);
+      if (reading !== entry.readings) return;
+      entry.known.set({ list, problem: '' });
+    } catch (error) {
+      if (reading !== entry.readings) return;
+      const problem = error instanceof Error ? error.message : String(error);
+      entry.known.update(({ list }) => ({ list, problem }));
+      if (entry.watchers > 0)
+        entry.cancelRetry = this.#clock.after(TRY_AGAIN_MS, () => void this.#read(droneId, entry));
+    }
+    entry.isReading = false;
+    if (entry.isOld) await this.#read(droneId, entry);
+  }
+}

@@ -1,0 +1,59 @@
+/** Recordings of video in words. */
+
+import { mayRecord } from '../link/drone_view';
+import type { Recording } from '../link/recordings';
+import type { Drone, User } from '../link/wire_types';
+import { dateTime } from './dates';
+import { UNKNOWN } from './format';
+
+const STATE_WORDS: Record<string, string> = {
+  recording: 'Recording',
+  finishing: 'Being made ready',
+  ready: 'Ready',
+  failed: 'Failed',
+};
+
+/** `0:07`, `1:02:03`. */
+export function playTime(seconds: number | null): string {
+  if (seconds === null) return UNKNOWN;
+  const whole = Math.max(0, Math.round(seconds));
+  const two = (value: number): string => String(value).padStart(2, '0');
+  const hours = Math.floor(whole / 3600);
+  const minutes = Math.floor((whole % 3600) / 60);
+  return hours > 0 ? `${hours}:${two(minutes)}:${two(whole % 60)}` : `${minutes}:${two(whole % 60)}`;
+}
+
+/** How long it has gone on, or how long the file plays. */
+export function lengthWords({ state, began_at, duration_s }: Recording, nowMs: number): string {
+  return state === 'recording' ? playTime((nowMs - Date.parse(began_at)) / 1000) : playTime(duration_s);
+}
+
+/** With the reason, where there is one. */
+export function recordingState({ state, words }: Recording): string {
+  const said = STATE_WORDS[state] ?? state;
+  return words ? `${said}: ${words}` : said;
+}
+
+/** Which flights are in it. */
+export function flightWords({ flights }: Recording): string {
+  const [first, ...more] = flights;
+  if (first === undefined) return UNKNOWN;
+  return more.length === 0 ? dateTime(first) : `${dateTime(first)} and ${more.length} more`;
+}
+
+/** Why this user may not begin or end a recording now; empty where they may. */
+export function recordingBlocked(drone: Drone, user: User, isConnected: boolean): string {
+  if (!isConnected) return 'The connection to the tower is down.';
+  if (!drone.may_watch_video) return `An admin has taken the video of ${drone.name} with its controls.`;
+  if (!mayRecord(drone, user)) return `Whoever has the controls of ${drone.name}, or an admin, records its video.`;
+  return '';
+}
+
+export const deleteQuestion = (droneName: string, recording: Recording) => ({
+  title: `Delete a recording of ${droneName}?`,
+  text:
+    `The recording of ${droneName} that began on ${dateTime(recording.began_at)} UTC ` +
+    `(${playTime(recording.duration_s)} long) is deleted from the tower for good.`,
+  confirmLabel: 'Delete the recording',
+  isDanger: true,
+});
