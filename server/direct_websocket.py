@@ -15,18 +15,12 @@ from typing import Any, Final, Protocol, cast
 
 from starlette.websockets import WebSocket
 from websockets.http11 import Request
-from websockets.utils import apply_mask
 
+from server.frame_ears import FrameEars, Listener
 from server.guarded_websocket import SLICE_BYTES, GuardedWebSocket
 from server.websocket_bytes import BINARY, TEXT, whole_message
 
 EXTENSION: Final = "tower.direct"
-
-_MASKED_TEXT: Final = 0x81
-_MASK: Final = 0x80
-_LARGEST_SHORT: Final = 125
-_HEAD_BYTES: Final = 6
-"""Of a short message from a client: two, and the mask."""
 
 
 class DirectWriter(Protocol):
@@ -51,9 +45,10 @@ class DirectWriter(Protocol):
         """From here on a message from the other side may have so many bytes; so much of what comes is parsed at a
         time (server.guarded_websocket)."""
 
-    def hear_short_texts(self, listener: Callable[[bytes], None]) -> None:
-        """From here on `listener` is called with each text message of up to 125 bytes that comes whole, at once and
-        without a task. It may have come as something else than UTF-8. All other messages come as they did."""
+    def hear(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
+        """From here on these are called with the messages that server.frame_ears describes, at once and without a task;
+        binary ones up to what `take_messages` says. All other messages come as they did: so does everything, from a
+        client that spoke before the handshake was over."""
 
 
 class DirectWebSocket(GuardedWebSocket):
@@ -62,11 +57,9 @@ class DirectWebSocket(GuardedWebSocket):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self.on_room: Callable[[], None] = _nothing
-        self._on_short_text: Callable[[bytes], None] | None = None
+        self._ears: FrameEars | None = None
         self._chunks = 0
-        """That came while nobody heard short texts; the first is the handshake."""
-        self._frame_left = 0
-        """Bytes of a frame that are to come, which the parser has begun."""
+        """That came before `hear`; the first is the handshake."""
 
     def handle_connect(self, event: Request) -> None:
         super().handle_connect(event)
@@ -86,7 +79,7 @@ class DirectWebSocket(GuardedWebSocket):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self.on_room = _nothing
-        self._on_short_text = None
+        self._ears = None
         super().connection_lost(exc)
 
     def has_room(self) -> bool:
@@ -103,81 +96,32 @@ class DirectWebSocket(GuardedWebSocket):
             return
         self.transport.write(message)
 
-    # -- short texts that come in --------------------------------------------------------------------------------
+    # -- what comes in -------------------------------------------------------------------------------------------
 
     def take_messages(self, *, largest_bytes: int, slice_bytes: int = SLICE_BYTES) -> None:
         self.conn.max_message_size = largest_bytes
         self._slice_bytes = slice_bytes
 
-    def hear_short_texts(self, listener: Callable[[bytes], None]) -> None:
+    def hear(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
         # Who sent something before the handshake was over has a parser that may be within a frame.
         if self._chunks == 1 and not self._unparsed:
-            self._on_short_text = listener
+            largest = self.conn.max_message_size or 0
+            self._ears = FrameEars(
+                self._parse, self._is_parsing, on_text=on_text, on_binary=on_binary, largest_binary=largest
+            )
 
     def data_received(self, data: bytes) -> None:
-        listener = self._on_short_text
-        if listener is None or self.close_sent:
+        if self._ears is None or self.close_sent:
             self._chunks += 1
             super().data_received(data)
-            return
-        if len(data) > SLICE_BYTES and not self._frame_left:
-            self._on_short_text = None  # so much at once is not what short texts are for: in slices, from here on
-            super().data_received(data)
-            return
-        # From frame to frame. What is short, text and whole is heard here; runs of all else go to the parser.
-        at = rest_from = 0
-        size = len(data)
-        while at < size:
-            if self._frame_left:
-                step = min(self._frame_left, size - at)
-                self._frame_left -= step
-                at += step
-                continue
-            end = _end_of_short_text(data, at)
-            if end:
-                if rest_from < at:
-                    super().data_received(data[rest_from:at])
-                if self._unparsed or self.frames or self.close_sent:
-                    # The order of messages counts: what came before this one is not through yet.
-                    super().data_received(data[at:end])
-                else:
-                    listener(_unmasked(data, at, end))
-                at = rest_from = end
-                continue
-            whole = _frame_bytes(data, at)
-            if whole is None:  # the head is cut in two: from here on the parser has it all
-                self._on_short_text = None
-                break
-            self._frame_left = whole
-        if rest_from < size:
-            super().data_received(data[rest_from:])
+        else:
+            self._ears.hear(data)
 
+    def _parse(self, data: bytes) -> None:
+        super().data_received(data)
 
-def _end_of_short_text(data: bytes, at: int) -> int:
-    """Where a short, whole, masked text message ends that begins here; 0: here is something else."""
-    if len(data) - at < _HEAD_BYTES or data[at] != _MASKED_TEXT:
-        return 0
-    length = data[at + 1] - _MASK
-    end = at + _HEAD_BYTES + length
-    return end if 0 <= length <= _LARGEST_SHORT and end <= len(data) else 0
-
-
-def _unmasked(data: bytes, at: int, end: int) -> bytes:
-    return apply_mask(data[at + _HEAD_BYTES : end], data[at + 2 : at + _HEAD_BYTES])
-
-
-def _frame_bytes(data: bytes, at: int) -> int | None:
-    """Of the frame that begins here, head and all; None: its head has not come whole."""
-    have = len(data) - at
-    if have < 2:
-        return None
-    length, mask = data[at + 1] & 0x7F, 4 if data[at + 1] & _MASK else 0
-    more = {126: 2, 127: 8}.get(length, 0)
-    if have < 2 + more:
-        return None
-    if more:
-        length = int.from_bytes(data[at + 2 : at + 2 + more])
-    return 2 + more + mask + length
+    def _is_parsing(self) -> bool:
+        return bool(self._unparsed or self.frames or self.close_sent)
 
 
 def direct_writer(websocket: WebSocket) -> DirectWriter:

@@ -65,6 +65,7 @@ class AgentVideoSocket:
         log = _log.bind(drone=video.name)
         log.info("agent_video_up")
         self._hub.video.open_channel(video, self)
+        self._writer.hear(on_binary=lambda unit: self._unit(video, unit))
         try:
             await until_one_ends(self._receive(video), self._ending.wait())
         finally:
@@ -89,27 +90,32 @@ class AgentVideoSocket:
         await self._websocket.send_denial_response(PlainTextResponse(words, status_code=status, headers=headers))
 
     async def _receive(self, video: DroneVideo) -> None:
-        websocket, desk, drops = self._websocket, self._hub.video, self._hub.drops
         while not self._ending.wished:
-            message = await websocket.receive()
+            message = await self._websocket.receive()
             if message["type"] == "websocket.disconnect":
-                drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
+                self._hub.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
                 return
-            unit, now = message.get("bytes"), time.monotonic()
+            unit = message.get("bytes")
             if unit is None:
-                drops[DropReason.MALFORMED] += 1
+                self._hub.drops[DropReason.MALFORMED] += 1
                 self._ending.wish(BAD_MESSAGE, "not a message of this channel")
-                return
-            if not (self._units.take(1.0, now) and self._bytes.take(len(unit), now)):
-                drops[DropReason.FLOOD] += 1
-                self._ending.wish(FLOODING, "more video was sent than any camera gives")
-                return
-            try:
-                head = desk.unit(video, self, unit, now)
-            except MalformedUnit as error:
-                drops[DropReason.MALFORMED] += 1
-                self._ending.wish(BAD_MESSAGE, str(error))
-                return
-            # An agent that does not read its answers sees by their lack that the way is closed.
-            if self._writer.has_room():
-                self._writer.write_binary(encode_got(Got(head.quality, head.codec, head.sequence)))
+            else:
+                self._unit(video, unit)
+
+    def _unit(self, video: DroneVideo, unit: bytes) -> None:
+        if self._ending.wished:
+            return
+        drops, now = self._hub.drops, time.monotonic()
+        if not (self._units.take(1.0, now) and self._bytes.take(len(unit), now)):
+            drops[DropReason.FLOOD] += 1
+            self._ending.wish(FLOODING, "more video was sent than any camera gives")
+            return
+        try:
+            head = self._hub.video.unit(video, self, unit, now)
+        except MalformedUnit as error:
+            drops[DropReason.MALFORMED] += 1
+            self._ending.wish(BAD_MESSAGE, str(error))
+            return
+        # An agent that does not read its answers sees by their lack that the way is closed.
+        if self._writer.has_room():
+            self._writer.write_binary(encode_got(Got(head.quality, head.codec, head.sequence)))

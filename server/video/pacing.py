@@ -56,6 +56,8 @@ class ViewerPace:
         self._stream: Stream | None = None
         self._group = 0
         self._next = 0
+        self._due = 0
+        """The unit that comes next, counted over all groups."""
         self._lost = False
         """Something of this group was left out."""
         self._catches_up_until = float("-inf")
@@ -73,7 +75,7 @@ class ViewerPace:
     def watch(self, stream: Stream, now: float) -> None:
         """From the newest key picture of this stream on."""
         self._stream = stream
-        self._group, self._next, self._lost = stream.number, 0, False
+        self._begin(stream)
         self._catches_up_until = now + CATCH_UP_S
 
     def next_unit(self, now: float) -> Relayed | None:
@@ -168,13 +170,18 @@ class ViewerPace:
                 return True, self._send(unit, now)
             if fresh and self._rate is None:
                 return True, None  # it is a moment's stop, not a slow way
-            self.skipped += len(before) - self._next
-        self._group, self._next, self._lost = stream.number, 0, False
+        self.skipped += stream.began - self._due
+        self._begin(stream)
         return False, None
+
+    def _begin(self, stream: Stream) -> None:
+        self._group, self._next, self._lost = stream.number, 0, False
+        self._due = stream.began
 
     def _send(self, unit: Relayed, now: float) -> Relayed:
         size = len(unit.framed)
         self._sent.append((unit.head.sequence, size, now, self._delivered))
         self.in_flight += size
         self._next += 1
+        self._due += 1
         return unit

@@ -62,9 +62,12 @@ class Stream:
         self.previous: list[Relayed] = []
         """The group before, for those who are about to be sent the end of it."""
         self.number = 0
+        self.began = 0
+        """How many units were passed on before this group."""
         self.lacks_key = True
         """Nothing can be passed on before the next key picture."""
         self._bytes = 0
+        self._passed_on = 0
         self._sequence = -1
 
     def follows(self, head: UnitHead) -> bool:
@@ -87,6 +90,7 @@ class Stream:
             self._begin_group(self.group if not unit.head.is_break else [])
             self.lacks_key = False
         self.group.append(unit)
+        self._passed_on += 1
         self._bytes += len(unit.message)
 
     def broken(self) -> None:
@@ -97,4 +101,5 @@ class Stream:
     def _begin_group(self, previous: list[Relayed]) -> None:
         self.previous, self.group = previous, []
         self.number += 1
+        self.began = self._passed_on
         self._bytes = 0

@@ -83,7 +83,7 @@ class ViewerChannel:
             self._ending.wish(TOO_MANY_SOCKETS, no_room)
         else:
             writer.on_room = self._room
-            writer.hear_short_texts(self._heard)
+            writer.hear(on_text=self._heard)
             hub.video.enter(viewer, now)
             try:
                 await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())

@@ -1,6 +1,6 @@
 """A small world around a hub: accounts, drones, agents and browsers without a socket."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from datetime import UTC, datetime
 
 from server.accounts.sessions import Principal
@@ -58,7 +58,7 @@ def record(
 class FakeAgent:
     """The agent's end of a link, with the address from which its datagrams come."""
 
-    def __init__(self, hub: Hub, drone_id: int, *, link_id: int, now: float = 0.0) -> None:
+    def __init__(self, hub: Hub, drone_id: int, *, link_id: int, now: float = 0.0, takes: Collection[str] = ()) -> None:
         self.hub = hub
         self.address = ("198.51.100.1", 4000 + link_id)
         self.sealed = _sealed(drone_id, link_id, send=b"a" * 32, receive=b"t" * 32, now=now)
@@ -73,6 +73,7 @@ class FakeAgent:
             post=self.posted.append,
             close=lambda code, why: self.closed.append((code, why)),
             call_later=lambda delay_s, call: self.alarms.append((delay_s, call)),
+            takes=takes,
         )
         hub.attach_link(self.link, now)
 

@@ -48,8 +48,8 @@ class Wire(asyncio.Transport):
         pass
 
 
-async def heard_from(chunks: list[bytes], early: bytes = b"") -> Sent:
-    """What an application gets of these chunks, short texts heard directly marked `short`."""
+async def heard_from(chunks: list[bytes], early: bytes = b"", *, binaries: bool = False) -> Sent:
+    """What an application gets of these chunks, short texts heard directly marked `short`, binary ones `whole`."""
     heard: Sent = []
     over = asyncio.Event()
 
@@ -57,7 +57,10 @@ async def heard_from(chunks: list[bytes], early: bytes = b"") -> Sent:
         if early:
             await began.wait()
         await send({"type": "websocket.accept"})
-        scope["extensions"][EXTENSION].hear_short_texts(lambda text: heard.append(("short", text)))
+        scope["extensions"][EXTENSION].hear(
+            on_text=lambda text: heard.append(("short", text)),
+            on_binary=(lambda payload: heard.append(("whole", payload))) if binaries else None,
+        )
         ready.set()
         await receive()
         while (message := await receive())["type"] != "websocket.disconnect":
@@ -97,7 +100,7 @@ messages = st.lists(
     st.one_of(
         st.tuples(st.just("text"), st.integers(0, 125)),
         st.tuples(st.just("text"), st.integers(126, 6_000)),
-        st.tuples(st.just("bytes"), st.integers(0, 300)),
+        st.tuples(st.just("bytes"), st.one_of(st.integers(0, 300), st.integers(60_000, 80_000))),
         st.tuples(st.just("pieces"), st.integers(2, 200)),
         st.tuples(st.just("ping"), st.integers(0, 100)),
     ),
@@ -120,9 +123,14 @@ def bytes_of(told: list[tuple[str, int]]) -> tuple[bytes, Sent]:
 
 
 @settings(max_examples=80, deadline=None)
-@given(told=messages, seed=st.integers(0, 1 << 30), largest=st.integers(1, 3_000))
+@given(
+    told=messages,
+    seed=st.integers(0, 1 << 30),
+    largest=st.one_of(st.integers(1, 300), st.integers(1_000, 70_000)),
+    binaries=st.booleans(),
+)
 def test_however_the_bytes_are_cut_everything_is_heard_once(
-    told: list[tuple[str, int]], seed: int, largest: int
+    told: list[tuple[str, int]], seed: int, largest: int, binaries: bool
 ) -> None:
     wire, expected = bytes_of(told)
     rng, chunks = random.Random(seed), []
@@ -130,8 +138,9 @@ def test_however_the_bytes_are_cut_everything_is_heard_once(
         size = rng.randint(1, largest)
         chunks.append(wire[:size])
         wire = wire[size:]
-    heard = asyncio.run(heard_from([b"".join(chunks[:1]), *chunks[1:]]))
-    assert sorted(("text" if kind == "short" else kind, text) for kind, text in heard) == sorted(expected)
+    heard = asyncio.run(heard_from(chunks, binaries=binaries))
+    plain = {"short": "text", "whole": "bytes"}
+    assert sorted((plain.get(kind, kind), payload) for kind, payload in heard) == sorted(expected)
 
 
 @pytest.mark.parametrize("together", [1, 5, 40])
@@ -139,6 +148,20 @@ def test_short_texts_that_come_whole_never_see_the_parser(together: int) -> None
     texts = [b'{"type":"got","sequence":%d}' % number for number in range(together)]
     wire = b"".join(frame(Opcode.TEXT, text) for text in texts)
     assert asyncio.run(heard_from([wire, CLOSE])) == [("short", text) for text in texts]
+
+
+@pytest.mark.parametrize("size", [1, 125, 126, 65_535, 65_536, 99_999])
+def test_binary_messages_never_see_the_parser_where_they_are_heard(size: int) -> None:
+    payload = bytes(range(256)) * (size // 256 + 1)
+    wire = frame(Opcode.BINARY, payload[:size]) * 2
+    for cut in (1, 5, 9, 13, size // 2, size + 3):
+        heard = asyncio.run(heard_from([wire[:cut], wire[cut:], CLOSE], binaries=True))
+        assert heard == [("whole", payload[:size])] * 2
+
+
+def test_a_binary_message_that_is_too_large_ends_the_connection() -> None:
+    wire = frame(Opcode.BINARY, b"1") + frame(Opcode.BINARY, bytes(100_001))
+    assert asyncio.run(heard_from([wire], binaries=True)) == [("whole", b"1")]
 
 
 def test_who_speaks_before_the_handshake_is_over_is_heard_by_the_parser_alone() -> None:

@@ -1,0 +1,361 @@
+"""The desk of video in the hub: what agents are asked for, to whom units go, and who is taken off the list when."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hub_world import LATER, NAMES, FakeAgent, HubWorld
+
+from server.accounts.sessions import Principal
+from server.accounts.tables import Role
+from server.fleet.snapshot import UserRef
+from server.relay.live_drone import LeaseView
+from server.video.desk import AT_ONCE
+from server.video.drone_video import LINGER_S
+from server.video.situation import VideoCondition, VideoSituation
+from server.video.streams import StreamKey
+from server.video.viewer import DEAF_AFTER_S, VideoViewer
+from wire.control_messages import ToAgent
+from wire.ids import DroneId, Epoch, UserId
+from wire.video import (
+    HEADER_BYTES,
+    VIDEO,
+    CameraState,
+    ClockAnswer,
+    Codec,
+    Quality,
+    Unit,
+    UnitHead,
+    VideoState,
+    VideoWanted,
+    decode_unit,
+    encode_unit,
+)
+
+ONE, TWO = DroneId(1), DroneId(2)
+MEDIUM = StreamKey(Quality.MEDIUM, Codec.MPEG1)
+
+
+def unit(sequence: int, *, key: bool = False, **fields: Any) -> bytes:
+    values = Unit(Quality.MEDIUM, Codec.MPEG1, sequence, key, False, 77, 320, 240, 24.0, 450_000, 3, b"\x47" * 188)
+    return encode_unit(values._replace(**fields))
+
+
+class FakeViewer:
+    """Reads at once and says what it has drawn, unless told not to."""
+
+    def __init__(self, scene: "Scene", user_id: int, drone_id: DroneId = ONE, key: StreamKey = MEDIUM) -> None:
+        self.units: list[Unit] = []
+        self.told: list[dict[str, Any]] = []
+        self.closed: list[tuple[int, str]] = []
+        self.reads, self.draws = True, True
+        self._scene = scene
+        role = Role.ADMIN if user_id == 9 else Role.OPERATOR
+        principal = Principal(UserId(user_id), NAMES[user_id], role, user_id, LATER)
+        self.viewer = VideoViewer(
+            scene.video.next_number(),
+            principal,
+            drone_id,
+            key,
+            scene.now,
+            write=self._write,
+            tell=lambda text: self.told.append(json.loads(text)),
+            has_room=lambda: self.reads,
+            close=lambda code, why: self.closed.append((code, why)),
+        )
+        scene.video.enter(self.viewer, scene.now)
+
+    def _write(self, message: bytes) -> None:
+        head = {126: 4, 127: 10}.get(message[1], 2)
+        self.units.append(decode_unit(message[head:]))
+        if self.draws:
+            self._scene.drawn.append((self.viewer, self.units[-1].sequence))
+
+    @property
+    def sequences(self) -> list[int]:
+        return [one.sequence for one in self.units]
+
+    @property
+    def states(self) -> list[str]:
+        return [one["state"] for one in self.told if one["type"] == "state"]
+
+
+class FakeChannel:
+    def __init__(self) -> None:
+        self.keys: list[StreamKey] = []
+        self.closed: list[tuple[int, str]] = []
+
+    def ask_key(self, key: StreamKey) -> None:
+        self.keys.append(key)
+
+    def close(self, code: int, why: str) -> None:
+        self.closed.append((code, why))
+
+
+class FakeSink:
+    quality, codec = MEDIUM
+
+    def __init__(self) -> None:
+        self.units: list[int] = []
+        self.states: list[VideoCondition] = []
+        self.why_ended: list[str] = []
+
+    def unit(self, message: bytes, head: UnitHead, now: float) -> None:
+        assert decode_unit(message).sequence == head.sequence
+        self.units.append(head.sequence)
+
+    def state(self, situation: VideoSituation) -> None:
+        self.states.append(situation.condition)
+
+    def ended(self, why: str) -> None:
+        self.why_ended.append(why)
+
+
+class Scene:
+    """Drone 1 has a camera."""
+
+    def __init__(self) -> None:
+        self.world = HubWorld()
+        self.hub = self.world.hub
+        self.video = self.hub.video
+        self.now = 100.0
+        self.drawn: list[tuple[VideoViewer, int]] = []
+        self.later: list[Callable[[float], None]] = []
+        self.video.later = self.later.append
+        self.channel = FakeChannel()
+        self.link_up(11)
+
+    def link_up(self, link_id: int) -> None:
+        self.agent = FakeAgent(self.hub, 1, link_id=link_id, now=self.now, takes={VIDEO})
+
+    @property
+    def wanted(self) -> list[VideoWanted]:
+        return [one for one in self.agent.posted if isinstance(one, VideoWanted)]
+
+    def open_channel(self) -> None:
+        video = self.video.drone_of_ticket(self.wanted[-1].ticket)
+        assert video is not None
+        self.channel = FakeChannel()
+        self.video.open_channel(video, self.channel)
+
+    def send(self, *units: bytes) -> None:
+        video = self.video.drone_of_ticket(self.wanted[-1].ticket)
+        assert video is not None
+        for one in units:
+            self.video.unit(video, self.channel, one, self.now)
+            self.draw()
+
+    def draw(self) -> None:
+        drawn, self.drawn = self.drawn, []
+        for viewer, sequence in drawn:
+            self.video.got(viewer, sequence, self.now)
+
+    def wait(self, seconds: float) -> None:
+        until = self.now + seconds
+        while self.now < until:
+            self.now += 0.1
+            self.hub.tick(self.now)
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return Scene()
+
+
+def streams_of(message: ToAgent) -> list[tuple[Quality, Codec]]:
+    assert isinstance(message, VideoWanted)
+    return [(one.quality, one.codec) for one in message.streams]
+
+
+def test_an_agent_is_asked_while_somebody_watches_and_a_little_longer(scene: Scene) -> None:
+    assert [streams_of(one) for one in scene.wanted] == [[]]
+    viewer = FakeViewer(scene, 1)
+    assert streams_of(scene.wanted[-1]) == [MEDIUM]
+    scene.wait(1)
+    scene.video.leave(viewer.viewer)
+    scene.wait(LINGER_S - 0.5)
+    again = FakeViewer(scene, 1)
+    assert len(scene.wanted) == 2
+    scene.video.leave(again.viewer)
+    scene.wait(LINGER_S + 0.5)
+    assert streams_of(scene.wanted[-1]) == []
+    assert {one.ticket for one in scene.wanted} == {scene.wanted[0].ticket}
+
+
+def test_a_new_link_has_a_new_ticket_and_the_old_one_opens_nothing(scene: Scene) -> None:
+    FakeViewer(scene, 1)
+    scene.open_channel()
+    old, channel = scene.wanted[-1].ticket, scene.channel
+    scene.link_up(12)
+    assert channel.closed[0][0] == 4401
+    assert scene.video.drone_of_ticket(old) is None
+    assert scene.wanted[-1].ticket != old
+    assert streams_of(scene.wanted[-1]) == [MEDIUM]
+    scene.hub.detach_link(scene.agent.link)
+    assert scene.video.drone_of_ticket(scene.wanted[-1].ticket) is None
+    assert scene.video.drone_of_ticket("") is None
+
+
+def test_units_of_nobodys_stream_or_of_a_channel_that_was_replaced_go_nowhere(scene: Scene) -> None:
+    viewer = FakeViewer(scene, 1)
+    scene.open_channel()
+    old = scene.channel
+    scene.open_channel()
+    assert old.closed[0][0] == 4409
+    new, scene.channel = scene.channel, old
+    scene.send(unit(0, key=True))
+    scene.channel = new
+    scene.send(unit(0, key=True, quality=Quality.HIGH))
+    assert viewer.units == []
+    assert scene.video.traffic.dropped == {"unwanted": 2}
+    scene.send(unit(1))
+    assert scene.channel.keys == [MEDIUM]
+    scene.send(unit(2, key=True))
+    assert viewer.sequences == [2]
+
+
+def test_the_time_of_capture_is_by_the_towers_clock_once_it_is_known(scene: Scene) -> None:
+    viewer = FakeViewer(scene, 1)
+    scene.open_channel()
+    scene.send(unit(0, key=True))
+    assert viewer.units[-1].capture_us == 0
+    scene.video._drones[ONE].clock._asked[5] = scene.now - 0.02
+    scene.video.clock_answered(scene.agent.link, ClockAnswer(number=5, at_us=1_000_000), scene.now)
+    scene.send(unit(1, capture_us=1_000_000))
+    assert abs(viewer.units[-1].capture_us - (scene.now - 0.01) * 1e6) < 10
+
+
+def test_of_many_viewers_some_are_written_to_at_once_and_the_others_later(scene: Scene) -> None:
+    viewers = [FakeViewer(scene, 9) for _ in range(2 * AT_ONCE + 1)]
+    scene.open_channel()
+    scene.send(unit(0, key=True))
+    assert sum(bool(one.units) for one in viewers) == AT_ONCE
+    while scene.later:
+        scene.later.pop()(scene.now)
+    assert all(one.sequences == [0] for one in viewers)
+    assert len({id(one) for one in viewers}) == scene.video.traffic.units_out == 2 * AT_ONCE + 1
+
+
+def test_who_is_shut_out_gets_nothing_more_from_that_instant(scene: Scene) -> None:
+    viewers = [FakeViewer(scene, 1) for _ in range(2 * AT_ONCE)]
+    scene.open_channel()
+    scene.send(unit(0, key=True))
+    alice, admin = UserRef(UserId(1), "alice"), UserRef(UserId(9), "admin")
+    lease = LeaseView(admin, alice, Epoch(5), video_moved=True)
+    scene.hub.apply_lease(ONE, lease, event="taken", by=admin, reason="", now=scene.now)
+    while scene.later:
+        scene.later.pop()(scene.now)
+    assert sum(bool(one.units) for one in viewers) == AT_ONCE
+    assert {one.closed[0][0] for one in viewers} == {4403}
+    assert scene.video.count()[0] == 0
+    scene.hub.apply_lease(ONE, replace(lease, offered=True, epoch=Epoch(6)), event="given", by=admin, reason="", now=0)
+    again = FakeViewer(scene, 1)
+    assert again.closed == []
+    assert again.sequences == [0]
+
+
+def test_sessions_users_and_the_end_of_the_tower_end_viewers(scene: Scene) -> None:
+    alice, admin = FakeViewer(scene, 1), FakeViewer(scene, 9)
+    assert scene.hub.sockets_of(9) == 1
+    scene.hub.end_sessions([1])
+    assert [code for code, _ in alice.closed] == [4401]
+    scene.hub.end_user(UserId(9), "the account was disabled")
+    assert admin.closed == [(4401, "the account was disabled")]
+    last = FakeViewer(scene, 9)
+    scene.hub.say_good_bye()
+    assert last.closed[0][0] == 1001
+
+
+def test_a_sink_gets_everything_from_a_key_on(scene: Scene) -> None:
+    scene.video.attach(ONE, early := FakeSink(), scene.now)
+    assert streams_of(scene.wanted[-1]) == [MEDIUM]
+    scene.open_channel()
+    scene.send(unit(4), unit(5, key=True), unit(6), unit(7))
+    scene.video.attach(ONE, late := FakeSink(), scene.now)
+    scene.send(unit(8), unit(20), unit(21), unit(22, key=True), unit(23))
+    assert early.units == [5, 6, 7, 8, 22, 23]
+    assert late.units == [5, 6, 7, 8, 22, 23]
+    scene.video.state_told(scene.agent.link, VideoState(camera=CameraState.LOST))
+    assert early.states[0] is VideoCondition.WAITING
+    assert early.states[-1] is VideoCondition.CAMERA_LOST
+    scene.video.detach(ONE, early)
+    scene.send(unit(24, key=True))
+    assert (early.units[-1], late.units[-1]) == (23, 24)
+    scene.hub.say_good_bye()
+    assert (early.why_ended, len(late.why_ended)) == ([], 1)
+    assert not scene.video.attach(DroneId(77), FakeSink(), scene.now)
+
+
+def test_who_comes_when_pictures_have_stopped_sees_none_of_then(scene: Scene) -> None:
+    first = FakeViewer(scene, 1)
+    scene.open_channel()
+    scene.video.state_told(scene.agent.link, VideoState(camera=CameraState.LIVE))
+    scene.send(unit(0, key=True))
+    assert first.states[-1] == "live"
+    scene.wait(3)
+    assert first.states[-1] == "waiting"
+    late = FakeViewer(scene, 9)
+    assert late.units == []
+    scene.wait(8)
+    assert late.states[-1] == "no-agent-video"
+    assert "Drone 1" in late.told[-1]["words"]
+    scene.send(unit(1, key=True))
+    assert (late.sequences, late.states[-1]) == ([1], "live")
+
+
+def test_a_viewer_that_does_not_read_is_told_the_newest_only_and_one_that_is_deaf_is_ended(scene: Scene) -> None:
+    viewer = FakeViewer(scene, 1)
+    scene.open_channel()
+    viewer.reads = False
+    for camera in (CameraState.LOST, CameraState.LIVE, CameraState.LOST):
+        scene.video.state_told(scene.agent.link, VideoState(camera=camera))
+    scene.send(unit(0, key=True))
+    assert viewer.states == ["waiting"]
+    viewer.reads, viewer.draws = True, False
+    scene.send(unit(1))
+    assert viewer.states == ["waiting", "camera-lost"]
+    assert viewer.sequences == [0]
+    scene.wait(DEAF_AFTER_S + 1)
+    assert viewer.closed[0][0] == 4408
+    assert scene.video.count()[0] == 0
+
+
+def test_what_was_skipped_is_told_once_a_second_and_counted(scene: Scene) -> None:
+    viewer = FakeViewer(scene, 1)
+    scene.open_channel()
+    scene.send(unit(0, key=True))
+    viewer.reads = False
+    for number in range(1, 40):
+        scene.now += 0.04
+        scene.send(unit(number, key=number % 10 == 0))
+    viewer.reads = True
+    scene.send(unit(40, key=True))
+    scene.wait(0.5)
+    assert [one["count"] for one in viewer.told if one["type"] == "skipped"] == [39]
+    assert scene.video.traffic.skipped == 39
+    assert viewer.sequences == [0, 40]
+
+
+def test_nothing_is_remembered_of_drones_that_nobody_watches(scene: Scene) -> None:
+    FakeAgent(scene.hub, 2, link_id=21, now=scene.now)
+    scene.video.leave(FakeViewer(scene, 2, TWO).viewer)
+    scene.wait(LINGER_S + 1)
+    assert set(scene.video._drones) == {ONE}
+    assert scene.video.count() == (0, 0)
+    scene.hub.detach_link(scene.agent.link)
+    scene.wait(1)
+    assert scene.video._drones == {}
+    assert scene.video._tickets == {}
+
+
+def test_a_unit_costs_its_viewers_no_copy(scene: Scene) -> None:
+    written: list[bytes] = []
+    for _ in range(3):
+        viewer = FakeViewer(scene, 9)
+        viewer.viewer._write = written.append
+    scene.open_channel()
+    scene.send(unit(0, key=True))
+    assert len({id(one) for one in written}) == 1
+    assert len(written[0]) == 4 + HEADER_BYTES + 188
