@@ -37,7 +37,7 @@ export function videoWords(
     case 'connecting':
       return says(`Opening the video of ${drone}…`, '', false);
     case 'waiting':
-      return says(`Waiting for the first picture of ${drone}…`, words, false);
+      return says(`Waiting for the first picture of ${drone}…`, '', false);
     case 'no-camera':
       return says(`${drone} has no camera that its agent offers.`, words, false);
     case 'camera-lost':
