@@ -56,8 +56,9 @@ AFTER_QUEUE: Final = (0.5, 0.7)
 """Budget, as a share of what the link carries: the queue has to go."""
 QUEUE_GONE_S: Final = 0.5
 EMPTIED_OVER_S: Final = 0.05
-LESS: Final = 0.8
-"""Of the pacing, where the queue does not tell how fast it is served."""
+LESS: Final = 0.85
+"""Of the budget, where the queue does not tell how fast it is served: units that come all at once were held up by a lost
+packet or a busy computer, not by a slow link."""
 
 LATE_S: Final = 0.1
 WAITING_S: Final = 0.08
@@ -164,12 +165,15 @@ class LinkRate:
             recent.clear()
             self._cut_at = None
             return True
-        carries = min(self.pacing_bps, self._emptied_bps() or LESS * self.pacing_bps)
+        carries = self._emptied_bps()
         self.queues += 1
-        self._bound_bps = carries
         self._samples.clear()
-        self.pacing_bps = max(LEAST_PACING_BPS, min(self.pacing_bps, BELOW * carries))
-        self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, self._after(least_late_s) * carries))
+        if carries is None:
+            self._budget_bps = max(LEAST_BUDGET_BPS, LESS * self._budget_bps)
+        else:
+            carries = self._bound_bps = min(self.pacing_bps, carries)
+            self.pacing_bps = max(LEAST_PACING_BPS, min(self.pacing_bps, BELOW * carries))
+            self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, self._after(least_late_s) * carries))
         self._cut_at, self._cut_late_s = now, least_late_s
         self._rested_at = self._stepped_at = now
         return True

@@ -29,6 +29,8 @@ class Conditions:
     jitter_s: float = 0.0
     other_bps: float = 0.0
     """Traffic of others in the same queue."""
+    stalls_s: float = 0.0
+    """A busy computer: twice a second, on average, nothing is heard for up to this time, and then all at once."""
 
 
 @dataclass
@@ -66,6 +68,7 @@ class ModelUplink:
         self._host_free_at = 0.0
         self._link_free_at = 0.0
         self._in_order_at = 0.0
+        self._deaf_until = 0.0
         self._answers: list[tuple[float, int, Got]] = []
 
     def run(self, conditions: Conditions, seconds: int) -> list[Second]:
@@ -82,7 +85,9 @@ class ModelUplink:
         return self.seconds[first:]
 
     def _step(self, conditions: Conditions, second: Second) -> None:
-        while self._answers and self._answers[0][0] <= self.now:
+        if conditions.stalls_s and self._chance.random() < 2 * TICK_S:
+            self._deaf_until = self.now + self._chance.random() * conditions.stalls_s
+        while self._answers and self._answers[0][0] <= self.now and self.now >= self._deaf_until:
             _, bits, got = heapq.heappop(self._answers)
             self.rate.got(got, self.now)
             second.got_bps += bits

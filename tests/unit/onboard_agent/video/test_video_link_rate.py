@@ -37,6 +37,7 @@ def mean_bps(seconds: list[Second]) -> float:
         pytest.param(Conditions(300e3, rtt_s=0.15), MEDIUM_BPS, 24, 0.17e6, 0.32, 0.2, id="300k"),
         pytest.param(Conditions(10e6, loss=0.01), MEDIUM_BPS, 24, 0.4e6, 0.15, 0.05, id="4G"),
         pytest.param(Conditions(2e6, loss=0.01, jitter_s=0.01), HIGH_BPS, 30, 1.0e6, 0.25, 0.12, id="lossy"),
+        pytest.param(Conditions(10e6, stalls_s=0.3), MEDIUM_BPS, 24, 0.25e6, 0.15, 0.05, id="busy"),
         pytest.param(Conditions(2e6, other_bps=1e6), HIGH_BPS, 30, 0.5e6, 0.2, 0.12, id="shared"),
     ],
 )
