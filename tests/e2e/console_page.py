@@ -56,7 +56,8 @@ class ConsolePage:
                 self.drones_heard |= set(tags)
                 self.frames_heard.update(tags)
 
-        socket.on("framereceived", received)
+        if not socket.url.partition("?")[0].endswith("/video"):  # units, and not frames
+            socket.on("framereceived", received)
 
     def part(self, testid: str) -> Locator:
         return self.page.get_by_test_id(testid)
