@@ -57,8 +57,8 @@ AFTER_QUEUE: Final = (0.5, 0.7)
 QUEUE_GONE_S: Final = 0.5
 EMPTIED_OVER_S: Final = 0.05
 LESS: Final = 0.85
-"""Of the budget, where the queue does not tell how fast it is served: units that come all at once were held up by a lost
-packet or a busy computer, not by a slow link."""
+"""Of the budget, where the queue does not tell how fast it is served: units that come all at once were held up by a
+lost packet or a busy computer, not by a slow link."""
 
 LATE_S: Final = 0.1
 WAITING_S: Final = 0.08
