@@ -50,6 +50,9 @@ class ConsolePage:
         page.on("console", lambda said: self.complaints.append(said.text) if said.type == "error" else None)
 
     def _watch(self, socket: WebSocket) -> None:
+        if not socket.url.endswith("/api/v1/live"):
+            return  # a video
+
         def received(message: str | bytes) -> None:
             if isinstance(message, bytes):
                 tags = [drone_id for drone_id, _ in split_tagged(message)]

@@ -35,8 +35,9 @@ class FakeCamera:
         self.left_out = 0
         """So many units never come."""
         self.close_with = 0
-        self.changed = asyncio.Event()
-        self.viewers = 0
+        self.viewers: set[FakeViewer] = set()
+        self.got = 0
+        """So often a viewer said that it has one."""
 
 
 camera = FakeCamera()
@@ -123,6 +124,8 @@ class FakeViewer:
             said = await self.socket.receive_json()
             if said["type"] == "clock":
                 await self.send(type="clock", sent=said["sent"], tower_us=monotonic_us())
+            elif said["type"] == "got":
+                camera.got += 1
             elif said["type"] == "want":
                 self.asked = {name: said[name] for name in ("quality", "codec")}
 
@@ -132,25 +135,26 @@ async def video(socket: WebSocket, drone_id: int) -> None:
     await socket.accept(subprotocol=VIEWER_VIDEO_SUBPROTOCOL)
     viewer = FakeViewer(socket)
     showing = asyncio.create_task(viewer.show())
-    camera.viewers += 1
+    camera.viewers.add(viewer)
     try:
         await viewer.hear()
     except (WebSocketDisconnect, RuntimeError):
         pass
     finally:
-        camera.viewers -= 1
+        camera.viewers.discard(viewer)
         showing.cancel()
         with contextlib.suppress(asyncio.CancelledError, WebSocketDisconnect, RuntimeError):
             await showing
 
 
 @router.get("/fake/video/{what}/{value}")
-async def turn(what: str, value: str) -> dict[str, int]:
-    """`state/camera-lost`, `left_out/3`, `close_with/4404` (0: no more), `codecs/mpeg1`."""
+async def turn(what: str, value: str) -> dict[str, Any]:
+    """`state/camera-lost`, `left_out/3`, `close_with/4404` (0: no more), `codecs/mpeg1`. Answers who watches what."""
     if what == "state":
         camera.state = value
     elif what == "codecs":
         camera.codecs = value.split(",")
     else:
         setattr(camera, what, int(value))
-    return {"viewers": camera.viewers}
+    codecs = [viewer.asked["codec"] for viewer in camera.viewers]
+    return {"viewers": len(camera.viewers), "codecs": codecs, "got": camera.got}

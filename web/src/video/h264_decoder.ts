@@ -1,6 +1,8 @@
 /** H.264 by the browser's own decoder (WebCodecs), told to keep nothing back. */
 
 import { codecString } from './annex_b';
+import { planesOf } from './frame_planes';
+import type { Planes } from './screen';
 import type { Unit } from './unit';
 
 const LOW_DELAY = { optimizeForLatency: true } as const;
@@ -17,7 +19,7 @@ export async function hasH264(): Promise<boolean> {
 }
 
 export class H264Decoder {
-  readonly #onPicture: (picture: VideoFrame, unit: Unit) => void;
+  readonly #onPicture: (picture: Planes | VideoFrame, unit: Unit) => void;
   readonly #onFault: (words: string) => void;
   #decoder: VideoDecoder | null = null;
   #codec = '';
@@ -25,8 +27,8 @@ export class H264Decoder {
   /** By the number that we give each as its time. */
   readonly #inside = new Map<number, Unit>();
 
-  /** `onPicture` owns the frame and closes it. `onFault`: nothing comes any more before the next key picture. */
-  constructor(onPicture: (picture: VideoFrame, unit: Unit) => void, onFault: (words: string) => void) {
+  /** `onPicture` owns the picture, and closes it if it is a frame. `onFault`: nothing comes any more before the next key picture. */
+  constructor(onPicture: (picture: Planes | VideoFrame, unit: Unit) => void, onFault: (words: string) => void) {
     this.#onPicture = onPicture;
     this.#onFault = onFault;
   }
@@ -71,12 +73,19 @@ export class H264Decoder {
     decoder.configure({ codec, ...LOW_DELAY });
   }
 
-  #decoded(picture: VideoFrame): void {
-    const unit = this.#inside.get(picture.timestamp);
+  #decoded(frame: VideoFrame): void {
+    const unit = this.#inside.get(frame.timestamp);
     // What the decoder left out will not come.
-    for (const number of this.#inside.keys()) if (number <= picture.timestamp) this.#inside.delete(number);
-    if (unit) this.#onPicture(picture, unit);
-    else picture.close();
+    for (const number of this.#inside.keys()) if (number <= frame.timestamp) this.#inside.delete(number);
+    if (unit) void this.#handOn(frame, unit);
+    else frame.close();
+  }
+
+  async #handOn(frame: VideoFrame, unit: Unit): Promise<void> {
+    const from = this.#decoder;
+    const planes = await planesOf(frame).catch(() => null);
+    if (planes || from !== this.#decoder) frame.close();
+    if (from === this.#decoder) this.#onPicture(planes ?? frame, unit);
   }
 
   #fail(error: unknown): void {

@@ -28,7 +28,11 @@ export interface VideoPlayerOptions {
   readonly mpeg1: Pick<Mpeg1Decoder, 'decode'>;
   /** Null where the browser has none. */
   readonly openH264:
-    ((onPicture: (picture: VideoFrame, unit: Unit) => void, onFault: (words: string) => void) => FrameDecoder) | null;
+    | ((
+        onPicture: (picture: Planes | VideoFrame, unit: Unit) => void,
+        onFault: (words: string) => void,
+      ) => FrameDecoder)
+    | null;
   readonly openSocket: (wish: Wish) => SocketLike;
   readonly tell: (message: FromPlayer) => void;
   /** Calls back after everything that waits already. */
@@ -56,6 +60,9 @@ export class VideoPlayer {
   #choice: { readonly quality: QualityName; readonly codec: CodecChoice };
   #h264Faults = 0;
   #newest: Decoded | null = null;
+  /** The number of the newest unit that is decoded or not needed, which the tower does not know of yet. */
+  #done: number | null = null;
+  #isTurnDue = false;
   #isDrawn = false;
   #says: TowerSays | null = null;
   #linkState: LinkState = { phase: 'stopped', failures: 0, retryAtMs: null, why: '' };
@@ -127,7 +134,7 @@ export class VideoPlayer {
 
   #came(unit: Unit, bytes: number): void {
     this.#stats.came(this.#options.clock.monotonicMs(), bytes);
-    if (!this.#gate.admits(unit)) this.#link.got(unit.sequence);
+    if (!this.#gate.admits(unit)) this.#isDoneWith(unit);
     else if (unit.codec === 'mpeg1') this.#decodeMpeg1(unit);
     else if (this.#h264) this.#decodeH264(this.#h264, unit);
   }
@@ -136,7 +143,7 @@ export class VideoPlayer {
     const { clock, mpeg1 } = this.#options;
     const beganMs = clock.monotonicMs();
     const planes = mpeg1.decode(this.#packets.pieces(unit.payload));
-    this.#link.got(unit.sequence);
+    this.#isDoneWith(unit);
     if (!planes) {
       this.#gate.shut();
       return;
@@ -150,8 +157,8 @@ export class VideoPlayer {
     decoder.decode(unit);
   }
 
-  #frameDecoded(picture: VideoFrame, unit: Unit): void {
-    this.#link.got(unit.sequence);
+  #frameDecoded(picture: Planes | VideoFrame, unit: Unit): void {
+    this.#isDoneWith(unit);
     const nowMs = this.#options.clock.monotonicMs();
     this.#stats.decoded(nowMs - (this.#begunMs.get(unit) ?? nowMs));
     this.#decoded({ unit, picture });
@@ -165,9 +172,25 @@ export class VideoPlayer {
   }
 
   #decoded(decoded: Decoded): void {
-    const isDrawingDue = this.#newest !== null;
     this.#keep(decoded);
-    if (!isDrawingDue) this.#options.afterWaiting(() => this.#draw());
+    this.#takeTurn();
+  }
+
+  #isDoneWith(unit: Unit): void {
+    this.#done = unit.sequence;
+    this.#takeTurn();
+  }
+
+  /** Once for all that waits now: one picture is drawn, and the tower told once. */
+  #takeTurn(): void {
+    if (this.#isTurnDue) return;
+    this.#isTurnDue = true;
+    this.#options.afterWaiting(() => {
+      this.#isTurnDue = false;
+      if (this.#done !== null) this.#link.got(this.#done);
+      this.#done = null;
+      this.#draw();
+    });
   }
 
   /** Frames of the browser are few, and given back at once. */

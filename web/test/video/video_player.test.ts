@@ -105,9 +105,9 @@ describe('a picture', () => {
     last().says(state());
     send('mpeg1', 0);
     expect([decoded, drawn]).toEqual([1, []]);
-    expect(said('got')).toEqual([{ type: 'got', sequence: 2 ** 32 - 3 }]);
     takeTurns();
     expect(drawn).toEqual(['planes']);
+    expect(said('got')).toEqual([{ type: 'got', sequence: 2 ** 32 - 3 }]);
   });
 
   it('of several that wait the newest is drawn, and all are decoded', () => {
@@ -116,6 +116,7 @@ describe('a picture', () => {
     send('mpeg1', 0, 1, 2, 3);
     takeTurns();
     expect([decoded, drawn]).toEqual([4, ['planes']]);
+    expect(said('got')).toEqual([{ type: 'got', sequence: 0 }]); // the fourth: the count has wrapped
     send('mpeg1', 4);
     takeTurns();
     expect(drawn).toHaveLength(2);
@@ -128,7 +129,10 @@ describe('a picture', () => {
     expect(decoded).toBe(1);
     send('mpeg1', 6);
     expect(decoded).toBe(2);
-    expect(said('got')).toHaveLength(4);
+    send('mpeg1', 1);
+    takeTurns();
+    expect(decoded).toBe(2);
+    expect(said('got')).toEqual([{ type: 'got', sequence: 2 ** 32 - 2 }]);
   });
 
   it('that cannot be decoded ends what hangs on it', () => {
@@ -182,8 +186,8 @@ describe('H.264', () => {
     send('h264', 0, 1, 2);
     expect(said('got')).toEqual([]);
     giveAll();
-    expect(said('got')).toHaveLength(3);
     takeTurns();
+    expect(said('got')).toEqual([{ type: 'got', sequence: 2 }]);
     expect(drawn).toEqual(['frame 2']);
     expect(frames.map((frame) => frame.closed)).toEqual([true, true, true]);
   });
