@@ -16,7 +16,7 @@ from bench.video.strip import Sight
 from bench.video.trial import OURS, PEER, Bench, Trial, tell_used, trial
 from bench.video.video_rig import Meter
 
-WARM_UP_S: Final = 4.0
+WARM_UP_S: Final = 8.0
 COLLECT_S: Final = 2.0
 
 

@@ -14,12 +14,12 @@ from typing import Final
 
 from bench.precise_timer import PreciseTimer
 from bench.relay_sticks import STICKS_S, StubAutopilot
-from bench.rig import free_udp_port, wait_for
+from bench.rig import free_udp_port
 from bench.rows import Report
 from bench.video.fan_out import Address, Viewers, ours_at, viewers_of
 from bench.video.settings import LARGE, SMALL, UPLINK, Setting
 from bench.video.trial import Bench, Trial, trial
-from bench.video.video_rig import VideoRig, free_tcp_port
+from bench.video.video_rig import VideoRig
 from bench.video.way_up import way_up
 from wire.dialect import mavlink
 from wire.video import Quality
@@ -38,11 +38,9 @@ class SticksRig(VideoRig):
 
     async def _start_drone(self, tower: str, token: str) -> None:
         with self._at_the_drone():
-            self._camera_port = free_tcp_port()
-            agent_port, nobody = free_udp_port(), free_udp_port()
+            agent_port = free_udp_port()
             self.autopilot = StubAutopilot(agent_port)
-        await self._start_simulator(f"udp:127.0.0.1:{nobody}")
-        await wait_for("the simulator's camera", self._camera_answers, 60)
+        await self._start_camera()
         await self._start_agent(tower, token, f"udpin:127.0.0.1:{agent_port}")
 
     async def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""For `bench video`: tower, agent and simulator as in the field, the agent with the simulator's camera.
+"""For `bench video`: tower, agent and simulator as in the field, the agent with the simulator's camera, which flies.
 
 The camera is MJPEG by HTTP on the drone's host; the peer's ffmpeg reads the same one there.
 """
@@ -14,10 +14,10 @@ from typing import Final
 
 from bench.namespaces import Network
 from bench.process_cost import cpu_us
-from bench.rig import HOME, Kind, Rig, free_udp_port, wait_for
+from bench.rig import HOME, Rig, free_udp_port, wait_for
+from bench.video.orbiting import CARRIER, OrbitPilot
 from bench.video.settings import Setting
 
-COPTER: Final = Kind("ardupilot", radio=True)
 STOPS_WITHIN_S: Final = 20.0
 
 
@@ -25,9 +25,10 @@ class VideoRig(Rig):
     """A Rig without a tap whose drone has a camera."""
 
     def __init__(self, folder: Path, network: Network | None, setting: Setting) -> None:
-        super().__init__(folder, COPTER, network)
+        super().__init__(folder, CARRIER, network)
         self._setting = setting
         self._camera_port = 0
+        self._pilot: OrbitPilot | None = None
 
     @property
     def camera(self) -> str:
@@ -50,16 +51,22 @@ class VideoRig(Rig):
 
     async def _start_drone(self, tower: str, token: str) -> None:
         with self._at_the_drone():
-            self._camera_port = free_tcp_port()
-            agent_port = free_udp_port()
-        await self._start_simulator(f"udp:127.0.0.1:{agent_port}")
-        await wait_for("the simulator's camera", self._camera_answers, 60)
+            agent_port, nobodys_camera = free_udp_port(), free_tcp_port()
+        await self._start_camera("--out", f"udp:127.0.0.1:{agent_port}", "--camera", str(nobodys_camera))
         await self._start_agent(tower, token, f"udpin:127.0.0.1:{agent_port}")
 
-    async def _start_simulator(self, out: str) -> None:
+    async def _start_camera(self, *first: str) -> None:
+        """The simulator; `first`: words for the vehicle that the agent has. The last one has the camera."""
+        with self._at_the_drone():
+            self._camera_port = free_tcp_port()
+            self._pilot = pilot = OrbitPilot()
         home = ",".join(str(number) for number in HOME)
-        flown = ("--home", f"{home},0", "--out", out, "--camera", str(self._camera_port), *self.kind.options)
-        await self._run("simulator", *self._drone_command("tower-sim", *flown))
+        words = [*first, "--out", f"udp:127.0.0.1:{pilot.port}", "--camera", str(self._camera_port)]
+        count = str(words.count("--out"))
+        words = ["--home", f"{home},0", "--count", count, *words, *CARRIER.options]
+        await self._run("simulator", *self._drone_command("tower-sim", *words))
+        await wait_for("the simulator's camera", self._camera_answers, 60)
+        await wait_for("the camera to fly", lambda: pilot.circles, 90)
 
     async def _start_agent(self, tower: str, token: str, autopilot: str) -> None:
         words = ("--tower", tower, "--token", token, "--autopilot", autopilot, "--camera", self.camera)
@@ -69,6 +76,11 @@ class VideoRig(Rig):
         with self._at_the_drone(), socket.socket() as knocking:
             knocking.settimeout(1)
             return knocking.connect_ex(("127.0.0.1", self._camera_port)) == 0
+
+    async def stop(self) -> None:
+        if self._pilot is not None:
+            self._pilot.close()
+        await super().stop()
 
     def video_pids(self) -> list[int]:
         """Of the agent's video process, if there is one."""
