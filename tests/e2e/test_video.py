@@ -230,3 +230,22 @@ def test_a_video_that_is_closed_is_not_asked_for(tower: FakeTower, visitor: Cons
     assert tower.turn("left_out", 0)["viewers"] == 1
     visitor.open("/#/")
     visitor.wait("nobody", lambda: tower.turn("left_out", 0)["viewers"] == 0)
+
+
+def test_the_videos_of_a_squad_go_on_beside_each_other(tower: FakeTower, visitor: ConsolePage) -> None:
+    """For longer than the page needs to learn anything new of its drones, which is no reason to begin a video anew."""
+    visitor.sign_in("bob", "any")
+    expect(visitor.part("squad-row").first).to_be_visible()
+    visitor.open("/#/videos")
+    tiles = visitor.part("video-tile")
+    visitor.wait("several videos", lambda: tiles.count() > 1 and tower.turn("left_out", 0)["viewers"] == tiles.count())
+    visitor.page.wait_for_timeout(3_000)
+    # A canvas that was given away twice would stay black, and its video without figures.
+    for tile in tiles.all():
+        video = tile.get_by_test_id("video")
+        expect(video).to_have_attribute("data-state", "live")
+        expect(video).to_have_attribute("data-late", "false")
+        delay = tile.get_by_test_id("video-delay")
+        assert float(delay.get_attribute("data-value") or "nan") < PAST_LIVE_MS
+    assert tower.turn("left_out", 0)["viewers"] == tiles.count()
+    assert not [text for text in visitor.complaints if "401" not in text]
