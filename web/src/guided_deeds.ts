@@ -2,12 +2,14 @@
 
 import { askToArm } from './arming';
 import { ask } from './confirmation.svelte';
-import { outcomeOfCommand, type DroneCommand } from './link/drone_commands';
+import { followLeader, followsOrEnded, outcomeOfCommand, type DroneCommand } from './link/drone_commands';
 import type { FlightValues } from './link/flight_values';
 import type { Target } from './link/messages';
-import type { Operations } from './link/operations';
+import type { Operation } from './link/operation_types';
+import { isOver, type Operations } from './link/operations';
 import type { Vehicle } from './link/vehicle';
 import { preferences } from './preferences.svelte';
+import { endWords, FOLLOW_FOR_S, placeWords, type FollowPlace } from './squad/follow_place';
 import { latLon } from './words/format';
 import { measured } from './words/units';
 
@@ -65,6 +67,42 @@ export class GuidedDeeds {
   /** Moves nothing but the view: not asked. */
   async lookAhead(): Promise<void> {
     await this.#command('Look ahead', { command: 'roi', none: true });
+  }
+
+  /** Its report says when it follows; how that goes on and ends stands in parts/FollowStrip.svelte. */
+  async follow(leader: { readonly id: number; readonly name: string }, place: FollowPlace): Promise<void> {
+    const name = this.#name;
+    const where = placeWords(place, leader.name, preferences.units);
+    const text =
+      `${name} leaves what it does, flies in a straight line to ${where}, and keeps that place wherever ${leader.name} ` +
+      `flies. The place does not turn with ${leader.name}. ${endWords(leader.name, preferences.units)}`;
+    if (!(await ask({ title: `Have ${name} follow ${leader.name}?`, text, confirmLabel: 'Follow' }))) return;
+    const { id } = this.#vehicle.drone.get();
+    const { northM, eastM, upM } = place;
+    const command = { command: 'follow', leader: leader.id, north_m: northM, east_m: eastM, up_m: upM } as const;
+    await this.#vehicle.perform(`Follow ${leader.name}`, async () => {
+      try {
+        const begun = await followLeader(this.#operations, id, { ...command, for_s: FOLLOW_FOR_S });
+        const now = await followsOrEnded(this.#operations, begun.id);
+        const words = now === null || isOver(now) ? now?.words : `${name} flies to ${where}.`;
+        return { kind: 'told', isDone: now !== null && !isOver(now), words: words || 'It ended at once.' };
+      } catch (error) {
+        return { kind: 'told', isDone: false, words: error instanceof Error ? error.message : String(error) };
+      }
+    });
+  }
+
+  /** Never asks: it holds. */
+  async stopFollowing({ id }: Operation): Promise<void> {
+    await this.#vehicle.perform('Stop following', async () => {
+      try {
+        await this.#operations.cancel(id);
+        const { state, words } = await this.#operations.ended(id);
+        return { kind: 'told', isDone: state === 'cancelled', words };
+      } catch (error) {
+        return { kind: 'told', isDone: false, words: error instanceof Error ? error.message : String(error) };
+      }
+    });
   }
 
   /** From the ground it takes off, armed if it is not yet. */

@@ -5,7 +5,7 @@
 
 import type { Outcome } from './commands';
 import type { Operation } from './operation_types';
-import type { Operations } from './operations';
+import { isOver, type Operations } from './operations';
 
 export type DroneCommand =
   | { readonly command: 'arm' | 'land' | 'rtl' | 'hold' | 'pause' | 'resume' }
@@ -36,7 +36,18 @@ export type DroneCommand =
       readonly m_s?: number;
     }
   | { readonly command: 'roi'; readonly lat: number; readonly lon: number; readonly height_m: number }
-  | { readonly command: 'roi'; readonly none: true };
+  | { readonly command: 'roi'; readonly none: true }
+  | FollowCommand;
+
+/** Keeps this place relative to another drone: it runs until something ends it, and then the drone holds. */
+export interface FollowCommand {
+  readonly command: 'follow';
+  readonly leader: number;
+  readonly north_m: number;
+  readonly east_m: number;
+  readonly up_m: number;
+  readonly for_s: number;
+}
 
 /** The same as what became of it, in words. */
 export async function outcomeOfCommand(
@@ -50,6 +61,28 @@ export async function outcomeOfCommand(
   } catch (error) {
     return { kind: 'told', isDone: false, words: error instanceof Error ? error.message : String(error) };
   }
+}
+
+/** Answers with the operation as it begins: it ends when the drone follows no more. Raises RestError when it is refused. */
+export const followLeader = (operations: Operations, droneId: number, command: FollowCommand): Promise<Operation> =>
+  operations.start('POST', `/drones/${droneId}/commands`, command);
+
+/** Answers with the operation as soon as the drone follows, or when it has ended before. */
+export function followsOrEnded(operations: Operations, id: string): Promise<Operation | null> {
+  return new Promise((resolve) => {
+    let stop: (() => void) | null = null;
+    const look = (all: ReadonlyMap<string, Operation>): void => {
+      const one = all.get(id) ?? null;
+      // The agent tells for how long once it follows, not before.
+      if (one && !isOver(one) && one.total === 0) return;
+      resolve(one);
+      stop?.();
+      stop = () => undefined;
+    };
+    const stopLooking = operations.all.subscribe(look);
+    if (stop === null) stop = stopLooking;
+    else stopLooking();
+  });
 }
 
 /** Answers with the operation as it ended. Raises RestError when the tower refuses to begin it. */

@@ -1,0 +1,153 @@
+"""A drone that follows another one, and a formation, from the browser: set, flown, ended with words."""
+
+import math
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+from console_page import METRES_PER_DEGREE, ConsolePage, Somebody, signed_in
+from playwright.sync_api import expect
+from worlds.processes import World
+
+SQUAD: Final = {1: "Kestrel", 2: "Merlin", 3: "Osprey"}
+
+
+@pytest.fixture
+def quiet_world(tmp_path: Path, prepared_folder: Path) -> Iterator[World]:
+    """A tower with a third drone, Osprey, that alice and bob share."""
+    shutil.copytree(prepared_folder, tmp_path, dirs_exist_ok=True)
+    with World(tmp_path, prepared=True) as world:
+        assert world.add_drone("Osprey", "alice", "bob") == 3
+        world.start_tower()
+        yield world
+
+
+@pytest.fixture
+def world(quiet_world: World) -> World:
+    quiet_world.start_simulated(*SQUAD.values(), options=("--boot-s", "1", "--seed", "5", "--speed", "1"))
+    quiet_world.wait_until_online(quiet_world.visitor("admin"), *SQUAD)
+    return quiet_world
+
+
+def seen_from(leader: ConsolePage, follower: ConsolePage) -> tuple[float, float, float]:
+    """Metres north, east and above, as the two pages show them. The homes are equally high."""
+    lat = leader.number("latitude")
+    north = (follower.number("latitude") - lat) * METRES_PER_DEGREE
+    east = (follower.number("longitude") - leader.number("longitude")) * METRES_PER_DEGREE
+    return north, east * math.cos(math.radians(lat)), follower.number("altitude") - leader.number("altitude")
+
+
+def test_it_follows_keeps_its_place_and_holds_when_the_leader_lands(somebody: Somebody) -> None:
+    bob = signed_in(somebody, "bob", "Osprey")
+    alice = signed_in(somebody, "alice", "Kestrel")
+    bob.acquire("Osprey")
+    alice.acquire("Kestrel")
+    alice.part("in-flight").locator("summary").click()
+    expect(alice.part("follow-leader")).to_be_disabled()
+    bob.take_off("Osprey", 12)
+    alice.take_off("Kestrel", 12)
+
+    alice.part("follow-leader").select_option(label="Osprey")
+    alice.part("follow-side").select_option("metres")
+    alice.part("follow-north").fill("-3")
+    alice.part("follow-up").fill("5")
+    expect(alice.part("follow-place")).to_contain_text("Too near")
+    expect(alice.part("action-follow")).to_be_disabled()
+    alice.part("follow-north").fill("-15")
+    expect(alice.part("follow-place")).to_contain_text("15 m south of Osprey and 5 m above it")
+    alice.part("action-follow").click()
+    expect(alice.page.get_by_role("dialog")).to_contain_text("Have Kestrel follow Osprey?")
+    expect(alice.page.get_by_role("dialog")).to_contain_text("It holds where it is when Osprey lands or is lost")
+    alice.confirm("Kestrel")
+    expect(alice.part("action-report")).to_contain_text("Kestrel flies to 15 m south of Osprey")
+    expect(alice.part("follow-phase")).to_contain_text("Kestrel: following Osprey")
+
+    def in_place() -> bool:
+        north, east, up = seen_from(bob, alice)
+        return abs(north + 15) < 2 and abs(east) < 2 and abs(up - 5) < 1
+
+    alice.wait("its place", in_place)
+    begins = bob.number("latitude")
+    bob.part("action-goto").click()
+    box = bob.part("map").bounding_box()
+    assert box is not None
+    bob.page.mouse.click(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.5)
+    bob.part("goto-lat").fill(f"{begins + 40 / METRES_PER_DEGREE:.7f}")
+    bob.part("goto-lon").fill(f"{bob.number('longitude'):.7f}")
+    bob.part("goto-confirm").click()
+    bob.wait("40 m further on", lambda: (bob.number("latitude") - begins) * METRES_PER_DEGREE > 38)
+    alice.wait("its place, 40 m further on", in_place)
+
+    # Whoever opens the page meanwhile is told as well.
+    alice.page.reload()
+    expect(alice.part("follow-phase")).to_contain_text("Kestrel: following Osprey")
+    bob.part("action-land").click()
+    bob.confirm("Osprey")
+    expect(alice.part("follow-end")).to_contain_text("Osprey is not in the air", timeout=60_000)
+    expect(alice.part("follow-end")).to_contain_text("Kestrel")
+    expect(alice.part("follow-end")).to_contain_text("It holds in BRAKE")
+    alice.wait("a stop", lambda: alice.number("speed") < 0.5 and alice.word("mode") == "BRAKE")
+    assert alice.number("altitude") > 3
+
+
+def test_following_is_stopped_by_a_button_and_the_drone_holds(somebody: Somebody) -> None:
+    bob = signed_in(somebody, "bob", "Osprey")
+    alice = signed_in(somebody, "alice", "Kestrel")
+    bob.acquire("Osprey")
+    alice.acquire("Kestrel")
+    bob.take_off("Osprey", 12)
+    alice.take_off("Kestrel", 12)
+    alice.part("in-flight").locator("summary").click()
+    alice.part("follow-leader").select_option(label="Osprey")
+    alice.part("follow-side").select_option("above")
+    alice.part("follow-up").fill("12")
+    alice.part("action-follow").click()
+    alice.confirm("Osprey")
+    expect(alice.part("follow-phase")).to_contain_text("following Osprey")
+    alice.part("follow-stop").click()
+    expect(alice.part("follow-end")).to_contain_text("Kestrel: It was told to follow Osprey no more. It holds in BRAKE")
+    alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
+
+
+def test_an_admin_forms_a_line_and_lets_all_hold(somebody: Somebody, world: World) -> None:
+    admin = somebody()
+    admin.sign_in("admin")
+    expect(admin.part("squad-row")).to_have_count(3)
+    visitor = world.visitor("admin")
+    for number, drone_id in enumerate(SQUAD):
+        assert visitor.ask("POST", f"/drones/{drone_id}/control/acquire").status == 200
+        command = {"command": "takeoff", "height_m": 12 + 10 * (number % 2)}
+        answer = visitor.ask("POST", f"/drones/{drone_id}/commands", command)
+        assert answer.json["state"] == "done", answer.body
+    admin.part("choose-all").check()
+    admin.part("squad-mission-link").click()
+    admin.part("squad-job").get_by_text("Formation").click()
+    expect(admin.part("formation-cannot")).to_contain_text("Choose who leads")
+    admin.part("formation-leader").select_option(label="Osprey")
+    admin.part("formation-shape").get_by_text("Line").click()
+    admin.part("formation-heading").fill("0")
+    admin.part("formation-step").fill("10")
+    admin.wait("all in the air", lambda: formed(admin))
+    for name in SQUAD.values():
+        expect(admin.page.get_by_role("dialog")).to_contain_text(name)
+    admin.confirm("Kestrel")
+    expect(admin.part("formation-answer")).to_have_count(2)
+    admin.wait("both in place", lambda: states(admin) == ["following"] * 2)
+    expect(admin.part("formation-answer").first).to_contain_text("following Osprey")
+
+    admin.part("formation-stop").click()
+    admin.wait("both hold", lambda: states(admin) == ["ended"] * 2)
+    for answer in admin.part("formation-answer").all():
+        expect(answer).to_contain_text("It holds in BRAKE")
+
+
+def formed(console: ConsolePage) -> bool:
+    """Asks for it, until the page knows that all of them fly."""
+    console.part("formation-form").click()
+    return console.page.get_by_role("dialog").count() > 0
+
+
+def states(console: ConsolePage) -> list[str]:
+    return [part.get_attribute("data-state") or "" for part in console.part("formation-answer").all()]

@@ -1,0 +1,125 @@
+/**
+ * Has drones take their places at a leader, one after the other: the next sets off when the one before is there. A drone follows
+ * only while somebody has its controls, so what was taken up is kept. Knows no framework; `FormationTower` is its way to the tower.
+ */
+
+import { isOver } from '../link/operations';
+import type { Operation } from '../link/operation_types';
+import { whyNot, type SquadTower } from './squad_flight';
+import type { FollowPlace } from './follow_place';
+
+export type FormationState = 'waiting' | 'going' | 'following' | 'ended' | 'refused' | 'not-reached';
+
+export interface FormationAnswer {
+  readonly state: FormationState;
+  readonly why: string;
+  readonly operationId: string | null;
+}
+
+export const FORMATION_WORDS: Record<FormationState, string> = {
+  waiting: 'Waits for its turn',
+  going: 'Flies to its place',
+  following: 'Follows',
+  ended: 'Follows no more',
+  refused: 'Does not follow',
+  'not-reached': 'Not begun',
+};
+
+export interface FormationTower extends Omit<SquadTower, 'release'> {
+  /** Begins it. Raises errors with words for people. */
+  follow(droneId: number, place: FollowPlace): Promise<Operation>;
+  /** Each change of it from now on, until it is over. */
+  watch(operationId: string, heard: (operation: Operation) => void): void;
+  /** Metres from where it should be; null: nobody knows. */
+  offPlaceM(droneId: number, place: FollowPlace): number | null;
+  /** A moment passes. */
+  wait(): Promise<void>;
+  nowMs(): number;
+}
+
+export interface FormationRun {
+  readonly ways: readonly { readonly droneId: number; readonly place: FollowPlace }[];
+  readonly isStopped: () => boolean;
+  readonly onanswer: (droneId: number, answer: FormationAnswer) => void;
+}
+
+/** Nearer to its place than this it is there. */
+export const THERE_M = 5;
+/** Whoever is not there by then is in the way of the others. */
+export const THERE_WITHIN_MS = 90_000;
+
+const answer = (state: FormationState, why = '', operationId: string | null = null): FormationAnswer => ({
+  state,
+  why,
+  operationId,
+});
+const wordsOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
+
+/** What is said of an operation of following. The agent tells how long it takes once it follows, not before. */
+export function followAnswer(operation: Operation, isThere: boolean): FormationAnswer {
+  const { id, state, words, phase, total } = operation;
+  if (!isOver(operation)) return answer(total > 0 && isThere ? 'following' : 'going', phase, id);
+  return answer(state === 'refused' ? 'refused' : 'ended', words || `It ended as "${state}".`, id);
+}
+
+export async function formUp(tower: FormationTower, { ways, isStopped, onanswer }: FormationRun): Promise<void> {
+  for (const { droneId } of ways) onanswer(droneId, answer('waiting'));
+  let failed = '';
+  for (const { droneId, place } of ways) {
+    if (isStopped() || failed !== '') {
+      onanswer(droneId, answer('not-reached', isStopped() ? 'You stopped before its turn.' : failed));
+      continue;
+    }
+    const name = tower.drone(droneId)?.name ?? 'The one before';
+    const why = await sendOff(tower, droneId, place, isStopped, (now) => onanswer(droneId, now));
+    if (why !== '') failed = `${name} ${why}, so this one was not sent.`;
+  }
+}
+
+/** Until it is in its place. Answers why it is not; empty when it is. */
+async function sendOff(
+  tower: FormationTower,
+  droneId: number,
+  place: FollowPlace,
+  isStopped: () => boolean,
+  tell: (answer: FormationAnswer) => void,
+): Promise<string> {
+  const drone = tower.drone(droneId);
+  const cannot = drone ? whyNot(drone, tower.user) : 'It is no longer in your squad.';
+  if (cannot) {
+    tell(answer('refused', cannot));
+    return 'does not follow';
+  }
+  tell(answer('going', 'takes up the controls'));
+  let newest: Operation;
+  try {
+    if (drone!.holder?.id !== tower.user.id) await tower.acquire(droneId);
+    if (isStopped()) {
+      tell(answer('not-reached', 'You stopped before it was sent.'));
+      return '';
+    }
+    newest = await tower.follow(droneId, place);
+  } catch (error) {
+    tell(answer('refused', wordsOf(error)));
+    return 'does not follow';
+  }
+  let isThere = false;
+  const put = (operation: Operation): void => {
+    newest = operation;
+    tell(followAnswer(operation, isThere));
+  };
+  put(newest);
+  tower.watch(newest.id, put);
+  const until = tower.nowMs() + THERE_WITHIN_MS;
+  while (!isOver(newest) && !isStopped()) {
+    const offM = tower.offPlaceM(droneId, place);
+    isThere = newest.total > 0 && offM !== null && offM < THERE_M;
+    if (isThere) {
+      put(newest);
+      return '';
+    }
+    if (tower.nowMs() > until) return 'is not in its place';
+    await tower.wait();
+  }
+  return isOver(newest) ? 'does not follow' : '';
+}
