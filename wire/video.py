@@ -228,6 +228,13 @@ class ClockAnswer(msgspec.Struct, frozen=True, tag="clock_answer", tag_field="ty
     at_us: Annotated[int, msgspec.Meta(ge=0)]
 
 
+class KeyWanted(msgspec.Struct, frozen=True, tag="key", tag_field="type"):
+    """Tower to agent, text on the video channel: a key picture of this stream is needed."""
+
+    quality: Quality
+    codec: Codec
+
+
 VideoToAgent = VideoWanted | ClockProbe
 VideoToTower = VideoState | ClockAnswer
 

@@ -29,7 +29,7 @@ from onboard_agent.tower_url import TowerUrl
 from onboard_agent.video.link_rate import LinkRate
 from onboard_agent.video.on_the_way import piece_bytes, wire_bits
 from onboard_agent.video.streaming import Departure
-from wire.video import AGENT_VIDEO_SUBPROTOCOL, Codec, MalformedUnit, Quality, StreamWish, decode_got
+from wire.video import AGENT_VIDEO_SUBPROTOCOL, KeyWanted, MalformedUnit, StreamWish, decode_got
 
 _log = logging.getLogger(__name__)
 
@@ -43,12 +43,7 @@ REFUSED_PAUSE_S: Final = 2.0
 _TCP_THIN_LINEAR_TIMEOUTS: Final = 16
 
 
-class _KeyWanted(msgspec.Struct, tag="key", tag_field="type"):
-    quality: Quality
-    codec: Codec
-
-
-_wishes: Final = msgspec.json.Decoder(_KeyWanted)
+_wishes: Final = msgspec.json.Decoder(KeyWanted)
 
 
 class VideoChannel:

@@ -16,9 +16,8 @@ from server.relay.side_by_side import Ending, close_quietly, is_breach, until_on
 from server.relay.token_bucket import TokenBucket
 from server.video.drone_video import DroneVideo
 from server.video.streams import StreamKey
-from server.video.viewer_messages import codec_name, quality_name
 from wire.drops import DropReason
-from wire.video import AGENT_VIDEO_SUBPROTOCOL, LARGEST_UNIT_BYTES, Got, MalformedUnit, encode_got
+from wire.video import AGENT_VIDEO_SUBPROTOCOL, LARGEST_UNIT_BYTES, Got, KeyWanted, MalformedUnit, encode_got
 
 BAD_MESSAGE: Final = 4400
 SLICE_BYTES: Final = 16 * 1024
@@ -77,8 +76,7 @@ class AgentVideoSocket:
     def ask_key(self, key: StreamKey) -> None:
         """See AgentVideoChannel. One that does not read is not asked."""
         if self._writer.has_room():
-            wish = {"type": "key", "quality": quality_name(key.quality), "codec": codec_name(key.codec)}
-            self._writer.write_text(msgspec.json.encode(wish))
+            self._writer.write_text(msgspec.json.encode(KeyWanted(key.quality, key.codec)))
 
     def close(self, code: int, why: str) -> None:
         """See AgentVideoChannel."""

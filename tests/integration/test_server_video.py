@@ -14,7 +14,7 @@ from video_world import CameraAgent, Watcher, camera_agent, filming, watching_vi
 from websockets.exceptions import InvalidStatus
 
 from server.accounts.tables import Role
-from wire.video import HEADER_BYTES, CameraState, Codec, Quality, encode_unit
+from wire.video import HEADER_BYTES, CameraState, Codec, KeyWanted, Quality, encode_unit
 
 
 class Scene:
@@ -128,7 +128,7 @@ async def test_after_a_gap_or_a_break_nothing_comes_before_the_next_key(scene: S
     await wanted(scene, MEDIUM)
     await scene.agent.send()
     await until(lambda: scene.agent.keys_asked, what="to be asked for a key picture")
-    assert scene.agent.keys_asked == [{"type": "key", "quality": "medium", "codec": "mpeg1"}]
+    assert scene.agent.keys_asked == [KeyWanted(Quality.MEDIUM, Codec.MPEG1)]
     await scene.agent.send(key=True)
     await viewer.until(lambda: len(viewer.units) == 1)
     await scene.agent.send()

@@ -2,20 +2,20 @@
 
 import asyncio
 import contextlib
-import json
 import time
 from collections.abc import AsyncIterator
 from typing import Any
 
 import av
 import cv2
+import msgspec
 import numpy as np
 from agent_fakes import FakeTower, until
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from wire.video import VIDEO, CameraState, StreamWish, Unit, VideoState, VideoWanted, decode_unit, encode_got
+from wire.video import VIDEO, CameraState, KeyWanted, StreamWish, Unit, VideoState, VideoWanted, decode_unit, encode_got
 from wire.video import Got as GotUnit
 
 VIDEO_PATH = "/api/v1/agent/video"
@@ -61,8 +61,7 @@ class VideoTower(FakeTower):
         await self.tell(VideoWanted(ticket=ticket, streams=streams))
 
     async def ask_for_key(self, wish: StreamWish) -> None:
-        words = {"type": "key", "quality": int(wish.quality), "codec": int(wish.codec)}
-        await self.channels[-1].send(json.dumps(words))
+        await self.channels[-1].send(msgspec.json.encode(KeyWanted(wish.quality, wish.codec)), text=True)
 
     def of(self, wish: StreamWish, since: float = 0.0) -> list[Unit]:
         """The units of one stream that came since then."""

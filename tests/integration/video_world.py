@@ -11,6 +11,7 @@ import time
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
+import msgspec
 from agent_fakes import until
 from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from tower_world import NewDrone, TowerWorld
@@ -33,6 +34,7 @@ from wire.video import (
     ClockProbe,
     Codec,
     Got,
+    KeyWanted,
     Quality,
     Unit,
     VideoState,
@@ -59,7 +61,7 @@ class CameraAgent(asyncio.DatagramProtocol):
         self.wanted: VideoWanted | None = None
         self.all_wanted: list[VideoWanted] = []
         self.got: list[Got] = []
-        self.keys_asked: list[dict[str, Any]] = []
+        self.keys_asked: list[KeyWanted] = []
         self.probes = 0
         self.answers_clock = True
         self._world = world
@@ -160,7 +162,7 @@ class CameraAgent(asyncio.DatagramProtocol):
                 if isinstance(message, bytes):
                     self.got.append(decode_got(message))
                 else:
-                    self.keys_asked.append(json.loads(message))
+                    self.keys_asked.append(msgspec.json.decode(message, type=KeyWanted))
 
     async def send(self, *, key: bool = False, size: int = 2_000, **fields: Any) -> int:
         """One picture of so many bytes, taken now. Its number in the stream."""

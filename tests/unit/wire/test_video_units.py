@@ -17,6 +17,7 @@ from wire.video import (
     ClockProbe,
     Codec,
     Got,
+    KeyWanted,
     MalformedUnit,
     Quality,
     StreamWish,
@@ -111,3 +112,9 @@ def test_the_messages_of_the_control_channel() -> None:
     for told in (VideoState(camera=CameraState.LOST, words="unplugged"), ClockAnswer(number=3, at_us=1 << 50)):
         assert decode_to_tower(encode_message(told)) == told
     assert msgspec.json.decode(encode_message(wanted))["streams"] == [{"quality": 1, "codec": 1}]
+
+
+def test_the_request_for_a_key_picture() -> None:
+    message = msgspec.json.encode(KeyWanted(Quality.MEDIUM, Codec.H264))
+    assert message == b'{"type":"key","quality":1,"codec":2}'
+    assert msgspec.json.decode(message, type=KeyWanted) == KeyWanted(Quality.MEDIUM, Codec.H264)
