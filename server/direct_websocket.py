@@ -121,7 +121,8 @@ class DirectWebSocket(GuardedWebSocket):
         super().data_received(data)
 
     def _is_parsing(self) -> bool:
-        return bool(self._unparsed or self.frames or self.close_sent)
+        # What the parser made of the last bytes may still wait for the application: nothing may overtake it.
+        return bool(self._unparsed or self.frames or self.close_sent or not self.queue.empty())
 
 
 def direct_writer(websocket: WebSocket) -> DirectWriter:

@@ -129,7 +129,7 @@ def bytes_of(told: list[tuple[str, int]]) -> tuple[bytes, Sent]:
     largest=st.one_of(st.integers(1, 300), st.integers(1_000, 70_000)),
     binaries=st.booleans(),
 )
-def test_however_the_bytes_are_cut_everything_is_heard_once(
+def test_however_the_bytes_are_cut_everything_is_heard_once_and_in_order(
     told: list[tuple[str, int]], seed: int, largest: int, binaries: bool
 ) -> None:
     wire, expected = bytes_of(told)
@@ -140,7 +140,13 @@ def test_however_the_bytes_are_cut_everything_is_heard_once(
         wire = wire[size:]
     heard = asyncio.run(heard_from(chunks, binaries=binaries))
     plain = {"short": "text", "whole": "bytes"}
-    assert sorted((plain.get(kind, kind), payload) for kind, payload in heard) == sorted(expected)
+    assert [(plain.get(kind, kind), payload) for kind, payload in heard] == expected
+
+
+def test_what_is_heard_directly_does_not_overtake_what_the_parser_got_before() -> None:
+    wire = frame(Opcode.BINARY, b"in two ", fin=False) + frame(Opcode.CONT, b"pieces") + frame(Opcode.BINARY, b"whole")
+    heard = asyncio.run(heard_from([wire, frame(Opcode.BINARY, b"later"), CLOSE], binaries=True))
+    assert heard == [("bytes", b"in two pieces"), ("bytes", b"whole"), ("whole", b"later")]
 
 
 @pytest.mark.parametrize("together", [1, 5, 40])
