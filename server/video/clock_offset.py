@@ -14,6 +14,8 @@ MOST_OPEN: Final = 16
 ANSWERED_WITHIN_S: Final = 2.0
 """What comes later is no answer to what was asked."""
 MOST_KEPT: Final = 24
+_NO_TIME_US: Final = 1 << 63
+"""An agent may say anything; this is 292 000 years."""
 
 
 class _Answer(NamedTuple):
@@ -71,6 +73,8 @@ class ClockOffset:
         return min(one.error_s(now) for one in self._answers) * 1000
 
     def tower_us(self, agent_us: int, now: float) -> int:
-        """A moment of the agent's clock by the tower's; 0: not known."""
+        """A moment of the agent's clock by the tower's; 0: not known, or no time that a unit can have."""
         offset = self.offset_us(now)
-        return 0 if offset is None or agent_us == 0 else max(1, agent_us + offset)
+        if offset is None or agent_us == 0 or agent_us + offset >= _NO_TIME_US:
+            return 0
+        return max(1, agent_us + offset)

@@ -316,9 +316,9 @@ class VideoDesk:
         if video is None:
             return
         if drone is None:
-            video.linked(None, self._now)
             self._end_sinks(drone_id, "the drone was removed")
             self._forget(drone_id)
+            video.linked(None, self._now)
             return
         video.name = drone.record.name
         self.link_changed(drone_id)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from hub_world import LATER, NAMES, FakeAgent, HubWorld
+from hub_world import LATER, NAMES, FakeAgent, HubWorld, record
 
 from server.accounts.sessions import Principal
 from server.accounts.tables import Role
@@ -227,6 +227,16 @@ def test_the_time_of_capture_is_by_the_towers_clock_once_it_is_known(scene: Scen
     assert abs(viewer.units[-1].capture_us - (scene.now - 0.01) * 1e6) < 10
 
 
+@pytest.mark.parametrize(("clock_us", "capture_us"), [(2**62, 2**64 - 1), (1, 2**64 - 1)])
+def test_a_clock_that_cannot_be_right_is_not_known(scene: Scene, clock_us: int, capture_us: int) -> None:
+    viewer = FakeViewer(scene, 1)
+    scene.open_channel()
+    scene.video._drones[ONE].clock._asked[5] = scene.now - 0.02
+    scene.video.clock_answered(scene.agent.link, ClockAnswer(number=5, at_us=clock_us), scene.now)
+    scene.send(unit(0, key=True, capture_us=capture_us))
+    assert viewer.units[-1].capture_us == 0
+
+
 def test_of_many_viewers_some_are_written_to_at_once_and_the_others_later(scene: Scene) -> None:
     viewers = [FakeViewer(scene, 9) for _ in range(2 * AT_ONCE + 1)]
     scene.open_channel()
@@ -348,6 +358,17 @@ def test_nothing_is_remembered_of_drones_that_nobody_watches(scene: Scene) -> No
     scene.wait(1)
     assert scene.video._drones == {}
     assert scene.video._tickets == {}
+
+
+def test_the_ticket_of_a_drone_that_was_removed_opens_nothing(scene: Scene) -> None:
+    FakeViewer(scene, 1)
+    scene.open_channel()
+    ticket = scene.wanted[-1].ticket
+    scene.world.apply(record(2, (2,)))
+    scene.wait(1)
+    assert scene.channel.closed
+    assert scene.video.drone_of_ticket(ticket) is None
+    assert (scene.video._drones, scene.video._tickets) == ({}, {})
 
 
 def test_a_unit_costs_its_viewers_no_copy(scene: Scene) -> None:
