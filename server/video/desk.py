@@ -9,7 +9,7 @@ Its laws, besides the hub's:
 
 import secrets
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
 from server.accounts.sessions import Principal, SignInId
@@ -343,6 +343,12 @@ class VideoDesk:
             video = DroneVideo(drone.record.name, self._new_ticket)
             video.link = drone.link
         return video
+
+    def first_offered(self, drone_id: DroneId, keys: Sequence[StreamKey]) -> StreamKey:
+        """The first that the agent can make; the last where none is, or nobody knows yet. `keys`: one at least."""
+        video = self._drones.get(drone_id)
+        offered = () if video is None or video.state is None else video.state.codecs
+        return next((key for key in keys if key.codec in offered), keys[-1])
 
     def count(self) -> tuple[int, int]:
         """(viewers, streams that agents are asked for)."""

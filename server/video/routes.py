@@ -15,7 +15,7 @@ from server.relay.viewer_sign_in import sign_in_viewer, still_signed_in, turn_aw
 from server.tower import tower_of
 from server.video.agent_channel import AgentVideoSocket
 from server.video.viewer_channel import BAD_REQUEST, ViewerChannel
-from server.video.viewer_messages import MalformedVideoRequest, stream_named
+from server.video.viewer_messages import MalformedVideoRequest, streams_named
 from server.video.views import VideoView, view_of
 from server.video.watching import why_not_watch
 from wire.ids import DroneId
@@ -35,7 +35,8 @@ async def agent_video(websocket: WebSocket) -> None:
 
 @router.websocket("/api/v1/drones/{drone_id}/video")
 async def watch_video(websocket: WebSocket, drone_id: str) -> None:
-    """Units and states for one viewer. `?quality=low|medium|high&codec=mpeg1|h264`."""
+    """Units and states for one viewer. `?quality=low|medium|high&codec=mpeg1|h264`, or several codecs, the best first:
+    the first that the agent offers, or the last."""
     tower = tower_of(websocket)
     offered = websocket.scope["subprotocols"]
     subprotocol = VIEWER_VIDEO_SUBPROTOCOL if VIEWER_VIDEO_SUBPROTOCOL in offered else None
@@ -49,10 +50,11 @@ async def watch_video(websocket: WebSocket, drone_id: str) -> None:
         return
     query = websocket.query_params
     try:
-        key = stream_named(query.get("quality", "medium"), query.get("codec", "mpeg1"))
+        keys = streams_named(query.get("quality", "medium"), query.get("codec", "mpeg1"))
     except MalformedVideoRequest as error:
         await turn_away(websocket, subprotocol, BAD_REQUEST, str(error))
         return
+    key = tower.hub.video.first_offered(number, keys)
     signed_in = still_signed_in(tower, viewer.session_id)
     channel = ViewerChannel(websocket, tower.hub, viewer, number, key, clock=tower.clock, still_signed_in=signed_in)
     await channel.run(subprotocol)

@@ -119,3 +119,12 @@ def stream_named(quality: str, codec: str) -> StreamKey:
     if named_codec is None:
         raise MalformedVideoRequest(f"codec must be one of {', '.join(_CODEC_NAMES.values())}")
     return StreamKey(named_quality, named_codec)
+
+
+def streams_named(quality: str, codecs: str) -> list[StreamKey]:
+    """The streams of a quality and of codecs with commas between, at most as many as there are. Raises
+    MalformedVideoRequest."""
+    names = codecs.split(",")
+    if len(names) > len(_CODEC_NAMES):
+        raise MalformedVideoRequest(f"codec must be at most {len(_CODEC_NAMES)} names, with commas between")
+    return [stream_named(quality, name) for name in names]

@@ -17,6 +17,7 @@ from server.video.drone_video import LINGER_S
 from server.video.situation import VideoCondition, VideoSituation
 from server.video.streams import StreamKey
 from server.video.viewer import DEAF_AFTER_S, VideoViewer
+from server.video.viewer_messages import MalformedVideoRequest, streams_named
 from wire.control_messages import ToAgent
 from wire.ids import DroneId, Epoch, UserId
 from wire.video import (
@@ -380,3 +381,22 @@ def test_a_unit_costs_its_viewers_no_copy(scene: Scene) -> None:
     scene.send(unit(0, key=True))
     assert len({id(one) for one in written}) == 1
     assert len(written[0]) == 4 + HEADER_BYTES + 188
+
+
+def test_of_several_codecs_the_first_that_the_agent_has_is_taken(scene: Scene) -> None:
+    low = [StreamKey(Quality.LOW, codec) for codec in (Codec.H264, Codec.MPEG1)]
+    assert scene.video.first_offered(ONE, low) == low[1], "nobody knows yet"
+    assert scene.video.first_offered(DroneId(77), low) == low[1], "no such drone"
+    for offered, taken in (((Codec.MPEG1,), low[1]), ((Codec.MPEG1, Codec.H264), low[0]), ((), low[1])):
+        scene.video.state_told(scene.agent.link, VideoState(camera=CameraState.IDLE, codecs=offered))
+        assert scene.video.first_offered(ONE, low) == taken
+
+
+@pytest.mark.parametrize("codecs", ["", "av1", "mpeg1,av1", "mpeg1,h264,mpeg1", "h264,"])
+def test_codecs_that_are_none_are_refused(codecs: str) -> None:
+    with pytest.raises(MalformedVideoRequest):
+        streams_named("low", codecs)
+    assert streams_named("low", "h264,mpeg1") == [
+        StreamKey(Quality.LOW, Codec.H264),
+        StreamKey(Quality.LOW, Codec.MPEG1),
+    ]

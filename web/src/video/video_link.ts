@@ -44,6 +44,8 @@ export interface TowerSays {
 export interface Wish {
   readonly quality: QualityName;
   readonly codec: CodecName;
+  /** Rather this one, if the drone has it: known to the tower before it is to us. */
+  readonly rather?: CodecName;
 }
 
 export interface VideoLinkOptions {
@@ -57,9 +59,10 @@ export interface VideoLinkOptions {
   readonly random?: () => number;
 }
 
-export function videoUrl(page: { protocol: string; host: string }, droneId: number, { quality, codec }: Wish): string {
+export function videoUrl(page: { protocol: string; host: string }, droneId: number, wish: Wish): string {
   const scheme = page.protocol === 'https:' ? 'wss' : 'ws';
-  return `${scheme}://${page.host}/api/v1/drones/${droneId}/video?quality=${quality}&codec=${codec}`;
+  const codecs = wish.rather ? `${wish.rather},${wish.codec}` : wish.codec;
+  return `${scheme}://${page.host}/api/v1/drones/${droneId}/video?quality=${wish.quality}&codec=${codecs}`;
 }
 
 export class VideoLink {
@@ -91,9 +94,9 @@ export class VideoLink {
 
   /** Another stream, over the same connection. */
   want(wish: Wish): void {
-    if (wish.quality === this.#wish.quality && wish.codec === this.#wish.codec) return;
+    const isOther = wish.quality !== this.#wish.quality || wish.codec !== this.#wish.codec;
     this.#wish = wish;
-    this.#say({ type: 'want', ...wish });
+    if (isOther) this.#say({ type: 'want', quality: wish.quality, codec: wish.codec });
   }
 
   /** All up to this unit was decoded or is not needed: the tower may send as much again. */
@@ -138,7 +141,8 @@ export class VideoLink {
   /** By the tower's first word: before that nobody knows whether it lets us in. */
   #opened(asked: Wish): void {
     this.#become({ phase: 'open', failures: 0, retryAtMs: null, why: '' });
-    if (asked !== this.#wish) this.#say({ type: 'want', ...this.#wish });
+    const { quality, codec } = this.#wish;
+    if (quality !== asked.quality || codec !== asked.codec) this.#say({ type: 'want', quality, codec });
     this.#askTime(1);
   }
 

@@ -80,7 +80,16 @@ export class VideoPlayer {
         () => this.#h264Failed(),
       ) ?? null;
     const wish = this.#wish([]);
-    this.#status = { state: 'connecting', words: '', codecs: [], ...wish, sinceMs: clock.nowMs(), retryAtMs: null };
+    const { codec: first } = wish;
+    this.#status = {
+      state: 'connecting',
+      words: '',
+      codecs: [],
+      quality,
+      codec: first,
+      sinceMs: clock.nowMs(),
+      retryAtMs: null,
+    };
     this.#link = new VideoLink(wish, {
       clock,
       openSocket: options.openSocket,
@@ -127,7 +136,8 @@ export class VideoPlayer {
     const { quality, codec } = this.#choice;
     const isAble = this.#h264 !== null && this.#h264Faults < H264_FAULTS;
     const isWanted = codec === 'h264' || (codec === 'auto' && offered.includes('h264'));
-    return { quality, codec: isAble && isWanted ? 'h264' : 'mpeg1' };
+    if (isAble && isWanted) return { quality, codec: 'h264' };
+    return isAble && codec === 'auto' ? { quality, codec: 'mpeg1', rather: 'h264' } : { quality, codec: 'mpeg1' };
   }
 
   // --- pictures ---
@@ -228,12 +238,14 @@ export class VideoPlayer {
 
   #tellStatus(): void {
     const { state, words } = this.#situation();
+    const { quality, codec } = this.#link.wish;
     const before = this.#status;
     this.#status = {
       state,
       words,
       codecs: this.#says?.codecs ?? before.codecs,
-      ...this.#link.wish,
+      quality,
+      codec,
       sinceMs: state === before.state ? before.sinceMs : this.#options.clock.nowMs(),
       retryAtMs: this.#linkState.retryAtMs,
     };

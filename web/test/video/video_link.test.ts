@@ -45,6 +45,9 @@ describe('the link of a video', () => {
     expect(videoUrl({ protocol: 'https:', host: 'tower.example' }, 7, wish)).toBe(
       'wss://tower.example/api/v1/drones/7/video?quality=low&codec=h264',
     );
+    expect(
+      videoUrl({ protocol: 'https:', host: 'tower.example' }, 7, { ...wish, codec: 'mpeg1', rather: 'h264' }),
+    ).toBe('wss://tower.example/api/v1/drones/7/video?quality=low&codec=h264,mpeg1');
     expect(videoUrl({ protocol: 'http:', host: '[::1]:80' }, 7, wish)).toMatch(/^ws:\/\/\[::1\]:80\//);
   });
 

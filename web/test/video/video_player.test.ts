@@ -2,6 +2,7 @@ import { beforeEach, describe, expect, it } from 'vitest';
 
 import type { Planes } from '../../src/video/screen';
 import type { Unit } from '../../src/video/unit';
+import type { Wish } from '../../src/video/video_link';
 import { VideoPlayer, type VideoPlayerOptions } from '../../src/video/video_player';
 import type { FromPlayer, VideoStats, VideoStatus } from '../../src/video/video_types';
 import { FakeClock, FakeSocket } from '../link/fakes';
@@ -31,6 +32,7 @@ class FakeFrame {
 
 let clock: FakeClock;
 let sockets: FakeSocket[];
+let wishes: Wish[];
 let told: FromPlayer[];
 let turns: (() => void)[];
 let drawn: string[];
@@ -84,7 +86,8 @@ function open(more: Partial<VideoPlayerOptions> = {}): void {
       fault = onFault;
       return { decode: (unit) => inside.push(unit), close: () => undefined };
     },
-    openSocket: () => {
+    openSocket: (wish) => {
+      wishes.push(wish);
       sockets.push(new FakeSocket());
       return last();
     },
@@ -97,6 +100,22 @@ function open(more: Partial<VideoPlayerOptions> = {}): void {
 beforeEach(() => {
   clock = new FakeClock();
   [sockets, told, turns, drawn, decoded, isDecoderBroken, inside, frames] = [[], [], [], [], 0, false, [], []];
+  wishes = [];
+});
+
+describe('what is asked for at first', () => {
+  it('is both where the browser can, the better one first, and what the drone has is known to the tower alone', () => {
+    open();
+    open({ codec: 'mpeg1' });
+    open({ codec: 'h264' });
+    open({ openH264: null });
+    expect(wishes).toEqual([
+      { quality: 'medium', codec: 'mpeg1', rather: 'h264' },
+      { quality: 'medium', codec: 'mpeg1' },
+      { quality: 'medium', codec: 'h264' },
+      { quality: 'medium', codec: 'mpeg1' },
+    ]);
+  });
 });
 
 describe('a picture', () => {
