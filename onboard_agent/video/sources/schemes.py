@@ -3,11 +3,12 @@ flight process can check a setting."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
-from urllib.parse import parse_qsl, urlsplit, urlunsplit
+from urllib.parse import parse_qsl, urlsplit
 
 from onboard_agent.unusable import Unusable
 
@@ -44,6 +45,7 @@ class Scheme:
     make: Callable[[CameraSpec], Source]
 
 
+_HIDDEN: Final = "..."
 _MODE_LIMITS: Final = {"width": 8192, "height": 8192, "rate": 240}
 
 
@@ -86,12 +88,14 @@ def _wrong_number(rest: str) -> str:
 
 
 def _wrong_address(address: str) -> str:
+    if not (address.isascii() and address.isprintable()) or " " in address:
+        return "what is no letter, digit or mark of ASCII is to be written as %20 and so on"
     try:
         parts = urlsplit(address)
-        _ = parts.port
-    except ValueError as error:
-        return str(error)
-    return "" if parts.hostname else "expected //HOST[:PORT]/PATH after the scheme"
+        found = bool(parts.hostname) and parts.port != 0
+    except ValueError:  # whose words may have a part of a password in them
+        found = False
+    return "" if found else "expected //HOST[:PORT]/PATH after the scheme (in a password, / is %2F, ? is %3F, # is %23)"
 
 
 _SIZE: Final = "[?width=W&height=H&rate=R]"
@@ -114,14 +118,20 @@ def help_text() -> str:
 
 
 def shown(text: str) -> str:
-    """The camera as people and logs may see it: without user and password."""
-    try:
-        parts = urlsplit(text.strip())
-    except ValueError:
-        return text.partition(":")[0] + ":..."
-    if "@" not in parts.netloc:
-        return text.strip()
-    return urlunsplit(parts._replace(netloc="...@" + parts.netloc.rpartition("@")[2]))
+    """The camera as people and logs may see it. Of an address what may be a secret is left out: what is before an `@`,
+    wherever that is, since a password may have been written with `/` or `?` in it, and values, since many cameras take
+    the password as one."""
+    whole = text.strip()
+    scheme, is_address, rest = whole.partition("://")
+    if not is_address:
+        kind = whole.partition(":")[0]
+        return whole if "@" not in whole or kind in ("file", "v4l2") else f"{kind}:{_HIDDEN}"
+    _, is_somebody, rest = rest.rpartition("@")
+    place = re.split("[?#]", rest, maxsplit=1)[0]
+    host, slash, path = (_HIDDEN if re.search("[=&]", part) else part for part in place.partition("/"))
+    return (
+        f"{scheme}://{_HIDDEN + '@' if is_somebody else ''}{host}{slash}{path}{'?' + _HIDDEN if place != rest else ''}"
+    )
 
 
 def parse_spec(text: str) -> CameraSpec:
