@@ -12,7 +12,7 @@ OOM_SCORE = 700
 
 def _step_back() -> None:
     """Before anything large is imported."""
-    for deed in (_be_nice, _go_first_when_memory_is_short):
+    for deed in (_be_nice, _be_behind_in_real_time, _go_first_when_memory_is_short):
         try:
             deed()
         except OSError:
@@ -21,6 +21,13 @@ def _step_back() -> None:
 
 def _be_nice() -> None:
     os.setpriority(os.PRIO_PROCESS, 0, max(NICE, os.getpriority(os.PRIO_PROCESS, 0)))
+
+
+def _be_behind_in_real_time() -> None:
+    """Where the flight process was given a real-time priority (`chrt`, CPUSchedulingPolicy=) we have it too, and are as
+    nice as we like without effect: then the lowest."""
+    if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
+        os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(os.sched_get_priority_min(os.SCHED_RR)))
 
 
 def _go_first_when_memory_is_short() -> None:

@@ -26,6 +26,7 @@ from onboard_agent.control_channel import trust
 from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.priorities import waits_for_others
 from onboard_agent.tower_url import TowerUrl
+from onboard_agent.video.link_memory import LinkMemory
 from onboard_agent.video.link_rate import LinkRate
 from onboard_agent.video.on_the_way import piece_bytes, wire_bits
 from onboard_agent.video.streaming import Departure
@@ -56,6 +57,7 @@ class VideoChannel:
         uplinks: Sequence[str],
         ticket: str,
         rate: LinkRate,
+        memory: LinkMemory,
         *,
         opened: Callable[[], None],
         key_wanted: Callable[[StreamWish], None],
@@ -64,6 +66,9 @@ class VideoChannel:
         self._uplinks = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
         self._ticket = ticket
         self._rate = rate
+        self._memory = memory
+        self._local: str | None = None
+        """The address that the last connection went out by."""
         self._opened = opened
         self._key_wanted = key_wanted
         self._connection: ClientConnection | None = None
@@ -85,7 +90,10 @@ class VideoChannel:
         """Every 100 ms or so."""
         if self._connection is None:
             return
-        if self._rate.is_hopeless(time.monotonic()):
+        now = time.monotonic()
+        if (known := self._rate.known) is not None and self._local is not None:
+            self._memory.note(known, self._local, now)
+        if self._rate.is_hopeless(now):
             _log.warning("video: nothing gets through; connecting anew")
             self._connection.transport.abort()
             self._connection = None
@@ -138,7 +146,7 @@ class VideoChannel:
             raise
 
     async def _serve(self, connection: ClientConnection) -> None:
-        self._rate.reconnected(time.monotonic())
+        self._begin_on(str(connection.local_address[0]))
         self._units.clear()
         self._connection, self.words = connection, ""
         _log.info("video: the channel to the tower is open")
@@ -146,12 +154,21 @@ class VideoChannel:
         writing = asyncio.create_task(self._write(connection))
         try:
             await self._read(connection)
+            self._memory.forget()  # it broke; when it is closed because nobody watches, we do not get here
         finally:
             self._connection = None
             writing.cancel()
             await asyncio.gather(writing, return_exceptions=True)
             await connection.close()
             self._failed(f"the video channel has ended ({connection.close_code} {connection.close_reason or ''})")
+
+    def _begin_on(self, local: str) -> None:
+        now = time.monotonic()
+        if local == self._local:
+            self._rate.reconnected(now)
+        else:
+            self._rate.begin(now, self._memory.recall(local, now))
+        self._local = local
 
     async def _write(self, connection: ClientConnection) -> None:
         with contextlib.suppress(ConnectionClosed):

@@ -12,6 +12,8 @@ import sys
 from collections.abc import Callable
 from typing import Final
 
+import msgspec
+
 from onboard_agent.video.desk import VideoDesk
 from onboard_agent.video.lines import LARGEST_LINE_BYTES, BadLine, SetUp, Watched, decode_from_child, encode_line
 
@@ -101,7 +103,7 @@ class VideoChild:
         self._heard_at, self._first_word = self._loop.time(), False
         reading = asyncio.create_task(self._read(process))
         try:
-            self._write(encode_line(self._set_up))
+            self._write(encode_line(msgspec.structs.replace(self._set_up, link=self._desk.link)))
             self._tell()
             return await self._watch(process, reading)
         finally:

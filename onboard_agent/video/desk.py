@@ -8,6 +8,7 @@ ticket is good for one link: when that is down nothing is watched.
 from typing import Final
 
 from onboard_agent.video.lines import Report, Watched
+from onboard_agent.video.link_memory import Remembered
 from wire.video import VIDEO, CameraState, Codec, VideoState, VideoWanted
 
 KEEP_S: Final = 60.0
@@ -31,6 +32,8 @@ class VideoDesk:
         self._lost_words = ""
         self._codecs = CAN_BE_MADE
         self._told: VideoState | None = None
+        self.link: Remembered | None = None
+        """What the video process has learnt of the link, for the next one."""
 
     # -- from the tower --------------------------------------------------------------------------------------------
 
@@ -46,6 +49,7 @@ class VideoDesk:
     def link_down(self, now: float) -> None:
         """Nobody to tell, and nobody watches."""
         self._linked = False
+        self.link = None
         self._want(Watched(), now)
 
     def wanted(self, message: VideoWanted, now: float) -> None:
@@ -74,6 +78,7 @@ class VideoDesk:
     def reported(self, report: Report) -> None:
         """The video process says how it is."""
         self._report, self._lost_words = report, ""
+        self.link = report.link if self._linked else None
         if report.codecs:
             self._codecs = report.codecs
 

@@ -65,6 +65,7 @@ async def _run(out: int) -> None:
         None if set_up.trial else parse_tower_url(set_up.tower),
         set_up.uplinks,
         say,
+        set_up.link,
     )
     running = asyncio.create_task(process.run())
     listening = asyncio.create_task(_listen(reader, process))

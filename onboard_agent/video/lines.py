@@ -5,6 +5,7 @@ from typing import Final
 
 import msgspec
 
+from onboard_agent.video.link_memory import Remembered
 from wire.video import CameraState, Codec, StreamWish
 
 LARGEST_LINE_BYTES: Final = 16 * 1024
@@ -23,6 +24,8 @@ class SetUp(msgspec.Struct, frozen=True, tag="set_up", tag_field="type", kw_only
     camera: str
     uplinks: tuple[str, ...]
     log_level: str = "info"
+    link: Remembered | None = None
+    """What the last child reported."""
     trial: bool = False
     """Only the camera is opened; the tower is left alone."""
 
@@ -42,6 +45,8 @@ class Report(msgspec.Struct, frozen=True, tag="report", tag_field="type", kw_onl
     thin: bool = False
     codecs: tuple[Codec, ...] = ()
     """Empty: not known yet."""
+    link: Remembered | None = None
+    """For the next child, if this one ends."""
 
 
 _to_child: Final[msgspec.json.Decoder[SetUp | Watched]] = msgspec.json.Decoder(SetUp | Watched)

@@ -60,10 +60,25 @@ LESS: Final = 0.85
 """Of the budget, where the queue does not tell how fast it is served: units that come all at once were held up by a
 lost packet or a busy computer, not by a slow link."""
 
+HOPED_SHARE: Final = 0.75
+"""Of the budget that the link had when it was used before."""
+SHOWN_FOR_S: Final = 0.3
+MOST_HOPED_BPS: Final = 10_000_000.0
+"""Pacing; it soon rises by itself."""
+
 LATE_S: Final = 0.1
 WAITING_S: Final = 0.08
 """More than this on its way too long, or waiting here: no picture is encoded until that is better."""
 HOPELESS_S: Final = 4.0
+
+
+class Known(NamedTuple):
+    """What has been learnt of a link. `bound_bps`: what it was last seen not to exceed. `base_s`: there and back."""
+
+    pacing_bps: float
+    budget_bps: float
+    bound_bps: float | None
+    base_s: float
 
 
 class _Sample(NamedTuple):
@@ -96,6 +111,9 @@ class LinkRate:
         self._risen_at = now
         self._cut_at: float | None = None
         self._cut_late_s = 0.0
+        self._hoped: Known | None = None
+        """What was known of the link before, until the first unit shows whether it still is so."""
+        self._shown_at = float("-inf")
 
     @property
     def budget_bps(self) -> float:
@@ -113,6 +131,7 @@ class LinkRate:
         arrival = self.way.got(got, now)
         if arrival is None:
             return
+        self._judge_hope(arrival, now)
         self._recent.append(arrival)
         while now - self._recent[0].at > self._while_s and len(self._recent) > QUEUE_UNITS:
             self._recent.popleft()
@@ -126,11 +145,34 @@ class LinkRate:
         self.way.forget()
         self._recent.clear()
         self._samples.clear()
-        self._cut_at = None
+        self._cut_at = self._hoped = None
         self._previous_late_s = 0.0
         self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, FIRST_BUDGET_BPS))
         self.pacing_bps = max(LEAST_PACING_BPS, min(self.pacing_bps, FIRST_PACING_BPS))
         self._rested_at = self._stepped_at = self._risen_at = now
+
+    def begin(self, now: float, hoped: Known | None = None) -> None:
+        """Another stream, perhaps over another link. `hoped`: what was known of this one a while ago; it counts when
+        the first unit, no larger than without it, comes in the time that it says."""
+        self.pacing_bps, self._budget_bps, self._bound_bps = FIRST_PACING_BPS, FIRST_BUDGET_BPS, None
+        self.reconnected(now)
+        self._hoped = hoped
+        if hoped is not None:
+            self.pacing_bps = max(LEAST_PACING_BPS, min(hoped.pacing_bps, MOST_HOPED_BPS))
+            self._budget_bps = max(LEAST_BUDGET_BPS, min(hoped.budget_bps, FIRST_BUDGET_BPS))
+            self._bound_bps = hoped.bound_bps
+            self.way.expect(hoped.base_s, now)
+
+    @property
+    def known(self) -> Known | None:
+        """For `begin` of another stream over the same link. None: nothing has been learnt yet."""
+        if not self._recent or self._hoped is not None:
+            return None
+        return Known(self.pacing_bps, self._budget_bps, self._bound_bps, self.way.base_s)
+
+    def is_free(self, now: float) -> bool:
+        """Nothing has spoken against sending more, so far; or it has just been shown that more may be sent."""
+        return (self._bound_bps is None and self._cut_at is None) or now < self._shown_at + SHOWN_FOR_S
 
     # -- what may be done ------------------------------------------------------------------------------------------
 
@@ -144,6 +186,17 @@ class LinkRate:
         return self.way.oldest_s(now) > HOPELESS_S + self.way.base_s
 
     # -- judging ---------------------------------------------------------------------------------------------------
+
+    def _judge_hope(self, first: Arrival, now: float) -> None:
+        hoped, self._hoped = self._hoped, None
+        if hoped is None:
+            return
+        if first.late_s <= QUEUE_S + self.way.noise_s:
+            self._budget_bps = max(self._budget_bps, HOPED_SHARE * hoped.budget_bps)
+            self._shown_at = now
+        else:
+            self.pacing_bps, self._bound_bps = min(self.pacing_bps, FIRST_PACING_BPS), None
+            self.way.rebase()
 
     @property
     def _while_s(self) -> float:

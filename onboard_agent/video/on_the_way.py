@@ -132,6 +132,10 @@ class OnTheWay:
         self._last_way_s = None
         self._bases.clear()
 
+    def expect(self, base_s: float, now: float) -> None:
+        """The way took so long, there and back, when it was used before."""
+        self._bases.append((now, base_s))
+
     def rebase(self) -> None:
         """The way has become longer: what was the quickest is not to be had any more."""
         self._bases.clear()

@@ -13,9 +13,12 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+import msgspec
+
 from onboard_agent.tower_url import TowerUrl
 from onboard_agent.video.channel import VideoChannel
 from onboard_agent.video.lines import REPORT_EVERY_S, Report, Watched
+from onboard_agent.video.link_memory import LinkMemory, Remembered
 from onboard_agent.video.sources.source import Picture, PictureWish
 from onboard_agent.video.streaming import Encoded, Order, Streaming
 from onboard_agent.video.workbench import MakeEncoder, Workbench
@@ -26,6 +29,12 @@ _log = logging.getLogger(__name__)
 TICK_S: Final = 0.1
 CAMERA_KEPT_S: Final = 3.0
 """After the last wish: who switches from one stream to another need not wait for the camera."""
+CAMERA_WISH: Final = PictureWish(
+    max(limits.width for limits in LIMITS.values()),
+    max(limits.height for limits in LIMITS.values()),
+    max(limits.rate_hz for limits in LIMITS.values()),
+)
+"""Whatever is watched first: who then asks for more must not have the camera opened anew under the others."""
 HANGS_S: Final = 5.0
 """An encoder that takes so long for a picture."""
 LOOKS_WITHIN_S: Final = 30.0
@@ -61,15 +70,21 @@ class VideoProcess:
     """Create it inside a running event loop, `watched` it, `run` it. `say`: takes the reports."""
 
     def __init__(
-        self, parts: Parts, tower: TowerUrl | None, uplinks: tuple[str, ...], say: Callable[[Report], None]
+        self,
+        parts: Parts,
+        tower: TowerUrl | None,
+        uplinks: tuple[str, ...],
+        say: Callable[[Report], None],
+        link: Remembered | None = None,
     ) -> None:
-        """Without `tower` nothing is sent."""
+        """Without `tower` nothing is sent. `link`: what the process before this one had learnt."""
         self._loop = asyncio.get_running_loop()
         self._parts = parts
         self._tower = tower
         self._uplinks = uplinks
         self._say = say
         self._streaming = Streaming(time.monotonic())
+        self._memory = LinkMemory(link)
         self._workbench = Workbench(parts.make_encoder, self._done_in_thread, self._broken_in_thread)
         self._worker: Executor = ThreadPoolExecutor(1, thread_name_prefix="encoders")
         self._busy_until: float | None = None
@@ -77,7 +92,6 @@ class VideoProcess:
         self._watched = Watched()
         self._camera: CameraThread | None = None
         self._letting_go: asyncio.Future[bool] | None = None
-        self._camera_wish = PictureWish(0, 0, 0.0)
         self._idle_since = time.monotonic()
         self._channel: VideoChannel | None = None
         self._channel_task: asyncio.Task[None] | None = None
@@ -106,21 +120,25 @@ class VideoProcess:
     def watched(self, watched: Watched) -> None:
         """What is watched from now on."""
         now = time.monotonic()
-        if watched.ticket != self._watched.ticket or bool(watched.streams) != bool(self._watched.streams):
+        another_link = watched.ticket != self._watched.ticket
+        if another_link or bool(watched.streams) != bool(self._watched.streams):
             self._close_channel()
+        if another_link and self._watched.ticket:
+            self._memory.forget()
         self._watched = watched
         self._streaming.watch(watched.streams, now)
         self._worker.submit(self._workbench.keep, watched.streams)
         if not watched.streams:
             self._idle_since = now
             return
-        self._open_camera(watched.streams)
+        self._open_camera()
         if self._channel is None and self._tower is not None:
             self._channel = VideoChannel(
                 self._tower,
                 self._uplinks,
                 watched.ticket,
                 self._streaming.rate,
+                self._memory,
                 opened=self._streaming.begin_anew,
                 key_wanted=self._key_wanted,
             )
@@ -136,17 +154,10 @@ class VideoProcess:
 
     # -- the camera ------------------------------------------------------------------------------------------------
 
-    def _open_camera(self, streams: tuple[StreamWish, ...]) -> None:
-        limits = [LIMITS[wish.quality] for wish in streams]
-        wish = PictureWish(
-            max(one.width for one in limits), max(one.height for one in limits), max(one.rate_hz for one in limits)
-        )
-        had = self._camera_wish
-        if self._camera is not None and (wish.width <= had.width and wish.rate_hz <= had.rate_hz):
+    def _open_camera(self) -> None:
+        if self._camera is not None:
             return
-        self._let_camera_go()
-        camera = self._parts.make_camera(wish, self._news_in_thread)
-        self._camera, self._camera_wish = camera, wish
+        camera = self._camera = self._parts.make_camera(CAMERA_WISH, self._news_in_thread)
         if self._letting_go is None:
             camera.start()
         else:  # a device cannot be opened twice
@@ -265,4 +276,4 @@ class VideoProcess:
     def _report(self) -> None:
         self._reported = self._state()
         self._report_due = time.monotonic() + REPORT_EVERY_S
-        self._say(self._reported)
+        self._say(msgspec.structs.replace(self._reported, link=self._memory.remembered))

@@ -40,16 +40,17 @@ class ShapeForBits:
     """Of one stream."""
 
     def __init__(self, wish: StreamWish) -> None:
+        self.wish = wish
         self._limits = LIMITS[wish.quality]
         self._most_bps = most_bps(wish)
         self._step: int | None = None
         self._better_since: float | None = None
 
-    def choose(self, bits_per_s: int, now: float) -> Shape:
-        """For these bits. Worse at once, better after a while."""
+    def choose(self, bits_per_s: int, now: float, *, is_free: bool = False) -> Shape:
+        """For these bits. Worse at once, better after a while; at once too as long as the link `is_free`."""
         share = bits_per_s / self._most_bps
         fitting = next(number for number, step in enumerate(_STEPS) if share >= step.from_share)
-        if self._step is None or fitting > self._step:
+        if self._step is None or fitting > self._step or (is_free and fitting < self._step):
             self._step, self._better_since = fitting, None
         elif self._step > 0 and share >= UP_FROM * _STEPS[self._step - 1].from_share:
             if self._better_since is None:

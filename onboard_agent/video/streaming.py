@@ -109,7 +109,8 @@ class Streaming:
             if shares[wish] == 0:
                 stream.shape, stream.key_due = None, True
             else:
-                stream.shape = stream.shapes.choose(round(shares[wish] / stream.overshoot.factor), now)
+                bits_per_s = round(shares[wish] / stream.overshoot.factor)
+                stream.shape = stream.shapes.choose(bits_per_s, now, is_free=self.rate.is_free(now))
 
     def orders(self, capture_us: int, now: float, *, is_break: bool = False) -> list[Order]:
         """For which streams this picture is to be encoded now, and how."""

@@ -10,11 +10,13 @@ import heapq
 import random
 from dataclasses import dataclass, field
 
-from onboard_agent.video.link_rate import LinkRate
+from onboard_agent.video.link_rate import Known, LinkRate
 from onboard_agent.video.on_the_way import PIECE_BYTES, wire_bits
-from wire.video import Codec, Got, Quality
+from onboard_agent.video.shape_for_bits import ShapeForBits
+from wire.video import LIMITS, Codec, Got, Quality, StreamWish
 
 TICK_S = 0.001
+SHAPED_EVERY_S = 0.1
 HEADERS_BYTES = 250
 """Of a picture's unit besides what the encoder was asked for."""
 
@@ -49,10 +51,18 @@ class Second:
 
 
 class ModelUplink:
-    """Runs a LinkRate against changing conditions; `seconds` has what was seen."""
+    """Runs a LinkRate against changing conditions; `seconds` has what was seen. `shaped`: that quality's pictures are
+    as few as ShapeForBits says."""
 
     def __init__(
-        self, *, ceiling_bps: float, rate_hz: float = 24.0, gop_s: float = 0.75, key: float = 4.0, seed: int = 1
+        self,
+        *,
+        ceiling_bps: float,
+        rate_hz: float = 24.0,
+        gop_s: float = 0.75,
+        key: float = 4.0,
+        seed: int = 1,
+        shaped: Quality | None = None,
     ) -> None:
         self.now = 0.0
         self.rate = LinkRate(0.0)
@@ -70,6 +80,10 @@ class ModelUplink:
         self._in_order_at = 0.0
         self._deaf_until = 0.0
         self._answers: list[tuple[float, int, Got]] = []
+        self._shapes = None if shaped is None else ShapeForBits(StreamWish(shaped, Codec.MPEG1))
+        self._shaped_at = 0.0
+        self.whole_rate_at: float | None = None
+        """When a shaped stream first had all pictures of its quality."""
 
     def run(self, conditions: Conditions, seconds: int) -> list[Second]:
         """Returns what was seen in these."""
@@ -84,7 +98,28 @@ class ModelUplink:
             second.budget_bps, second.pacing_bps = self.rate.budget_bps, self.rate.pacing_bps
         return self.seconds[first:]
 
+    def another_stream(self, hoped: Known | None, *, after_s: float = 10.0) -> None:
+        """Nobody watched for a while, and the network has emptied."""
+        self.now += after_s
+        self._next_picture, self._since_key = self.now, 0
+        self._answers.clear()
+        self.rate.begin(self.now, hoped)
+        if self._shapes is not None:
+            self._shapes = ShapeForBits(self._shapes.wish)
+        self._shaped_at, self.whole_rate_at = self.now, None
+
+    def _shape(self) -> None:
+        assert self._shapes is not None
+        self._shaped_at += SHAPED_EVERY_S
+        limits = LIMITS[self._shapes.wish.quality]
+        bits_per_s = round(min(limits.bits_per_s, self.rate.budget_bps) / 1.1)
+        self._rate_hz = self._shapes.choose(bits_per_s, self.now, is_free=self.rate.is_free(self.now)).rate_hz
+        if self._rate_hz == limits.rate_hz and self.whole_rate_at is None:
+            self.whole_rate_at = self.now
+
     def _step(self, conditions: Conditions, second: Second) -> None:
+        if self._shapes is not None and self.now >= self._shaped_at:
+            self._shape()
         if conditions.stalls_s and self._chance.random() < 2 * TICK_S:
             self._deaf_until = self.now + self._chance.random() * conditions.stalls_s
         while self._answers and self._answers[0][0] <= self.now and self.now >= self._deaf_until:

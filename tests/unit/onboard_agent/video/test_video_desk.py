@@ -4,6 +4,7 @@ import pytest
 
 from onboard_agent.video.desk import KEEP_S, STOPPED_WORDS, VideoDesk
 from onboard_agent.video.lines import BadLine, Report, SetUp, Watched, decode_from_child, decode_to_child, encode_line
+from onboard_agent.video.link_memory import Remembered
 from wire.transactions import TRANSACTIONS
 from wire.video import VIDEO, CameraState, Codec, Quality, StreamWish, VideoWanted
 
@@ -45,6 +46,21 @@ def test_nothing_is_watched_over_a_link_that_is_down(desk: VideoDesk) -> None:
     assert told(desk) is CameraState.IDLE
     desk.wanted(WANTED, 3.0)
     assert told(desk) is CameraState.OPENING
+
+
+def test_what_was_learnt_of_the_link_is_kept_for_the_next_process_and_goes_with_the_link(desk: VideoDesk) -> None:
+    link = Remembered(local="192.0.2.7", at=1.0, pacing_bps=2e6, budget_bps=1e6, bound_bps=None, base_s=0.05)
+    desk.wanted(WANTED, 0.0)
+    desk.reported(Report(camera=CameraState.LIVE, link=link))
+    desk.ended()
+    assert desk.link == link
+    desk.reported(Report(camera=CameraState.LIVE, link=link))
+    desk.reported(Report(camera=CameraState.LIVE))
+    assert desk.link is None, "the process has forgotten it"
+    desk.reported(Report(camera=CameraState.LIVE, link=link))
+    desk.link_down(2.0)
+    desk.reported(Report(camera=CameraState.LIVE, link=link))
+    assert desk.link is None
 
 
 @pytest.mark.parametrize(("has_camera", "takes"), [(False, (VIDEO,)), (True, (TRANSACTIONS,))])
@@ -102,7 +118,8 @@ def test_lines_to_the_child(message: SetUp | Watched) -> None:
 
 
 def test_lines_from_the_child() -> None:
-    report = Report(camera=CameraState.LOST, words='"unplugged"\n', thin=True, codecs=(Codec.H264,))
+    link = Remembered(local="192.0.2.7", at=1.0, pacing_bps=2e6, budget_bps=1e6, bound_bps=None, base_s=0.05)
+    report = Report(camera=CameraState.LOST, words='"unplugged"\n', thin=True, codecs=(Codec.H264,), link=link)
     line = encode_line(report)
     assert line.count(b"\n") == 1
     assert decode_from_child(line) == report

@@ -6,13 +6,16 @@ import pytest
 from model_video_uplink import Conditions, ModelUplink, Second
 
 from onboard_agent.video.link_rate import (
+    FIRST_BUDGET_BPS,
     FIRST_PACING_BPS,
+    HOPED_SHARE,
     HOPELESS_S,
     LEAST_BUDGET_BPS,
     WAITING_S,
+    Known,
     LinkRate,
 )
-from wire.video import Codec, Got, Quality
+from wire.video import LIMITS, Codec, Got, Quality
 
 SEEDS = range(1, 6)
 HIGH_BPS, MEDIUM_BPS = 1.5e6, 450e3
@@ -83,6 +86,82 @@ def test_a_link_without_bounds_is_used_at_once(seed: int) -> None:
     assert seconds[-1].pacing_bps > 20e6
     assert p95(seconds[8:]) < 0.01
     assert model.rate.queues == 0
+
+
+STARTS = [  # the worst age, the worst queue, and when all pictures are to come
+    pytest.param(Conditions(300e3, rtt_s=0.15), Quality.LOW, 0.35, 0.2, 0.1, id="300k-low"),
+    pytest.param(Conditions(300e3, rtt_s=0.15), Quality.HIGH, 0.75, 0.65, None, id="300k-high"),
+    pytest.param(Conditions(1e6, rtt_s=0.15), Quality.MEDIUM, 0.18, 0.07, 0.1, id="3G-medium"),
+    pytest.param(Conditions(1e6, rtt_s=0.15), Quality.HIGH, 0.38, 0.26, None, id="3G-high"),
+    pytest.param(Conditions(2e6, rtt_s=0.01), Quality.HIGH, 0.15, 0.1, 1.1, id="2M-high"),
+    pytest.param(Conditions(100e6, rtt_s=0.002, jitter_s=0.002), Quality.HIGH, 0.15, 0.05, 1.1, id="free-high"),
+]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("conditions", "quality", "age_s", "queue_s", "whole_rate_s"), STARTS)
+def test_it_begins_without_a_queue_and_has_all_pictures_within_a_second(
+    conditions: Conditions, quality: Quality, age_s: float, queue_s: float, whole_rate_s: float | None, seed: int
+) -> None:
+    limits = LIMITS[quality]
+    model = ModelUplink(ceiling_bps=limits.bits_per_s, rate_hz=limits.rate_hz, seed=seed, shaped=quality)
+    begun = model.run(conditions, 8)
+    assert max(second.worst_age_s for second in begun) <= age_s
+    assert max(second.worst_queue_s for second in begun) <= queue_s
+    if whole_rate_s is not None:
+        assert model.whole_rate_at is not None
+        assert model.whole_rate_at <= whole_rate_s
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("rate_bps", "rtt_s"), [(2e6, 0.01), (100e6, 0.002), (10e6, 0.05)])
+def test_another_stream_over_the_same_link_begins_where_the_last_one_was(
+    rate_bps: float, rtt_s: float, seed: int
+) -> None:
+    model = ModelUplink(ceiling_bps=HIGH_BPS, rate_hz=30, seed=seed, shaped=Quality.HIGH)
+    conditions = Conditions(rate_bps, rtt_s=rtt_s)
+    model.run(conditions, 15)
+    model.another_stream(model.rate.known)
+    again_at = model.now
+    first = model.run(conditions, 1)
+    assert model.whole_rate_at is not None
+    assert model.whole_rate_at - again_at <= 0.25
+    assert first[0].pictures >= 25
+    assert max(second.worst_age_s for second in first + model.run(conditions, 9)) < 0.25
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("rate_bps", "age_s"), [(300e3, 0.85), (1e6, 0.45)])
+def test_a_link_that_has_become_thin_meanwhile_is_not_believed_to_be_what_it_was(
+    rate_bps: float, age_s: float, seed: int
+) -> None:
+    model = ModelUplink(ceiling_bps=HIGH_BPS, rate_hz=30, seed=seed, shaped=Quality.HIGH)
+    model.run(Conditions(10e6, rtt_s=0.15), 15)
+    model.another_stream(model.rate.known)
+    begun = model.run(Conditions(rate_bps, rtt_s=0.15), 8)
+    assert max(second.worst_age_s for second in begun) <= age_s
+
+
+def test_what_is_known_of_a_link() -> None:
+    rate = LinkRate(0.0)
+    assert rate.known is None
+    assert rate.is_free(0.0)
+    rate.begin(0.0, Known(2e6, 1.5e6, 2.1e6, 0.05))
+    assert rate.known is None, "not shown to be so still"
+    assert rate.budget_bps == FIRST_BUDGET_BPS
+    sent = rate.sent(got(1), 9_000, 0.0)
+    rate.got(got(1), sent.leaves_at + 0.06)
+    assert rate.known is not None
+    assert rate.budget_bps == pytest.approx(HOPED_SHARE * 1.5e6, rel=0.05)
+    assert rate.is_free(0.3)
+    assert not rate.is_free(1.0), "a bound was met"
+    rate.begin(10.0)
+    assert (rate.pacing_bps, rate.budget_bps, rate.is_free(10.0)) == (FIRST_PACING_BPS, FIRST_BUDGET_BPS, True)
+    rate.begin(20.0, Known(100e6, 75e6, None, 0.05))
+    sent = rate.sent(got(2), 9_000, 20.0)
+    rate.got(got(2), sent.leaves_at + 0.12)
+    assert rate.pacing_bps == FIRST_PACING_BPS
+    assert rate.budget_bps < 1.1 * FIRST_BUDGET_BPS
 
 
 def test_nothing_at_all_gets_through() -> None:

@@ -85,6 +85,13 @@ def test_a_shape_gets_worse_at_once_and_better_after_a_while() -> None:
     assert later[-1] == 24.0
 
 
+def test_a_shape_gets_better_at_once_while_nothing_speaks_against_it() -> None:
+    shapes = ShapeForBits(MEDIUM)
+    assert shapes.choose(most_bps(MEDIUM) // 8, 0.0, is_free=True).scale == 0.75
+    assert shapes.choose(most_bps(MEDIUM), 0.1, is_free=True).rate_hz == 24.0
+    assert shapes.choose(most_bps(MEDIUM) // 5, 0.2, is_free=True).rate_hz == 12.0
+
+
 @pytest.mark.parametrize(("camera_hz", "wanted_hz"), [(30, 24), (30, 12), (30, 30), (25, 24), (60, 24), (15, 24)])
 def test_as_many_pictures_as_wanted_and_evenly(camera_hz: float, wanted_hz: float) -> None:
     cadence = Cadence()
