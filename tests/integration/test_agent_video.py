@@ -7,6 +7,7 @@ import time
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,7 @@ from onboard_agent.video import child
 from wire.dialect import mavlink
 from wire.video import VIDEO, CameraState, ClockAnswer, ClockProbe, Codec, Quality, StreamWish, Unit
 
-LOW, MEDIUM = (StreamWish(quality, Codec.MPEG1) for quality in (Quality.LOW, Quality.MEDIUM))
+LOW, MEDIUM, HIGH = (StreamWish(quality, Codec.MPEG1) for quality in Quality)
 MEDIUM_H264 = StreamWish(Quality.MEDIUM, Codec.H264)
 
 
@@ -127,6 +128,51 @@ async def test_pictures_come_while_somebody_watches_and_the_process_is_behind_th
         await asyncio.sleep(0.5)
         assert len(there.tower.units) <= quiet_from + 2
         assert there.runs, "the next viewer need not wait for it"
+
+
+async def test_another_quality_comes_and_goes_and_the_first_goes_on() -> None:
+    camera = MjpegCamera()
+    await camera.plug_in()
+    async with scene(f"http://127.0.0.1:{camera.port}/camera") as there:
+        await there.tower.watch(LOW)
+        await there.tower.more(LOW, 24)
+        since = time.monotonic()
+        for others in ((HIGH,), (HIGH, MEDIUM_H264), (MEDIUM,), ()):
+            await there.tower.watch(LOW, *others)
+            for other in others:
+                assert (await there.tower.more(other, 10))[0].key or there.tower.of(other, since)[0].key
+            await there.tower.more(LOW, 12)
+        units = there.tower.of(LOW, since)
+        assert in_order(units)
+        assert not any(unit.is_break for unit in units), "the camera was opened anew"
+        assert camera.opened == 1
+        assert len(there.tower.channels) == 1
+        pauses = sorted((after.capture_us - before.capture_us) / 1e6 for before, after in pairwise(units))
+        assert pauses[len(pauses) // 2] < 0.12, "twelve in a second"
+        assert pauses[-1] < 1.0, "a viewer sees it stand still"
+        await camera.unplug()
+
+
+async def test_what_the_link_carried_is_remembered_by_the_next_process_but_not_for_the_next_link(film: str) -> None:
+    async with scene(film) as there:
+        await there.tower.watch(MEDIUM)
+        await there.tower.more(MEDIUM, 60)
+        desk = there.agent._video
+        learnt = await until(lambda: desk.link, what="what the link carries")
+        assert learnt.local == "127.0.0.1"
+        gone = there.pid
+        os.kill(gone, signal.SIGKILL)
+        await until(lambda: there.runs and there.pid != gone, what="another process")
+        kept = desk.link
+        assert kept is not None
+        await until(lambda: desk.link != kept, what="it has learnt more")
+        assert desk.link is not None, "it was told"
+        assert there.tower.connection is not None
+        await there.tower.connection.close(4000, "another link")
+        await there.tower.linked(2)
+        assert desk.link is None
+        await there.tower.watch(MEDIUM)
+        await there.tower.more(MEDIUM, 3)
 
 
 async def test_a_video_process_that_is_killed_or_stopped_is_replaced_and_flight_notices_nothing(

@@ -124,6 +124,8 @@ class MjpegCamera:
         self.port = 0
         self._server: asyncio.Server | None = None
         self._writers: set[asyncio.StreamWriter] = set()
+        self.opened = 0
+        """How often somebody came to look."""
         self._jpegs = [_jpeg(number) for number in range(8)]
 
     async def plug_in(self) -> None:
@@ -140,6 +142,7 @@ class MjpegCamera:
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._writers.add(writer)
+        self.opened += 1
         with contextlib.suppress(OSError, asyncio.IncompleteReadError):
             await reader.readuntil(b"\r\n\r\n")
             writer.write(b"HTTP/1.1 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=next\r\n\r\n")
