@@ -111,9 +111,14 @@ async def all_of_store(session: AsyncSession, store: str) -> Sequence[RecordingR
     return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id))).all()
 
 
-async def kept_bytes(session: AsyncSession, store: str) -> int:
-    """Of all that is over."""
-    query = select(func.sum(RecordingRow.size_bytes)).where(
-        RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES)
-    )
-    return int(await session.scalar(query) or 0)
+async def bytes_of_store(session: AsyncSession, store: str) -> tuple[int, int]:
+    """(of what is being finished, of all that is over). Added up by the database, however many there are."""
+    query = select(RecordingRow.state, func.sum(RecordingRow.size_bytes)).where(RecordingRow.store == store)
+    sums = {state: int(total) for state, total in await session.execute(query.group_by(RecordingRow.state))}
+    return sums.get("finishing", 0), sum(total for state, total in sums.items() if state not in OPEN_STATES)
+
+
+async def oldest_over(session: AsyncSession, store: str, *, most: int) -> Sequence[RecordingRow]:
+    """The oldest of those that are over."""
+    query = select(RecordingRow).where(RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES))
+    return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id).limit(most))).all()

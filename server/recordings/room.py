@@ -22,6 +22,8 @@ from wire.video import LARGEST_UNIT_BYTES
 
 LEAST_ROOM_BYTES: Final = LARGEST_UNIT_BYTES
 """Without it nothing is begun."""
+AT_ONCE: Final = 100
+"""Rows that are looked at together: making objects of thousands would hold up the tower's loop."""
 
 
 @dataclass(frozen=True)
@@ -56,17 +58,25 @@ class RecordingRoom:
         """Removes what has to go so that so much more fits. Whether it fits now: also on the disk."""
         async with self._one_at_a_time:
             async with self._database.reading() as session:
-                rows = await catalogue.all_of_store(session, self._store.id)
-            being_finished = sum(row.size_bytes for row in rows if row.state == "finishing")
+                being_finished, self.kept_bytes = await catalogue.bytes_of_store(session, self._store.id)
             used = self.in_use() + being_finished + coming_bytes
-            kept = [_Kept(row, row.size_bytes, row.began_at.timestamp()) for row in rows if _is_over(row)]
-            going = to_remove(kept, coming_bytes=used, budget_bytes=self.budget_bytes)
-            self.kept_bytes = sum(one.size_bytes for one in kept) - sum(one.size_bytes for one in going)
-            for one in going:
-                await self._remove(one.row)
+            while self.kept_bytes and used + self.kept_bytes > self.budget_bytes:
+                await self._remove_oldest(used)
             if used + self.kept_bytes > self.budget_bytes:
                 return False
             return await asyncio.to_thread(self._store.has_room, coming_bytes)
+
+    async def _remove_oldest(self, used: int) -> None:
+        """Some of those that have to go beside so many bytes."""
+        async with self._database.reading() as session:
+            rows = await catalogue.oldest_over(session, self._store.id, most=AT_ONCE)
+        oldest = [_Kept(row, row.size_bytes, row.began_at.timestamp()) for row in rows]
+        others = self.kept_bytes - sum(one.size_bytes for one in oldest)
+        for one in to_remove(oldest, coming_bytes=used + others, budget_bytes=self.budget_bytes):
+            await self._remove(one.row)
+            self.kept_bytes -= one.size_bytes
+        if not rows:
+            self.kept_bytes = 0
 
     async def _remove(self, row: RecordingRow) -> None:
         deed = Deed(by=TOWER, at=self._clock())
@@ -75,7 +85,3 @@ class RecordingRoom:
         if removed is not None:
             await asyncio.to_thread(self._store.remove, removed.drone_id, removed.file)
             self._telling.tell("removed", RecordingView.of(removed))
-
-
-def _is_over(row: RecordingRow) -> bool:
-    return row.state not in catalogue.OPEN_STATES

@@ -5,6 +5,7 @@ import json
 import subprocess
 import threading
 import time
+from collections import Counter
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import httpx
 import pytest
 from control_world import ask, audit, live, until
 from flying_scene import Scene
+from sqlalchemy import event, insert
 from tower_world import assert_problem, start_tower
 from worlds.camera_units import units
 from worlds.recorded_video import VideoByHand
@@ -21,6 +23,7 @@ from server import file_room
 from server.recordings import desk as desks
 from server.recordings.desk import NOTHING_CAME, TOO_LONG
 from server.recordings.finishing import CannotFinish
+from server.recordings.room import AT_ONCE
 from server.recordings.sink import TOO_LARGE
 from server.recordings.tables import RecordingRow
 from server.recordings.writer import TOO_SLOW, UnitWriter
@@ -30,6 +33,7 @@ from wire.control_messages import AutopilotState
 from wire.video import Codec, Quality
 
 US = 1_000_000
+_COLUMNS = [column.name for column in RecordingRow.__table__.columns]
 
 
 class RecordingScene(Scene):
@@ -404,6 +408,34 @@ async def test_the_oldest_go_when_the_budget_is_used_up(scene: RecordingScene) -
     ended = await scene.came_to(begun["id"], "failed", "finishing")
     assert ended["state"] in ("failed", "finishing")
     assert [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()] == [begun["id"]]
+
+
+async def test_however_many_are_kept_few_are_looked_at_together(scene: RecordingScene) -> None:
+    tower = scene.world.tower
+    first = await scene.whole()
+    async with tower.database.writing() as session:
+        row = await session.get(RecordingRow, first["id"])
+        assert row is not None
+        same = {name: getattr(row, name) for name in _COLUMNS if name != "id"}
+        await session.execute(insert(RecordingRow), [same | {"file": f"{number:016x}"} for number in range(AT_ONCE)])
+    room, loaded = tower.recordings.room, Counter[str]()
+
+    def load(row: RecordingRow, _context: Any) -> None:
+        loaded[row.file] += 1
+
+    event.listen(RecordingRow, "load", load)
+    try:
+        assert await room.make(0)
+        assert not loaded, "room is made without a look at each"
+        room.budget_bytes = room.kept_bytes - 1
+        assert await room.make(0)
+        assert len(loaded) == AT_ONCE
+        room.budget_bytes = first["size_bytes"]
+        assert await room.make(0)
+    finally:
+        event.remove(RecordingRow, "load", load)
+    kept = [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()]
+    assert kept == [first["id"] + AT_ONCE], "the newest"
 
 
 async def test_a_drone_that_is_deleted_leaves_no_files(scene: RecordingScene) -> None:
