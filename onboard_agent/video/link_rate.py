@@ -12,6 +12,7 @@ All delays are those of the tower's answers (wire.video.Got). A packet that TCP 
 followers late, but not all units of a while; it lowers nothing.
 """
 
+import math
 from collections import deque
 from itertools import pairwise
 from typing import Final, NamedTuple
@@ -56,6 +57,8 @@ AFTER_QUEUE: Final = (0.5, 0.7)
 """Budget, as a share of what the link carries: the queue has to go."""
 QUEUE_GONE_S: Final = 0.5
 EMPTIED_OVER_S: Final = 0.05
+SLOWEST_LEFT_OUT: Final = 0.34
+"""Of the units in a queue, a few of which may have met a packet that was lost."""
 LESS: Final = 0.85
 """Of the budget, where the queue does not tell how fast it is served: units that come all at once were held up by a
 lost packet or a busy computer, not by a slow link."""
@@ -232,12 +235,16 @@ class LinkRate:
         return True
 
     def _emptied_bps(self) -> float | None:
-        """How fast the queue was served: by the units that were in it when the one before came out."""
-        bits, took_s = 0, 0.0
-        for before, arrival in pairwise(self._recent):
-            if arrival.sent.leaves_at + self.way.base_s <= before.at:
-                bits += arrival.sent.bits
-                took_s += arrival.at - before.at
+        """How fast the queue was served: by the units that were in it when the one before came out, without the
+        slowest: a slow link makes all slow, a packet that TCP sent again after a while makes one."""
+        served = sorted(
+            ((arrival.at - before.at) / arrival.sent.bits, arrival.sent.bits)
+            for before, arrival in pairwise(self._recent)
+            if arrival.sent.leaves_at + self.way.base_s <= before.at
+        )
+        telling = served[: len(served) - math.ceil(SLOWEST_LEFT_OUT * len(served))]
+        bits = sum(bits for _, bits in telling)
+        took_s = sum(s_per_bit * bits for s_per_bit, bits in telling)
         return bits / took_s if took_s >= EMPTIED_OVER_S else None
 
     @staticmethod

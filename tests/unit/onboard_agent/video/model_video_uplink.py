@@ -28,6 +28,8 @@ class Conditions:
     rate_bps: float
     rtt_s: float = 0.05
     loss: float = 0.0
+    time_outs: float = 0.0
+    """The share of the lost packets that TCP sends again only after a time-out, some of them twice that."""
     jitter_s: float = 0.0
     other_bps: float = 0.0
     """Traffic of others in the same queue."""
@@ -166,5 +168,7 @@ class ModelUplink:
             arrives = self._link_free_at + conditions.rtt_s / 2 + self._chance.random() * conditions.jitter_s
             if self._chance.random() < conditions.loss:
                 arrives += conditions.rtt_s * 1.25 + 2.0 / self._rate_hz
+                if conditions.time_outs and self._chance.random() < conditions.time_outs:
+                    arrives += self._chance.choice((0.25, 0.5))
             self._in_order_at = arrives = max(arrives, self._in_order_at)
         return arrives

@@ -63,6 +63,17 @@ def test_it_settles(
     assert max(budgets) <= 2.2 * min(budgets), "it swings"
 
 
+@pytest.mark.parametrize("seed", range(1, 13))
+@pytest.mark.parametrize(("rate_bps", "ceiling_bps", "rate_hz"), [(10e6, MEDIUM_BPS, 24), (2e6, HIGH_BPS, 30)])
+def test_packets_that_are_lost_twice_are_no_slow_link(
+    rate_bps: float, ceiling_bps: float, rate_hz: float, seed: int
+) -> None:
+    model = ModelUplink(ceiling_bps=ceiling_bps, rate_hz=rate_hz, seed=seed)
+    seconds = model.run(Conditions(rate_bps, loss=0.01, time_outs=0.5), 40)
+    assert mean_bps(seconds[8:]) > 0.7 * ceiling_bps
+    assert sum(second.budget_bps < 0.4 * ceiling_bps for second in seconds) <= 3
+
+
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_sudden_drop_to_a_tenth_and_the_way_back(seed: int) -> None:
     model = ModelUplink(ceiling_bps=HIGH_BPS, rate_hz=30, seed=seed)
