@@ -10,12 +10,17 @@ from uuid import uuid4
 
 import asyncpg
 import pytest
+from hypothesis import settings
 from worlds.postgres import postgres_programs, temporary_postgres
 from worlds.side_by_side import Groups, rank_of, turns_of_this_run
 
 CHROMIUM_NAMES: Final = ("chromium", "chromium-browser", "google-chrome")
 CONSOLE: Final = Path(__file__).resolve().parent.parent / "web" / "dist" / "index.html"
 
+
+# How long an example takes says something of the machine and nothing of us.
+settings.register_profile("tower", settings(), deadline=None)
+settings.load_profile("tower")
 
 _turns = turns_of_this_run()
 
