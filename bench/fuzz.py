@@ -29,7 +29,7 @@ MOST_OBJECTS_GROWN: Final = 1000
 """What caches and free lists need, whether for a thousand datagrams or a million."""
 MOST_GROWN_MB: Final = 10.0
 
-KINDS: Final = {"live, bytes": 0.4, "live, text": 0.4, "agent, text": 0.2}
+KINDS: Final = {"live, bytes": 0.4, "live, text": 0.4, "agent, text": 0.2, "video, bytes": 0.1, "video, text": 0.1}
 """Share of the messages for each channel."""
 _WARM_UP: Final = 0.1
 

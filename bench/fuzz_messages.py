@@ -32,6 +32,12 @@ _AGENT: Final[tuple[dict[str, Any], ...]] = tuple(
         LossParameters(autopilot="ardupilot", values={"FS_THR_ENABLE": 1.0, "FS_GCS_ENABLE": 0.0}, complete=True),
     )
 )
+_VIEWER: Final[tuple[dict[str, Any], ...]] = (
+    {"type": "clock", "sent": 12.5},
+    {"type": "got", "sequence": 7},
+    {"type": "want", "quality": "medium", "codec": "mpeg1"},
+    {"type": "want", "quality": "low", "codec": "h264"},
+)
 _STRANGE: Final[tuple[str, ...]] = (
     *("null", "true", "-1", "0", "1.5", "1e308", "-1e308", "1e999", "NaN", "Infinity", "4294967296", "9" * 400),
     *('""', '"\\u0000"', '"\\ud800"', '"' + "空" * 60 + '"', "[]", "{}", '[[[["x"]]]]', '{"type":"watch"}', '"5"'),
@@ -67,6 +73,12 @@ class MessageFuzzer:
         if self._chance.random() < 0.85:
             return TextMessage(self._with_strange_values(self._chance.choice(_AGENT), self._chance.random() < 0.05))
         return TextMessage(self._text(_AGENT))
+
+    def viewer_text(self) -> TextMessage:
+        """For a viewer of video, right as a rule: a wrong one ends it."""
+        if self._chance.random() < 0.7:
+            return TextMessage(json.dumps(self._chance.choice(_VIEWER)).encode())
+        return TextMessage(self._text(_VIEWER))
 
     def binary(self) -> BinaryMessage:
         """Tagged frames of which something is mutated: the tags, the frames, the ends, the stamp, or nothing."""

@@ -22,6 +22,7 @@ import httpx
 
 from bench.fuzz_channels import Account, Target, attack_agent, attack_live_in_bytes, attack_live_in_text
 from bench.fuzz_datagrams import DatagramFuzzer
+from bench.fuzz_video import attack_video_in_bytes, attack_video_in_text
 from bench.lean_browser import LeanBrowser
 from bench.load_agents import LoadAgent, kept_alive, sign_in_all
 from bench.load_frames import EVENT_KINDS, STATE_KINDS, read_plain, stamped_frame
@@ -35,7 +36,7 @@ _AS_AGENTS: Final = 30
 _MOST: Final = "1000000"
 _WITHOUT_FLOOD_GATE: Final = {
     f"TOWER_{whose}_FRAMES_{what}": _MOST for whose in ("USER", "DRONE", "AGENT") for what in ("PER_S", "BURST")
-}
+} | {"TOWER_USER_VIDEO_SOCKETS": "100000", "TOWER_ADDRESS_VIDEO_SOCKETS": "100000"}
 _PROGRESS: Final = {
     "type": "hold_progress",
     "order_id": 1,
@@ -142,6 +143,10 @@ class FuzzedTower:
             return await attack_live_in_bytes(self.target, chance, messages, arrived=lambda: self._arrived)
         if kind == "live, text":
             return await attack_live_in_text(self.target, chance, messages)
+        if kind == "video, bytes":
+            return await attack_video_in_bytes(self.target, chance, messages)
+        if kind == "video, text":
+            return await attack_video_in_text(self.target, chance, messages)
         return await attack_agent(self.target, chance, messages)
 
     async def send_datagrams(self, chance: random.Random, datagrams: int) -> int:
