@@ -70,7 +70,7 @@ def chosen(words: str | None) -> list[str]:
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
-    """`--cases`, `--rounds`, `--seconds`, `--minutes`, `--system`, `--peers`, `--keep`, `--quick`."""
+    """`--cases`, `--case`, `--rounds`, `--seconds`, `--minutes`, `--system`, `--peers`, `--keep`, `--quick`."""
     names = chosen(options.cases)
     systems = options.system or [OURS, PEER]
     jsmpeg = await _peer(report, options.peers.resolve()) if PEER in systems else None
@@ -81,7 +81,7 @@ async def run(report: Report, options: argparse.Namespace) -> None:
         page = await our_page_built(folder) if OURS in systems else folder
         seconds = options.seconds or (QUICK_SECONDS if options.quick else SECONDS)
         rounds = options.rounds or (1 if options.quick else ROUNDS)
-        bench = Bench(report, folder, jsmpeg, OURS in systems, page, seconds, rounds)
+        bench = Bench(report, folder, jsmpeg, OURS in systems, page, seconds, rounds, tuple(options.case or ()))
         for name in names:
             if name == LONG:
                 await for_long(bench, f"{SMALL.words}, {options.minutes:g} minutes", SMALL, options.minutes)

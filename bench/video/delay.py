@@ -42,6 +42,8 @@ class Seen:
 
 async def delays(bench: Bench, case: str, setting: Setting, lines: dict[str, Line] | None = None) -> None:
     """One case: `bench.rounds` rounds of each system in turns."""
+    if not bench.has(case):
+        return
     bench.report.say(f"[bold]{case}[/bold]")
     seen = {system: Seen() for system in bench.systems}
     failed: Counter[str] = Counter()

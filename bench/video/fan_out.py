@@ -93,6 +93,8 @@ def ours_at(trial: Trial, setting: Setting) -> Address:
 
 async def fan_out(bench: Bench) -> None:
     for setting in (SMALL, LARGE):
+        if not bench.has(setting.words):
+            continue
         bench.report.say(f"[bold]fan-out, {setting.words}[/bold]")
         async with trial(bench, f"fan-out {setting.words}", setting, browsers=()) as one:
             for _ in range(bench.rounds):

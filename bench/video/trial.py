@@ -35,6 +35,11 @@ class Bench:
     seconds: float
     """Of each round, without its warm-up."""
     rounds: int
+    parts: tuple[str, ...] = ()
+    """Only what has one of these in its name; none: everything."""
+
+    def has(self, case: str) -> bool:
+        return not self.parts or any(part in case for part in self.parts)
 
     @property
     def systems(self) -> list[str]:
