@@ -31,7 +31,7 @@ from wire.control_messages import (
     encode_message,
 )
 from wire.credential import Credential
-from wire.following import FOLLOW
+from wire.following import FOLLOW, FOLLOW_PERSON
 from wire.ids import DroneId, LinkId
 from wire.key_agreement import BadPublicKey, agree, public_bytes
 from wire.resuming import Challenge
@@ -76,7 +76,7 @@ async def open_channel(
     uplinks: Sequence[str] = (ANY_UPLINK,),
     resuming: OpenedChannel | None = None,
     process: int = 0,
-    takes: tuple[str, ...] = (TRANSACTIONS, FOLLOW),
+    takes: tuple[str, ...] = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON),
 ) -> OpenedChannel:
     """Signs in, by the first of `uplinks` that leads to the tower. Raises NoLink or CredentialRefused.
 

@@ -38,6 +38,8 @@ class Holder:
         """A trigger, not a change of hands, has stopped a mission, and nobody has flown since."""
         self.commanded = 0
         """How often somebody has said how to fly: commands and targets that have passed, and holds."""
+        self.moved = 0
+        """How often sticks have passed that were not centred."""
         self._autopilot = autopilot
         self._hold = hold
         self._watch = watch
@@ -61,6 +63,7 @@ class Holder:
         if isinstance(intent, Sticks):
             if not self.gate.admit(intent):
                 return False
+            self.moved += not intent.centred
             self._hold.stop_sticks()
             self._watch.sticks_passed(now)
             self.stand_in.sticks_passed(now)

@@ -34,7 +34,7 @@ from wire.control_messages import (
 )
 from wire.credential import Credential
 from wire.drops import DropReason
-from wire.following import FOLLOW, LeaderPosition
+from wire.following import FOLLOW, FOLLOW_PERSON, LeaderPosition
 from wire.ids import DroneId, Epoch
 from wire.transactions import TRANSACTIONS
 from wire.video import ClockAnswer, ClockProbe
@@ -97,7 +97,7 @@ class TowerLink:
     ) -> None:
         """`takes`: what the hello says besides what every agent takes."""
         self._url = url
-        self._takes = (TRANSACTIONS, FOLLOW, *takes)
+        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, *takes)
         self._credential = credential
         self._user = user
         self._process = secrets.randbelow(0xFFFFFFFF) + 1

@@ -62,7 +62,9 @@ class WorkAtDrone:
         self._narrow_line = narrow_line
         self._plans = PlanWatch(maker, journal)
         commands = CommandDesk(maker, send=self._why_not_command, commanded=lambda: holder.commanded)
-        self._follow = FollowDesk(maker, send=self._why_not_command, commanded=lambda: holder.commanded)
+        self._follow = FollowDesk(
+            maker, send=self._why_not_command, commanded=lambda: holder.commanded, moved=lambda: holder.moved
+        )
         self._transactions = Transactions([self._plans, commands, self._follow, *make_desks(maker)])
         self._gate = StartGate(maker)
         self._latest_start = LatestStart()

@@ -36,8 +36,9 @@ _HEADERS: Final = {
     "Referrer-Policy": "no-referrer",
     # Old browsers know no frame-ancestors.
     "X-Frame-Options": "DENY",
-    # A page of ours asks for a gamepad and the whole screen, and for nothing else that a browser could give.
-    "Permissions-Policy": "gamepad=(self), fullscreen=(self), camera=(), microphone=(), geolocation=(), usb=(), "
+    # A page of ours asks for a gamepad, the whole screen, and where the person is whom a drone is to follow; and for
+    # nothing else that a browser could give.
+    "Permissions-Policy": "gamepad=(self), fullscreen=(self), camera=(), microphone=(), geolocation=(self), usb=(), "
     "serial=(), payment=()",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",

@@ -10,6 +10,15 @@ import msgspec
 FOLLOW: Final = "follow"
 """What `takes` of a hello has where this is understood."""
 
+FOLLOW_PERSON: Final = "follow_person"
+"""The same for `patience_s`: without it a person, of whom a fix comes once a second, would be lost all the time."""
+
+PATIENCE_S: Final = 2.0
+"""With a leader that flies: its place comes five times a second."""
+
+PERSON_PATIENCE_S: Final = 3.0
+"""With a person."""
+
 NEAR_M: Final = 5.0
 """A follower that is nearer to its leader than this, over ground and in height, holds."""
 
@@ -32,13 +41,15 @@ _Offset = Annotated[float, msgspec.Meta(ge=-OFFSET_MOST_M, le=OFFSET_MOST_M)]
 class FollowWork(msgspec.Struct, frozen=True, tag="follow", tag_field="work"):
     """Keep this place relative to the leader, metres north, east and above, until something ends it.
 
-    Not turned with the leader's nose: one that turns on the spot would swing its followers round itself.
+    Not turned with the leader's nose: one that turns on the spot would swing its followers round itself. `patience_s`:
+    a place of the leader's that is older is none.
     """
 
     leader_name: Annotated[str, msgspec.Meta(max_length=80)]
     north_m: _Offset
     east_m: _Offset
     up_m: _Offset
+    patience_s: Annotated[float, msgspec.Meta(ge=PATIENCE_S, le=PERSON_PATIENCE_S)] = PATIENCE_S
 
 
 class LeaderPosition(msgspec.Struct, frozen=True, tag="leader_position", tag_field="type", kw_only=True):
@@ -46,7 +57,8 @@ class LeaderPosition(msgspec.Struct, frozen=True, tag="leader_position", tag_fie
 
     `id`: of the transaction. `number` grows. `sent_ms`: the tower's clock, as in its datagrams. Height above the sea,
     velocity north, east and down. `age_ms`: how long before it was sent the tower had the position. `airborne` False:
-    the leader is known to be on the ground.
+    the leader is known to be on the ground. A person that is followed is told as one that flies as high as the follower
+    did when it began.
     """
 
     id: _U32

@@ -35,8 +35,8 @@ class Motion(NamedTuple):
     down_m_s: float
     at: float
 
-    def fresh(self, now: float) -> bool:
-        return now - self.at <= STALE_S
+    def fresh(self, now: float, within_s: float = STALE_S) -> bool:
+        return now - self.at <= within_s
 
     def later(self, now: float) -> "Motion":
         """Moved on as it flies, for STALE_S at the most."""
@@ -88,8 +88,8 @@ def why_not_there(work: FollowWork) -> str | None:
 def why_stop(own: Motion, leader: Motion, work: FollowWork, now: float, *, home_alt_m: float) -> str | None:
     """Why it must hold now, in words, or None. `home_alt_m`: of its own home, above the sea."""
     name = work.leader_name
-    if not leader.fresh(now):
-        return f"nothing new was heard of {name} for {STALE_S:g} s"
+    if not leader.fresh(now, work.patience_s):
+        return f"nothing new was heard of {name} for {work.patience_s:g} s"
     if not own.fresh(now):
         return f"the autopilot has not said for {STALE_S:g} s where it is"
     here, there = own.later(now), leader.later(now)

@@ -6,6 +6,8 @@ Laws, each with a test:
 - It begins in the air, in the mode that listens to targets, with both positions fresh; else nothing is sent.
 - What ends it by itself (the leader is lost, too near, too far, on the ground; the time is over; it was cancelled; the
   controls changed hands) brings the drone to a hold, which a heartbeat must show.
+- So do sticks that are moved: the mode in which it follows does not listen to them, and whoever moves them wants it to
+  be theirs.
 - Whoever else says meanwhile how to fly wins: a command, a hold, a mode that somebody switched to. Then it ends, and
   nothing more is sent.
 - A PX4, which changes its mode to go somewhere, is sent on only right after a heartbeat that shows the mode it was in.
@@ -66,6 +68,7 @@ class _Following:
     began_at: float
     deadline: float
     commanded: int
+    moved: int
     newest: int = -1
     leader: Motion | None = None
     leader_flies: bool = True
@@ -83,15 +86,19 @@ class _Following:
 
 
 class FollowDesk:
-    """A Desk; `leader` is told where the leader is. `send`, `commanded`: as for CommandDesk."""
+    """A Desk; `leader` is told where the leader is. `send`, `commanded`: as for CommandDesk. `moved`: how often sticks
+    have passed that were not centred."""
 
     works = (FollowWork,)
     hears = frozenset({_POSITION, _BEAT, _ACK})
 
-    def __init__(self, maker: FrameMaker, *, send: Send, commanded: Callable[[], int]) -> None:
+    def __init__(
+        self, maker: FrameMaker, *, send: Send, commanded: Callable[[], int], moved: Callable[[], int]
+    ) -> None:
         self._maker = maker
         self._send = send
         self._commanded = commanded
+        self._moved = moved
         self._system: int | None = None
         self._one: _Following | None = None
         self._news: list[TransactionToTower] = []
@@ -117,6 +124,7 @@ class FollowDesk:
             began_at=now,
             deadline=now + transaction.deadline_s,
             commanded=self._commanded(),
+            moved=self._moved(),
         )
 
     def leader(self, told: LeaderPosition, late_s: float, now: float) -> None:
@@ -244,6 +252,8 @@ class FollowDesk:
         why = why_stop(one.own, one.leader, one.work, now, home_alt_m=one.home_alt_m)
         if not one.leader_flies:
             why = f"{name} is not in the air"
+        if one.moved != self._moved():
+            why = "the sticks were moved"
         if not one.begun:
             one.begun = why is None
             if why is not None:

@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from server.operations.person import LEAST_M, MOST_M, USUAL_M
 from wire.following import OFFSET_MOST_M
 from wire.plans import ITEMS_MOST
 
@@ -149,9 +150,22 @@ class Follow(_Command):
     for_s: Annotated[float, Field(ge=5, le=600, allow_inf_nan=False, description="Then it holds")] = 600.0
 
 
+class FollowMe(_Command):
+    """Follows whoever asks, on the side on which it is and as high as it is, until something ends it. Where they are
+    now; from then on their browser tells it, with `person_fix` on `/live`, once a second."""
+
+    command: Literal["follow_me"]
+    lat: Latitude
+    lon: Longitude
+    accuracy_m: Annotated[float, Field(ge=0, allow_inf_nan=False, description="As geolocation has it: 95 of 100")]
+    age_ms: Annotated[float, Field(ge=0, allow_inf_nan=False, description="Since it was measured")] = 0.0
+    distance_m: Annotated[float, Field(ge=LEAST_M, le=MOST_M, allow_inf_nan=False, description="Over ground")] = USUAL_M
+    for_s: Annotated[float, Field(ge=5, le=600, allow_inf_nan=False, description="Then it holds")] = 600.0
+
+
 OneOff = (
     Arm | Disarm | ChangeMode | TakeOff | GoTo | Simple | SetHome | ChangeSpeed | Turn | Start | Jump | Orbit | LookAt
 )
 """Over when the autopilot has accepted it."""
 
-FlightCommand = Annotated[OneOff | Follow, Field(discriminator="command")]
+FlightCommand = Annotated[OneOff | Follow | FollowMe, Field(discriminator="command")]

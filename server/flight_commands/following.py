@@ -44,23 +44,27 @@ def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow,
     following = Following(leader.drone_id, work, principal)
     vehicle = Vehicle.of(drone)
     _refuse(hub, drone, leader, work, now)
-    beyond = why_beyond(drone, leader, following, now)
+    beyond = why_beyond(drone, motion_of(leader), following)
     if beyond is not None:
         raise LoanForbids(name, f"with limits: {beyond}")
+
+    about: dict[str, object] = wish.model_dump() | {"leader_name": leads}
+    return order_for(vehicle, following, wish.for_s, work=FOLLOW, needs=FOLLOW, about=about), following
+
+
+def order_for(
+    vehicle: Vehicle, following: Following, for_s: float, *, work: str, needs: str, about: dict[str, object]
+) -> Order:
+    """Into the mode that listens, and then to the place. `work`, `needs`, `about`: of the order."""
 
     def say(step: Step, outcome: Outcome, words: str) -> str:
         why = f" {following.stopped}." if following.stopped else ""
         where = "" if isinstance(step.work, FollowWork) else f", {step.phase}"
-        return f"{name}{where}:{why} {words}"
+        return f"{vehicle.name}{where}:{why} {words}"
 
     mode = _LISTENS[vehicle.px4]
-    steps = [
-        mode_step(vehicle, mode, skip=vehicle.is_in(mode)),
-        Step(work, wish.for_s),
-    ]
-    about: dict[str, object] = wish.model_dump() | {"leader_name": leads}
-    order = Order(FOLLOW, Lane.FOLLOWING, steps, writes=True, overrules=True, needs=FOLLOW, say=say, about=about)
-    return order, following
+    steps = [mode_step(vehicle, mode, skip=vehicle.is_in(mode)), Step(following.work, for_s)]
+    return Order(work, Lane.FOLLOWING, steps, writes=True, overrules=True, needs=needs, say=say, about=about)
 
 
 def _refuse(hub: Hub, drone: LiveDrone, leader: LiveDrone, work: FollowWork, now: float) -> None:
@@ -69,18 +73,26 @@ def _refuse(hub: Hub, drone: LiveDrone, leader: LiveDrone, work: FollowWork, now
         raise CannotFollow(f"{name} cannot follow itself")
     if not is_apart(work.north_m, work.east_m, work.up_m):
         raise CannotFollow(f"that is too near to {leads}: {APART_M:g} m away, or higher or lower, is the least")
-    own = hub.follows.leader_of(drone.drone_id)
-    if own is not None:
-        raise DroneBusy(f"{name} follows {own.work.leader_name}: stop that first")
-    if hub.follows.leader_of(leader.drone_id) is not None:
-        raise CannotFollow(f"{leads} follows another drone itself: {name} can follow one that follows nobody")
-    if hub.follows.followers_of(drone.drone_id):
-        raise CannotFollow(f"{name} is followed by another drone, and can follow nobody")
+    refuse_busy(hub, drone)
+    other = hub.follows.leader_of(leader.drone_id)
+    if other is not None:
+        whom = other.work.leader_name
+        raise CannotFollow(f"{leads} follows {whom} itself: {name} can follow one that follows nobody")
     if hub.follows.taken_place(leader.drone_id, work) is not None:
         raise CannotFollow(f"that place at {leads} is too near to another drone's that follows it")
-    if not drone.airborne:
-        raise CannotFollow(f"{name} is not in the air: take off first")
     if not leader.online or not leader.airborne:
         raise CannotFollow(f"{leads} is not in the air: there is nobody to follow")
     if motion_of(leader) is None or now - leader.position_at > STALE_S:
         raise CannotFollow(f"where {leads} is was not heard within {STALE_S:g} s")
+
+
+def refuse_busy(hub: Hub, drone: LiveDrone) -> None:
+    """Raises DroneBusy, CannotFollow: what keeps it from following anybody."""
+    name = drone.record.name
+    own = hub.follows.leader_of(drone.drone_id)
+    if own is not None:
+        raise DroneBusy(f"{name} follows {own.work.leader_name}: stop that first")
+    if hub.follows.followers_of(drone.drone_id):
+        raise CannotFollow(f"{name} is followed by another drone, and can follow nobody")
+    if not drone.airborne:
+        raise CannotFollow(f"{name} is not in the air: take off first")

@@ -8,7 +8,8 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Path, Request, Response
 
 from server.access import Pilot, UnknownDrone
-from server.flight_commands.bodies import Disarm, FlightCommand, Follow
+from server.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe
+from server.flight_commands.follow_me import follow_me_order
 from server.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
 from server.flight_commands.steps import NoSuchItem, order_of
 from server.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
@@ -59,7 +60,9 @@ async def command_drone(
     if not drone.online:
         raise DroneOffline(drone.record.name)
     following = None
-    if isinstance(body, Follow):
+    if isinstance(body, FollowMe):
+        order, following = follow_me_order(tower_of(request).hub, principal, drone, body, time.monotonic())
+    elif isinstance(body, Follow):
         order, following = follow_order(tower_of(request).hub, principal, drone, body, time.monotonic())
     else:
         order = order_of(body, Vehicle.of(drone))

@@ -1,9 +1,11 @@
-"""Drones that follow another: tells their agents where the leader is, and stops what may not go on. A part of the hub.
+"""Drones that follow another, or a person: tells their agents where that is, and stops what may not go on. A part of
+the hub.
 
 Laws, each with a test:
 - A follower's agent hears of its leader five times a second, with the newest that the tower has and how old that is.
 - Who asked for it must be allowed to see the leader all the time, and the place must be within the limits of a loan.
 - Nobody follows a drone that follows, and two that follow the same one have places apart.
+- Who follows a person holds when the browser that tells where they are is gone.
 """
 
 from dataclasses import dataclass
@@ -12,11 +14,12 @@ from typing import Final
 from server.accounts.sessions import Principal
 from server.operations.desk import OperationDesk
 from server.operations.operation import Operation
+from server.operations.person import Fix, PersonTrack
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
 from server.separation.motion import METRES_PER_DEGREE, Motion, motion_in
 from wire.following import FollowWork, LeaderPosition, is_apart
-from wire.ids import DroneId
+from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms
 
 EVERY_S: Final = 0.2
@@ -27,11 +30,13 @@ _LARGEST_AGE_MS: Final = 3_600_000
 
 @dataclass
 class Following:
-    """What the tower has to know of it. `stopped`: why the tower itself ended it, for people."""
+    """What the tower has to know of it. `stopped`: why the tower itself ended it, for people. A drone leads, or a
+    `person`."""
 
-    leader_id: DroneId
+    leader_id: DroneId | None
     work: FollowWork
     asked_by: Principal
+    person: PersonTrack | None = None
     stopped: str = ""
     number: int = 0
     next_at: float = float("-inf")
@@ -60,6 +65,14 @@ class FollowFeed:
         running = ((one, self.leader_of(one)) for one in self._running)
         return {one: following for one, following in running if following and following.leader_id == drone_id}
 
+    def with_person(self, user_id: UserId) -> DroneId | None:
+        """Which drone follows this person now."""
+        for drone_id in self._running:
+            following = self.leader_of(drone_id)
+            if following and following.person is not None and following.asked_by.user_id == user_id:
+                return drone_id
+        return None
+
     def taken_place(self, leader_id: DroneId, work: FollowWork) -> DroneId | None:
         """Whose place at this leader is too near to that one."""
         for drone_id, other in self.followers_of(leader_id).items():
@@ -68,6 +81,20 @@ class FollowFeed:
             if not is_apart(*gaps):
                 return drone_id
         return None
+
+    def person_fix(self, drone_id: DroneId, fix: Fix, *, browser: int, asked_by: Principal) -> str | None:
+        """Where the person is whom this drone follows. Why it does not count, or None."""
+        following = self.leader_of(drone_id)
+        if following is None or following.person is None:
+            return "it follows nobody"
+        return following.person.take(fix, browser=browser, sign_in=asked_by.session_id)
+
+    def browser_gone(self, browser: int) -> None:
+        """It tells no more where anybody is."""
+        for operation, following in list(self._running.values()):
+            person = following.person
+            if operation.running and person is not None and person.browser == browser:
+                self._stop(operation, following, f"the browser of {following.work.leader_name} is gone")
 
     def tick(self, now: float) -> None:
         """Tells those that are due, and stops those that may not go on."""
@@ -80,24 +107,28 @@ class FollowFeed:
                 self._look(drone, operation, following, now)
 
     def _look(self, drone: LiveDrone, operation: Operation, following: Following, now: float) -> None:
-        leader = self._state.drones.get(following.leader_id)
-        why = why_not_seen(leader, following) or why_beyond(drone, leader, following, now)
+        leader = None if following.leader_id is None else self._state.drones.get(following.leader_id)
+        person = following.person
+        unseen = why_not_seen(leader, following) if person is None else None
+        motion = _motion(leader) if person is None else person.motion()
+        why = unseen or why_beyond(drone, motion, following)
         if why is not None:
-            following.stopped = why
-            self._desk.cancel(operation)
-        elif leader is not None and drone.link is not None and isinstance(operation.step.work, FollowWork):
-            told = self._position(leader, operation, following, now)
-            if told is not None:
-                drone.link.send_newest(told, now)
+            self._stop(operation, following, why)
+        elif motion is not None and drone.link is not None and isinstance(operation.step.work, FollowWork):
+            # While nobody hears it, nobody knows that it has landed: its position gets old, and says that.
+            heard = leader is not None and leader.link is not None and leader.autopilot_heard
+            on_ground = heard and leader is not None and not leader.airborne
+            drone.link.send_newest(self._position(motion, operation, following, now, on_ground=on_ground), now)
+
+    def _stop(self, operation: Operation, following: Following, why: str) -> None:
+        following.stopped = following.stopped or why
+        self._desk.cancel(operation)
 
     @staticmethod
-    def _position(leader: LiveDrone, operation: Operation, following: Following, now: float) -> LeaderPosition | None:
-        motion = motion_of(leader)
-        if motion is None:
-            return None
+    def _position(
+        motion: Motion, operation: Operation, following: Following, now: float, *, on_ground: bool
+    ) -> LeaderPosition:
         following.number += 1
-        # While nobody hears it, nobody knows that it has landed: its position gets old, and says that.
-        on_ground = leader.link is not None and leader.autopilot_heard and not leader.airborne
         return LeaderPosition(
             id=operation.transaction_id,
             number=following.number,
@@ -118,6 +149,10 @@ def motion_of(drone: LiveDrone) -> Motion | None:
     return None if drone.position_frame is None else motion_in(drone.position_frame, drone.position_at)
 
 
+def _motion(leader: LiveDrone | None) -> Motion | None:
+    return None if leader is None else motion_of(leader)
+
+
 def why_not_seen(leader: LiveDrone | None, following: Following) -> str | None:
     """Why whoever asked may not know where the leader is, or None."""
     viewer = following.asked_by
@@ -127,12 +162,11 @@ def why_not_seen(leader: LiveDrone | None, following: Following) -> str | None:
     return None
 
 
-def why_beyond(drone: LiveDrone, leader: LiveDrone | None, following: Following, now: float) -> str | None:
-    """Why the limits of a loan do not allow the place where it would be now, or None."""
+def why_beyond(drone: LiveDrone, motion: Motion | None, following: Following) -> str | None:
+    """Why the limits of a loan do not allow the place where it would be now, or None. `motion`: of who is followed."""
     limits = drone.limits_of(following.asked_by.user_id, following.asked_by.role)
     if limits is None or not limits.in_space:
         return None
-    motion = None if leader is None else motion_of(leader)
     if drone.home is None or motion is None:
         return "where that is within the limits of the loan is not known"
     work, home = following.work, drone.home

@@ -24,6 +24,7 @@ from server.fleet.snapshot import FleetSnapshot, UserRef
 from server.fleet.views import DroneView
 from server.operations.desk import OperationDesk
 from server.operations.follow_feed import FollowFeed
+from server.operations.person import Fix
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.agent_reports import AgentReports
@@ -245,6 +246,14 @@ class Hub:
     def detach_browser(self, browser: Browser, now: float) -> None:
         """The browser is gone. Harmless if it was gone already."""
         self._audience.leave(browser, now)
+        self.follows.browser_gone(browser.number)
+
+    def person_fix(self, browser: Browser, told: live.PersonFix, now: float) -> None:
+        """Where the person at this browser is; it counts while a drone follows them."""
+        late_s = browser.lateness.late_by(told.sent_ms, now, at_most_s=browser.trip.late_at_most_s(now))
+        at = now - late_s - told.age_ms / 1000.0
+        fix = Fix(told.lat, told.lon, told.accuracy_m, at, told.speed_m_s, told.heading_deg)
+        self.follows.person_fix(DroneId(told.drone_id), fix, browser=browser.number, asked_by=browser.viewer)
 
     def count_agents(self) -> tuple[int, int]:
         """(drones there are, drones online)."""

@@ -10,7 +10,7 @@ from server.clock import Clock
 from server.direct_websocket import direct_writer
 from server.relay.browser import Browser
 from server.relay.hub import SESSION_ENDED, Hub
-from server.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, Pong, decode_request
+from server.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, PersonFix, Pong, decode_request
 from server.relay.live_writer import LiveWriter
 from server.relay.session_watch import watch_session
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
@@ -122,6 +122,8 @@ class LiveChannel:
         if isinstance(request, Focus):
             drone_id = None if request.drone_id is None else DroneId(request.drone_id)
             self._hub.focus(self._browser, drone_id, now)
+        elif isinstance(request, PersonFix):
+            self._hub.person_fix(self._browser, request, now)
         elif isinstance(request, Pong):
             self._browser.trip.pong(request.sequence, now)
         elif isinstance(request, MapShown):

@@ -272,6 +272,20 @@ class Pong(msgspec.Struct, frozen=True, tag="pong", tag_field="type"):
     sequence: Annotated[int, msgspec.Meta(ge=0, le=1 << 53)]
 
 
+class PersonFix(msgspec.Struct, frozen=True, tag="person_fix", tag_field="type"):
+    """Where the person at this browser is, whom the drone follows. `age_ms`: since it was measured, when it was sent.
+    `sent_ms`: the browser's clock, as in the stamps of its frames."""
+
+    drone_id: Annotated[int, msgspec.Meta(ge=1, le=0xFFFFFFFF)]
+    lat: Latitude
+    lon: Longitude
+    accuracy_m: Annotated[float, msgspec.Meta(ge=0.0)]
+    age_ms: Annotated[float, msgspec.Meta(ge=0.0, le=3_600_000.0)]
+    sent_ms: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
+    speed_m_s: float | None = None
+    heading_deg: float | None = None
+
+
 ToBrowser = (
     WelcomeBrowser
     | DroneChanged
@@ -292,7 +306,7 @@ ToBrowser = (
     | ParametersChanged
     | Recording
 )
-FromBrowser = Watch | Focus | MapShown | Pong
+FromBrowser = Watch | Focus | MapShown | Pong | PersonFix
 
 
 class MalformedRequest(ValueError):

@@ -151,3 +151,75 @@ def formed(console: ConsolePage) -> bool:
 
 def states(console: ConsolePage) -> list[str]:
     return [part.get_attribute("data-state") or "" for part in console.part("formation-answer").all()]
+
+
+RECEIVER: Final = """() => {
+  const getCurrentPosition = (found) => {
+    const [latitude, longitude] = window.person;
+    const coords = { latitude, longitude, accuracy: 4, speed: null, heading: null };
+    setTimeout(() => found({ timestamp: Date.now(), coords }), 50);
+  };
+  Object.defineProperty(navigator, 'geolocation', { value: { getCurrentPosition } });
+}"""
+"""Measures anew each time it is asked: what Playwright has a browser say keeps the time at which it was told."""
+
+
+def stands_at(console: ConsolePage, place: tuple[float, float]) -> None:
+    """Whoever sits at this browser is here now."""
+    console.page.evaluate("(place) => { window.person = place }", list(place))
+
+
+def away_from(console: ConsolePage, person: tuple[float, float]) -> tuple[float, float]:
+    """The drone, metres north and east of the person."""
+    lat, lon = person
+    east = (console.number("longitude") - lon) * METRES_PER_DEGREE * math.cos(math.radians(lat))
+    return (console.number("latitude") - lat) * METRES_PER_DEGREE, east
+
+
+def test_it_follows_the_person_at_the_browser_and_holds_when_that_is_closed(somebody: Somebody) -> None:
+    alice = signed_in(somebody, "alice", "Kestrel")
+    alice.acquire("Kestrel")
+    alice.take_off("Kestrel", 12)
+    lat, lon = alice.number("latitude"), alice.number("longitude")
+    person = (lat - 30 / METRES_PER_DEGREE, lon)
+    alice.part("in-flight").locator("summary").click()
+
+    # Without leave to know where they are, nobody is followed.
+    alice.part("action-follow-me").click()
+    expect(alice.part("action-report")).to_contain_text("was not allowed to say where it is")
+    alice.page.context.grant_permissions(["geolocation"])
+    alice.page.context.set_geolocation({"latitude": person[0], "longitude": person[1], "accuracy": 30.0})
+    alice.part("action-follow-me").click()
+    expect(alice.page.get_by_role("dialog")).to_contain_text("Where you are is known to 30 m")
+    alice.confirm("Kestrel")
+    expect(alice.part("action-report")).to_contain_text("known to 30 m only: 15 m are needed for Kestrel to follow you")
+
+    alice.page.evaluate(RECEIVER)
+    stands_at(alice, person)
+    alice.part("action-follow-me").click()
+    expect(alice.page.get_by_role("dialog")).to_contain_text("Have Kestrel follow you?")
+    expect(alice.page.get_by_role("dialog")).to_contain_text("15 m away over ground and 12 m above home")
+    alice.confirm("Kestrel")
+    expect(alice.part("action-report")).to_contain_text("Kestrel follows you")
+    expect(alice.part("follow-phase")).to_contain_text("Kestrel: following alice")
+
+    def in_place() -> bool:
+        north, east = away_from(alice, person)
+        return abs(north - 15) < 2 and abs(east) < 2 and abs(alice.number("altitude") - 12) < 1
+
+    alice.wait("its place", in_place)
+    person = (person[0] - 8 / METRES_PER_DEGREE, lon)
+    stands_at(alice, person)
+    alice.wait("its place, 8 m further on", in_place)
+    # Whatever page is shown.
+    alice.page.evaluate("location.hash = '#/'")
+    expect(alice.part("squad-row").first).to_be_visible()
+    person = (person[0] - 6 / METRES_PER_DEGREE, lon)
+    stands_at(alice, person)
+    alice.open_drone("Kestrel")
+    alice.wait("its place, 6 m further on", in_place)
+
+    alice.page.reload()
+    expect(alice.part("follow-end").or_(alice.part("value-mode")).first).to_be_visible()
+    alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
+    expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")

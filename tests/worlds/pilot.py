@@ -48,6 +48,10 @@ class Pilot:
         """REST, off the loop. Returns the Answer."""
         return await asyncio.to_thread(self._visitor.ask, method, f"/drones/{self._drone_id}{path}", body)
 
+    async def say(self, text: str) -> None:
+        """A text message over the live channel."""
+        await self._socket.send(text)
+
     async def send(self, message: Any) -> None:
         """One message of the dialect, stamped, to the drone."""
         self._sequence += 1

@@ -196,7 +196,7 @@ def test_nobody_follows_one_that_follows_nor_itself_nor_one_on_the_ground() -> N
     scene.follow(1, 2)
     with pytest.raises(DroneBusy, match="Drone 1 follows Drone 2"):
         scene.follow(1, 3)
-    with pytest.raises(CannotFollow, match="Drone 1 follows another drone itself"):
+    with pytest.raises(CannotFollow, match="Drone 1 follows Drone 2 itself"):
         scene.follow(3, 1)
     with pytest.raises(CannotFollow, match="Drone 2 is followed"):
         scene.follow(2, 3)

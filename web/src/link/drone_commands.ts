@@ -37,7 +37,8 @@ export type DroneCommand =
     }
   | { readonly command: 'roi'; readonly lat: number; readonly lon: number; readonly height_m: number }
   | { readonly command: 'roi'; readonly none: true }
-  | FollowCommand;
+  | FollowCommand
+  | FollowMeCommand;
 
 /** Keeps this place relative to another drone: it runs until something ends it, and then the drone holds. */
 export interface FollowCommand {
@@ -46,6 +47,17 @@ export interface FollowCommand {
   readonly north_m: number;
   readonly east_m: number;
   readonly up_m: number;
+  readonly for_s: number;
+}
+
+/** Where the person is; from then on the live channel tells it. */
+export interface FollowMeCommand {
+  readonly command: 'follow_me';
+  readonly lat: number;
+  readonly lon: number;
+  readonly accuracy_m: number;
+  readonly age_ms: number;
+  readonly distance_m: number;
   readonly for_s: number;
 }
 
@@ -65,6 +77,10 @@ export async function outcomeOfCommand(
 
 /** Answers with the operation as it begins: it ends when the drone follows no more. Raises RestError when it is refused. */
 export const followLeader = (operations: Operations, droneId: number, command: FollowCommand): Promise<Operation> =>
+  operations.start('POST', `/drones/${droneId}/commands`, command);
+
+/** The same. */
+export const followPerson = (operations: Operations, droneId: number, command: FollowMeCommand): Promise<Operation> =>
   operations.start('POST', `/drones/${droneId}/commands`, command);
 
 /** Answers with the operation as soon as the drone follows, or when it has ended before. */

@@ -6,6 +6,7 @@
 
 import type { Clock } from './clock';
 import { focusText, pongText, viewportText, watchText, type MapBounds } from './messages';
+import { personFixText, type Located } from './person_fix';
 import { Store, type Readable } from './store';
 import { stamped } from './tagged_frames';
 import { readTowerEvent, type TowerEvent } from './wire_types';
@@ -132,6 +133,12 @@ export class Live {
     if (JSON.stringify(shown) === JSON.stringify(this.#shown)) return;
     this.#shown = shown;
     if (this.#isOpen()) this.#socket?.send(viewportText(shown));
+  }
+
+  /** Where the person at this browser is, for the drone that follows them. One that would wait is left out: it gets old. */
+  tellPlace(droneId: number, located: Located): void {
+    if (!this.#isOpen() || !this.#socket || this.#socket.bufferedAmount > FRESH_LIMIT_BYTES) return;
+    this.#socket.send(personFixText(droneId, located, Date.now(), this.#options.clock.monotonicMs()));
   }
 
   /** Whether silence is suspicious: some drone is online. */

@@ -15,7 +15,8 @@ export type OperationWork =
   | 'command'
   | 'log_list'
   | 'log_download'
-  | 'follow';
+  | 'follow'
+  | 'follow_me';
 
 export type OperationState = 'running' | 'done' | 'refused' | 'failed' | 'cancelled' | 'timed_out';
 

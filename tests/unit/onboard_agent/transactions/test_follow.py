@@ -15,7 +15,7 @@ from onboard_agent.transactions.follow_course import STALE_S, Motion, gap, place
 from simulator.px4.flavour import PX4
 from wire.control_messages import HoldOrder
 from wire.dialect import build
-from wire.following import APART_M, NEAR_M, FollowWork, LeaderPosition, is_apart
+from wire.following import APART_M, NEAR_M, PERSON_PATIENCE_S, FollowWork, LeaderPosition, is_apart
 from wire.lateness import stamp_ms
 from wire.transactions import CancelTransaction, CommandWork, Outcome, TransactionProgress, TransactionResult
 
@@ -75,13 +75,14 @@ class FollowWorld(DroneWorld):
         self.following = 0
         self._number = 0
         self._tell_at = 0.0
+        self.tells_every_s = 0.2
         self._heard_at = 0.0
 
     def step(self) -> None:
         super().step()
         self.north_m += self.speed_north * 0.005
         if self.following and self.now >= self._tell_at:
-            self._tell_at = self.now + 0.2
+            self._tell_at = self.now + self.tells_every_s
             self.tell()
 
     def tell(self, *, number: int | None = None, **other: Any) -> None:
@@ -114,6 +115,16 @@ class FollowWorld(DroneWorld):
         number = self.begin(FollowWork("falcon", north_m, east_m, up_m), **({"deadline_s": 600.0} | options))
         self.following = self.following or number
         return number
+
+    def follows_person(self) -> FollowWorld:
+        """Of whom a fix comes once a second, at the follower's height."""
+        self.ready().flies()
+        self.alt_m = self.vehicle.flight.alt_over_home_m()
+        self.tells_every_s = 1.0
+        self.following = self.begin(FollowWork("falcon", -15.0, 0.0, 0.0, PERSON_PATIENCE_S), deadline_s=600.0)
+        self.until(lambda: self.targets(), what="a target")
+        self.run(1.0)
+        return self
 
     def follows(self) -> FollowWorld:
         self.ready().flies()
@@ -209,6 +220,29 @@ def test_what_makes_it_impossible_ends_it_with_a_hold(what: Callable[[FollowWorl
     what(world)
     ended(world, Outcome.FAILED, words, "It holds in BRAKE.")
     holds(world)
+
+
+def test_a_person_may_be_silent_for_longer_and_then_it_holds() -> None:
+    world = FollowWorld().follows_person()
+    world.speed_north = 1.5
+    world.run(10.0)
+    assert not world.results(world.following)
+    assert world.off_m(-15, 0, 0) < 4.0
+    silent_at = world.now
+    world._tell_at = float("inf")
+    ended(world, Outcome.FAILED, "nothing new was heard of falcon for 3 s", "It holds in BRAKE.")
+    assert world.now - silent_at > STALE_S
+    holds(world)
+
+
+def test_sticks_that_are_moved_end_it_and_centred_ones_do_not() -> None:
+    world = FollowWorld().follows()
+    world.tower_sends(mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, 0))
+    world.run(1.0)
+    assert not world.results(world.following)
+    world.tower_sends(mavlink.MAVLink_manual_control_message(1, 400, 0, 500, 0, 0))
+    ended(world, Outcome.FAILED, "the sticks were moved", "It holds in BRAKE.")
+    assert world.vehicle.flight.mode == BRAKE
 
 
 def test_a_lost_tower_ends_it_with_a_hold_and_is_told_when_it_is_back() -> None:

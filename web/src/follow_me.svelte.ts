@@ -1,0 +1,129 @@
+/**
+ * "Follow me": a drone follows the person at this browser. Asks where that is once a second and tells the tower, for as long as
+ * the drone follows, whatever page is shown. A page that is closed tells nothing any more, and then the drone holds.
+ */
+
+import { ask } from './confirmation.svelte';
+import { followPerson, followsOrEnded } from './link/drone_commands';
+import { isOver } from './link/operations';
+import { ageMs, sureM, type Located } from './link/person_fix';
+import type { Vehicle } from './link/vehicle';
+import { preferences } from './preferences.svelte';
+import { FOLLOW_FOR_S } from './squad/follow_place';
+import { tower } from './tower.svelte';
+import { measured } from './words/units';
+
+const EVERY_MS = 1_000;
+/** The first takes longer: a receiver that slept looks for satellites. */
+const FIRST_WITHIN_MS = 20_000;
+/** Later the drone holds anyway. */
+const WITHIN_MS = 2_500;
+
+/** What this browser tells at the moment; `operationId` null: nothing. */
+export const telling = $state<{ operationId: string | null; accuracyM: number | null; problem: string }>({
+  operationId: null,
+  accuracyM: null,
+  problem: '',
+});
+
+/** Why this browser cannot say where it is; empty when it can be asked. */
+export function whyNoPlace(): string {
+  if (!window.isSecureContext)
+    return 'A browser says where it is to a page of https only: "Follow me" needs this tower by its https address.';
+  return 'geolocation' in navigator ? '' : 'This browser does not know where it is.';
+}
+
+const FAULTS: Record<number, string> = {
+  1: 'This browser was not allowed to say where it is. Allow it in the settings of this page.',
+  2: 'This browser does not know where it is.',
+  3: 'This browser has not said in time where it is.',
+};
+
+function locate(timeoutMs: number): Promise<Located> {
+  return new Promise((resolve, reject) => {
+    navigator.geolocation.getCurrentPosition(
+      resolve,
+      ({ code, message }) => reject(new Error(FAULTS[code] ?? message)),
+      { enableHighAccuracy: true, maximumAge: 0, timeout: timeoutMs },
+    );
+  });
+}
+
+const wordsOf = (error: unknown): string => (error instanceof Error ? error.message : String(error));
+
+/** What makes it hold, for a question and for who watches it. */
+export const personEndWords = (): string => {
+  const { units } = preferences;
+  return (
+    'It holds where it is when this browser has said nothing for 3 s, is closed or loses the tower, when you come nearer than ' +
+    `${measured(units, 'distance', 5)}, or after ${FOLLOW_FOR_S / 60} minutes. Any other command and moved sticks end it too.`
+  );
+};
+
+/** Asks where the person is, then them, then the tower. What comes of it stands in the action report. */
+export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number | null): Promise<void> {
+  const { id, name } = vehicle.drone.get();
+  const { units } = preferences;
+  let first: Located;
+  try {
+    first = await locate(FIRST_WITHIN_MS);
+  } catch (error) {
+    const words = wordsOf(error);
+    await vehicle.perform('Follow me', () => Promise.resolve({ kind: 'told', isDone: false, words }));
+    return;
+  }
+  const sure = measured(units, 'distance', first.coords.accuracy);
+  const needed = measured(units, 'distance', sureM(awayM));
+  const height = measured(units, 'height', altRelM, 0);
+  const text =
+    `${name} stays on the side of you on which it is now, ${measured(units, 'distance', awayM)} away over ground and ${height} ` +
+    `above home, and flies as you go. It sees neither trees nor rising ground. Where you are is known to ${sure}; what is less ` +
+    `sure than ${needed} does not count. ${personEndWords()}`;
+  if (!(await ask({ title: `Have ${name} follow you?`, text, confirmLabel: 'Follow me', isDanger: true }))) return;
+  await vehicle.perform('Follow me', async () => {
+    try {
+      const now = await locate(FIRST_WITHIN_MS); // the question may have stood there for long
+      const begun = await followPerson(tower.operations, id, {
+        command: 'follow_me',
+        lat: now.coords.latitude,
+        lon: now.coords.longitude,
+        accuracy_m: now.coords.accuracy,
+        age_ms: ageMs(now, Date.now()),
+        distance_m: awayM,
+        for_s: FOLLOW_FOR_S,
+      });
+      void tell(id, begun.id);
+      const came = await followsOrEnded(tower.operations, begun.id);
+      const follows = came !== null && !isOver(came);
+      return {
+        kind: 'told',
+        isDone: follows,
+        words: follows ? `${name} follows you.` : came?.words || 'It ended at once.',
+      };
+    } catch (error) {
+      return { kind: 'told', isDone: false, words: wordsOf(error) };
+    }
+  });
+}
+
+/** Until the drone follows no more, or another one follows. */
+async function tell(droneId: number, operationId: string): Promise<void> {
+  Object.assign(telling, { operationId, accuracyM: null, problem: '' });
+  const follows = (): boolean => {
+    const one = tower.operations.all.get().get(operationId);
+    return telling.operationId === operationId && one !== undefined && !isOver(one);
+  };
+  while (follows()) {
+    const beganMs = performance.now();
+    try {
+      const located = await locate(WITHIN_MS);
+      if (!follows()) break;
+      tower.live.tellPlace(droneId, located);
+      Object.assign(telling, { accuracyM: located.coords.accuracy, problem: '' });
+    } catch (error) {
+      telling.problem = wordsOf(error);
+    }
+    await new Promise((resolve) => setTimeout(resolve, Math.max(0, EVERY_MS - (performance.now() - beganMs))));
+  }
+  if (telling.operationId === operationId) telling.operationId = null;
+}
