@@ -11,6 +11,7 @@ import av
 import pytest
 from worlds.camera_units import number_in, units
 
+from server.recordings import finishing
 from server.recordings.unit_file import MAGIC, entry_of
 from wire.video import Codec, decode_unit
 
@@ -25,6 +26,10 @@ def write(path: Path, messages: Sequence[bytes]) -> Path:
     came = [decode_unit(message).capture_us + 60_000 for message in messages]
     path.write_bytes(MAGIC + b"".join(entry_of(message, at) for message, at in zip(messages, came, strict=True)))
     return path
+
+
+def names_in(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
 
 
 def convert(source: Path, *, code: int = 0) -> dict[str, Any]:
@@ -167,3 +172,15 @@ def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
         assert running.stdin is not None
         running.stdin.close()
         assert running.wait(20) == 3
+
+
+async def test_a_file_that_takes_too_long_does_not_keep_the_others_waiting(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(finishing, "LONGEST_S", 0.3)
+    times = [3 * US + number * 20_000 for number in range(1500)]
+    source = write(tmp_path / "a.units", units(Codec.MPEG1, times, width=640, height=480))
+    with pytest.raises(finishing.CannotFinish, match="takes too long") as found:
+        await finishing.make_mp4(source, tmp_path / "a.mp4")
+    assert not found.value.hopeless
+    assert names_in(tmp_path) == ["a.units"]
