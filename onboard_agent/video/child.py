@@ -26,6 +26,9 @@ FIRST_WORD_WITHIN_S: Final = 30.0
 SILENT_S: Final = 6.0
 """Several reports were due by then: it hangs."""
 END_WITHIN_S: Final = 2.0
+GONE_WITHIN_S: Final = 2.0
+"""After it was killed. One that hangs in a camera's driver goes when the driver lets it; the end of the agent does not
+wait for that."""
 STEADY_S: Final = 20.0
 FIRST_PAUSE_S: Final = 0.25
 LONGEST_PAUSE_S: Final = 15.0
@@ -45,6 +48,7 @@ class VideoChild:
         self._loop = asyncio.get_running_loop()
         self._wake = asyncio.Event()
         self._process: asyncio.subprocess.Process | None = None
+        self._last: asyncio.subprocess.Process | None = None
         self._told = Watched()
         self._heard_at = 0.0
         self._first_word = False
@@ -68,6 +72,8 @@ class VideoChild:
             while not self._desk.should_run(self._loop.time()):
                 self._wake.clear()
                 await self._wake.wait()
+            if self._last is not None:
+                await self._last.wait()  # one that could not be killed: never two of them
             begun_at = self._loop.time()
             try:
                 words = await self._live()
@@ -107,7 +113,7 @@ class VideoChild:
             self._tell()
             return await self._watch(process, reading)
         finally:
-            self._process = None
+            self._process, self._last = None, process
             await _end(process, reading)
 
     async def _watch(self, process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> str:
@@ -178,4 +184,8 @@ def _kill(process: asyncio.subprocess.Process) -> None:
 async def _gone(process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> None:
     reading.cancel()
     await asyncio.gather(reading, return_exceptions=True)
-    await process.wait()
+    try:
+        async with asyncio.timeout(GONE_WITHIN_S):
+            await process.wait()
+    except TimeoutError:
+        _log.error("the video process %d hangs in the system and cannot be killed; it is left behind", process.pid)
