@@ -8,7 +8,10 @@ to the parser as it came, in order, whole frames and the beginnings of frames al
 from collections.abc import Callable
 from typing import Final
 
-from websockets.utils import apply_mask
+try:
+    from websockets.speedups import apply_mask
+except ImportError:
+    from websockets.utils import apply_mask
 
 Listener = Callable[[bytes], None]
 

@@ -20,6 +20,9 @@ from bench.video.figures import TransportStream
 from wire.video import decode_unit
 
 FIRST_S: Final = 30.0
+GOT_EVERY_S: Final = 0.075
+GOT_AT_LAST_S: Final = 0.12
+"""As the console's player (web/src/video/video_link.ts)."""
 
 
 @dataclass
@@ -41,6 +44,9 @@ class UnitViewer:
         self.tally = Tally()
         self._browser = browser
         self._next: int | None = None
+        self._said_at = float("-inf")
+        self._unsaid: int | None = None
+        self._timer: asyncio.TimerHandle | None = None
         browser.on_binary = self.take
         browser.on_text = lambda text: None
 
@@ -55,7 +61,26 @@ class UnitViewer:
         self._next = (unit.sequence + 1) & 0xFFFFFFFF
         if unit.capture_us:
             tally.ages_ms.append(now * 1e3 - unit.capture_us / 1e3)
-        self._browser.send_text(f'{{"type":"got","sequence":{unit.sequence}}}')  # for each, as the console's player
+        self._drawn(unit.sequence, now)
+
+    def _drawn(self, sequence: int, now: float) -> None:
+        self._unsaid = sequence
+        if now - self._said_at >= GOT_EVERY_S:
+            self._say(now)
+        elif self._timer is None:
+            self._timer = asyncio.get_running_loop().call_later(self._said_at + GOT_AT_LAST_S - now, self._say_at_last)
+
+    def _say_at_last(self) -> None:
+        self._timer = None
+        if self._unsaid is not None:
+            self._say(time.monotonic())
+
+    def _say(self, now: float) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        self._browser.send_text(f'{{"type":"got","sequence":{self._unsaid}}}')
+        self._said_at, self._unsaid = now, None
 
 
 class StreamViewer:

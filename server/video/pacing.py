@@ -29,6 +29,18 @@ PAUSE_S: Final = 0.09
 """Nothing is sent while what was sent first is overdue by so much."""
 KEY_QUEUE_S: Final = 0.1
 """Before a key picture, which is large itself."""
+KEY_PAUSE_S: Final = 0.03
+"""Instead of PAUSE_S before a key picture that is large: were the way slow, all that follows would wait for it."""
+LARGE_KEY_S: Final = 0.15
+"""Takes so long at the stream's bit rate."""
+KEY_DELAY_S: Final = 0.85
+"""A key picture that would be older when it has come is not begun, but the next one, as soon as it is there."""
+FRESH_S: Final = 0.05
+"""A key picture that is no older is begun however long it takes."""
+GOT_EVERY_S: Final = 0.075
+"""A viewer may leave out its `got` for pictures that it draws sooner than so long after the last one."""
+EACH_IN_A_ROW: Final = 4
+"""After so many that were said for a single picture, the viewer is taken to say it for each."""
 LATE_S: Final = 0.12
 """So much later than at its best, and the way does not take the stream."""
 FORGET_SLOW_S: Final = 1.0
@@ -64,6 +76,10 @@ class ViewerPace:
         self._sent: deque[tuple[int, int, float, int]] = deque()
         """(sequence, bytes, when, delivered until then)."""
         self._delivered = 0
+        self._drawn_sent_at = float("-inf")
+        """When the newest was sent that it has drawn."""
+        self._singles = 0
+        """So many `got` in a row were for one picture each."""
         self._best_s = self._best_before_s = _NOT_KNOWN
         self._best_since = float("-inf")
         self._rate: float | None = None
@@ -91,7 +107,7 @@ class ViewerPace:
         if self._lost or self._next >= len(group):
             return None
         unit = group[self._next]
-        if now > self._catches_up_until and now - unit.at > (KEY_AGE_S if unit.head.key else PICTURE_AGE_S):
+        if now > self._catches_up_until and self._is_too_old(unit, now):
             self._lost = True
             return None
         return self._send(unit, now) if not self._sent or self._has_way_for(unit, now) else None
@@ -101,6 +117,7 @@ class ViewerPace:
         sent = self._sent
         if not sent or (sent[0][0] != sequence and all(one[0] != sequence for one in sent)):
             return
+        self._singles = self._singles + 1 if sent[0][0] == sequence else 0
         while True:
             number, size, at, delivered = sent.popleft()
             self.in_flight -= size
@@ -108,6 +125,7 @@ class ViewerPace:
             if number == sequence:
                 break
         took_s = now - at
+        self._drawn_sent_at = at
         if self._best_s == _NOT_KNOWN and took_s < FIRST_DRAWN_S:
             self._catches_up_until = max(self._catches_up_until, now + CATCH_UP_S)
         self._note_best(took_s, now)
@@ -129,18 +147,32 @@ class ViewerPace:
 
     def _has_way_for(self, unit: Relayed, now: float) -> bool:
         best = self._best()
-        if now - self._sent[0][2] > best + PAUSE_S or len(self._sent) >= MOST_SENT:
+        head, size = unit.head, len(unit.framed)
+        pause_s = KEY_PAUSE_S if head.key and size > LARGE_KEY_S * head.bits_per_s / 8 else PAUSE_S
+        said_of = self._sent[0][2]
+        if self._singles < EACH_IN_A_ROW:
+            said_of = max(said_of, self._drawn_sent_at + GOT_EVERY_S + 1 / head.rate_hz)
+            pause_s /= 2
+        if now - said_of > best + pause_s or len(self._sent) >= MOST_SENT:
             return False
         if self._best_s == _NOT_KNOWN:
             return False  # whether the way takes anything is not known before the first picture was drawn
-        size = len(unit.framed)
         if self._rate is None:
-            at_once = unit.head.bits_per_s / 8 * (best + QUEUE_S) + self._key_bytes()
+            at_once = head.bits_per_s / 8 * (best + QUEUE_S) + self._key_bytes()
             return self.in_flight + size <= at_once
         best = min(best, MOST_AHEAD_S)
-        if unit.head.key:
+        if head.key:
             return self.in_flight <= self._rate * (best + KEY_QUEUE_S)
         return self.in_flight + size <= self._rate * (best + QUEUE_S)
+
+    def _is_too_old(self, unit: Relayed, now: float) -> bool:
+        age_s = now - unit.at
+        if not unit.head.key:
+            return age_s > PICTURE_AGE_S
+        if self._rate is None or age_s <= FRESH_S:
+            return age_s > KEY_AGE_S
+        takes_s = (self.in_flight + len(unit.framed)) / self._rate + min(self._best(), MOST_AHEAD_S) / 2
+        return age_s > KEY_AGE_S or age_s + takes_s > KEY_DELAY_S
 
     def _key_bytes(self) -> int:
         group = self._stream.group if self._stream is not None else ()

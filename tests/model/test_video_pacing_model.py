@@ -9,11 +9,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from server.video.pacing import ViewerPace
+from server.video.pacing import GOT_EVERY_S, ViewerPace
 from server.video.streams import Relayed, Stream
 from wire.video import Codec, Quality, UnitHead
 
 RATE_HZ = 24.0
+GOT_AT_LAST_S = 0.12
+"""The player says then what it has not said."""
 
 
 def picture(sequence: int, size: int, at: float, *, key: bool, bits_per_s: int) -> Relayed:
@@ -43,7 +45,12 @@ class Way:
 
 @dataclass
 class Seen:
-    """What one viewer got: (sequence, key, when it came, how old it was then)."""
+    """What one viewer got: (sequence, key, when it came, how old it was then). `thins`: it says `got` as the console's
+    player does; else for each unit."""
+
+    thins: bool = False
+    said_at: float = float("-inf")
+    unsaid: int | None = None
 
     units: list[tuple[int, bool, float, float]] = field(default_factory=list)
 
@@ -66,8 +73,8 @@ class Film:
     def at(self, when: float, what: Callable[[float], None]) -> None:
         heapq.heappush(self._events, (when, next(self._count), what))
 
-    def join(self, way: Way, when: float = 0.0) -> tuple[ViewerPace, Seen]:
-        pace, seen = ViewerPace(), Seen()
+    def join(self, way: Way, when: float = 0.0, *, thins: bool = False) -> tuple[ViewerPace, Seen]:
+        pace, seen = ViewerPace(), Seen(thins)
 
         def enter(now: float) -> None:
             pace.watch(self.stream, now)
@@ -100,9 +107,27 @@ class Film:
 
             def drawn(at: float, unit: Relayed = unit) -> None:
                 seen.units.append((unit.head.sequence, unit.head.key, at, at - unit.at))
-                self.at(at + way.one_way_s, lambda back: self._got(pace, way, seen, unit.head.sequence, back))
+                if not seen.thins or at - seen.said_at >= GOT_EVERY_S:
+                    self._say(pace, way, seen, unit.head.sequence, at)
+                elif seen.unsaid is None:
+                    seen.unsaid = unit.head.sequence
+                    self.at(seen.said_at + GOT_AT_LAST_S, lambda then: self._say_unsaid(pace, way, seen, then))
+                else:
+                    seen.unsaid = unit.head.sequence
 
             self.at(arrives, drawn)
+
+    def _say_unsaid(self, pace: ViewerPace, way: Way, seen: Seen, now: float) -> None:
+        if seen.unsaid is None:
+            return
+        if now < seen.said_at + GOT_AT_LAST_S - 1e-9:  # something was said meanwhile, and more is unsaid now
+            self.at(seen.said_at + GOT_AT_LAST_S, lambda then: self._say_unsaid(pace, way, seen, then))
+        else:
+            self._say(pace, way, seen, seen.unsaid, now)
+
+    def _say(self, pace: ViewerPace, way: Way, seen: Seen, sequence: int, now: float) -> None:
+        seen.said_at, seen.unsaid = now, None
+        self.at(now + way.one_way_s, lambda back: self._got(pace, way, seen, sequence, back))
 
     def _got(self, pace: ViewerPace, way: Way, seen: Seen, sequence: int, now: float) -> None:
         pace.got(sequence, now)
@@ -118,12 +143,13 @@ def assert_decodable(seen: Seen) -> None:
         before = sequence
 
 
+@pytest.mark.parametrize("thins", [False, True])
 @pytest.mark.parametrize(
     ("one_way_ms", "room"), [(0, 1.25), (25, 1.25), (75, 1.25), (75, 1.6), (150, 1.6), (150, 4.0), (300, 4.0)]
 )
-def test_who_keeps_up_loses_nothing(one_way_ms: int, room: float) -> None:
+def test_who_keeps_up_loses_nothing(one_way_ms: int, room: float, thins: bool) -> None:
     film = Film()
-    pace, seen = film.join(Way(lambda _: film.bytes_per_s * room, one_way_ms / 1000))
+    pace, seen = film.join(Way(lambda _: film.bytes_per_s * room, one_way_ms / 1000), thins=thins)
     film.run(20)
     # On a way as long as that to a satellite the first groups may be given up before a picture is known to have
     # come.
@@ -132,16 +158,17 @@ def test_who_keeps_up_loses_nothing(one_way_ms: int, room: float) -> None:
     assert_decodable(seen)
 
 
+@pytest.mark.parametrize("thins", [False, True])
 @pytest.mark.parametrize("one_way_ms", [0, 25, 75])
 @pytest.mark.parametrize(("every", "key_size", "size"), [(12, 7_000, 2_000), (24, 8_000, 2_000), (12, 3_000, 2_300)])
 def test_at_a_third_of_the_bit_rate_the_delay_stays_below_a_second_and_recovers(
-    one_way_ms: int, every: int, key_size: int, size: int
+    one_way_ms: int, every: int, key_size: int, size: int, thins: bool
 ) -> None:
     film = Film(every=every, key_size=key_size, size=size)
     full = film.bytes_per_s * 2
     slow = film.bytes_per_s / 3
-    pace, seen = film.join(Way(lambda now: slow if 5 <= now < 25 else full, one_way_ms / 1000))
-    _, other = film.join(Way(lambda _: full, one_way_ms / 1000))
+    pace, seen = film.join(Way(lambda now: slow if 5 <= now < 25 else full, one_way_ms / 1000), thins=thins)
+    _, other = film.join(Way(lambda _: full, one_way_ms / 1000), thins=thins)
     film.run(40)
     assert max(seen.delays(5, 25)) < 1.0
     assert len(seen.delays(5, 25)) > 20, "hardly anything came"
@@ -151,6 +178,29 @@ def test_at_a_third_of_the_bit_rate_the_delay_stays_below_a_second_and_recovers(
     assert_decodable(seen)
     assert max(other.delays(1)) < 0.15 + one_way_ms / 1000
     assert [sequence for sequence, *_ in other.units] == list(range(len(other.units)))
+
+
+@pytest.mark.parametrize("thins", [False, True])
+@pytest.mark.parametrize(("one_way_ms", "most_s"), [(0, 1.0), (25, 1.1), (75, 1.3)])
+def test_the_largest_keys_once_a_second_whenever_the_way_grows_slow(
+    one_way_ms: int, most_s: float, thins: bool
+) -> None:
+    """A key picture is a quarter of a second of the bit rate at most, and takes three quarters on such a way. Where the
+    way is long one may be begun before anybody can know that it has grown slow: that one is later."""
+    for tenth in range(10):
+        film = Film(every=24, key_size=12_250, size=1_641)
+        slow_from = 5 + tenth / 10
+        full, slow = film.bytes_per_s * 3, film.bytes_per_s / 3
+
+        def rate(now: float, slow_from: float = slow_from, full: float = full, slow: float = slow) -> float:
+            return slow if now >= slow_from else full
+
+        _, seen = film.join(Way(rate, one_way_ms / 1000), thins=thins)
+        film.run(25)
+        assert max(seen.delays(slow_from)) < most_s
+        assert max(seen.delays(slow_from + 3)) < 1.0
+        assert len(seen.delays(slow_from + 3)) >= 12
+        assert_decodable(seen)
 
 
 def test_where_even_keys_are_too_slow_the_newest_of_them_come() -> None:

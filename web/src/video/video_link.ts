@@ -18,6 +18,10 @@ const BACKOFF_MOST_MS = 8_000;
 const REFUSED_RETRY_MS = 5_000;
 /** The tower answers each question for its clock, so that silence means a dead socket. */
 const SILENCE_LIMIT_MS = 6_000;
+/** `got` is left out for what is decoded sooner than so long after the last one (server/video/pacing.py) ... */
+const GOT_EVERY_MS = 75;
+/** ... and said then at the latest. */
+const GOT_AT_LAST_MS = 120;
 const CLOCK_FIRST_MS = 100;
 const CLOCK_FIRST_QUESTIONS = 5;
 const CLOCK_EVERY_MS = 2_000;
@@ -73,6 +77,9 @@ export class VideoLink {
   #socket: SocketLike | null = null;
   #cancelTimer: () => void = () => undefined;
   #cancelQuestion: () => void = () => undefined;
+  #gotAtMs = -Infinity;
+  #unsaid: number | null = null;
+  #cancelUnsaid: () => void = () => undefined;
 
   constructor(wish: Wish, options: VideoLinkOptions) {
     this.#wish = wish;
@@ -99,9 +106,34 @@ export class VideoLink {
     if (isOther) this.#say({ type: 'want', quality: wish.quality, codec: wish.codec });
   }
 
-  /** All up to this unit was decoded or is not needed: the tower may send as much again. */
+  /**
+   * All up to this unit was decoded or is not needed: the tower may send as much again. It counts for all before, so
+   * not each is said: with many viewers that is a good part of what they cost the tower.
+   */
   got(sequence: number): void {
+    if (this.#state.phase !== 'open') return;
+    const sinceMs = this.#options.clock.monotonicMs() - this.#gotAtMs;
+    if (sinceMs >= GOT_EVERY_MS) {
+      this.#sayGot(sequence);
+      return;
+    }
+    if (this.#unsaid === null) {
+      this.#cancelUnsaid = this.#options.clock.after(GOT_AT_LAST_MS - sinceMs, () => {
+        if (this.#unsaid !== null) this.#sayGot(this.#unsaid);
+      });
+    }
+    this.#unsaid = sequence;
+  }
+
+  #sayGot(sequence: number): void {
+    this.#nothingUnsaid();
+    this.#gotAtMs = this.#options.clock.monotonicMs();
     this.#say({ type: 'got', sequence });
+  }
+
+  #nothingUnsaid(): void {
+    this.#cancelUnsaid();
+    this.#unsaid = null;
   }
 
   #say(message: object): void {
@@ -199,6 +231,8 @@ export class VideoLink {
   #drop(): void {
     this.#cancelTimer();
     this.#cancelQuestion();
+    this.#nothingUnsaid();
+    this.#gotAtMs = -Infinity;
     const socket = this.#socket;
     this.#socket = null;
     if (!socket) return;

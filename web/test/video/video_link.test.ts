@@ -108,6 +108,34 @@ describe('the link of a video', () => {
     ]);
   });
 
+  it('says what came at most every 75 ms, and the last of it 120 ms after what it said before', async () => {
+    const gots = (): number[] =>
+      last()
+        .texts.filter((one) => (one as { type: string }).type === 'got')
+        .map((one) => (one as { sequence: number }).sequence);
+    link.start();
+    last().says(LIVE);
+    for (let sequence = 0; sequence < 7; sequence++) {
+      link.got(sequence);
+      await clock.pass(33);
+    }
+    expect(gots()).toEqual([0, 3, 6]);
+    link.got(7);
+    expect(gots()).toEqual([0, 3, 6]);
+    await clock.pass(86);
+    expect(gots()).toEqual([0, 3, 6]);
+    await clock.pass(1);
+    expect(gots()).toEqual([0, 3, 6, 7]);
+    await clock.pass(75);
+    link.got(8);
+    link.got(9);
+    expect(gots()).toEqual([0, 3, 6, 7, 8]);
+    last().onclose?.({ code: 1006 });
+    const closed = last();
+    await clock.pass(400);
+    expect(closed.texts.at(-1)).not.toEqual({ type: 'got', sequence: 9 });
+  });
+
   it('comes back by itself, later and later, and asks for what was wanted last', async () => {
     link.start();
     last().says(LIVE);
