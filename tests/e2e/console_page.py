@@ -105,11 +105,15 @@ class ConsolePage:
         text = self.word(name)
         return float(text) if text else math.nan
 
-    def takes_from(self, pilot: str, drone: str, *, reason: str = "", may_watch: bool = True) -> None:
+    def takes_from(
+        self, pilot: str, drone: str, *, reason: str = "", may_watch: bool = True, may_watch_video: bool = True
+    ) -> None:
         self.part("control-take").click()
         expect(self.page.get_by_role("dialog")).to_contain_text(pilot)
         self.part("confirm-reason").fill(reason)
         self.part("confirm-check").set_checked(may_watch)
+        if may_watch:
+            self.part("confirm-second-check").set_checked(may_watch_video)
         self.confirm(drone)
 
     def gives_back(self, drone: str) -> None:

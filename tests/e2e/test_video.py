@@ -5,40 +5,22 @@ request away. The time strip on the picture tells how old the picture is that a 
 """
 
 import json
-import math
 import subprocess
 import sys
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
-from typing import Any, Final
+from typing import Any
 
 import pytest
 from console_page import ConsolePage, visitors
 from playwright.sync_api import Browser, expect
+from video_page import PAST_LIVE_MS, READ_STRIP, count, state, strip, wait_until_live
 from worlds.free_ports import free_tcp_port
 from worlds.processes import CHECKOUT, wait_for
 
-from bench.video.strip import Sight, clock_ms, sight
-
-PAST_LIVE_MS: Final = 1_000
-"""Older than this would be no live picture, however slow the machine."""
-
-READ_STRIP: Final = """() => {
-  const canvas = document.querySelector('[data-testid=video-picture]');
-  if (canvas === null || canvas.width < 20) return { cells: 0, seen_ms: Date.now(), width: 0, height: 0 };
-  const copy = new OffscreenCanvas(canvas.width, canvas.height);
-  const pen = copy.getContext('2d', { willReadFrequently: true });
-  pen.drawImage(canvas, 0, 0);
-  const cell = canvas.width / 20;
-  let cells = 0;
-  for (let at = 0; at < 20; at++) {
-    const [red, green, blue] = pen.getImageData(Math.round((at + 0.5) * cell), 4, 1, 1).data;
-    cells = (cells << 1) | (red + green + blue > 3 * 126 ? 1 : 0);
-  }
-  return { cells, seen_ms: Date.now(), width: canvas.width, height: canvas.height };
-}"""
+from bench.video.strip import Sight
 
 
 class FakeTower:
@@ -87,30 +69,6 @@ def watch(console: ConsolePage, *, large: bool = True) -> None:
     console.open_drone("Heron")
     if large:
         console.part("swap").click()
-
-
-def strip(console: ConsolePage) -> Sight | None:
-    """What the canvas shows now; None if that is no strip."""
-    seen = console.page.evaluate(READ_STRIP)
-    clock = clock_ms(seen["cells"])
-    return None if clock is None else sight(seen["seen_ms"], clock)
-
-
-def wait_until_live(console: ConsolePage) -> None:
-    def is_live() -> bool:
-        seen = strip(console)
-        return seen is not None and seen.delay_ms < PAST_LIVE_MS
-
-    console.wait("a live picture", is_live)
-
-
-def state(console: ConsolePage) -> str | None:
-    return console.part("video").get_attribute("data-state")
-
-
-def count(console: ConsolePage, figure: str) -> float:
-    part = console.part(f"video-{figure}")
-    return float(part.get_attribute("data-value") or "nan") if part.count() else math.nan
 
 
 @pytest.mark.parametrize("codec", ["mpeg1", "h264"])

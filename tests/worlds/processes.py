@@ -97,6 +97,8 @@ class World:
     """Whether the folder holds a database already."""
     port: int = 0
     udp_port: int = 0
+    cameras: dict[str, int] = field(default_factory=dict)
+    """The port of each drone's camera."""
     tower: subprocess.Popen[bytes] = field(init=False)
     """The newest one."""
     _running: list[subprocess.Popen[bytes]] = field(default_factory=list)
@@ -209,20 +211,33 @@ class World:
     def address(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
-    def start_agent(self, drone: str, autopilot: str) -> subprocess.Popen[bytes]:
+    def start_agent(self, drone: str, autopilot: str, *options: str) -> subprocess.Popen[bytes]:
         token = str(self.token_file(drone))
-        return self.start(
-            f"agent-{drone}", "tower-agent", "run", "--tower", self.address, "--token", token, "--autopilot", autopilot
-        )
+        where = ("--tower", self.address, "--token", token, "--autopilot", autopilot)
+        return self.start(f"agent-{drone}", "tower-agent", "run", *where, *options)
 
-    def start_simulated(self, *drones: str, options: tuple[str, ...] = ()) -> None:
-        """An agent for each drone, and one simulator that flies them all."""
+    def start_simulated(self, *drones: str, options: tuple[str, ...] = (), camera: str = "") -> None:
+        """An agent for each drone, and one simulator that flies them all. `camera`: each has one, which is asked for
+        such pictures (`width=320&height=240&rate=15`), at its port in `cameras`."""
         ports = free_udp_ports(len(drones))
+        self.cameras = {drone: free_tcp_port() for drone in drones} if camera else {}
         for drone, port in zip(drones, ports, strict=True):
-            self.start_agent(drone, f"udpin:127.0.0.1:{port}")
+            self.start_agent(drone, f"udpin:127.0.0.1:{port}", *self.look_through(drone, camera))
         outs = [word for port in ports for word in ("--out", f"udp:127.0.0.1:{port}")]
+        outs += [word for port in self.cameras.values() for word in ("--camera", str(port))]
         home = ("--home", "47.3977,8.5456,488,0")
         self.start("simulator", "tower-sim", "--count", str(len(drones)), *home, *outs, *options)
+
+    def look_through(self, drone: str, camera: str) -> tuple[str, ...]:
+        """Words for the agent of a drone that has a camera."""
+        port = self.cameras.get(drone)
+        return () if port is None else ("--camera", f"http://127.0.0.1:{port}/camera?{camera}")
+
+    def unplug_camera(self, drone: str, seconds: float) -> None:
+        """Now, for so many simulated seconds."""
+        address = f"http://127.0.0.1:{self.cameras[drone]}/unplug?seconds={seconds:g}"
+        with urllib.request.urlopen(urllib.request.Request(address, method="POST"), timeout=10) as answer:
+            assert answer.status < 300
 
     def visitor(self, name: str) -> Visitor:
         return Visitor(self.address).sign_in(name)

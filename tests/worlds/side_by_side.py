@@ -24,6 +24,7 @@ LONGEST_FIRST: Final = (
     "test_bench_control.py",
     "test_bench_missions.py",
     "test_plans_round_trip.py",
+    "test_video_chain.py",
     "test_whole_way.py",
 )
 """Modules that take long. Begun early, they do not make everybody wait at the end."""

@@ -12,6 +12,8 @@ export interface Question {
   readonly reasonLabel?: string;
   /** Asks for a yes or no too, which is yes unless unticked. */
   readonly checkLabel?: string;
+  /** And one more, which means nothing where that is unticked. */
+  readonly secondCheckLabel?: string;
   /** To be read before the answer. */
   readonly sentences?: readonly LossSentence[];
 }
@@ -19,6 +21,8 @@ export interface Question {
 export interface Consent {
   readonly reason: string;
   readonly isChecked: boolean;
+  /** False where the first one is. */
+  readonly isSecondChecked: boolean;
 }
 
 interface Asked extends Question {

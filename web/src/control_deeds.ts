@@ -15,12 +15,13 @@ function holdWords({ name, airborne, armed }: Drone): string {
     : `${name} is on the ground with its motors off: it does nothing.`;
 }
 
-/** False when the user thought better of it. Raises RestError with words to show. */
-async function change(drone: Drone, action: ControlAction, question?: Question, withWatch = false): Promise<boolean> {
-  const consent = question ? await ask(question) : { reason: '', isChecked: true };
+/** `asksViews`: the two checks are about what the pilot may still see. False when the user thought better of it. Raises RestError with words to show. */
+async function change(drone: Drone, action: ControlAction, question?: Question, asksViews = false): Promise<boolean> {
+  const consent = question ? await ask(question) : { reason: '', isChecked: true, isSecondChecked: true };
   if (!consent) return false;
   const words: ControlWords = consent.reason ? { reason: consent.reason } : {};
-  await tower.control(drone.id, action, withWatch ? { ...words, watch: consent.isChecked } : words);
+  const views: ControlWords = { watch: consent.isChecked, video: consent.isSecondChecked ? 'keep' : 'move' };
+  await tower.control(drone.id, action, asksViews ? { ...words, ...views } : words);
   return true;
 }
 
@@ -40,20 +41,19 @@ export const release = (drone: Drone): Promise<boolean> =>
       : undefined,
   );
 
-export const take = (drone: Drone): Promise<boolean> =>
-  change(
-    drone,
-    'take',
-    {
-      title: `Take the controls of ${drone.name}?`,
-      text: `${holdWords(drone)} ${pilotOf(drone)} loses the controls and you get them.`,
-      confirmLabel: 'Take the controls',
-      isDanger: true,
-      reasonLabel: 'Reason (the pilot reads it)',
-      checkLabel: `${drone.holder?.name ?? 'The pilot'} may still watch ${drone.name}`,
-    },
-    true,
-  );
+export function take(drone: Drone): Promise<boolean> {
+  const pilot = drone.holder?.name ?? 'The pilot';
+  const question: Question = {
+    title: `Take the controls of ${drone.name}?`,
+    text: `${holdWords(drone)} ${pilotOf(drone)} loses the controls and you get them.`,
+    confirmLabel: 'Take the controls',
+    isDanger: true,
+    reasonLabel: 'Reason (the pilot reads it)',
+    checkLabel: `${pilot} may still watch ${drone.name}`,
+    secondCheckLabel: `${pilot} may still watch the video of ${drone.name}`,
+  };
+  return change(drone, 'take', question, true);
+}
 
 /** Withdraws an offer of one's own. */
 export const keep = (drone: Drone): Promise<boolean> => change(drone, 'take');

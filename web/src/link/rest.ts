@@ -40,6 +40,8 @@ export interface ControlWords {
   readonly reason?: string;
   /** With `take`: whether the pilot may still see the drone. */
   readonly watch?: boolean;
+  /** With `take`: whether the pilot may still watch its video; `move`: not until it is offered back. */
+  readonly video?: 'keep' | 'move';
   /** With `accept`: "I have control". */
   readonly sticks_centred?: boolean;
 }

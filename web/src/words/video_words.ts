@@ -1,5 +1,6 @@
 /** The video of a drone in words: what is wrong and with whom, and the figures of the picture. */
 
+import type { Drone } from '../link/wire_types';
 import type { QualityName, VideoStats, VideoStatus } from '../video/video_types';
 import { clockTime, fixed, UNKNOWN } from './format';
 
@@ -66,6 +67,13 @@ export function videoWords(
       return says(`This browser cannot show the video of ${drone}.`, words);
   }
 }
+
+/** For whom an admin shut out of the video too, with TAKE. */
+export const videoTaken = (drone: Pick<Drone, 'name' | 'holder'>): VideoSays =>
+  says(
+    `The video of ${drone.name} was taken as well.`,
+    `${drone.holder?.name ?? 'An admin'} took the controls without letting you watch the video. It comes back with them.`,
+  );
 
 /** Nothing new was drawn for so long that what is shown is not what the drone sees. */
 export const isStill = (stats: VideoStats | null): boolean =>

@@ -1,7 +1,15 @@
 import { describe, expect, it } from 'vitest';
 
 import type { VideoState, VideoStats, VideoStatus } from '../../src/video/video_types';
-import { delayWords, isLate, missedWords, rateWords, snapshotWords, videoWords } from '../../src/words/video_words';
+import {
+  delayWords,
+  isLate,
+  missedWords,
+  rateWords,
+  snapshotWords,
+  videoTaken,
+  videoWords,
+} from '../../src/words/video_words';
 
 const AT = Date.UTC(2026, 2, 4, 5, 6, 7);
 const status = (state: VideoState, words = ''): VideoStatus => ({
@@ -78,5 +86,12 @@ describe('the figures in words', () => {
 
   it('a saved picture says whose it is and when it was', () => {
     expect(snapshotWords('Heron 2', AT)).toBe('Heron 2 2026-03-04T05-06-07Z');
+  });
+
+  it('a video that was taken is said to be whose, and by whom', () => {
+    const holder = { id: 2, name: 'root' };
+    expect(videoTaken({ name: 'Heron', holder })).toMatchObject({ title: expect.stringContaining('Heron') as string });
+    expect(videoTaken({ name: 'Heron', holder }).detail).toContain('root took the controls');
+    expect(videoTaken({ name: 'Heron', holder: null }).detail).toContain('An admin took the controls');
   });
 });

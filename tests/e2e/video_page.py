@@ -1,0 +1,63 @@
+"""The video of a page as a test sees it: what is on the canvas, and what is said of it."""
+
+import math
+import time
+from typing import Final
+
+from console_page import ConsolePage
+
+from bench.video.strip import Sight, clock_ms, sight
+
+PAST_LIVE_MS: Final = 1_000
+"""Older than this would be no live picture, however slow the machine."""
+
+READ_STRIP: Final = """(which = 0) => {
+  const canvas = document.querySelectorAll('[data-testid=video-picture]')[which];
+  if (canvas === undefined || canvas.width < 20) return { cells: 0, seen_ms: Date.now(), width: 0, height: 0 };
+  const copy = new OffscreenCanvas(canvas.width, canvas.height);
+  const pen = copy.getContext('2d', { willReadFrequently: true });
+  pen.drawImage(canvas, 0, 0);
+  const cell = canvas.width / 20;
+  let cells = 0;
+  for (let at = 0; at < 20; at++) {
+    const [red, green, blue] = pen.getImageData(Math.round((at + 0.5) * cell), 4, 1, 1).data;
+    cells = (cells << 1) | (red + green + blue > 3 * 126 ? 1 : 0);
+  }
+  return { cells, seen_ms: Date.now(), width: canvas.width, height: canvas.height };
+}"""
+
+
+def strip(console: ConsolePage, which: int = 0) -> Sight | None:
+    """What the canvas shows now, the first of the page or a later one; None if that is no strip."""
+    seen = console.page.evaluate(READ_STRIP, which)
+    clock = clock_ms(seen["cells"])
+    return None if clock is None else sight(seen["seen_ms"], clock)
+
+
+def wait_until_live(console: ConsolePage, which: int = 0) -> None:
+    def is_live() -> bool:
+        seen = strip(console, which)
+        return seen is not None and seen.delay_ms < PAST_LIVE_MS
+
+    console.wait("a live picture", is_live)
+
+
+def state(console: ConsolePage) -> str | None:
+    return console.part("video").get_attribute("data-state")
+
+
+def count(console: ConsolePage, figure: str) -> float:
+    part = console.part(f"video-{figure}")
+    return float(part.get_attribute("data-value") or "nan") if part.count() else math.nan
+
+
+def moves(console: ConsolePage, which: int = 0, *, lasts_s: float = 1.0, at_least: int = 5) -> list[Sight]:
+    """Different pictures that the canvas shows from now on; at least so many, or this fails."""
+    seen: dict[float, Sight] = {}
+    until = time.monotonic() + lasts_s
+    while time.monotonic() < until:
+        if (now := strip(console, which)) is not None:
+            seen.setdefault(round(now.rendered_ms), now)
+        console.page.wait_for_timeout(20)
+    assert len(seen) >= at_least, f"{len(seen)} different pictures in {lasts_s:g} s"
+    return list(seen.values())
