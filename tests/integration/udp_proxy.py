@@ -6,7 +6,7 @@ Each address that speaks to it gets a port of its own towards the tower, as behi
 import asyncio
 import contextlib
 import socket
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 Address = tuple[str, int]
@@ -26,6 +26,8 @@ class UdpProxy(asyncio.DatagramProtocol):
         """What is larger is lost, as by a path with a small MTU."""
         self.up: list[tuple[Address, bytes]] = []
         """Everything that came for the tower."""
+        self.hear_down: Callable[[bytes], None] = lambda _: None
+        """Called with everything that goes to an agent."""
         self.make_back = udp_socket
         """Makes the socket of one agent's port towards the tower."""
         self._front: asyncio.DatagramTransport | None = None
@@ -54,6 +56,7 @@ class UdpProxy(asyncio.DatagramProtocol):
         with contextlib.suppress(BlockingIOError, ConnectionRefusedError):
             while True:
                 data = back.recv(65535)
+                self.hear_down(data)
                 if self._front is not None and self._passes(agent, data):
                     self._front.sendto(data, agent)
 
