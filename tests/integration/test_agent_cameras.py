@@ -192,6 +192,18 @@ class Watched:
         return found[0]
 
 
+def test_what_a_camera_answers_is_fit_to_be_shown() -> None:
+    world = HttpWorld(b"\x1b[31m\x00\xff" + b"!" * 500 + b"\r\n\r\n")
+    watched = Watched(f"http://127.0.0.1:{world.port}/live?user=pilot&pwd=s3cret")
+    watched.until(lambda: watched.camera.state is CameraState.LOST and watched.camera.words)
+    words = watched.camera.words
+    assert words.startswith(f"http://127.0.0.1:{world.port}/live?...: ?[31m?")
+    assert words.isprintable()
+    assert len(words) <= 160
+    watched.camera.stop()
+    world.unplug()
+
+
 def test_unplugged_it_is_said_at_once_and_comes_back_with_a_key_picture(http_world: HttpWorld) -> None:
     watched = Watched(f"http://127.0.0.1:{http_world.port}/")
     http_world.wait()

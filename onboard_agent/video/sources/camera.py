@@ -18,6 +18,7 @@ _log = logging.getLogger(__name__)
 
 _WATCH_EVERY_S: Final = 0.1
 _STOP_PATIENCE_S: Final = 0.5
+LONGEST_WORDS: Final = 160
 
 
 class Camera:
@@ -115,6 +116,7 @@ class Camera:
     def _lost(self, words: str) -> None:
         if self._ending.is_set():
             return
+        words = fit_to_show(words)
         if self._watch.words != words:
             _log.warning("%s; trying on", words)
         self._changed(lambda: self._watch.lost(words))
@@ -126,3 +128,8 @@ class Camera:
             changed = was != (self._watch.state, self._watch.words)
         if changed:
             self._on_change()
+
+
+def fit_to_show(words: str) -> str:
+    """What a camera answers may be anything, and ends in logs and on screens."""
+    return "".join(letter if letter.isprintable() else "?" for letter in words)[:LONGEST_WORDS]
