@@ -90,22 +90,24 @@ def test_without_a_tower_it_opens_and_says_so_and_goes_on_when_the_tower_is_back
     expect(visitor.page).to_have_title("Kestrel - Control Tower")
 
 
+NEXT = "-next.js"
+
+
 def newer_build(built: Path, folder: Path) -> Path:
     """The console as the next version would be: other names, and nothing of the old ones left."""
     shutil.copytree(built, folder)
-    (old,) = re.findall(r'src="\./assets/(index-[\w-]+\.js)"', (folder / "index.html").read_text())
     for copy in [*folder.rglob("*.br"), *folder.rglob("*.gz")]:
         copy.unlink()
-    (folder / "assets" / old).rename(folder / "assets" / "index-next.js")
+    # A name stands for what is in the file, and so do the names of all that it asks for.
+    scripts = [script.name for script in folder.glob("assets/*.js")]
+    name = re.compile("|".join(re.escape(one) for one in scripts))
     for file in [*folder.glob("*.html"), folder / "sw.js", *folder.glob("assets/*.js")]:
-        text = file.read_text()
-        if old in text:
-            file.write_text(text.replace(old, "index-next.js"))
+        file.write_text(name.sub(lambda found: found[0].replace(".js", NEXT), file.read_text()))
+    for script in scripts:
+        (folder / "assets" / script).rename(folder / "assets" / script.replace(".js", NEXT))
     worker = (folder / "sw.js").read_text()
     (version,) = set(re.findall(r"`([0-9a-f]{16})`", worker))
     (folder / "sw.js").write_text(worker.replace(version, "0123456789abcdef"))
-    for page in folder.glob("assets/Account-*.js"):
-        page.rename(page.with_name("Account-next.js"))
     return folder
 
 
@@ -123,9 +125,9 @@ def test_a_new_version_is_told_and_loaded_only_when_asked_for(
     visitor.open("/#/account")
     expect(visitor.page.get_by_role("heading", name="Password", exact=True)).to_be_visible()
     assert visitor.page.evaluate("window.stillTheSamePage")
-    assert "index-next" not in visitor.page.content()
+    assert NEXT not in visitor.page.content()
     visitor.part("new-version").click()
     visitor.page.wait_for_function("window.stillTheSamePage === undefined")
     expect(visitor.part("connection-state")).to_contain_text("Connected")
-    assert "index-next" in visitor.page.content()
+    assert NEXT in visitor.page.content()
     expect(visitor.part("new-version")).to_have_count(0)
