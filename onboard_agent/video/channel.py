@@ -38,6 +38,9 @@ OPEN_WITHIN_S: Final = 5.0
 CLOSE_WITHIN_S: Final = 0.2
 LARGEST_ANSWER_BYTES: Final = 1024
 WRITE_BUFFER_BYTES: Final = 16 * 1024
+STIR_EVERY_S: Final = 0.025
+"""Three of them, and TCP knows what is missing. Over a lossy 4G line the longest standstill was 0.9 s without them, and
+0.13 s with them."""
 REFUSED_PAUSE_S: Final = 2.0
 """A ticket that is not taken (yet): another one comes by the control channel."""
 
@@ -152,13 +155,15 @@ class VideoChannel:
         _log.info("video: the channel to the tower is open")
         self._opened()
         writing = asyncio.create_task(self._write(connection))
+        stirring = asyncio.create_task(self._stir(connection))
         try:
             await self._read(connection)
             self._memory.forget()  # it broke; when it is closed because nobody watches, we do not get here
         finally:
             self._connection = None
-            writing.cancel()
-            await asyncio.gather(writing, return_exceptions=True)
+            for task in (writing, stirring):
+                task.cancel()
+            await asyncio.gather(writing, stirring, return_exceptions=True)
             await connection.close()
             self._failed(f"the video channel has ended ({connection.close_code} {connection.close_reason or ''})")
 
@@ -169,6 +174,14 @@ class VideoChannel:
         else:
             self._rate.begin(now, self._memory.recall(local, now))
         self._local = local
+
+    async def _stir(self, connection: ClientConnection) -> None:
+        """Small pings while an answer is overdue (LinkRate.is_overdue)."""
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                await asyncio.sleep(STIR_EVERY_S)
+                if self._rate.is_overdue(time.monotonic()):
+                    await connection.ping()
 
     async def _write(self, connection: ClientConnection) -> None:
         with contextlib.suppress(ConnectionClosed):

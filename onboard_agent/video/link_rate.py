@@ -72,6 +72,8 @@ MOST_HOPED_BPS: Final = 10_000_000.0
 LATE_S: Final = 0.1
 WAITING_S: Final = 0.08
 """More than this on its way too long, or waiting here: no picture is encoded until that is better."""
+STIR_FOR_S: Final = 2.0
+"""Later than this it is the link that is gone."""
 HOPELESS_S: Final = 4.0
 
 
@@ -183,6 +185,11 @@ class LinkRate:
         """Whether another picture may be encoded now. One that is encoded must be sent."""
         way = self.way
         return way.late_s(now) <= LATE_S + way.noise_s and way.waiting_s(now) <= WAITING_S
+
+    def is_overdue(self, now: float) -> bool:
+        """Something should have been answered by now. While nothing more is sent, TCP learns of a loss only by a timer
+        of a fifth of a second or more, twice as long each time: a few bytes now and then show it what came."""
+        return QUEUE_S + self.way.noise_s < self.way.late_s(now) < STIR_FOR_S
 
     def is_hopeless(self, now: float) -> bool:
         """Nothing gets through any more: another connection might."""

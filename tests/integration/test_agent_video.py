@@ -255,6 +255,7 @@ async def test_a_tower_that_answers_no_unit_gets_few_of_them_and_another_connect
         await until(lambda: there.tower.units, what="the first unit")
         await until(lambda: len(there.tower.channels) == 2, 20.0, "another channel")
         assert len(there.tower.units) < 40, "they would have been 100"
+        assert there.tower.pings >= 10, "TCP is shown that something is missing"
         there.tower.answers = True
         await there.tower.more(MEDIUM, 48)
 

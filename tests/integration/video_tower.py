@@ -13,6 +13,7 @@ import numpy as np
 from agent_fakes import FakeTower, until
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import Opcode
 from websockets.http11 import Request, Response
 
 from wire.video import VIDEO, CameraState, KeyWanted, StreamWish, Unit, VideoState, VideoWanted, decode_unit, encode_got
@@ -32,6 +33,7 @@ class VideoTower(FakeTower):
         self.answers = True
         self.units: list[tuple[float, Unit]] = []
         self.refused = 0
+        self.pings = 0
         self.channels: list[ServerConnection] = []
 
     def _sign_in(self, connection: ServerConnection, request: Request) -> Response | None:
@@ -48,6 +50,13 @@ class VideoTower(FakeTower):
             await super()._agent(connection)
             return
         self.channels.append(connection)
+        process_event = connection.process_event
+
+        def count_pings(event: Any) -> None:
+            self.pings += event.opcode is Opcode.PING
+            process_event(event)
+
+        connection.process_event = count_pings  # type: ignore[method-assign]
         with contextlib.suppress(ConnectionClosed):
             async for message in connection:
                 assert isinstance(message, bytes)

@@ -11,6 +11,7 @@ from onboard_agent.video.link_rate import (
     HOPED_SHARE,
     HOPELESS_S,
     LEAST_BUDGET_BPS,
+    STIR_FOR_S,
     WAITING_S,
     Known,
     LinkRate,
@@ -192,6 +193,18 @@ def test_nothing_at_all_gets_through() -> None:
     assert model.rate.has_room(now)
     assert model.rate.pacing_bps <= FIRST_PACING_BPS
     assert not model.rate.is_hopeless(now + 60)
+
+
+def test_what_is_overdue_is_stirred_for_a_while() -> None:
+    rate = LinkRate(0.0)
+    for number in range(5):
+        sent = rate.sent(got(number), 1500, float(number))
+        assert not rate.is_overdue(sent.leaves_at + 0.05), "as long as the way takes"
+        rate.got(got(number), sent.leaves_at + 0.05)
+    assert not rate.is_overdue(9.0), "nothing is on its way"
+    sent = rate.sent(got(9), 1500, 9.0)
+    overdue = [rate.is_overdue(sent.leaves_at + after) for after in (0.05, 0.2, 1.0, STIR_FOR_S + 0.1)]
+    assert overdue == [False, True, True, False]
 
 
 def test_a_longer_way_is_not_a_queue_for_ever() -> None:
