@@ -24,6 +24,7 @@ TABLET: Final[ViewportSize] = {"width": 1024, "height": 768}
 THEMES: Final[tuple[Literal["dark", "light"], ...]] = ("dark", "light")
 ADMIN_PAGES: Final = {"users": "user-row", "drones": "drone-row", "audit": "audit-row", "system": "system"}
 """Each with what has to be there before the picture is taken."""
+CAMERA: Final = "width=640&height=480&rate=15"
 FLEET: Final = {"Kestrel": "alice", "Merlin": "alice", "Osprey": "bob"}
 
 
@@ -100,6 +101,32 @@ def look_at_missions(console: ConsolePage) -> None:
             page.screenshot(path=PICTURES / f"{name}-{theme}.png")
 
 
+def look_at_video(alice: ConsolePage, admin: ConsolePage) -> None:
+    """The drone's picture large, with the map as the inset; and those of the squad beside each other."""
+    alice.open("/#/")
+    alice.open_drone("Kestrel")
+    alice.page.keyboard.press("v")
+    expect(alice.part("video")).to_have_attribute("data-state", "live")
+    alice.page.wait_for_timeout(6000)
+    alice.page.screenshot(path=PICTURES / "control-video.png")
+    alice.page.keyboard.press("v")
+    admin.open("/#/videos")
+    expect(admin.part("video-tile")).to_have_count(len(FLEET))
+    for video in admin.part("video").all():
+        expect(video).to_have_attribute("data-state", "live")
+    admin.page.wait_for_timeout(5000)
+    admin.page.screenshot(path=PICTURES / "videos.png")
+    admin.open("/#/")
+
+
+def look_at_parameters(console: ConsolePage) -> None:
+    """Of the first drone."""
+    console.open("/#/drone/1/parameters")
+    expect(console.part("parameter-row").first).to_be_visible()
+    console.page.wait_for_timeout(1000)
+    console.page.screenshot(path=PICTURES / "parameters.png")
+
+
 def main() -> None:
     shutil.rmtree(PICTURES, ignore_errors=True)
     PICTURES.mkdir(parents=True)
@@ -110,7 +137,7 @@ def main() -> None:
         world.add_user("admin", "admin")
         numbers = [world.add_drone(name, owner) for name, owner in FLEET.items()]
         world.start_tower()
-        world.start_simulated(*FLEET, options=("--boot-s", "2", "--seed", "7", "--wind", "3,250"))
+        world.start_simulated(*FLEET, options=("--boot-s", "2", "--seed", "7", "--wind", "3,250"), camera=CAMERA)
         world.wait_until_online(world.visitor("admin"), *numbers)
         path = shutil.which("chromium") or shutil.which("google-chrome")
         browser = playwright.chromium.launch(executable_path=path, args=list(FLAGS))
@@ -128,6 +155,10 @@ def main() -> None:
         admin = come(browser, world, "admin")
         admin.page.wait_for_timeout(3000)
         admin.page.screenshot(path=PICTURES / "monitor.png")
+        look_at_video(alice, admin)
+        look_at_parameters(alice)
+        alice.open("/#/")
+        alice.open_drone("Kestrel")
         alice.page.set_viewport_size(TABLET)
         for theme in THEMES:
             alice.page.emulate_media(color_scheme=theme, reduced_motion="reduce")

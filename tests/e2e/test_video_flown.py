@@ -128,8 +128,12 @@ def test_the_wall_shows_drones_beside_each_other(come: Somebody) -> None:
         wait_until_live(admin, which)
     # Long enough for the page to hear of its drones anew, which must not begin a video anew.
     seen = [moves(admin, which, lasts_s=3.0, at_least=15) for which in (0, 1)]
-    for pictures in seen:
+    for which, pictures in enumerate(seen):
         assert median(one.delay_ms for one in pictures) < PAST_LIVE_MS
+        # Nothing of a tile is cut off, and all are in sight.
+        tile = tiles.nth(which)
+        expect(tile.get_by_test_id("video-delay")).to_be_in_viewport(ratio=1)
+        expect(tile.get_by_role("link")).to_be_in_viewport(ratio=1)
     assert complaints(admin) == []
 
 
