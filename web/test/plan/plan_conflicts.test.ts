@@ -118,19 +118,20 @@ describe('plans flown at the same time', () => {
         const near = conflicts.filter(({ kind }) => kind === 'near');
         const paths = [timedPath(one, USUAL_FIGURES), timedPath(other, USUAL_FIGURES)] as const;
         const overS = Math.max(paths[0].seconds, paths[1].seconds + startS);
-        let nearest = Infinity;
+        // Between two moments of the simulation they may come a metre nearer, over ground and in height: 0.1 s at 10 m/s.
+        // And of heights that differ by just so much nobody can say on which side of the limit they are.
+        let [surely, perhaps] = [Infinity, Infinity];
         for (let nowS = 0; nowS < overS; nowS += 0.1) {
           const [a, b] = [whereAt(paths[0], nowS), whereAt(paths[1], nowS - startS)];
-          if (!a || !b || Math.abs(a.heightM - b.heightM) >= WANTED.verticalM) continue;
-          nearest = Math.min(nearest, distanceM(a.spot, b.spot));
+          if (!a || !b) continue;
+          const [apartM, aboveM] = [distanceM(a.spot, b.spot), Math.abs(a.heightM - b.heightM)];
+          if (aboveM < WANTED.verticalM - 1e-6) surely = Math.min(surely, apartM);
+          if (aboveM < WANTED.verticalM + 1) perhaps = Math.min(perhaps, apartM);
         }
-        // Between two moments of the simulation they may come a metre nearer: 0.1 s at 10 m/s.
-        if (nearest < WANTED.horizontalM - 0.1) expect(near).not.toEqual([]);
-        if (near.length > 0) expect(nearest).toBeLessThan(WANTED.horizontalM + 1.1);
-        if (Number.isFinite(nearest)) {
-          expect(closest[0]!.horizontalM).toBeLessThanOrEqual(nearest + 0.1);
-          expect(closest[0]!.horizontalM).toBeGreaterThan(nearest - 1.2);
-        }
+        if (surely < WANTED.horizontalM - 0.1) expect(near).not.toEqual([]);
+        if (near.length > 0) expect(perhaps).toBeLessThan(WANTED.horizontalM + 1.1);
+        if (Number.isFinite(surely)) expect(closest[0]!.horizontalM).toBeLessThanOrEqual(surely + 0.1);
+        if (closest[0]) expect(closest[0].horizontalM).toBeGreaterThan(perhaps - 1.2);
         if (near.length > 0) {
           const least = Math.min(...near.map(({ horizontalM }) => horizontalM));
           expect(least).toBeCloseTo(closest[0]!.horizontalM, 3);
