@@ -129,10 +129,14 @@ class World:
         wanted = len(self.autopilot.sticks) + int(seconds / STICKS_EACH_S)
         await until(lambda: len(self.autopilot.sticks) >= wanted, 10 * seconds + 5.0, "sticks come")
 
+    def _paused_s(self, low: int, high: int) -> float:
+        """By how much sending between these sticks was late, all pauses together."""
+        return sum(max(0.0, self.sent[n + 1] - self.sent[n] - STICKS_EACH_S) for n in range(low, high))
+
     def longest_gap_s(self) -> float:
         """Between two sticks at the autopilot, less what this busy machine paused in sending them."""
         return max(
-            at - before - max(self.sent[n + 1] - self.sent[n] for n in range(low, high))
+            at - before - STICKS_EACH_S - self._paused_s(low, high)
             for (before, low), (at, high) in itertools.pairwise(self.autopilot.sticks)
             if high > low
         )

@@ -58,6 +58,7 @@ async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Pe
         "offered": False,
         "assistant": None,
         "may_watch": True,
+        "may_watch_video": True,
         "lost_action": "return",
         "lost_action_s": 30.0,
         "profile": None,

@@ -84,7 +84,9 @@ class FakeStream:
 class FakeViewer:
     def __init__(self, socket: WebSocket) -> None:
         self.socket = socket
-        self.asked = {name: socket.query_params[name] for name in ("quality", "codec")}
+        codecs = socket.query_params["codec"].split(",")
+        codec = next((one for one in codecs if one in camera.codecs), codecs[-1])
+        self.asked = {"quality": socket.query_params["quality"], "codec": codec}
 
     async def send(self, **message: Any) -> None:
         await self.socket.send_text(json.dumps(message))
@@ -106,7 +108,7 @@ class FakeViewer:
                 stream = None
                 await asyncio.sleep(0.05)
                 continue
-            wish = Quality[self.asked["quality"].upper()], OFFERED[self.asked["codec"].split(",")[0]]
+            wish = Quality[self.asked["quality"].upper()], OFFERED[self.asked["codec"]]
             if stream is None or wish != (stream.quality, stream.codec):
                 stream = await asyncio.to_thread(FakeStream, *wish)
                 await self.say_state()
