@@ -162,7 +162,7 @@ def test_what_can_be_done_with_a_picture_with_the_keyboard_alone(tower: FakeTowe
     quality.focus()
     page.keyboard.press("End")
     expect(quality).to_have_value("high")
-    visitor.wait("640 pixels", lambda: page.evaluate(READ_STRIP)["width"] == 640)
+    visitor.wait("640 pixels", lambda: page.evaluate(READ_STRIP, 0)["width"] == 640)
     wait_until_live(visitor)
 
     with page.expect_download() as saved:
