@@ -36,6 +36,7 @@ from server.control.watchman import Watchman
 from server.database import open_database
 from server.fleet import enrolment_routes, loan_routes
 from server.fleet import routes as fleet_routes
+from server.fleet.drones import deleted_among
 from server.fleet.enrolment_news import EnrolmentNews
 from server.fleet.loans import LoanKeeper
 from server.fleet.roster import Roster
@@ -226,6 +227,13 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     )
 
 
+async def _deleted_with_files(tower: Tower) -> frozenset[int]:
+    """Drones that were deleted, and of which there still are files."""
+    there = await asyncio.to_thread(lambda: tower.log_shelf.drone_ids() | tower.recordings.store.drone_ids())
+    async with tower.database.reading() as session:
+        return await deleted_among(session, there - frozenset(tower.hub.drone_ids()))
+
+
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     tower: Tower = app.state.tower
@@ -243,8 +251,9 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
-        await asyncio.to_thread(tower.log_shelf.sweep, frozenset(tower.hub.drone_ids()))
-        await stack.enter_async_context(tower.recordings.working(frozenset(tower.hub.drone_ids())))
+        deleted = await _deleted_with_files(tower)
+        await asyncio.to_thread(tower.log_shelf.sweep, deleted)
+        await stack.enter_async_context(tower.recordings.working(deleted))
         for drone_id in tower.hub.drone_ids():
             tower.loss_checks.look_again(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))

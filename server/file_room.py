@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Final, Protocol, TypeVar
 
@@ -66,8 +66,12 @@ def drone_folders(root: Path) -> Iterable[tuple[int, Path]]:
             yield int(found[1]), folder
 
 
-def remove_strangers(root: Path, drone_ids: Container[int]) -> None:
-    """The folders of drones that are no more."""
-    for drone_id, folder in list(drone_folders(root)):
-        if drone_id not in drone_ids:
-            shutil.rmtree(folder, ignore_errors=True)
+def drones_with_files(root: Path) -> frozenset[int]:
+    """Their numbers, whether there still are such drones or not."""
+    return frozenset(drone_id for drone_id, _ in drone_folders(root))
+
+
+def remove_folders(root: Path, drone_ids: Iterable[int]) -> None:
+    """Of drones that were deleted, where there are any."""
+    for drone_id in drone_ids:
+        shutil.rmtree(folder_of(root, DroneId(drone_id)), ignore_errors=True)

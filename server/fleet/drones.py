@@ -6,6 +6,8 @@ Every function takes a session of `Database.writing()`, so that a rule and its a
 from __future__ import annotations
 
 import secrets
+from collections.abc import Collection
+from typing import Final
 
 from sqlalchemy import select
 from sqlalchemy.ext.asyncio import AsyncSession
@@ -13,12 +15,16 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.access import UnknownDrone
 from server.accounts.users import get_user
 from server.audit.deed import Deed
+from server.audit.tables import AuditEventRow
 from server.fleet.snapshot import begin_fleet_change
 from server.fleet.tables import DroneRow, OwnershipRow
 from server.names import clean_name, is_name, name_key
 from server.refusal import Refusal
 from wire.credential import Credential
 from wire.ids import DroneId
+
+DELETED: Final = "drone.deleted"
+"""In the audit trail."""
 
 
 class DroneNameTaken(Refusal):
@@ -70,10 +76,17 @@ async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, deed:
     return row
 
 
+async def deleted_among(session: AsyncSession, drone_ids: Collection[int]) -> frozenset[int]:
+    """Which of these were deleted on purpose, as the trail says: any other that is not there is missing for another
+    reason, as an older copy of the database."""
+    query = select(AuditEventRow.drone_id).where(AuditEventRow.action == DELETED, AuditEventRow.drone_id.in_(drone_ids))
+    return frozenset(one for one in await session.scalars(query) if one is not None)
+
+
 async def delete_drone(session: AsyncSession, *, drone_id: int, deed: Deed) -> None:
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
-    deed.record(session, "drone.deleted", drone_id=row.id, drone=row.name)
+    deed.record(session, DELETED, drone_id=row.id, drone=row.name)
     await session.delete(row)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
@@ -82,11 +83,12 @@ async def rename_drone(request: Request, admin: Admin, drone_id: DronePath, body
 
 @router.delete("/{drone_id}", status_code=204, responses=answers(AdminsOnly, UnknownDrone))
 async def delete_drone(request: Request, admin: Admin, drone_id: DronePath) -> None:
-    """Deletes a drone; its agent is turned away from then on. Its id is never used again."""
+    """Deletes a drone; its agent is turned away from then on, and its recordings go. Its id is never used again."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
         await drones.delete_drone(session, drone_id=drone_id, deed=_deed(request, admin))
     await tower.roster.refresh()
+    await asyncio.to_thread(tower.recordings.store.remove_drones, (drone_id,))
 
 
 @router.post("/{drone_id}/credential", responses=answers(AdminsOnly, UnknownDrone))

@@ -7,12 +7,20 @@ not at all: it is written beside and renamed. Blocking; call it in a thread.
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Final
 
-from server.file_room import NoRoom, disk_takes, drone_folders, folder_of, remove_strangers, to_remove
+from server.file_room import (
+    NoRoom,
+    disk_takes,
+    drone_folders,
+    drones_with_files,
+    folder_of,
+    remove_folders,
+    to_remove,
+)
 from wire.ids import DroneId
 
 _NAME: Final = re.compile(r"(\d{1,5})-(\d{1,10})\.bin")
@@ -67,9 +75,13 @@ class LogShelf:
             if other.log_id == log_id and other.path != path:
                 other.path.unlink(missing_ok=True)
 
-    def sweep(self, drone_ids: Container[int]) -> None:
-        """At start: files of drones that are no more, and halves of files."""
-        remove_strangers(self._root, drone_ids)
+    def drone_ids(self) -> frozenset[int]:
+        """Drones with files, whether they still are or not."""
+        return drones_with_files(self._root)
+
+    def sweep(self, deleted: Iterable[int]) -> None:
+        """At start: files of drones that were deleted, and halves of files."""
+        remove_folders(self._root, deleted)
         for _, folder in drone_folders(self._root):
             for half in folder.glob(f"*{_PART}"):
                 half.unlink(missing_ok=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Awaitable, Callable, Container
+from collections.abc import Awaitable, Callable, Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -59,16 +59,22 @@ class RecordingFinisher:
         """How many, with the one that is being made."""
         return len(self._waiting)
 
-    async def recover(self, drone_ids: Container[int]) -> None:
-        """At start, before anything is recorded: takes up what was left, and sweeps what belongs to nothing."""
+    async def recover(self, deleted: Iterable[int]) -> None:
+        """At start, before anything is recorded: takes up what was left. `deleted`: drones whose files go."""
         await asyncio.to_thread(self._store.open)
+        await asyncio.to_thread(self._store.remove_drones, deleted)
         async with self._database.reading() as session:
             rows = await catalogue.all_of_store(session, self._store.id)
         for row in rows:
             await self._take_up(row)
-        gone = await asyncio.to_thread(self._store.sweep, drone_ids, {row.file for row in rows})
-        if gone:
-            _log.warning("recordings_swept", files=gone)
+        self._room.strays = await asyncio.to_thread(self._store.sweep, {row.file for row in rows})
+        if self._room.strays:
+            _log.warning(
+                "recordings_not_in_the_database",
+                files=len(self._room.strays),
+                size_bytes=self._room.stray_bytes(),
+                hint="kept until the room is needed; they come back with the database that knows them",
+            )
 
     async def _take_up(self, row: RecordingRow) -> None:
         units = self._store.path(row.drone_id, row.file, UNITS)

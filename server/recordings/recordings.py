@@ -30,9 +30,9 @@ class Recordings:
     telling: RecordingTelling
 
     @asynccontextmanager
-    async def working(self, drone_ids: frozenset[int]) -> AsyncIterator[None]:
-        """Takes up what an earlier tower left, and works until the block ends. `drone_ids`: that there are."""
-        await self.finisher.recover(drone_ids)
+    async def working(self, deleted: frozenset[int]) -> AsyncIterator[None]:
+        """Takes up what an earlier tower left, and works until the block ends. `deleted`: drones whose files go."""
+        await self.finisher.recover(deleted)
         await self.room.make(0)
         try:
             async with (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from typing import Annotated, Final, Literal
 
 from fastapi import APIRouter, Body, Path, Request, Response
@@ -14,7 +15,7 @@ from server.accounts.sessions import Principal
 from server.accounts.tables import Role
 from server.audit.deed import Deed
 from server.operations.asking import watched_drone
-from server.operations.refusals import DroneOffline, ViewTaken
+from server.operations.refusals import DroneOffline, TooManyOperations, ViewTaken
 from server.problem_docs import answers
 from server.recordings import catalogue
 from server.recordings.refusals import (
@@ -84,7 +85,8 @@ async def list_recordings(request: Request, principal: Viewer, drone_id: DronePa
     "",
     status_code=201,
     responses=answers(
-        *_WATCH, NotYoursToRecord, DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, NoRoomToRecord
+        *(*_WATCH, NotYoursToRecord, DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, NoRoomToRecord),
+        TooManyOperations,
     ),
 )
 async def begin_recording(
@@ -95,6 +97,8 @@ async def begin_recording(
 ) -> RecordingView:
     """Whoever has the controls, or an admin: the video of the drone is recorded from here on."""
     drone = _recorded_drone(request, principal, drone_id)
+    if not tower_of(request).hub.admits_recording(principal.user_id, time.monotonic()):
+        raise TooManyOperations
     named = body.quality if body is not None else None
     quality = None if named is None else Quality[named.upper()]
     return await tower_of(request).recordings.desk.begin(drone, principal, quality, _deed(request, principal))
@@ -109,12 +113,15 @@ async def get_recording(
     return await _view(request, drone, recording_id)
 
 
-@router.post("/{recording_id}/stop", responses=answers(*_WATCH, NotYoursToRecord, UnknownRecording))
+@router.post("/{recording_id}/stop", responses=answers(*_WATCH, NotYoursToRecord, UnknownRecording, TooManyOperations))
 async def end_recording(
     request: Request, principal: Pilot, drone_id: DronePath, recording_id: RecordingPath
 ) -> RecordingView:
     """Whoever has the controls, or an admin: it ends, and its file is made. One that has ended stays as it is."""
     drone = _recorded_drone(request, principal, drone_id)
+    # Not from the account for holding and landing: no flood of this kind may take that away.
+    if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=False):
+        raise TooManyOperations
     await _view(request, drone, recording_id)
     await tower_of(request).recordings.desk.end(recording_id, _deed(request, principal))
     return await _view(request, drone, recording_id)

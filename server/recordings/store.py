@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import re
 import secrets
-from collections.abc import Container
+from collections.abc import Container, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from server.file_room import disk_takes, drone_folders, folder_of, remove_strangers
+from server.file_room import disk_takes, drone_folders, drones_with_files, folder_of, remove_folders
 from wire.ids import DroneId
 
 UNITS: Final = ".units"
@@ -19,6 +20,18 @@ MP4: Final = ".mp4"
 PART: Final = ".part"
 _STORE: Final = "store-id"
 _STORE_ID: Final = re.compile(r"[0-9a-f]{16}")
+
+
+_OURS: Final = re.compile(r"([0-9a-f]{16})(?:\.units|\.mp4|(\.mp4\.part))")
+
+
+@dataclass(frozen=True)
+class Stray:
+    """A file of a recording that the database does not know. `kept_at`: written last, seconds since 1970."""
+
+    path: Path
+    size_bytes: int
+    kept_at: float
 
 
 class RecordingStore:
@@ -52,14 +65,30 @@ class RecordingStore:
         """On the disk. Raises OSError."""
         return disk_takes(self._root, coming_bytes)
 
-    def sweep(self, drone_ids: Container[int], files: Container[str]) -> int:
-        """Removes what belongs to no drone and to no row (`files`), and halves of files. How many files went."""
-        remove_strangers(self._root, drone_ids)
-        gone = 0
+    def drone_ids(self) -> frozenset[int]:
+        """Drones with files, whether they still are or not."""
+        return drones_with_files(self._root)
+
+    def remove_drones(self, drone_ids: Iterable[int]) -> None:
+        """All that there is of drones that were deleted."""
+        remove_folders(self._root, drone_ids)
+
+    def sweep(self, files: Container[str]) -> list[Stray]:
+        """Removes halves of files. What belongs to no row (`files`) stays, and is told, the oldest first: an older copy
+        of the database may have been brought back, and the right one may follow. Raises OSError."""
+        strays: list[Stray] = []
         for _, folder in drone_folders(self._root):
             for path in list(folder.iterdir()):
-                ours = path.name.endswith((UNITS, MP4, PART))
-                if ours and (path.name.endswith(PART) or path.name.split(".")[0] not in files):
+                ours = _OURS.fullmatch(path.name)
+                if ours is None:
+                    continue
+                if ours[2]:
                     path.unlink(missing_ok=True)
-                    gone += 1
-        return gone
+                elif ours[1] not in files:
+                    told = path.stat()
+                    strays.append(Stray(path, told.st_size, told.st_mtime))
+        return sorted(strays, key=lambda one: one.kept_at)
+
+    def remove_stray(self, stray: Stray) -> None:
+        """Raises OSError."""
+        stray.path.unlink(missing_ok=True)

@@ -36,6 +36,11 @@ OPERATIONS_PER_S: Final = 10.0
 OPERATIONS_BURST: Final = 100
 """What a user has done at drones over REST: each goes to an agent, to all who watch, and into the trail."""
 
+RECORDINGS_PER_S: Final = 0.5
+RECORDINGS_BURST: Final = 50
+"""Recordings that a user begins: a squad at once. Each is a row, a thread, a process that makes its file, and a line in
+the trail."""
+
 REPORTS_PER_S: Final = 50.0
 REPORTS_BURST: Final = 500
 """Messages of an agent about itself: a few a second while it holds, each in several copies."""
@@ -68,6 +73,7 @@ class FloodGate:
         self._video_openings: dict[UserId, TokenBucket] = {}
         self._operations: dict[UserId, TokenBucket] = {}
         self._stops: dict[UserId, TokenBucket] = {}
+        self._recordings: dict[UserId, TokenBucket] = {}
 
     def admits(self, user_id: UserId, drone_id: DroneId | None, *, flies: bool, now: float) -> bool:
         """One frame of a user. `drone_id`: where it goes, None if nowhere; `flies`: from whoever has the turn there."""
@@ -124,6 +130,13 @@ class FloodGate:
             bucket = accounts[user_id] = TokenBucket(OPERATIONS_PER_S, OPERATIONS_BURST, now)
         return bucket.take(1.0, now)
 
+    def admits_recording(self, user_id: UserId, now: float) -> bool:
+        """One more recording that a user begins."""
+        bucket = self._recordings.get(user_id)
+        if bucket is None:
+            bucket = self._recordings[user_id] = TokenBucket(RECORDINGS_PER_S, RECORDINGS_BURST, now)
+        return bucket.take(1.0, now)
+
     def admits_report(self, drone_id: DroneId, now: float) -> bool:
         """One message of an agent's control channel, or an urgent one."""
         bucket = self._reports.get(drone_id)
@@ -145,4 +158,5 @@ class FloodGate:
         return sum(len(users) for users in self._by_user()) + sum(len(way) for way in by_drone)
 
     def _by_user(self) -> tuple[dict[UserId, TokenBucket], ...]:
-        return (self._users, self._openings, self._video_openings, self._operations, self._stops)
+        accounts = (self._users, self._operations, self._stops, self._recordings)
+        return (*accounts, self._openings, self._video_openings)

@@ -399,6 +399,10 @@ class Hub:
         """Whether a user may have one more thing done at a drone now (FloodGate)."""
         return self._flood.admits_operation(user_id, now, stops=stops)
 
+    def admits_recording(self, user_id: UserId, now: float) -> bool:
+        """Whether a user may begin one more recording now (FloodGate)."""
+        return self._flood.admits_recording(user_id, now)
+
     # -- holds and rehearsals --------------------------------------------------------------------------------
 
     def order_hold(self, drone_id: DroneId, reason: str) -> bool:

@@ -48,9 +48,8 @@ async def watch_video(websocket: WebSocket, drone_id: str) -> None:
     if refusal is not None:
         await turn_away(websocket, subprotocol, refusal.code, refusal.words)
         return
-    query = websocket.query_params
     try:
-        keys = streams_named(query.get("quality", "medium"), query.get("codec", "mpeg1"))
+        keys = streams_named(_said(websocket, "quality", "medium"), _said(websocket, "codec", "mpeg1"))
     except MalformedVideoRequest as error:
         await turn_away(websocket, subprotocol, BAD_REQUEST, str(error))
         return
@@ -58,6 +57,14 @@ async def watch_video(websocket: WebSocket, drone_id: str) -> None:
     signed_in = still_signed_in(tower, viewer.session_id)
     channel = ViewerChannel(websocket, tower.hub, viewer, number, key, clock=tower.clock, still_signed_in=signed_in)
     await channel.run(subprotocol)
+
+
+def _said(websocket: WebSocket, name: str, otherwise: str) -> str:
+    """What the address says of `name`. Raises MalformedVideoRequest where it says two things."""
+    said = websocket.query_params.getlist(name)
+    if len(said) > 1:
+        raise MalformedVideoRequest(f"{name} must be said once")
+    return said[0] if said else otherwise
 
 
 @router.get("/api/v1/drones/{drone_id}/video", responses=answers(UnknownDrone, ViewTaken))

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import os
 import subprocess
 import threading
 import time
@@ -27,6 +28,7 @@ from server.recordings.room import AT_ONCE
 from server.recordings.sink import TOO_LARGE
 from server.recordings.tables import RecordingRow
 from server.recordings.writer import TOO_SLOW, UnitWriter
+from server.relay import flood_gate
 from server.video.situation import VideoCondition
 from server.video.streams import StreamKey
 from wire.control_messages import AutopilotState
@@ -358,6 +360,22 @@ async def test_no_more_than_so_many_at_a_time(scene: RecordingScene, monkeypatch
     )
 
 
+async def test_who_begins_without_end_has_to_wait(scene: RecordingScene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(flood_gate, "RECORDINGS_BURST", 2)
+    monkeypatch.setattr(flood_gate, "RECORDINGS_PER_S", 1e-6)
+    monkeypatch.setattr(flood_gate, "OPERATIONS_BURST", 3)
+    monkeypatch.setattr(flood_gate, "OPERATIONS_PER_S", 1e-6)
+    for _ in range(2):
+        await scene.stop((await scene.record())["id"])
+    path = f"{scene.path}/recordings"
+    assert_problem(await scene.holder.post(path), 429, "too-many-operations")
+    admins = await scene.record(scene.admin)
+    assert (await scene.stop(admins["id"]))["ended_at"] is not None
+    assert_problem(await scene.holder.post(f"{path}/{admins['id']}/stop"), 429, "too-many-operations")
+    hub = scene.world.tower.hub
+    assert hub.admits_operation(scene.alice.id, time.monotonic(), stops=True), "holding and landing have their own"
+
+
 async def test_a_slow_disk_ends_the_recording_and_never_waits(
     scene: RecordingScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -444,7 +462,7 @@ async def test_a_drone_that_is_deleted_leaves_no_files(scene: RecordingScene) ->
     assert scene.files == [".mp4", ".units"]
     assert (await scene.admin.delete(scene.path)).status_code == 204
     await until("the end", lambda: scene.world.tower.recordings.desk.running() == 0)
-    await until("the files to go", lambda: ".units" not in scene.files)
+    await until("the files to go", lambda: not scene.files)
 
 
 async def test_what_cannot_be_finished_is_kept_and_tried_again_at_the_next_start(tmp_path: Path) -> None:
@@ -474,16 +492,48 @@ async def test_a_tower_that_is_stopped_ends_what_goes_on_and_finishes_it_at_the_
         begun = await scene.record()
         scene.send()
         person, drone_id = scene.bob, scene.drone.id
-    folder = world.settings.files / "recordings"
-    (folder / f"drone-{drone_id}" / "0123456789abcdef.mp4").write_bytes(b"of no row")
-    (folder / f"drone-{drone_id}" / "notes.txt").write_bytes(b"somebody's own")
-    (folder / "drone-999").mkdir()
+    folder = world.settings.files / "recordings" / f"drone-{drone_id}"
+    (folder / "0123456789abcdef.mp4.part").write_bytes(b"half of a file")
+    (folder / "notes.mp4").write_bytes(b"somebody's own")
     async with start_tower(tmp_path) as world:
         scene.world, scene.watcher = world, await world.signed_in(person)
         ready = await scene.came_to(begun["id"], "ready")
         assert (ready["words"], ready["pictures"]) == ("the tower was stopped", 12)
-        assert scene.files == [".mp4", ".txt"]
-        assert not (folder / "drone-999").exists()
+        assert sorted(path.name for path in folder.iterdir())[1:] == ["notes.mp4"]
+
+
+async def test_files_outlive_an_older_copy_of_the_database_and_go_by_their_age(tmp_path: Path) -> None:
+    """Those of a drone that was deleted do not: the trail of the copy that is there says so."""
+    async with start_tower(tmp_path) as world:
+        scene = RecordingScene(world)
+        await scene.begin()
+        before = await scene.whole()
+        folder, person = world.settings.files / "recordings", scene.bob
+        other = await world.add_drone("merlin", scene.alice)
+        assert (await scene.admin.delete(f"/api/v1/drones/{other.id}")).status_code == 204
+    strays = [folder / f"drone-{scene.drone.id}" / f"{7:016x}.mp4", folder / "drone-999" / f"{8:016x}.units"]
+    (folder / f"drone-{other.id}").mkdir()
+    (folder / f"drone-{other.id}" / f"{9:016x}.mp4").write_bytes(bytes(500))
+    for path, age_s in zip(strays, (3600, -3600), strict=True):
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(bytes(1000))
+        os.utime(path, (time.time() - age_s,) * 2)
+    async with start_tower(tmp_path) as world:
+        scene.world, scene.watcher = world, await world.signed_in(person)
+        assert not (folder / f"drone-{other.id}").exists()
+        room = world.tower.recordings.room
+        assert [one.path for one in room.strays] == strays
+        assert await room.make(0)
+        assert room.kept_bytes == before["size_bytes"] + 2000
+        room.budget_bytes = room.kept_bytes - 1
+        assert await room.make(0)
+        assert [path.exists() for path in strays] == [False, True], "the oldest goes first"
+        assert (await scene.get(before["id"]))["state"] == "ready"
+        room.budget_bytes = 1000
+        assert await room.make(0)
+        assert (await scene.watcher.get(f"{scene.path}/recordings")).json() == []
+        assert strays[1].exists(), "the newest of all stays, though the database does not know it"
+        assert room.kept_bytes == 1000
 
 
 async def test_files_that_are_gone_or_elsewhere_are_not_promised(tmp_path: Path) -> None:

@@ -180,8 +180,9 @@ async def test_who_may_come_in_at_all_is_as_on_the_live_channel(scene: Scene) ->
     for one, code in cases:
         async with watching_video(world, scene.drone.id, one) as watcher:
             assert await watcher.until_closed() == code
-    bad = await scene.watch(query="?quality=best")
-    assert await bad.until_closed() == 4400
+    for query in ("quality=best", "quality=low&quality=high", "codec=mpeg1&codec=h264", "quality=", "codec=,"):
+        bad = await scene.watch(query=f"?{query}")
+        assert await bad.until_closed() == 4400, query
     answer = await scene.client.post("/api/v1/tokens", json={"name": "wall", "scopes": ["watch"]})
     assert answer.status_code == 201, answer.text
     async with watching_video(world, scene.drone.id, {"Authorization": f"Bearer {answer.json()['secret']}"}) as program:

@@ -62,13 +62,14 @@ def test_what_is_too_large_or_would_fill_the_disk_is_not_taken(tmp_path: Path, m
     assert kept(on) == [(1, 5, 40)]
 
 
-def test_halves_and_what_was_of_drones_that_are_no_more_is_swept_away(tmp_path: Path) -> None:
+def test_halves_and_what_was_of_drones_that_were_deleted_is_swept_away(tmp_path: Path) -> None:
     on = shelf(tmp_path)
-    on.sweep(frozenset())  # nothing there yet
+    on.sweep({CROW})  # nothing there yet
     put(on, 1, 10)
     put(on, 1, 10, drone=CROW)
     on.begin(HAWK, 7, 10, 1).close()
     (tmp_path / "files" / "letters.txt").write_text("not ours")
-    on.sweep({HAWK})
+    assert on.drone_ids() == {HAWK, CROW}
+    on.sweep({CROW})
     assert (kept(on), kept(on, CROW)) == ([(1, 5, 10)], [])
     assert sorted(path.name for path in (tmp_path / "files").rglob("*") if path.is_file()) == ["1-5.bin", "letters.txt"]
