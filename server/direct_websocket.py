@@ -18,7 +18,7 @@ from websockets.http11 import Request
 
 from server.frame_ears import FrameEars, Listener
 from server.guarded_websocket import SLICE_BYTES, GuardedWebSocket
-from server.websocket_bytes import BINARY, TEXT, whole_message
+from server.websocket_bytes import BINARY, PING, TEXT, whole_message
 
 EXTENSION: Final = "tower.direct"
 
@@ -40,6 +40,9 @@ class DirectWriter(Protocol):
 
     def write_whole(self, message: bytes) -> None:
         """A message that was made ready (server.websocket_bytes): the same bytes for any number of connections."""
+
+    def write_ping(self) -> None:
+        """A small ping, unless something waits in the transport already."""
 
     def take_messages(self, *, largest_bytes: int, slice_bytes: int = SLICE_BYTES) -> None:
         """From here on a message from the other side may have so many bytes; so much of what comes is parsed at a
@@ -95,6 +98,10 @@ class DirectWebSocket(GuardedWebSocket):
         if self.close_sent or self.disconnected or not self.handshake_complete or self.transport.is_closing():
             return
         self.transport.write(message)
+
+    def write_ping(self) -> None:
+        if not self.transport.get_write_buffer_size():
+            self.write_whole(PING)
 
     # -- what comes in -------------------------------------------------------------------------------------------
 

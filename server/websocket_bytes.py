@@ -8,6 +8,8 @@ from typing import Final
 TEXT: Final = 0x81
 BINARY: Final = 0x82
 """Whole messages in one frame."""
+PING: Final = bytes((0x89, 0))
+"""A whole ping. Its answer says nothing to the parser, whose own pings have something in them."""
 
 
 def whole_message(first: int, payload: bytes) -> bytes:

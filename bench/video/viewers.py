@@ -17,12 +17,10 @@ import uvloop
 
 from bench.lean_browser import LeanBrowser, connect_browser
 from bench.video.figures import TransportStream
+from bench.video.got_cadence import Got, GotCadence
 from wire.video import decode_unit
 
 FIRST_S: Final = 30.0
-GOT_EVERY_S: Final = 0.075
-GOT_AT_LAST_S: Final = 0.12
-"""As the console's player (web/src/video/video_link.ts)."""
 
 
 @dataclass
@@ -44,9 +42,8 @@ class UnitViewer:
         self.tally = Tally()
         self._browser = browser
         self._next: int | None = None
-        self._said_at = float("-inf")
-        self._unsaid: int | None = None
-        self._timer: asyncio.TimerHandle | None = None
+        self._cadence = GotCadence()
+        self._looks_at = float("inf")
         browser.on_binary = self.take
         browser.on_text = lambda text: None
 
@@ -61,26 +58,22 @@ class UnitViewer:
         self._next = (unit.sequence + 1) & 0xFFFFFFFF
         if unit.capture_us:
             tally.ages_ms.append(now * 1e3 - unit.capture_us / 1e3)
-        self._drawn(unit.sequence, now)
+        self._cadence.came(unit.sequence, now)
+        captured_at = unit.capture_us / 1e6 if unit.capture_us else None
+        self._say(self._cadence.drawn(unit.sequence, captured_at, unit.rate_hz, now))
 
-    def _drawn(self, sequence: int, now: float) -> None:
-        self._unsaid = sequence
-        if now - self._said_at >= GOT_EVERY_S:
-            self._say(now)
-        elif self._timer is None:
-            self._timer = asyncio.get_running_loop().call_later(self._said_at + GOT_AT_LAST_S - now, self._say_at_last)
+    def _look(self) -> None:
+        self._looks_at = float("inf")
+        self._say(self._cadence.look(time.monotonic()))
 
-    def _say_at_last(self) -> None:
-        self._timer = None
-        if self._unsaid is not None:
-            self._say(time.monotonic())
-
-    def _say(self, now: float) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        self._browser.send_text(f'{{"type":"got","sequence":{self._unsaid}}}')
-        self._said_at, self._unsaid = now, None
+    def _say(self, said: Got | None) -> None:
+        if said is not None:
+            more = ',"calm":true' if said.calm else ',"overdue":true' if said.overdue else ""
+            self._browser.send_text(f'{{"type":"got","sequence":{said.sequence}{more}}}')
+        look_at = self._cadence.look_at
+        if look_at < self._looks_at:
+            self._looks_at = look_at
+            asyncio.get_running_loop().call_later(look_at - time.monotonic(), self._look)
 
 
 class StreamViewer:

@@ -21,6 +21,7 @@ from server.video.drone_video import AgentVideoChannel, DroneVideo, Flow
 from server.video.streams import Relayed, StreamKey, StreamSink
 from server.video.traffic import VideoTraffic
 from server.video.viewer import VideoViewer
+from server.video.viewer_messages import Drawn
 from server.video.watching import NO_SUCH_DRONE, why_not_watch
 from server.websocket_bytes import BINARY, whole_message
 from wire.ids import DroneId, UserId
@@ -84,9 +85,9 @@ class VideoDesk:
             viewer.key = key
             self._watch(viewer, now)
 
-    def got(self, viewer: VideoViewer, sequence: int, now: float) -> None:
+    def got(self, viewer: VideoViewer, drawn: Drawn, now: float) -> None:
         """The viewer has drawn a unit: there may be room for more."""
-        viewer.pace.got(sequence, now)
+        viewer.pace.got(drawn.sequence, now, calm=drawn.calm, overdue=drawn.overdue)
         viewer.pump(self.traffic, now)
 
     def _watch(self, viewer: VideoViewer, now: float) -> None:

@@ -39,6 +39,10 @@ FRESH_S: Final = 0.05
 """A key picture that is no older is begun however long it takes."""
 GOT_EVERY_S: Final = 0.075
 """A viewer may leave out its `got` for pictures that it draws sooner than so long after the last one."""
+TRUST_S: Final = 1.5
+"""A viewer that is calm says so every second. For so long it is taken at its word."""
+OVERDUE_S: Final = 0.03
+"""Instead of PAUSE_S, once the viewer has said that the next picture should have come."""
 EACH_IN_A_ROW: Final = 4
 """After so many that were said for a single picture, the viewer is taken to say it for each."""
 LATE_S: Final = 0.12
@@ -55,6 +59,7 @@ FIRST_GUESS_S: Final = 0.3
 BEST_FOR_S: Final = 30.0
 MOST_SENT: Final = 4096
 _NOT_KNOWN: Final = float("inf")
+_LONG_AGO: Final = float("-inf")
 
 
 class ViewerPace:
@@ -78,6 +83,13 @@ class ViewerPace:
         self._delivered = 0
         self._drawn_sent_at = float("-inf")
         """When the newest was sent that it has drawn."""
+        self._trusted_until = _LONG_AGO
+        """Until then no news is good news: the viewer says when anything is late."""
+        self._is_overdue = False
+        """The viewer waits for what should have come; until it says that something has."""
+        self.is_held_up = False
+        """Something could go, and does not, because what was sent before is overdue. On a way that lost a packet it
+        helps to send anything at all: only by what comes after it does the other side see that it is missing."""
         self._singles = 0
         """So many `got` in a row were for one picture each."""
         self._best_s = self._best_before_s = _NOT_KNOWN
@@ -112,11 +124,21 @@ class ViewerPace:
             return None
         return self._send(unit, now) if not self._sent or self._has_way_for(unit, now) else None
 
-    def got(self, sequence: int, now: float) -> None:
-        """The viewer has drawn this one, and is done with all before it. Nothing for one that is not open."""
+    def got(self, sequence: int, now: float, *, calm: bool = False, overdue: bool = False) -> None:
+        """The viewer has drawn this one, and is done with all before it. Nothing for one that is not open.
+
+        `calm`: it has seen nothing late for a while, and says at once when it does. `overdue`: the next one should have
+        come by now.
+        """
+        self._is_overdue, self.is_held_up = overdue, False
+        if not calm and self._trusted_until != _LONG_AGO:
+            self._trusted_until = _LONG_AGO
+            self._reckon_what_came()
         sent = self._sent
         if not sent or (sent[0][0] != sequence and all(one[0] != sequence for one in sent)):
             return
+        if calm:
+            self._trusted_until = now + TRUST_S
         self._singles = self._singles + 1 if sent[0][0] == sequence else 0
         while True:
             number, size, at, delivered = sent.popleft()
@@ -130,6 +152,9 @@ class ViewerPace:
             self._catches_up_until = max(self._catches_up_until, now + CATCH_UP_S)
         self._note_best(took_s, now)
         sample = (self._delivered - delivered) / max(took_s, 1e-3)
+        if calm:
+            self._rate = None
+            return
         late_s = took_s - self._best()
         self._in_time = self._in_time + 1 if late_s < IN_TIME_S else 0
         if late_s > LATE_S:
@@ -139,6 +164,16 @@ class ViewerPace:
             over = self._in_time >= IN_TIME_AGAIN or now - self._late_at > FORGET_SLOW_S
             self._rate = None if over else max(self._rate, sample)
 
+    def _reckon_what_came(self) -> None:
+        """While it was calm it did not say what had come: all that had taken the usual time had, when each was sent."""
+        best, reckoned, came = self._best(), self._delivered, 0
+        sent = list(self._sent)
+        for place, (number, size, at, _) in enumerate(sent):
+            while sent[came][2] <= at - best and came < place:
+                reckoned += sent[came][1]
+                came += 1
+            self._sent[place] = (number, size, at, reckoned)
+
     def silent_for(self, now: float) -> float:
         """Seconds since what it has not said to have drawn was sent; 0 if there is nothing."""
         return now - self._sent[0][2] if self._sent else 0.0
@@ -146,14 +181,20 @@ class ViewerPace:
     # -- what the way takes ----------------------------------------------------------------------------------
 
     def _has_way_for(self, unit: Relayed, now: float) -> bool:
+        if now < self._trusted_until:
+            return len(self._sent) < MOST_SENT
+        self.is_held_up = False
         best = self._best()
         head, size = unit.head, len(unit.framed)
         pause_s = KEY_PAUSE_S if head.key and size > LARGE_KEY_S * head.bits_per_s / 8 else PAUSE_S
         said_of = self._sent[0][2]
-        if self._singles < EACH_IN_A_ROW:
+        if self._is_overdue:
+            pause_s = OVERDUE_S
+        elif self._singles < EACH_IN_A_ROW:
             said_of = max(said_of, self._drawn_sent_at + GOT_EVERY_S + 1 / head.rate_hz)
             pause_s /= 2
         if now - said_of > best + pause_s or len(self._sent) >= MOST_SENT:
+            self.is_held_up = self._rate is None
             return False
         if self._best_s == _NOT_KNOWN:
             return False  # whether the way takes anything is not known before the first picture was drawn

@@ -23,7 +23,8 @@ DEAF_AFTER_S: Final = 20.0
 
 class VideoViewer:
     """`write`: a whole WebSocket message, as bytes; `tell`: the payload of a text message; `has_room`: whether the
-    other side reads what it is sent; `close`: ends it with a code and words."""
+    other side reads what it is sent; `close`: ends it with a code and words; `held_up`: told when pictures wait because
+    those before them are overdue (server.video.pacing)."""
 
     def __init__(
         self,
@@ -37,6 +38,7 @@ class VideoViewer:
         tell: Callable[[bytes], None],
         has_room: Callable[[], bool],
         close: Callable[[int, str], None],
+        held_up: Callable[[], None] = lambda: None,
         address: str = "",
     ) -> None:
         self.number = number
@@ -53,6 +55,7 @@ class VideoViewer:
         self._tell = tell
         self._has_room = has_room
         self._close = close
+        self._held_up = held_up
         self._untold: VideoSituation | None = None
         self._skipped_told = 0
         self._skipped_told_at = float("-inf")
@@ -68,6 +71,8 @@ class VideoViewer:
         while has_room():
             unit = next_unit(now)
             if unit is None:
+                if self.pace.is_held_up:
+                    self._held_up()
                 return
             framed = unit.framed
             write(framed)

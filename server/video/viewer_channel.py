@@ -1,5 +1,6 @@
 """`/api/v1/drones/{id}/video`: one viewer's WebSocket. A thin shell: units go out by direct writing, without a task."""
 
+import asyncio
 import time
 from typing import Final
 
@@ -31,6 +32,9 @@ from wire.drops import DropReason
 from wire.ids import DroneId
 
 BAD_REQUEST: Final = 4400
+STIR_EVERY_S: Final = 0.025
+MOST_STIRS: Final = 20
+"""In a row: what has not come by then is no packet that was lost."""
 
 
 class ViewerChannel:
@@ -54,6 +58,8 @@ class ViewerChannel:
         self._ending = Ending()
         now = time.monotonic()
         self._patience = TokenBucket(PATIENCE_PER_S, PATIENCE, now)
+        self._stirring: asyncio.TimerHandle | None = None
+        self._stirs = 0
         self._writer = writer = direct_writer(websocket)
         self._viewer = VideoViewer(
             hub.video.next_number(),
@@ -65,6 +71,7 @@ class ViewerChannel:
             tell=writer.write_text,
             has_room=writer.has_room,
             close=self._ending.wish,
+            held_up=self._held_up,
             address=websocket.client.host if websocket.client else "",
         )
 
@@ -90,6 +97,8 @@ class ViewerChannel:
             finally:
                 writer.on_room = _nothing
                 viewer.ended = True
+                if self._stirring is not None:
+                    self._stirring.cancel()
                 hub.video.leave(viewer)
         if self._ending.wished:
             hub.video.traffic.closes[self._ending.code] += 1
@@ -97,6 +106,18 @@ class ViewerChannel:
 
     def _room(self) -> None:
         self._viewer.pump(self._hub.video.traffic, time.monotonic())
+
+    def _held_up(self) -> None:
+        if self._stirring is None and self._stirs < MOST_STIRS:
+            self._stirring = asyncio.get_running_loop().call_later(STIR_EVERY_S, self._stir)
+
+    def _stir(self) -> None:
+        """Small pings while a picture is overdue, so that TCP learns sooner of what was lost on the way."""
+        self._stirring, viewer = None, self._viewer
+        viewer.pump(self._hub.video.traffic, time.monotonic())
+        if not viewer.ended and viewer.pace.is_held_up:
+            self._stirs += 1
+            self._writer.write_ping()
 
     async def _receive(self) -> None:
         try:
@@ -128,7 +149,8 @@ class ViewerChannel:
             self._not_understood(str(error))
             return
         if isinstance(request, Drawn):
-            self._hub.video.got(viewer, request.sequence, now)
+            self._stirs = 0
+            self._hub.video.got(viewer, request, now)
         elif isinstance(request, AskClock):
             viewer.tell(ToldClock(request.sent, round(now * 1e6)))
         else:

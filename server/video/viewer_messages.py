@@ -26,9 +26,15 @@ class AskClock(msgspec.Struct, frozen=True, tag="clock", tag_field="type"):
 
 
 class Drawn(msgspec.Struct, frozen=True, tag="got", tag_field="type"):
-    """The newest unit that was drawn; all before it are done with as well."""
+    """The newest unit that was drawn; all before it are done with as well.
+
+    `calm`: nothing was late for a while; it says so once a second, and speaks up as soon as something is late or does
+    not come. `overdue`: the next one should have come by now.
+    """
 
     sequence: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
+    calm: bool = False
+    overdue: bool = False
 
 
 class Want(msgspec.Struct, frozen=True, tag="want", tag_field="type"):

@@ -9,13 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from server.video.pacing import GOT_EVERY_S, ViewerPace
+from bench.video.got_cadence import Got, GotCadence
+from server.video.pacing import TRUST_S, ViewerPace
 from server.video.streams import Relayed, Stream
 from wire.video import Codec, Quality, UnitHead
 
 RATE_HZ = 24.0
-GOT_AT_LAST_S = 0.12
-"""The player says then what it has not said."""
 
 
 def picture(sequence: int, size: int, at: float, *, key: bool, bits_per_s: int) -> Relayed:
@@ -45,12 +44,14 @@ class Way:
 
 @dataclass
 class Seen:
-    """What one viewer got: (sequence, key, when it came, how old it was then). `thins`: it says `got` as the console's
-    player does; else for each unit."""
+    """What one viewer got: (sequence, key, when it came, how old it was then). `cadence`: it says `got` as the
+    console's player does; None: for each unit."""
 
-    thins: bool = False
-    said_at: float = float("-inf")
-    unsaid: int | None = None
+    cadence: GotCadence | None = None
+    frozen: bool = False
+    """It draws, and says nothing any more."""
+    said: int = 0
+    looks_at: float = float("inf")
 
     units: list[tuple[int, bool, float, float]] = field(default_factory=list)
 
@@ -74,7 +75,7 @@ class Film:
         heapq.heappush(self._events, (when, next(self._count), what))
 
     def join(self, way: Way, when: float = 0.0, *, thins: bool = False) -> tuple[ViewerPace, Seen]:
-        pace, seen = ViewerPace(), Seen(thins)
+        pace, seen = ViewerPace(), Seen(GotCadence() if thins else None)
 
         def enter(now: float) -> None:
             pace.watch(self.stream, now)
@@ -107,30 +108,30 @@ class Film:
 
             def drawn(at: float, unit: Relayed = unit) -> None:
                 seen.units.append((unit.head.sequence, unit.head.key, at, at - unit.at))
-                if not seen.thins or at - seen.said_at >= GOT_EVERY_S:
-                    self._say(pace, way, seen, unit.head.sequence, at)
-                elif seen.unsaid is None:
-                    seen.unsaid = unit.head.sequence
-                    self.at(seen.said_at + GOT_AT_LAST_S, lambda then: self._say_unsaid(pace, way, seen, then))
-                else:
-                    seen.unsaid = unit.head.sequence
+                if seen.cadence is None:
+                    self._say(pace, way, seen, Got(unit.head.sequence), at)
+                    return
+                seen.cadence.came(unit.head.sequence, at)
+                self._say(pace, way, seen, seen.cadence.drawn(unit.head.sequence, unit.at, RATE_HZ, at), at)
 
             self.at(arrives, drawn)
 
-    def _say_unsaid(self, pace: ViewerPace, way: Way, seen: Seen, now: float) -> None:
-        if seen.unsaid is None:
-            return
-        if now < seen.said_at + GOT_AT_LAST_S - 1e-9:  # something was said meanwhile, and more is unsaid now
-            self.at(seen.said_at + GOT_AT_LAST_S, lambda then: self._say_unsaid(pace, way, seen, then))
-        else:
-            self._say(pace, way, seen, seen.unsaid, now)
+    def _say(self, pace: ViewerPace, way: Way, seen: Seen, said: Got | None, now: float) -> None:
+        if said is not None and not seen.frozen:
+            seen.said += 1
+            self.at(now + way.one_way_s, lambda back: self._got(pace, way, seen, said, back))
+        if seen.cadence is not None and seen.cadence.look_at < seen.looks_at:
+            seen.looks_at = seen.cadence.look_at
+            self.at(seen.looks_at, lambda then: self._look(pace, way, seen, then))
 
-    def _say(self, pace: ViewerPace, way: Way, seen: Seen, sequence: int, now: float) -> None:
-        seen.said_at, seen.unsaid = now, None
-        self.at(now + way.one_way_s, lambda back: self._got(pace, way, seen, sequence, back))
+    def _look(self, pace: ViewerPace, way: Way, seen: Seen, now: float) -> None:
+        assert seen.cadence is not None
+        if now == seen.looks_at:
+            seen.looks_at = float("inf")
+            self._say(pace, way, seen, seen.cadence.look(now), now)
 
-    def _got(self, pace: ViewerPace, way: Way, seen: Seen, sequence: int, now: float) -> None:
-        pace.got(sequence, now)
+    def _got(self, pace: ViewerPace, way: Way, seen: Seen, said: Got, now: float) -> None:
+        pace.got(said.sequence, now, calm=said.calm, overdue=said.overdue)
         self._pump(pace, way, seen, now)
 
 
@@ -265,3 +266,69 @@ def test_on_any_way_what_comes_can_be_decoded_and_no_queue_grows(
     assert pace.in_flight <= group + film.key_size + film.bytes_per_s * (2 * one_way_s + 1.0)
     assert len(film.stream.group) <= every
     assert seen.units or min(rates) < 0.5
+
+
+@pytest.mark.parametrize("one_way_ms", [0, 25, 75])
+def test_who_is_calm_says_little_and_misses_nothing(one_way_ms: int) -> None:
+    film = Film()
+    pace, seen = film.join(Way(lambda _: film.bytes_per_s * 4, one_way_ms / 1000), thins=True)
+    film.run(31)
+    assert pace.skipped == 0
+    assert seen.said < 31 + 12
+    assert max(seen.delays(1)) < 0.07 + one_way_ms / 1000
+
+
+@pytest.mark.parametrize("one_way_ms", [0, 25])
+@pytest.mark.parametrize(("every", "key_size", "size"), [(12, 7_000, 2_000), (24, 8_000, 2_000), (12, 3_000, 2_300)])
+def test_whenever_the_way_of_one_who_was_calm_grows_slow_the_delay_stays_below_a_second(
+    one_way_ms: int, every: int, key_size: int, size: int
+) -> None:
+    for part in range(20):
+        film = Film(every=every, key_size=key_size, size=size)
+        slow_from = 5 + part / 20
+
+        def rate(now: float, film: Film = film, slow_from: float = slow_from) -> float:
+            return film.bytes_per_s * (1 / 3 if slow_from <= now < 12 else 3)
+
+        _, seen = film.join(Way(rate, one_way_ms / 1000), thins=True)
+        film.run(16)
+        assert max(seen.delays(slow_from)) < 0.85
+        assert max(seen.delays(14)) < 0.15
+        assert_decodable(seen)
+
+
+def test_a_standstill_is_told_and_what_waits_for_it_is_little() -> None:
+    film = Film()
+    pace, seen = film.join(Way(lambda now: 400.0 if 5 <= now < 8 else film.bytes_per_s * 2, 0.02), thins=True)
+    most: list[int] = []
+    for tenth in range(51, 80):
+        film.at(tenth / 10, lambda now: most.append(pace.in_flight))
+    film.run(12)
+    assert max(most) < 0.35 * film.bytes_per_s + film.key_size
+    assert max(seen.delays(8.7)) < 0.2
+    assert_decodable(seen)
+
+
+def test_who_was_calm_and_says_nothing_more_is_sent_a_little_more_and_no_end() -> None:
+    film = Film()
+    pace, seen = film.join(Way(lambda _: film.bytes_per_s * 4, 0.01), thins=True)
+    film.at(5.0, lambda now: setattr(seen, "frozen", True))
+    film.run(30)
+    assert len(seen.units) < (5 + TRUST_S + 0.7) * RATE_HZ
+    assert pace.in_flight < (TRUST_S + 0.7) * film.bytes_per_s + film.key_size
+    assert pace.silent_for(30.0) > 20
+
+
+def test_what_says_that_it_is_calm_before_it_got_anything_is_not_trusted_with_everything() -> None:
+    film = Film()
+    film.stream.put(picture(0, 7_000, 0.0, key=True, bits_per_s=450_000))
+    pace = ViewerPace()
+    pace.watch(film.stream, 0.0)
+    sent = 0
+    for number in range(1, 20_000):
+        now = number / RATE_HZ
+        film.stream.put(picture(number, 2_000, now, key=number % 12 == 0, bits_per_s=450_000))
+        pace.got(0xFFFFFFFF, now, calm=True)  # which it was never sent
+        while pace.next_unit(now) is not None:
+            sent += 1
+    assert sent < 2 * RATE_HZ

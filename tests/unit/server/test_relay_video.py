@@ -17,7 +17,7 @@ from server.video.drone_video import LINGER_S
 from server.video.situation import VideoCondition, VideoSituation
 from server.video.streams import StreamKey
 from server.video.viewer import DEAF_AFTER_S, VideoViewer
-from server.video.viewer_messages import MalformedVideoRequest, streams_named
+from server.video.viewer_messages import Drawn, MalformedVideoRequest, streams_named
 from wire.control_messages import ToAgent
 from wire.ids import DroneId, Epoch, UserId
 from wire.video import (
@@ -151,7 +151,7 @@ class Scene:
     def draw(self) -> None:
         drawn, self.drawn = self.drawn, []
         for viewer, sequence in drawn:
-            self.video.got(viewer, sequence, self.now)
+            self.video.got(viewer, Drawn(sequence), self.now)
 
     def wait(self, seconds: float) -> None:
         until = self.now + seconds

@@ -23,6 +23,8 @@ export interface Unit {
   readonly captureUs: number | null;
   readonly width: number;
   readonly height: number;
+  /** Pictures a second, now. */
+  readonly rateHz: number;
   /** A view of the message, not a copy. */
   readonly payload: Uint8Array;
 }
@@ -36,7 +38,9 @@ export function readUnit(message: ArrayBuffer): Unit | null {
   const codec = CODECS[view.getUint8(3)];
   const width = view.getUint16(16, true);
   const height = view.getUint16(18, true);
-  if (view.getUint8(0) !== VERSION || flags & ~(KEY | BREAK) || !quality || !codec || !width || !height) return null;
+  const rateHz = view.getUint16(20, true) / 100;
+  const isOurs = view.getUint8(0) === VERSION && !(flags & ~(KEY | BREAK));
+  if (!isOurs || !quality || !codec || !width || !height || !rateHz) return null;
   // Microseconds since the tower's machine began: exact in a double for 285 years.
   const captureUs = view.getUint32(8, true) + view.getUint32(12, true) * 2 ** 32;
   return {
@@ -48,6 +52,7 @@ export function readUnit(message: ArrayBuffer): Unit | null {
     captureUs: captureUs || null,
     width,
     height,
+    rateHz,
     payload: new Uint8Array(message, HEADER_BYTES),
   };
 }

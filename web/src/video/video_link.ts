@@ -6,6 +6,7 @@
 
 import type { Clock } from '../link/clock';
 import type { SocketLike } from '../link/live';
+import { GotCadence, type Done, type Got } from './got_cadence';
 import { TowerClock } from './tower_clock';
 import { readUnit, type Unit } from './unit';
 import { TOWER_STATES, type CodecName, type QualityName, type TowerState } from './video_types';
@@ -18,10 +19,6 @@ const BACKOFF_MOST_MS = 8_000;
 const REFUSED_RETRY_MS = 5_000;
 /** The tower answers each question for its clock, so that silence means a dead socket. */
 const SILENCE_LIMIT_MS = 6_000;
-/** `got` is left out for what is decoded sooner than so long after the last one (server/video/pacing.py) ... */
-const GOT_EVERY_MS = 75;
-/** ... and said then at the latest. */
-const GOT_AT_LAST_MS = 120;
 const CLOCK_FIRST_MS = 100;
 const CLOCK_FIRST_QUESTIONS = 5;
 const CLOCK_EVERY_MS = 2_000;
@@ -77,9 +74,9 @@ export class VideoLink {
   #socket: SocketLike | null = null;
   #cancelTimer: () => void = () => undefined;
   #cancelQuestion: () => void = () => undefined;
-  #gotAtMs = -Infinity;
-  #unsaid: number | null = null;
-  #cancelUnsaid: () => void = () => undefined;
+  #cadence = new GotCadence();
+  #looksAtMs = Infinity;
+  #cancelLook: () => void = () => undefined;
 
   constructor(wish: Wish, options: VideoLinkOptions) {
     this.#wish = wish;
@@ -106,34 +103,28 @@ export class VideoLink {
     if (isOther) this.#say({ type: 'want', quality: wish.quality, codec: wish.codec });
   }
 
-  /**
-   * All up to this unit was decoded or is not needed: the tower may send as much again. It counts for all before, so
-   * not each is said: with many viewers that is a good part of what they cost the tower.
-   */
-  got(sequence: number): void {
+  /** All up to this unit was decoded or is not needed. The tower is told when it is time to (GotCadence). */
+  got(done: Done): void {
     if (this.#state.phase !== 'open') return;
-    const sinceMs = this.#options.clock.monotonicMs() - this.#gotAtMs;
-    if (sinceMs >= GOT_EVERY_MS) {
-      this.#sayGot(sequence);
-      return;
-    }
-    if (this.#unsaid === null) {
-      this.#cancelUnsaid = this.#options.clock.after(GOT_AT_LAST_MS - sinceMs, () => {
-        if (this.#unsaid !== null) this.#sayGot(this.#unsaid);
-      });
-    }
-    this.#unsaid = sequence;
+    this.#sayGot(this.#cadence.done(done, this.#options.clock.monotonicMs()));
   }
 
-  #sayGot(sequence: number): void {
-    this.#nothingUnsaid();
-    this.#gotAtMs = this.#options.clock.monotonicMs();
-    this.#say({ type: 'got', sequence });
+  #sayGot(got: Got | null): void {
+    if (got) this.#say({ type: 'got', ...got });
+    const lookAtMs = this.#cadence.lookAtMs;
+    if (lookAtMs >= this.#looksAtMs) return;
+    this.#looksAtMs = lookAtMs;
+    this.#cancelLook();
+    this.#cancelLook = this.#options.clock.after(lookAtMs - this.#options.clock.monotonicMs(), () => {
+      this.#looksAtMs = Infinity;
+      this.#sayGot(this.#cadence.look(this.#options.clock.monotonicMs()));
+    });
   }
 
-  #nothingUnsaid(): void {
-    this.#cancelUnsaid();
-    this.#unsaid = null;
+  #forgetGot(): void {
+    this.#cancelLook();
+    this.#looksAtMs = Infinity;
+    this.#cadence = new GotCadence();
   }
 
   #say(message: object): void {
@@ -164,7 +155,9 @@ export class VideoLink {
     this.#watchSilence();
     if (data instanceof ArrayBuffer) {
       const unit = readUnit(data);
-      if (unit) this.#options.onUnit(unit, data.byteLength);
+      if (!unit) return;
+      this.#cadence.came(unit.sequence, this.#options.clock.monotonicMs());
+      this.#options.onUnit(unit, data.byteLength);
     } else if (typeof data === 'string') {
       this.#told(data);
     }
@@ -231,8 +224,7 @@ export class VideoLink {
   #drop(): void {
     this.#cancelTimer();
     this.#cancelQuestion();
-    this.#nothingUnsaid();
-    this.#gotAtMs = -Infinity;
+    this.#forgetGot();
     const socket = this.#socket;
     this.#socket = null;
     if (!socket) return;

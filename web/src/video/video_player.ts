@@ -7,6 +7,7 @@
 
 import type { Clock } from '../link/clock';
 import type { SocketLike } from '../link/live';
+import type { Done } from './got_cadence';
 import type { H264Decoder } from './h264_decoder';
 import type { Mpeg1Decoder } from './mpeg1_decoder';
 import { PictureStats } from './picture_stats';
@@ -60,8 +61,8 @@ export class VideoPlayer {
   #choice: { readonly quality: QualityName; readonly codec: CodecChoice };
   #h264Faults = 0;
   #newest: Decoded | null = null;
-  /** The number of the newest unit that is decoded or not needed, which the tower does not know of yet. */
-  #done: number | null = null;
+  /** The newest unit that is decoded or not needed, which the link does not know of yet. */
+  #done: Done | null = null;
   #isTurnDue = false;
   #isDrawn = false;
   #says: TowerSays | null = null;
@@ -187,7 +188,8 @@ export class VideoPlayer {
   }
 
   #isDoneWith(unit: Unit): void {
-    this.#done = unit.sequence;
+    const { sequence, captureUs, rateHz } = unit;
+    this.#done = { sequence, captureUs, rateHz };
     this.#takeTurn();
   }
 

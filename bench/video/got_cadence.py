@@ -1,0 +1,94 @@
+"""When a viewer says `got`, as the console's player does (web/src/video/got_cadence.ts). Pure: takes `now`.
+
+While all is well it says so now and then, and that is a promise: it speaks up as soon as something is late or does not
+come. What it then says often is what the tower bounds by what is on its way (server/video/pacing.py).
+"""
+
+from typing import Final, NamedTuple
+
+EVERY_S: Final = 0.075
+"""While it is not calm: for the first picture so long after it last said something ..."""
+AT_LAST_S: Final = 0.12
+"""... and then at the latest."""
+CALM_EVERY_S: Final = 1.0
+CALM_AFTER_S: Final = 0.5
+"""Without anything late or missing."""
+LATE_S: Final = 0.04
+"""Later than at its best."""
+OVERDUE_S: Final = 0.05
+"""After the time at which the next picture should have come."""
+BEST_FOR_S: Final = 30.0
+
+
+class Got(NamedTuple):
+    """`calm`: it will say at once when something is late or missing. `overdue`: the next one should have come."""
+
+    sequence: int
+    calm: bool = False
+    overdue: bool = False
+
+
+class GotCadence:
+    """One for each connection. Times in seconds, of one clock; that of capture may be of another one."""
+
+    def __init__(self) -> None:
+        self._said_at = float("-inf")
+        self._promised = False
+        """It last said that it is calm."""
+        self._was_overdue = False
+        """It last said that something should have come."""
+        self._newest: int | None = None
+        self._unsaid = False
+        self._uneasy_at: float | None = None
+        self._next = 0
+        """The sequence that comes next."""
+        self._expected_at = float("inf")
+        self._best_s = self._best_before_s = float("inf")
+        self._best_since = float("-inf")
+
+    def came(self, sequence: int, now: float) -> None:
+        """A unit has come, and is about to be drawn."""
+        if sequence != self._next:
+            self._uneasy_at = now
+        self._next = (sequence + 1) & 0xFFFFFFFF
+
+    def drawn(self, sequence: int, captured_at: float | None, rate_hz: float, now: float) -> Got | None:
+        """This one is done with, and all before it. `captured_at`: None where that is not known."""
+        if self._uneasy_at is None or captured_at is None or self._is_late(now - captured_at, now):
+            self._uneasy_at = now
+        self._newest, self._unsaid = sequence, True
+        self._expected_at = now + 1 / rate_hz + OVERDUE_S
+        calm = now - self._uneasy_at >= CALM_AFTER_S
+        speaks_up = self._was_overdue or (self._promised and not calm)
+        if speaks_up or now - self._said_at >= (CALM_EVERY_S if self._promised else EVERY_S):
+            return self._say(now, calm=calm)
+        return None
+
+    @property
+    def look_at(self) -> float:
+        """When `look` has something to say, if nothing is drawn before; it may be over then, and later."""
+        if self._promised:
+            return self._expected_at
+        return self._said_at + AT_LAST_S if self._unsaid else float("inf")
+
+    def look(self, now: float) -> Got | None:
+        """The time has come."""
+        if self._newest is None or now < self.look_at:
+            return None
+        if self._promised:
+            self._uneasy_at = now
+            return self._say(now, overdue=True)
+        return self._say(now)
+
+    def _say(self, now: float, *, calm: bool = False, overdue: bool = False) -> Got:
+        assert self._newest is not None
+        self._said_at, self._unsaid = now, False
+        self._promised, self._was_overdue = calm, overdue
+        return Got(self._newest, calm, overdue)
+
+    def _is_late(self, took_s: float, now: float) -> bool:
+        if now - self._best_since > BEST_FOR_S:
+            self._best_before_s, self._best_s, self._best_since = self._best_s, took_s, now
+        elif took_s < self._best_s:
+            self._best_s = took_s
+        return took_s - min(self._best_s, self._best_before_s) > LATE_S
