@@ -4,6 +4,7 @@
  * carried out later has flown vehicles away.
  */
 
+import { backoffMs } from './backoff';
 import type { Clock } from './clock';
 import { focusText, pongText, viewportText, watchText, type MapBounds } from './messages';
 import { personFixText, type Located } from './person_fix';
@@ -14,8 +15,6 @@ import { readTowerEvent, type TowerEvent } from './wire_types';
 export const SUBPROTOCOL = 'tower.v1';
 export const CLOSE_SIGNED_OUT = 4401;
 
-const BACKOFF_FIRST_MS = 500;
-const BACKOFF_MOST_MS = 8_000;
 /** The tower says `link` each second for each drone online: with one online, silence means a dead socket. */
 const SILENCE_LIMIT_MS = 6_000;
 /** While the tower pings (twice a second, to whoever flies) silence tells sooner. */
@@ -227,8 +226,7 @@ export class Live {
       this.#state.set({ phase: 'signed-out', failures: 0, retryAtMs: null, why });
       return;
     }
-    const most = Math.min(BACKOFF_MOST_MS, BACKOFF_FIRST_MS * 2 ** Math.min(failures - 1, 10));
-    const delayMs = most * (0.5 + 0.5 * (this.#options.random ?? Math.random)());
+    const delayMs = backoffMs(failures, this.#options.random);
     this.#after(delayMs, () => this.#connect(failures));
     this.#state.set({ phase: 'waiting', failures, retryAtMs: this.#options.clock.nowMs() + delayMs, why: '' });
   }

@@ -4,6 +4,7 @@
  * ever waits for the page.
  */
 
+import { backoffMs } from '../link/backoff';
 import type { Clock } from '../link/clock';
 import type { SocketLike } from '../link/live';
 import { GotCadence, type Done, type Got } from './got_cadence';
@@ -13,8 +14,6 @@ import { TOWER_STATES, type CodecName, type QualityName, type TowerState } from 
 
 export const SUBPROTOCOL = 'tower-video.v1';
 
-const BACKOFF_FIRST_MS = 500;
-const BACKOFF_MOST_MS = 8_000;
 /** The tower said no. That changes when somebody gives the view back, or signs in anew: no hurry. */
 const REFUSED_RETRY_MS = 5_000;
 /** The tower answers each question for its clock, so that silence means a dead socket. */
@@ -208,9 +207,7 @@ export class VideoLink {
     const failures = this.#state.failures + 1;
     this.#drop();
     const isRefused = REFUSALS.has(code);
-    const most = Math.min(BACKOFF_MOST_MS, BACKOFF_FIRST_MS * 2 ** Math.min(failures - 1, 10));
-    const spread = 0.5 + 0.5 * (this.#options.random ?? Math.random)();
-    const delayMs = isRefused ? REFUSED_RETRY_MS : most * spread;
+    const delayMs = isRefused ? REFUSED_RETRY_MS : backoffMs(failures, this.#options.random);
     this.#after(delayMs, () => this.#connect(failures));
     const retryAtMs = this.#options.clock.nowMs() + delayMs;
     this.#become({ phase: isRefused ? 'refused' : 'waiting', failures, retryAtMs, why });
