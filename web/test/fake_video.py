@@ -36,8 +36,8 @@ class FakeCamera:
         """So many units never come."""
         self.close_with = 0
         self.viewers: set[FakeViewer] = set()
-        self.got = 0
-        """So often a viewer said that it has one."""
+        self.drawn = 0
+        """The newest unit that a viewer said it has drawn."""
 
 
 camera = FakeCamera()
@@ -127,7 +127,7 @@ class FakeViewer:
             if said["type"] == "clock":
                 await self.send(type="clock", sent=said["sent"], tower_us=monotonic_us())
             elif said["type"] == "got":
-                camera.got += 1
+                camera.drawn = said["sequence"]
             elif said["type"] == "want":
                 self.asked = {name: said[name] for name in ("quality", "codec")}
 
@@ -159,4 +159,4 @@ async def turn(what: str, value: str) -> dict[str, Any]:
     else:
         setattr(camera, what, int(value))
     codecs = [viewer.asked["codec"] for viewer in camera.viewers]
-    return {"viewers": len(camera.viewers), "codecs": codecs, "got": camera.got}
+    return {"viewers": len(camera.viewers), "codecs": codecs, "drawn": camera.drawn}
