@@ -91,7 +91,8 @@ async def run(hosts: dict[str, tuple[bytes, int]], seed: int) -> None:
         port = ports[said["host"]]
         ways = {UP: port.up, DOWN: port.down}
         if said.get("count"):
-            print(json.dumps({way: [model.passed, model.lost] for way, model in ways.items()}), flush=True)
+            counts = {way: [model.passed, model.lost, model.passed_bytes] for way, model in ways.items()}
+            print(json.dumps(counts), flush=True)
             continue
         for way, model in ways.items():
             if way in said:

@@ -43,6 +43,8 @@ class LinkModel:
         self._last_due = 0.0
         self.lost = 0
         self.passed = 0
+        self.passed_bytes = 0
+        """Whole packets, with all headers from IP on."""
 
     def packet(self, data: bytes, now: float) -> list[tuple[float, bytes]]:
         """When `data`, sent now, arrives: (due time, packet) for each copy of it."""
@@ -64,5 +66,6 @@ class LinkModel:
         else:
             due = self._last_due = max(sent_at + profile.delay_s + jitter * profile.jitter_s, self._last_due)
         self.passed += 1
+        self.passed_bytes += len(data)
         copies = 2 if repeated < profile.duplication else 1
         return [(due, data)] * copies

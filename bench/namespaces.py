@@ -50,12 +50,15 @@ def why_not() -> str | None:
 
 
 class Carried(NamedTuple):
-    """Packets of one access link: those that got through, and those that were lost, each way."""
+    """Packets of one access link, those that got through and those that were lost, each way; and the bytes of those
+    that got through, with all headers from IP on."""
 
     passed_up: int
     lost_up: int
     passed_down: int
     lost_down: int
+    bytes_up: int = 0
+    bytes_down: int = 0
 
 
 class Network:
@@ -103,7 +106,8 @@ class Network:
         if not answer:
             raise RuntimeError("the link emulator has died")
         ways = json.loads(answer)
-        return Carried(*ways["up"], *ways["down"])
+        (passed_up, lost_up, bytes_up), (passed_down, lost_down, bytes_down) = ways["up"], ways["down"]
+        return Carried(passed_up, lost_up, passed_down, lost_down, bytes_up, bytes_down)
 
     async def _say(self, words: dict[str, Any]) -> bytes:
         assert self._emulator is not None and self._emulator.stdin is not None and self._emulator.stdout is not None

@@ -81,11 +81,12 @@ async def test_what_a_link_carried_and_lost_is_counted_each_way() -> None:
         before = await net.carried("drone")
         await net.change("drone", up=Profile(loss=0.5), down=Profile())
         trips = await round_trips(net, 20)
-        up, lost_up, down, lost_down = (
+        up, lost_up, down, lost_down, bytes_up, bytes_down = (
             late - early for late, early in zip(await net.carried("drone"), before, strict=True)
         )
         assert up + lost_up == 20 and lost_down == 0
         assert up == down == len(trips) < 20
+        assert 29 * up <= bytes_up == bytes_down <= 30 * up
 
 
 async def test_tcp_works_through_loss(tmp_path: Any) -> None:
