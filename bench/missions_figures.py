@@ -50,7 +50,9 @@ class Figures:
         if key in self.counts:
             self.report.add(case, "values", self.counts[key], "count")
         if key in self.carried:
-            up, lost_up, down, lost_down, *_ = (statistics.mean(column) for column in zip(*self.carried[key], strict=True))
+            up, lost_up, down, lost_down, *_ = (
+                statistics.mean(column) for column in zip(*self.carried[key], strict=True)
+            )
             self.report.add(case, "packets from the drone, a round", up + lost_up, "count")
             self.report.add(case, "of these lost", lost_up, "count")
             self.report.add(case, "packets to the drone, a round", down + lost_down, "count")
