@@ -261,6 +261,45 @@ def test_a_file_over_and_over_at_its_own_pace(tmp_path: Path, name: str) -> None
     assert abs(apart_us - 20_000).max() <= 1000 or max(apart_us) > 500_000  # unless this machine stood still
 
 
+def test_an_http_camera_whose_pictures_are_too_large_is_lost_with_both_sizes_and_stays_so(
+    http_world: HttpWorld,
+) -> None:
+    watched = Watched(f"http://127.0.0.1:{http_world.port}/")
+    large = cv2.imencode(".jpg", np.zeros((8000, 8000), np.uint8))[1].tobytes()
+    part = b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n" % len(large) + large
+    states = set()
+    for _ in range(3):
+        http_world.wait()
+        with contextlib.suppress(OSError):  # it may have seen enough before all has been sent
+            http_world.sockets[-1].sendall(part)
+        watched.until(lambda: "8000 x 8000 pixels are too large, the most is 9.4 million" in watched.camera.words)
+        states.add(watched.camera.state)
+    assert states == {CameraState.LOST}
+    assert watched.camera.newest() is None
+    assert watched.camera.stop()
+
+
+@pytest.mark.parametrize(
+    ("name", "codec", "words"),
+    [
+        ("film.mp4", "libx264", "pictures of 4096 x 2320 pixels are too large, the most is"),
+        ("film.avi", "mjpeg", "its pictures cannot be decoded, or are too large: the most is"),  # FFmpeg says no size
+    ],
+)
+def test_a_film_whose_pictures_are_too_large(tmp_path: Path, name: str, codec: str, words: str) -> None:
+    with av.open(str(tmp_path / name), "w") as film:
+        stream = film.add_stream(codec, rate=25)
+        stream.width, stream.height = 4096, 2320
+        stream.pix_fmt = "yuvj420p" if codec == "mjpeg" else "yuv420p"
+        film.mux(stream.encode(av.VideoFrame.from_ndarray(np.zeros((3480, 4096), np.uint8), format=stream.pix_fmt)))
+        film.mux(stream.encode(None))
+    source = make_source(f"file:{tmp_path}/{name}")
+    with pytest.raises(CameraLost, match=f"{name}: {words} 9.4 million"):
+        source.open(PictureWish())
+        source.read()
+    source.close()
+
+
 def test_a_file_that_is_none(tmp_path: Path) -> None:
     with pytest.raises(CameraLost, match="No such file"):
         make_source(f"file:{tmp_path / 'nothing.mp4'}").open(PictureWish())

@@ -16,6 +16,7 @@ from onboard_agent.video.sources.arrival_clock import ArrivalClock
 from onboard_agent.video.sources.decoding import JpegDecoder
 from onboard_agent.video.sources.multipart import Malformed, MultipartPictures, Part
 from onboard_agent.video.sources.network import NetworkSource
+from onboard_agent.video.sources.picture_size import TooLarge
 from onboard_agent.video.sources.source import (
     OPEN_PATIENCE_S,
     READ_PATIENCE_S,
@@ -76,12 +77,11 @@ class HttpCamera(Source):
             data = self._answer.read1(_READ_BYTES)
             if not data:
                 raise CameraLost(f"{self.name}: has closed the connection")
-            parts = self._parts.feed(data, now_us())
+            taken = self._newest(self._parts.feed(data, now_us()))
         except (OSError, http.client.HTTPException) as error:
             raise CameraLost(f"{self.name}: {_words(error)}") from None
-        except Malformed as error:
+        except (Malformed, TooLarge) as error:
             raise CameraLost(f"{self.name}: {error}") from None
-        taken = self._newest(parts)
         now = time.monotonic()
         if taken is not None:
             self._whole_at = now

@@ -8,7 +8,7 @@ from typing import Final
 import av
 from av.container import InputContainer
 
-from onboard_agent.video.sources.decoding import hold_nothing, lost
+from onboard_agent.video.sources.decoding import SIZE_BOUND, check_stream, hold_nothing, lost, lost_while_decoding
 from onboard_agent.video.sources.source import CameraLost, PictureWish, Source, Taken, now_us
 
 _RATE_HZ: Final = 25.0
@@ -31,11 +31,10 @@ class LoopedFile(Source):
 
     def open(self, wish: PictureWish) -> None:
         try:
-            self._container = av.open(str(self._path))
+            self._container = av.open(str(self._path), options=SIZE_BOUND)
         except (av.FFmpegError, OSError, ValueError) as error:
             raise lost(self.name, error) from error
-        if not self._container.streams.video:
-            raise CameraLost(f"{self.name}: has no pictures")
+        check_stream(self.name, self._container)
         self._frames = self._for_ever(self._container)
         self._began_us = now_us()
 
@@ -44,7 +43,7 @@ class LoopedFile(Source):
             if self._next is None:
                 self._next = next(self._frames, None)
         except (av.FFmpegError, OSError) as error:
-            raise lost(self.name, error) from error
+            raise lost_while_decoding(self.name, error) from error
         if self._next is None:
             raise CameraLost(f"{self.name}: has no pictures")
         frame, at_us = self._next

@@ -9,7 +9,7 @@ import av
 from av.container import InputContainer
 
 from onboard_agent.video.sources.arrival_clock import ArrivalClock
-from onboard_agent.video.sources.decoding import hold_nothing, lost
+from onboard_agent.video.sources.decoding import SIZE_BOUND, check_stream, hold_nothing, lost, lost_while_decoding
 from onboard_agent.video.sources.source import (
     OPEN_PATIENCE_S,
     READ_PATIENCE_S,
@@ -51,20 +51,19 @@ class NetworkSource(Source):
         self._taken: Iterator[Taken] = iter(())
 
     def open(self, wish: PictureWish) -> None:
-        options = {**_NO_WAITING, **_BY_SCHEME.get(urlsplit(self._address).scheme, {})}
+        options = {**_NO_WAITING, **SIZE_BOUND, **_BY_SCHEME.get(urlsplit(self._address).scheme, {})}
         try:
             self._container = av.open(self._address, options=options, timeout=(OPEN_PATIENCE_S, READ_PATIENCE_S))
         except (av.FFmpegError, OSError, ValueError) as error:
             raise lost(self.name, error) from error
-        if not self._container.streams.video:
-            raise CameraLost(f"{self.name}: has no pictures")
+        check_stream(self.name, self._container)
         self._taken = self._pictures(self._container, ArrivalClock() if self._has_stamps else None)
 
     def read(self) -> Taken | None:
         try:
             taken = next(self._taken, None)
         except (av.FFmpegError, OSError) as error:
-            raise lost(self.name, error) from error
+            raise lost_while_decoding(self.name, error) from error
         if taken is None:
             raise CameraLost(f"{self.name}: has ended")
         return taken

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import parse_qsl, urlsplit
 
 from onboard_agent.unusable import Unusable
+from onboard_agent.video.sources.picture_size import TooLarge, check_size
 
 if TYPE_CHECKING:
     from onboard_agent.video.sources.source import Source
@@ -180,4 +181,9 @@ def _mode(name: str, query: str) -> Mode:
         given[key] = int(value)
     if ("width" in given) != ("height" in given):
         raise Unusable(f"{name}: width and height go together")
-    return Mode(given.get("width", 0), given.get("height", 0), given.get("rate", 0))
+    mode = Mode(given.get("width", 0), given.get("height", 0), given.get("rate", 0))
+    try:
+        check_size(mode.width, mode.height)
+    except TooLarge as error:
+        raise Unusable(f"{name}: {error}") from None
+    return mode

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from onboard_agent.video.sources.decoding import JpegDecoder
+from onboard_agent.video.sources.picture_size import TooLarge, check_size
 from onboard_agent.video.sources.schemes import Mode
 from onboard_agent.video.sources.source import CameraLost, PictureWish, Source, Taken, now_us
 
@@ -66,6 +67,10 @@ class V4l2Source(Source):
         capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._mode.height or wish.height)
         capture.set(cv2.CAP_PROP_FPS, self._mode.rate_hz or wish.rate_hz)
         capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
+        try:  # what the driver has made of that: before the first picture is fetched
+            check_size(int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
+        except TooLarge as error:
+            raise CameraLost(f"{self.name}: {error}") from None
         self._fourcc = _fourcc_name(int(capture.get(cv2.CAP_PROP_FOURCC)))
         self._decoder = JpegDecoder()
 
@@ -77,7 +82,12 @@ class V4l2Source(Source):
         whole, pixels = capture.retrieve()
         if not whole or pixels is None:
             return None
-        frame = self._frame(np.asarray(pixels, dtype=np.uint8))
+        try:
+            frame = self._frame(np.asarray(pixels, dtype=np.uint8))
+            if frame is not None:
+                check_size(frame.width, frame.height)
+        except TooLarge as error:
+            raise CameraLost(f"{self.name}: {error}") from None
         return None if frame is None else Taken(frame, self._taken_us(capture, here_us))
 
     def close(self) -> None:

@@ -43,6 +43,7 @@ def test_a_source_of_each_kind(text: str, kind: type) -> None:
         ("v4l2:", "expected /dev/video0"),
         ("v4l2:/dev/video0?width=640", "width and height go together"),
         ("v4l2:/dev/video0?width=0&height=0", "width is to be a whole number from 1 to 8192"),
+        ("v4l2:/dev/video0?width=8000&height=8000", "8000 x 8000 pixels are too large, the most is 9.4 million"),
         ("v4l2:/dev/video0?rate=fast", "rate is to be a whole number from 1 to 240"),
         ("v4l2:/dev/video0?colour=red", "'colour' is not known; known: width, height, rate"),
         ("v4l2:/dev/video0?nonsense", "width=W"),

@@ -26,6 +26,7 @@ class FakeCapture:
         self.fourcc = fourcc
         self.stamp_us: int | None = None
         self.released = False
+        self.size = (0, 0)
 
     def isOpened(self) -> bool:
         return self.opened
@@ -39,6 +40,8 @@ class FakeCapture:
             return float(int.from_bytes(self.fourcc.encode(), "little"))
         if what == cv2.CAP_PROP_POS_MSEC:
             return (now_us() if self.stamp_us is None else self.stamp_us) / 1000
+        if what in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT):
+            return float(self.size[what == cv2.CAP_PROP_FRAME_HEIGHT])
         return 0.0
 
     def grab(self) -> bool:
@@ -136,6 +139,18 @@ def test_why_it_cannot_be_used_is_said(tmp_path: Path) -> None:
         opened(tmp_path, FakeCapture(None, "", opened=False))
     with pytest.raises(CameraLost, match="gives H264, which we cannot read"):
         opened(tmp_path, FakeCapture(PLANAR, "H264")).read()
+
+
+def test_pictures_that_are_too_large_are_refused_before_the_first_is_fetched(tmp_path: Path) -> None:
+    capture = FakeCapture(None, "MJPG")
+    capture.size = (8000, 8000)
+    with pytest.raises(
+        CameraLost, match=r"v4l2:video0: pictures of 8000 x 8000 pixels are too large, the most is 9\.4"
+    ):
+        opened(tmp_path, capture)
+    large = cv2.imencode(".jpg", np.zeros((4096, 4096, 3), np.uint8))[1].reshape(1, -1)
+    with pytest.raises(CameraLost, match="4096 x 4096"):  # the driver did not say so
+        opened(tmp_path, FakeCapture(large, "MJPG")).read()
 
 
 def test_opencv_itself_on_what_is_no_camera(tmp_path: Path) -> None:
