@@ -21,11 +21,13 @@ BEST_FOR_S: Final = 30.0
 
 
 class Got(NamedTuple):
-    """`calm`: it will say at once when something is late or missing. `overdue`: the next one should have come."""
+    """`calm`: it will say at once when something is late or missing. `overdue`: the next one should have come.
+    `held_s`: it was drawn so long before this is said."""
 
     sequence: int
     calm: bool = False
     overdue: bool = False
+    held_s: float = 0.0
 
 
 class GotCadence:
@@ -39,6 +41,7 @@ class GotCadence:
         """It last said that something should have come."""
         self._newest: int | None = None
         self._unsaid = False
+        self._drawn_at = 0.0
         self._uneasy_at: float | None = None
         self._next = 0
         """The sequence that comes next."""
@@ -56,7 +59,7 @@ class GotCadence:
         """This one is done with, and all before it. `captured_at`: None where that is not known."""
         if self._uneasy_at is None or captured_at is None or self._is_late(now - captured_at, now):
             self._uneasy_at = now
-        self._newest, self._unsaid = sequence, True
+        self._newest, self._unsaid, self._drawn_at = sequence, True, now
         self._expected_at = now + 1 / rate_hz + OVERDUE_S
         calm = now - self._uneasy_at >= CALM_AFTER_S
         speaks_up = self._was_overdue or (self._promised and not calm)
@@ -84,7 +87,7 @@ class GotCadence:
         assert self._newest is not None
         self._said_at, self._unsaid = now, False
         self._promised, self._was_overdue = calm, overdue
-        return Got(self._newest, calm, overdue)
+        return Got(self._newest, calm, overdue, now - self._drawn_at)
 
     def _is_late(self, took_s: float, now: float) -> bool:
         if now - self._best_since > BEST_FOR_S:

@@ -69,6 +69,7 @@ class UnitViewer:
     def _say(self, said: Got | None) -> None:
         if said is not None:
             more = ',"calm":true' if said.calm else ',"overdue":true' if said.overdue else ""
+            more += f',"held_ms":{said.held_s * 1000:.0f}' if said.held_s else ""
             self._browser.send_text(f'{{"type":"got","sequence":{said.sequence}{more}}}')
         look_at = self._cadence.look_at
         if look_at < self._looks_at:

@@ -87,7 +87,8 @@ class VideoDesk:
 
     def got(self, viewer: VideoViewer, drawn: Drawn, now: float) -> None:
         """The viewer has drawn a unit: there may be room for more."""
-        viewer.pace.got(drawn.sequence, now, calm=drawn.calm, overdue=drawn.overdue)
+        held_s = drawn.held_ms / 1000
+        viewer.pace.got(drawn.sequence, now, calm=drawn.calm, overdue=drawn.overdue, held_s=held_s)
         viewer.pump(self.traffic, now)
 
     def _watch(self, viewer: VideoViewer, now: float) -> None:

@@ -124,11 +124,11 @@ class ViewerPace:
             return None
         return self._send(unit, now) if not self._sent or self._has_way_for(unit, now) else None
 
-    def got(self, sequence: int, now: float, *, calm: bool = False, overdue: bool = False) -> None:
+    def got(self, sequence: int, now: float, *, calm: bool = False, overdue: bool = False, held_s: float = 0.0) -> None:
         """The viewer has drawn this one, and is done with all before it. Nothing for one that is not open.
 
         `calm`: it has seen nothing late for a while, and says at once when it does. `overdue`: the next one should have
-        come by now.
+        come by now. `held_s`: it drew it so long before it said so.
         """
         self._is_overdue, self.is_held_up = overdue, False
         if not calm and self._trusted_until != _LONG_AGO:
@@ -146,7 +146,7 @@ class ViewerPace:
             self._delivered += size
             if number == sequence:
                 break
-        took_s = now - at
+        took_s = max(0.0, now - at - held_s)
         self._drawn_sent_at = at
         if self._best_s == _NOT_KNOWN and took_s < FIRST_DRAWN_S:
             self._catches_up_until = max(self._catches_up_until, now + CATCH_UP_S)

@@ -29,12 +29,13 @@ class Drawn(msgspec.Struct, frozen=True, tag="got", tag_field="type"):
     """The newest unit that was drawn; all before it are done with as well.
 
     `calm`: nothing was late for a while; it says so once a second, and speaks up as soon as something is late or does
-    not come. `overdue`: the next one should have come by now.
+    not come. `overdue`: the next one should have come by now. `held_ms`: it was drawn so long before this is said.
     """
 
     sequence: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
     calm: bool = False
     overdue: bool = False
+    held_ms: Annotated[float, msgspec.Meta(ge=0, le=10_000)] = 0.0
 
 
 class Want(msgspec.Struct, frozen=True, tag="want", tag_field="type"):

@@ -131,7 +131,7 @@ class Film:
             self._say(pace, way, seen, seen.cadence.look(now), now)
 
     def _got(self, pace: ViewerPace, way: Way, seen: Seen, said: Got, now: float) -> None:
-        pace.got(said.sequence, now, calm=said.calm, overdue=said.overdue)
+        pace.got(said.sequence, now, calm=said.calm, overdue=said.overdue, held_s=said.held_s)
         self._pump(pace, way, seen, now)
 
 

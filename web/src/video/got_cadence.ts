@@ -24,11 +24,15 @@ const BEST_FOR_MS = 30_000;
 
 export type Done = Pick<Unit, 'sequence' | 'captureUs' | 'rateHz'>;
 
-/** `calm`: it will say at once when something is late or missing. `overdue`: the next one should have come. */
+/**
+ * `calm`: it will say at once when something is late or missing. `overdue`: the next one should have come. `held_ms`: it
+ * was drawn so long before this is said.
+ */
 export interface Got {
   readonly sequence: number;
   readonly calm?: true;
   readonly overdue?: true;
+  readonly held_ms?: number;
 }
 
 export class GotCadence {
@@ -39,6 +43,7 @@ export class GotCadence {
   #wasOverdue = false;
   #newest: number | null = null;
   #isUnsaid = false;
+  #doneAtMs = 0;
   #uneasyAtMs: number | null = null;
   /** The sequence that comes next. */
   #next = 0;
@@ -60,6 +65,7 @@ export class GotCadence {
     }
     this.#newest = sequence;
     this.#isUnsaid = true;
+    this.#doneAtMs = nowMs;
     this.#expectedAtMs = nowMs + 1000 / rateHz + OVERDUE_MS;
     const isCalm = nowMs - this.#uneasyAtMs >= CALM_AFTER_MS;
     const speaksUp = this.#wasOverdue || (this.#promised && !isCalm);
@@ -78,9 +84,10 @@ export class GotCadence {
   look(nowMs: number): Got | null {
     const sequence = this.#newest;
     if (sequence === null || nowMs < this.lookAtMs) return null;
-    if (!this.#promised) return this.#say({ sequence }, nowMs);
+    const held_ms = Math.round(nowMs - this.#doneAtMs);
+    if (!this.#promised) return this.#say({ sequence, held_ms }, nowMs);
     this.#uneasyAtMs = nowMs;
-    return this.#say({ sequence, overdue: true }, nowMs);
+    return this.#say({ sequence, overdue: true, held_ms }, nowMs);
   }
 
   #say(got: Got, nowMs: number): Got {

@@ -69,7 +69,9 @@ describe('what a viewer says of what it has drawn', () => {
     const newestMs = nowMs;
     said = [];
     until(newestMs + 3_000);
-    expect(said).toEqual([{ atMs: newestMs + PICTURE_MS + 50, got: { sequence: 39, overdue: true } }]);
+    expect(said).toEqual([
+      { atMs: newestMs + PICTURE_MS + 50, got: { sequence: 39, overdue: true, held_ms: PICTURE_MS + 50 } },
+    ]);
     draw(1);
     expect(said.at(-1)).toEqual({ atMs: newestMs + 3_000, got: { sequence: 40 } });
   });
@@ -93,7 +95,7 @@ describe('what a viewer says of what it has drawn', () => {
     expect(said.map(({ got }) => got.sequence)).toEqual([0]);
     until(nowMs + 1_000);
     expect(said.map(({ got }) => got.sequence)).toEqual([0, 1]);
-    expect(said[1]!.atMs).toBe(20 + 120);
+    expect(said[1]).toEqual({ atMs: 20 + 120, got: { sequence: 1, held_ms: 120 - PICTURE_MS } });
   });
 
   it('follows the best way of the last half minute or more, not of all times', () => {
