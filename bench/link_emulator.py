@@ -34,7 +34,8 @@ class Emulator:
     def __init__(self, ports: dict[bytes, Port]) -> None:
         """`ports` by the host's IPv4 address, four bytes."""
         self._ports = ports
-        self._waiting: list[tuple[float, int, bytes, Port]] = []
+        self._waiting: list[tuple[float, int, bytes, Port, bool]] = []
+        """(when, in which order, packet, receiver, whether it has been down the receiver's link)."""
         self._count = 0
         self._loop = asyncio.get_running_loop()
         self._alarm: asyncio.TimerHandle | None = None
@@ -54,15 +55,22 @@ class Emulator:
             if receiver is None:
                 continue
             for due, copy in port.up.packet(packet, now):
-                for later, delivered in receiver.down.packet(copy, due):
-                    self._count += 1
-                    heapq.heappush(self._waiting, (later, self._count, delivered, receiver))
+                self._wait(due, copy, receiver, is_down=False)
         self._deliver()
+
+    def _wait(self, due: float, packet: bytes, receiver: Port, *, is_down: bool) -> None:
+        self._count += 1
+        heapq.heappush(self._waiting, (due, self._count, packet, receiver, is_down))
 
     def _deliver(self) -> None:
         now = self._loop.time()
         while self._waiting and self._waiting[0][0] <= now + SPIN_S:
-            _, _, packet, port = heapq.heappop(self._waiting)
+            due, _, packet, port, is_down = heapq.heappop(self._waiting)
+            if not is_down:
+                # Only now, as what comes there first from others goes down first.
+                for later, copy in port.down.packet(packet, due):
+                    self._wait(later, copy, port, is_down=True)
+                continue
             try:
                 os.write(port.descriptor, packet)
             except (BlockingIOError, OSError):

@@ -53,9 +53,9 @@ async def listening(net: Network) -> None:
     assert await asyncio.wait_for(echo.stdout.readline(), 20) == b"listening\n"
 
 
-async def round_trips(net: Network, count: int) -> list[float]:
+async def round_trips(net: Network, count: int, host: str = "drone") -> list[float]:
     asking = await net.run_in(
-        "drone", sys.executable, "-c", ASK, net.address("tower"), str(count), stdout=asyncio.subprocess.PIPE
+        host, sys.executable, "-c", ASK, net.address("tower"), str(count), stdout=asyncio.subprocess.PIPE
     )
     said, _ = await asyncio.wait_for(asking.communicate(), 60)
     answer: list[float] = json.loads(said)
@@ -73,6 +73,16 @@ async def test_round_trips_take_as_long_as_the_profile_says_and_a_change_counts_
         assert await round_trips(net, 1) == []
         await net.change("drone", Profile())
         assert statistics.median(await round_trips(net, 10)) < 0.03
+
+
+async def test_nobody_waits_for_packets_of_others_that_are_still_on_a_longer_way() -> None:
+    async with emulated_network({"browser": Profile(delay_s=0.3)}) as net:
+        await listening(net)
+        far = asyncio.create_task(round_trips(net, 4, "browser"))
+        near = await round_trips(net, 200)
+        assert statistics.median(near) < 0.03
+        assert max(near) < 0.25
+        assert min(await far) >= 0.599
 
 
 async def test_what_a_link_carried_and_lost_is_counted_each_way() -> None:
