@@ -16,6 +16,7 @@ from typing import Final
 import uvicorn
 from fastapi import FastAPI
 
+from server.beats import BEAT_S, rest
 from server.direct_websocket import DirectWebSocket
 from server.garbage import settle_memory
 from server.tower import Tower
@@ -24,6 +25,7 @@ from server.upgrading_http import UpgradingHttp
 LARGEST_MESSAGE_BYTES: Final = 64 * 1024
 """Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is for telling why it was refused."""
 GRACE_S: Final = 2
+_TICKS_A_DAY: Final = 864_000
 
 
 class TowerServer(uvicorn.Server):
@@ -64,6 +66,12 @@ class TowerServer(uvicorn.Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
         self._on_listening()
+
+    async def main_loop(self) -> None:
+        ticks = 0
+        while not await self.on_tick(ticks):
+            await rest(BEAT_S)
+            ticks = (ticks + 1) % _TICKS_A_DAY
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         tower: Tower = self._app.state.tower

@@ -5,7 +5,6 @@ Every rule takes a session of `Database.writing()`, so that a rule and its audit
 
 from __future__ import annotations
 
-import asyncio
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final
@@ -18,6 +17,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.accounts.users import get_user
 from server.audit.deed import Deed
 from server.audit.trail import TOWER
+from server.beats import rest
 from server.clock import Clock
 from server.database import Database
 from server.fleet.drones import get_drone
@@ -106,7 +106,7 @@ class LoanKeeper:
                     await self._write()
                 except (SQLAlchemyError, OSError) as error:
                     _log.error("loan_end_not_written", error=type(error).__name__)
-            await asyncio.sleep(LOOK_EVERY_S)
+            await rest(LOOK_EVERY_S)
 
     async def _write(self) -> None:
         now = self._clock()

@@ -8,6 +8,7 @@ from typing import Final
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
+from server.beats import rest
 from server.clock import Clock
 from server.database import Database
 from server.fleet.live_picture import LivePicture
@@ -44,7 +45,7 @@ class Roster:
         """Runs until cancelled. A database out of reach is said once, not every second; the fleet stays as it is."""
         in_reach = True
         while True:
-            await asyncio.sleep(self._poll_s)
+            await rest(self._poll_s)
             try:
                 async with self._database.reading() as session:
                     newest = await read_revision(session)

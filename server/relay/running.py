@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Final
 
+from server.beats import rest
 from server.garbage import FullSearch
 from server.relay.data_endpoint import DataEndpoint, open_data_endpoint
 from server.relay.hub import Hub
@@ -36,8 +37,7 @@ async def _beat(hub: Hub) -> None:
     ticks = 0
     search = FullSearch(time.monotonic())
     while True:
-        due_at = time.monotonic() + TICK_S
-        await asyncio.sleep(TICK_S)
+        due_at = await rest(TICK_S)
         now = time.monotonic()
         hub.traffic.loop_late.observe(max(0.0, now - due_at))
         hub.tick(now)

@@ -1,11 +1,11 @@
 """Watches whether the sign-in of an open connection still stands."""
 
-import asyncio
 import time
 from collections.abc import Callable
 from typing import Final
 
 from server.accounts.sessions import Principal
+from server.beats import rest
 from server.clock import Clock
 from server.relay.viewer_sign_in import StillSignedIn
 
@@ -19,7 +19,7 @@ async def watch_session(
     """Returns when it has ended, after `over` was called."""
     asked, expires_at = time.monotonic(), viewer.expires_at
     while True:
-        await asyncio.sleep(SESSION_CHECK_EVERY_S)
+        await rest(SESSION_CHECK_EVERY_S)
         expired = clock() >= expires_at
         if expired or time.monotonic() - asked >= ASK_DATABASE_EVERY_S:
             asked = time.monotonic()

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
 from collections import deque
 from typing import Final
+
+from server.beats import rest
 
 LOOK_EVERY_S: Final = 0.5
 REMEMBERED: Final = 120
@@ -19,8 +20,7 @@ class LoopLag:
     async def watch(self) -> None:
         """Until cancelled."""
         while True:
-            due = time.monotonic() + LOOK_EVERY_S
-            await asyncio.sleep(LOOK_EVERY_S)
+            due = await rest(LOOK_EVERY_S)
             self._late_s.append(max(0.0, time.monotonic() - due))
 
     @property

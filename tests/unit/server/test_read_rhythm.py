@@ -15,6 +15,7 @@ def in_company() -> ReadRhythm:
     rhythm = ReadRhythm()
     assert rhythm.came(1.0) is None
     assert rhythm.came(1.001) is None
+    assert rhythm.came(1.002) is None
     return rhythm
 
 
@@ -28,8 +29,29 @@ def test_one_agent_that_sends_at_every_deadline_is_never_delayed() -> None:
     assert [rhythm.came(number * 0.010) for number in range(100)] == [None] * 100
 
 
-def test_after_two_close_together_the_next_one_begins_a_rest() -> None:
-    assert in_company().came(1.002) == LONGEST_REST_S
+def test_after_three_close_together_the_next_one_begins_a_rest() -> None:
+    assert in_company().came(1.003) == LONGEST_REST_S
+
+
+def test_pairs_are_no_company() -> None:
+    rhythm = ReadRhythm()
+    moments = [second / 10 + late for second in range(100) for late in (0.0, 0.001)]
+    assert [rhythm.came(moment) for moment in moments] == [None] * 200
+
+
+def test_rests_that_bring_pairs_at_most_come_to_an_end() -> None:
+    rhythm = in_company()
+    for number in range(PATIENCE):
+        assert rhythm.came(2.0 + number) == LONGEST_REST_S
+        assert rhythm.rested(1 + number % 2) is None
+    assert rhythm.came(20.0) is None
+
+
+def test_one_round_of_three_keeps_the_rests_going() -> None:
+    rhythm = in_company()
+    for number in range(4 * PATIENCE):
+        assert rhythm.came(2.0 + number) == LONGEST_REST_S
+        assert rhythm.rested(2 if (number + 1) % PATIENCE else 3) is None
 
 
 def test_after_a_round_of_several_the_next_rest_begins_at_once_and_after_a_pair_with_what_comes() -> None:
