@@ -10,21 +10,18 @@ import logging
 import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 import msgspec
 
+from onboard_agent.video.child_watch import LOOK_EVERY_S, ChildWatch, Verdict, state_of
 from onboard_agent.video.desk import VideoDesk
 from onboard_agent.video.lines import LARGEST_LINE_BYTES, BadLine, SetUp, Watched, decode_from_child, encode_line
 
 _log = logging.getLogger(__name__)
 
 COMMAND: Final = (sys.executable, "-m", "onboard_agent.video")
-LOOK_EVERY_S: Final = 0.25
-FIRST_WORD_WITHIN_S: Final = 30.0
-"""A small computer that reads all libraries from a memory card."""
-SILENT_S: Final = 6.0
-"""Several reports were due by then: it hangs."""
 END_WITHIN_S: Final = 2.0
 GONE_WITHIN_S: Final = 2.0
 """After it was killed. One that hangs in a camera's driver goes when the driver lets it; the end of the agent does not
@@ -50,8 +47,7 @@ class VideoChild:
         self._process: asyncio.subprocess.Process | None = None
         self._last: asyncio.subprocess.Process | None = None
         self._told = Watched()
-        self._heard_at = 0.0
-        self._first_word = False
+        self._well = ChildWatch(self._loop.time())
         self.starts = 0
         """How often one was started."""
 
@@ -106,7 +102,7 @@ class VideoChild:
             return f"cannot be started: {error.strerror or error}"
         self.starts += 1
         self._process, self._told = process, Watched()
-        self._heard_at, self._first_word = self._loop.time(), False
+        self._well = ChildWatch(self._loop.time())
         reading = asyncio.create_task(self._read(process))
         try:
             self._write(encode_line(msgspec.structs.replace(self._set_up, link=self._desk.link)))
@@ -124,10 +120,14 @@ class VideoChild:
                 return reading.result()
             if not self._desk.should_run(now):
                 return ""
-            patience_s = SILENT_S if self._first_word else FIRST_WORD_WITHIN_S
-            if now - self._heard_at > patience_s:
+            well = self._well
+            verdict = well.look(_states(process.pid) if well.is_silent else "", now)
+            if verdict is Verdict.HUNG:
                 _kill(process)
-                return f"hangs: it has said nothing for {now - self._heard_at:.0f} s"
+                return f"hangs: it has said nothing for {well.silent_s:.1f} s"
+            if verdict is Verdict.SILENT:
+                self._desk.silent()
+                self._changed()
             assert process.stdin is not None
             if process.stdin.transport.get_write_buffer_size() > LARGEST_LINE_BYTES:
                 _kill(process)
@@ -145,7 +145,7 @@ class VideoChild:
                 report = decode_from_child(line)
             except (BadLine, ValueError) as error:
                 return f"said what cannot be understood: {error}"
-            self._heard_at, self._first_word = self._loop.time(), True
+            self._well.heard()
             self._desk.reported(report)
             self._changed()
 
@@ -158,6 +158,14 @@ class VideoChild:
         assert self._process is not None and self._process.stdin is not None
         with contextlib.suppress(OSError, RuntimeError):  # it has just ended: that is seen where it is read
             self._process.stdin.write(line)
+
+
+def _states(pid: int) -> str:
+    """As ChildWatch.look takes them."""
+    try:
+        return "".join(state_of(file.read_text()) for file in Path(f"/proc/{pid}/task").glob("*/stat"))
+    except OSError:
+        return ""
 
 
 async def _end(process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> None:

@@ -18,6 +18,7 @@ CAN_BE_MADE: Final[tuple[Codec, ...]] = (Codec.MPEG1, Codec.H264)
 """Until the video process has looked: PyAV has an encoder for both."""
 
 STOPPED_WORDS: Final = "The camera's process on the drone ended and is started again."
+SILENT_WORDS: Final = "The camera's process on the drone does not answer."
 
 
 class VideoDesk:
@@ -30,6 +31,7 @@ class VideoDesk:
         self._watched_until: float | None = None
         self._report: Report | None = None
         self._lost_words = ""
+        self._is_silent = False
         self._codecs = CAN_BE_MADE
         self._told: VideoState | None = None
         self.link: Remembered | None = None
@@ -77,18 +79,22 @@ class VideoDesk:
 
     def reported(self, report: Report) -> None:
         """The video process says how it is."""
-        self._report, self._lost_words = report, ""
+        self._report, self._lost_words, self._is_silent = report, "", False
         self.link = report.link if self._linked else None
         if report.codecs:
             self._codecs = report.codecs
 
+    def silent(self) -> None:
+        """The video process should have said something by now: no pictures come until it does."""
+        self._is_silent = True
+
     def ended(self, words: str = STOPPED_WORDS) -> None:
         """The video process is gone, and was not to go."""
-        self._report, self._lost_words = None, words
+        self._report, self._lost_words, self._is_silent = None, words, False
 
     def stopped(self) -> None:
         """The video process was told to go."""
-        self._report, self._lost_words = None, ""
+        self._report, self._lost_words, self._is_silent = None, "", False
 
     # -- to the tower ----------------------------------------------------------------------------------------------
 
@@ -110,4 +116,6 @@ class VideoDesk:
         if self._report is None or self._report.camera is CameraState.IDLE:
             return VideoState(camera=CameraState.OPENING, codecs=self._codecs)
         report = self._report
+        if self._is_silent and report.camera is CameraState.LIVE:
+            return VideoState(camera=CameraState.LOST, words=SILENT_WORDS, codecs=self._codecs)
         return VideoState(camera=report.camera, words=report.words[:200], thin=report.thin, codecs=self._codecs)

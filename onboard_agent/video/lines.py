@@ -9,8 +9,8 @@ from onboard_agent.video.link_memory import Remembered
 from wire.video import CameraState, Codec, StreamWish
 
 LARGEST_LINE_BYTES: Final = 16 * 1024
-REPORT_EVERY_S: Final = 1.0
-"""The child reports on each change, and so often in any case: it is alive."""
+REPORT_EVERY_S: Final = 0.2
+"""The child reports on each change, and so often in any case: it is alive (`child_watch`)."""
 
 
 class BadLine(ValueError):

@@ -83,6 +83,11 @@ class VideoTower(FakeTower):
         return self.of(wish, since)[:count]
 
     @property
+    def camera_states(self) -> list[VideoState]:
+        """All that were told."""
+        return [one for one in self.messages if isinstance(one, VideoState)]
+
+    @property
     def camera(self) -> VideoState | None:
         """As told last."""
         return next((one for one in reversed(self.messages) if isinstance(one, VideoState)), None)

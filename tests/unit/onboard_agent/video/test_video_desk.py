@@ -2,7 +2,7 @@
 
 import pytest
 
-from onboard_agent.video.desk import KEEP_S, STOPPED_WORDS, VideoDesk
+from onboard_agent.video.desk import KEEP_S, SILENT_WORDS, STOPPED_WORDS, VideoDesk
 from onboard_agent.video.lines import BadLine, Report, SetUp, Watched, decode_from_child, decode_to_child, encode_line
 from onboard_agent.video.link_memory import Remembered
 from wire.transactions import TRANSACTIONS
@@ -46,6 +46,31 @@ def test_nothing_is_watched_over_a_link_that_is_down(desk: VideoDesk) -> None:
     assert told(desk) is CameraState.IDLE
     desk.wanted(WANTED, 3.0)
     assert told(desk) is CameraState.OPENING
+
+
+def test_that_it_does_not_answer_is_said_until_it_does(desk: VideoDesk) -> None:
+    desk.wanted(WANTED, 0.0)
+    desk.silent()
+    assert told(desk) is CameraState.OPENING, "it has not said anything yet"
+    desk.reported(Report(camera=CameraState.LIVE))
+    assert told(desk) is CameraState.LIVE
+    desk.silent()
+    state = desk.take_to_tower()
+    assert state is not None
+    assert (state.camera, state.words) == (CameraState.LOST, SILENT_WORDS)
+    desk.silent()
+    assert told(desk) is None, "said once"
+    desk.reported(Report(camera=CameraState.LIVE))
+    assert told(desk) is CameraState.LIVE
+    desk.reported(Report(camera=CameraState.LOST, words="unplugged"))
+    desk.silent()
+    state = desk.take_to_tower()
+    assert state is not None
+    assert state.words == "unplugged", "that is why there are no pictures"
+    desk.ended()
+    state = desk.take_to_tower()
+    assert state is not None
+    assert state.words == STOPPED_WORDS
 
 
 def test_what_was_learnt_of_the_link_is_kept_for_the_next_process_and_goes_with_the_link(desk: VideoDesk) -> None:
