@@ -111,6 +111,10 @@ class ViewerPace:
         stream = self._stream
         if stream is None:
             return None
+        if now < self._trusted_until and self._group == stream.number and len(self._sent) < MOST_SENT:
+            group, place = stream.group, self._next
+            if place == len(group) - 1 and not self._lost and now - group[place].at < PICTURE_AGE_S:
+                return self._send(group[place], now)  # what nearly always happens, and all that is done for it
         if self._group != stream.number:
             stays, left_over = self._left_over(stream, now)
             if stays:
@@ -137,8 +141,6 @@ class ViewerPace:
         sent = self._sent
         if not sent or (sent[0][0] != sequence and all(one[0] != sequence for one in sent)):
             return
-        if calm:
-            self._trusted_until = now + TRUST_S
         self._singles = self._singles + 1 if sent[0][0] == sequence else 0
         while True:
             number, size, at, delivered = sent.popleft()
@@ -152,8 +154,8 @@ class ViewerPace:
             self._catches_up_until = max(self._catches_up_until, now + CATCH_UP_S)
         self._note_best(took_s, now)
         sample = (self._delivered - delivered) / max(took_s, 1e-3)
-        if calm:
-            self._rate = None
+        if calm and took_s < TRUST_S:  # who goes on drawing what is older than that is not calm
+            self._trusted_until, self._rate = now + TRUST_S, None
             return
         late_s = took_s - self._best()
         self._in_time = self._in_time + 1 if late_s < IN_TIME_S else 0

@@ -319,6 +319,22 @@ def test_who_was_calm_and_says_nothing_more_is_sent_a_little_more_and_no_end() -
     assert pace.silent_for(30.0) > 20
 
 
+def test_who_says_that_it_is_calm_and_draws_ever_older_ones_is_not_trusted() -> None:
+    film = Film()
+    pace = ViewerPace()
+    film.stream.put(picture(0, 7_000, 0.0, key=True, bits_per_s=450_000))
+    pace.watch(film.stream, 0.0)
+    sent = []
+    for number in range(1, 20_000):
+        now = number / RATE_HZ
+        film.stream.put(picture(number, 2_000, now, key=number % 12 == 0, bits_per_s=450_000))
+        while (unit := pace.next_unit(now)) is not None:
+            sent.append(unit.head.sequence)
+        if number % 10 == 0:
+            pace.got(sent.pop(0), now, calm=True)  # one in ten
+    assert pace.in_flight < 4 * film.bytes_per_s
+
+
 def test_what_says_that_it_is_calm_before_it_got_anything_is_not_trusted_with_everything() -> None:
     film = Film()
     film.stream.put(picture(0, 7_000, 0.0, key=True, bits_per_s=450_000))
