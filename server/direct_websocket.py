@@ -60,6 +60,7 @@ class DirectWebSocket(GuardedWebSocket):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self.on_room: Callable[[], None] = _nothing
+        self.has_room: Callable[[], bool] = self.writable.is_set
         self._ears: FrameEars | None = None
         self._chunks = 0
         """That came before `hear`; the first is the handshake."""
@@ -84,9 +85,6 @@ class DirectWebSocket(GuardedWebSocket):
         self.on_room = _nothing
         self._ears = None
         super().connection_lost(exc)
-
-    def has_room(self) -> bool:
-        return self.writable.is_set()
 
     def write_binary(self, payload: bytes) -> None:
         self.write_whole(whole_message(BINARY, payload))

@@ -13,7 +13,6 @@ from server.private_path import is_private_path
 from server.relay.flood_gate import FLOODING
 from server.relay.hub import Hub
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
-from server.relay.token_bucket import TokenBucket
 from server.video.drone_video import DroneVideo
 from server.video.streams import StreamKey
 from wire.drops import DropReason
@@ -22,11 +21,6 @@ from wire.video import AGENT_VIDEO_SUBPROTOCOL, LARGEST_UNIT_BYTES, Got, KeyWant
 BAD_MESSAGE: Final = 4400
 SLICE_BYTES: Final = 16 * 1024
 """Most pictures are smaller than this, and are parsed at once."""
-BYTES_PER_S: Final = 4_000_000.0
-BYTES_BURST: Final = 12_000_000.0
-UNITS_PER_S: Final = 400.0
-UNITS_BURST: Final = 1_200.0
-"""All qualities with both codecs are some 800 kB and 130 units a second."""
 
 _log = structlog.get_logger(__name__)
 
@@ -38,9 +32,6 @@ class AgentVideoSocket:
         self._websocket = websocket
         self._hub = hub
         self._ending = Ending()
-        now = time.monotonic()
-        self._bytes = TokenBucket(BYTES_PER_S, BYTES_BURST, now)
-        self._units = TokenBucket(UNITS_PER_S, UNITS_BURST, now)
 
     async def run(self) -> None:
         """Until either side ends it."""
@@ -104,7 +95,7 @@ class AgentVideoSocket:
         if self._ending.wished:
             return
         drops, now = self._hub.drops, time.monotonic()
-        if not (self._units.take(1.0, now) and self._bytes.take(len(unit), now)):
+        if not video.may_send(len(unit), now):
             drops[DropReason.FLOOD] += 1
             self._ending.wish(FLOODING, "more video was sent than any camera gives")
             return

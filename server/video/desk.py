@@ -34,6 +34,7 @@ CHANNEL_REPLACED: Final = 4409
 AT_ONCE: Final = 16
 """Viewers written to before anything else has its turn: some tenths of a millisecond."""
 ASK_KEY_EVERY_S: Final = 1.0
+LOOK_AT_VIEWERS_EVERY_S: Final = 0.4
 
 Later = Callable[[Callable[[float], None]], object]
 """Calls back soon, with the time that it is then."""
@@ -51,6 +52,7 @@ class VideoDesk:
         self._tickets: dict[str, DroneVideo] = {}
         self._due: deque[VideoViewer] = deque()
         self._last_number = 0
+        self._look_at_viewers_at = float("-inf")
         self._now = 0.0
         """As it was told last, for what is told without a time."""
         self.traffic = VideoTraffic()
@@ -102,6 +104,7 @@ class VideoDesk:
         if flow.told is None:
             flow.told = situation
         viewer.situation(situation)
+        viewer.stream = flow.stream
         viewer.pace.watch(flow.stream, now)
         viewer.pump(self.traffic, now)
         video.tell_situation(now)
@@ -306,8 +309,11 @@ class VideoDesk:
             self._look_at_drone(drone_id)
             video.tick(now)
             video.tell_situation(now)
-            if video.idle:
+            if video.is_idle(now):
                 self._forget(drone_id)
+        if now < self._look_at_viewers_at:
+            return
+        self._look_at_viewers_at = now + LOOK_AT_VIEWERS_EVERY_S
         for viewer in list(self._viewers.values()):
             viewer.tick(self.traffic, now)
             if viewer.ended:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Final, Protocol
 
 from server.relay.agent_link import AgentLink
+from server.relay.token_bucket import TokenBucket
 from server.video.clock_offset import ClockOffset
 from server.video.situation import Known, VideoSituation, situation_of
 from server.video.streams import Stream, StreamKey, StreamSink
@@ -19,6 +20,11 @@ PROBES_AT_ONCE: Final = 6
 PROBE_FAST_S: Final = 0.2
 PROBE_EVERY_S: Final = 5.0
 PROBE_UNKNOWN_S: Final = 1.0
+BYTES_PER_S: Final = 4_000_000.0
+BYTES_BURST: Final = 12_000_000.0
+UNITS_PER_S: Final = 400.0
+UNITS_BURST: Final = 1_200.0
+"""All qualities with both codecs are some 800 kB and 130 units a second."""
 
 
 class AgentVideoChannel(Protocol):
@@ -72,6 +78,9 @@ class DroneVideo:
         self.state: VideoState | None = None
         self.channel: AgentVideoChannel | None = None
         self.clock = ClockOffset()
+        # Of the drone, and not of its channel: a flood that is cut off does not go on by coming again.
+        self._bytes = TokenBucket(BYTES_PER_S, BYTES_BURST, float("-inf"))
+        self._units = TokenBucket(UNITS_PER_S, UNITS_BURST, float("-inf"))
         self._new_ticket = new_ticket
         self._wanted: tuple[StreamKey, ...] = ()
         self._probes = 0
@@ -87,10 +96,9 @@ class DroneVideo:
         """What its agent is asked for."""
         return self._wanted
 
-    @property
-    def idle(self) -> bool:
-        """Whether there is nothing to remember."""
-        return not self.takes_video and not self.flows
+    def is_idle(self, now: float) -> bool:
+        """Whether there is nothing to remember, a flood neither."""
+        return not self.takes_video and not self.flows and self._bytes.is_full(now) and self._units.is_full(now)
 
     def linked(self, link: AgentLink | None, now: float) -> None:
         """Another link, or none: what was known of the last one's clock, camera and channel is over."""
@@ -108,6 +116,10 @@ class DroneVideo:
         channel, self.channel = self.channel, None
         if channel is not None:
             channel.close(code, why)
+
+    def may_send(self, unit_bytes: int, now: float) -> bool:
+        """Whether its agent may send one more unit; it counts as sent."""
+        return self._units.take(1.0, now) and self._bytes.take(unit_bytes, now)
 
     def flow(self, key: StreamKey, now: float) -> Flow:
         """A stream that somebody wants."""

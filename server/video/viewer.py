@@ -7,7 +7,7 @@ from server.accounts.sessions import Principal
 from server.relay.token_bucket import TokenBucket
 from server.video.pacing import ViewerPace
 from server.video.situation import VideoSituation
-from server.video.streams import StreamKey
+from server.video.streams import Stream, StreamKey
 from server.video.traffic import VideoTraffic
 from server.video.viewer_messages import ToldSkipped, ToViewer, encode_to_viewer, state_message
 from wire.ids import DroneId
@@ -47,6 +47,8 @@ class VideoViewer:
         self.key = key
         self.address = address
         self.pace = ViewerPace()
+        self.stream: Stream | None = None
+        """That it watches, as the pace has it."""
         self.requests = TokenBucket(REQUESTS_PER_S, REQUESTS_BURST, now)
         self.is_due = False
         """The desk is about to pump it."""
@@ -68,6 +70,7 @@ class VideoViewer:
         if self._untold is not None and has_room():
             self.situation(self._untold)
         next_unit, write = self.pace.next_unit, self._write
+        group = self.stream.group if self.stream is not None else ()
         while has_room():
             unit = next_unit(now)
             if unit is None:
@@ -79,6 +82,8 @@ class VideoViewer:
             traffic.wait.observe(now - unit.at)
             traffic.units_out += 1
             traffic.bytes_out += len(framed)
+            if group and unit is group[-1]:
+                return  # the newest there is: nothing can be due after it
 
     def situation(self, situation: VideoSituation) -> None:
         """Tells it; the newest only, if it does not read."""

@@ -11,9 +11,11 @@ import pytest
 from agent_fakes import until
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 from video_world import CameraAgent, Watcher, camera_agent, filming, watching_video
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from server.accounts.tables import Role
+from server.relay.flood_gate import FLOODING
+from server.video.drone_video import UNITS_BURST
 from wire.video import HEADER_BYTES, CameraState, Codec, KeyWanted, Quality, encode_unit
 
 
@@ -324,6 +326,21 @@ async def test_what_is_no_unit_ends_the_agents_channel_and_nonsense_a_viewers(sc
     channel = await scene.agent.open_video()
     await channel.send(b"\x01" * 300_000)
     await until(lambda: channel.close_code == 1009, what="the end of the channel")
+
+
+async def test_a_flood_of_units_does_not_go_on_by_coming_again(scene: Scene) -> None:
+    async def flood(count: int) -> int:
+        """How many of so many units were taken before the channel was closed."""
+        channel = await scene.agent.open_video()
+        answered = len(scene.agent.got)
+        with contextlib.suppress(ConnectionClosed):
+            for number in range(count):
+                await scene.agent.send(key=number == 0, size=188)
+        await until(lambda: channel.close_code == FLOODING, what="the end of the flood")
+        return len(scene.agent.got) - answered
+
+    assert await flood(3 * round(UNITS_BURST)) >= UNITS_BURST
+    assert await flood(round(UNITS_BURST)) < UNITS_BURST
 
 
 async def test_more_streams_than_a_user_may_have(tmp_path: Path) -> None:

@@ -249,6 +249,38 @@ def test_of_many_viewers_some_are_written_to_at_once_and_the_others_later(scene:
     assert len({id(one) for one in viewers}) == scene.video.traffic.units_out == 2 * AT_ONCE + 1
 
 
+def test_who_is_written_to_later_gets_what_has_come_meanwhile_once_and_in_order(scene: Scene) -> None:
+    viewers = [FakeViewer(scene, 9) for _ in range(AT_ONCE + 3)]
+    scene.open_channel()
+    scene.send(unit(0, key=True), unit(1), unit(2))
+    while scene.later:
+        scene.later.pop()(scene.now)
+        scene.draw()
+    scene.send(unit(3))
+    while scene.later:
+        scene.later.pop()(scene.now)
+        scene.draw()
+    assert [one.sequences for one in viewers] == [[0, 1, 2, 3]] * len(viewers)
+
+
+def test_a_flood_is_remembered_when_nothing_else_is(scene: Scene) -> None:
+    scene.open_channel()
+    video = scene.video.drone_of_ticket(scene.wanted[-1].ticket)
+    assert video is not None
+    while video.may_send(1_000_000, scene.now):
+        pass
+    scene.hub.detach_link(scene.agent.link)
+    scene.wait(0.5)
+    scene.link_up(12)
+    again = scene.video.drone_of_ticket(scene.wanted[-1].ticket)
+    assert again is video and not again.may_send(11_000_000, scene.now)
+    scene.hub.detach_link(scene.agent.link)
+    scene.wait(4.0)
+    scene.link_up(13)
+    forgiven = scene.video.drone_of_ticket(scene.wanted[-1].ticket)
+    assert forgiven is not None and forgiven is not video and forgiven.may_send(11_000_000, scene.now)
+
+
 def test_who_is_shut_out_gets_nothing_more_from_that_instant(scene: Scene) -> None:
     viewers = [FakeViewer(scene, 1) for _ in range(2 * AT_ONCE)]
     scene.open_channel()
