@@ -37,6 +37,9 @@ CAMERA_WISH: Final = PictureWish(
 """Whatever is watched first: who then asks for more must not have the camera opened anew under the others."""
 HANGS_S: Final = 5.0
 """An encoder that takes so long for a picture."""
+SAID_AFTER_S: Final = 0.7
+"""So long without a picture from the encoders, and viewers are told."""
+HANGING_WORDS: Final = "The drone's video encoder does not answer."
 LOOKS_WITHIN_S: Final = 30.0
 """For encoders in hardware, on a small computer that has just started."""
 HUNG_CODE: Final = 3
@@ -89,8 +92,12 @@ class VideoProcess:
         self._worker: Executor = ThreadPoolExecutor(1, thread_name_prefix="encoders")
         self._busy_until: float | None = None
         """The encoders' thread works; by then it has to be ready. None: it rests."""
+        self._encodes_since: float | None = None
+        self._encoder_hangs = False
         self._watched = Watched()
         self._camera: CameraThread | None = None
+        self._camera_waits = False
+        """Until the one before has let go: a device cannot be opened twice."""
         self._letting_go: asyncio.Future[bool] | None = None
         self._idle_since = time.monotonic()
         self._channel: VideoChannel | None = None
@@ -157,23 +164,26 @@ class VideoProcess:
     def _open_camera(self) -> None:
         if self._camera is not None:
             return
-        camera = self._camera = self._parts.make_camera(CAMERA_WISH, self._news_in_thread)
-        if self._letting_go is None:
-            camera.start()
-        else:  # a device cannot be opened twice
-            self._letting_go.add_done_callback(lambda _done: camera.start() if self._camera is camera else None)
+        self._camera = self._parts.make_camera(CAMERA_WISH, self._news_in_thread)
+        self._camera_waits = self._letting_go is not None
+        if not self._camera_waits:
+            self._camera.start()
 
     def _let_camera_go(self) -> None:
         camera, self._camera = self._camera, None
-        if camera is not None:
+        if camera is not None and not self._camera_waits:
             self._letting_go = self._loop.run_in_executor(None, camera.stop)
             self._letting_go.add_done_callback(self._let_go)
+        self._camera_waits = False
 
     def _let_go(self, done: "asyncio.Future[bool]") -> None:
         self._letting_go = None
         if not done.cancelled() and not done.result():
             _log.error("video: the camera cannot be let go; the process ends")
             os._exit(HUNG_CODE)
+        if self._camera is not None and self._camera_waits:
+            self._camera_waits = False
+            self._camera.start()
 
     def _news_in_thread(self) -> None:
         self._loop.call_soon_threadsafe(self._news)
@@ -189,6 +199,7 @@ class VideoProcess:
             return
         orders = self._streaming.orders(picture.capture_us, time.monotonic(), is_break=picture.is_break)
         if orders:
+            self._encodes_since = time.monotonic()
             self._work(HANGS_S, self._workbench.encode, picture, orders)
 
     # -- the encoders ----------------------------------------------------------------------------------------------
@@ -198,7 +209,8 @@ class VideoProcess:
         self._loop.run_in_executor(self._worker, deed, *arguments).add_done_callback(self._worked)
 
     def _worked(self, done: "asyncio.Future[None]") -> None:
-        self._busy_until = None
+        self._busy_until = self._encodes_since = None
+        self._encoder_hangs = False
         if not done.cancelled():
             done.result()
         self._news()
@@ -237,6 +249,7 @@ class VideoProcess:
         if self._busy_until is not None and now > self._busy_until:
             _log.error("video: an encoder hangs; the process ends")
             os._exit(HUNG_CODE)
+        self._encoder_hangs = self._encodes_since is not None and now - self._encodes_since > SAID_AFTER_S
         self._streaming.tick(now)
         if self._channel is not None:
             self._channel.tick()
@@ -266,6 +279,8 @@ class VideoProcess:
         camera = self._camera
         if camera is None:
             return Report(camera=CameraState.IDLE, codecs=self._codecs)
+        if self._encoder_hangs and camera.state is CameraState.LIVE:
+            return Report(camera=CameraState.LOST, words=HANGING_WORDS, codecs=self._codecs)
         words = camera.words or self._encoder_words or (self._channel.words if self._channel is not None else "")
         return Report(camera=camera.state, words=words[:200], thin=self._streaming.thin, codecs=self._codecs)
 

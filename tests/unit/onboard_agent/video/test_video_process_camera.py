@@ -1,0 +1,111 @@
+"""The video process opens a camera only when the one before has let go of the device, however quickly wishes change."""
+
+import asyncio
+import threading
+import time
+
+from onboard_agent.video.lines import Watched
+from onboard_agent.video.process import CAMERA_KEPT_S, Parts, VideoProcess
+from onboard_agent.video.sources.source import Picture
+from wire.video import CameraState, Codec, Quality, StreamWish
+
+WISHES = (StreamWish(Quality.LOW, Codec.MPEG1),)
+
+
+class SlowCamera:
+    """Lets go of its device when the test says so."""
+
+    state, words = CameraState.OPENING, ""
+
+    def __init__(self) -> None:
+        self.began = asyncio.Event()
+        self.stops = 0
+        self.free = threading.Event()
+
+    def start(self) -> None:
+        self.began.set()
+
+    @property
+    def started(self) -> bool:
+        return self.began.is_set()
+
+    def stop(self) -> bool:
+        self.stops += 1
+        if self.started:
+            self.free.wait(5)
+        return True
+
+    def newest(self) -> Picture | None:
+        return None
+
+
+class Desk:
+    """Says what is watched, and lets time pass."""
+
+    def __init__(self) -> None:
+        self.cameras: list[SlowCamera] = []
+        self.process = VideoProcess(
+            Parts(lambda _wish, _changed: self.make(), lambda _codec, _quality: None, lambda: ()),  # type: ignore[arg-type, return-value]
+            None,
+            (),
+            lambda _report: None,
+        )
+
+    def make(self) -> SlowCamera:
+        self.cameras.append(SlowCamera())
+        return self.cameras[-1]
+
+    def watch(self) -> SlowCamera:
+        self.process.watched(Watched(ticket="t", streams=WISHES))
+        return self.cameras[-1]
+
+    def watch_nothing_for_long(self) -> None:
+        self.process.watched(Watched(ticket="t"))
+        self.process._tick(time.monotonic() + CAMERA_KEPT_S + 1)
+
+
+async def settled() -> None:
+    """What runs in threads has come back, as far as it can."""
+    await asyncio.get_running_loop().run_in_executor(None, lambda: None)
+    for _ in range(5):
+        await asyncio.sleep(0.01)
+
+
+async def test_a_camera_waits_until_the_one_before_has_let_go() -> None:
+    desk = Desk()
+    first = desk.watch()
+    assert first.started
+    desk.watch_nothing_for_long()
+    second = desk.watch()
+    await settled()
+    assert not second.started
+    first.free.set()
+    await asyncio.wait_for(second.began.wait(), 20)
+
+
+async def test_also_where_one_between_was_given_up_before_it_began() -> None:
+    desk = Desk()
+    first = desk.watch()
+    desk.watch_nothing_for_long()
+    between = desk.watch()
+    desk.watch_nothing_for_long()
+    last = desk.watch()
+    await settled()
+    assert not last.started, "the device was still taken"
+    first.free.set()
+    await asyncio.wait_for(last.began.wait(), 20)
+    assert not between.started
+    assert (first.stops, last.stops) == (1, 0)
+
+
+async def test_nobody_looks_any_more_when_the_device_is_free() -> None:
+    desk = Desk()
+    first = desk.watch()
+    desk.watch_nothing_for_long()
+    second = desk.watch()
+    desk.watch_nothing_for_long()
+    first.free.set()
+    await settled()
+    assert not second.started
+    third = desk.watch()
+    assert third.started, "at once"
