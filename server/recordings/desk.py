@@ -51,6 +51,7 @@ STOPPED_WITHIN_S: Final = 15.0
 GOING_DOWN: Final = "the tower was stopped"
 TOO_LONG: Final = "it has reached the longest time of a recording"
 NOTHING_CAME: Final = "no picture came for ten minutes"
+NO_STORE: Final = "the tower could not open its folder of recordings when it started"
 NO_ROOM: Final = "the tower has no room left for recordings"
 _log = structlog.get_logger(__name__)
 
@@ -125,6 +126,8 @@ class RecordingDesk:
             raise AlreadyRecording(name, key.quality.name.lower())
         if len(self._taken) >= MOST_RUNNING:
             raise TooManyRecordings
+        if not self._store.id:
+            raise NoRoomToRecord(NO_STORE)
         self._taken.add(place)
         try:
             if not await self._room.make(LEAST_ROOM_BYTES):

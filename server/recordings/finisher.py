@@ -61,7 +61,12 @@ class RecordingFinisher:
 
     async def recover(self, deleted: Iterable[int]) -> None:
         """At start, before anything is recorded: takes up what was left. `deleted`: drones whose files go."""
-        await asyncio.to_thread(self._store.open)
+        try:
+            await asyncio.to_thread(self._store.open)
+        except OSError as error:
+            # Flying goes on without recordings. What there is of them is left as it is.
+            _log.error("recordings_cannot_be_kept", why=str(error))
+            return
         await asyncio.to_thread(self._store.remove_drones, deleted)
         async with self._database.reading() as session:
             rows = await catalogue.all_of_store(session, self._store.id)

@@ -33,7 +33,8 @@ class Recordings:
     async def working(self, deleted: frozenset[int]) -> AsyncIterator[None]:
         """Takes up what an earlier tower left, and works until the block ends. `deleted`: drones whose files go."""
         await self.finisher.recover(deleted)
-        await self.room.make(0)
+        if self.store.id:
+            await self.room.make(0)
         try:
             async with (
                 in_background("finishing recordings", self.finisher.work),

@@ -8,7 +8,7 @@ from typing import Annotated, Final, Literal
 
 from fastapi import APIRouter, Body, Path, Request, Response
 from fastapi.responses import FileResponse
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from server.access import Pilot, UnknownDrone, Viewer
 from server.accounts.sessions import Principal
@@ -45,6 +45,8 @@ _WATCH: Final = (UnknownDrone, ViewTaken)
 
 class RecordingRequest(BaseModel):
     """What is to be recorded."""
+
+    model_config = ConfigDict(extra="forbid")
 
     quality: Annotated[
         Literal["low", "medium", "high"] | None, Field(description="null: the best that is watched now, else medium")

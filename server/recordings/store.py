@@ -35,7 +35,7 @@ class Stray:
 
 
 class RecordingStore:
-    """`root`: need not be there yet."""
+    """`root`: need not be there yet. `id`: empty until it was opened."""
 
     def __init__(self, root: Path) -> None:
         self._root = root
@@ -46,7 +46,9 @@ class RecordingStore:
         self._root.mkdir(mode=0o700, parents=True, exist_ok=True)
         path = self._root / _STORE
         if not path.exists():
-            path.write_text(secrets.token_hex(8))
+            written = path.with_name(_STORE + PART)
+            written.write_text(secrets.token_hex(8))  # a full disk leaves no name that cannot be read
+            written.replace(path)
         found = path.read_text().strip()
         if not _STORE_ID.fullmatch(found):
             raise OSError(f"{path} does not hold the number of a folder")

@@ -1,6 +1,7 @@
 """Recordings over REST and on `/live`: who may, what is told, how they end, and what is kept of them."""
 
 import asyncio
+import errno
 import json
 import os
 import subprocess
@@ -22,7 +23,7 @@ from worlds.recorded_video import VideoByHand
 
 from server import file_room
 from server.recordings import desk as desks
-from server.recordings.desk import NOTHING_CAME, TOO_LONG
+from server.recordings.desk import NO_STORE, NOTHING_CAME, TOO_LONG
 from server.recordings.finishing import CannotFinish
 from server.recordings.room import AT_ONCE
 from server.recordings.sink import TOO_LARGE
@@ -206,6 +207,7 @@ async def test_the_stream_that_runs_already_is_the_one_that_is_recorded(scene: R
     assert_problem(
         await scene.holder.post(f"{scene.path}/recordings", json={"quality": "best"}), 422, "invalid-request"
     )
+    assert_problem(await scene.holder.post(f"{scene.path}/recordings", json={"qualty": "low"}), 422, "invalid-request")
     await scene.stop(low["id"])
     assert scene.video.wanted(scene.drone.id) - scene.video.watched == {StreamKey(Quality.MEDIUM, Codec.H264)}
     await scene.record(quality="low")
@@ -559,3 +561,23 @@ async def test_files_that_are_gone_or_elsewhere_are_not_promised(tmp_path: Path)
         assert (await scene.get(kept["id"]))["state"] == "ready"
         answer = await scene.watcher.get(f"{scene.path}/recordings/{kept['id']}/file")
         assert "another tower" in assert_problem(answer, 409, "recording-not-ready")["detail"]
+
+
+async def test_a_tower_whose_disk_is_full_flies_without_recordings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(path: Path, text: str) -> None:
+        path.touch()  # as the disk does: a file, and nothing in it
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_text", full)
+        async with start_tower(tmp_path) as world:
+            scene = RecordingScene(world)
+            await scene.begin()
+            answer = await scene.holder.post(f"{scene.path}/recordings")
+            assert assert_problem(answer, 413, "no-room")["detail"] == NO_STORE
+            assert (await scene.watcher.get(f"{scene.path}/recordings")).json() == []
+            assert world.tower.recordings.desk.running() == 0
+    async with start_tower(tmp_path) as world:
+        assert world.tower.recordings.store.id, "there was room again"
