@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from axe_look import Axe
 from console_page import FLAGS, SIMULATOR, Somebody, visitors
 from playwright.sync_api import Browser, expect, sync_playwright
 from worlds.processes import World
@@ -84,3 +85,10 @@ def somebody_early(chromium: Browser, quiet_world: World) -> Iterator[Somebody]:
     """The same, before any drone is switched on."""
     with visitors(chromium, quiet_world.address) as come:
         yield come
+
+
+@pytest.fixture
+def axe() -> Iterator[Axe]:
+    looks = Axe()
+    yield looks
+    assert not looks.faults, "\n".join(looks.faults)

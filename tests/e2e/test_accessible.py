@@ -1,77 +1,20 @@
 """axe-core finds no serious or critical fault on any page of the console, with its dialogs and menus open.
 
-Each state of a page is looked at twice: dark on a desk's screen, light on a tablet's. The script comes from the
-console's development packages and is evaluated through the browser's debugger, which the tower's
-Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each look is kept as a picture too.
+Each state of a page is looked at twice (axe_look.py).
 """
 
-import json
-import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final, Literal
 
 import pyotp
 import pytest
+from axe_look import Axe
 from console_page import SIMULATOR, ConsolePage, Somebody, visitors
 from fake_pad import FakePad
 from furnished import FIRST_PASSWORD, NEWCOMER, furnish
 from playwright.sync_api import Browser, expect
 from worlds.processes import CHECKOUT, PASSWORD, World
-
-AXE: Final = CHECKOUT / "web" / "node_modules" / "axe-core" / "axe.min.js"
-GRAVE: Final = ("serious", "critical")
-LOOKS: Final[tuple[tuple[Literal["dark", "light"], int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
-
-RUN: Final = """async () => {
-  // What a modal dialog covers was looked at before it opened, and cannot be reached now.
-  const { violations } = await axe.run(document.querySelector('[role=dialog]') ?? document, {
-    resultTypes: ['violations'],
-    preload: false,
-    elementRef: false,
-  });
-  return violations.map(({ id, impact, help, nodes }) => ({
-    id, impact, help, nodes: nodes.map(({ target, failureSummary }) => `${target.join(' ')}: ${failureSummary}`),
-  }));
-}"""
-
-
-class Axe:
-    """Looks at one page after another and keeps what it finds."""
-
-    def __init__(self) -> None:
-        self._script = AXE.read_text()
-        self._pictures = os.environ.get("CONSOLE_PICTURES")
-        self.faults: list[str] = []
-
-    def look(self, console: ConsolePage, state: str) -> None:
-        page = console.page
-        for theme, width, height in LOOKS:
-            page.emulate_media(color_scheme=theme, reduced_motion="reduce")
-            page.set_viewport_size({"width": width, "height": height})
-            expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)
-            if not page.evaluate("'axe' in window"):
-                page.evaluate(self._script)
-            if self._pictures:
-                page.screenshot(path=Path(self._pictures) / f"{state}-{theme}.png")
-            found: list[dict[str, Any]] = page.evaluate(RUN)
-            self.faults += [
-                f"{state} ({theme}): {one['impact']} {one['id']}: {one['help']}: {json.dumps(one['nodes'], indent=1)}"
-                for one in found
-                if one["impact"] in GRAVE
-            ]
-
-    def look_beneath(self, console: ConsolePage, opener: str, state: str) -> None:
-        """At what a button opens: a menu or a dialog, closed again with Escape, which gives the focus back."""
-        button = console.part(opener)
-        button.click()
-        opened = console.page.locator("[role=dialog], [role=menu]")
-        expect(opened).to_be_visible()
-        self.look(console, state)
-        console.page.keyboard.press("Escape")
-        expect(opened).to_have_count(0)
-        expect(button).to_be_focused()
 
 
 @pytest.fixture(scope="module")
@@ -92,13 +35,6 @@ def office(prepared_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> I
 def come(chromium: Browser, office: World) -> Iterator[Somebody]:
     with visitors(chromium, office.address) as somebody:
         yield somebody
-
-
-@pytest.fixture
-def axe() -> Iterator[Axe]:
-    looks = Axe()
-    yield looks
-    assert not looks.faults, "\n".join(looks.faults)
 
 
 def entered(come: Somebody, name: str, address: str = "/") -> ConsolePage:

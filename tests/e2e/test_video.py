@@ -11,7 +11,7 @@ import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
-from typing import Any
+from typing import Any, Final
 
 import pytest
 from console_page import ConsolePage, visitors
@@ -21,6 +21,15 @@ from worlds.free_ports import free_tcp_port
 from worlds.processes import CHECKOUT, wait_for
 
 from bench.video.strip import Sight
+
+FILLS_THE_SCREEN: Final = """() => {
+  const { width, height } = document.querySelector('[data-testid=video]').getBoundingClientRect();
+  return document.fullscreenElement !== null && width >= innerWidth && height >= innerHeight;
+}"""
+IS_ON_TOP: Final = """(dialog) => {
+  const { left, top, width, height } = dialog.getBoundingClientRect();
+  return dialog.contains(document.elementFromPoint(left + width / 2, top + height / 2));
+}"""
 
 
 class FakeTower:
@@ -176,8 +185,15 @@ def test_what_can_be_done_with_a_picture_with_the_keyboard_alone(tower: FakeTowe
     assert int.from_bytes(picture[20:24]) == 480
 
     page.get_by_role("button", name="Video of Heron on the full screen").press("Enter")
-    visitor.wait("the full screen", lambda: page.evaluate("document.fullscreenElement?.dataset.testid") == "video")
+    visitor.wait("the full screen", lambda: page.evaluate(FILLS_THE_SCREEN))
     wait_until_live(visitor)
+    # A question that cannot be seen must not be asked: it is on top of the picture.
+    page.keyboard.press("?")
+    dialog = page.get_by_role("dialog")
+    expect(dialog).to_be_visible()
+    assert page.evaluate(IS_ON_TOP, dialog.element_handle())
+    page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
     page.get_by_role("button", name="Leave full screen").press("Enter")
     visitor.wait("the page again", lambda: page.evaluate("document.fullscreenElement === null"))
 

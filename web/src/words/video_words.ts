@@ -44,7 +44,7 @@ export function videoWords(
     case 'camera-lost':
       return says(`Camera of ${drone} lost since ${since} UTC.`, words || 'Its agent keeps trying to open it.');
     case 'offline':
-      return says(`${drone} is offline.`, words, false);
+      return says(`${drone} is offline.`, words === `${drone} is offline.` ? '' : words, false);
     case 'thin-link':
       return says(`The link of ${drone} is too thin for video.`, words || 'A lower quality may pass.');
     case 'no-agent-video':
@@ -81,12 +81,12 @@ export const isStill = (stats: VideoStats | null): boolean =>
 
 export const isLate = (stats: VideoStats | null): boolean => isStill(stats) || (stats?.delayMs ?? 0) > LATE_MS;
 
-/** How old the picture in sight is. */
+/** How old the picture in sight is. The clocks are compared by estimate: a picture of no age may seem younger than that. */
 export function delayWords(stats: VideoStats): string {
   const { stillMs, delayMs } = stats;
   if (stillMs === null) return UNKNOWN;
   if (isStill(stats)) return `${fixed(stillMs / 1000, 1)} s old`;
-  return delayMs === null ? `delay ${UNKNOWN}` : `${fixed(delayMs)} ms`;
+  return delayMs === null ? `delay ${UNKNOWN}` : `${fixed(Math.max(0, delayMs))} ms`;
 }
 
 export const rateWords = (bitsPerS: number): string =>

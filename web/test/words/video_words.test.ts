@@ -54,6 +54,11 @@ describe('what is wrong with the video', () => {
     expect(say('live', '', null)).toBe('Waiting for the first picture of Heron…');
   });
 
+  it('says once that the drone is offline', () => {
+    expect(say('offline', 'Heron is offline.')).toBe('Heron is offline.');
+    expect(say('offline', 'The tower restarts.')).toBe('Heron is offline. The tower restarts.');
+  });
+
   it('says since when the camera is lost, and what the tower knows of it', () => {
     expect(say('camera-lost', 'USB is gone.')).toBe('Camera of Heron lost since 05:06:07 UTC. USB is gone.');
   });
@@ -74,6 +79,10 @@ describe('the figures in words', () => {
   ] as const)('%j', (more, words, late) => {
     expect(delayWords(stats(more))).toBe(words);
     expect(isLate(stats(more))).toBe(late);
+  });
+
+  it('are never younger than now', () => {
+    expect(delayWords(stats({ delayMs: -2.4 }))).toBe('0 ms');
   });
 
   it('are of the right size', () => {

@@ -1,0 +1,67 @@
+"""axe-core looks at a page of the console, dark on a desk's screen and light on a tablet's.
+
+The script comes from the console's development packages and is evaluated through the browser's debugger, which the
+tower's Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each look is kept as a picture too.
+"""
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from console_page import ConsolePage
+from playwright.sync_api import expect
+from worlds.processes import CHECKOUT
+
+AXE: Final = CHECKOUT / "web" / "node_modules" / "axe-core" / "axe.min.js"
+GRAVE: Final = ("serious", "critical")
+LOOKS: Final[tuple[tuple[Literal["dark", "light"], int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
+
+RUN: Final = """async () => {
+  // What a modal dialog covers was looked at before it opened, and cannot be reached now.
+  const { violations } = await axe.run(document.querySelector('[role=dialog]') ?? document, {
+    resultTypes: ['violations'],
+    preload: false,
+    elementRef: false,
+  });
+  return violations.map(({ id, impact, help, nodes }) => ({
+    id, impact, help, nodes: nodes.map(({ target, failureSummary }) => `${target.join(' ')}: ${failureSummary}`),
+  }));
+}"""
+
+
+class Axe:
+    """Looks at one page after another and keeps what it finds."""
+
+    def __init__(self) -> None:
+        self._script = AXE.read_text()
+        self._pictures = os.environ.get("CONSOLE_PICTURES")
+        self.faults: list[str] = []
+
+    def look(self, console: ConsolePage, state: str) -> None:
+        page = console.page
+        for theme, width, height in LOOKS:
+            page.emulate_media(color_scheme=theme, reduced_motion="reduce")
+            page.set_viewport_size({"width": width, "height": height})
+            expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)
+            if not page.evaluate("'axe' in window"):
+                page.evaluate(self._script)
+            if self._pictures:
+                page.screenshot(path=Path(self._pictures) / f"{state}-{theme}.png")
+            found: list[dict[str, Any]] = page.evaluate(RUN)
+            self.faults += [
+                f"{state} ({theme}): {one['impact']} {one['id']}: {one['help']}: {json.dumps(one['nodes'], indent=1)}"
+                for one in found
+                if one["impact"] in GRAVE
+            ]
+
+    def look_beneath(self, console: ConsolePage, opener: str, state: str) -> None:
+        """At what a button opens: a menu or a dialog, closed again with Escape, which gives the focus back."""
+        button = console.part(opener)
+        button.click()
+        opened = console.page.locator("[role=dialog], [role=menu]")
+        expect(opened).to_be_visible()
+        self.look(console, state)
+        console.page.keyboard.press("Escape")
+        expect(opened).to_have_count(0)
+        expect(button).to_be_focused()
