@@ -227,6 +227,20 @@ def test_unplugged_it_is_said_at_once_and_comes_back_with_a_key_picture(http_wor
     assert watched.camera.stop()
 
 
+@pytest.mark.parametrize("scheme", ["rtsp", "http"])
+def test_a_camera_that_is_not_wanted_any_more_while_it_connects_is_let_go_and_hangs_in_nothing(scheme: str) -> None:
+    """Its answer never comes. What cannot be let go ends the whole video process."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        watched = Watched(f"{scheme}://127.0.0.1:{server.getsockname()[1]}/main")
+        server.settimeout(DEADLINE_S)
+        line, _ = server.accept()
+        assert line.recv(4096)
+        began = time.monotonic()
+        assert watched.camera.stop()
+        assert scheme == "rtsp" or time.monotonic() - began < 2.0, "we make this connection ourselves"
+        line.close()
+
+
 def test_a_camera_that_falls_silent_is_said_within_a_second(http_world: HttpWorld) -> None:
     watched = Watched(f"http://127.0.0.1:{http_world.port}/")
     http_world.wait()

@@ -17,7 +17,6 @@ from wire.video import CameraState
 _log = logging.getLogger(__name__)
 
 _WATCH_EVERY_S: Final = 0.1
-_STOP_PATIENCE_S: Final = 0.5
 LONGEST_WORDS: Final = 160
 
 
@@ -59,8 +58,9 @@ class Camera:
         """Lets go of the camera. False: its thread hangs in the driver, and only the end of the process ends it."""
         self._ending.set()
         self._source.interrupt()
+        until = time.monotonic() + self._source.lets_go_within_s
         for thread in self._threads:
-            thread.join(_STOP_PATIENCE_S)
+            thread.join(max(0.0, until - time.monotonic()))
         return not any(thread.is_alive() for thread in self._threads)
 
     def newest(self) -> Picture | None:

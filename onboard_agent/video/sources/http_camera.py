@@ -18,6 +18,7 @@ from onboard_agent.video.sources.multipart import Malformed, MultipartPictures, 
 from onboard_agent.video.sources.network import NetworkSource
 from onboard_agent.video.sources.picture_size import TooLarge
 from onboard_agent.video.sources.source import (
+    NETWORK_LETS_GO_WITHIN_S,
     OPEN_PATIENCE_S,
     READ_PATIENCE_S,
     CameraLost,
@@ -34,6 +35,8 @@ _NOT_FOUND: Final = 404
 class HttpCamera(Source):
     """`http` and `https`."""
 
+    lets_go_within_s = NETWORK_LETS_GO_WITHIN_S
+
     def __init__(self, name: str, address: str) -> None:
         super().__init__(name)
         self._address = address
@@ -46,11 +49,13 @@ class HttpCamera(Source):
         self._decoder = JpegDecoder()
         self._clock = ArrivalClock()
         self._whole_at = 0.0
+        self._interrupted = False
 
     def open(self, wish: PictureWish) -> None:
         try:
             self._connection = self._ask()
             self._socket = self._connection.sock
+            self._go_on()
             self._answer = self._connection.getresponse()
             self._socket.settimeout(READ_PATIENCE_S)
         except ssl.SSLCertVerificationError as error:
@@ -65,6 +70,7 @@ class HttpCamera(Source):
             self._whole_at = time.monotonic()
             return
         self.close()
+        self._go_on()
         source = NetworkSource(self.name, self._address)
         source.open(wish)
         self._by_ffmpeg = source
@@ -99,9 +105,15 @@ class HttpCamera(Source):
         self._by_ffmpeg = self._answer = self._connection = self._socket = None
 
     def interrupt(self) -> None:
+        self._interrupted = True
         if self._socket is not None:
             with contextlib.suppress(OSError):  # it may be closed already
                 self._socket.shutdown(socket.SHUT_RDWR)
+
+    def _go_on(self) -> None:
+        """Each step may have taken all the patience that there is."""
+        if self._interrupted:
+            raise CameraLost(f"{self.name}: is not wanted any more")
 
     def _ask(self) -> http.client.HTTPConnection:
         parts = urlsplit(self._address)

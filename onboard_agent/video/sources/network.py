@@ -11,6 +11,7 @@ from av.container import InputContainer
 from onboard_agent.video.sources.arrival_clock import ArrivalClock
 from onboard_agent.video.sources.decoding import SIZE_BOUND, check_stream, hold_nothing, lost, lost_while_decoding
 from onboard_agent.video.sources.source import (
+    NETWORK_LETS_GO_WITHIN_S,
     OPEN_PATIENCE_S,
     READ_PATIENCE_S,
     CameraLost,
@@ -43,6 +44,8 @@ _LONGEST_HOLD_US: Final = 500_000
 
 class NetworkSource(Source):
     """Reads for as long as somebody listens. Everything is decoded: of a chain of pictures none can be left out."""
+
+    lets_go_within_s = NETWORK_LETS_GO_WITHIN_S
 
     def __init__(self, name: str, address: str) -> None:
         super().__init__(name)

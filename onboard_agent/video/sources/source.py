@@ -12,6 +12,9 @@ if TYPE_CHECKING:
 OPEN_PATIENCE_S: Final = 5.0
 """A camera that has given no picture by then is not there."""
 
+NETWORK_LETS_GO_WITHIN_S: Final = OPEN_PATIENCE_S + 1.0
+"""A connection that is being made can be given up by nobody but the system or FFmpeg, when patience ends."""
+
 READ_PATIENCE_S: Final = 2.0
 """A camera that says nothing for so long is opened anew. That it is silent is said sooner (`camera_watch`)."""
 
@@ -54,6 +57,9 @@ class Source(ABC):
 
     `open`, then `read` for ever, then `close`; after `close` it may be opened again.
     """
+
+    lets_go_within_s = 0.5
+    """After `interrupt`. What takes longer hangs in a driver."""
 
     def __init__(self, name: str) -> None:
         self.name = name
