@@ -15,7 +15,7 @@ import av
 from av.codec.hwaccel import HWAccel
 from av.video.codeccontext import VideoCodecContext
 from av.video.frame import PictureType
-from av.video.reformatter import ColorRange, Colorspace, Interpolation
+from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc, Interpolation
 
 from onboard_agent.video.encoders.encoder import EncodedPicture, EncoderBroken
 from onboard_agent.video.encoders.picture_shape import Shape, coded_shape
@@ -24,6 +24,9 @@ from wire.video import Codec, QualityLimits
 
 KEY_EVERY_US: Final = 1_000_000
 """A viewer who comes in, or has lost something, waits no longer than this for a picture."""
+
+SMPTE170M_MATRIX: Final = 6
+"""The matrix of BT.601 as streams name it. That of PyAV's names (ITU601, 5) has the same numbers and another name."""
 
 
 class Aim(NamedTuple):
@@ -164,4 +167,9 @@ def new_context(codec: str, shape: Shape, rate: Fraction, hardware: HWAccel | No
     context.gop_size = 9_999  # the camera's clock says when
     context.max_b_frames = 0
     context.thread_count = 1
+    # What _as_coded makes of every picture. H.264 can say so, and then no decoder has to guess by the size.
+    context.color_range = ColorRange.MPEG
+    context.color_primaries = ColorPrimaries.SMPTE170M
+    context.color_trc = ColorTrc.SMPTE170M
+    context.colorspace = SMPTE170M_MATRIX
     return context

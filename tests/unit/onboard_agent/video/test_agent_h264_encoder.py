@@ -3,8 +3,10 @@
 from types import SimpleNamespace
 
 import av
+import numpy as np
 import pytest
 from av.video.frame import PictureType
+from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
 from worlds.moving_pictures import flight, off_by, pictures
 
 from onboard_agent.video.encoders import choice, pyav_encoder
@@ -13,6 +15,7 @@ from onboard_agent.video.encoders.annex_b import with_parameter_sets as complete
 from onboard_agent.video.encoders.encoder import EncodedPicture, EncoderBroken
 from onboard_agent.video.encoders.h264 import BY_HARDWARE, BY_PROCESSOR, SHARE_OF_MPEG1, H264Encoder, H264Kind
 from onboard_agent.video.encoders.picture_shape import Shape, coded_shape
+from onboard_agent.video.encoders.pyav_encoder import SMPTE170M_MATRIX
 from wire.video import LIMITS, Codec, Quality
 
 RATE_HZ = 24.0
@@ -40,6 +43,34 @@ def test_each_picture_is_shown_when_it_has_been_fed(frames: list[av.VideoFrame])
         assert off_by(shown, frames[number]) < 8
         if number:
             assert off_by(shown, frames[number]) < off_by(shown, frames[number - 1])
+
+
+def test_the_colours_are_said_in_each_stream_as_they_are_coded(frames: list[av.VideoFrame]) -> None:
+    decoder = av.VideoCodecContext.create("h264", "r")
+    decoder.thread_count = 1
+    encoder = H264Encoder(BY_PROCESSOR, MEDIUM)
+    for picture in pictures(frames[:2], RATE_HZ):
+        (coded,) = encoder.encode(picture, force_key=True)
+        (shown,) = decoder.decode(av.Packet(coded.payload))
+        told = decoder.color_range, decoder.color_primaries, decoder.color_trc, decoder.colorspace
+        assert told == (ColorRange.MPEG, ColorPrimaries.SMPTE170M, ColorTrc.SMPTE170M, SMPTE170M_MATRIX)
+        assert (shown.color_range, shown.colorspace) == (ColorRange.MPEG, SMPTE170M_MATRIX)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "full_range"), [(Colorspace.ITU709, False), (Colorspace.ITU601, True)], ids=["BT.709", "full range"]
+)
+def test_pictures_of_other_colours_look_the_same(*, matrix: Colorspace, full_range: bool) -> None:
+    red = np.zeros((240, 320, 3), np.uint8) + np.array([200, 60, 90], np.uint8)
+    given = av.VideoFrame.from_ndarray(red, format="rgb24").reformat(
+        format="yuv420p", dst_colorspace=matrix, dst_color_range=ColorRange.JPEG if full_range else ColorRange.MPEG
+    )
+    assert (given.colorspace == Colorspace.ITU709) is not full_range
+    decoder = av.VideoCodecContext.create("h264", "r")
+    decoder.thread_count = 1
+    (coded,) = H264Encoder(BY_PROCESSOR, HIGH).encode(pictures([given], RATE_HZ)[0])
+    (shown,) = decoder.decode(av.Packet(coded.payload))
+    assert np.abs(shown.to_ndarray(format="rgb24").astype(int) - red).mean() < 6
 
 
 def test_decoding_can_begin_at_each_key_picture(frames: list[av.VideoFrame]) -> None:
