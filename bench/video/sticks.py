@@ -33,6 +33,7 @@ PEERS_BITS_PER_S: Final = 3_000_000
 STREAMS: Final = tuple(Setting(quality, codec) for codec in Codec for quality in Quality)
 NONE, VIDEO, PEERS = "no video", "our video fills the uplink", "ffmpeg's video fills the uplink"
 SHARED = "our video and a bulk upload fill the uplink"
+AUDIENCE, SEATS = "one video to 50 viewers", 50
 
 
 class SticksRig(VideoRig):
@@ -140,7 +141,7 @@ def _holds(rig: SticksRig) -> int:
 
 
 def _whats(bench: Bench) -> list[str]:
-    return [NONE, *([VIDEO, SHARED] if bench.ours else []), *([PEERS] if bench.jsmpeg else [])]
+    return [NONE, *([VIDEO, SHARED, AUDIENCE] if bench.ours else []), *([PEERS] if bench.jsmpeg else [])]
 
 
 @contextlib.asynccontextmanager
@@ -152,6 +153,8 @@ async def _load(one: Trial, what: str) -> AsyncIterator[list[Viewers]]:
             await stack.enter_async_context(bulk_up(one.network))
         if what in (VIDEO, SHARED):
             yield [await stack.enter_async_context(viewers_of(ours_at(one, each), 1, one)) for each in STREAMS]
+        elif what == AUDIENCE:
+            yield [await stack.enter_async_context(viewers_of(ours_at(one, LARGE), SEATS, one))]
         elif what == PEERS:
             relay = await stack.enter_async_context(one.relay())
             await stack.enter_async_context(one.ffmpeg(relay, PEERS_BITS_PER_S))
@@ -159,7 +162,7 @@ async def _load(one: Trial, what: str) -> AsyncIterator[list[Viewers]]:
             yield [await stack.enter_async_context(viewers_of(address, 1, one))]
         else:
             yield []
-    if what in (VIDEO, SHARED):
+    if what in (VIDEO, SHARED, AUDIENCE):
         await one.rig.until_idle()
 
 
