@@ -51,6 +51,7 @@ STOPPED_WITHIN_S: Final = 15.0
 GOING_DOWN: Final = "the tower was stopped"
 TOO_LONG: Final = "it has reached the longest time of a recording"
 NOTHING_CAME: Final = "no picture came for ten minutes"
+NOT_HERE: Final = "its file is not in this tower's folder of recordings"
 NO_STORE: Final = "the tower could not open its folder of recordings when it started"
 NO_ROOM: Final = "the tower has no room left for recordings"
 _log = structlog.get_logger(__name__)
@@ -94,6 +95,8 @@ class RecordingDesk:
     def view(self, row: RecordingRow) -> RecordingView:
         """With what has come by now."""
         view = RecordingView.of(row)
+        if row.state == "ready" and row.store != self._store.id:
+            return view.model_copy(update={"words": NOT_HERE})
         running = self._running.get(row.id)
         if running is None or row.state != "recording":
             return view

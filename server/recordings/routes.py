@@ -18,6 +18,7 @@ from server.operations.asking import watched_drone
 from server.operations.refusals import DroneOffline, TooManyOperations, ViewTaken
 from server.problem_docs import answers
 from server.recordings import catalogue
+from server.recordings.desk import NOT_HERE
 from server.recordings.refusals import (
     AlreadyRecording,
     NoRoomToRecord,
@@ -149,7 +150,7 @@ async def get_recording_file(
     async with tower.database.reading() as session:
         row = await catalogue.get(session, drone.drone_id, recording_id)
     if row.store != tower.recordings.store.id:
-        raise NotReady("another tower has the file of this recording")
+        raise NotReady(NOT_HERE)
     if row.state != "ready":
         raise NotReady(
             row.words if row.state == "failed" else "it is not ready yet: it is being recorded or made ready"

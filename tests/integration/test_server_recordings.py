@@ -23,7 +23,7 @@ from worlds.recorded_video import VideoByHand
 
 from server import file_room
 from server.recordings import desk as desks
-from server.recordings.desk import NO_STORE, NOTHING_CAME, TOO_LONG
+from server.recordings.desk import NO_STORE, NOT_HERE, NOTHING_CAME, TOO_LONG
 from server.recordings.finishing import CannotFinish
 from server.recordings.room import AT_ONCE
 from server.recordings.sink import TOO_LARGE
@@ -558,9 +558,11 @@ async def test_files_that_are_gone_or_elsewhere_are_not_promised(tmp_path: Path)
         assert (await scene.get(kept["id"]))["state"] == "ready"
     async with start_tower(tmp_path, files=tmp_path / "elsewhere") as world:
         scene.world, scene.watcher = world, await world.signed_in(person)
-        assert (await scene.get(kept["id"]))["state"] == "ready"
+        found = await scene.get(kept["id"])
+        assert (found["state"], found["words"]) == ("ready", NOT_HERE)
+        assert (await scene.watcher.get(f"{scene.path}/recordings")).json()[0]["words"] == NOT_HERE
         answer = await scene.watcher.get(f"{scene.path}/recordings/{kept['id']}/file")
-        assert "another tower" in assert_problem(answer, 409, "recording-not-ready")["detail"]
+        assert assert_problem(answer, 409, "recording-not-ready")["detail"] == NOT_HERE
 
 
 async def test_a_tower_whose_disk_is_full_flies_without_recordings(
