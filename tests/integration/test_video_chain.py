@@ -141,13 +141,17 @@ async def test_flight_does_not_notice_what_becomes_of_the_video_process(world: W
         for _ in range(ATTEMPTS):
             child = child_of(world, "Kestrel")
             begun_at, lateness.worst_s = time.monotonic(), 0.0
+            states = len(watcher.states())
             os.kill(child, number)
+            await watcher.until(lambda: "camera-lost" in watcher.states()[states:])  # noqa: B023
+            told_s = time.monotonic() - begun_at
             await asyncio.to_thread(wait_for, "another one", partial(another_child, world, "Kestrel", child))
             another_s = time.monotonic() - begun_at
             back_s = another_s + await pictures_come(watcher)
             gap_s = line.longest_gap_s(begun_at)
-            print(f"another one after {another_s:.1f} s, pictures after {back_s:.1f} s")
+            print(f"told after {told_s:.2f} s, another one after {another_s:.1f} s, pictures after {back_s:.1f} s")
             print(f"sticks' gap {gap_s:.3f} s, this machine late by {lateness.worst_s:.3f} s; {watcher.states()}")
+            assert told_s < TOLD_WITHIN_S + lateness.worst_s
             assert not is_running(child)
             assert watcher.states()[-1] == "live"
             if lateness.worst_s < STICKS_WITHIN_S:
