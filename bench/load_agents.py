@@ -36,9 +36,13 @@ from wire.content import Frames
 from wire.control_messages import AutopilotState, ControlChanged, decode_to_agent, encode_message
 from wire.credential import parse_credential
 from wire.drops import Dropped
+from wire.following import FOLLOW, FOLLOW_PERSON
 from wire.ids import Epoch
+from wire.transactions import TRANSACTIONS
+from wire.video import ClockAnswer, ClockProbe, VideoWanted
 
 SIGN_IN_AT_ONCE: Final = 16
+ALL_TAKE: Final = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON)
 KEEPALIVE_S: Final = 0.5
 HELD_UP_S: Final = 0.02
 """A load that the machine held up for longer than this goes on from there: it must not catch up with a flood."""
@@ -76,6 +80,8 @@ class LoadAgent:
         self.sent_events = 0
         """Transactional ones: the number of the last."""
         self.sent_datagrams = 0
+        self.video_wanted: VideoWanted | None = None
+        """What the tower asked for last, of an agent that takes video."""
         self.not_sent = 0
         """Datagrams that our own kernel did not take."""
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -141,6 +147,14 @@ class LoadAgent:
                 received = self._sealed.receive(datagram, time.monotonic())
                 if received.frames is not None:
                     self.on_frames(received.frames)
+                if received.urgent is not None:
+                    self._answer_clock(received.urgent)
+
+    def _answer_clock(self, urgent: bytes) -> None:
+        message = decode_to_agent(urgent)
+        if isinstance(message, ClockProbe):
+            answer = ClockAnswer(number=message.number, at_us=time.monotonic_ns() // 1000)
+            self._send(self._sealed.seal_urgent(encode_message(answer).encode()))
 
     async def _read(self) -> None:
         with contextlib.suppress(Exception):  # closed, by either side
@@ -149,6 +163,8 @@ class LoadAgent:
                     message = decode_to_agent(text)
                     if isinstance(message, ControlChanged):
                         self.epoch = Epoch(max(self.epoch, message.epoch))
+                    elif isinstance(message, VideoWanted):
+                        self.video_wanted = message
 
     async def close(self) -> None:
         """Leaves."""
@@ -160,9 +176,15 @@ class LoadAgent:
 
 
 async def sign_in_all(
-    tower_url: str, credentials: Sequence[str], *, at_once: int = SIGN_IN_AT_ONCE, tries: int = 1
+    tower_url: str,
+    credentials: Sequence[str],
+    *,
+    at_once: int = SIGN_IN_AT_ONCE,
+    tries: int = 1,
+    takes: tuple[str, ...] = (),
 ) -> list[LoadAgent]:
-    """One agent for each credential, in order. Raises onboard_agent.control_channel.NoLink after so many tries."""
+    """One agent for each credential, in order. Raises onboard_agent.control_channel.NoLink after so many tries.
+    `takes`: what they say of themselves beyond what every agent does."""
     allow_files(2 * len(credentials) + 256)
     url = parse_tower_url(tower_url)
     gate = asyncio.Semaphore(at_once)
@@ -171,14 +193,14 @@ async def sign_in_all(
         async with gate:
             for _ in range(tries - 1):
                 with contextlib.suppress(NoLink):
-                    return await _sign_in(url, credential)
-            return await _sign_in(url, credential)
+                    return await _sign_in(url, credential, takes)
+            return await _sign_in(url, credential, takes)
 
     return list(await asyncio.gather(*(sign_in(one) for one in credentials)))
 
 
-async def _sign_in(url: TowerUrl, credential: str) -> LoadAgent:
-    agent = LoadAgent(await open_channel(url, parse_credential(credential)))
+async def _sign_in(url: TowerUrl, credential: str, takes: tuple[str, ...]) -> LoadAgent:
+    agent = LoadAgent(await open_channel(url, parse_credential(credential), takes=(*ALL_TAKE, *takes)))
     agent.keep_alive()
     await agent.tell_state()
     return agent

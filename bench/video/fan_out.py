@@ -8,13 +8,15 @@ import json
 import sys
 import time
 from collections.abc import AsyncIterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from bench.peers.jsmpeg import Relay
 from bench.process_cost import rss_mb
 from bench.rows import Report
+from bench.video.same_units import quiet_tower, recorded, relay_fed, tower_fed
 from bench.video.settings import CODEC_WORDS, LARGE, SMALL, Setting
-from bench.video.trial import OURS, Bench, Trial, trial
+from bench.video.trial import OURS, PEER, Bench, Trial, trial
 from bench.video.video_rig import Meter
 from wire.video import VIEWER_VIDEO_SUBPROTOCOL
 
@@ -100,7 +102,37 @@ async def fan_out(bench: Bench) -> None:
             for _ in range(bench.rounds):
                 for system in bench.systems:
                     await _all_counts(one, system, Costs(bench.report, setting.words))
+            await _same_units(one)
     bench.report.system = OURS
+
+
+async def _same_units(one: Trial) -> None:
+    """Neither encoder runs: both relays are fed what ours made, in turns."""
+    setting, rig = one.setting, one.rig
+    costs = Costs(one.bench.report, f"{setting.words}, same units")
+    ours = ours_at(one, setting)
+    units = await recorded(ours.url, ours.path, ours.cookie)
+    await rig.until_idle()
+    async with quiet_tower(one.logs / "quiet") as (tower, agent):
+        theirs = replace(ours, url=tower.url, cookie=tower.cookie)
+        for _ in range(one.bench.rounds):
+            if OURS in one.bench.systems:
+                pid = tower.process.pid
+                idle_ms = await _idle_ms(pid) / IDLE_S
+                async with tower_fed(tower, agent, units):
+                    for count in VIEWERS:
+                        await _measured(one, theirs, OURS, count, costs, pid, idle_ms)
+            if PEER in one.bench.systems:
+                async with one.relay() as relay:
+                    idle_ms = await _idle_ms(relay.pid) / IDLE_S
+                    address = _at_relay(relay)
+                    async with relay_fed(relay, units):
+                        for count in VIEWERS:
+                            await _measured(one, address, PEER, count, costs, relay.pid, idle_ms)
+
+
+def _at_relay(relay: Relay) -> Address:
+    return Address(f"http://{relay.address}:{relay.viewers_port}", "/", "", "", units=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,17 +148,24 @@ class Costs:
         """`idle_ms`: what the same process uses in this time without video."""
         self.report.system = system
         case = f"{count} viewers, {self.words}"
-        out_mb = came["bytes"] / 1e6
+        out_mb, each_us = came["bytes"] / 1e6, (used_ms - idle_ms) * 1e3 / sum(came["messages"])
         self.report.add(case, "processor per MB out", used_ms / out_mb, "ms/MB")
         self.report.add(case, "processor per MB out, beyond idle", (used_ms - idle_ms) / out_mb, "ms/MB")
+        self.report.add(case, "processor per message, beyond idle", each_us, "us")
         self.report.add(case, "out", out_mb, "MB")
         self.report.add(case, "to each viewer", came["bytes"] * 8 / 1000 / count / seconds, "kbit/s")
-        self.report.add(case, "missing", came["missing"], "units" if system == OURS else "packets")
+        # What was skipped is told within a second: some of it may belong to the time before.
+        missing = max(came["missing"] - came["skipped"], 0)
+        self.report.add(case, "missing", missing, "units" if system == OURS else "packets")
+        self.report.add(case, "skipped", came["skipped"], "units")
         self.report.add(case, "memory", rss_mb(pid), "MB")
         if came["ages_ms"]:
             self.report.spread(case, "camera to viewer", came["ages_ms"], "ms")
-        said = f"{used_ms / out_mb:.1f} ms/MB, {came['missing']} missing of {sum(came['messages'])}"
-        self.report.say(f"  {system}, {count} viewers: {said}")
+        said = (
+            f"{used_ms / out_mb:.1f} ms/MB; beyond idle {(used_ms - idle_ms) / out_mb:.1f}, {each_us:.1f} us a message"
+        )
+        said += f"; {missing} missing, {came['skipped']} skipped of {sum(came['messages'])}"
+        self.report.say(f"  {system}, {case}: {said}")
 
 
 async def _all_counts(one: Trial, system: str, costs: Costs) -> None:
@@ -139,7 +178,7 @@ async def _all_counts(one: Trial, system: str, costs: Costs) -> None:
         return
     async with one.relay() as relay:
         idle_ms = await _idle_ms(relay.pid) / IDLE_S
-        address = Address(f"http://{relay.address}:{relay.viewers_port}", "/", "", "", units=False)
+        address = _at_relay(relay)
         async with one.ffmpeg(relay):
             for count in VIEWERS:
                 await _measured(one, address, system, count, costs, relay.pid, idle_ms)

@@ -31,6 +31,8 @@ class Tally:
     bytes: int = 0
     missing: int = 0
     """Units, or packets of MPEG-TS."""
+    skipped: int = 0
+    """Of those units what the tower says that it left out, as this viewer was too slow for them."""
     breaks: int = 0
     ages_ms: list[float] = field(default_factory=list)
 
@@ -45,7 +47,7 @@ class UnitViewer:
         self._cadence = GotCadence()
         self._looks_at = float("inf")
         browser.on_binary = self.take
-        browser.on_text = lambda text: None
+        browser.on_text = self._told
 
     def take(self, message: bytes) -> None:
         unit, now = decode_unit(message), time.monotonic()
@@ -61,6 +63,11 @@ class UnitViewer:
         self._cadence.came(unit.sequence, now)
         captured_at = unit.capture_us / 1e6 if unit.capture_us else None
         self._say(self._cadence.drawn(unit.sequence, captured_at, unit.rate_hz, now))
+
+    def _told(self, text: bytes) -> None:
+        told = json.loads(text)
+        if told["type"] == "skipped":
+            self.tally.skipped += told["count"]
 
     def _look(self) -> None:
         self._looks_at = float("inf")
@@ -138,6 +145,7 @@ def _answer(viewers: list[Viewer]) -> dict[str, Any]:
         "messages": [tally.messages for tally in tallies],
         "bytes": sum(tally.bytes for tally in tallies),
         "missing": sum(tally.missing for tally in tallies),
+        "skipped": sum(tally.skipped for tally in tallies),
         "breaks": sum(tally.breaks for tally in tallies),
         "ages_ms": [age for tally in tallies for age in tally.ages_ms],
     }
