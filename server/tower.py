@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, cast
 
 from starlette.requests import HTTPConnection
 
+from server.beats import Looks
+
 if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not import them in earnest
     from datetime import datetime
 
@@ -58,6 +60,7 @@ class Tower:
     recordings: Recordings
     loop_lag: LoopLag
     started_at: datetime
+    looks: Looks = field(default_factory=Looks)
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
     """Run, in order, while connections are still open: the place to say good-bye on them."""
 

@@ -10,7 +10,7 @@ EVERY_S: Final = 0.075
 """While it is not calm: for the first picture so long after it last said something ..."""
 AT_LAST_S: Final = 0.12
 """... and then at the latest."""
-CALM_EVERY_S: Final = 1.0
+CALM_EVERY_S: Final = 2.0
 CALM_AFTER_S: Final = 0.5
 """Without anything late or missing."""
 LATE_S: Final = 0.04

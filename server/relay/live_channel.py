@@ -6,6 +6,7 @@ from typing import Final
 from starlette.websockets import WebSocket
 
 from server.accounts.sessions import Principal
+from server.beats import Looks
 from server.clock import Clock
 from server.direct_websocket import direct_writer
 from server.relay.browser import Browser
@@ -39,6 +40,7 @@ class LiveChannel:
         viewer: Principal,
         *,
         clock: Clock,
+        looks: Looks,
         subprotocol: str | None,
         still_signed_in: StillSignedIn,
         write_round: WriteRound,
@@ -46,6 +48,7 @@ class LiveChannel:
         self._websocket = websocket
         self._hub = hub
         self._clock = clock
+        self._looks = looks
         self._subprotocol = subprotocol
         self._still_signed_in = still_signed_in
         self._ending = Ending()
@@ -135,7 +138,11 @@ class LiveChannel:
 
     async def _watch_session(self) -> None:
         await watch_session(
-            self._browser.viewer, clock=self._clock, still_signed_in=self._still_signed_in, over=self._session_over
+            self._browser.viewer,
+            clock=self._clock,
+            looks=self._looks,
+            still_signed_in=self._still_signed_in,
+            over=self._session_over,
         )
 
     def _session_over(self) -> None:

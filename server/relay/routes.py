@@ -36,6 +36,7 @@ async def live(websocket: WebSocket) -> None:
         tower.hub,
         viewer,
         clock=tower.clock,
+        looks=tower.looks,
         subprotocol=subprotocol,
         still_signed_in=still_signed_in(tower, viewer.session_id),
         write_round=websocket.app.state.data_endpoint.write_round,

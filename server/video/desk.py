@@ -31,7 +31,7 @@ SESSION_ENDED: Final = 4401
 GOING_DOWN: Final = 1001
 CHANNEL_REPLACED: Final = 4409
 
-AT_ONCE: Final = 16
+AT_ONCE: Final = 32
 """Viewers written to before anything else has its turn: some tenths of a millisecond."""
 ASK_KEY_EVERY_S: Final = 1.0
 LOOK_AT_VIEWERS_EVERY_S: Final = 0.4

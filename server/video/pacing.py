@@ -39,8 +39,8 @@ FRESH_S: Final = 0.05
 """A key picture that is no older is begun however long it takes."""
 GOT_EVERY_S: Final = 0.075
 """A viewer may leave out its `got` for pictures that it draws sooner than so long after the last one."""
-TRUST_S: Final = 1.5
-"""A viewer that is calm says so every second. For so long it is taken at its word."""
+TRUST_S: Final = 2.5
+"""A viewer that is calm says so every two seconds. For so long it is taken at its word."""
 OVERDUE_S: Final = 0.03
 """Instead of PAUSE_S, once the viewer has said that the next picture should have come."""
 EACH_IN_A_ROW: Final = 4

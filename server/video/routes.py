@@ -55,7 +55,9 @@ async def watch_video(websocket: WebSocket, drone_id: str) -> None:
         return
     key = tower.hub.video.first_offered(number, keys)
     signed_in = still_signed_in(tower, viewer.session_id)
-    channel = ViewerChannel(websocket, tower.hub, viewer, number, key, clock=tower.clock, still_signed_in=signed_in)
+    channel = ViewerChannel(
+        websocket, tower.hub, viewer, number, key, clock=tower.clock, looks=tower.looks, still_signed_in=signed_in
+    )
     await channel.run(subprotocol)
 
 

@@ -7,6 +7,7 @@ from typing import Final
 from starlette.websockets import WebSocket
 
 from server.accounts.sessions import Principal
+from server.beats import Looks
 from server.clock import Clock
 from server.direct_websocket import direct_writer
 from server.relay.flood_gate import FLOODING, PATIENCE, PATIENCE_PER_S
@@ -49,11 +50,13 @@ class ViewerChannel:
         key: StreamKey,
         *,
         clock: Clock,
+        looks: Looks,
         still_signed_in: StillSignedIn,
     ) -> None:
         self._websocket = websocket
         self._hub = hub
         self._clock = clock
+        self._looks = looks
         self._still_signed_in = still_signed_in
         self._ending = Ending()
         now = time.monotonic()
@@ -162,7 +165,11 @@ class ViewerChannel:
 
     async def _watch_session(self) -> None:
         await watch_session(
-            self._viewer.viewer, clock=self._clock, still_signed_in=self._still_signed_in, over=self._session_over
+            self._viewer.viewer,
+            clock=self._clock,
+            looks=self._looks,
+            still_signed_in=self._still_signed_in,
+            over=self._session_over,
         )
 
     def _session_over(self) -> None:

@@ -28,8 +28,8 @@ class AskClock(msgspec.Struct, frozen=True, tag="clock", tag_field="type"):
 class Drawn(msgspec.Struct, frozen=True, tag="got", tag_field="type"):
     """The newest unit that was drawn; all before it are done with as well.
 
-    `calm`: nothing was late for a while; it says so once a second, and speaks up as soon as something is late or does
-    not come. `overdue`: the next one should have come by now. `held_ms`: it was drawn so long before this is said.
+    `calm`: nothing was late for a while; it says so every two seconds, and speaks up as soon as something is late or
+    does not come. `overdue`: the next one should have come by now. `held_ms`: it was drawn so long before this is said.
     """
 
     sequence: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]

@@ -151,7 +151,7 @@ def test_a_page_that_is_busy_delays_no_picture(tower: FakeTower, visitor: Consol
     before = tower.turn("left_out", 0)["drawn"]
     at_work = visitor.page.evaluate(
         """async (address) => {
-          const until = performance.now() + 3000;
+          const until = performance.now() + 4000;
           while (performance.now() < until);
           const request = new XMLHttpRequest(); // at once: nothing of the page may run in between
           request.open('GET', address, false);
@@ -160,7 +160,7 @@ def test_a_page_that_is_busy_delays_no_picture(tower: FakeTower, visitor: Consol
         }""",
         f"{tower.address}/fake/video/left_out/0",
     )
-    assert at_work - before > 20, "of some 72 pictures, of which it may leave the newest second unsaid"
+    assert at_work - before > 20, "of some 96 pictures, of which it may leave the newest two seconds unsaid"
 
 
 def test_what_can_be_done_with_a_picture_with_the_keyboard_alone(tower: FakeTower, visitor: ConsolePage) -> None:

@@ -1,11 +1,13 @@
 """What comes back again and again wakes the process together."""
 
+import asyncio
 from collections.abc import AsyncIterator, Callable
+from typing import Any
 
 import pytest
 
 from server import beats
-from server.beats import BEAT_S, rest
+from server.beats import BEAT_S, Looks, rest
 
 
 class Clock:
@@ -65,3 +67,65 @@ async def test_less_than_a_beat_is_slept_as_it_is(clock_at: Callable[[float], Cl
     clock = clock_at(3.21)
     await rest(0.02)
     assert clock.slept == [pytest.approx(0.02, abs=0.0011)]
+
+
+async def test_all_conditions_are_looked_at_at_one_go_and_each_waits_for_its_own() -> None:
+    looks, asked, due = Looks(every_s=0.01), [], set()
+
+    async def wait_for(name: str) -> str:
+        def is_due() -> bool:
+            asked.append(name)
+            return name in due
+
+        await looks.until(is_due)
+        return name
+
+    first, second, third = (asyncio.create_task(wait_for(name)) for name in ("first", "second", "third"))
+    async with asyncio.timeout(5):
+        while len(asked) < 6:  # noqa: ASYNC110
+            await asyncio.sleep(0)
+        assert asked[:6] == ["first", "second", "third"] * 2
+        due.add("second")
+        assert await second == "second"
+        assert not first.done()
+        third.cancel()
+        await asyncio.wait([third])
+        asked.clear()
+        while len(asked) < 3:  # noqa: ASYNC110
+            await asyncio.sleep(0)
+        assert set(asked) == {"first"}
+        due.add("first")
+        assert await first == "first"
+
+
+async def test_a_condition_that_fails_is_that_of_one_task_only() -> None:
+    looks = Looks(every_s=0.01)
+    calls = []
+
+    def fails() -> bool:
+        raise OSError("no clock")
+
+    failing = asyncio.create_task(looks.until(fails))
+    other = asyncio.create_task(looks.until(lambda: bool(calls.append(1)) or len(calls) > 2))
+    async with asyncio.timeout(5):
+        with pytest.raises(OSError, match="no clock"):
+            await failing
+        await other
+
+
+async def test_nothing_wakes_where_nobody_waits() -> None:
+    looks = Looks(every_s=0.01)
+    loop = asyncio.get_running_loop()
+    planned: list[float] = []
+    plan = loop.call_later
+
+    def call_later(delay: float, *args: Any, **options: Any) -> asyncio.TimerHandle:
+        planned.append(delay)
+        return plan(delay, *args, **options)
+
+    loop.call_later = call_later  # type: ignore[method-assign]
+    try:
+        await looks.until(lambda: True)
+        assert len(planned) == 1
+    finally:
+        loop.call_later = plan  # type: ignore[method-assign]

@@ -13,7 +13,7 @@ import type { Unit } from './unit';
 const EVERY_MS = 75;
 /** ... and then at the latest. */
 const AT_LAST_MS = 120;
-const CALM_EVERY_MS = 1_000;
+const CALM_EVERY_MS = 2_000;
 /** Without anything late or missing. */
 const CALM_AFTER_MS = 500;
 /** Later than at its best. */

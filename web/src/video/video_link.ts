@@ -21,6 +21,8 @@ const SILENCE_LIMIT_MS = 6_000;
 const CLOCK_FIRST_MS = 100;
 const CLOCK_FIRST_QUESTIONS = 5;
 const CLOCK_EVERY_MS = 2_000;
+/** While pictures come, which show as well as an answer that the connection is alive. */
+const CLOCK_AT_LAST_MS = 10_000;
 
 const REFUSALS = new Set([4400, 4401, 4403, 4404, 4430]);
 
@@ -73,6 +75,8 @@ export class VideoLink {
   #socket: SocketLike | null = null;
   #cancelTimer: () => void = () => undefined;
   #cancelQuestion: () => void = () => undefined;
+  #askedAtMs = -Infinity;
+  #unitAtMs = -Infinity;
   #cadence = new GotCadence();
   #looksAtMs = Infinity;
   #cancelLook: () => void = () => undefined;
@@ -155,7 +159,8 @@ export class VideoLink {
     if (data instanceof ArrayBuffer) {
       const unit = readUnit(data);
       if (!unit) return;
-      this.#cadence.came(unit.sequence, this.#options.clock.monotonicMs());
+      this.#unitAtMs = this.#options.clock.monotonicMs();
+      this.#cadence.came(unit.sequence, this.#unitAtMs);
       this.#options.onUnit(unit, data.byteLength);
     } else if (typeof data === 'string') {
       this.#told(data);
@@ -194,7 +199,12 @@ export class VideoLink {
   }
 
   #askTime(asked: number): void {
-    this.#say({ type: 'clock', sent: this.#options.clock.monotonicMs() });
+    const nowMs = this.#options.clock.monotonicMs();
+    const isQuiet = nowMs - this.#unitAtMs >= CLOCK_EVERY_MS;
+    if (asked <= CLOCK_FIRST_QUESTIONS || isQuiet || nowMs - this.#askedAtMs >= CLOCK_AT_LAST_MS) {
+      this.#askedAtMs = nowMs;
+      this.#say({ type: 'clock', sent: nowMs });
+    }
     const delayMs = asked < CLOCK_FIRST_QUESTIONS ? CLOCK_FIRST_MS : CLOCK_EVERY_MS;
     this.#cancelQuestion = this.#options.clock.after(delayMs, () => this.#askTime(asked + 1));
   }

@@ -84,6 +84,13 @@ describe('the link of a video', () => {
     expect(asked()).toBe(5);
     await clock.pass(4_000);
     expect(asked()).toBe(7);
+    for (let second = 0; second < 20; second++) {
+      last().saysBytes(new Uint8Array(goldenUnits('mpeg1')[0]!.message));
+      await clock.pass(1_000);
+    }
+    expect(asked()).toBe(9);
+    await clock.pass(3_000);
+    expect(asked()).toBe(10);
     const sent = clock.monotonicMs() - 30;
     last().says({ type: 'clock', sent, tower_us: (sent + 15 + 800_000) * 1000 });
     expect(link.clock.ageMs(800_000_000, 0)).toBeCloseTo(0, 3);
