@@ -228,6 +228,7 @@ def test_the_missions_page(come: Somebody, axe: Axe) -> None:
     console.page.keyboard.press("Escape")
     console.page.evaluate("window.location.hash = '#/drone/1'")
     console.part("control-release").click()
+    expect(console.part("control-acquire")).to_be_visible()  # else the page may close before the tower is asked
 
 
 def test_the_parameters_and_the_logs_of_a_drone(come: Somebody, axe: Axe) -> None:

@@ -79,6 +79,17 @@ async def wanted(scene: Scene, *streams: tuple[Quality, Codec]) -> None:
     await until(asked, what=f"to be asked for {streams}")
 
 
+async def was_wanted(scene: Scene, *streams: tuple[Quality, Codec]) -> None:
+    """Even if it is over by now."""
+
+    def asked() -> bool:
+        return any(
+            tuple((one.quality, one.codec) for one in told.streams) == streams for told in scene.agent.all_wanted
+        )
+
+    await until(asked, what=f"to have been asked for {streams}")
+
+
 MEDIUM = (Quality.MEDIUM, Codec.MPEG1)
 
 
@@ -149,7 +160,7 @@ async def test_switching_goes_without_reconnecting(scene: Scene) -> None:
     await scene.agent.send(key=True, quality=Quality.LOW)
     await viewer.until(lambda: viewer.units)
     await viewer.ask(type="want", quality="high", codec="mpeg1")
-    await wanted(scene, (Quality.LOW, Codec.MPEG1), (Quality.HIGH, Codec.MPEG1))
+    await was_wanted(scene, (Quality.LOW, Codec.MPEG1), (Quality.HIGH, Codec.MPEG1))
     await scene.agent.send(key=True, quality=Quality.HIGH)
     await viewer.until(lambda: len(viewer.units) == 2)
     assert [unit.quality for unit in viewer.units] == [Quality.LOW, Quality.HIGH]
