@@ -28,6 +28,8 @@ class DirectWriter(Protocol):
 
     on_room: Callable[[], None]
     """Called when there is room again."""
+    on_full: Callable[[], None]
+    """Called when there is no more, within the write that filled it."""
 
     def has_room(self) -> bool:
         """False while the other side does not read what it was sent: HIGH_WATER_BYTES wait in the transport."""
@@ -60,6 +62,7 @@ class DirectWebSocket(GuardedWebSocket):
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
         self.on_room: Callable[[], None] = _nothing
+        self.on_full: Callable[[], None] = _nothing
         self.has_room: Callable[[], bool] = self.writable.is_set
         self._ears: FrameEars | None = None
         self._chunks = 0
@@ -77,12 +80,16 @@ class DirectWebSocket(GuardedWebSocket):
             # Else the connection would hold itself, and wait for the garbage collector.
             cast("dict[str, Any]", self.scope["extensions"]).pop(EXTENSION, None)
 
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self.on_full()
+
     def resume_writing(self) -> None:
         super().resume_writing()
         self.on_room()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self.on_room = _nothing
+        self.on_room = self.on_full = _nothing
         self._ears = None
         super().connection_lost(exc)
 

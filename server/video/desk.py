@@ -18,6 +18,7 @@ from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
 from server.relay.socket_bounds import SocketBounds
 from server.video.drone_video import AgentVideoChannel, DroneVideo, Flow
+from server.video.party import Party
 from server.video.streams import Relayed, StreamKey, StreamSink
 from server.video.traffic import VideoTraffic
 from server.video.viewer import VideoViewer
@@ -50,7 +51,7 @@ class VideoDesk:
         self._drones: dict[DroneId, DroneVideo] = {}
         self._viewers: dict[int, VideoViewer] = {}
         self._tickets: dict[str, DroneVideo] = {}
-        self._due: deque[VideoViewer] = deque()
+        self._due: deque[VideoViewer | Party] = deque()
         self._last_number = 0
         self._look_at_viewers_at = float("-inf")
         self._now = 0.0
@@ -89,9 +90,25 @@ class VideoDesk:
 
     def got(self, viewer: VideoViewer, drawn: Drawn, now: float) -> None:
         """The viewer has drawn a unit: there may be room for more."""
+        flow = self._flow_of(viewer)
+        if flow is not None:
+            flow.take_out(viewer)
         held_s = drawn.held_ms / 1000
         viewer.pace.got(drawn.sequence, now, calm=drawn.calm, overdue=drawn.overdue, held_s=held_s)
         viewer.pump(self.traffic, now)
+        if flow is not None:
+            flow.put_in(viewer, now)
+
+    def has_room(self, viewer: VideoViewer, now: float) -> None:
+        """It reads again what it is sent."""
+        if viewer.party is None:
+            viewer.pump(self.traffic, now)
+
+    def is_full(self, viewer: VideoViewer) -> None:
+        """It does not read what it is sent."""
+        flow = self._flow_of(viewer)
+        if flow is not None:
+            flow.take_out(viewer)
 
     def _watch(self, viewer: VideoViewer, now: float) -> None:
         video = self._of(viewer.drone_id, now)
@@ -99,7 +116,7 @@ class VideoDesk:
             self.end(viewer, NO_SUCH_DRONE, "there is no such drone")
             return
         flow = video.flow(viewer.key, now)
-        flow.viewers[viewer.number] = viewer
+        flow.viewers[viewer.number] = flow.alone[viewer.number] = viewer
         situation = video.situation(viewer.key, now)
         if flow.told is None:
             flow.told = situation
@@ -110,10 +127,16 @@ class VideoDesk:
         video.tell_situation(now)
 
     def _take_off(self, viewer: VideoViewer) -> None:
+        flow = self._flow_of(viewer)
+        if flow is not None:
+            flow.take_out(viewer)
+            flow.viewers.pop(viewer.number, None)
+            flow.alone.pop(viewer.number, None)
+
+    def _flow_of(self, viewer: VideoViewer) -> Flow | None:
         video = self._drones.get(viewer.drone_id)
         flow = video.flows.get(viewer.key) if video is not None else None
-        if flow is not None:
-            flow.viewers.pop(viewer.number, None)
+        return flow if flow is not None and viewer.number in flow.viewers else None
 
     def end(self, viewer: VideoViewer, code: int, why: str) -> None:
         """Nothing more goes to this viewer from this instant; the connection's own end only tells why."""
@@ -280,7 +303,12 @@ class VideoDesk:
     def _fan_out(self, flow: Flow, unit: Relayed, now: float) -> None:
         due = self._due
         waited = bool(due)
-        for viewer in flow.viewers.values():
+        for party in flow.parties:
+            party.comes(unit)
+            if not party.is_due:
+                party.is_due = True
+                due.append(party)
+        for viewer in flow.alone.values():
             if not viewer.is_due:
                 viewer.is_due = True
                 due.append(viewer)
@@ -292,11 +320,13 @@ class VideoDesk:
                 sink.unit(unit.message, unit.head, now)
 
     def _pump_some(self, now: float) -> None:
-        due, traffic = self._due, self.traffic
-        for _ in range(min(AT_ONCE, len(due))):
-            viewer = due.popleft()
-            viewer.is_due = False
-            viewer.pump(traffic, now)
+        due, traffic, room = self._due, self.traffic, AT_ONCE
+        while due and room > 0:
+            one = due.popleft()
+            one.is_due = False
+            room -= one.weight
+            if isinstance(one, Party) or one.party is None:
+                one.pump(traffic, now)
         if due:
             self.later(self._pump_some)
 

@@ -7,6 +7,7 @@ from typing import Final, Protocol
 from server.relay.agent_link import AgentLink
 from server.relay.token_bucket import TokenBucket
 from server.video.clock_offset import ClockOffset
+from server.video.party import Party
 from server.video.situation import Known, VideoSituation, situation_of
 from server.video.streams import Stream, StreamKey, StreamSink
 from server.video.viewer import VideoViewer
@@ -43,6 +44,10 @@ class Flow:
 
     stream: Stream = field(default_factory=Stream)
     viewers: dict[int, VideoViewer] = field(default_factory=dict)
+    """All of them."""
+    parties: list[Party] = field(default_factory=list)
+    alone: dict[int, VideoViewer] = field(default_factory=dict)
+    """Viewers in no party."""
     sinks: dict[StreamSink, bool] = field(default_factory=dict)
     lingers_until: float = float("-inf")
     unit_at: float = float("-inf")
@@ -61,6 +66,32 @@ class Flow:
     def taken(self) -> bool:
         """Whether anybody takes it now."""
         return bool(self.viewers or self.sinks)
+
+    def take_out(self, viewer: VideoViewer) -> None:
+        """Out of its party, if it is in one: what it was sent is on its account from here on."""
+        party = viewer.party
+        if party is not None:
+            party.leave(viewer)
+            self.is_out(viewer)
+
+    def is_out(self, viewer: VideoViewer) -> None:
+        """It has left its party."""
+        party, viewer.party = viewer.party, None
+        self.alone[viewer.number] = viewer
+        if party is not None and not len(party) and not party.is_due:
+            self.parties.remove(party)
+
+    def put_in(self, viewer: VideoViewer, now: float) -> None:
+        """Into a party, if it is in step and there is a place."""
+        if viewer.party is not None or not viewer.is_in_step(now):
+            return
+        party = next((one for one in self.parties if one.has_place()), None)
+        if party is None:
+            party = Party(self.stream, self.is_out)
+            self.parties.append(party)
+        party.join(viewer)
+        viewer.party = party
+        del self.alone[viewer.number]
 
     def is_live(self, now: float) -> bool:
         """Whether pictures come."""

@@ -61,6 +61,9 @@ MOST_SENT: Final = 4096
 _NOT_KNOWN: Final = float("inf")
 _LONG_AGO: Final = float("-inf")
 
+SentUnit = tuple[int, int, float]
+"""(sequence, bytes, when)."""
+
 
 class ViewerPace:
     """One for each viewer."""
@@ -83,7 +86,7 @@ class ViewerPace:
         self._delivered = 0
         self._drawn_sent_at = float("-inf")
         """When the newest was sent that it has drawn."""
-        self._trusted_until = _LONG_AGO
+        self.trusted_until = _LONG_AGO
         """Until then no news is good news: the viewer says when anything is late."""
         self._is_overdue = False
         """The viewer waits for what should have come; until it says that something has."""
@@ -111,7 +114,7 @@ class ViewerPace:
         stream = self._stream
         if stream is None:
             return None
-        if now < self._trusted_until and self._group == stream.number and len(self._sent) < MOST_SENT:
+        if now < self.trusted_until and self._group == stream.number and len(self._sent) < MOST_SENT:
             group, place = stream.group, self._next
             if place == len(group) - 1 and not self._lost and now - group[place].at < PICTURE_AGE_S:
                 return self._send(group[place], now)  # what nearly always happens, and all that is done for it
@@ -135,8 +138,8 @@ class ViewerPace:
         come by now. `held_s`: it drew it so long before it said so.
         """
         self._is_overdue, self.is_held_up = overdue, False
-        if not calm and self._trusted_until != _LONG_AGO:
-            self._trusted_until = _LONG_AGO
+        if not calm and self.trusted_until != _LONG_AGO:
+            self.trusted_until = _LONG_AGO
             self._reckon_what_came()
         sent = self._sent
         if not sent or (sent[0][0] != sequence and all(one[0] != sequence for one in sent)):
@@ -155,7 +158,7 @@ class ViewerPace:
         self._note_best(took_s, now)
         sample = (self._delivered - delivered) / max(took_s, 1e-3)
         if calm and took_s < TRUST_S:  # who goes on drawing what is older than that is not calm
-            self._trusted_until, self._rate = now + TRUST_S, None
+            self.trusted_until, self._rate = now + TRUST_S, None
             return
         late_s = took_s - self._best()
         self._in_time = self._in_time + 1 if late_s < IN_TIME_S else 0
@@ -176,6 +179,39 @@ class ViewerPace:
                 came += 1
             self._sent[place] = (number, size, at, reckoned)
 
+    # -- in step -----------------------------------------------------------------------------------------------
+
+    def is_in_step(self, now: float) -> bool:
+        """Calm, and sent everything up to now: nothing has to be asked before it is sent what comes next."""
+        stream = self._stream
+        return (
+            stream is not None
+            and now < self.trusted_until
+            and self._group == stream.number
+            and self._next == len(stream.group) > 0
+            and not self._lost
+            and len(self._sent) < MOST_SENT
+        )
+
+    def was_in_step(self, sent: list[SentUnit], behind: int) -> None:
+        """Since it was found to be in step it was `sent` these, without being asked; it was not sent the newest
+        `behind` units that came."""
+        for number, size, at in sent:
+            self._sent.append((number, size, at, self._delivered))
+            self.in_flight += size
+        stream = self._stream
+        if stream is None:
+            return
+        here, before = len(stream.group), len(stream.previous)
+        if behind <= here:
+            self._group, self._next = stream.number, here - behind
+        elif behind <= here + before:
+            self._group, self._next = stream.number - 1, here + before - behind
+        else:
+            self._group = stream.number - 2  # so far behind that only the newest group is of use
+        self._due = stream.began + here - behind
+        self._lost = False
+
     def silent_for(self, now: float) -> float:
         """Seconds since what it has not said to have drawn was sent; 0 if there is nothing."""
         return now - self._sent[0][2] if self._sent else 0.0
@@ -183,7 +219,7 @@ class ViewerPace:
     # -- what the way takes ----------------------------------------------------------------------------------
 
     def _has_way_for(self, unit: Relayed, now: float) -> bool:
-        if now < self._trusted_until:
+        if now < self.trusted_until:
             return len(self._sent) < MOST_SENT
         self.is_held_up = False
         best = self._best()

@@ -1,7 +1,9 @@
 """One viewer of a drone's video as the desk sees it: who it is, which stream, how to write to it. Pure."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from server.accounts.sessions import Principal
 from server.relay.token_bucket import TokenBucket
@@ -11,6 +13,9 @@ from server.video.streams import Stream, StreamKey
 from server.video.traffic import VideoTraffic
 from server.video.viewer_messages import ToldSkipped, ToViewer, encode_to_viewer, state_message
 from wire.ids import DroneId
+
+if TYPE_CHECKING:
+    from server.video.party import Party
 
 REQUESTS_PER_S: Final = 150.0
 REQUESTS_BURST: Final = 600
@@ -25,6 +30,8 @@ class VideoViewer:
     """`write`: a whole WebSocket message, as bytes; `tell`: the payload of a text message; `has_room`: whether the
     other side reads what it is sent; `close`: ends it with a code and words; `held_up`: told when pictures wait because
     those before them are overdue (server.video.pacing)."""
+
+    weight: Final = 1
 
     def __init__(
         self,
@@ -49,11 +56,13 @@ class VideoViewer:
         self.pace = ViewerPace()
         self.stream: Stream | None = None
         """That it watches, as the pace has it."""
+        self.party: Party | None = None
+        """That it is in (server.video.party)."""
         self.requests = TokenBucket(REQUESTS_PER_S, REQUESTS_BURST, now)
         self.is_due = False
         """The desk is about to pump it."""
         self.ended = False
-        self._write = write
+        self.write = write
         self._tell = tell
         self._has_room = has_room
         self._close = close
@@ -63,13 +72,13 @@ class VideoViewer:
         self._skipped_told_at = float("-inf")
 
     def pump(self, traffic: VideoTraffic, now: float) -> None:
-        """Writes what is due."""
+        """Writes what is due. Not for one who is in a party."""
         if self.ended:
             return
         has_room = self._has_room
         if self._untold is not None and has_room():
             self.situation(self._untold)
-        next_unit, write = self.pace.next_unit, self._write
+        next_unit, write = self.pace.next_unit, self.write
         group = self.stream.group if self.stream is not None else ()
         while has_room():
             unit = next_unit(now)
@@ -84,6 +93,10 @@ class VideoViewer:
             traffic.bytes_out += len(framed)
             if group and unit is group[-1]:
                 return  # the newest there is: nothing can be due after it
+
+    def is_in_step(self, now: float) -> bool:
+        """Nothing waits for it, and nothing has to be asked before it is sent what comes next."""
+        return not self.ended and self._untold is None and self.pace.is_in_step(now) and self._has_room()
 
     def situation(self, situation: VideoSituation) -> None:
         """Tells it; the newest only, if it does not read."""

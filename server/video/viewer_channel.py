@@ -92,13 +92,13 @@ class ViewerChannel:
         elif no_room is not None:
             self._ending.wish(TOO_MANY_SOCKETS, no_room)
         else:
-            writer.on_room = self._room
+            writer.on_room, writer.on_full = self._room, self._full
             writer.hear(on_text=self._heard)
             hub.video.enter(viewer, now)
             try:
                 await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())
             finally:
-                writer.on_room = _nothing
+                writer.on_room = writer.on_full = _nothing
                 viewer.ended = True
                 if self._stirring is not None:
                     self._stirring.cancel()
@@ -108,7 +108,10 @@ class ViewerChannel:
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     def _room(self) -> None:
-        self._viewer.pump(self._hub.video.traffic, time.monotonic())
+        self._hub.video.has_room(self._viewer, time.monotonic())
+
+    def _full(self) -> None:
+        self._hub.video.is_full(self._viewer)
 
     def _held_up(self) -> None:
         if self._stirring is None and self._stirs < MOST_STIRS:
@@ -117,8 +120,8 @@ class ViewerChannel:
     def _stir(self) -> None:
         """Small pings while a picture is overdue, so that TCP learns sooner of what was lost on the way."""
         self._stirring, viewer = None, self._viewer
-        viewer.pump(self._hub.video.traffic, time.monotonic())
-        if not viewer.ended and viewer.pace.is_held_up:
+        self._hub.video.has_room(viewer, time.monotonic())
+        if not viewer.ended and viewer.party is None and viewer.pace.is_held_up:
             self._stirs += 1
             self._writer.write_ping()
 

@@ -408,7 +408,7 @@ def test_a_unit_costs_its_viewers_no_copy(scene: Scene) -> None:
     written: list[bytes] = []
     for _ in range(3):
         viewer = FakeViewer(scene, 9)
-        viewer.viewer._write = written.append
+        viewer.viewer.write = written.append
     scene.open_channel()
     scene.send(unit(0, key=True))
     assert len({id(one) for one in written}) == 1
