@@ -56,6 +56,17 @@ async def command(pilot: Pilot, command_: str, **body: Any) -> Any:
     return await work(pilot, "POST", "/commands", {"command": command_} | body)
 
 
+async def refusal(pilot: Pilot, command_: str, **body: Any) -> Any:
+    """The problem with a command, once the drone has told what has to be known for it, as where its home is."""
+    for _ in range(300):
+        answer = await pilot.ask("POST", "/commands", {"command": command_} | body)
+        assert answer.status == 409, answer.body
+        if answer.json["type"] != "/problems/not-known-yet":
+            return answer.json
+        await asyncio.sleep(0.1)
+    raise AssertionError(answer.body)
+
+
 async def parameters(pilot: Pilot) -> dict[str, float]:
     """Once they are known."""
     for _ in range(300):
@@ -125,8 +136,8 @@ async def test_a_px4_is_told_all_of_it_and_does_it(world: World) -> None:
         items = [*mission(12)[:-1], [RETURN, 2, [0, 0, 0, 0], 0, 0, 0, 1]]
         await work(pilot, "PUT", "/mission", {"items": items})
         # As it is delivered, it would drop or lose the drone.
-        refused = await pilot.ask("POST", "/commands", {"command": "takeoff", "height_m": 15})
-        assert refused.json["type"] == "/problems/loss-check"
+        refused = await refusal(pilot, "takeoff", height_m=15)
+        assert refused["type"] == "/problems/loss-check"
         assert (await pilot.ask("POST", "/loss-check/acknowledge")).status == 200
         await command(pilot, "takeoff", height_m=15)
         await pilot.until(lambda: abs(pilot.altitude_m - 15) < 1 and pilot.mode == PX4_LOITER, "15 m")
