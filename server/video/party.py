@@ -17,6 +17,8 @@ from server.video.viewer import VideoViewer
 
 MOST_MEMBERS: Final = 32
 """They are written to at one go: some tenths of a millisecond."""
+_LOOK_AT_LOG: Final = 200
+"""Units: with so many in it, those that everybody has on its account are dropped."""
 
 
 class Party:
@@ -96,5 +98,3 @@ class Party:
                 viewer.pump(traffic, now)
         self._trusted_until = min((one.pace.trusted_until for one in self._members), default=float("inf"))
 
-
-_LOOK_AT_LOG: Final = 200
