@@ -97,4 +97,3 @@ class Party:
                 self._left(viewer)
                 viewer.pump(traffic, now)
         self._trusted_until = min((one.pace.trusted_until for one in self._members), default=float("inf"))
-
