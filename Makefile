@@ -51,7 +51,12 @@ test: setup ## run every test: unit, integration, and the browser's; TEST_WORKER
 	(cd web && npm test --silent); \
 	wait $$parts
 	@$(SAY) "Unit, integration and browser tests"
-	@$(BIN)/python -m pytest -n $(TEST_WORKERS)
+	@$(BIN)/python -m pytest -n $(TEST_WORKERS) --durations=40 --durations-min=10
+
+.PHONY: audit
+audit: $(DEV_READY) ## ask the public lists of known weaknesses about every pinned package
+	@$(SAY) "Known weaknesses of packages"
+	@$(BIN)/python deploy/audit.py
 
 .PHONY: format
 format: $(DEV_READY) $(WEB_READY) ## put every file into the house format

@@ -11,11 +11,12 @@ from typing import Any
 
 import uvloop
 
-from bench import control, encoder, fuzz, missions, relay, scale
+from bench import anonymous, control, encoder, fuzz, missions, relay, scale
 from bench.rows import Report
 from bench.video import bench_run as video
 
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
+    "anonymous": (anonymous.run, anonymous.__doc__ or ""),
     "control": (control.run, control.__doc__ or ""),
     "encoder": (encoder.run, encoder.__doc__ or ""),
     "fuzz": (fuzz.run, fuzz.__doc__ or ""),
@@ -51,11 +52,36 @@ def parse(words: list[str]) -> argparse.Namespace:
         default=Path("var/peers"),
         help="relay, missions, video: MAVProxy, MAVSDK, JSMpeg are installed there",
     )
-    parser.add_argument("--drones", type=int, help="scale: so many (1,000)")
+    parser.add_argument("--drones", type=int, help="scale: so many (1,000); control's flown table: at once (4)")
+    parser.add_argument("--flown", action="store_true", help="control: the flown table, with tower-sim")
+    parser.add_argument(
+        "--autopilot",
+        type=Path,
+        metavar="PATH",
+        help="control: the flown table, missions: all of it, with this ArduCopter simulator",
+    )
+    parser.add_argument("--peer-rounds", type=int, help="missions: so many of MAVSDK's, which are long (all)")
+    parser.add_argument("--n", type=int, default=1, help="control: each flight so often (1)")
+    parser.add_argument(
+        "--lost-action",
+        default="return",
+        choices=("return", "land", "continue", "stay"),
+        help="control: flown (return)",
+    )
+    parser.add_argument(
+        "--set-up", action="store_true", help="control: drones without a receiver have the console's parameters"
+    )
     parser.add_argument("--browsers", type=int, help="scale: so many that watch all of them (20)")
-    parser.add_argument("--seconds", type=float, help="scale: how long they fly (600); video: of each round (30)")
-    parser.add_argument("--cases", metavar="A,B", help=f"video: only {', '.join([*video.CASES, video.LONG])}")
+    parser.add_argument(
+        "--seconds", type=float, help="scale: how long they fly (600); video: of each round (30); anonymous: (60)"
+    )
+    cases = f"video: only {', '.join([*video.CASES, video.LONG])}"
+    cases += "; control's flown table: flights with A, or with all of B+C, in their name"
+    parser.add_argument("--cases", metavar="A,B+C", help=cases)
     parser.add_argument("--minutes", type=float, default=video.MINUTES, help="video: of the case 'long' (10)")
+    parser.add_argument(
+        "--realtime", action="store_true", help="anonymous: tower, agent and pilot have the processor first (root)"
+    )
     parser.add_argument("--datagrams", type=int, metavar="N", help="fuzz: so many (1,000,000)")
     parser.add_argument("--messages", type=int, metavar="N", help="fuzz: so many WebSocket messages (100,000)")
     parser.add_argument("--seed", type=int, default=1, help="fuzz: another one makes other bytes (1)")

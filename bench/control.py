@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.control_flown import fly_table
 from bench.control_triggers import OTHERS, TAKE, Trigger
 from bench.hand_flight import AXES, HandFlight
 from bench.hold_figures import WATCHED_S, HoldFigures, began_at, figures, mode_shown_at
@@ -52,6 +53,15 @@ class Trial:
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
+    """The flown table where it is asked for (`--autopilot`, `--flown`), else how fast and how well it goes."""
+    with _folder(options.keep) as folder:
+        if options.autopilot is not None or options.flown:
+            await fly_table(report, options, folder)
+        else:
+            await _measure(report, options, folder)
+
+
+async def _measure(report: Report, options: argparse.Namespace, folder: Path) -> None:
     """Every kind of machine, on loopback and on the emulated network, unless told to do less."""
     kinds = [
         Kind(flavour, radio)
@@ -64,11 +74,10 @@ async def run(report: Report, options: argparse.Namespace) -> None:
     if True in networks and (reason := why_not()) is not None:
         report.say(f"no emulated network: this needs {reason}")
         networks = [False]
-    with _folder(options.keep) as folder:
-        for slow in networks:
-            for kind in kinds:
-                where = folder / f"{kind.flavour}-{'radio' if kind.radio else 'alone'}-{'slow' if slow else 'near'}"
-                await _one_kind(report, options, where, kind, slow)
+    for slow in networks:
+        for kind in kinds:
+            where = folder / f"{kind.flavour}-{'radio' if kind.radio else 'alone'}-{'slow' if slow else 'near'}"
+            await _one_kind(report, options, where, kind, slow)
 
 
 @contextlib.contextmanager

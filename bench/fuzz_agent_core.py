@@ -17,17 +17,18 @@ from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.port import AutopilotPort, OnBytes
 from onboard_agent.control_channel import OpenedChannel
 from onboard_agent.data_socket import DataSocket
+from onboard_agent.identity import Identity, Kept
 from onboard_agent.tower_url import parse_tower_url
 from wire.control_messages import HoldOrder, Welcome, encode_message
-from wire.credential import parse_credential
 from wire.dialect import build, mavlink
+from wire.drone_key import DroneKey
 from wire.ids import DroneId, LinkId
 from wire.sealed_link import SealedLink
 
 DRONE: Final = DroneId(7)
 LINK: Final = LinkId(0x00C0FFEE)
 _UP, _DOWN = b"u" * 32, b"d" * 32
-_CREDENTIAL: Final = parse_credential(f"twd_{DRONE}_" + "c" * 43)
+_IDENTITY: Final = Identity(Kept(DRONE, DroneKey(DRONE, b"k" * 32)))
 _ORDER: Final = HoldOrder(order_id=1, epoch=3, reason="the controls were taken")
 _TICK_EVERY: Final = 64
 """Datagrams between two ticks; the autopilot says something then as well."""
@@ -71,7 +72,7 @@ class AgentCore:
         self._port = _DeafPort()
         self._socket = _DeafSocket()
         url = parse_tower_url("http://127.0.0.1:1")
-        self._agent = Agent(AgentSettings(tower=url, credential=_CREDENTIAL, port=self._port))
+        self._agent = Agent(AgentSettings(tower=url, identity=_IDENTITY, port=self._port))
         self._welcome = Welcome(
             drone_id=DRONE, name="Kestrel", link_id=LINK, public_key=_UP, udp_port=1, epoch=3, holder="alice"
         )

@@ -17,16 +17,16 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Final
 
-from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
 from bench.fuzz_messages import LARGEST_READ_BYTES, MessageFuzzer
+from bench.key_sign_in import say_hello
 from server.relay.live_messages import MalformedRequest, decode_request
-from wire.control_messages import AGENT_SUBPROTOCOL, Hello, MalformedMessage, decode_to_tower, encode_message
+from wire.control_messages import KEY_SUBPROTOCOL, MalformedMessage, decode_to_tower
+from wire.drone_key import parse_drone_key
 from wire.frames import MalformedFrame
-from wire.key_agreement import public_bytes
 from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged
 
 _ANSWER_WITHIN_S: Final = 20.0
@@ -61,7 +61,7 @@ class Target:
     cookie: str
     drone_ids: tuple[int, ...]
     """Of the first of them the somebody has the controls."""
-    credentials: tuple[str, ...]
+    keys: tuple[str, ...]
     """Of drones that are attacked as their own agents, in turn: the tower takes so many reports a second of each."""
 
 
@@ -216,21 +216,18 @@ async def attack_agent(target: Target, chance: random.Random, messages: int) -> 
     """As a signed-in agent: messages of which some are right and the first that is not must end the channel."""
     account = Account()
     fuzzer = MessageFuzzer(chance, target.drone_ids)
-    key = public_bytes(X25519PrivateKey.generate())
-    hello = encode_message(Hello(agent_version="fuzz", public_key=key))
     while account.messages < messages:
-        credential = target.credentials[account.connections % len(target.credentials)]
+        key = parse_drone_key(target.keys[account.connections % len(target.keys)])
         account.connections += 1
         connection = await connect(
             target.url.replace("http", "ws", 1) + "/api/v1/agent",
-            subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
-            additional_headers={"Authorization": f"Bearer {credential}"},
+            subprotocols=[Subprotocol(KEY_SUBPROTOCOL)],
             compression=None,
             proxy=None,
             open_timeout=_ANSWER_WITHIN_S,
         )
         try:
-            await connection.send(hello)
+            await say_hello(connection, key)
             await connection.recv()
             await _agent_until_closed(connection, fuzzer, account, messages)
         except ConnectionClosed as closed:

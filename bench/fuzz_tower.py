@@ -179,13 +179,13 @@ async def fuzzed_tower(folder: Path) -> AsyncIterator[FuzzedTower]:
         load_tower(folder / "tower", drones=2 + _AS_AGENTS, settings=_WITHOUT_FLOOD_GATE) as tower,
         httpx.AsyncClient(base_url=tower.url, headers={"Cookie": tower.cookie}, trust_env=False, timeout=30) as http,
     ):
-        agents = await sign_in_all(tower.url, tower.credentials[:2])
+        agents = await sign_in_all(tower.url, tower.keys[:2])
         async with kept_alive(agents):
             answer = await http.post("/api/v1/drones/1/control/acquire", json={"reason": "fuzz"})
             answer.raise_for_status()
             witness = Witness(await tower.browser(), agents[0])
             witness.start()
-            target = Target(tower.url, tower.cookie, (1, 2), tuple(tower.credentials[2:]))
+            target = Target(tower.url, tower.cookie, (1, 2), tuple(tower.keys[2:]))
             try:
                 yield FuzzedTower(tower, target, witness, agents, folder / "tower" / "tower.log", http)
             finally:

@@ -13,7 +13,6 @@ import random
 from collections.abc import AsyncIterator, Callable
 from typing import Final
 
-from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Subprotocol
@@ -21,10 +20,10 @@ from websockets.typing import Subprotocol
 from bench.fuzz_bytes import Mutator
 from bench.fuzz_channels import Account, Target
 from bench.fuzz_messages import MessageFuzzer
+from bench.key_sign_in import say_hello
 from server.video.viewer_messages import LARGEST_REQUEST_BYTES, MalformedVideoRequest, decode_video_request
-from wire.control_messages import AGENT_SUBPROTOCOL, Hello, decode_to_agent, encode_message
-from wire.credential import parse_credential
-from wire.key_agreement import public_bytes
+from wire.control_messages import KEY_SUBPROTOCOL, decode_to_agent
+from wire.drone_key import parse_drone_key
 from wire.video import (
     AGENT_VIDEO_SUBPROTOCOL,
     LARGEST_UNIT_BYTES,
@@ -101,14 +100,12 @@ async def attack_video_in_bytes(target: Target, chance: random.Random, messages:
     """As an agent that is signed in: mutated units while somebody watches, and tickets that are none."""
     account = Account()
     fuzzer = _UnitFuzzer(chance)
-    credential = target.credentials[0]
-    drone_id = int(parse_credential(credential).drone_id)
+    key = parse_drone_key(target.keys[0])
     tower = target.url.replace("http", "ws", 1)
-    async with _socket(f"{tower}/api/v1/agent", AGENT_SUBPROTOCOL, {"Authorization": f"Bearer {credential}"}) as link:
-        key = public_bytes(X25519PrivateKey.generate())
-        await link.send(encode_message(Hello(agent_version="fuzz", public_key=key, takes=(VIDEO,))))
+    async with _socket(f"{tower}/api/v1/agent", KEY_SUBPROTOCOL, {}) as link:
+        await say_hello(link, key, takes=(VIDEO,))
         ticket = await _ticket(link)
-        async with _watching(target, drone_id) as viewer:
+        async with _watching(target, int(key.drone_id)) as viewer:
             watching = asyncio.create_task(_watch(viewer, account))
             while account.messages < messages:
                 account.connections += 1

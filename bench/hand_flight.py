@@ -13,6 +13,7 @@ HEIGHT_M = 30.0
 SET_MODE, ARM = mavlink.MAV_CMD_DO_SET_MODE, mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 TAKE_OFF, GO_TO = mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_DO_REPOSITION
 AMSL_FRAME = 0
+THROTTLE_DOWN = Sticks(z=0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +94,8 @@ class HandFlight:
 
         async def flying() -> bool:
             nonlocal asked_at
+            # Throttle down arms with every receiver and with none; in the air centred sticks hold.
+            pilot.sticks = Sticks() if tap.modes and tap.modes[-1].armed else THROTTLE_DOWN
             if tap.motions and tap.motions[-1].alt_m > 2.0:
                 return True
             if pilot.now - asked_at > 2.0:
@@ -120,7 +123,8 @@ class HandFlight:
 
         await wait_for("the loss check to be complete", complete, 30)
         try:
-            await self.pilot.ask("POST", "/drones/1/loss-check/acknowledge")
+            name = (await self.pilot.drone())["name"]
+            await self.pilot.ask("POST", "/drones/1/loss-check/acknowledge", {"drone": name})
         except Refused:
             return
 

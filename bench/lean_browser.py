@@ -10,7 +10,7 @@ import asyncio
 import base64
 import os
 from collections.abc import Callable
-from typing import Final
+from typing import Final, cast
 from urllib.parse import urlsplit
 
 _CONTINUATION, _TEXT, _BINARY, _CLOSE, _PING, _PONG = 0, 1, 2, 8, 9, 10
@@ -33,14 +33,14 @@ class LeanBrowser(asyncio.Protocol):
         self.bytes = 0
         """In binary messages."""
         self.upgraded: asyncio.Future[None] = asyncio.get_running_loop().create_future()
+        self.closed = False
         self._buffer = b""
         self._parts: list[bytes] = []
         self._kind = 0
         self._transport: asyncio.Transport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport) or hasattr(transport, "write")
-        self._transport = transport  # type: ignore[assignment]
+        self._transport = cast(asyncio.Transport, transport)  # no base class of uvloop's
 
     def data_received(self, data: bytes) -> None:
         self._buffer += data
@@ -105,6 +105,7 @@ class LeanBrowser(asyncio.Protocol):
         self._transport.write(bytes((0x80 | opcode,)) + length + _MASK + payload)
 
     def connection_lost(self, exc: Exception | None) -> None:
+        self.closed = True
         if not self.upgraded.done():
             self.upgraded.set_exception(exc or ConnectionError("closed before the upgrade"))
 

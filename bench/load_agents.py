@@ -1,11 +1,11 @@
 """Many sealed agents in one process: load for a tower, on the wire the same as that many real agents.
 
-Each signs in at /api/v1/agent with its own credential and agrees on keys (with the code of the real agent), has a UDP
+Each signs in at /api/v1/agent with its own key and agrees on keys (with the code of the real agent), has a UDP
 socket of its own, answers pings and sends its own. What it sends are stamped frames (`bench.load_frames`), so that
 whoever receives them can tell what was lost and how long it took. Run it in another process, on another
 core, than the tower.
 
-    agents = await sign_in_all(tower_url, credentials)          # [LoadAgent, ...]
+    agents = await sign_in_all(tower_url, keys)          # [LoadAgent, ...]
     async with kept_alive(agents):
         await fly(agents, Telemetry(frames_per_s=50, burst=5, kinds=STATE_KINDS), for_s=10)
 
@@ -31,10 +31,10 @@ from typing import Final
 from bench.load_frames import EVENT_KINDS, stamped_frame
 from bench.precise_timer import PreciseTimer
 from onboard_agent.control_channel import NoLink, OpenedChannel, open_channel
+from onboard_agent.identity import Identity, parse_kept
 from onboard_agent.tower_url import TowerUrl, parse_tower_url
 from wire.content import Frames
 from wire.control_messages import AutopilotState, ControlChanged, decode_to_agent, encode_message
-from wire.credential import parse_credential
 from wire.drops import Dropped
 from wire.following import FOLLOW, FOLLOW_PERSON
 from wire.ids import Epoch
@@ -177,30 +177,30 @@ class LoadAgent:
 
 async def sign_in_all(
     tower_url: str,
-    credentials: Sequence[str],
+    keys: Sequence[str],
     *,
     at_once: int = SIGN_IN_AT_ONCE,
     tries: int = 1,
     takes: tuple[str, ...] = (),
 ) -> list[LoadAgent]:
-    """One agent for each credential, in order. Raises onboard_agent.control_channel.NoLink after so many tries.
+    """One agent for each key, in order. Raises onboard_agent.control_channel.NoLink after so many tries.
     `takes`: what they say of themselves beyond what every agent does."""
-    allow_files(2 * len(credentials) + 256)
+    allow_files(2 * len(keys) + 256)
     url = parse_tower_url(tower_url)
     gate = asyncio.Semaphore(at_once)
 
-    async def sign_in(credential: str) -> LoadAgent:
+    async def sign_in(key: str) -> LoadAgent:
         async with gate:
             for _ in range(tries - 1):
                 with contextlib.suppress(NoLink):
-                    return await _sign_in(url, credential, takes)
-            return await _sign_in(url, credential, takes)
+                    return await _sign_in(url, key, takes)
+            return await _sign_in(url, key, takes)
 
-    return list(await asyncio.gather(*(sign_in(one) for one in credentials)))
+    return list(await asyncio.gather(*(sign_in(one) for one in keys)))
 
 
-async def _sign_in(url: TowerUrl, credential: str, takes: tuple[str, ...]) -> LoadAgent:
-    agent = LoadAgent(await open_channel(url, parse_credential(credential), takes=(*ALL_TAKE, *takes)))
+async def _sign_in(url: TowerUrl, key: str, takes: tuple[str, ...]) -> LoadAgent:
+    agent = LoadAgent(await open_channel(url, Identity(parse_kept(key)), takes=(*ALL_TAKE, *takes)))
     agent.keep_alive()
     await agent.tell_state()
     return agent

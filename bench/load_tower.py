@@ -6,8 +6,9 @@ import asyncio
 import contextlib
 import os
 import re
+import secrets
 import sys
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,8 +23,10 @@ from server.accounts.users import create_user
 from server.audit.deed import Deed
 from server.audit.trail import COMMAND_LINE
 from server.database import open_database
-from server.fleet.drones import create_drone
+from server.fleet.drones import create_drone, set_key
 from server.schema import migrate
+from wire.drone_key import KEY_BYTES, DroneKey
+from wire.ids import DroneId
 
 TOWER: Final = Path(sys.executable).parent / "tower"
 CHECKOUT: Final = Path(__file__).resolve().parent.parent
@@ -39,9 +42,11 @@ class LoadTower:
 
     url: str
     process: asyncio.subprocess.Process
-    credentials: list[str]
+    keys: list[str]
     """Of drones 1, 2, 3, ... in order."""
     cookie: str
+    udp_port: int = 0
+    """Of its data channel."""
     _browsers: list[LeanBrowser] = field(default_factory=list)
 
     async def browser(self) -> LeanBrowser:
@@ -58,8 +63,9 @@ class LoadTower:
         self._browsers.clear()
 
 
-async def make_fleet(folder: Path, drones: int) -> list[str]:
-    """A new database in `folder` with an admin and so many drones. Returns their credentials, in order."""
+async def make_fleet(folder: Path, drones: int, operators: Sequence[str] = ()) -> list[str]:
+    """A new database in `folder` with an admin, operators of these names (all with PASSWORD), and so many drones.
+    Returns their keys as text, in order."""
     database = open_database(f"sqlite+aiosqlite:///{folder / 'tower.sqlite3'}")
     passwords = Passwords(concurrency=1, memory_kib=19456, rounds=2)
     deed = Deed(by=COMMAND_LINE, at=datetime.now(UTC))
@@ -70,19 +76,33 @@ async def make_fleet(folder: Path, drones: int) -> list[str]:
             await create_user(
                 session, name=ADMIN, role=Role.ADMIN, password_hash=hashed, deed=deed, must_change_password=False
             )
-            made = [await create_drone(session, name=f"Load {n + 1}", deed=deed) for n in range(drones)]
-            return [str(credential) for _, credential in made]
+            for name in operators:
+                await create_user(
+                    session, name=name, role=Role.OPERATOR, password_hash=hashed, deed=deed, must_change_password=False
+                )
+            keys = []
+            for number in range(1, drones + 1):
+                row = await create_drone(session, name=f"Load {number}", deed=deed)
+                keys.append(DroneKey(DroneId(row.id), secrets.token_bytes(KEY_BYTES)))
+                await set_key(session, drone_id=row.id, public_key=keys[-1].public, deed=deed)
+            return [str(key) for key in keys]
     finally:
+        await passwords.close()
         await database.close()
 
 
 @contextlib.asynccontextmanager
 async def load_tower(
-    folder: Path, *, drones: int, cpus: set[int] | None = None, settings: dict[str, str] | None = None
+    folder: Path,
+    *,
+    drones: int,
+    cpus: set[int] | None = None,
+    settings: dict[str, str] | None = None,
+    operators: Sequence[str] = (),
 ) -> AsyncIterator[LoadTower]:
     """Until the block ends. `cpus`: the process is bound to them. `settings`: more environment variables."""
     folder.mkdir(parents=True, exist_ok=True)  # noqa: ASYNC240 (before anything runs)
-    credentials = await make_fleet(folder, drones)
+    keys = await make_fleet(folder, drones, operators)
     log = folder / "tower.log"
     environment = {
         **os.environ,
@@ -111,7 +131,7 @@ async def load_tower(
             answer = await client.post("/api/v1/session", json={"name": ADMIN, "password": PASSWORD})
             answer.raise_for_status()
             cookie = "; ".join(f"{name}={value}" for name, value in client.cookies.items())
-        tower = LoadTower(url, process, credentials, cookie)
+        tower = LoadTower(url, process, keys, cookie, _udp_port(log))
         yield tower
     finally:
         if tower is not None:
@@ -129,6 +149,12 @@ async def end(process: asyncio.subprocess.Process) -> None:
         except TimeoutError:
             process.kill()
             await process.wait()
+
+
+def _udp_port(log: Path) -> int:
+    found = re.search(r".*data_channel_open.*", log.read_text(errors="replace"))
+    port = re.search(r'"port": (\d+)', found[0]) if found else None
+    return int(port[1]) if port else 0
 
 
 async def _address(process: asyncio.subprocess.Process, log: Path) -> str:

@@ -10,13 +10,15 @@ from __future__ import annotations
 import argparse
 import asyncio
 import contextlib
+import json
 import shutil
 import tempfile
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+from bench.ground_station import NotAnswered
 from bench.link_model import Profile
 from bench.missions_figures import OURS, PEER, Figures
 from bench.missions_plan import survey
@@ -26,6 +28,9 @@ from bench.peers.environment import CannotInstall
 from bench.peers.mavsdk_server import Installed, PeerFailed, mavsdk_in
 from bench.rig import wait_for
 from bench.rows import Report
+from wire.plan_keeping import same_plan
+from wire.plan_keeping_ardupilot import ArduPilot
+from wire.plans import PlanKind, plan_from_json
 
 ITEMS: Final = 200
 ROUNDS: Final = 5
@@ -34,8 +39,11 @@ LINE: Final = Profile(delay_s=0.15, loss=0.025)
 LINE_WORDS: Final = "300 ms RTT, 2.5 % lost each way"
 FAR: Final = ", person behind a line too"
 UPLOAD, DOWNLOAD, PARAMETERS = "upload and verify", "download", "all parameters"
+CONNECTION: Final = "ground station connects"
+READ_ANEW: Final = "all parameters, read anew"
 TOWER_NEW: Final = "all parameters at a tower that has just been started"
 KNOCKS: Final = 10
+TOWERS_MOST: Final = 5
 PEERS_PLANS: Final = 1000
 """Where the numbers of MAVSDK's plans begin: it never sends one that the agent has sent."""
 
@@ -48,6 +56,7 @@ class Trial:
     network: Network | None
     figures: Figures
     items: int
+    connects_only: bool
 
     @contextlib.asynccontextmanager
     async def counted(self, system: str, what: str) -> AsyncIterator[None]:
@@ -63,11 +72,17 @@ class Trial:
 
 
 async def run(report: Report, options: argparse.Namespace) -> None:
-    """`--rounds`, `--loopback`, `--network`, `--system`, `--peers`, `--keep`, `--quick` (20 items, one round)."""
+    """`--case "ground station"` is a case of its own, that is run alone.
+
+    `--rounds`, `--loopback`, `--network`, `--system`, `--peers`, `--keep`, `--quick` (20 items, one round).
+
+    `--autopilot`: real ArduCopters in place of the simulator. `--peer-rounds`: of MAVSDK only so many.
+    """
     rounds = options.rounds or (1 if options.quick else ROUNDS)
     items = 20 if options.quick else ITEMS
     systems = options.system or [OURS, PEER]
-    peer = await _peer(report, options.peers.resolve()) if PEER in systems else None
+    connects_only = any(case in CONNECTION for case in options.case or [])
+    peer = await _peer(report, options.peers.resolve()) if PEER in systems and not connects_only else None
     places = [False] if options.loopback else [True] if options.network else [False, True]
     if True in places and (missing := why_not()) is not None:
         report.say(f"no emulated network: this needs {missing}")
@@ -76,9 +91,11 @@ async def run(report: Report, options: argparse.Namespace) -> None:
         for slow in places:
             where = f"{items} items, {LINE_WORDS if slow else 'loopback'}"
             report.say(f"[bold]{where}[/bold]")
-            async with _trial(folder / ("line" if slow else "loopback"), report, items, slow) as trial:
+            place = folder / ("line" if slow else "loopback")
+            async with _trial(place, report, items, slow, options.autopilot, connects_only) as trial:
                 try:
-                    await _all_rounds(trial, OURS in systems, peer, rounds)
+                    peer_rounds = rounds if options.peer_rounds is None else options.peer_rounds
+                    await _all_rounds(trial, OURS in systems, peer, rounds, peer_rounds)
                 finally:
                     trial.figures.tell(where)
 
@@ -102,23 +119,28 @@ def _folder(keep: Path | None) -> Iterator[Path]:
 
 
 @contextlib.asynccontextmanager
-async def _trial(folder: Path, report: Report, items: int, slow: bool) -> AsyncIterator[Trial]:
+async def _trial(
+    folder: Path, report: Report, items: int, slow: bool, autopilot: Path | None, connects_only: bool
+) -> AsyncIterator[Trial]:
     folder.mkdir(parents=True)  # noqa: ASYNC240 (once, before anything runs)
     async with contextlib.AsyncExitStack() as stack:
         network = None
         if slow:
             network = await stack.enter_async_context(emulated_network({"drone": LINE, "browser": LINE}))
             stack.enter_context(network.inside("tower"))
-        rig = MissionsRig(folder, network)
+        rig = MissionsRig(folder, network, autopilot)
         stack.push_async_callback(rig.stop)
         await rig.start()
-        yield Trial(rig, network, Figures(report), items)
+        yield Trial(rig, network, Figures(report), items, connects_only)
 
 
-async def _all_rounds(trial: Trial, ours: bool, peer: Installed | None, rounds: int) -> None:
+async def _all_rounds(trial: Trial, ours: bool, peer: Installed | None, rounds: int, peer_rounds: int) -> None:
     people: dict[str, RestPerson] = {}
     if trial.network is not None:
         await _line_measured(trial)
+    if trial.connects_only:
+        await _ground_station(trial, rounds)
+        return
     if ours:
         people[""] = await trial.rig.near()
         if trial.network is not None:
@@ -126,11 +148,11 @@ async def _all_rounds(trial: Trial, ours: bool, peer: Installed | None, rounds: 
         await trial.rig.operator.control("acquire")
         await _until_known(people[""])
     for number in range(rounds):
-        if peer is not None:
+        if peer is not None and number < peer_rounds:
             await _mavsdk(trial, peer, PEERS_PLANS + number)
         for index, (whose, person) in enumerate(people.items()):
             await _ours(trial, person, whose, 2 * number + index)
-    for _ in range(rounds if ours else 0):
+    for _ in range(min(rounds, TOWERS_MOST) if ours else 0):
         await _tower_anew(trial)
 
 
@@ -150,6 +172,7 @@ async def _until_known(person: RestPerson) -> None:
 async def _ours(trial: Trial, person: RestPerson, whose: str, number: int) -> None:
     """A plan that the drone has not had yet, up and read back; then down again; then all parameters."""
     figures, rows = trial.figures, survey(trial.items, number)
+    await person.ask("GET", DRONE)  # so that the connection is there, as a page's is
     async with trial.counted(OURS, UPLOAD + whose):
         put = await person.ask("PUT", f"{DRONE}/mission", {"items": rows})
     if put.status != 200 or put.json["state"] != "done":
@@ -158,7 +181,7 @@ async def _ours(trial: Trial, person: RestPerson, whose: str, number: int) -> No
     figures.took(OURS, UPLOAD + whose, put.took_s)
     async with trial.counted(OURS, DOWNLOAD + whose):
         got = await person.ask("GET", f"{DRONE}/mission?fresh=true")
-    if got.status != 200 or got.json["items"] != rows:
+    if got.status != 200 or not _is_the_plan(got.json["items"], rows):
         figures.failed(OURS, DOWNLOAD + whose, f"{got.status}: not the plan that was sent")
     else:
         figures.took(OURS, DOWNLOAD + whose, got.took_s)
@@ -169,6 +192,55 @@ async def _ours(trial: Trial, person: RestPerson, whose: str, number: int) -> No
     else:
         figures.took(OURS, PARAMETERS + whose, table.took_s)
         figures.counts[OURS, PARAMETERS + whose] = len(table.json["values"])
+    await _read_anew(trial, person, whose)
+
+
+async def _ground_station(trial: Trial, rounds: int) -> None:
+    """What QGroundControl asks, again and again, by way of `tower connect`: all of it, each time."""
+    figures, loop = trial.figures, asyncio.get_running_loop()
+    await _until_known(await trial.rig.near())
+    station = await trial.rig.ground_station()
+    try:
+        for _ in range(rounds):
+            began = loop.time()
+            try:
+                await station.asks_for_messages()
+                got, count, asked = await station.lists()
+                figures.took(OURS, f"{CONNECTION}, by list", loop.time() - began)
+                figures.report.say(f"    {got} of {count} by list, {asked} of them asked for one by one")
+                listed = loop.time()
+                in_file, said = await station.reads_file()
+                figures.took(OURS, f"{CONNECTION}, by file", loop.time() - listed)
+                figures.report.say(f"    {in_file} of {said} by file")
+                await station.asks_for_plans()
+            except NotAnswered as what:
+                figures.failed(OURS, CONNECTION, f"{what} was never answered")
+                continue
+            if not got == count == in_file == said:
+                figures.failed(OURS, CONNECTION, f"{got} of {count} by list, {in_file} of {said} by file")
+            figures.counts[OURS, f"{CONNECTION}, by list"] = got
+    finally:
+        await station.close()
+
+
+async def _read_anew(trial: Trial, person: RestPerson, whose: str) -> None:
+    """From the request until the table is there that the autopilot has told since."""
+    figures, began = trial.figures, asyncio.get_running_loop().time()
+    async with trial.counted(OURS, READ_ANEW + whose):
+        read = await person.ask("POST", f"{DRONE}/parameters/read")
+        table = await person.ask("GET", f"{DRONE}/parameters")
+    took_s = asyncio.get_running_loop().time() - began
+    if read.status != 200 or read.json["state"] != "done" or table.status != 200 or not table.json["complete"]:
+        figures.failed(OURS, READ_ANEW + whose, f"{read.status} {table.status} {read.json}"[:300])
+    else:
+        figures.took(OURS, READ_ANEW + whose, took_s)
+        figures.counts[OURS, READ_ANEW + whose] = len(table.json["values"])
+
+
+def _is_the_plan(got: list[list[Any]], rows: list[list[Any]]) -> bool:
+    """As the autopilot keeps it: the tower and MAVSDK are held to the same."""
+    back, sent = (tuple(plan_from_json(json.dumps(one))) for one in (got, rows))
+    return same_plan(ArduPilot(), PlanKind.MISSION, sent, back)
 
 
 async def _mavsdk(trial: Trial, installed: Installed, number: int) -> None:
@@ -186,7 +258,7 @@ async def _mavsdk(trial: Trial, installed: Installed, number: int) -> None:
             async with trial.counted(PEER, what):
                 up = await peer.do("upload", items=rows)
                 down = await peer.do("download")
-            if down["items"] != rows:
+            if not _is_the_plan(down["items"], rows):
                 raise PeerFailed("not the plan that was sent came down")
             figures.took(PEER, what, up["s"] + down["s"])
             figures.took(PEER, "upload", up["s"])

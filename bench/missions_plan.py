@@ -1,4 +1,4 @@
-"""A survey as people send it: lanes, a photograph at each turn; rows as the REST interface has them."""
+"""A survey: lanes, a photograph at each turn; rows as REST has them, and as an ArduCopter gives them back."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def survey(items: int, number: int) -> list[list[Any]]:
     shift = number // 80
     rows: list[list[Any]] = [
         [TAKEOFF, 3, [0, 0, 0, 0], 0, 0, height_m, 1],
-        [SPEED, 2, [1, 5, -1, 0], 0, 0, 0, 1],
+        [SPEED, 0, [1, 5, -1, 0], 0, 0, 0, 1],
     ]
     corner = 0
     while len(rows) < items:
         lane, end = corner // 2, (corner + corner // 2) % 2
         rows.append([WAYPOINT, 3, [0, 0, 0, 0], LAT_E7 + lane * LANE_E7 + shift, LON_E7 + end * WAY_E7, height_m, 1])
         if len(rows) < items:
-            rows.append([PHOTOGRAPH, 2, [0, 0, 0, 0], 1, 0, 0, 1])
+            rows.append([PHOTOGRAPH, 0, [0, 0, 0, 0], 1, 0, 0, 1])
         corner += 1
     return rows[:items]

@@ -1,7 +1,7 @@
 """For `bench missions`: tower, agent and simulator as in the field, beside MAVSDK on the same line.
 
 The simulator flies two vehicles on the drone's host: one speaks with the agent there, the other over the line with
-MAVSDK on the tower's host, which is how a ground station without a tower has it.
+MAVSDK on the tower's host, which is how a ground station without a tower has it. Or they are two real ArduCopters.
 """
 
 from __future__ import annotations
@@ -20,13 +20,18 @@ from typing import Any, Final
 
 import httpx
 
+from bench.autopilot_tap import AutopilotTap
+from bench.ground_station import GroundStation
 from bench.namespaces import Network
 from bench.peers.mavsdk_server import Installed, MavSdk, mavsdk_on
-from bench.rig import HOME, PASSWORD, Kind, Rig, free_udp_port
+from bench.real_autopilot import RealAutopilot, Receiver
+from bench.rig import BIN, HOME, PASSWORD, Kind, Rig, free_udp_port
 
 COPTER: Final = Kind("ardupilot", radio=True)
 DRONE: Final = "/drones/1"
 REQUEST_WITHIN_S: Final = 180.0
+KEPT_S: Final = 2.0
+"""The tower hangs up after five."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +53,11 @@ class RestPerson:
         self._thread = ThreadPoolExecutor(max_workers=1)
         verify: ssl.SSLContext | bool = True if trust is None else ssl.create_default_context(cafile=str(trust))
         self._http = httpx.Client(
-            base_url=f"{address}/api/v1", timeout=REQUEST_WITHIN_S, verify=verify, trust_env=False
+            base_url=f"{address}/api/v1",
+            timeout=REQUEST_WITHIN_S,
+            verify=verify,
+            trust_env=False,
+            limits=httpx.Limits(keepalive_expiry=KEPT_S),
         )
 
     async def sign_in(self, name: str) -> None:
@@ -73,8 +82,12 @@ class RestPerson:
 class MissionsRig(Rig):
     """A Rig without a tap, whose simulator flies another vehicle for MAVSDK."""
 
-    def __init__(self, folder: Path, network: Network | None) -> None:
+    def __init__(self, folder: Path, network: Network | None, autopilot: Path | None = None) -> None:
+        """`autopilot`: the program of a real ArduCopter's simulator, in place of ours."""
         super().__init__(folder, COPTER, network)
+        self._autopilot = autopilot
+        self._real: list[RealAutopilot] = []
+        self._taps: list[AutopilotTap] = []
         self._ground_port = free_udp_port()
         self._persons: list[RestPerson] = []
 
@@ -85,10 +98,25 @@ class MissionsRig(Rig):
         words = ("--tower", tower, "--token", token, "--autopilot", f"udpin:{at}")
         self.agent = await self._run("agent", *self._drone_command("tower-agent", "run", *words))
         ground = "127.0.0.1" if self._network is None else self._network.address("tower")
+        if self._autopilot is not None:
+            await self._start_real(("127.0.0.1", agent_port), "127.0.0.1")
+            drone = "127.0.0.1" if self._network is None else self._network.address("drone")
+            await self._start_real((ground, self._ground_port), drone)
+            return
         home = ",".join(str(number) for number in HOME)
         outs = ("--out", f"udp:{at}", "--out", f"udp:{ground}:{self._ground_port}")
         flown = ("--home", f"{home},0", "--count", "2", *outs, *self.kind.options)
         await self._run("simulator", *self._drone_command("tower-sim", *flown))
+
+    async def _start_real(self, other_end: tuple[str, int], bound_to: str) -> None:
+        assert self._autopilot is not None
+        real = RealAutopilot(self._autopilot, self._folder / f"autopilot-{len(self._real)}", receiver=Receiver.LOW)
+        self._real.append(real)
+        await real.start()
+        tap = AutopilotTap(other_end, real, bound_to=bound_to)
+        self._taps.append(tap)
+        with self._at_the_drone():
+            tap.open()
 
     async def near(self) -> RestPerson:
         """The operator on the tower's own host, signed in."""
@@ -114,10 +142,23 @@ class MissionsRig(Rig):
         async with mavsdk_on(installed, self._ground_port, _free_tcp_port(), self._folder / "mavsdk.log") as peer:
             yield peer
 
+    async def ground_station(self) -> GroundStation:
+        """A program of the operator's, at `tower connect` on the tower's host."""
+        token = self._folder / "station.token"
+        scopes = ("--scope", "watch", "--scope", "fly")
+        await self._tower_command("token", "add", "operator", "station", *scopes, "--token-file", str(token))
+        where = ("--tower", self.address, "--token-file", str(token), "--fly", "--tcp", "127.0.0.1:0")
+        await self._run("connect", str(BIN / "tower"), "connect", "kestrel", *where)
+        return await GroundStation.at(self._folder / "connect.log")
+
     async def stop(self) -> None:
         for person in self._persons:
             await person.close()
         await super().stop()
+        for tap in self._taps:
+            tap.close()
+        for real in self._real:
+            await real.stop()
 
 
 async def connect_time_s(rig: MissionsRig) -> float:

@@ -45,7 +45,9 @@ class Person:
         self._mark = mark
         self._drone_id = drone_id
         self._address = address
-        self.http = httpx.AsyncClient(base_url=f"{address}/api/v1", timeout=15)
+        # Not for so long that the tower closes a connection in the moment in which it is used again.
+        limits = httpx.Limits(keepalive_expiry=2.0)
+        self.http = httpx.AsyncClient(base_url=f"{address}/api/v1", timeout=15, limits=limits)
         self._loop = asyncio.get_running_loop()
         self._socket: ClientConnection | None = None
         self._tasks: list[asyncio.Task[None]] = []

@@ -48,7 +48,7 @@ class Plan:
     sticks_s: float = 20.0
 
 
-QUICK: Final = Plan(3, (150.0,), 1, 0.5, (1, 2), (1, 2), 500.0, 1, 1.0)
+QUICK: Final = Plan(3, (150.0,), 1, 0.5, (2,), (2,), 500.0, 1, 1.0)
 
 
 @dataclass

@@ -8,7 +8,7 @@ import json
 import socket
 import sys
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from struct import Struct
 from typing import Final
@@ -40,6 +40,8 @@ class StubAutopilot:
 
     def __init__(self, agent_port: int) -> None:
         self.arrived: dict[int, float] = {}
+        self.agent_pid = 0
+        self.is_armed = False
         self._agent = ("127.0.0.1", agent_port)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
@@ -51,7 +53,8 @@ class StubAutopilot:
         sequence = 0
         while True:
             sequence += 1
-            message = mavlink.MAVLink_heartbeat_message(2, 3, 81, 2, 4, 3)
+            base_mode = 81 | (mavlink.MAV_MODE_FLAG_SAFETY_ARMED if self.is_armed else 0)
+            message = mavlink.MAVLink_heartbeat_message(2, 3, base_mode, 2, 4, 3)
             self._socket.sendto(build(message, system_id=1, component_id=1, sequence=sequence), self._agent)
             await asyncio.sleep(1.0)
 
@@ -78,11 +81,11 @@ async def stick_latencies_ms(
 ) -> tuple[int, list[float]]:
     """(sticks sent, milliseconds of each that came). The admin flies the last drone by a real agent; others load."""
     async with load_tower(folder, drones=drones + 1, cpus=under_test()) as tower:
-        agents = await sign_in_all(tower.url, tower.credentials[:-1])
-        async with kept_alive(agents), _real_agent(folder, tower) as autopilot:
+        agents = await sign_in_all(tower.url, tower.keys[:-1])
+        async with kept_alive(agents), real_agent(folder, tower) as autopilot:
             browser = await tower.browser()
             browser.on_text = lambda text: _answer(browser, text)
-            await _take(tower, drones + 1)
+            await take(tower, drones + 1)
             telemetry = Telemetry(frames_per_s / drones, EVENT_KINDS)
             flying = asyncio.create_task(fly(agents, telemetry, for_s=for_s + 1.0))
             sent = await _send_sticks(browser, DroneId(drones + 1), for_s)
@@ -114,30 +117,35 @@ def _answer(browser: LeanBrowser, text: bytes) -> None:
         browser.send_text(json.dumps({"type": "pong", "sequence": event["sequence"]}))
 
 
-async def _take(tower: LoadTower, drone_id: int) -> None:
-    """Waits until the drone's autopilot is heard, then takes the controls."""
+async def take(tower: LoadTower, drone_id: int, how: str = "take") -> None:
+    """Waits until the drone's autopilot is heard, then takes the controls, or acquires them, which orders no hold."""
     async with httpx.AsyncClient(
         base_url=f"{tower.url}/api/v1", headers={"Cookie": tower.cookie}, trust_env=False
     ) as client:
         async with asyncio.timeout(START_S):
             while not (await client.get(f"/drones/{drone_id}")).json()["autopilot_heard"]:  # noqa: ASYNC110
                 await asyncio.sleep(0.1)
-        answer = await client.post(f"/drones/{drone_id}/control/take", json={"reason": "bench"})
+        answer = await client.post(f"/drones/{drone_id}/control/{how}", json={"reason": "bench"})
         answer.raise_for_status()
 
 
 @contextlib.asynccontextmanager
-async def _real_agent(folder: Path, tower: LoadTower) -> AsyncIterator[StubAutopilot]:
+async def real_agent(
+    folder: Path, tower: LoadTower, made: Callable[[int], StubAutopilot] = StubAutopilot
+) -> AsyncIterator[StubAutopilot]:
+    """A process of its own for the tower's last drone, with an autopilot that `made` makes for a port."""
     token = folder / "drone.token"
     token.touch(mode=0o600)
-    token.write_text(tower.credentials[-1])
+    token.write_text(tower.keys[-1])
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     words = [str(AGENT), "run", "--tower", tower.url, "--token", str(token), "--autopilot", f"udpin:127.0.0.1:{port}"]
+    words += ["--state", str(folder / "state")]
     with (folder / "agent.log").open("wb") as log:
         process = await asyncio.create_subprocess_exec(*words, stdin=asyncio.subprocess.DEVNULL, stdout=log, stderr=log)
-    autopilot = StubAutopilot(port)
+    autopilot = made(port)
+    autopilot.agent_pid = process.pid
     try:
         yield autopilot
     finally:

@@ -60,7 +60,7 @@ async def ours(
 ) -> AsyncIterator[Running]:
     """The tower, with a browser that watches. With transactional kinds every frame must come, and at once."""
     async with load_tower(folder, drones=drones, cpus=under_test()) as tower:
-        agents = await sign_in_all(tower.url, tower.credentials)
+        agents = await sign_in_all(tower.url, tower.keys)
         sink = Sink(read_tagged)
         browser = await tower.browser()
         browser.on_binary = sink.take

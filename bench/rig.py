@@ -44,7 +44,7 @@ class Kind:
 
     @property
     def options(self) -> list[str]:
-        words = ["--flavour", self.flavour, "--radio" if self.radio else "--no-radio", "--boot-s", "3"]
+        words = ["--flavour", self.flavour, "--radio", "low" if self.radio else "none", "--boot-s", "3"]
         if self.flavour == "px4" and self.radio:
             words += ["--param", "COM_RC_IN_MODE=1"]  # else the receiver, heard first, keeps everybody else out
         return words

@@ -66,7 +66,7 @@ async def _run(
             await _enrol(report, case, tower)
             watchers = [await _watcher(tower, first=not number) for number in range(browsers)]
             cpu_before, began = cpu_us(tower.process.pid), time.monotonic()
-            agents = await sign_in_all(tower.url, tower.credentials, at_once=STORM, tries=20)
+            agents = await sign_in_all(tower.url, tower.keys, at_once=STORM, tries=20)
             async with kept_alive(agents):
                 report.add(case, "sign-in: all have a link", time.monotonic() - began, "s")
                 await _all_online(tower, drones)

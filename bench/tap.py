@@ -22,6 +22,7 @@ OPERATOR, ADMIN, AGENT = 1, 2, 0
 _ATTITUDE, _POSITION = mavlink.MAVLINK_MSG_ID_ATTITUDE_QUATERNION, mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED
 MOTION_US = 20_000
 _MAIN_MODE_FLAG = 0x80
+_FORCE = 21196
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +165,15 @@ class Tap:
             )
             if self._simulator is not None:
                 self._inner.sendto(build(ask, system_id=200, component_id=1, sequence=0), self._simulator)
+
+    def disarm(self) -> None:
+        """Wherever it is: as nobody's ground station."""
+        assert self._inner is not None
+        ask: Any = mavlink.MAVLink_command_long_message(
+            1, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 0, _FORCE, 0, 0, 0, 0, 0
+        )
+        if self._simulator is not None:
+            self._inner.sendto(build(ask, system_id=200, component_id=1, sequence=0), self._simulator)
 
     def forget(self) -> None:
         """A new round: nothing of the one before matters."""

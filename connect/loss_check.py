@@ -27,9 +27,9 @@ async def before_flight(rest: Rest, drone: Chosen, *, acknowledge: bool, say: Sa
             f"{drone.name} cannot be armed until this is acknowledged: in the console, or with --acknowledge-loss-check"
         )
         return
-    if (await ask(f"Type yes if you know this and want to fly {drone.name} as it is:")).lower() != "yes":
-        raise Ended("the loss check was not acknowledged: --acknowledge-loss-check needs a yes, typed on a terminal")
-    answer = await rest.ask("POST", f"{path}/acknowledge")
+    if await ask(f"Type the drone's name, {drone.name}, if you know this and want to fly it as it is:") != drone.name:
+        raise Ended("the loss check was not acknowledged: --acknowledge-loss-check needs the drone's name, typed")
+    answer = await rest.ask("POST", f"{path}/acknowledge", {"drone": drone.name})
     if not answer.done:
         raise Ended(f"the loss check was not acknowledged: {answer.words}")
     say("the loss check is acknowledged")

@@ -2,7 +2,7 @@
 
 It only starts programs and watches them: `tower`, `tower-sim` and one `tower-agent` per drone, which meet on the
 wire as they would in the field. Ctrl-C ends everything it started. What it knows from run to run is in
-`$TOWER_VAR/squad.json` (names, and the first passwords, readable by you alone).
+`$TOWER_VAR/squad.json` (names, and the first passwords until they are changed, readable by you alone).
 """
 
 import os
@@ -26,6 +26,8 @@ OPERATORS: Final = ("alice", "bob")
 DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobby", "Buzzard", "Falcon")
 HOME: Final = "47.3977,8.5456,488,0"
 READY_WITHIN_S: Final = 60.0
+LOOK_AT_PASSWORDS_EVERY_S: Final = 300.0
+"""How long a first password stays in `squad.json` after it was changed: each look starts a program."""
 
 
 class CannotRun(Exception):
@@ -82,7 +84,7 @@ def prepare(var: Path, count: int) -> tuple[Squad, list[str]]:
     say("Preparing the database")
     run_once(BIN / "tower", "migrate")
     squad = Squad(var)
-    if "admin" not in squad.first_passwords:
+    if "admin" not in squad.accounts:
         say("Making the first accounts")
     chosen = os.environ.get("TOWER_ADMIN_PASSWORD", "")
     wanted = {"admin": ("admin", chosen or secrets.token_urlsafe(12), bool(chosen))}
@@ -145,18 +147,18 @@ def print_welcome(address: str, squad: Squad, names: list[str], *, first: bool) 
     }
     print(f"\n  Control Tower is running at  {address}\n")
     accounts = accounts_now()
+    squad.forget_changed_passwords(accounts)
     print("  First passwords, to be changed at the first sign-in:" if first else "  Accounts:")
-    for user, password in squad.first_passwords.items():
+    for user in squad.accounts:
+        password = squad.first_passwords.get(user, "(changed since)")
         flies = "sees and may take every drone" if user == "admin" else f"owns {owned[user]}"
-        account = accounts.get(user)
-        if account is None:
+        if user not in accounts:
             password, flies = "(deleted since)", ""
-        elif not account["first_password"]:
-            password = "(changed since)"
         print(f"    {user:<8} {password:<24} {flies}".rstrip())
     if not first:
         print("  Forgotten: .venv/bin/tower user password NAME")
-    if os.environ.get("TOWER_ADMIN_PASSWORD", squad.first_passwords["admin"]) != squad.first_passwords["admin"]:
+    chosen = os.environ.get("TOWER_ADMIN_PASSWORD", "")
+    if chosen and chosen != squad.first_passwords.get("admin"):
         print("  TOWER_ADMIN_PASSWORD is only used at the first run; now: .venv/bin/tower user password admin")
     print("\n  Ctrl-C ends it all.\n", flush=True)
 
@@ -193,10 +195,14 @@ def run() -> None:
             say(f"Starting {len(names)} simulated drone{'s' if len(names) > 1 else ''}, each behind its own agent")
             programs += start_squad(address, squad, names, log)
         print_welcome(address, squad, names, first=first)
+        looks_at = time.monotonic() + LOOK_AT_PASSWORDS_EVERY_S
         while True:
             time.sleep(0.2)
             for program in programs:
                 program.keep_alive(say)
+            if squad.first_passwords and time.monotonic() >= looks_at:
+                squad.forget_changed_passwords(accounts_now())
+                looks_at = time.monotonic() + LOOK_AT_PASSWORDS_EVERY_S
     finally:
         end_all(programs)
 

@@ -27,7 +27,10 @@ class Squad:
     def __init__(self, var: Path) -> None:
         self._file = var / "squad.json"
         self.tokens = var / "tokens"
+        self.accounts: list[str] = []
+        """Those that were made here."""
         self.first_passwords: dict[str, str] = {}
+        """Of those whose user has not chosen another one yet."""
         self.drones: dict[str, str] = {}
         """Drone name to its operator."""
         self._begun: dict[str, str] = {}
@@ -35,10 +38,11 @@ class Squad:
         if self._file.exists():
             known = json.loads(self._file.read_text())
             self.first_passwords, self.drones = known["first_passwords"], known["drones"]
+            self.accounts = known.get("accounts", list(self.first_passwords))
             self._begun = known.get("begun", {})
 
     def token_file(self, drone: str) -> Path:
-        """Where the drone's credential is."""
+        """Where the drone's key is; before its agent's first start, the token that enrols it."""
         return self.tokens / f"{drone.lower().replace(' ', '-')}.token"
 
     def add_users(self, wanted: Mapping[str, tuple[str, str, bool]]) -> None:
@@ -47,7 +51,7 @@ class Squad:
         One that somebody has chosen need not be changed at the first sign-in. Raises StepFailed if there is an account
         of such a name that was not made here: nobody's password is changed.
         """
-        missing = {name: new for name, new in wanted.items() if name not in self.first_passwords}
+        missing = {name: new for name, new in wanted.items() if name not in self.accounts}
         accounts = accounts_now() if missing else {}
         for name, (role, password, chosen) in missing.items():
             if name not in accounts:
@@ -61,24 +65,45 @@ class Squad:
                     f"The database has a user {name} already, whom this did not make. "
                     f"Choose another folder than {self._file.parent}: TOWER_VAR=FOLDER make run"
                 )
+            self.accounts.append(name)
             self.first_passwords[name] = password
             self._done()
+
+    def forget_changed_passwords(self, accounts: Mapping[str, Mapping[str, Any]]) -> None:
+        """A first password that was changed opens nothing, and still says how somebody thinks up passwords.
+
+        `accounts`: what `accounts_now` says.
+        """
+        changed = [
+            name for name in self.first_passwords if name not in accounts or not accounts[name]["first_password"]
+        ]
+        if changed:
+            self.first_passwords = {
+                name: password for name, password in self.first_passwords.items() if name not in changed
+            }
+            self._save()
 
     def add_drone(self, name: str, operator: str) -> None:
         """Unless there is one already."""
         if name in self.drones:
+            if self._is_not_enrolled(name):  # a token does not last as long as a folder
+                self._has_new_token(name)
             return
         self.tokens.mkdir(mode=0o700, exist_ok=True)
-        if self._begun.get("drone") != name or not self._has_new_credential(name):
+        if self._begun.get("drone") != name or not self._has_new_token(name):
             self._begin(drone=name)
             run_once(BIN / "tower", "drone", "add", name, "--owner", operator, "--token-file", self.token_file(name))
         self.drones[name] = operator
         self._done()
 
-    def _has_new_credential(self, drone: str) -> bool:
-        """Whether the drone is there. The file may hold the credential of a moment before: it gets a new one."""
+    def _is_not_enrolled(self, drone: str) -> bool:
+        file = self.token_file(drone)
+        return file.exists() and file.read_text().startswith("twe_")
+
+    def _has_new_token(self, drone: str) -> bool:
+        """Whether the drone is there. The file may hold the token of a moment before: it gets a new one."""
         try:
-            run_once(BIN / "tower", "drone", "credential", drone, "--token-file", self.token_file(drone))
+            run_once(BIN / "tower", "drone", "enrol", drone, "--token-file", self.token_file(drone))
         except StepFailed:
             return False
         return True
@@ -92,7 +117,12 @@ class Squad:
         self._save()
 
     def _save(self) -> None:
-        known = {"first_passwords": self.first_passwords, "drones": self.drones, "begun": self._begun}
+        known = {
+            "accounts": self.accounts,
+            "first_passwords": self.first_passwords,
+            "drones": self.drones,
+            "begun": self._begun,
+        }
         draft = self._file.with_suffix(".new")
         descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
         with os.fdopen(descriptor, "w") as out:

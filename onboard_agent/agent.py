@@ -11,6 +11,9 @@ from typing import Final
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.file_sender import TowerFileSender
+from onboard_agent.hold_files import HoldFiles
+from onboard_agent.hold_memory import HoldStore, NoHoldStore
+from onboard_agent.identity import Identity
 from onboard_agent.onboard import Onboard
 from onboard_agent.own_frames import FrameMaker
 from onboard_agent.state_directory import claim
@@ -31,7 +34,6 @@ from onboard_agent.video.desk import VideoDesk
 from onboard_agent.video.lines import SetUp
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
-from wire.credential import Credential
 from wire.frame_stream import FrameStream
 from wire.video import VIDEO, VideoWanted
 
@@ -48,7 +50,7 @@ class AgentSettings:
     """Read once, by the command line."""
 
     tower: TowerUrl
-    credential: Credential
+    identity: Identity
     port: AutopilotPort
     uplinks: tuple[str, ...] = (ANY_UPLINK,)
     """By which ways datagrams go, each by all of them: interface names or local addresses."""
@@ -68,18 +70,20 @@ class Agent:
         self._port = settings.port
         self._port.on_open = self._port_opened
         self._state = settings.state
-        self._files = TowerFileSender(settings.tower, settings.credential, settings.uplinks)
+        self._files = TowerFileSender(settings.tower, lambda: self._link.ticket, settings.uplinks)
+        journal, self._holds = self._lasting(settings.state)
         self._onboard = Onboard(
             now=self._loop.time(),
             speaks_first=self._port.speaks_first,
             narrow_line=self._port.narrow,
             steps_told=secrets.randbits(31),
-            journal=self._journal(settings.state),
+            journal=journal,
+            holds=self._holds,
             make_desks=self._make_desks,
         )
         has_camera = settings.camera != NO_CAMERA
         self._link = TowerLink(
-            settings.tower, settings.credential, self, settings.uplinks, (VIDEO,) if has_camera else ()
+            settings.tower, settings.identity, self, settings.uplinks, (VIDEO,) if has_camera else ()
         )
         self._video = VideoDesk(has_camera=has_camera)
         self._video_child = VideoChild(
@@ -98,15 +102,15 @@ class Agent:
         self._unknown_told = 0
 
     @staticmethod
-    def _journal(state: Path | None) -> JournalStore:
-        """On disk, where there is one."""
+    def _lasting(state: Path | None) -> tuple[JournalStore, HoldStore]:
+        """The journal of plans and the record of an open hold: on disk, where there is one."""
         if state is None:
-            return NoJournal()
+            return NoJournal(), NoHoldStore()
         why_not = claim(state)
         if why_not is not None:
             _log.error("%s", why_not)
-            return NoJournal()
-        return JournalThread(JournalFiles(state / "plans"))
+            return NoJournal(), NoHoldStore()
+        return JournalThread(JournalFiles(state / "plans")), HoldFiles(state)
 
     def _make_desks(self, maker: FrameMaker) -> list[Desk]:
         """Each kind of work at the drone that needs a disk or a network."""
@@ -135,6 +139,7 @@ class Agent:
         finally:
             self._systemd.stopping()
             self._files.stop()
+            self._holds.close()
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
@@ -218,6 +223,8 @@ class Agent:
         measured = self._link.measured(now) if stream.wants_measurement(now) else None
         if measured is not None:
             stream.measured(measured, now)
+        if self._link.rtt_s is not None:
+            self._onboard.round_trip(self._link.rtt_s)
         self._onboard.tick(now)
         self._link.closely = self._onboard.hands_on
         self._send_up(self._onboard.frames_to_tower(now))

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
@@ -9,33 +10,36 @@ import typer
 
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.schemes import make_port
-from onboard_agent.control_channel import CredentialRefused, NoLink, upgrade
+from onboard_agent.control_channel import NoLink, try_sign_in
+from onboard_agent.identity_file import read_identity, token_file_warning
 from onboard_agent.onboard import Onboard
-from onboard_agent.token_file import read_token, token_file_warning
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.unusable import Unusable
 from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.trial import try_camera
 from wire.frame_stream import FrameStream
+from wire.ids import DroneId
 
 LISTEN_S: Final = 5.0
 """An autopilot says something at least once a second."""
 
 
-async def check_all(tower: str, token: Path, autopilot: str, camera: str = NO_CAMERA) -> bool:
+async def check_all(
+    tower: str,
+    token: Path,
+    autopilot: str,
+    camera: str = NO_CAMERA,
+    state_of: Callable[[DroneId], Path] | None = None,
+) -> bool:
     """Prints one line for each part; True if all of them work. Raises Unusable where no part can be tried."""
     url, port = parse_tower_url(tower), make_port(autopilot)
-    credential = read_token(token)
-    warning = token_file_warning(token)
-    _say(warning is None, warning or f"the token file is that of drone {credential.drone_id}")
+    identity = read_identity(token, state_of)
+    warning = token_file_warning(token) if identity.key is None else None
+    _say(warning is None, warning or f"the token file is that of drone {identity.drone_id}")
     good = True
     try:
-        # No hello is said, so that an agent that is flying right now keeps its link.
-        connection = await upgrade(url, credential)
-        await connection.close()
-        _say(True, f"{url} accepts the credential")
-    except CredentialRefused as error:
-        good = _say(False, str(error))
+        # No link is asked for, so that an agent that is flying right now keeps its own.
+        _say(True, f"{url} accepts {await try_sign_in(url, identity)}")
     except NoLink as error:
         good = _say(False, str(error))
     try:

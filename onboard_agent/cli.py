@@ -5,6 +5,7 @@ import logging
 import os
 import signal
 import sys
+import time
 from collections.abc import Coroutine
 from pathlib import Path
 from typing import Annotated, Any, Final
@@ -14,10 +15,11 @@ import typer
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.schemes import help_text, make_port
 from onboard_agent.check import check_all
-from onboard_agent.enrolment import check_can_keep, fetch_credential, keep_credential
+from onboard_agent.enrolment import NotReached, check_can_keep
+from onboard_agent.enrolment import enrol as enrol_here
+from onboard_agent.identity_file import enrolment_token, read_identity, token_file_warning
 from onboard_agent.state_directory import state_directory
-from onboard_agent.token_file import read_token, token_file_warning
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.tower_url import TowerUrl, parse_tower_url
 from onboard_agent.unusable import Unusable
 from onboard_agent.uplinks import parse_uplinks
 from onboard_agent.video.camera_setting import NO_CAMERA, parse_camera
@@ -28,12 +30,14 @@ _log = logging.getLogger("onboard_agent")
 UNUSABLE_EXIT_CODE: Final = 2
 """systemd does not restart the agent after this one (RestartPreventExitStatus)."""
 
+ENROL_AGAIN_AFTER_S: Final = 1.0
+
 app = typer.Typer(add_completion=False, no_args_is_help=True, help="The agent on a drone's companion computer.")
 
 Tower = Annotated[
     str, typer.Option("--tower", envvar="TOWER_AGENT_TOWER", help="https://HOST[:PORT]; http:// for loopback only.")
 ]
-Token = Annotated[Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="File with the drone's credential.")]
+Token = Annotated[Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="File with the drone's key.")]
 Autopilot = Annotated[str, typer.Option("--autopilot", envvar="TOWER_AGENT_AUTOPILOT", help=help_text())]
 Uplinks = Annotated[
     list[str] | None,
@@ -73,18 +77,20 @@ def run(
     """Link an autopilot with the tower, until told to stop."""
     try:
         _set_up_logging(log_level)
-        credential = read_token(token)
+        address, port = parse_tower_url(tower), make_port(autopilot)
+        _enrol_first(address, token)
+        identity = read_identity(token, lambda drone_id: state_directory(state, drone_id))
         settings = AgentSettings(
-            tower=parse_tower_url(tower),
-            credential=credential,
-            port=make_port(autopilot),
+            tower=address,
+            identity=identity,
+            port=port,
             uplinks=parse_uplinks(uplink or ()),
             camera=parse_camera(camera),
             log_level=log_level,
-            state=state_directory(state, credential.drone_id),
+            state=state_directory(state, identity.drone_id),
         )
         warning = token_file_warning(token)
-        if warning:
+        if warning and identity.key is None:
             _log.warning("%s", warning)
         _run(_until_told_to_stop(settings))
     except Unusable as error:
@@ -94,12 +100,17 @@ def run(
 
 @app.command()
 def check(
-    tower: Tower, token: Token, autopilot: Autopilot, camera: Camera = NO_CAMERA, log_level: LogLevel = "error"
+    tower: Tower,
+    token: Token,
+    autopilot: Autopilot,
+    state: State = None,
+    camera: Camera = NO_CAMERA,
+    log_level: LogLevel = "error",
 ) -> None:
-    """Say what works: the token, the tower, the credential, the autopilot, the camera."""
+    """Say what works: the key's file, the tower, the key, the autopilot, the camera."""
     try:
         _set_up_logging(log_level)
-        if not _run(check_all(tower, token, autopilot, parse_camera(camera))):
+        if not _run(check_all(tower, token, autopilot, parse_camera(camera), lambda one: state_directory(state, one))):
             raise typer.Exit(1)
     except Unusable as error:
         typer.echo(f"tower-agent: {error}", err=True)
@@ -109,9 +120,9 @@ def check(
 @app.command()
 def enrol(
     tower: Annotated[str, typer.Argument(help="https://HOST[:PORT]", metavar="URL")],
-    enrolment_token: Annotated[str, typer.Argument(help="As an admin's console shows it.", metavar="TOKEN")],
+    one_time_token: Annotated[str, typer.Argument(help="As an admin's console shows it.", metavar="TOKEN")],
     token: Annotated[
-        Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="Where the credential is to be kept.")
+        Path, typer.Option("--token", envvar="TOWER_AGENT_TOKEN", help="Where the drone's key is to be kept.")
     ] = Path("/etc/tower-agent/token"),
     autopilot: Annotated[
         str, typer.Option("--autopilot", envvar="TOWER_AGENT_AUTOPILOT", help=f"Start at once. {help_text()}")
@@ -119,24 +130,41 @@ def enrol(
     camera: Camera = NO_CAMERA,
     log_level: LogLevel = "info",
 ) -> None:
-    """Fetch this drone's credential with a one-time token, keep it, and start or say how to."""
+    """Make this drone's key, show the tower its public half with a one-time token, and start or say how to."""
     try:
         address = parse_tower_url(tower)
         if autopilot:
             make_port(autopilot)  # what is wrong with it is said before the token is spent
         camera = parse_camera(camera)
         check_can_keep(token)
-        credential, drone = fetch_credential(address, enrolment_token)
-        keep_credential(token, credential)
+        drone = enrol_here(address, one_time_token, token)
     except Unusable as error:
         typer.echo(f"tower-agent: {error}", err=True)
         raise typer.Exit(UNUSABLE_EXIT_CODE) from None
-    typer.echo(f"this is {drone} now; its credential is in {token}")
+    typer.echo(f"this is {drone} now; its key is in {token}")
     if autopilot:
         run(tower=tower, token=token, autopilot=autopilot, uplink=None, camera=camera, log_level=log_level)
         return
     typer.echo(f"start it:  tower-agent run --tower {address} --token {token} --autopilot WHERE")
     typer.echo("or, where the unit is installed:  systemctl enable --now tower-agent")
+
+
+def _enrol_first(tower: TowerUrl, path: Path) -> None:
+    """A key takes the place of an enrolment token in the file. Waits for the tower. Raises Unusable."""
+    token = enrolment_token(path)
+    if token is None:
+        return
+    check_can_keep(path)
+    said = ""
+    while True:
+        try:
+            _log.info("this is %s now; its key is in %s", enrol_here(tower, token, path), path)
+            return
+        except NotReached as error:
+            if str(error) != said:
+                said = str(error)
+                _log.warning("not enrolled yet: %s", said)
+            time.sleep(ENROL_AGAIN_AFTER_S)
 
 
 async def _until_told_to_stop(settings: AgentSettings) -> None:

@@ -1,18 +1,39 @@
-"""`tower-agent enrol`: gives the tower a one-time token and keeps the credential that comes back."""
+"""`tower-agent enrol`: makes the drone's key, and gives the tower its public half with a one-time token.
 
+The key is on the disk before the tower hears of it, and the tower answers the same key twice: an answer that is lost,
+or an agent that is killed meanwhile, costs nothing but another try.
+"""
+
+import base64
+import contextlib
 import json
 import os
+import secrets
 import urllib.error
 import urllib.request
 from pathlib import Path
 from typing import Any, Final
 
+from onboard_agent.identity import Kept
+from onboard_agent.identity_file import write_private
 from onboard_agent.tower_url import TowerUrl
 from onboard_agent.unusable import Unusable
-from wire.credential import Credential, MalformedCredential, parse_credential
+from wire.drone_key import (
+    KEY_BYTES,
+    DroneKey,
+    MalformedKey,
+    enrolment_statement,
+    key_bytes,
+    key_text,
+)
+from wire.ids import DroneId
 
 TIMEOUT_S: Final = 20.0
 LARGEST_ANSWER_BYTES: Final = 64 * 1024
+
+
+class NotReached(Unusable):
+    """The tower does not answer. Time may cure it."""
 
 
 class _NoRedirects(urllib.request.HTTPRedirectHandler):
@@ -22,11 +43,61 @@ class _NoRedirects(urllib.request.HTTPRedirectHandler):
         return None
 
 
-def fetch_credential(tower: TowerUrl, token: str) -> tuple[Credential, str]:
-    """The drone's credential and name. Raises Unusable with the reason in one line, which never holds the token."""
+def enrol(tower: TowerUrl, token: str, path: Path) -> str:
+    """Makes this machine the drone, and keeps that in `path`. The drone's name. Raises NotReached, or Unusable with the
+    reason in one line, which never holds the token. What was in `path` before stays there until all is well."""
+    draft = _draft(path)
+    key = _begun(draft, token)
+    kept, drone = _ask(tower, token, key)
+    try:
+        write_private(path, str(kept))
+    except OSError as error:
+        raise Unusable(f"the drone's key cannot be kept in {path}: {error.strerror}") from None
+    with contextlib.suppress(OSError):
+        draft.unlink()
+    return drone
+
+
+def check_can_keep(path: Path) -> None:
+    """Before the token is spent: makes the folder and looks whether a file can be written there. Raises Unusable."""
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        probe = path.with_name(f".{path.name}.{os.getpid()}")
+        probe.unlink(missing_ok=True)
+        os.close(os.open(probe, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+        probe.unlink()
+    except OSError as error:
+        raise Unusable(f"the drone's key cannot be kept in {path}: {error.strerror}; choose another --token") from None
+
+
+def _draft(path: Path) -> Path:
+    return path.with_name(f".{path.name}.enrolling")
+
+
+def _begun(draft: Path, token: str) -> DroneKey:
+    """The key that was made for this token, by this process or one that was killed."""
+    with contextlib.suppress(OSError, ValueError):
+        for_token, seed = draft.read_text().split()
+        if secrets.compare_digest(for_token, token):
+            return DroneKey(DroneId(0), key_bytes(seed))
+    seed = key_text(secrets.token_bytes(KEY_BYTES))
+    try:
+        write_private(draft, f"{token}\n{seed}\n")
+    except OSError as error:
+        raise Unusable(f"the drone's key cannot be kept beside {draft}: {error.strerror}") from None
+    return DroneKey(DroneId(0), key_bytes(seed))
+
+
+def _ask(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
+    signature = key.sign(enrolment_statement(token, key.public))
+    body = {
+        "token": token,
+        "public_key": key_text(key.public),
+        "signature": base64.urlsafe_b64encode(signature).decode().rstrip("="),
+    }
     request = urllib.request.Request(  # noqa: S310  # https, or loopback: parse_tower_url has seen to that
         f"{tower}/api/v1/enrol",
-        data=json.dumps({"token": token}).encode(),
+        data=json.dumps(body).encode(),
         headers={"Content-Type": "application/json"},
         method="POST",
     )
@@ -36,45 +107,19 @@ def fetch_credential(tower: TowerUrl, token: str) -> tuple[Credential, str]:
     try:
         with opener.open(request, timeout=TIMEOUT_S) as answer:
             told = json.loads(answer.read(LARGEST_ANSWER_BYTES))
-        return parse_credential(told["credential"]), str(told["drone"])
+        drone_id = DroneId(int(told["drone_id"]))
+        kept = Kept(drone_id, DroneKey(drone_id, key.seed), tower_key=key_bytes(told["tower_key"]))
+        return kept, str(told["drone"])
     except urllib.error.HTTPError as error:
         with error:
+            if error.code >= 500:
+                raise NotReached(f"{tower} is not ready (status {error.code}); try again") from None
             raise Unusable(f"{tower} refused the enrolment: {_detail(error)}") from None
     except (urllib.error.URLError, OSError) as error:
         reason = error.reason if isinstance(error, urllib.error.URLError) else error
-        raise Unusable(f"{tower} cannot be reached: {reason}. The token was not used; try again") from None
-    except (ValueError, KeyError, TypeError, MalformedCredential):
-        raise Unusable(f"{tower} gave an answer that is no tower's") from None
-
-
-def check_can_keep(path: Path) -> None:
-    """Before the token is spent: makes the folder and looks whether a file can be written there. Raises Unusable."""
-    try:
-        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        probe = _beside(path)
-        probe.unlink(missing_ok=True)
-        os.close(os.open(probe, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
-        probe.unlink()
-    except OSError as error:
-        raise Unusable(f"the credential cannot be kept in {path}: {error.strerror}; choose another --token") from None
-
-
-def keep_credential(path: Path, credential: Credential) -> None:
-    """For its owner only, and whole or not at all. Raises Unusable."""
-    fresh = _beside(path)
-    try:
-        fresh.unlink(missing_ok=True)
-        with os.fdopen(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as out:
-            out.write(f"{credential}\n")
-            out.flush()
-            os.fsync(out.fileno())
-        fresh.replace(path)
-    except OSError as error:
-        raise Unusable(f"the credential cannot be kept in {path}: {error.strerror}") from None
-
-
-def _beside(path: Path) -> Path:
-    return path.with_name(f".{path.name}.{os.getpid()}")
+        raise NotReached(f"{tower} cannot be reached: {reason}. Try again with the same token") from None
+    except (ValueError, KeyError, TypeError, MalformedKey):
+        raise Unusable(f"{tower} gave an answer that is no tower's, or an older version's") from None
 
 
 def _detail(error: urllib.error.HTTPError) -> str:

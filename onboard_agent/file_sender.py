@@ -1,4 +1,4 @@
-"""Sends a file to the tower by HTTP: `PUT /api/v1/agent/files/{transaction}`, with the drone's credential.
+"""Sends a file to the tower by HTTP: `PUT /api/v1/agent/files/{transaction}`, with the ticket of the link.
 
 The bytes go out in a thread of their own, by the uplinks and under the trust of the control channel. A network that
 breaks off, and a tower that is not ready (status 5xx), are tried again; what the tower refuses is the end.
@@ -21,7 +21,6 @@ from onboard_agent.control_channel import trust
 from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.tower_url import TowerUrl
 from onboard_agent.transactions.file_sending import NotSent, Sending, Sent
-from wire.credential import Credential
 
 _log = logging.getLogger(__name__)
 
@@ -36,6 +35,10 @@ class _Refused(Exception):
     """The tower does not want it, with the reason for a person."""
 
 
+class _NotSignedIn(_Refused):
+    """The tower does not know the ticket."""
+
+
 class _Stopped(Exception):
     """Somebody has said so."""
 
@@ -43,9 +46,10 @@ class _Stopped(Exception):
 class TowerFileSender:
     """A FileSender. Create and use it inside one running event loop."""
 
-    def __init__(self, url: TowerUrl, credential: Credential, uplinks: Sequence[str] = (ANY_UPLINK,)) -> None:
+    def __init__(self, url: TowerUrl, ticket: Callable[[], str], uplinks: Sequence[str] = (ANY_UPLINK,)) -> None:
+        """`ticket`: of the link that there is now; empty: there is none."""
         self._url = url
-        self._credential = credential
+        self._ticket = ticket
         self._uplinks = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
         self._state: Sending | Sent | NotSent = NotSent("nothing was to be sent")
         self._task: asyncio.Task[None] | None = None
@@ -90,16 +94,23 @@ class TowerFileSender:
 
     async def _try(self, transaction_id: int, path: Path) -> None:
         """Raises _Refused for good, anything else for another time."""
+        ticket = self._ticket()
+        if not ticket:
+            raise OSError("there is no link to the tower")
         opened = await connect_tcp(self._url, self._uplinks)
         loop = asyncio.get_running_loop()
 
         def gone(done: int) -> None:
             loop.call_soon_threadsafe(self._tell, attempt, done)
 
-        attempt = _Attempt(self._url, self._credential, opened, gone)
+        attempt = _Attempt(self._url, ticket, opened, gone)
         thread = asyncio.create_task(asyncio.to_thread(attempt.put, transaction_id, path))
         try:
             await asyncio.shield(thread)
+        except _NotSignedIn as refusal:
+            if self._ticket() == ticket:
+                raise
+            raise http.client.HTTPException(str(refusal)) from None  # the link it was of has ended meanwhile
         except asyncio.CancelledError:
             attempt.stop()
             with contextlib.suppress(_Refused, _Stopped, OSError, http.client.HTTPException):
@@ -114,13 +125,11 @@ class TowerFileSender:
 class _Attempt:
     """One request, in its thread."""
 
-    def __init__(
-        self, url: TowerUrl, credential: Credential, opened: socket.socket, gone: Callable[[int], None]
-    ) -> None:
+    def __init__(self, url: TowerUrl, ticket: str, opened: socket.socket, gone: Callable[[int], None]) -> None:
         """`gone`: told in the thread how many bytes have gone out."""
         self.stopped = threading.Event()
         self._url = url
-        self._credential = credential
+        self._ticket = ticket
         self._socket = opened
         self._gone = gone
 
@@ -141,7 +150,7 @@ class _Attempt:
             with contextlib.closing(http.client.HTTPConnection(self._url.host, self._url.port)) as connection:
                 connection.sock = self._socket
                 connection.putrequest("PUT", f"/api/v1/agent/files/{transaction_id}", skip_accept_encoding=True)
-                connection.putheader("Authorization", f"Bearer {self._credential}")
+                connection.putheader("Authorization", f"Bearer {self._ticket}")
                 connection.putheader("User-Agent", f"tower-agent/{VERSION}")
                 connection.putheader("Content-Type", "application/octet-stream")
                 connection.putheader("Content-Length", str(size))
@@ -170,4 +179,4 @@ def _judge(answer: http.client.HTTPResponse) -> None:
         why = str(document.get("detail") or document["title"]).rstrip(".")
     except (ValueError, KeyError, TypeError, AttributeError):
         why = f"HTTP status {answer.status}"
-    raise _Refused(why[:200])
+    raise (_NotSignedIn if answer.status == 401 else _Refused)(why[:200])

@@ -132,6 +132,12 @@ def flies_without_sticks(autopilot_kind: int, custom_mode: int) -> bool:
     return custom_mode in _COPTER_WITHOUT_STICKS
 
 
+def goes_home(autopilot_kind: int, custom_mode: int) -> bool:
+    """Whether a multicopter in this mode ends on the ground by itself."""
+    modes = _PX4 if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4 else _COPTER
+    return any(mode.custom_mode == custom_mode for mode in modes.going_home)
+
+
 def holds_when_centred(autopilot_kind: int, custom_mode: int) -> bool:
     """Whether this is a mode of sticks in which centred ones keep level and height. Unknown modes are none."""
     if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4:

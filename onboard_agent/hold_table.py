@@ -7,52 +7,67 @@ from wire.control_messages import HoldStep
 
 
 class HoldPhase(StrEnum):
-    """How far the change of mode is. The sticks have their own switch: they may outlast it or end before it."""
+    """How far stage one is. Sticks and stage two have states of their own: they may outlast it or end before it."""
 
     IDLE = "idle"
+    WATCHING = "watching"
+    """The drone is disarmed, or is said to be: a heartbeat must prove it, and an arming that shows up is held."""
     REQUESTING = "requesting"
     """No mode of the ladder has been accepted."""
     ACKNOWLEDGED = "acknowledged"
     """One has, but the heartbeat does not show it yet."""
     CONFIRMED = "confirmed"
     UNCONFIRMED = "unconfirmed"
+    HANDING = "handing over"
+    """The pilot's sticks have come in a mode that does not use them: one that does is asked for."""
 
 
 class HoldEvent(StrEnum):
     """What can happen to a hold."""
 
+    ARMED = "armed"
+    """A heartbeat younger than the order says so, or none came in time to say otherwise."""
     ACCEPTED = "accepted"
     """COMMAND_ACK says so, of a rung that was not accepted before."""
     MODE_SHOWN = "mode shown"
     """A heartbeat after the order shows an accepted rung, armed."""
     DEADLINE_PASSED = "deadline passed"
-    BOUND_PASSED = "bound passed"
     DISARMED = "disarmed"
+    """A heartbeat younger than the order says so."""
+    WATCHED = "watched"
+    """The order has been open for long enough."""
     OVERRULED = "overruled"
-    """The holder has commanded how to fly, or the tower stays lost and something else is done."""
+    """Somebody has commanded how to fly, or the lost action is done."""
 
 
 _P = HoldPhase
 _E = HoldEvent
 
 NEXT: Final[dict[tuple[HoldPhase, HoldEvent], tuple[HoldPhase, HoldStep | None]]] = {
+    (_P.WATCHING, _E.ARMED): (_P.REQUESTING, None),
+    (_P.WATCHING, _E.WATCHED): (_P.IDLE, None),
+    (_P.WATCHING, _E.OVERRULED): (_P.IDLE, None),
     (_P.REQUESTING, _E.ACCEPTED): (_P.ACKNOWLEDGED, HoldStep.MODE_ACKNOWLEDGED),
     (_P.REQUESTING, _E.DEADLINE_PASSED): (_P.UNCONFIRMED, HoldStep.UNCONFIRMED),
-    (_P.REQUESTING, _E.BOUND_PASSED): (_P.IDLE, HoldStep.UNCONFIRMED),  # the process was stopped in between
-    (_P.REQUESTING, _E.DISARMED): (_P.IDLE, HoldStep.NOT_NEEDED),
+    (_P.REQUESTING, _E.DISARMED): (_P.WATCHING, HoldStep.NOT_NEEDED),
     (_P.REQUESTING, _E.OVERRULED): (_P.IDLE, HoldStep.UNCONFIRMED),
     (_P.ACKNOWLEDGED, _E.ACCEPTED): (_P.ACKNOWLEDGED, HoldStep.MODE_ACKNOWLEDGED),  # the next rung
     (_P.ACKNOWLEDGED, _E.MODE_SHOWN): (_P.CONFIRMED, HoldStep.CONFIRMED),
     (_P.ACKNOWLEDGED, _E.DEADLINE_PASSED): (_P.ACKNOWLEDGED, HoldStep.UNCONFIRMED),
-    (_P.ACKNOWLEDGED, _E.BOUND_PASSED): (_P.IDLE, None),
-    (_P.ACKNOWLEDGED, _E.DISARMED): (_P.IDLE, HoldStep.NOT_NEEDED),
+    (_P.ACKNOWLEDGED, _E.DISARMED): (_P.WATCHING, HoldStep.NOT_NEEDED),
     (_P.ACKNOWLEDGED, _E.OVERRULED): (_P.IDLE, HoldStep.UNCONFIRMED),
     (_P.UNCONFIRMED, _E.ACCEPTED): (_P.ACKNOWLEDGED, HoldStep.MODE_ACKNOWLEDGED),
-    (_P.UNCONFIRMED, _E.BOUND_PASSED): (_P.IDLE, None),
-    (_P.UNCONFIRMED, _E.DISARMED): (_P.IDLE, None),
+    (_P.UNCONFIRMED, _E.DISARMED): (_P.WATCHING, HoldStep.NOT_NEEDED),
     (_P.UNCONFIRMED, _E.OVERRULED): (_P.IDLE, None),
-    (_P.CONFIRMED, _E.BOUND_PASSED): (_P.IDLE, None),
-    (_P.CONFIRMED, _E.DISARMED): (_P.IDLE, None),
+    (_P.CONFIRMED, _E.DISARMED): (_P.WATCHING, None),
     (_P.CONFIRMED, _E.OVERRULED): (_P.IDLE, None),
+    (_P.HANDING, _E.MODE_SHOWN): (_P.IDLE, None),
+    (_P.HANDING, _E.DISARMED): (_P.IDLE, None),
+    (_P.HANDING, _E.OVERRULED): (_P.IDLE, None),
 }
 """A pair that is missing means nothing: a late acknowledgement, a heartbeat before the acknowledgement."""
+
+OPEN: Final = frozenset({_P.REQUESTING, _P.ACKNOWLEDGED, _P.CONFIRMED, _P.UNCONFIRMED})
+"""The drone holds, or is being made to."""
+
+WANTS_MODE: Final = frozenset({_P.REQUESTING, _P.ACKNOWLEDGED, _P.UNCONFIRMED, _P.HANDING})

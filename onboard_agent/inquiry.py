@@ -5,6 +5,7 @@ Joins `Rates`, `Parameters`, `Radio` and `LossReport`; decides nothing about the
 
 from typing import Any, Final
 
+from onboard_agent.after_sticks import after_sticks
 from onboard_agent.loss_report import LossReport
 from onboard_agent.own_frames import FrameMaker
 from onboard_agent.parameters import Parameters
@@ -13,6 +14,7 @@ from onboard_agent.rates import Rates
 from wire.control_messages import LossParameters
 from wire.dialect import mavlink
 from wire.ids import SystemId
+from wire.open_holds import AfterSticks
 from wire.stream_profiles import StreamProfile
 
 READ: Final = frozenset(
@@ -33,6 +35,11 @@ class Inquiry:
         self._parameters = Parameters(maker)
         self._radio = Radio()
         self._report = LossReport()
+        self._is_px4 = False
+
+    def assume_ground_station(self, system_id: int) -> None:
+        """What the process before has read. It counts until it is read again."""
+        self._parameters.assume_ground_station(system_id)
 
     @property
     def ground_station_system_id(self) -> int:
@@ -44,10 +51,31 @@ class Inquiry:
         """Pulse widths of roll, pitch, throttle and yaw with the sticks in the middle."""
         return self._parameters.channel_middles_us
 
+    @property
+    def overrides_last_s(self) -> float:
+        """How long the autopilot goes by the last sticks that it got."""
+        return self._parameters.overrides_last_s
+
+    @property
+    def has_radio(self) -> bool | None:
+        """Whether a receiver is on board; None while that is not known."""
+        return self._radio.has_radio
+
+    def after_sticks(self, autopilot_kind: int, custom_mode: int) -> AfterSticks:
+        """What the autopilot does in this mode when sticks stop."""
+        values, has_radio = self._parameters.values, self._radio.has_radio
+        return after_sticks(autopilot_kind, custom_mode, values=values, has_radio=has_radio)
+
+    def arms_with_sticks_at_rest(self, autopilot_kind: int) -> bool:
+        """Whether the autopilot wants to see a throttle at the bottom before it arms, and nobody else shows it one."""
+        return autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA and self._radio.has_radio is False
+
     def ask_all(self, autopilot_kind: int, now: float) -> None:
         """From the beginning."""
         self._rates.ask_all(now)
         self._parameters.ask_all(autopilot_kind)
+        self._is_px4 = autopilot_kind == mavlink.MAV_AUTOPILOT_PX4
+        self._radio.asked(now)
 
     def follow(self, profile: StreamProfile) -> None:
         """The stream profile in force: on a narrow line no more is asked for than goes up."""
@@ -77,6 +105,8 @@ class Inquiry:
 
     def due(self, now: float, *, vehicle_system_id: SystemId) -> list[bytes]:
         """Requests to send now."""
+        if self._is_px4:
+            self._radio.look(now)
         requests = (
             self._rates.due(now, vehicle_system_id=vehicle_system_id),
             self._parameters.due(now, vehicle_system_id=vehicle_system_id),

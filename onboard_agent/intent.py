@@ -6,7 +6,7 @@ Read straight from the payload, because sticks come fifty times a second.
 from struct import Struct
 from typing import Final, NamedTuple
 
-from onboard_agent.flight_modes import flies_without_sticks, px4_custom_mode
+from onboard_agent.flight_modes import flies_without_sticks, goes_home, px4_custom_mode
 from wire.dialect import mavlink
 from wire.frames import message_id, payload
 
@@ -34,6 +34,7 @@ _ID_COMMAND_LONG: Final = 76
 _GUIDED_MESSAGES: Final = frozenset({82, 84, 86})
 """SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED, SET_POSITION_TARGET_GLOBAL_INT."""
 
+_HOME_COMMANDS: Final = frozenset({mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH, mavlink.MAV_CMD_NAV_LAND})
 _GUIDED_COMMANDS: Final = frozenset(
     {
         mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH,
@@ -63,6 +64,8 @@ class Command(NamedTuple):
     needs_sticks: bool
     command: int | None = None
     """MAV_CMD; None for a message that is never acknowledged."""
+    goes_home: bool = False
+    """It ends on the ground by itself."""
 
 
 class Target(NamedTuple):
@@ -83,7 +86,7 @@ def read_intent(frame: bytes, *, autopilot_kind: int, middles_us: tuple[int, int
         return Target()
     if msgid == _ID_SET_MODE:
         (custom_mode,) = _SET_MODE.unpack_from(_padded(frame, _SET_MODE.size))
-        return Command(needs_sticks=not flies_without_sticks(autopilot_kind, custom_mode))
+        return _mode(autopilot_kind, custom_mode, command=None)
     if msgid in (_ID_COMMAND_INT, _ID_COMMAND_LONG):
         return _command(frame, autopilot_kind)
     return None
@@ -115,7 +118,7 @@ def _override(frame: bytes, middles_us: tuple[int, int, int, int]) -> Sticks | N
 def _command(frame: bytes, autopilot_kind: int) -> Command | None:
     _, param2, param3, *_, command = _COMMAND.unpack_from(_padded(frame, _COMMAND.size))
     if command in _GUIDED_COMMANDS:
-        return Command(needs_sticks=False, command=command)
+        return Command(needs_sticks=False, command=command, goes_home=command in _HOME_COMMANDS)
     if command != mavlink.MAV_CMD_DO_SET_MODE:
         return None
     try:
@@ -124,7 +127,15 @@ def _command(frame: bytes, autopilot_kind: int) -> Command | None:
             mode = px4_custom_mode(int(param2), int(param3))
     except (ValueError, OverflowError):  # not a number, or infinite: the autopilot will refuse it
         return None
-    return Command(needs_sticks=not flies_without_sticks(autopilot_kind, mode), command=command)
+    return _mode(autopilot_kind, mode, command=command)
+
+
+def _mode(autopilot_kind: int, custom_mode: int, *, command: int | None) -> Command:
+    return Command(
+        needs_sticks=not flies_without_sticks(autopilot_kind, custom_mode),
+        command=command,
+        goes_home=goes_home(autopilot_kind, custom_mode),
+    )
 
 
 def arms(frame: bytes) -> bool:

@@ -1,9 +1,9 @@
-"""What is done when the tower stays lost, and the phases of doing it: the tables that `lost_action.py` runs."""
+"""What is done when tower or person stay away, and the phases of doing it: the tables that `lost_action.py` runs."""
 
 from enum import StrEnum
 from typing import Final
 
-from wire.control_messages import LostAction
+from wire.open_holds import LostAction, LostPhase
 
 
 class Situation(StrEnum):
@@ -15,6 +15,8 @@ class Situation(StrEnum):
     HELD_ON_MISSION = "held on a mission"
     """We hold because of the loss, and before that it flew a mission."""
     OTHERWISE = "otherwise"
+    NO_POSITION = "no position"
+    """It cannot find home, and cannot keep its place."""
 
 
 class Deed(StrEnum):
@@ -23,7 +25,10 @@ class Deed(StrEnum):
     RETURN = "return"
     LAND = "land"
     RESUME_MISSION = "resume the mission"
+    STAY = "stay"
+    """As it is, until the battery is needed for the way home."""
     STOP_STICKS = "leave it to the autopilot's own failsafe"
+    """Of a vehicle of which no mode is known."""
     LEAVE = "leave it as it is"
 
 
@@ -34,40 +39,48 @@ DEEDS: Final[dict[tuple[LostAction, Situation], Deed]] = {
     (LostAction.RETURN, _S.ON_MISSION): Deed.RETURN,
     (LostAction.RETURN, _S.HELD_ON_MISSION): Deed.RETURN,
     (LostAction.RETURN, _S.OTHERWISE): Deed.RETURN,
+    (LostAction.RETURN, _S.NO_POSITION): Deed.LAND,
     (LostAction.LAND, _S.GOING_HOME): Deed.LEAVE,
     (LostAction.LAND, _S.ON_MISSION): Deed.LAND,
     (LostAction.LAND, _S.HELD_ON_MISSION): Deed.LAND,
     (LostAction.LAND, _S.OTHERWISE): Deed.LAND,
+    (LostAction.LAND, _S.NO_POSITION): Deed.LAND,
     (LostAction.CONTINUE, _S.GOING_HOME): Deed.LEAVE,
     (LostAction.CONTINUE, _S.ON_MISSION): Deed.LEAVE,
     (LostAction.CONTINUE, _S.HELD_ON_MISSION): Deed.RESUME_MISSION,
-    (LostAction.CONTINUE, _S.OTHERWISE): Deed.LEAVE,
-    (LostAction.NOTHING, _S.GOING_HOME): Deed.LEAVE,
-    (LostAction.NOTHING, _S.ON_MISSION): Deed.LEAVE,
-    (LostAction.NOTHING, _S.HELD_ON_MISSION): Deed.STOP_STICKS,
-    (LostAction.NOTHING, _S.OTHERWISE): Deed.STOP_STICKS,
+    (LostAction.CONTINUE, _S.OTHERWISE): Deed.STAY,
+    (LostAction.CONTINUE, _S.NO_POSITION): Deed.LAND,
+    (LostAction.STAY, _S.GOING_HOME): Deed.LEAVE,
+    (LostAction.STAY, _S.ON_MISSION): Deed.STAY,
+    (LostAction.STAY, _S.HELD_ON_MISSION): Deed.STAY,
+    (LostAction.STAY, _S.OTHERWISE): Deed.STAY,
+    (LostAction.STAY, _S.NO_POSITION): Deed.LAND,
 }
+"""Without a position nothing stays: it drifts, and only the sticks of the agent keep its height."""
 
-
-class LostPhase(StrEnum):
-    """How far it is."""
-
-    QUIET = "quiet"
-    """The tower is there, or the drone is not ours to bring home."""
-    COUNTING = "counting"
-    ASKING = "asking"
-    """The autopilot is asked for the mode until it is confirmed."""
-    DONE = "done"
+TOLD_AS: Final[dict[Deed, LostAction]] = {
+    Deed.RETURN: LostAction.RETURN,
+    Deed.LAND: LostAction.LAND,
+    Deed.RESUME_MISSION: LostAction.CONTINUE,
+    Deed.LEAVE: LostAction.CONTINUE,
+    Deed.STAY: LostAction.STAY,
+    Deed.STOP_STICKS: LostAction.STAY,
+}
 
 
 class LostEvent(StrEnum):
     """What can happen."""
 
     GONE = "gone"
-    """The tower is gone for longer than a hold waits, and the drone is in the air."""
+    """Tower or person is gone, and the drone is in the air."""
     BACK = "back"
+    """The tower is there, and somebody flies."""
     CALLED_OFF = "called off"
     """On the ground, disarmed, or flown by a radio pilot alone."""
+    STAY = "stay"
+    """Somebody said so, or it is the action; only the battery counts now."""
+    COUNT = "count"
+    """The tower is gone as well: "stay" does not hold against that."""
     DUE_MODE = "due, by a mode"
     DUE_NOTHING = "due, nothing to ask for"
     CONFIRMED = "confirmed"
@@ -80,8 +93,14 @@ NEXT: Final[dict[tuple[LostPhase, LostEvent], LostPhase]] = {
     (_P.QUIET, _E.GONE): _P.COUNTING,
     (_P.COUNTING, _E.BACK): _P.QUIET,
     (_P.COUNTING, _E.CALLED_OFF): _P.QUIET,
+    (_P.COUNTING, _E.STAY): _P.STAYED,
     (_P.COUNTING, _E.DUE_MODE): _P.ASKING,
     (_P.COUNTING, _E.DUE_NOTHING): _P.DONE,
+    (_P.STAYED, _E.BACK): _P.QUIET,
+    (_P.STAYED, _E.CALLED_OFF): _P.QUIET,
+    (_P.STAYED, _E.COUNT): _P.COUNTING,
+    (_P.STAYED, _E.DUE_MODE): _P.ASKING,
+    (_P.STAYED, _E.DUE_NOTHING): _P.DONE,
     (_P.ASKING, _E.CONFIRMED): _P.DONE,
     (_P.ASKING, _E.BACK): _P.QUIET,
     (_P.ASKING, _E.CALLED_OFF): _P.QUIET,

@@ -67,6 +67,7 @@ class ModeLadder:
         self._rungs: list[_Rung] = []
         self._current = 0
         self._asking = False
+        self._keeps_shown = False
         self._patience_s = 0.0
         self._began_at = 0.0
         self._leave_at = 0.0
@@ -74,9 +75,16 @@ class ModeLadder:
         self._next_show_at = 0.0
         self._shown: int | None = None
         self._reached: list[Reached] = []
+        self.confirmed: FlightMode | None = None
+        """The rung that was confirmed last."""
 
-    def climb(self, modes: Sequence[FlightMode], *, patience_s: float, now: float) -> None:
-        """From the first rung on. Whatever was asked for before is forgotten."""
+    def climb(self, modes: Sequence[FlightMode], *, patience_s: float, now: float, keeps_shown: bool = False) -> None:
+        """From the first rung on. Whatever was asked for before is forgotten.
+
+        `keeps_shown`: a rung that heartbeats show is not left for want of an answer. Only where the machine was in none
+        of these modes before.
+        """
+        self._keeps_shown = keeps_shown
         self._rungs = [_Rung(mode) for mode in modes]
         self._asking = bool(modes)
         self._patience_s = patience_s
@@ -95,12 +103,23 @@ class ModeLadder:
         """Whether there is something to ask for, and it is not confirmed."""
         return self._asking
 
+    @property
+    def current(self) -> FlightMode | None:
+        """The mode that is asked for now."""
+        return self._rungs[self._current].mode if self._asking else None
+
+    @property
+    def all_refuse(self) -> bool:
+        """Whether the autopilot has refused each rung, and accepted none."""
+        return all(rung.refusal and not rung.accepted for rung in self._rungs)
+
     def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:
         """Requests to send now."""
         if not self._asking:
             return []
         rung = self._rungs[self._current]
-        if rung.requests and now >= self._leave_at and not self._on_last_rung:
+        patient = self._keeps_shown and self._shown == rung.mode.custom_mode
+        if rung.requests and now >= self._leave_at and not self._on_last_rung and not patient:
             rung = self._next_rung(now)
         messages: list[Any] = []
         asks = now >= self._next_request_at
@@ -177,6 +196,7 @@ class ModeLadder:
 
     def _confirm(self, rung: _Rung) -> None:
         self._asking = False
+        self.confirmed = rung.mode
         self._reached.append(Reached(LadderStep.CONFIRMED, rung.mode.name))
 
 

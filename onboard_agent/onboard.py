@@ -8,15 +8,21 @@ import logging
 from collections import Counter
 from typing import Any, Final
 
+from onboard_agent.after_restart import AfterRestart
 from onboard_agent.autopilot_state import AutopilotEvent, AutopilotView
 from onboard_agent.downlink import SETUP_SIGNING, Downlink
 from onboard_agent.failsafe import Failsafe
 from onboard_agent.hold import Hold
+from onboard_agent.hold_memory import HoldMemory, HoldStore, NoHoldStore
+from onboard_agent.hold_news import HoldNews
 from onboard_agent.holder import Holder
 from onboard_agent.inquiry import READ, Inquiry
 from onboard_agent.intent import INTERESTING
-from onboard_agent.late_frames import too_late
-from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
+from onboard_agent.late_frames import STICKS, too_late
+from onboard_agent.motion import READ as MOVES
+from onboard_agent.motion import Motion
+from onboard_agent.own_frames import FrameMaker, answers_agent_alone, may_answer_agent
+from onboard_agent.person_watch import PersonWatch
 from onboard_agent.pilot_watch import PilotWatch
 from onboard_agent.presence import Presence
 from onboard_agent.safety import within_limits
@@ -40,16 +46,20 @@ from wire.following import FollowWork, LeaderPosition
 from wire.frames import message_id, source
 from wire.ids import DroneId, Epoch
 from wire.lateness import Lateness
+from wire.open_holds import Stay
 from wire.transactions import CancelTransaction, CommandWork, Transaction
 
 _log = logging.getLogger(__name__)
 
-_READ: Final = READ | {
-    mavlink.MAVLINK_MSG_ID_HEARTBEAT,
-    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT,
-    mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
-    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
-}
+_READ: Final = (
+    READ
+    | MOVES
+    | {
+        mavlink.MAVLINK_MSG_ID_HEARTBEAT,
+        mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
+        mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
+    }
+)
 """The only messages whose payload we look at; everything else goes by unread."""
 
 FLIES: Final = (CommandWork, FollowWork)
@@ -59,7 +69,8 @@ FLIES: Final = (CommandWork, FollowWork)
 class Onboard:
     """One drone. `speaks_first`: the autopilot hears of us only when we have spoken. `narrow_line`: no room to spare on
     the way to it. `steps_told`: where the numbers of the steps of holds begin (Hold). `journal`: without one no plan is
-    written. `make_desks`: of the work at the drone that needs more than is here."""
+    written. `holds`: without it a process that is started again knows of no hold. `make_desks`: of the work at the
+    drone that needs more than is here."""
 
     def __init__(
         self,
@@ -69,16 +80,21 @@ class Onboard:
         narrow_line: bool = False,
         steps_told: int = 0,
         journal: JournalStore | None = None,
+        holds: HoldStore | None = None,
         make_desks: MakeDesks = lambda _maker: (),
     ) -> None:
         maker = FrameMaker()
         self.autopilot = AutopilotView()
+        self.motion = Motion()
         self.downlink = Downlink()
         self.stream = TelemetryStream()
         self.hold = Hold(maker, steps_told)
         self.counts: Counter[str] = Counter()
         """Frames not passed on for reasons that the downlink does not know, by reason."""
         self._watch = PilotWatch(now)
+        self._person = PersonWatch()
+        self._memory = HoldMemory(holds or NoHoldStore())
+        self._least_rtt_s = 0.0
         self._lateness = Lateness()
         self._presence = Presence(maker, speaks_first=speaks_first)
         self._inquiry = Inquiry(maker, narrow_line=narrow_line)
@@ -88,18 +104,25 @@ class Onboard:
             autopilot=self.autopilot,
             hold=self.hold,
             watch=self._watch,
+            person=self._person,
             inquiry=self._inquiry,
             stream=self.stream,
         )
         self._failsafe = Failsafe(
             maker,
             autopilot=self.autopilot,
+            motion=self.motion,
             downlink=self.downlink,
             hold=self.hold,
             holder=self._holder,
             watch=self._watch,
+            person=self._person,
             inquiry=self._inquiry,
         )
+        self._restart = AfterRestart(maker, self._memory.left, now)
+        if self._memory.left is not None:
+            self._inquiry.assume_ground_station(self._memory.left.ground_station_system_id)
+            self._failsafe.settings = self._memory.left.settings
         self._work = WorkAtDrone(
             maker,
             autopilot=self.autopilot,
@@ -110,7 +133,14 @@ class Onboard:
             make_desks=make_desks,
         )
         self._news = TowerNews(
-            autopilot=self.autopilot, hold=self.hold, inquiry=self._inquiry, stream=self.stream, work=self._work
+            autopilot=self.autopilot,
+            hold=self.hold,
+            hold_news=HoldNews(
+                autopilot=self.autopilot, hold=self.hold, failsafe=self._failsafe, inquiry=self._inquiry
+            ),
+            inquiry=self._inquiry,
+            stream=self.stream,
+            work=self._work,
         )
         self._newest_order = 0
         self._newest_control = 0
@@ -147,10 +177,13 @@ class Onboard:
         if msgid == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             event = view.heartbeat(message, system_id, component_id, now)
             if view.is_autopilot(system_id, component_id):
+                if not self._restart.over:
+                    self._restart.heartbeat(self._failsafe, self.hold, now, armed=view.armed)
                 self._failsafe.heartbeat(now)
         elif not view.is_autopilot(system_id, component_id):
             return
-        elif msgid == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
+        self.motion.read(msgid, message, now)
+        if msgid == mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
             event = view.global_position(message)
         elif msgid == mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE:
             view.extended_sys_state(message, now)
@@ -159,10 +192,11 @@ class Onboard:
             if msgid == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
                 view.sys_status(message)
                 self.hold.outside_fence = view.outside_fence
-        else:
-            if not self._is_only_ours(message) and self._holder.wish.refused(message):
-                self.hold.go_on()
-            if self._is_ours(message):
+        elif msgid == mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+            self._failsafe.start.acknowledged(message, now)
+            if not answers_agent_alone(message, view.system_id):
+                self._holder.acknowledged(message, now)
+            if may_answer_agent(message, view.system_id):
                 self._acknowledged(message, now)
         self._autopilot_event(event, now)
 
@@ -179,14 +213,6 @@ class Onboard:
         self._work.sent(frames, now)
         self._to_autopilot += frames
 
-    def _is_ours(self, ack: Any) -> bool:
-        """Whether an acknowledgement answers the agent, or does not say whom it answers."""
-        return ack.target_system in (0, self.autopilot.system_id) and ack.target_component in (0, AGENT_COMPONENT)
-
-    def _is_only_ours(self, ack: Any) -> bool:
-        """Whether an acknowledgement says that it answers the agent."""
-        return (ack.target_system, ack.target_component) == (self.autopilot.system_id, AGENT_COMPONENT)
-
     def _autopilot_event(self, event: AutopilotEvent | None, now: float) -> None:
         if event is None:
             return
@@ -201,21 +227,25 @@ class Onboard:
 
     def welcomed(self, welcome: Welcome, now: float) -> None:
         """A new link is up."""
+        if self.downlink.epoch:  # of the first link nobody knows whether anything has changed
+            self._epoch_told(welcome.epoch, now)
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
-        self._holder.stand_in.end()
+        self._holder.keeper.end_turn()
+        self._person.holder(held=welcome.holder is not None, present=welcome.holder_present, now=now)
+        self._least_rtt_s = 0.0
         self._newest_order = self._newest_control = 0
         # Another link, perhaps another tower: its clock is not the one that we measured.
         self._lateness = Lateness()
         self._watch.loss.link_up(now)
         self.stream.link_up(now)
-        self._news.link_up()
+        self._news.link_up(welcome.takes)
         self._work.link_up(welcome.takes)
         self._work.epoch(self.downlink.epoch, now)
 
     def resumed(self) -> None:
         """The link goes on with another control channel: what was told on the last may be lost."""
-        self._news.link_up()
+        self._news.resumed()
         self._work.resumed()
 
     def link_broken(self, now: float) -> None:
@@ -223,13 +253,17 @@ class Onboard:
         self._news.link_down()
         self._work.link_down()
         self._holder_present = False
-        self._holder.stand_in.end()
+        self._holder.keeper.end_turn()
         self._watch.loss.link_down(now)
         self.stream.link_down()
 
     def tower_heard(self, now: float) -> None:
         """An authentic datagram of the tower came."""
         self._watch.loss.tower_heard(now)
+
+    def round_trip(self, rtt_s: float) -> None:
+        """A round trip to the tower was measured. The least is that of a line without a queue."""
+        self._least_rtt_s = min(rtt_s, self._least_rtt_s or rtt_s)
 
     def message(self, message: ToAgent, now: float) -> None:
         """A message of the control channel came."""
@@ -238,7 +272,9 @@ class Onboard:
                 return  # it comes on two channels, and more than once
             self._newest_control = message.number
             if message.epoch >= self.downlink.epoch:
-                self._holder.stand_in.turn(assistant_flies=message.assistant_flies)
+                self._holder.keeper.turn(assistant_flies=message.assistant_flies)
+                held = message.holder is not None
+                self._person.holder(held=held, present=message.holder_present, now=now)
             self._epoch_told(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             self._holder_present = message.holder_present
@@ -253,7 +289,12 @@ class Onboard:
             self.downlink.raise_epoch(message.epoch)
             _log.warning("hold ordered: %s", message.reason)
             self._watch.used(now)
-            self._failsafe.hold_now(HoldCause.ORDER, now, order_id=message.order_id)
+            self._failsafe.hold_now(
+                HoldCause.ORDER, now, order_id=message.order_id, why=message.reason, interrupts=message.interrupts
+            )
+        elif isinstance(message, Stay):
+            _log.warning("%s says: stay", message.by)
+            self._person.stay(message.by)
         elif isinstance(message, SafetySettings):
             settings = within_limits(message)
             if settings != self._failsafe.settings:
@@ -294,9 +335,11 @@ class Onboard:
         late_s = self._lateness.late_by(content.sent_ms, now)
         for frame in self.downlink.admit(content):
             msgid = message_id(frame)
+            if msgid in STICKS:
+                self._watch.stick_age.came(late_s + self._least_rtt_s / 2.0, now, self._failsafe.settings)
             refused = too_late(msgid, late_s, self._failsafe.settings) or self._work.why_not(frame, now)
-            if refused is None and msgid in INTERESTING and not self._holder.passes(frame, now):
-                refused = "sticks not centred after a hold"
+            if refused is None and msgid in INTERESTING:
+                refused = self._holder.why_not(frame, now)
             if refused is not None:
                 self.counts[refused] += 1
                 continue
@@ -307,7 +350,7 @@ class Onboard:
     def hands_on(self) -> bool:
         """Whether somebody has the controls and is there, or centred sticks stand in for theirs: a silence of the tower
         counts then."""
-        ours = self.hold.sticks_on or self._holder.stand_in.on
+        ours = self.hold.sticks_on or self._holder.keeper.on
         return self._holder_present or ours or self._watch.hand_on_sticks
 
     # Time, and what is to be sent
@@ -315,9 +358,12 @@ class Onboard:
     def tick(self, now: float) -> None:
         """Time has passed: every 25 ms or so."""
         self._autopilot_event(self.autopilot.tick(now), now)
+        self._to_autopilot += self._restart.due(now, self.hold)
         self._failsafe.look(now, may_start=self._work.may_start)
-        self._to_autopilot += self._holder.centred_for_assistant(now, self._failsafe.settings)
         self._act_by_itself(now)
+        self._to_autopilot += self._holder.sticks_to_keep(now, somebody_may_arm=self._holder_present)
+        if self._restart.over:
+            self._memory.keep(self._failsafe.record())
         view = self.autopilot
         out = self._to_autopilot
         out += self._presence.due(

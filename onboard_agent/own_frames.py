@@ -31,6 +31,16 @@ def ground_station_sender(ground_station_system_id: int) -> Sender:
     return Sender(ground_station_system_id, GROUND_STATION_COMPONENT)
 
 
+def may_answer_agent(ack: Any, vehicle_system_id: int | None) -> bool:
+    """Whether a COMMAND_ACK answers the agent, or does not say whom it answers."""
+    return ack.target_system in (0, vehicle_system_id) and ack.target_component in (0, AGENT_COMPONENT)
+
+
+def answers_agent_alone(ack: Any, vehicle_system_id: int | None) -> bool:
+    """Whether a COMMAND_ACK says that it answers the agent."""
+    return (ack.target_system, ack.target_component) == (vehicle_system_id, AGENT_COMPONENT)
+
+
 class FrameMaker:
     """Packs messages, with one sequence for each sender."""
 
@@ -73,6 +83,16 @@ def set_mode(target_system: int, parameters: tuple[float, float], *, confirmatio
 def centred_sticks(target_system: int) -> Any:
     """MANUAL_CONTROL with every axis in the middle; unlike channels it depends on no parameter."""
     return mavlink.MAVLink_manual_control_message(target_system, 0, 0, 500, 0, 0)
+
+
+def climbing_sticks(target_system: int) -> Any:
+    """The same with the throttle at the top: a full climb in modes that hold height."""
+    return mavlink.MAVLink_manual_control_message(target_system, 0, 0, 1000, 0, 0)
+
+
+def resting_sticks(target_system: int) -> Any:
+    """The same with the throttle at the bottom, as autopilots want it for arming."""
+    return mavlink.MAVLink_manual_control_message(target_system, 0, 0, 0, 0, 0)
 
 
 def read_parameter(target_system: int, name: str) -> Any:

@@ -5,6 +5,7 @@ channel is between its ends, not where its trim is. The others say what the auto
 are read, never written.
 """
 
+from collections.abc import Mapping
 from math import isfinite
 from struct import Struct
 from typing import Final
@@ -109,6 +110,11 @@ class Parameters:
         self._values: dict[str, float] = {}
         self._ask_again_at: float | None = None
         self._asked_again = 0
+        self._assumed_ground_station = _STANDARD_GROUND_STATION
+
+    def assume_ground_station(self, system_id: int) -> None:
+        """What the process before has read. It counts until it is read again."""
+        self._assumed_ground_station = system_id
 
     def ask_all(self, autopilot_kind: int) -> None:
         """From the beginning. What is known of an autopilot of the same kind counts until it is read again."""
@@ -167,6 +173,11 @@ class Parameters:
         return {name: self._values[name] for name in LOSS_NAMES.get(self._kind, ()) if name in self._values}
 
     @property
+    def values(self) -> Mapping[str, float]:
+        """All that are known, by name."""
+        return self._values
+
+    @property
     def overrides_last_s(self) -> float:
         """How long the autopilot goes by the last sticks that we sent; infinite where it never forgets them."""
         value = self._values.get("RC_OVERRIDE_TIME", 3.0)
@@ -179,7 +190,7 @@ class Parameters:
             value = int(self._values.get(name, 0))
             if 0 < value <= 255:
                 return value
-        return _STANDARD_GROUND_STATION
+        return self._assumed_ground_station
 
     @property
     def channel_middles_us(self) -> tuple[int, int, int, int]:

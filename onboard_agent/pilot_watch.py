@@ -1,11 +1,12 @@
 """What the agent sees of the pilot by itself: are the sticks fresh, is the tower there, had it a part in this flight.
 
-No I/O. Joins `StickWatch`, `LinkLoss` and `TowerUse`, and says when to hold and why.
+No I/O. Joins `StickWatch`, `StickAge`, `LinkLoss` and `TowerUse`, and says when to hold and why.
 """
 
 from typing import NamedTuple
 
 from onboard_agent.link_loss import LinkLoss
+from onboard_agent.stick_age import StickAge
 from onboard_agent.stick_watch import StickWatch
 from onboard_agent.tower_use import TowerUse
 from wire.control_messages import HoldCause, SafetySettings
@@ -23,6 +24,7 @@ class PilotWatch:
 
     def __init__(self, now: float) -> None:
         self.loss = LinkLoss(now)
+        self.stick_age = StickAge()
         self._sticks = StickWatch()
         self._use = TowerUse()
 
@@ -59,13 +61,17 @@ class PilotWatch:
     def nobody_needed(self) -> None:
         """The drone flies by command, or a hold has taken over: no hand needs to be on the sticks."""
         self.loss.flies_without_sticks()
+        self.stick_age.over()
         self._sticks.over()
 
     def alarm(self, now: float, *, settings: SafetySettings, flown_by_hand: bool, kept_centred: bool) -> Alarm | None:
         """What has just happened to the pilot, once.
 
-        `kept_centred`: the agent keeps the sticks centred for the tower, in an ordered hold or for an assistant.
+        `kept_centred`: the agent keeps the sticks centred for somebody who only commands, outside a hold.
         """
+        if self.stick_age.too_old(now, settings) and flown_by_hand and self._sticks.hand_on:
+            why = f"the sticks come {self.stick_age.age_s * 1000:.0f} ms late while flying by hand"
+            return Alarm(HoldCause.STICKS_STALE, why)
         if self._sticks.stale(now, stale_s=settings.sticks_stale_s, flown_by_hand=flown_by_hand):
             why = f"no fresh sticks for {settings.sticks_stale_s:g} s while flying by hand"
             return Alarm(HoldCause.STICKS_STALE, why)

@@ -1,11 +1,16 @@
 """Whether the drone has a radio receiver that hears a transmitter. No I/O.
 
-Sticks that we send look to the autopilot like a receiver, so nothing is learned while it goes by them.
+Sticks that we send look to the autopilot like a receiver, so nothing is learned from the values while it goes by them,
+nor from the receiver's health. Only the number of channels tells at any time: 0 where there is no receiver (measured on
+ArduCopter, docs/control.md).
 """
 
 from typing import Any, Final
 
 from wire.dialect import mavlink
+
+SILENT_S: Final = 6.0
+"""RC_CHANNELS is asked for at 2 Hz. PX4 sends none where there is no receiver."""
 
 LAPSE_S: Final = 2.0
 """After our sticks have lapsed: until then the autopilot may not have said so yet."""
@@ -21,6 +26,17 @@ class Radio:
         self.has_radio: bool | None = None
         self._sticks_at: float | None = None
         self._health_tells = False
+        self._no_channels = False
+        self._channels_at: float | None = None
+
+    def asked(self, now: float) -> None:
+        """RC_CHANNELS was asked for, of an autopilot that has just come."""
+        self._channels_at = now
+
+    def look(self, now: float) -> None:
+        """Time has passed. For an autopilot that sends RC_CHANNELS only where there is a receiver."""
+        if self.has_radio is None and self._channels_at is not None and now - self._channels_at >= SILENT_S:
+            self.has_radio = False
 
     def sticks_sent(self, now: float) -> None:
         """Sticks, the holder's or our own, went to the autopilot."""
@@ -31,15 +47,20 @@ class Radio:
         if not message.onboard_control_sensors_present & _RECEIVER:
             return
         self._health_tells = True
-        if not self._overridden(now, overrides_last_s):
+        if not self._overridden(now, overrides_last_s) and not self._no_channels:
             self.has_radio = bool(message.onboard_control_sensors_health & _RECEIVER)
 
     def rc_channels(self, message: Any, now: float, *, overrides_last_s: float) -> None:
         """RC_CHANNELS of the autopilot."""
+        self._channels_at = now
+        self._no_channels = message.chancount == 0
+        if self._no_channels:
+            self.has_radio = False
+            return
         if self._health_tells or self._overridden(now, overrides_last_s):
             return
         sticks = (message.chan1_raw, message.chan2_raw, message.chan3_raw, message.chan4_raw)
-        self.has_radio = message.chancount > 0 and any(value not in _NO_VALUES for value in sticks)
+        self.has_radio = any(value not in _NO_VALUES for value in sticks)
 
     def _overridden(self, now: float, overrides_last_s: float) -> bool:
         return self._sticks_at is not None and now - self._sticks_at < overrides_last_s + LAPSE_S

@@ -36,7 +36,7 @@ WISHES: Final[tuple[Wish, ...]] = (
     Wish(mavlink.MAVLINK_MSG_ID_VFR_HUD, 4),
     Wish(mavlink.MAVLINK_MSG_ID_SYS_STATUS, 1),
     Wish(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, 1),
-    Wish(mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT, 1),
+    Wish(mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT, 5),
     Wish(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, 0.5),
     Wish(mavlink.MAVLINK_MSG_ID_HOME_POSITION, 0.2),
     Wish(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, 1),
@@ -53,6 +53,7 @@ _READ_HERE: Final = frozenset(
         mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE,
         mavlink.MAVLINK_MSG_ID_SYS_STATUS,
         mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
+        mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT,
     }
 )
 """What the agent itself lives on, whatever goes up: never asked for less often."""

@@ -17,6 +17,7 @@ from onboard_agent.backoff import STEADY_S, Backoff
 from onboard_agent.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
 from onboard_agent.data_channel import DataChannel
 from onboard_agent.data_socket import ANY_UPLINK
+from onboard_agent.identity import Identity
 from onboard_agent.successor import successor
 from onboard_agent.tower_url import TowerUrl
 from wire.content import LARGEST_URGENT_BYTES, Frames
@@ -32,20 +33,20 @@ from wire.control_messages import (
     decode_to_agent,
     encode_message,
 )
-from wire.credential import Credential
 from wire.drops import DropReason
 from wire.following import FOLLOW, FOLLOW_PERSON, LeaderPosition
 from wire.ids import DroneId, Epoch
+from wire.open_holds import OPEN_HOLDS, Stay
 from wire.transactions import TRANSACTIONS
 from wire.video import ClockAnswer, ClockProbe
 
 _log = logging.getLogger(__name__)
 
 REFUSED_RETRY_S: Final = 30.0
-"""A refused credential is not cured by asking often."""
+"""A refused key is not cured by asking often."""
 
 REPLACED_RETRY_S: Final = 5.0
-"""Two agents with one credential would otherwise throw each other out many times a second."""
+"""Two agents with one key would otherwise throw each other out many times a second."""
 
 REPLACED_CODE: Final = 4409
 
@@ -90,15 +91,15 @@ class TowerLink:
     def __init__(
         self,
         url: TowerUrl,
-        credential: Credential,
+        identity: Identity,
         user: LinkUser,
         uplinks: Sequence[str] = (ANY_UPLINK,),
         takes: Sequence[str] = (),
     ) -> None:
         """`takes`: what the hello says besides what every agent takes."""
         self._url = url
-        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, *takes)
-        self._credential = credential
+        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, *takes)
+        self._identity = identity
         self._user = user
         self._process = secrets.randbelow(0xFFFFFFFF) + 1
         self._backoff = Backoff()
@@ -126,8 +127,16 @@ class TowerLink:
 
     @property
     def drone_id(self) -> DroneId:
-        """The drone that the credential is of."""
-        return self._credential.drone_id
+        """The drone that the agent is of."""
+        return self._identity.drone_id
+
+    @property
+    def ticket(self) -> str:
+        """What to show with requests by HTTP; empty while there is no link."""
+        if self._opened is None:
+            return ""
+        credential = self._identity.credential
+        return self._opened.welcome.ticket or (str(credential) if credential is not None else "")
 
     @property
     def up(self) -> bool:
@@ -138,6 +147,11 @@ class TowerLink:
     def room(self) -> int:
         """How many more messages, of those that can wait, may be sent: half of the outbox is for the others."""
         return max(0, OUTBOX // 2 - len(self._outbox))
+
+    @property
+    def rtt_s(self) -> float | None:
+        """The round trip to the tower, smoothed; None while there is none."""
+        return None if self._opened is None else self._opened.sealed.keepalive.rtt_s
 
     def measured(self, now: float) -> Measured | None:
         """How the link is; None while there is none. What the tower does not tell (yet, or because nothing comes
@@ -171,7 +185,7 @@ class TowerLink:
                     self._backoff.reset()
                 delay_s = self._backoff.next_delay_s()
                 if code == REPLACED_CODE:
-                    _log.error("another agent has signed in with this drone's credential; waiting")
+                    _log.error("another agent has signed in as this drone; waiting")
                     delay_s = REPLACED_RETRY_S
             if opened is None:
                 await asyncio.sleep(delay_s)
@@ -251,7 +265,7 @@ class TowerLink:
     async def _open(self, uplinks: Sequence[str], *, resuming: OpenedChannel | None = None) -> OpenedChannel:
         return await open_channel(
             self._url,
-            self._credential,
+            self._identity,
             uplinks=uplinks,
             resuming=resuming,
             process=self._process,
@@ -297,7 +311,7 @@ class TowerLink:
         if isinstance(message, ClockProbe):
             if self._data is not None:
                 self._data.send_urgent(encode_message(_clock_answer(message)).encode())
-        elif isinstance(message, (HoldOrder, ControlChanged, LeaderPosition)):
+        elif isinstance(message, (HoldOrder, ControlChanged, LeaderPosition, Stay)):
             self._user.message(message)
 
     def _send_urgent(self, message: ToTower) -> None:

@@ -5,14 +5,17 @@ The steps of a hold are kept while there is no link; everything else is told as 
 
 import logging
 from collections import deque
+from collections.abc import Sequence
 from typing import Final
 
 from onboard_agent.autopilot_state import AutopilotView
 from onboard_agent.hold import Hold
+from onboard_agent.hold_news import HoldNews
 from onboard_agent.inquiry import Inquiry
 from onboard_agent.telemetry_stream import TelemetryStream
 from onboard_agent.work import WorkAtDrone
 from wire.control_messages import HoldProgress, ToTower
+from wire.open_holds import OPEN_HOLDS
 
 _log = logging.getLogger(__name__)
 
@@ -31,21 +34,30 @@ class TowerNews:
         *,
         autopilot: AutopilotView,
         hold: Hold,
+        hold_news: HoldNews,
         inquiry: Inquiry,
         stream: TelemetryStream,
         work: WorkAtDrone,
     ) -> None:
         self._autopilot = autopilot
         self._hold = hold
+        self._hold_news = hold_news
         self._inquiry = inquiry
         self._stream = stream
         self._work = work
         self._linked = False
+        self._takes_holds = False
         self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
 
-    def link_up(self) -> None:
-        """A new link, which knows nothing."""
+    def link_up(self, takes: Sequence[str]) -> None:
+        """A new link, which knows nothing. `takes`: of the tower's welcome."""
+        self._takes_holds = OPEN_HOLDS in takes
+        self.resumed()
+
+    def resumed(self) -> None:
+        """The link goes on with another control channel: what was told on the last may be lost."""
         self._linked = True
+        self._hold_news.tell_again()
         self._autopilot.tell_again()
         self._inquiry.tell_again()
         self._stream.tell_again()
@@ -65,6 +77,7 @@ class TowerNews:
         self._progress.clear()
         news = (
             self._autopilot.changed(now),
+            self._hold_news.changed(now) if self._takes_holds else None,
             self._stream.changed(),
             self._inquiry.loss_report(self._autopilot.kind) if self._autopilot.heard else None,
         )

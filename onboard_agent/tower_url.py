@@ -34,6 +34,11 @@ class TowerUrl:
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"{'wss' if self.secure else 'ws'}://{host}:{self.port}{path}"
 
+    @property
+    def name(self) -> str:
+        """`HOST:PORT`, by which a sign-in names the tower (wire.sign_in)."""
+        return str(self).partition("://")[2].lower()
+
     def __str__(self) -> str:
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"{'https' if self.secure else 'http'}://{host}:{self.port}"

@@ -187,7 +187,7 @@ class WorkAtDrone:
         """A command of a desk's goes the way of the holder's frames, and by the same gate."""
         why = self._why_not_start(frame, now)
         if why is None and message_id(frame) in INTERESTING:
-            self._holder.passes(frame, now)  # a command always does
+            self._holder.why_not(frame, now)  # a command always passes
         return why
 
     def _around(self, now: float) -> Around | None:
@@ -206,6 +206,6 @@ class WorkAtDrone:
             starting=self._latest_start.is_pending(now, mode_shown=mode_shown, armed=view.armed),
             flown_by_hand=self._holder.by_hand,
             narrow_line=self._narrow_line,
-            holding=self._hold.active,
+            holding=self._hold.acting,
             commanded=self._holder.commanded,
         )

@@ -3,70 +3,102 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
 from importlib.metadata import version
 from typing import Final
+from urllib.parse import urlsplit
 
 from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 
 from server import health
-from server.accounts import preference_routes, second_factor_routes, session_routes, token_routes, user_routes
+from server.accounts import (
+    passkey_routes,
+    preference_routes,
+    proof_routes,
+    second_factor_routes,
+    session_routes,
+    token_routes,
+    user_routes,
+)
+from server.accounts.challenges import Challenges
+from server.accounts.hashing_process import HashingProcess
+from server.accounts.known_addresses import remember_addresses
+from server.accounts.passkey_sign_in import PasskeyDoor
+from server.accounts.password_policy import PasswordPolicy
 from server.accounts.passwords import Passwords
 from server.accounts.sealed_factors import prepare_vault
 from server.accounts.sessions import Sessions
 from server.accounts.sign_in import Door
 from server.accounts.throttle import SignInThrottle
 from server.accounts.tokens import ApiTokens
+from server.anonymous.budget import AnonymousBudget, Over
+from server.anonymous.request_gate import RequestGate
 from server.audit import routes as audit_routes
 from server.background import in_background
 from server.body import BodyCheck
 from server.clock import Clock, utc_now
 from server.console import serve_console
+from server.control import receiver_routes, safety_routes, settings_routes
 from server.control import routes as control_routes
-from server.control import safety_routes, settings_routes
 from server.control.after_start import end_assistance
 from server.control.desk import ControlDesk
 from server.control.lease_store import DatabaseLeaseStore
 from server.control.loss_checks import LossChecks
+from server.control.open_hold_store import load_open_holds
 from server.control.rehearsal import Rehearsals
 from server.control.settings_store import load_into
+from server.control.stays import Stays
 from server.control.watchman import Watchman
+from server.cookie_prefix import CookiePrefix
 from server.database import open_database
+from server.file_accounts import file_accounts
 from server.fleet import enrolment_routes, loan_routes
 from server.fleet import routes as fleet_routes
 from server.fleet.drones import deleted_among
 from server.fleet.enrolment_news import EnrolmentNews
+from server.fleet.exchange import CredentialExchange
 from server.fleet.loans import LoanKeeper
 from server.fleet.roster import Roster
+from server.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.flight_commands import routes as command_routes
 from server.flight_logs import routes as log_routes
 from server.flight_logs.receiving import LogReceiver
 from server.flight_logs.shelf import LogShelf
-from server.guards import SecurityHeaders, UnexpectedErrors
+from server.guards import UnexpectedErrors
 from server.listening import CannotListen
 from server.metrics import routes as metrics_routes
 from server.missions import library_routes, plan_routes
 from server.operations import routes as operation_routes
 from server.operations.clerk import OperationClerk
 from server.origin import OriginCheck
+from server.over_tls import OverTls
 from server.parameters import routes as parameter_routes
+from server.private_files import make_private_folder
 from server.problem_docs import describe_problems
 from server.problems import handle_problems
 from server.recordings import routes as recording_routes
 from server.recordings.recordings import new_recordings
 from server.recordings.source import HubVideo
 from server.relay import routes as relay_routes
+from server.relay.agent_sign_in import SignInRules, is_agent
 from server.relay.flood_gate import FloodLimits
 from server.relay.hub import Hub
 from server.relay.running import running_relay
 from server.relay.socket_bounds import SocketBounds
+from server.relay.tls_binding import TlsBinding
 from server.schema import check_schema
+from server.security_headers import SecurityHeaders
+from server.security_txt import PATH as SECURITY_TXT
+from server.security_txt import security_txt
 from server.separation.bounds import SeparationBounds
 from server.settings import Settings
 from server.system import routes as system_routes
 from server.system.loop_lag import LoopLag
+from server.teams import routes as team_routes
 from server.tile_source import TileAddresses
 from server.tiles import routes as tile_routes
 from server.tower import Tower
@@ -75,14 +107,18 @@ from server.video import routes as video_routes
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
+    proof_routes.router,
     preference_routes.router,
     second_factor_routes.router,
+    passkey_routes.router,
     fleet_routes.router,
     enrolment_routes.router,
     loan_routes.router,
+    team_routes.router,
     control_routes.router,
     settings_routes.router,
     safety_routes.router,
+    receiver_routes.router,
     plan_routes.router,
     parameter_routes.router,
     command_routes.router,
@@ -104,7 +140,8 @@ _TAGS: Final = (
     {"name": "session", "description": "Signing in and out."},
     {"name": "tokens", "description": "API tokens: how a program signs in for a user."},
     {"name": "drones", "description": "The squad, and its administration."},
-    {"name": "enrolment", "description": "How the agent of a drone comes by its credential."},
+    {"name": "teams", "description": "People and drones that belong together."},
+    {"name": "enrolment", "description": "How the agent of a drone makes its key known."},
     {"name": "control", "description": "Who has the controls of a drone."},
     {"name": "plans", "description": "Missions, fences and rally points on board of a drone."},
     {"name": "parameters", "description": "The parameters of a drone's autopilot."},
@@ -143,25 +180,40 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
     describe_problems(app, [route for router in ROUTERS for route in router.routes])
     for router in ROUTERS:
         app.include_router(router)
-    serve_console(app, settings.web)
+    tell_contact = partial(security_txt, settings.security_contact, settings.public_url)
+    serve_console(app, settings.web, {SECURITY_TXT: lambda: tell_contact(clock())})
     # The last one added is the outermost.
-    app.add_middleware(BodyCheck)
+    app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
     app.add_middleware(UnexpectedErrors)
     tiles_from = settings.tiles.origin if isinstance(settings.tiles, TileAddresses) else None
-    app.add_middleware(SecurityHeaders, api_prefix="/api/", tiles_from=tiles_from)
+    over_tls = OverTls(settings.public_url)
+    app.add_middleware(CookiePrefix, over_tls=over_tls)
+    app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls, tiles_from=tiles_from)
+    app.add_middleware(RequestGate, budget=tower.anonymous, is_vouched=partial(is_agent, tower.hub))
     return app
 
 
 def _compose(settings: Settings, clock: Clock) -> Tower:
     database = open_database(settings.database_url)
     vault = Vault.of(settings)
+    anonymous = AnonymousBudget(now=time.monotonic(), trusted_proxies=settings.trusted_proxies)
     passwords = Passwords(
         concurrency=settings.argon2_concurrency,
         memory_kib=settings.argon2_memory_kib,
         rounds=settings.argon2_rounds,
+        budget=anonymous,
+        hashing=HashingProcess(settings.argon2_concurrency) if settings.argon2_process else None,
     )
-    sessions = Sessions(database, idle_s=settings.session_idle_s, lifetime_s=settings.session_lifetime_s)
+    throttle = SignInThrottle(
+        anonymous.known, anonymous.limits, on_refused=lambda: anonymous.refused.update((Over.GUESSES,))
+    )
+    sessions = Sessions(
+        database,
+        idle_s=settings.session_idle_s,
+        lifetime_s=settings.session_lifetime_s,
+        admins_need_second_factor=settings.admins_need_second_factor,
+    )
     hub = Hub(
         FloodLimits(
             user_per_s=settings.user_frames_per_s,
@@ -199,15 +251,18 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         database=database,
         vault=vault,
         passwords=passwords,
+        password_policy=PasswordPolicy(urlsplit(settings.public_url).hostname or ""),
         sessions=sessions,
-        tokens=ApiTokens(database),
-        door=Door(database, passwords, sessions, SignInThrottle(), vault),
+        tokens=ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor),
+        door=Door(database, passwords, sessions, throttle, vault),
+        passkey_door=PasskeyDoor(database, sessions, Challenges()),
         hub=hub,
         desk=desk,
         roster=roster,
         loan_keeper=LoanKeeper(database, hub, roster, clock),
         loss_checks=loss_checks,
         rehearsals=rehearsals,
+        stays=Stays(hub=hub, database=database, clock=clock),
         watchman=Watchman(
             desk=desk,
             hub=hub,
@@ -218,11 +273,18 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             agent_linked=enrolment_news.agent_linked,
         ),
         enrolment_news=enrolment_news,
+        sign_in_rules=SignInRules(
+            identity=TowerIdentity(),
+            binding=TlsBinding(settings.tls_certificate),
+            credentials_until=settings.drone_credentials_until,
+            exchange=CredentialExchange(database, roster, clock),
+        ),
         clerk=clerk,
         log_shelf=log_shelf,
-        log_receiver=LogReceiver(log_shelf),
+        log_receiver=LogReceiver(log_shelf, lambda: file_accounts(hub)),
         recordings=new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock),
         loop_lag=LoopLag(),
+        anonymous=anonymous,
         started_at=clock(),
     )
 
@@ -240,9 +302,15 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     settings = tower.settings
     async with AsyncExitStack() as stack:
         stack.push_async_callback(tower.database.close)
+        stack.push_async_callback(tower.passwords.close)
+        stack.callback(tower.password_policy.close)
+        await asyncio.to_thread(make_private_folder, settings.var)
         await check_schema(tower.database)
+        await check_key_is_there(tower.vault, tower.database)
         await prepare_vault(tower.vault, tower.database)
+        await tower.sign_in_rules.identity.load(tower.vault, tower.database)
         await tower.passwords.warm_up()
+        await remember_addresses(tower.anonymous.known, tower.database)
         await end_assistance(tower.database, tower.clock)
         tower.hub.on_event = tower.watchman.noticed
         stack.push_async_callback(tower.watchman.stop)
@@ -251,6 +319,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
+        await load_open_holds(tower.hub, tower.database)
         deleted = await _deleted_with_files(tower)
         await asyncio.to_thread(tower.log_shelf.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
@@ -259,15 +328,25 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))
         await stack.enter_async_context(in_background("operations trail", tower.clerk.work))
+        stack.push_async_callback(tower.tokens.write_uses)
+        await stack.enter_async_context(in_background("token uses", tower.tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
+        _prepare_routes(app)
         # Last: from here on agents are answered.
         try:
-            relay = running_relay(tower.hub, host=settings.udp_host, port=settings.udp_port)
+            relay = running_relay(tower.hub, tower.anonymous, host=settings.udp_host, port=settings.udp_port)
             app.state.data_endpoint = await stack.enter_async_context(relay)
         except OSError as error:
             raise CannotListen("TOWER_UDP_PORT", settings.udp_host, settings.udp_port, error) from error
         tower.before_shutdown.append(_good_bye(tower))
         yield
+
+
+def _prepare_routes(app: FastAPI) -> None:
+    """What FastAPI otherwise does at the first request, whoever sends it: it stops everything for half a second."""
+    scope = {"type": "http", "method": "GET", "path": "/", "root_path": "", "query_string": b"", "headers": []}
+    for route in app.router.routes:
+        route.matches(dict(scope, app=app))
 
 
 def _good_bye(tower: Tower) -> Callable[[], Awaitable[None]]:

@@ -10,13 +10,14 @@ from typing import Annotated
 import typer
 from sqlalchemy.exc import DBAPIError
 
-from server.commands import drones, tokens, users
-from server.commands.session import CommandError, settings_now
-from server.database import open_database
+from server.commands import drones, teams, tokens, users
+from server.commands.session import CommandError, settings_now, with_database
+from server.database import Database, open_database
+from server.fleet.tower_identity import forget_identity
 from server.listening import CannotListen, address_in_words, listen
 from server.refusal import Refusal
 from server.schema import DatabaseNotReady, migrate, newest_revision
-from server.settings import SettingsError
+from server.settings import Settings, SettingsError
 from server.vault import Vault, VaultError, new_key
 
 app = typer.Typer(
@@ -28,6 +29,7 @@ app = typer.Typer(
 )
 app.add_typer(users.app, name="user")
 app.add_typer(drones.app, name="drone")
+app.add_typer(teams.app, name="team")
 app.add_typer(tokens.app, name="token")
 
 
@@ -78,6 +80,25 @@ def migrate_database() -> None:
 def print_new_key() -> None:
     """Print a key for TOWER_SECRET_KEYS, or for the key file. Changes nothing: see docs/deploy.md."""
     typer.echo(new_key())
+
+
+@app.command("forget-identity")
+def forget_tower_identity(
+    sure: Annotated[bool, typer.Option("--every-drone-is-enrolled-anew", help="Say that you know.")] = False,
+) -> None:
+    """Give the tower a new identity at its next start, where the key that sealed the old one is lost.
+
+    No drone takes this tower for its own then, until it has been enrolled anew.
+    """
+    if not sure:
+        raise CommandError("every drone has to be enrolled anew then: say --every-drone-is-enrolled-anew")
+
+    async def work(database: Database, _settings: Settings) -> None:
+        async with database.writing() as session:
+            await forget_identity(session)
+
+    with_database(work)
+    typer.echo("the tower gets a new identity when it is started")
 
 
 @app.command("connect", add_help_option=False)

@@ -7,6 +7,7 @@ is kept for ever, and everything else is asked for again and answered with 304 w
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable, Mapping
 from mimetypes import guess_type
 from pathlib import Path
 from typing import Final
@@ -27,8 +28,9 @@ UNCHANGED_KEEPS: Final = frozenset({"cache-control", "etag", "vary"})
 """What an answer 304 still says."""
 
 
-def serve_console(app: FastAPI, folder: Path) -> None:
-    """Answers whatever no route of the API knows, so that a known path with a wrong method stays a 405."""
+def serve_console(app: FastAPI, folder: Path, texts: Mapping[str, Callable[[], str | None]]) -> None:
+    """Answers whatever no route of the API knows, so that a known path with a wrong method stays a 405. `texts`: what
+    stands at a path of its own; None: nothing does."""
     no_such_route = app.router.default
 
     async def console(scope: Scope, receive: Receive, send: Send) -> None:
@@ -38,6 +40,12 @@ def serve_console(app: FastAPI, folder: Path) -> None:
             return
         if scope["method"] not in {"GET", "HEAD"}:
             raise HTTPException(405, headers={"Allow": "GET, HEAD"})
+        if path in texts:
+            text = texts[path]()
+            if text is None:
+                raise HTTPException(404)
+            await PlainTextResponse(text, headers={"Cache-Control": "no-cache"})(scope, receive, send)
+            return
         answer = await asyncio.to_thread(_answer, folder, path, Headers(scope=scope))
         await answer(scope, receive, send)
 

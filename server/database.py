@@ -23,6 +23,8 @@ from sqlalchemy.ext.asyncio import AsyncEngine, AsyncSession, async_sessionmaker
 from sqlalchemy.orm import DeclarativeBase
 from sqlalchemy.types import TypeDecorator
 
+from server.private_files import make_private_file
+
 BUSY_TIMEOUT_MS: Final = 5_000
 """How long a writer waits for another process (`tower drone add` beside a running tower) before it gives up."""
 
@@ -113,10 +115,12 @@ def open_database(url: str) -> Database:
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
         return Database(create_async_engine(parsed, pool_pre_ping=True, hide_parameters=True))
-    if parsed.database:
-        # Nobody else on the machine has any business with it.
-        Path(parsed.database).parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     engine = create_async_engine(parsed, hide_parameters=True)
+    if parsed.database and not parsed.database.startswith("file:"):
+        # Nobody else on the machine has any business with it.
+        path = Path(parsed.database)
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        event.listen(engine.sync_engine, "do_connect", lambda *_: make_private_file(path))
     event.listen(engine.sync_engine, "connect", _prepare_sqlite)
     event.listen(engine.sync_engine, "begin", _begin_sqlite)
     return Database(engine)

@@ -1,13 +1,13 @@
-"""Room for the files that the tower keeps of drones: a budget, of which the oldest go first, and a part of the disk
-that is left free. Knows no kind of file; shared by flight logs and recordings."""
+"""Room for the files that the tower keeps of drones: a budget, of which each owner has a share that no other one can
+take, and a part of the disk that is left free. Knows no kind of file; shared by flight logs and recordings."""
 
 from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Final, Protocol, TypeVar
+from typing import Final
 
 from wire.ids import DroneId
 
@@ -20,30 +20,37 @@ class NoRoom(Exception):
     """The file is larger than what is taken, or the disk is full. The message is for people."""
 
 
-class Kept(Protocol):
-    """Something that may be removed. `kept_at`: since when, in seconds since 1970."""
-
-    @property
-    def size_bytes(self) -> int: ...
-
-    @property
-    def kept_at(self) -> float: ...
+Account = int
+"""To whom a file is put down: the user id of the drone's owner (of several the first one), NOBODY without an owner."""
+NOBODY: Final[Account] = 0
 
 
-_K = TypeVar("_K", bound=Kept)
+def share_bytes(used: Mapping[Account, int], *, budget_bytes: int) -> float:
+    """What each account may keep whatever the others do: the budget in equal parts among those that have anything."""
+    return budget_bytes / max(1, sum(size > 0 for size in used.values()))
 
 
-def to_remove(kept: Iterable[_K], *, coming_bytes: int, budget_bytes: int) -> list[_K]:
-    """Which have to go so that `coming_bytes` more fit into the budget: the oldest, or all of them."""
-    files = sorted(kept, key=lambda one: one.kept_at)
-    used = sum(one.size_bytes for one in files)
-    going: list[_K] = []
-    for oldest in files:
-        if used + coming_bytes <= budget_bytes:
-            break
-        going.append(oldest)
-        used -= oldest.size_bytes
-    return going
+def to_shrink(
+    used: Mapping[Account, int],
+    removable: Mapping[Account, int],
+    *,
+    coming: Account | None,
+    budget_bytes: int,
+) -> Account | None:
+    """Whose oldest file goes, where `used` is more than the budget: of whoever keeps the most, and never of one within
+    their share. None: nobody's; what comes may stay only if `coming` is within their own share.
+
+    Bytes: `used` of all there is, what comes among it; `removable` of what is neither coming nor being written.
+    """
+    share = share_bytes(used, budget_bytes=budget_bytes)
+    for account in sorted(used, key=lambda one: (-used[one], one != coming)):
+        if used[account] <= share:
+            return None
+        if removable.get(account, 0) > 0:
+            return account
+        if account == coming:
+            return None  # they would make room for themselves with what smaller ones keep
+    return None
 
 
 def disk_takes(folder: Path, coming_bytes: int) -> bool:

@@ -15,10 +15,13 @@ from __future__ import annotations
 
 import asyncio
 import socket
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode, Frame
+
+from server.anonymous.budget import GUEST
+from server.anonymous.connections import ConnectionBudget, Guest
 
 if TYPE_CHECKING:
     from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
@@ -50,6 +53,15 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
         self._since_close = 0
         self._stalled: asyncio.TimerHandle | None = None
         self._lingering: asyncio.TimerHandle | None = None
+        self._guest: tuple[Guest, ConnectionBudget] | None = None
+
+    def is_guest(self, guest: Guest, connections: ConnectionBudget) -> None:
+        """It has not signed in, and counts as that until it has, or ends."""
+        self._guest = guest, connections
+        if hasattr(self, "scope"):  # the handshake was good; the application's task has not begun yet
+            cast("dict[str, Any]", self.scope)[GUEST] = guest
+        if self.transport.is_closing():
+            connections.gone(guest)
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -63,6 +75,9 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
         for timer in (self._stalled, self._lingering):
             if timer is not None:
                 timer.cancel()
+        if self._guest is not None:
+            guest, connections = self._guest
+            connections.gone(guest)
         super().connection_lost(exc)
         # The parser is a generator that knows `conn`, as `conn` knows it, and the fault that ended it.
         self.conn.parser.close()

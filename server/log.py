@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import logging
 import sys
+import time
 from typing import Final
 
 import structlog
+
+from server.anonymous.limits import LIMITS
+from server.anonymous.log_lines import LogBudget
 
 _SHARED: Final[tuple[structlog.typing.Processor, ...]] = (
     structlog.contextvars.merge_contextvars,
@@ -39,9 +43,28 @@ def configure_log(log_format: str = "auto") -> None:
     )
     logging.basicConfig(handlers=[handler], level=logging.WARNING, force=True)
     logging.getLogger("uvicorn.error").addFilter(_is_our_fault)
+    logging.getLogger("uvicorn.error").addFilter(_FewWarnings(time.monotonic()))
 
 
 def _is_our_fault(record: logging.LogRecord) -> bool:
     """uvicorn logs a traceback for each text message that is no UTF-8: anybody who is connected could fill the log
     with them. The connection is closed (1007) and the message counted; that is enough."""
     return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
+
+
+class _FewWarnings(logging.Filter):
+    """uvicorn's warnings are all about what a stranger has sent ("Invalid HTTP request received.")."""
+
+    def __init__(self, now: float) -> None:
+        super().__init__()
+        self._budget = LogBudget(LIMITS.log_lines_per_s, LIMITS.log_lines_burst, now)
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        if record.levelno != logging.WARNING:
+            return True
+        if not self._budget.admits(time.monotonic()):
+            return False
+        left_out = self._budget.untold()
+        if left_out:
+            record.msg = f"{record.msg} ({left_out} such lines were left out)"
+        return True

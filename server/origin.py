@@ -12,36 +12,38 @@ from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from server.access import token_in
+from server.over_tls import OverTls
 from server.problems import WRONG_ORIGIN, problem
 from server.settings import Settings
 
 _SAFE: Final = frozenset({"GET", "HEAD", "OPTIONS"})
-_DEFAULT_PORTS: Final = {"http": 80, "https": 443, "ws": 80, "wss": 443}
+_DEFAULT_PORTS: Final = {"http": 80, "https": 443}
 
 
 def origin_allowed(connection: HTTPConnection, settings: Settings) -> bool:
     """True also without an Origin: then it was no browser, and no browser's cookies can be abused."""
     return origin_matches(
         origin=connection.headers.get("origin"),
+        scheme="https" if OverTls(settings.public_url)(connection.scope) else "http",
         host=connection.headers.get("host", ""),
         public_url=settings.public_url,
     )
 
 
-def origin_matches(*, origin: str | None, host: str, public_url: str = "") -> bool:
+def origin_matches(*, origin: str | None, scheme: str, host: str, public_url: str = "") -> bool:
+    """`scheme`, `host`: of the request, as it left the browser. An origin is all three: scheme, host and port."""
     if origin is None:
         return True
-    came_from = _host_and_port(origin)
+    came_from = _origin(origin)
     if came_from is None:
         return False
-    scheme = urlsplit(origin).scheme
-    allowed = {_host_and_port(f"{scheme}://{host}")}
+    allowed = {_origin(f"{scheme}://{host}")}
     if public_url:
-        allowed.add(_host_and_port(public_url))
+        allowed.add(_origin(public_url))
     return came_from in allowed
 
 
-def _host_and_port(url: str) -> tuple[str, int] | None:
+def _origin(url: str) -> tuple[str, str, int] | None:
     try:
         parts = urlsplit(url)
         port = parts.port
@@ -49,7 +51,7 @@ def _host_and_port(url: str) -> tuple[str, int] | None:
         return None
     if not parts.hostname or parts.scheme not in _DEFAULT_PORTS:
         return None
-    return parts.hostname, port if port is not None else _DEFAULT_PORTS[parts.scheme]
+    return parts.scheme, parts.hostname, port if port is not None else _DEFAULT_PORTS[parts.scheme]
 
 
 class OriginCheck:

@@ -12,8 +12,12 @@ from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute
 
 from server.access import (
+    FOR_ADMINS,
+    IN_PERSON,
     NEEDS,
     WITH_ANY_PASSWORD,
+    WITH_FRESH_PROOF,
+    WITHOUT_DEMANDED_FACTOR,
     Action,
     AdminsOnly,
     BadToken,
@@ -21,8 +25,10 @@ from server.access import (
     NotSignedIn,
     PasswordChangeNeeded,
     ScopeMissing,
+    SecondFactorDemanded,
     SessionExpired,
 )
+from server.accounts.reauthentication import ProofNeeded
 from server.problems import INTERNAL, INVALID, JSON_ONLY, MALFORMED_JSON, PROBLEMS, TOO_LARGE, WRONG_ORIGIN, Kind
 from server.refusal import Refusal
 
@@ -41,6 +47,11 @@ _SCHEMA: Final[dict[str, Any]] = {
         "item": {"type": "integer", "description": "Which item of a plan was at fault, from 0"},
         "count": {"type": "integer", "description": "So many are known ..."},
         "total": {"type": "integer", "description": "... of so many; 0: not known"},
+        "kinds": {
+            "type": "array",
+            "description": "Which kinds of second factor will do, the best first",
+            "items": {"type": "string", "enum": ["passkey", "code"]},
+        },
         "errors": {
             "type": "array",
             "description": "Which parts of the request were at fault",
@@ -110,12 +121,16 @@ def _refusals_of(action: Action) -> list[type[Refusal]]:
     at_the_door: list[type[Refusal]] = [NotSignedIn, SessionExpired, BadToken]
     if action not in WITH_ANY_PASSWORD:
         at_the_door.append(PasswordChangeNeeded)
+    if action not in WITHOUT_DEMANDED_FACTOR:
+        at_the_door.append(SecondFactorDemanded)
     if NEEDS[action]:
         at_the_door.append(ScopeMissing)
-    if action in (Action.ADMINISTER, Action.READ_METRICS):
+    if action in FOR_ADMINS:
         at_the_door.append(AdminsOnly)
-    if action in (Action.LOOK_AFTER_TOKENS, Action.CHANGE_PREFERENCES, Action.CHANGE_PASSWORD):
+    if action in IN_PERSON:
         at_the_door.append(InPersonOnly)
+    if action in WITH_FRESH_PROOF:
+        at_the_door.append(ProofNeeded)
     return at_the_door
 
 

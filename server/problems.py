@@ -23,12 +23,19 @@ from server.access import (
     NotSignedIn,
     PasswordChangeNeeded,
     ScopeMissing,
+    SecondFactorDemanded,
     SessionExpired,
     UnknownDrone,
 )
-from server.accounts.passwords import BadPassword, TooManySignIns
+from server.accounts.challenges import ChallengeOver, TooManyChallenges
+from server.accounts.passkey_sign_in import PasskeyRefused, PasswordNeeded, WrongPasskey
+from server.accounts.passkeys import PasskeyKnown, TooManyPasskeys, UnknownPasskey
+from server.accounts.password_policy import BadPassword, TooManyJudgements
+from server.accounts.passwords import TooManySignIns
 from server.accounts.preferences import BadPreference, PreferenceTooLarge, TooManyPreferences
-from server.accounts.second_factor import NoSecondFactorBegun, SecondFactorOn, WrongCode
+from server.accounts.reauthentication import CodeNeeded, ProofNeeded
+from server.accounts.relying_party import PasskeysUnavailable
+from server.accounts.second_factor import LastFactor, NoSecondFactorBegun, SecondFactorOn, WrongCode
 from server.accounts.sessions import UnknownSession
 from server.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
 from server.accounts.tokens import BadExpiry, BadScopes, TooManyTokens, UnknownToken
@@ -36,8 +43,9 @@ from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserN
 from server.control.desk import ControlRefused
 from server.control.drone_settings import BadDroneSettings
 from server.fleet.drones import DroneNameTaken
-from server.fleet.enrolments import BadEnrolment, UnknownEnrolment
+from server.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
 from server.fleet.loans import BadLoan, OwnerAlready
+from server.fleet.tower_address import AddressUnknown
 from server.flight_commands.following import CannotFollow, NoSuchLeader
 from server.flight_commands.steps import NoSuchItem
 from server.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet
@@ -54,8 +62,10 @@ from server.operations.refusals import (
     DroneOffline,
     LoanForbids,
     LossCheckOpen,
+    MovesHome,
     NotInControl,
     NotThroughTheTower,
+    OnlyWatches,
     TooManyOperations,
     TurnNotCome,
     UnknownOperation,
@@ -76,6 +86,18 @@ from server.recordings.refusals import (
     UnknownRecording,
 )
 from server.refusal import Refusal, RetryLater
+from server.teams.refusals import (
+    DroneInUse,
+    InAnotherTeam,
+    LastTeamAdmin,
+    MemberAlready,
+    NotYourDrone,
+    TeamAdminsOnly,
+    TeamFull,
+    TooManyTeams,
+    UnknownInvitation,
+    UnknownTeam,
+)
 from server.tile_source import NoTileFile
 
 MEDIA_TYPE: Final = "application/problem+json"
@@ -104,16 +126,30 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     BadToken: Kind("bad-token", 401, "The token is not valid"),
     ScopeMissing: Kind("scope-missing", 403, "The token was not made for this"),
     PasswordChangeNeeded: Kind("password-change-needed", 403, "The first password must be changed"),
+    SecondFactorDemanded: Kind("second-factor-demanded", 403, "A second factor must be set up"),
     InPersonOnly: Kind("in-person-only", 403, "Not with a token"),
     WrongSignIn: Kind("wrong-sign-in", 401, "Wrong name or password"),
     SecondFactorNeeded: Kind("second-factor-needed", 401, "A code is needed"),
     WrongSecondFactor: Kind("wrong-code", 401, "Wrong code"),
     WrongCode: Kind("code-refused", 403, "The code is not good"),
     WrongPassword: Kind("wrong-password", 403, "Wrong password"),
+    ProofNeeded: Kind("proof-needed", 403, "Confirm that it is you"),
+    CodeNeeded: Kind("code-needed", 403, "A code is needed"),
     SecondFactorOn: Kind("second-factor-on", 409, "There is a second factor already"),
     NoSecondFactorBegun: Kind("no-second-factor-begun", 409, "There is no second factor"),
+    PasskeyRefused: Kind("passkey-refused", 401, "The passkey is not accepted"),
+    WrongPasskey: Kind("wrong-passkey", 403, "The passkey is not accepted"),
+    PasswordNeeded: Kind("password-needed", 401, "The new password is needed"),
+    ChallengeOver: Kind("challenge-over", 409, "Too late"),
+    TooManyChallenges: Kind("too-many-tries", 429, "Too many tries"),
+    PasskeysUnavailable: Kind("passkeys-unavailable", 409, "No passkeys at this address"),
+    UnknownPasskey: Kind("unknown-passkey", 404, "No such passkey"),
+    TooManyPasskeys: Kind("too-many-passkeys", 409, "Too many passkeys"),
+    PasskeyKnown: Kind("passkey-known", 409, "The passkey is there already"),
+    LastFactor: Kind("last-factor", 409, "The last second factor must stay"),
     UnknownSession: Kind("unknown-session", 404, "No such session"),
     SignInThrottled: Kind("too-many-tries", 429, "Too many tries"),
+    TooManyJudgements: Kind("busy", 503, "The tower is busy"),
     TooManySignIns: Kind("busy", 503, "The tower is busy"),
     AdminsOnly: Kind("admins-only", 403, "For admins only"),
     UnknownDrone: Kind("unknown-drone", 404, "No such drone"),
@@ -127,6 +163,8 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     BadScopes: Kind(INVALID.slug, INVALID.status, INVALID.title, field="scopes"),
     BadExpiry: Kind(INVALID.slug, INVALID.status, INVALID.title, field="expires_at"),
     UnknownEnrolment: Kind("unknown-enrolment", 404, "No such enrolment"),
+    AddressUnknown: Kind("address-unknown", 409, "The tower's own address is not known"),
+    BadDroneKey: Kind("bad-drone-key", 403, "The key is not good"),
     BadEnrolment: Kind("bad-enrolment", 403, "The enrolment token is not good"),
     NotPrivate: Kind("https-only", 403, "Not over plain http"),
     OwnerAlready: Kind("owner-already", 409, "The user owns the drone"),
@@ -146,8 +184,10 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     LossCheckOpen: Kind("loss-check", 409, "The loss check is open"),
     NotThroughTheTower: Kind("not-allowed", 409, "Not through the tower"),
     WouldFall: Kind("would-fall", 409, "The drone would fall"),
+    MovesHome: Kind("moves-home", 409, "Home would move"),
     LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
     ViewTaken: Kind("view-taken", 403, "The view was taken"),
+    OnlyWatches: Kind("only-watches", 403, "You may only watch"),
     MalformedBody: Kind(MALFORMED_JSON.slug, MALFORMED_JSON.status, MALFORMED_JSON.title),
     BadPlan: Kind(INVALID.slug, INVALID.status, INVALID.title),
     ParametersUnknown: Kind("parameters-unknown", 409, "The parameters are not known yet"),
@@ -164,7 +204,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     VersionNeeded: Kind("version-needed", 428, "Say which version"),
     DocumentTooLarge: Kind(TOO_LARGE.slug, TOO_LARGE.status, TOO_LARGE.title),
     UnknownLog: Kind("unknown-log", 404, "No such log here"),
-    BadCredential: Kind("bad-credential", 401, "The credential is not good"),
+    BadCredential: Kind("bad-credential", 401, "The ticket or credential is not good"),
     NotAskedFor: Kind("not-asked-for", 404, "Nobody waits for it"),
     FileNotTaken: Kind("no-room", 413, "The file is not taken"),
     FileIncomplete: Kind("incomplete", 400, "The file is not whole"),
@@ -178,6 +218,16 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NoVideo: Kind("no-video", 409, "There is no video"),
     NoRoomToRecord: Kind("no-room", 413, "There is no room for it"),
     PlanNotRead: Kind("plan-not-read", 409, "The plan could not be read"),
+    UnknownTeam: Kind("unknown-team", 404, "No such team"),
+    UnknownInvitation: Kind("unknown-invitation", 404, "No such invitation"),
+    TeamAdminsOnly: Kind("team-admins-only", 403, "For admins of the team"),
+    NotYourDrone: Kind("not-your-drone", 403, "Not your drone"),
+    InAnotherTeam: Kind("in-another-team", 409, "The drone is in another team"),
+    DroneInUse: Kind("drone-in-use", 409, "Somebody flies the drone"),
+    LastTeamAdmin: Kind("last-team-admin", 409, "The last team admin must stay"),
+    MemberAlready: Kind("member-already", 409, "In the team already"),
+    TooManyTeams: Kind("too-many-teams", 409, "Too many teams"),
+    TeamFull: Kind("team-full", 409, "The team is full"),
     LastAdmin: Kind("last-admin", 409, "The last admin must stay"),
     BadName: Kind(INVALID.slug, INVALID.status, INVALID.title, field="name"),
     BadPassword: Kind(INVALID.slug, INVALID.status, INVALID.title, field="password"),
@@ -194,7 +244,7 @@ def problem(
     detail: str | None = None,
     errors: Sequence[dict[str, str]] = (),
     headers: dict[str, str] | None = None,
-    more: Mapping[str, int] | None = None,
+    more: Mapping[str, Any] | None = None,
 ) -> JSONResponse:
     document: dict[str, Any] = {"type": f"/problems/{kind.slug}", "title": kind.title, "status": kind.status}
     if detail:

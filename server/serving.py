@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import socket
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final
@@ -16,6 +17,9 @@ from typing import Final
 import uvicorn
 from fastapi import FastAPI
 
+from server.anonymous.acceptor import Acceptor
+from server.anonymous.connections import Guest
+from server.anonymous.read_turns import ReadTurns
 from server.beats import BEAT_S, rest
 from server.direct_websocket import DirectWebSocket
 from server.garbage import settle_memory
@@ -25,6 +29,9 @@ from server.upgrading_http import UpgradingHttp
 LARGEST_MESSAGE_BYTES: Final = 64 * 1024
 """Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is for telling why it was refused."""
 GRACE_S: Final = 2
+SWITCH_INTERVAL_S: Final = 0.001
+"""For which another thread (of the database) may keep the interpreter from the event loop. Python's own is 5 ms: as
+much as a stick takes altogether."""
 _TICKS_A_DAY: Final = 864_000
 
 
@@ -51,6 +58,9 @@ class TowerServer(uvicorn.Server):
         )
         self._app = app
         self._on_listening = on_listening
+        self._budget = tower.anonymous
+        self._turns = ReadTurns(tower.anonymous)
+        self._acceptors: list[Acceptor] = []
 
     async def run_on(self, listener: socket.socket) -> None:
         """Serves until told to stop, then closes the socket. Raises what the start of the application raises."""
@@ -64,8 +74,19 @@ class TowerServer(uvicorn.Server):
         yield
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        await super().startup(sockets)
+        await super().startup([])  # no listener of uvicorn's: it accepts all who wait at once
+        self._acceptors = [Acceptor(one, self._budget, self._connection) for one in sockets or ()]
         self._on_listening()
+
+    def _connection(self, guest: Guest) -> UpgradingHttp:
+        return UpgradingHttp(
+            config=self.config,
+            server_state=self.server_state,
+            app_state=self.lifespan.state,
+            budget=self._budget,
+            turns=self._turns,
+            guest=guest,
+        )
 
     async def main_loop(self) -> None:
         ticks = 0
@@ -77,6 +98,9 @@ class TowerServer(uvicorn.Server):
         tower: Tower = self._app.state.tower
         for say_goodbye in tower.before_shutdown:
             await say_goodbye()
+        for acceptor in self._acceptors:
+            acceptor.close()
+        self._turns.close()
         await super().shutdown(sockets)
 
 
@@ -88,6 +112,7 @@ def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], Non
         on_listening()
 
     server = TowerServer(app, on_listening=listening)
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
 
     async def until_told_to_stop() -> None:
         loop = asyncio.get_running_loop()

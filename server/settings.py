@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
@@ -81,6 +82,14 @@ def _addresses(text: str) -> str:
     return ",".join(parts)
 
 
+def _moment(text: str) -> datetime:
+    try:
+        moment = datetime.fromisoformat(text)
+    except ValueError:
+        raise ValueError("must be a date (2027-01-31) or a moment (2027-01-31T12:00:00Z)") from None
+    return moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)
+
+
 def _secret(text: str) -> str:
     if len(text) < 20 or not text.isascii() or not text.isprintable() or " " in text:
         raise ValueError("must be at least 20 printable characters without spaces (openssl rand -hex 32 makes one)")
@@ -101,10 +110,22 @@ def _attribution(text: str) -> str:
     return text
 
 
+def _contact(text: str) -> str:
+    if not text.startswith(("mailto:", "https://")) or not text.isascii() or not text.isprintable() or " " in text:
+        raise ValueError("must look like mailto:security@example.org or https://example.org/security")
+    return text
+
+
 def _log_format(text: str) -> str:
     if text not in {"auto", "human", "json"}:
         raise ValueError("must be auto, human or json")
     return text
+
+
+def _yes_or_no(text: str) -> bool:
+    if text not in {"yes", "no"}:
+        raise ValueError("must be yes or no")
+    return text == "yes"
 
 
 def _from(variable: str, read: Callable[[str], Any]) -> dict[str, Any]:
@@ -126,6 +147,12 @@ class Settings:
     udp_port: int = _setting(14_650, "TOWER_UDP_PORT", _number(0, 65_535))
     public_url: str = _setting("", "TOWER_PUBLIC_URL", _public_url)
     """The address people type, where a proxy hides it. Empty: whatever the Host header says."""
+    tls_certificate: Path | None = field(default=None, metadata=_from("TOWER_TLS_CERTIFICATE", Path))
+    """The certificate that the proxy shows to agents, in PEM; they bind their signatures to it. None: not known."""
+    drone_credentials_until: datetime | None = field(
+        default=None, metadata=_from("TOWER_DRONE_CREDENTIALS_UNTIL", _moment)
+    )
+    """From then on no agent signs in by a bearer credential of an older version. None: for as long as there are any."""
     trusted_proxies: str = _setting("127.0.0.1,::1", "TOWER_TRUSTED_PROXIES", _addresses)
     """Who may say for whom they speak and that it came over TLS (X-Forwarded-For, X-Forwarded-Proto)."""
     var: Path = field(default=_VAR, metadata=_from("TOWER_VAR", Path))
@@ -134,13 +161,19 @@ class Settings:
     secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))
     """With them secrets that must be read again are sealed in the database. Empty: those in `secret_key_file`."""
     secret_key_file: Path = field(default=_UNSET, metadata=_from("TOWER_SECRET_KEY_FILE", Path))
-    session_idle_s: float = _setting(float(_DAY_S), "TOWER_SESSION_IDLE_S", _number(60, 366 * _DAY_S, float))
+    session_idle_s: float = _setting(float(_DAY_S / 2), "TOWER_SESSION_IDLE_S", _number(60, 366 * _DAY_S, float))
     session_lifetime_s: float = _setting(
         float(7 * _DAY_S), "TOWER_SESSION_LIFETIME_S", _number(60, 366 * _DAY_S, float)
     )
+    admins_need_second_factor: bool = _setting(False, "TOWER_ADMINS_NEED_SECOND_FACTOR", _yes_or_no)
+    """An admin without one may only set one up."""
+    token_longest_days: int = _setting(365, "TOWER_TOKEN_LONGEST_DAYS", _number(1, 365))
+    """The longest life that a new API token can be given."""
     argon2_concurrency: int = _setting(2, "TOWER_ARGON2_CONCURRENCY", _number(1, 64))
     argon2_memory_kib: int = _setting(65_536, "TOWER_ARGON2_MEMORY_KIB", _number(19_456, 4_194_304))
     argon2_rounds: int = _setting(3, "TOWER_ARGON2_ROUNDS", _number(2, 100))
+    argon2_process: bool = _setting(True, "TOWER_ARGON2_PROCESS", _yes_or_no)
+    """Passwords are hashed in a process of their own. False: in threads of the tower, where a hash can delay frames."""
     user_frames_per_s: int = _setting(500, "TOWER_USER_FRAMES_PER_S", _number(100, 1_000_000))
     user_frames_burst: int = _setting(4_000, "TOWER_USER_FRAMES_BURST", _number(100, 1_000_000))
     drone_frames_per_s: int = _setting(300, "TOWER_DRONE_FRAMES_PER_S", _number(100, 1_000_000))
@@ -173,6 +206,8 @@ class Settings:
     """Of all recordings of video together, in millions of bytes; the oldest are removed first."""
     recording_largest_mb: int = _setting(2_000, "TOWER_RECORDING_LARGEST_MB", _number(1, 100_000))
     recording_longest_s: float = _setting(7_200.0, "TOWER_RECORDING_LONGEST_S", _number(10, 7 * _DAY_S, float))
+    security_contact: str = _setting("", "TOWER_SECURITY_CONTACT", _contact)
+    """Where people tell of weaknesses: `/.well-known/security.txt` says it. Empty: there is no such page."""
     log_format: str = _setting("auto", "TOWER_LOG_FORMAT", _log_format)
 
     def __post_init__(self) -> None:

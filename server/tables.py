@@ -9,6 +9,7 @@ from server.database import Base
 from server.fleet import tables as fleet
 from server.missions import tables as missions
 from server.recordings import tables as recordings
+from server.teams import tables as teams
 
-ALL: Final = (accounts, audit, control, fleet, missions, recordings)
+ALL: Final = (accounts, audit, control, fleet, missions, recordings, teams)
 METADATA: Final = Base.metadata

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from simulator.arming import why_not_arm
+from simulator.arming import why_not_arm, why_not_ready
 from simulator.commands import HANDLERS
 from simulator.commands_flight import set_mode_number
 from simulator.failsafe import Failsafes
 from simulator.fence_rules import fence_limits, on_fence_breach
-from simulator.flavour import Flavour
+from simulator.flavour import Flavour, Storage
 from simulator.mission_plan import PlanKind
+from simulator.mission_storage import fence_total, take, why_not_jump, why_not_whole
 from simulator.mode_table import make_behaviours
 from simulator.modes import RULES, Mode
 from simulator.parameters import Parameters
@@ -24,13 +25,15 @@ ARDUPILOT = Flavour(
     rules=RULES,
     make_behaviours=make_behaviours,
     make_parameters=Parameters,
-    make_sticks=lambda parameters, has_radio: Sticks(parameters, has_radio=has_radio),
+    make_sticks=Sticks,
     make_failsafes=Failsafes,
+    why_not_ready=why_not_ready,
     why_not_arm=why_not_arm,
     home_slot=True,
     keeps_dataflash_logs=True,
-    keeps_nan=False,
-    items_max=dict.fromkeys(PlanKind, 724),
+    keeps_parameter_file=True,
+    storage=Storage(take, why_not_jump, why_not_whole, fence_total),
+    items_max={PlanKind.MISSION: 650, PlanKind.FENCE: 70, PlanKind.RALLY: 46},
     fence_limits=fence_limits,
     on_fence_breach=on_fence_breach,
     handlers=HANDLERS,

@@ -11,32 +11,71 @@ if TYPE_CHECKING:
 
 FORCE_MAGIC = 21196.0
 
+CHECK_THROTTLE = 32
+SKIP_ROLL_PITCH_YAW = 64
+"""RC_OPTIONS."""
+SPRUNG_THROTTLE = 1
+"""PILOT_THR_BHV: the throttle rests in its middle."""
+STICKS_FRESH_S = 1.0
+"""Older stick positions are not looked at."""
+
+
+def why_not_ready(flight: Flight) -> str | None:
+    """The first of the checks that go on all the time while it stands disarmed."""
+    reason = _before_arming(flight) if flight.parameters.whole("ARMING_CHECK") else None
+    return f"PreArm: {reason}" if reason else None
+
 
 def why_not_arm(flight: Flight) -> str | None:
-    """The first check that fails, with the prefix under which it is shown."""
-    mode, rules, parameters = flight.mode, RULES[flight.mode], flight.parameters
-    if not rules.armable:
-        return f"Arm: {mode.name.title()} mode not armable"
-    if not parameters.whole("ARMING_CHECK"):
-        return None
+    """The first check that fails now that somebody wants to arm."""
+    mode, rules = flight.mode, RULES[flight.mode]
+    checks = flight.parameters.whole("ARMING_CHECK")
+    reason = _before_arming(flight) if checks else None
+    if reason is None and not rules.armable:
+        reason = f"{mode.name.title()} mode not armable"
+    if reason is None and checks:
+        reason = _sticks_in_the_way(flight)
+    return f"Arm: {reason}" if reason else None
+
+
+def _before_arming(flight: Flight) -> str | None:
+    rules, parameters = RULES[flight.mode], flight.parameters
+    if parameters.whole("FS_THR_ENABLE") and not flight.sticks.ever_heard:
+        return "RC not found"
     if not flight.estimator.attitude_ok:
-        return "PreArm: AHRS: EKF3 not started"
+        return "AHRS: EKF3 not started"
     if flight.now_s < flight.estimator.ready_s and not flight.estimator.gps_fix:
-        return "PreArm: GPS 1: Bad fix"
+        return "GPS 1: Bad fix"
     if not flight.estimator.position_ok and (rules.needs_position or not flight.estimator_was_ready):
-        return "PreArm: Need Position Estimate"
+        return "Need Position Estimate"
     fence = flight.fence.why_not_arm(flight)
     if fence is not None:
-        return f"PreArm: {fence}"
-    if parameters.whole("FS_THR_ENABLE"):
-        if not flight.sticks.ever_heard:
-            return "PreArm: RC not found"
-        if flight.failsafes.radio:
-            return "PreArm: Radio failsafe on"
+        return fence
+    if flight.failsafes.radio:
+        return "Radio failsafe on"
     if flight.failsafes.battery_low or flight.failsafes.battery_critical:
-        return "PreArm: Battery 1 low voltage failsafe"
-    if mode in (Mode.GUIDED, Mode.AUTO):
-        return None  # armed from the ground station, a raised throttle does no harm there
-    if flight.sticks.climb_mps > 0.0 or (rules.manual_throttle and flight.sticks.throttle > 0.0):
-        return "Arm: Throttle too high"
+        return "Battery 1 low voltage failsafe"
     return None
+
+
+def _sticks_in_the_way(flight: Flight) -> str | None:
+    sticks, rules, parameters = flight.sticks, RULES[flight.mode], flight.parameters
+    if flight.mode not in (Mode.GUIDED, Mode.AUTO) and (
+        sticks.climb_mps > 0.0 or (rules.manual_throttle and sticks.throttle > 0.0)
+    ):
+        return "Throttle too high"
+    if sticks.silent_for_s(flight.now_s) > STICKS_FRESH_S:
+        return None
+    options = parameters.whole("RC_OPTIONS")
+    if not options & SKIP_ROLL_PITCH_YAW:
+        for axis, value in (("Roll", sticks.roll), ("Pitch", sticks.pitch), ("Yaw", sticks.yaw)):
+            if value != 0.0:
+                return _not_neutral(flight, axis)
+    checks_throttle = options & CHECK_THROTTLE and not parameters.whole("PILOT_THR_BHV") & SPRUNG_THROTTLE
+    if checks_throttle and sticks.throttle > 0.0:
+        return _not_neutral(flight, "Throttle")
+    return None
+
+
+def _not_neutral(flight: Flight, axis: str) -> str:
+    return f"{axis} (RC{flight.parameters.whole(f'RCMAP_{axis.upper()}')}) is not neutral"

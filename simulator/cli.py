@@ -16,6 +16,7 @@ from simulator.flight import FlightSettings
 from simulator.geodesy import Place
 from simulator.links import parse_endpoint
 from simulator.px4.flavour import PX4
+from simulator.receiver import Receiver
 from simulator.shell import fly
 from simulator.squad import (
     make_squad,
@@ -58,7 +59,7 @@ def simulate(
     home: Annotated[str, typer.Option(help="LAT,LON[,ALT[,HEADING]] in degrees and metres.")],
     out: Annotated[
         list[str],
-        typer.Option(help="udp:HOST:PORT, tcp:HOST:PORT or tcpin:HOST:PORT; once, or once for each vehicle."),
+        typer.Option(help="udp:, udpin:, tcp: or tcpin:HOST:PORT; once, or once for each vehicle."),
     ],
     count: Annotated[int, typer.Option(min=1, max=500, help="How many vehicles.")] = 1,
     flavour: Annotated[FlavourName, typer.Option(help="Which autopilot they are.")] = FlavourName.ARDUPILOT,
@@ -67,7 +68,10 @@ def simulate(
     speed: Annotated[float, typer.Option(min=0.1, max=100, help="1 is real time.")] = 1.0,
     boot_s: Annotated[float, typer.Option(min=0, help="From switch-on to ready to arm; real ones take 42.")] = 8.0,
     wind: Annotated[str, typer.Option(help="SPEED,FROM_DEG in metres a second and degrees.")] = "0,0",
-    radio: Annotated[bool, typer.Option(help="With a radio receiver, throttle down on the bench.")] = True,
+    radio: Annotated[
+        Receiver,
+        typer.Option(help="The receiver: its throttle rests low, all its sticks are centred, or there is none."),
+    ] = Receiver.LOW,
     battery_mah: Annotated[float, typer.Option(min=100)] = 5200.0,
     param: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, set before the start.")] = None,
     param_count: Annotated[int, typer.Option(min=0, max=5000, help="Fill the table up to so many.")] = 0,
@@ -86,7 +90,7 @@ def simulate(
                 boot_s=boot_s,
                 wind_mps=wind_mps,
                 wind_from_deg=wind_from_deg,
-                has_radio=radio,
+                receiver=radio,
                 battery_mah=battery_mah,
                 seed=seed,
             ),

@@ -176,7 +176,7 @@ def run_checks(flight: Flight, command: Command) -> int:
     del command
     if flight.armed:
         return TEMPORARILY_REJECTED
-    reason = flight.flavour.why_not_arm(flight)
+    reason = flight.flavour.why_not_ready(flight)
     if reason is not None:
         flight.say(Severity.CRITICAL, reason)
     return ACCEPTED

@@ -28,6 +28,13 @@ class Estimator:
             self._lost_since_s = now_s
 
     @property
+    def lost_for_s(self) -> float:
+        """How long the position has been lost, after it had been there; 0 where it is there, or never was."""
+        if self._lost_since_s is None or self.position_ok or self._lost_since_s < self.ready_s:
+            return 0.0
+        return self._now_s - self._lost_since_s - DEAD_RECKONING_S
+
+    @property
     def attitude_ok(self) -> bool:
         return self._now_s >= ATTITUDE_SHARE * self.ready_s
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simulator.homing import Land
 from simulator.modes import Mode
 from simulator.notices import Severity
 
@@ -18,6 +19,12 @@ CONTINUE_AUTO_ON_GCS_LOSS = 2
 CONTINUE_GUIDED_ON_RADIO_LOSS = 4
 CONTINUE_LANDING = 8
 CONTINUE_PILOTED_ON_GCS_LOSS = 16
+"""FS_OPTIONS."""
+
+POSITION_LOST_S = 1.0
+"""The position estimate must be bad, or good, for so long before that is a failsafe, or the end of one."""
+REPORT_ONLY, ALT_HOLD, LAND_EVEN_STABILIZE = 0, 2, 3
+"""FS_EKF_ACTION; anything else is LAND in modes that need a position."""
 
 
 class Failsafes:
@@ -29,6 +36,8 @@ class Failsafes:
         self.position = False
         self.ground_station_seen_s: float | None = None
         """Last heartbeat or stick message of SYSID_MYGCS; None: never seen, so never missed."""
+        self._position_turned_s: float | None = None
+        """Since when the position is there in its failsafe, or missing out of it."""
         self._low_since_s: float | None = None
         self._critical_since_s: float | None = None
 
@@ -56,23 +65,19 @@ class Failsafes:
 
     def _act_on_radio(self, flight: Flight, enabled: int) -> None:
         options = flight.parameters.whole("FS_OPTIONS")
-        if not flight.armed:
-            flight.say(Severity.WARNING, "Radio Failsafe")
-            return
-        if _may_disarm(flight):
+        if not flight.armed or _may_disarm(flight):
             flight.say(Severity.WARNING, "Radio Failsafe - Disarming")
             flight.disarm()
-            return
-        continues = (
-            (flight.mode is Mode.AUTO and (enabled == 2 or options & CONTINUE_AUTO_ON_RADIO_LOSS))
-            or (flight.mode is Mode.GUIDED and options & CONTINUE_GUIDED_ON_RADIO_LOSS)
-            or (flight.mode is Mode.LAND and options & CONTINUE_LANDING)
-        )
-        if continues:
-            flight.say(Severity.WARNING, f"Radio Failsafe - Continuing {flight.mode.name.title()} Mode")
-            return
-        flight.say(Severity.WARNING, "Radio Failsafe")
-        _leave(flight, {3: Mode.LAND, 7: Mode.BRAKE}.get(enabled, Mode.RTL))
+        elif flight.flying.disarms_on_landing and options & CONTINUE_LANDING:
+            flight.say(Severity.WARNING, "Radio Failsafe - Continuing Landing")
+            _land(flight)
+        elif flight.mode is Mode.AUTO and options & CONTINUE_AUTO_ON_RADIO_LOSS:
+            flight.say(Severity.WARNING, "Radio Failsafe - Continuing Auto")
+        elif flight.mode is Mode.GUIDED and options & CONTINUE_GUIDED_ON_RADIO_LOSS:
+            flight.say(Severity.WARNING, "Radio Failsafe - Continuing Guided Mode")
+        else:
+            flight.say(Severity.WARNING, "Radio Failsafe")
+            _leave(flight, {3: Mode.LAND, 7: Mode.BRAKE}.get(enabled, Mode.RTL))
 
     def _update_ground_station(self, flight: Flight) -> None:
         parameters = flight.parameters
@@ -95,16 +100,16 @@ class Failsafes:
             flight.say(Severity.WARNING, "GCS Failsafe - Disarming")
             flight.disarm()
             return
-        piloted = flight.rules(flight.mode).pilot_controlled and not self.radio
-        if (
-            (flight.mode is Mode.AUTO and options & CONTINUE_AUTO_ON_GCS_LOSS)
-            or (piloted and options & CONTINUE_PILOTED_ON_GCS_LOSS)
-            or (flight.mode is Mode.LAND and options & CONTINUE_LANDING)
-        ):
-            flight.say(Severity.WARNING, f"GCS Failsafe - Continuing {flight.mode.name.title()} Mode")
-            return
-        flight.say(Severity.WARNING, "GCS Failsafe")
-        _leave(flight, {5: Mode.LAND, 7: Mode.BRAKE}.get(enabled, Mode.RTL))
+        if flight.flying.disarms_on_landing and options & CONTINUE_LANDING:
+            flight.say(Severity.WARNING, "GCS Failsafe - Continuing Landing")
+            _land(flight)
+        elif flight.mode is Mode.AUTO and options & CONTINUE_AUTO_ON_GCS_LOSS:
+            flight.say(Severity.WARNING, "GCS Failsafe - Continuing Auto Mode")
+        elif flight.rules(flight.mode).pilot_controlled and options & CONTINUE_PILOTED_ON_GCS_LOSS:
+            flight.say(Severity.WARNING, "GCS Failsafe - Continuing Pilot Control")
+        else:
+            flight.say(Severity.WARNING, "GCS Failsafe")
+            _leave(flight, {5: Mode.LAND, 7: Mode.BRAKE}.get(enabled, Mode.RTL))
 
     def _update_battery(self, flight: Flight) -> None:
         parameters, battery = flight.parameters, flight.battery
@@ -139,15 +144,28 @@ class Failsafes:
             _leave(flight, Mode.LAND if action in (1, 4) else Mode.RTL)
 
     def _update_position(self, flight: Flight) -> None:
-        lost = flight.armed and not flight.estimator.position_ok and flight.estimator_was_ready
-        if self.position and not lost:
-            self.position = False
-        elif lost and not self.position:
-            self.position = True
-            flight.say(Severity.CRITICAL, "EKF variance: position estimate lost")
-        if lost and not flight.landed and flight.rules(flight.mode).needs_position:
-            flight.say(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
-            flight.set_mode(Mode.LAND)
+        lost = not flight.estimator.position_ok and flight.estimator_was_ready
+        self._position_turned_s = _since(self._position_turned_s, lost is not self.position, flight.now_s)
+        if not _lasted(self._position_turned_s, flight.now_s, POSITION_LOST_S):
+            return
+        self.position = lost
+        if not lost:
+            flight.say(Severity.CRITICAL, "EKF Failsafe Cleared")
+            return
+        flight.say(Severity.CRITICAL, "EKF variance")
+        if flight.armed:
+            self._act_on_position(flight, flight.parameters.whole("FS_EKF_ACTION"))
+
+    def _act_on_position(self, flight: Flight, action: int) -> None:
+        concerns = flight.rules(flight.mode).needs_position or action == LAND_EVEN_STABILIZE
+        if action == REPORT_ONLY or flight.mode is Mode.LAND or not concerns:
+            flight.say(Severity.CRITICAL, "EKF Failsafe")
+            return
+        if action == ALT_HOLD and not self.radio:
+            flight.set_mode(Mode.ALT_HOLD)
+        else:
+            _land(flight)
+        flight.say(Severity.CRITICAL, f"EKF Failsafe: changed to {flight.mode.name} Mode")
 
 
 def _since(since_s: float | None, holds: bool, now_s: float) -> float | None:
@@ -168,7 +186,12 @@ def _may_disarm(flight: Flight) -> bool:
 
 def _leave(flight: Flight, mode: Mode) -> None:
     """Change to the failsafe's mode; where that needs a position nobody has, land."""
-    if flight.mode is mode or (flight.mode is Mode.LAND and mode is Mode.RTL and flight.failsafes.position):
-        return
-    if not flight.set_mode(mode):
-        flight.set_mode(Mode.LAND)
+    if mode is Mode.LAND or not flight.set_mode(mode):
+        _land(flight)
+
+
+def _land(flight: Flight) -> None:
+    """In LAND, at this height for a while; one that lands already goes on."""
+    landing = flight.behaviour(Mode.LAND)
+    if flight.mode is not Mode.LAND and flight.set_mode(Mode.LAND) and isinstance(landing, Land):
+        landing.wait_first()

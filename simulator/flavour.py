@@ -6,26 +6,27 @@ Flavour each; no other file may ask which one it is.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from simulator.behaviours import Behaviour
     from simulator.commands import Command
     from simulator.fence import Limits
     from simulator.flight import Flight
-    from simulator.mission_plan import PlanKind
+    from simulator.mission_plan import Item, PlanKind
     from simulator.modes import ModeRules
     from simulator.parameters import Parameters
     from simulator.photographs import Photo
+    from simulator.receiver import Receiver
 
 
 class PilotInput(Protocol):
     """Where stick positions come from, and what the flight modes read from them."""
 
-    has_radio: bool
+    receiver: Receiver
     radio_pwm: list[int]
     pwm: list[int]
     ever_heard: bool
@@ -40,7 +41,7 @@ class PilotInput(Protocol):
     @property
     def overridden(self) -> bool: ...
     @property
-    def radio_healthy(self) -> bool: ...
+    def channel_count(self) -> int: ...
     @property
     def roll(self) -> float: ...
     @property
@@ -67,7 +68,22 @@ class OwnFailsafes(Protocol):
     position: bool
     ground_station_seen_s: float | None
 
+    @property
+    def any(self) -> bool: ...
     def update(self, flight: Flight) -> None: ...
+
+
+class Storage(NamedTuple):
+    """What becomes of the items of plans."""
+
+    take: Callable[[Item, PlanKind], Item | int]
+    """The item as it is stored and read back, or the MAV_MISSION_RESULT with which it is refused."""
+    why_not_jump: Callable[[Item, int], int | None]
+    """Given the number of the last item of the plan."""
+    why_not_whole: Callable[[Sequence[Item], PlanKind], int | None]
+    """At the end of an upload."""
+    fence_total: Callable[[Sequence[Item]], int] = lambda _items: 1
+    """A number beside a fence. Where it becomes 0 the fence is dropped when it is looked at next."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,14 +94,17 @@ class Flavour:
     rules: Mapping[IntEnum, ModeRules]
     make_behaviours: Callable[[Flight], dict[IntEnum, Behaviour]]
     make_parameters: Callable[[Iterable[tuple[str, float]], int], Parameters]
-    make_sticks: Callable[[Parameters, bool], PilotInput]
+    make_sticks: Callable[[Parameters, Receiver], PilotInput]
     make_failsafes: Callable[[], OwnFailsafes]
+    why_not_ready: Callable[[Flight], str | None]
+    """What a check finds before anybody wants to arm."""
     why_not_arm: Callable[[Flight], str | None]
     home_slot: bool
     """Item 0 of a mission is home, not something to fly."""
     keeps_dataflash_logs: bool
-    keeps_nan: bool
-    """NaN in an item's parameters is stored and handed back; otherwise it becomes 0."""
+    keeps_parameter_file: bool
+    """All parameters can be read as a file by MAVLink FTP."""
+    storage: Storage
     items_max: Mapping[PlanKind, int]
     fence_limits: Callable[[Flight], Limits]
     """Which fences hold now."""

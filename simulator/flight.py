@@ -30,9 +30,10 @@ from simulator.notices import Notice, Severity
 from simulator.parameters import Parameters
 from simulator.photographs import Camera, Photo
 from simulator.position_control import Limits, PositionControl, Target
+from simulator.receiver import Receiver
 from simulator.wind import Wind
 
-LANDED_AFTER_S = 1.0
+LANDED_AFTER_S = 1.8
 SWITCH_DEBOUNCE_S = 0.2
 HARD_IMPACT_MPS = 5.0
 STOPPED = (0.0, 0.0, 0.0, 0.0)
@@ -49,7 +50,7 @@ class FlightSettings:
     boot_s: float = 8.0
     wind_mps: float = 0.0
     wind_from_deg: float = 0.0
-    has_radio: bool = True
+    receiver: Receiver = Receiver.LOW
     battery_mah: float = 5200.0
     seed: int = 1
 
@@ -66,7 +67,7 @@ class Flight:
         self.body = Airframe(math.radians(settings.heading_deg))
         self.battery = Battery(settings.battery_mah)
         self.wind = Wind(settings.wind_mps, settings.wind_from_deg, random.Random(settings.seed))  # noqa: S311
-        self.sticks = flavour.make_sticks(parameters, settings.has_radio)
+        self.sticks = flavour.make_sticks(parameters, settings.receiver)
         self.estimator = Estimator(settings.boot_s)
         self.estimator_was_ready = False
         self.failsafes = flavour.make_failsafes()

@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 RTL_MIN_CONE_SLOPE = 0.5
 RTL_ALT_MAX_M = 3000.0
 ARRIVED_M = 1.0
+FAILSAFE_LAND_WAIT_S = 4.0
 
 
-def descend(behaviour: Behaviour) -> None:
-    """One tick of landing on the spot; with no position, level (or as the pilot leans)."""
+def descend(behaviour: Behaviour, *, waiting: bool = False) -> None:
+    """One tick of landing on the spot, or of waiting at this height to begin; with no position, as the pilot leans."""
     flight = behaviour.flight
     if flight.landed:
         flight.rest()
@@ -32,26 +33,35 @@ def descend(behaviour: Behaviour) -> None:
     fast = parameters["LAND_SPEED_HIGH"] / 100.0 or limits.descent_mps
     high_m = flight.alt_over_home_m() - parameters["LAND_ALT_LOW"] / 100.0
     wanted = max(slow, min(fast, slow + max(high_m, 0.0)))
-    flight.target.climb_with(-wanted, limits, TICK_S)
+    flight.target.climb_with(0.0 if waiting else -wanted, limits, TICK_S)
     if flight.body.on_ground:
         flight.target.alt_m = max(flight.target.alt_m, flight.body.alt_m - 0.5)
     flight.target.fly_with(0.0, 0.0, limits, TICK_S)
     if flight.estimator.position_ok:
         flight.fly()
-    elif flight.failsafes.radio:
-        flight.fly((0.0, 0.0))
     else:
         turn_with_stick(behaviour)
         flight.fly(lean_of_sticks(behaviour))
 
 
 class Land(Behaviour):
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self._waits_until_s = 0.0
+
     @property
     def disarms_on_landing(self) -> bool:
         return True
 
+    def enter(self) -> None:
+        self._waits_until_s = 0.0
+
+    def wait_first(self) -> None:
+        """Stay at this height for a while, as after a failsafe."""
+        self._waits_until_s = self.flight.now_s + FAILSAFE_LAND_WAIT_S
+
     def run(self) -> None:
-        descend(self)
+        descend(self, waiting=self.flight.now_s < self._waits_until_s)
 
 
 class Leg(Enum):

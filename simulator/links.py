@@ -1,6 +1,6 @@
 """How a vehicle's bytes leave the process: one UDP socket or TCP connection for each vehicle.
 
-UDP sockets are connected, so the kernel itself drops packets of anybody but the peer.
+UDP sockets that speak first are connected, so the kernel itself drops packets of anybody but the peer.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, cast
 
 RECONNECT_S = 1.0
 UNSENT_MAX = 256 * 1024
@@ -31,7 +31,7 @@ class Endpoint:
 
 
 def parse_endpoint(text: str) -> Endpoint:
-    """`udp:HOST:PORT`, `tcp:HOST:PORT` (connects) or `tcpin:HOST:PORT` (waits to be connected to)."""
+    """`udp:HOST:PORT` (speaks first), `udpin:HOST:PORT` (waits to be spoken to), and the same for `tcp` and `tcpin`."""
     scheme, _, rest = text.partition(":")
     host, _, port = rest.rpartition(":")
     if scheme not in OPENERS or not host or not port.isdecimal() or not 0 < int(port) < 65536:
@@ -51,8 +51,7 @@ class UdpLink(asyncio.DatagramProtocol):
         self._transport: asyncio.DatagramTransport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.DatagramTransport) or hasattr(transport, "sendto")
-        self._transport = transport  # type: ignore[assignment]
+        self._transport = cast(asyncio.DatagramTransport, transport)  # no base class of uvloop's
 
     def datagram_received(self, data: bytes, addr: object) -> None:
         del addr
@@ -71,6 +70,23 @@ class UdpLink(asyncio.DatagramProtocol):
             self._transport.close()
 
 
+class UdpInLink(UdpLink):
+    """Bound to an address; answers whoever spoke last, as an autopilot's network port does."""
+
+    def __init__(self, receive: Receive) -> None:
+        super().__init__(receive)
+        self._peer: tuple[str, int] | None = None
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:  # type: ignore[override]
+        self._peer = addr
+        self._receive(data)
+
+    def send(self, frames: list[bytes]) -> None:
+        if self._transport is not None and self._peer is not None:
+            for frame in frames:
+                self._transport.sendto(frame, self._peer)
+
+
 class TcpLink(asyncio.Protocol):
     """One stream at a time; a newer connection takes the place of the older."""
 
@@ -83,7 +99,7 @@ class TcpLink(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         if self._transport is not None:
             self._transport.abort()
-        self._transport = transport  # type: ignore[assignment]
+        self._transport = cast(asyncio.Transport, transport)
 
     def data_received(self, data: bytes) -> None:
         self._receive(data)
@@ -129,6 +145,13 @@ async def _open_udp(endpoint: Endpoint, receive: Receive) -> Link:
     return link
 
 
+async def _open_udpin(endpoint: Endpoint, receive: Receive) -> Link:
+    loop = asyncio.get_running_loop()
+    address = (endpoint.host, endpoint.port)
+    _, link = await loop.create_datagram_endpoint(lambda: UdpInLink(receive), local_addr=address)
+    return link
+
+
 async def _open_tcp(endpoint: Endpoint, receive: Receive) -> Link:
     link = TcpLink(receive)
     link.keep_connected(endpoint)
@@ -141,7 +164,7 @@ async def _open_tcpin(endpoint: Endpoint, receive: Receive) -> Link:
     return link
 
 
-OPENERS = {"udp": _open_udp, "tcp": _open_tcp, "tcpin": _open_tcpin}
+OPENERS = {"udp": _open_udp, "udpin": _open_udpin, "tcp": _open_tcp, "tcpin": _open_tcpin}
 
 
 async def open_link(endpoint: Endpoint, receive: Receive) -> Link:

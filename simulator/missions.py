@@ -13,13 +13,13 @@ from simulator.auto import Auto
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
 from simulator.flight import Flight
-from simulator.mission_items import read_item, why_not
+from simulator.mission_items import read_item
 from simulator.mission_plan import Item, PlanKind
-from simulator.mission_storage import packed
 from simulator.notices import Severity
 
 REPEAT_S = 1.0
 UPLOAD_TIMEOUT_S = 8.0
+LOOK_AT_FENCE_S = 0.1
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 Peer = tuple[int, int]
@@ -51,6 +51,8 @@ class MissionServer:
         self._restart = restart
         self._upload: Upload | None = None
         self._ignored: set[str] = set()
+        self._fence_total = 0
+        self._fence_seen_s = 0.0
 
     def receive(self, message: Message, peer: Peer) -> None:
         name = message.get_type()
@@ -72,7 +74,19 @@ class MissionServer:
         else:
             self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, kind)
 
+    def _look_at_fence(self) -> None:
+        now_s, plans = self._flight.now_s, self._flight.plans
+        if now_s < self._fence_seen_s + LOOK_AT_FENCE_S:
+            return
+        self._fence_seen_s = now_s
+        items = plans.items[PlanKind.FENCE]
+        total = self._flight.flavour.storage.fence_total(items)
+        if total == 0 and self._fence_total != 0 and items:
+            plans.store(PlanKind.FENCE, [], self._flight.home)
+        self._fence_total = total
+
     def tick(self) -> None:
+        self._look_at_fence()
         upload, now_s = self._upload, self._flight.now_s
         if upload is None:
             return
@@ -137,15 +151,15 @@ class MissionServer:
                 self._ack(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE, kind)
             return  # one that came twice is no error
         upload.last_heard_s = self._flight.now_s
-        flavour = self._flight.flavour
-        item = read_item(message, keep_nan=flavour.keeps_nan)
-        problem = why_not(item, kind)
-        if problem is not None:
+        storage, sent = self._flight.flavour.storage, read_item(message)
+        taken = storage.take(sent, kind)
+        if isinstance(taken, Item) and (problem := storage.why_not_jump(taken, upload.count - 1)) is not None:
+            taken = problem
+        if not isinstance(taken, Item):
             self._upload = None
-            self._ack(peer, problem, kind)
+            self._ack(peer, taken, kind)
             return
-        if self._fails(Failure.MISSION_PACKED):
-            item = packed(item, kind)
+        item = sent if self._fails(Failure.MISSION_VERBATIM) else taken
         upload.items.append(item)
         if upload.in_place:
             self._flight.plans.write_in_place(kind, message.seq, item, self._flight.home)
@@ -161,6 +175,10 @@ class MissionServer:
 
     def _finish(self, upload: Upload) -> None:
         self._upload = None
+        problem = self._flight.flavour.storage.why_not_whole(upload.items, upload.kind)
+        if problem is not None:
+            self._ack(upload.peer, problem, upload.kind)
+            return
         self._flight.plans.store(upload.kind, upload.items, self._flight.home)
         if self._fails(Failure.MISSION_FINAL_ACK_MISSING):
             return

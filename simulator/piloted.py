@@ -10,10 +10,17 @@ from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
 from simulator.geodesy import clamp
 from simulator.orbit import Orbit
-from simulator.position_control import Limits
+from simulator.position_control import TILT_LAG_S, Limits
 
 if TYPE_CHECKING:
     from simulator.flight import Flight
+
+
+PILOT_CLIMB_LAG_S = 0.4
+"""Climbing and sinking end as softly as that: 2.2 m after the stick is centred at 2.5 m/s (measured)."""
+BRAKE_S = 5.5
+"""BRAKE needs so long to stand still."""
+BRAKE_LIMITS = Limits(1.0, 1.0, 1.0, 7.5, 2.5)
 
 
 class Stabilize(Behaviour):
@@ -78,7 +85,8 @@ class Loiter(Behaviour):
         turn_with_stick(self)
         parameters = flight.parameters
         speed = clamp(parameters["LOIT_SPEED"] / 100.0, 0.2, 50.0)
-        forward, right = -flight.sticks.pitch * speed, flight.sticks.roll * speed
+        roll, pitch, _ = sticks_flown(flight)
+        forward, right = -pitch * speed, roll * speed
         pushing = forward != 0.0 or right != 0.0
         accel = parameters["LOIT_ACC_MAX"] / 100.0 if pushing else parameters["LOIT_BRK_ACCEL"] / 100.0
         yaw = flight.body.attitude()[2]
@@ -89,15 +97,26 @@ class Loiter(Behaviour):
 
 
 class Brake(Behaviour):
-    """Stop as hard as the tilt allows and stay; no stick does anything."""
+    """Stop and stay; no stick does anything. From any speed it takes as long, and fades out softly (measured)."""
+
+    def __init__(self, flight: Flight) -> None:
+        super().__init__(flight)
+        self._from = (0.0, 0.0)
+        self._since_s = 0.0
+
+    def enter(self) -> None:
+        self._from = (self.flight.body.vn_mps, self.flight.body.ve_mps)
+        self._since_s = self.flight.now_s
 
     def run(self) -> None:
         flight = self.flight
         if flight.landed:
             flight.rest()
             return
-        flight.target.climb_with(0.0, flight.limits(), TICK_S)
-        flight.target.fly_with(0.0, 0.0, Limits(1.0, 1.0, 1.0, 5.0), TICK_S)
+        flight.target.climb_with(0.0, BRAKE_LIMITS, TICK_S, PILOT_CLIMB_LAG_S)
+        # The target is late by what leaning over takes; a vehicle that is level loses nothing of it.
+        left = max(1.0 - (flight.now_s - self._since_s + TILT_LAG_S) / BRAKE_S, 0.0) ** 2
+        flight.target.fly_with(self._from[0] * left, self._from[1] * left, BRAKE_LIMITS, TICK_S)
         flight.fly()
 
 
@@ -122,18 +141,25 @@ class Circle(Behaviour):
 
 
 def lean_of_sticks(behaviour: Behaviour) -> tuple[float, float]:
-    """Roll and pitch, radians; both sticks at full lean no farther than one."""
+    """Roll and pitch, radians; both sticks at full lean no farther than one. Level in a radio failsafe."""
     flight = behaviour.flight
-    roll, pitch = flight.sticks.roll, flight.sticks.pitch
+    roll, pitch, _ = sticks_flown(flight)
     size = math.hypot(roll, pitch)
     most = flight.lean_max_rad() / max(size, 1.0)
     return roll * most, pitch * most
 
 
+def sticks_flown(flight: Flight) -> tuple[float, float, float]:
+    """Roll, pitch and yaw, -1..1: in a radio failsafe centred, whatever came last."""
+    if flight.failsafes.radio:
+        return 0.0, 0.0, 0.0
+    return flight.sticks.roll, flight.sticks.pitch, flight.sticks.yaw
+
+
 def turn_with_stick(behaviour: Behaviour) -> None:
     flight = behaviour.flight
     rate = math.radians(clamp(flight.parameters["PILOT_Y_RATE"], 0.0, 90.0))
-    flight.attitude.turn(flight.sticks.yaw * rate, TICK_S)
+    flight.attitude.turn(sticks_flown(flight)[2] * rate, TICK_S)
 
 
 def climb_with_stick(behaviour: Behaviour) -> bool:
@@ -146,7 +172,7 @@ def climb_with_stick(behaviour: Behaviour) -> bool:
             return False
         flight.lift_off()
     limits = Limits(1.0, 1.0, 1.0, 2.5, flight.parameters["PILOT_ACCEL_Z"] / 100.0)
-    flight.target.climb_with(climb, limits, TICK_S)
+    flight.target.climb_with(climb, limits, TICK_S, PILOT_CLIMB_LAG_S)
     if flight.body.on_ground:
         flight.target.alt_m = max(flight.target.alt_m, flight.body.alt_m - 0.5)
     return True

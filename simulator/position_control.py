@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from simulator.airframe import GRAVITY_MSS, MASS_KG, MOTOR_MAX_N, Airframe
+from simulator.airframe import GRAVITY_MSS, MASS_KG, MOTOR_MAX_N, Airframe, drag_of
 from simulator.geodesy import clamp
 
 POSITION_P = 1.0
@@ -47,7 +47,7 @@ class Target:
         self.north_m = self.east_m = self.alt_m = 0.0
         self.vn_mps = self.ve_mps = self.climb_mps = 0.0
         self.an_mss = self.ae_mss = 0.0
-        self._vn_ahead = self._ve_ahead = 0.0
+        self._vn_ahead = self._ve_ahead = self._climb_ahead = 0.0
         """The velocity that the target is about to have."""
 
     def reset(self, body: Airframe) -> None:
@@ -55,7 +55,7 @@ class Target:
         self.north_m, self.east_m, self.alt_m = body.north_m, body.east_m, body.alt_m
         self.vn_mps, self.ve_mps, self.climb_mps = body.vn_mps, body.ve_mps, -body.vd_mps
         self.an_mss = self.ae_mss = 0.0
-        self._vn_ahead, self._ve_ahead = self.vn_mps, self.ve_mps
+        self._vn_ahead, self._ve_ahead, self._climb_ahead = self.vn_mps, self.ve_mps, self.climb_mps
 
     def fly_with(self, vn_mps: float, ve_mps: float, limits: Limits, dt_s: float) -> None:
         """Take on a horizontal velocity, no faster than the acceleration allows."""
@@ -72,9 +72,11 @@ class Target:
         self.north_m += self.vn_mps * dt_s
         self.east_m += self.ve_mps * dt_s
 
-    def climb_with(self, climb_mps: float, limits: Limits, dt_s: float) -> None:
+    def climb_with(self, climb_mps: float, limits: Limits, dt_s: float, lag_s: float = 0.0) -> None:
+        """Take on a climb rate; with `lag_s` the acceleration is rounded off, so that it takes that much longer."""
         most = limits.climb_acceleration_mss * dt_s
-        self.climb_mps += clamp(climb_mps - self.climb_mps, -most, most)
+        self._climb_ahead += clamp(climb_mps - self._climb_ahead, -most, most)
+        self.climb_mps += (self._climb_ahead - self.climb_mps) * dt_s / (lag_s + dt_s)
         self.alt_m += self.climb_mps * dt_s
 
     def fly_to(self, north_m: float, east_m: float, limits: Limits, body: Airframe, dt_s: float) -> None:
@@ -130,8 +132,9 @@ class PositionControl:
         error_n = target.vn_mps - body.vn_mps + POSITION_P * clamp(target.north_m - body.north_m, -8.0, 8.0)
         error_e = target.ve_mps - body.ve_mps + POSITION_P * clamp(target.east_m - body.east_m, -8.0, 8.0)
         most = GRAVITY_MSS * math.tan(lean_max_rad)
-        accel_n = target.an_mss + VELOCITY_P * error_n + self._push_n
-        accel_e = target.ae_mss + VELOCITY_P * error_e + self._push_e
+        drag = drag_of(math.hypot(target.vn_mps, target.ve_mps))  # in still air; the loops learn the wind
+        accel_n = target.an_mss + drag * target.vn_mps + VELOCITY_P * error_n + self._push_n
+        accel_e = target.ae_mss + drag * target.ve_mps + VELOCITY_P * error_e + self._push_e
         size = math.hypot(accel_n, accel_e)
         if size > most:
             accel_n, accel_e = accel_n * most / size, accel_e * most / size

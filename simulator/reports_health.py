@@ -18,6 +18,7 @@ VERSION = (4 << 24) | (6 << 16) | (2 << 8) | 255
 
 CAPABILITIES = (
     mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_FTP
     | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
     | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
     | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
@@ -48,7 +49,7 @@ def heartbeat(flight: Flight) -> Message:
         base |= mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
     if flight.armed:
         base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
-    if flight.armed and (flight.failsafes.radio or flight.failsafes.battery_low or flight.failsafes.position):
+    if flight.failsafes.any:
         state = mavlink.MAV_STATE_CRITICAL
     else:
         state = mavlink.MAV_STATE_STANDBY if flight.landed else mavlink.MAV_STATE_ACTIVE
@@ -58,13 +59,17 @@ def heartbeat(flight: Flight) -> Message:
 
 
 def sys_status(flight: Flight) -> Message:
-    return sensors(flight, with_prearm=flight.estimator.position_ok)
+    """Sticks of a ground station count as a receiver, for ever; it is healthy outside of the radio failsafe."""
+    ready = flight.armed or flight.flavour.why_not_ready(flight) is None
+    heard = flight.sticks.ever_heard
+    healthy = heard and not flight.failsafes.radio
+    return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=healthy)
 
 
-def sensors(flight: Flight, *, with_prearm: bool) -> Message:
-    """SYS_STATUS. The radio receiver is there if there is one, whatever comes from a ground station."""
+def sensors(flight: Flight, *, with_prearm: bool, with_receiver: bool, receiver_healthy: bool) -> Message:
+    """SYS_STATUS. Of the receiver each autopilot has a notion of its own."""
     battery, present = flight.battery, _SENSORS
-    if flight.sticks.has_radio:
+    if with_receiver:
         present |= mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
     if not flight.flavour.fence_limits(flight).none:
         present |= mavlink.MAV_SYS_STATUS_GEOFENCE
@@ -79,8 +84,9 @@ def sensors(flight: Flight, *, with_prearm: bool) -> Message:
         health &= ~mavlink.MAV_SYS_STATUS_AHRS
     if not with_prearm:
         health &= ~mavlink.MAV_SYS_STATUS_PREARM_CHECK
-    if not flight.sticks.radio_healthy:
-        health &= ~mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+    health &= ~mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
+    if receiver_healthy:
+        health |= mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
     return mavlink.MAVLink_sys_status_message(
         present,
         present if flight.armed else present & ~mavlink.MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS,
@@ -117,22 +123,31 @@ def battery_status(flight: Flight) -> Message:
     )
 
 
+_EKF_LEVEL = mavlink.EKF_ATTITUDE | mavlink.EKF_VELOCITY_VERT | mavlink.EKF_POS_VERT_ABS
+_EKF_PLACED = (
+    _EKF_LEVEL
+    | mavlink.EKF_VELOCITY_HORIZ
+    | mavlink.EKF_POS_HORIZ_REL
+    | mavlink.EKF_POS_HORIZ_ABS
+    | mavlink.EKF_PRED_POS_HORIZ_REL
+    | mavlink.EKF_PRED_POS_HORIZ_ABS
+)
+_EKF_STANDING = _EKF_LEVEL | mavlink.EKF_VELOCITY_HORIZ | mavlink.EKF_CONST_POS_MODE
+STILL_AIDED_S = 8.0
+"""So long after its position is lost an estimator takes itself to be standing still (measured)."""
+
+
 def ekf_status(flight: Flight) -> Message:
-    flags = 0
-    if flight.estimator.attitude_ok:
-        flags |= mavlink.EKF_ATTITUDE | mavlink.EKF_VELOCITY_VERT | mavlink.EKF_POS_VERT_ABS
-    if flight.estimator.position_ok:
-        flags |= (
-            mavlink.EKF_VELOCITY_HORIZ
-            | mavlink.EKF_POS_HORIZ_REL
-            | mavlink.EKF_POS_HORIZ_ABS
-            | mavlink.EKF_PRED_POS_HORIZ_REL
-            | mavlink.EKF_PRED_POS_HORIZ_ABS
-        )
-    elif flight.estimator.attitude_ok:
-        flags |= mavlink.EKF_CONST_POS_MODE
-    variance = 0.02 if flight.estimator.position_ok else 1.2
-    return mavlink.MAVLink_ekf_status_report_message(flags, variance, variance, 0.02, 0.02, 0.0)
+    """Before the first position, and some time after a loss, it takes itself to be standing still. The variances
+    tell nothing: they stay small."""
+    estimator = flight.estimator
+    if not estimator.attitude_ok:
+        flags = 0
+    elif estimator.position_ok:
+        flags = _EKF_PLACED
+    else:
+        flags = _EKF_LEVEL if 0.0 < estimator.lost_for_s < STILL_AIDED_S else _EKF_STANDING
+    return mavlink.MAVLink_ekf_status_report_message(flags, 0.02, 0.02, 0.02, 0.02, 0.0)
 
 
 def extended_state(flight: Flight) -> Message:
@@ -182,8 +197,8 @@ def autopilot_version(_flight: Flight) -> Message:
 
 
 def rc_channels(flight: Flight) -> Message:
-    pwm = flight.sticks.pwm
-    return mavlink.MAVLink_rc_channels_message(ms(flight), 16, *pwm, 255)
+    """`chancount` is the receiver's own: 0 where there is none, whatever comes from a ground station (measured)."""
+    return mavlink.MAVLink_rc_channels_message(ms(flight), flight.sticks.channel_count, *flight.sticks.pwm, 255)
 
 
 def servo_outputs(flight: Flight) -> Message:

@@ -1,9 +1,10 @@
-"""Where stick positions come from: the radio on board, RC_CHANNELS_OVERRIDE, MANUAL_CONTROL.
+"""Where stick positions come from: the receiver on board, RC_CHANNELS_OVERRIDE, MANUAL_CONTROL.
 
 Laws (AUTOPILOTS.md): only the configured ground station's sysid may move sticks, in silence for all others;
-each overridden channel lapses by itself; what lapses goes back to the radio's value, or, with no receiver,
-stays as it was. For the radio failsafe a receiver counts while it hears, sticks of a ground station only when they
-come: with no receiver it sets in while the last of them are still in force.
+each overridden channel lapses by itself; what lapses goes back to the receiver's value. Values only change when
+something comes, from a transmitter or from the ground station: with neither, they stay as they were. For the radio
+failsafe a receiver counts while it hears, sticks of a ground station only when they come: with no receiver it sets
+in while the last of them are still in force.
 """
 
 from __future__ import annotations
@@ -12,30 +13,28 @@ from collections.abc import Sequence
 
 from simulator.geodesy import clamp
 from simulator.parameters import Parameters
+from simulator.receiver import CHANNELS, RECEIVER_CHANNELS, Receiver
 
-CHANNELS = 18
 IGNORE = 65535
 RELEASE_HIGH = 65534
 """Gives back channels 9 to 18; on channels 1 to 8 it is 0 that does."""
 AXIS_INVALID = 32767
 
-RADIO_AT_REST = (1500, 1500, 1000, 1500, 1800, 1000, 1000, 1800)
-"""What the transmitter on the bench sends: throttle down, mode switch in its last position."""
-
 PWM_VALID = range(900, 2201)
 
 
 class Sticks:
-    def __init__(self, parameters: Parameters, *, has_radio: bool) -> None:
+    def __init__(self, parameters: Parameters, receiver: Receiver) -> None:
         self._parameters = parameters
-        self.has_radio = has_radio
-        self.radio_pwm: list[int] = [*RADIO_AT_REST, *([0] * (CHANNELS - len(RADIO_AT_REST)))]
-        self.pwm = list(self.radio_pwm) if has_radio else [0] * CHANNELS
-        self.ever_heard = has_radio
+        self.receiver = receiver
+        self.radio_pwm = receiver.at_rest
+        self.pwm = list(self.radio_pwm)
+        self.ever_heard = False
         self.last_input_s: float | None = None
         """When the receiver, or a ground station's sticks, were last heard."""
-        self._transmitter_heard = has_radio
+        self._receiver_ever_heard = False
         self._override: dict[int, tuple[int, float]] = {}
+        self._override_came = False
 
     def accepts(self, sender_sysid: int) -> bool:
         return sender_sysid == self._parameters.whole("SYSID_MYGCS")
@@ -45,9 +44,9 @@ class Sticks:
         return bool(self._override)
 
     @property
-    def radio_healthy(self) -> bool:
-        """Whether the receiver on board hears its transmitter."""
-        return self._transmitter_heard
+    def channel_count(self) -> int:
+        """Those of the receiver. Overridden channels do not count (measured)."""
+        return RECEIVER_CHANNELS if self._receiver_ever_heard else 0
 
     def clear_overrides(self) -> None:
         self._override.clear()
@@ -58,21 +57,27 @@ class Sticks:
             if value == IGNORE or (index >= 8 and value == 0):
                 continue
             if value == (0 if index < 8 else RELEASE_HIGH):
-                self._override.pop(index, None)
+                self._release(index)
             else:
                 self._set(index, value, now_s)
 
     def manual_control(self, *, x: int, y: int, z: int, r: int, now_s: float) -> None:
-        """MANUAL_CONTROL: x forward, y right, r clockwise -1000..1000; z throttle 0..1000 with 500 the middle."""
+        """MANUAL_CONTROL: x forward, y right, r clockwise -1000..1000; z throttle 0..1000 with 500 the middle.
+
+        An invalid axis is given back to the receiver; a negative throttle makes the whole message void.
+        """
+        if z < 0:
+            return
         for axis, value, low, high in (
             ("ROLL", y, -1000, 1000),
             ("PITCH", -x if x != AXIS_INVALID else x, -1000, 1000),
             ("THROTTLE", z, 0, 1000),
             ("YAW", r, -1000, 1000),
         ):
-            if value == AXIS_INVALID:
-                continue
             channel = self._channel(axis)
+            if value == AXIS_INVALID:
+                self._release(channel - 1)
+                continue
             lowest, highest = self._range(channel)
             share = clamp((value - low) / (high - low), 0.0, 1.0)
             self._set(channel - 1, round(lowest + share * (highest - lowest)), now_s)
@@ -81,8 +86,11 @@ class Sticks:
         if self._parameters["RC_OVERRIDE_TIME"] == 0:
             return
         self._override[index] = (pwm, now_s)
-        self.ever_heard = True
-        self.last_input_s = now_s
+        self._override_came = True
+
+    def _release(self, index: int) -> None:
+        self._override.pop(index, None)
+        self._override_came = True
 
     def update(self, now_s: float, *, transmitter_lost: bool) -> None:
         """Let overrides lapse and settle what each channel reads now."""
@@ -90,14 +98,17 @@ class Sticks:
         if self._override and lasts_s >= 0:
             for index in [i for i, (_, since) in self._override.items() if now_s - since >= lasts_s]:
                 del self._override[index]
-        transmitter_heard = self._transmitter_heard = self.has_radio and not transmitter_lost
-        if transmitter_heard:
+        receiver_heard = self.receiver.is_fitted and not transmitter_lost
+        self._receiver_ever_heard |= receiver_heard
+        came, self._override_came = self._override_came, False
+        if not receiver_heard and not came:
+            return
+        self.ever_heard = True
+        if self._receiver_ever_heard:
             self.pwm[:] = self.radio_pwm
-        elif self.has_radio:
-            self.pwm[: len(RADIO_AT_REST)] = self.radio_pwm[: len(RADIO_AT_REST)]
         for index, (value, _) in self._override.items():
             self.pwm[index] = value
-        if transmitter_heard:
+        if self._receiver_ever_heard or self._override:
             self.last_input_s = now_s
 
     def silent_for_s(self, now_s: float) -> float:

@@ -17,6 +17,7 @@ from simulator.commands import ACCEPTED, FAILED, UNSUPPORTED, Command, carry_out
 from simulator.commands_flight import jump_to_item
 from simulator.dialect import Codec, Message, mavlink
 from simulator.failure_modes import Failure, PlannedFailure
+from simulator.file_protocol import FileServer
 from simulator.flavour import Flavour
 from simulator.flight import Flight, FlightSettings
 from simulator.flight_constants import TICK_S
@@ -35,6 +36,9 @@ OUTBOX_MAX = 4096
 TEXT_MAX = 50
 REBOOT_AFTER_S = 0.2
 SET_MODE_FLAG = 1
+SLOW_MODE_CHANGE_S = 1.5
+SLOW_MAX = 64
+"""Mode changes that wait; the oldest are forgotten, and the last one decides anyway."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +79,8 @@ class Vehicle:
         self._boot()
 
     def _boot(self) -> None:
+        self._slow: deque[tuple[float, Command]] = deque(maxlen=SLOW_MAX)
+        """When, and what: what MODE_CHANGE_SLOW holds back."""
         self.flight = Flight(self.settings.flight, self.parameters, self.failures, self.settings.flavour)
         if self.settings.flavour.tells_mode_at_once:
             self.flight.on_mode_change = self._owe_heartbeat
@@ -84,6 +90,7 @@ class Vehicle:
         self._missions = MissionServer(self.flight, self._send, self._restart_soon)
         self._logs = LogServer(self.flight, self._logbook, self._send)
         self._parameter_server = ParameterServer(self.parameters, self._send, self._say)
+        self._files = FileServer(self.parameters, self._send) if self.settings.flavour.keeps_parameter_file else None
         self._say(Severity.INFO, self.settings.flavour.banner[0])
 
     # The outside.
@@ -128,11 +135,18 @@ class Vehicle:
         while self._inbox and self._inbox[0][0] <= now_s + 1e-9:
             for message in self._codec.decode(self._inbox.popleft()[1]):
                 self._handle(message)
+        while self._slow and self._slow[0][0] <= flight.now_s:
+            carry_out(flight, self._slow.popleft()[1])
         flight.tick(flight.now_s)
         self._missions.tick()
         self._parameter_server.drop_every_seventh = Failure.PARAMETERS_DROPPED in self.failures
         self._parameter_server.has_locked = Failure.PARAMETERS_LOCKED in self.failures
+        self._parameter_server.is_slow = Failure.PARAMETERS_SLOW in self.failures
         self._parameter_server.tick()
+        if self._files is not None:
+            self._files.refuses = Failure.FILES_REFUSED in self.failures
+            self._files.drop_every_seventh = Failure.FILES_DROPPED in self.failures
+            self._files.tick(flight.now_s)
         self._logs.tick()
         if self.settings.flavour.keeps_dataflash_logs:
             self._logbook.update(flight, [notice.text for notice in flight.notices])
@@ -187,6 +201,8 @@ class Vehicle:
             self._logs.receive(message, sender)
         elif name.startswith("PARAM_"):
             self._handle_parameter(message)
+        elif name == "FILE_TRANSFER_PROTOCOL" and self._files is not None:
+            self._files.receive(message, sender)
         elif name.startswith("SET_POSITION_TARGET_"):
             receive_setpoint(flight, message)
         elif name == "SET_MODE":
@@ -268,6 +284,9 @@ class Vehicle:
         if number == mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
             return self._plan_reboot(first)
         if number == mavlink.MAV_CMD_DO_SET_MODE and Failure.MODE_CHANGE_IGNORED in self.failures:
+            return ACCEPTED
+        if number == mavlink.MAV_CMD_DO_SET_MODE and Failure.MODE_CHANGE_SLOW in self.failures:
+            self._slow.append((flight.now_s + SLOW_MODE_CHANGE_S, command))
             return ACCEPTED
         return carry_out(flight, command)
 

@@ -9,12 +9,16 @@ from typing import Annotated, Final
 
 import msgspec
 
+from wire.open_holds import HoldToAgent, HoldToTower, LostAction
 from wire.stream_profiles import StreamChoice, StreamProfile
 from wire.transactions import TransactionToAgent, TransactionToTower
 from wire.video import VideoToAgent, VideoToTower
 
 PROTOCOL: Final = 1
+"""Of a hello after a bearer credential; with a signature it is that of `wire.sign_in`."""
 AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
+KEY_SUBPROTOCOL: Final = "tower-agent.v2"
+"""The tower speaks first, with a challenge, and the hello is signed."""
 LARGEST_MESSAGE_BYTES: Final = 64 * 1024
 
 
@@ -45,6 +49,31 @@ class HoldStep(StrEnum):
         return self in (HoldStep.CONFIRMED, HoldStep.NOT_NEEDED, HoldStep.UNCONFIRMED)
 
 
+class SignInChallenge(msgspec.Struct, frozen=True, tag="sign_in_challenge", tag_field="type", kw_only=True):
+    """Tower to agent, first where `tower-agent.v2` was agreed on. 32 bytes each, base64 in JSON.
+
+    `public_key`: X25519. `tower_key`: Ed25519, the tower's identity. `bound`: the agent shall bind its signature to the
+    TLS channel (wire.channel_binding).
+    """
+
+    nonce: bytes
+    public_key: bytes
+    tower_key: bytes
+    bound: bool = False
+
+
+class SignIn(msgspec.Struct, frozen=True, kw_only=True):
+    """A part of hello: who the agent is. What is signed is in `wire.sign_in`. Bytes are base64 in JSON."""
+
+    purpose: Annotated[int, msgspec.Meta(ge=1, le=3)]
+    drone_id: U32
+    drone_key: bytes
+    tower: Annotated[str, msgspec.Meta(max_length=255)]
+    nonce: bytes
+    binding: bytes = b""
+    signature: bytes
+
+
 class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=True):
     """Agent to tower, first. `public_key`: X25519, 32 bytes, base64 in JSON.
 
@@ -59,10 +88,16 @@ class Hello(msgspec.Struct, frozen=True, tag="hello", tag_field="type", kw_only=
     resume: U32 | None = None
     takes: Takes = ()
     process: U32 = 0
+    sign_in: SignIn | None = None
 
 
 class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_only=True):
-    """Tower to agent, the answer to hello. UDP goes to the host of the control channel, `udp_port`."""
+    """Tower to agent, the answer to hello. UDP goes to the host of the control channel, `udp_port`.
+
+    `signature`: the tower's, over the transcript and the link's id (wire.sign_in). `credential_forgotten`: the bearer
+    credential that this agent came with is worth nothing any more, its key counts. `ticket`: opens what an agent does
+    by HTTP while this link stands. None of them after a hello of protocol 1.
+    """
 
     drone_id: U32
     name: str
@@ -73,6 +108,9 @@ class Welcome(msgspec.Struct, frozen=True, tag="welcome", tag_field="type", kw_o
     holder: str | None
     holder_present: bool = False
     takes: Takes = ()
+    signature: bytes = b""
+    credential_forgotten: bool = False
+    ticket: str = ""
 
 
 class ResumeChallenge(msgspec.Struct, frozen=True, tag="resume_challenge", tag_field="type", kw_only=True):
@@ -111,22 +149,15 @@ class ControlChanged(msgspec.Struct, frozen=True, tag="control_changed", tag_fie
 
 
 class HoldOrder(msgspec.Struct, frozen=True, tag="hold_order", tag_field="type", kw_only=True):
-    """Tower to agent: hold now. Frames of an epoch below `epoch` are refused from here on."""
+    """Tower to agent: hold now. Frames of an epoch below `epoch` are refused from here on.
+
+    `interrupts`: also a return or a landing that the autopilot flies; without it these go on.
+    """
 
     order_id: U32
     epoch: U32
     reason: str
-
-
-class LostAction(StrEnum):
-    """What the agent does when the tower stays lost."""
-
-    RETURN = "return"
-    LAND = "land"
-    CONTINUE = "continue"
-    """A mission goes on; anything else stays in the hold."""
-    NOTHING = "nothing"
-    """The autopilot's own failsafe decides."""
+    interrupts: bool = True
 
 
 class HoldCause(StrEnum):
@@ -148,7 +179,6 @@ class SafetySettings(msgspec.Struct, frozen=True, tag="safety_settings", tag_fie
     """
 
     hold_ladder: tuple[str, ...] = ()
-    hold_bound_s: float = 30.0
     sticks_stale_s: float = 0.5
     sticks_late_s: float = 0.5
     """Stick frames that are late by more than this are discarded."""
@@ -157,7 +187,10 @@ class SafetySettings(msgspec.Struct, frozen=True, tag="safety_settings", tag_fie
     lost_hold_s: float = 2.0
     lost_action: LostAction = LostAction.RETURN
     lost_action_s: float = 30.0
-    """After the loss of the tower, not after the hold."""
+    """After the loss of the tower or of the person: a hold begun, or the holder gone."""
+    rtt_limit_ms: float = 500.0
+    """The agent holds when sticks are older than half of this for `rtt_limit_s` while flown by hand."""
+    rtt_limit_s: float = 1.0
 
 
 class StreamSettings(msgspec.Struct, frozen=True, tag="stream_settings", tag_field="type", kw_only=True):
@@ -221,17 +254,20 @@ ToTower = (
     | AutopilotState
     | LossParameters
     | StreamState
+    | HoldToTower
     | TransactionToTower
     | VideoToTower
 )
 ToAgent = (
-    Welcome
+    SignInChallenge
+    | Welcome
     | ResumeChallenge
     | Resumed
     | ControlChanged
     | HoldOrder
     | SafetySettings
     | StreamSettings
+    | HoldToAgent
     | TransactionToAgent
     | VideoToAgent
 )

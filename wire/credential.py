@@ -1,4 +1,7 @@
-"""A drone's credential: what an agent signs in with. The tower keeps only its hash."""
+"""A bearer credential: what agents of protocol 1 sign in with. The tower keeps only its hash, and makes none any more.
+
+At the next sign-in of an agent that can, a drone's key takes its place (wire.drone_key).
+"""
 
 import hashlib
 import re

@@ -1,7 +1,8 @@
-"""From two public keys and the drone's credential to the two keys of the data channel, and the one that proves a link.
+"""From two public keys to the two keys of the data channel, and the one that proves a link.
 
 The exchange travels in the control channel (TLS). Fresh X25519 keys give each link keys of its own that nobody can
-work out later; the credential's hash as the salt means that somebody in the middle of the TLS would need it too.
+work out later. What keeps somebody in the middle out are the signatures over both public keys (wire.sign_in); the salt
+is no secret, and only ties the keys to the one sign-in that they are of.
 """
 
 from typing import NamedTuple
@@ -32,20 +33,27 @@ def public_bytes(private_key: X25519PrivateKey) -> bytes:
     return private_key.public_key().public_bytes(Encoding.Raw, PublicFormat.Raw)
 
 
-def agree(private_key: X25519PrivateKey, their_public_key: bytes, *, credential_hash: str, link_id: LinkId) -> LinkKeys:
+def agree(private_key: X25519PrivateKey, their_public_key: bytes, *, salt: bytes, link_id: LinkId) -> LinkKeys:
     """Both sides call this with their own private key and get the same keys.
 
-    `their_public_key` is 32 bytes; `credential_hash` the hexadecimal SHA-256 of the credential.
-    Raises BadPublicKey for anything that is not a usable X25519 public key.
+    `their_public_key` is 32 bytes; `salt` that of the sign-in's transcript. Raises BadPublicKey for anything that is
+    not a usable X25519 public key.
     """
+    return _derive(private_key, their_public_key, salt, b"tower data v2" + link_id.to_bytes(4, "little"))
+
+
+def agree_by_credential(
+    private_key: X25519PrivateKey, their_public_key: bytes, *, credential_hash: str, link_id: LinkId
+) -> LinkKeys:
+    """The same for a sign-in of protocol 1. `credential_hash`: the hexadecimal SHA-256 of the credential."""
+    salt = bytes.fromhex(credential_hash)
+    return _derive(private_key, their_public_key, salt, b"tower data v1" + link_id.to_bytes(4, "little"))
+
+
+def _derive(private_key: X25519PrivateKey, their_public_key: bytes, salt: bytes, info: bytes) -> LinkKeys:
     try:
         secret = private_key.exchange(X25519PublicKey.from_public_bytes(their_public_key))
     except ValueError as error:
         raise BadPublicKey(str(error)) from None
-    okm = HKDF(
-        algorithm=SHA256(),
-        length=96,
-        salt=bytes.fromhex(credential_hash),
-        info=b"tower data v1" + link_id.to_bytes(4, "little"),
-    ).derive(secret)
+    okm = HKDF(algorithm=SHA256(), length=96, salt=salt, info=info).derive(secret)
     return LinkKeys(agent_to_tower=okm[:32], tower_to_agent=okm[32:64], resume=okm[64:])

@@ -19,7 +19,7 @@ import msgspec
 from wire.dialect import mavlink
 
 ITEMS_MOST: Final = 724
-"""As many as ArduPilot has room for in its smallest storage."""
+"""The bound of every plan here, whatever the autopilot; what each has room for is in plan_room."""
 
 _FLOAT: Final = Struct("<f")
 _HEAD: Final = Struct("<BH")

@@ -182,7 +182,8 @@ class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", t
     `words`: for people, what failed, why, and what is on board now. `item`: the item of the plan that was refused, from
     0. `code`: the name of the MAV_MISSION_RESULT or MAV_RESULT, empty where there is none. `plan`: of a download, as
     `wire.plans.pack_plan` makes it. `refusals`: of a parameter write, the first REFUSALS_MOST, of `refused` in all.
-    `logs`: of a log list, newest first.
+    `logs`: of a log list, newest first. `seen`: of a command that was accepted, whether telemetry showed it in time;
+    None where there is nothing to see, or an older agent does not look.
     """
 
     id: U32
@@ -193,6 +194,7 @@ class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", t
     plan: PackedPlan | None = None
     refusals: Annotated[tuple[ParameterRefusal, ...], msgspec.Meta(max_length=REFUSALS_MOST)] = ()
     refused: U16 = 0
+    seen: bool | None = None
     logs: Annotated[tuple[LogEntry, ...], msgspec.Meta(max_length=LOGS_MOST)] | None = None
 
 

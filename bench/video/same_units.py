@@ -86,7 +86,7 @@ async def _played(units: Recorded, send: Send) -> AsyncIterator[None]:
 async def quiet_tower(folder: Path) -> AsyncIterator[tuple[LoadTower, LoadAgent]]:
     """A tower with one drone, whose agent has a camera and flies nothing."""
     async with load_tower(folder, drones=1) as tower:
-        agents = await sign_in_all(tower.url, tower.credentials, takes=(VIDEO,))
+        agents = await sign_in_all(tower.url, tower.keys, takes=(VIDEO,))
         async with kept_alive(agents):
             yield tower, agents[0]
 

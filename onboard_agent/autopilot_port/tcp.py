@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import logging
+from typing import cast
 
 from onboard_agent.autopilot_port.peer import FAITHFUL_FOR_S
 from onboard_agent.autopilot_port.port import LARGEST_BACKLOG_BYTES, AutopilotPort, OnBytes
@@ -23,8 +24,8 @@ class _Stream(asyncio.Protocol):
         self.closed: asyncio.Future[None] = self._loop.create_future()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)
-        self._port.stream_opened(self, transport)
+        # uvloop's transports inherit nothing of asyncio's: the kind of protocol says the kind of transport.
+        self._port.stream_opened(self, cast(asyncio.Transport, transport))
 
     def data_received(self, data: bytes) -> None:
         self.heard_at = self._loop.time()

@@ -1,6 +1,7 @@
 """The autopilot over UDP: `udpin` waits for it on a port, `udpout` speaks to a known one."""
 
 import asyncio
+import contextlib
 import errno
 import logging
 import socket
@@ -15,6 +16,16 @@ from onboard_agent.unusable import Unusable
 _log = logging.getLogger(__name__)
 
 _NOT_CURED_BY_TIME: Final = (errno.EACCES, errno.EPERM, errno.EAFNOSUPPORT, socket.EAI_NONAME)
+
+
+RECEIVE_BUFFER_BYTES: Final = 1 << 20
+"""A list of 1,400 parameters in the kernel's own bytes, while this process is not run for a moment: the usual buffer
+holds 270 packets, whatever their size. The kernel gives what it allows."""
+
+
+def _widen(sock: socket.socket) -> None:
+    with contextlib.suppress(OSError):
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
 
 
 class _Packets(asyncio.DatagramProtocol):
@@ -84,6 +95,7 @@ class UdpIn(AutopilotPort):
         sock = socket.socket(family, kind, protocol)
         try:
             sock.setblocking(False)
+            _widen(sock)
             sock.bind(address)  # here, because not every event loop says why it could not
         except OSError:
             sock.close()
@@ -133,6 +145,7 @@ class UdpOut(AutopilotPort):
         transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(
             lambda: _Packets(self, received), remote_addr=(self._host, self._port)
         )
+        _widen(transport.get_extra_info("socket"))
         return transport
 
     def is_from_autopilot(self, data: bytes, addr: Any) -> bool:

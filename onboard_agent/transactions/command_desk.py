@@ -3,8 +3,11 @@
 Laws, each with a test:
 - What may not pass as a frame of the holder's does not pass here either.
 - A change of mode is done when a heartbeat shows the mode. Until then it was accepted, no more.
+- Of speed, home, the item of a mission and its start it is told whether telemetry showed it within SEEN_WITHIN_S of the
+  acceptance: it was accepted, seen or not yet seen.
 - A command that came later, a frame with one, or a hold ends the repetitions of those before: nothing is undone by a
   copy of what was wished before. Another epoch ends them and the waiting.
+- A refusal carries the autopilot's own text, where it gives one within WORDS_WITHIN_S of its answer.
 - Several wait at once, each under a component id of its own, so that no answer is taken for another's. Where no id is
   left, the oldest ends.
 """
@@ -17,7 +20,9 @@ from onboard_agent.flight_modes import px4_custom_mode
 from onboard_agent.mode_names import mission_modes, mode_name
 from onboard_agent.own_frames import FrameMaker, Sender, request_message
 from onboard_agent.transactions.command_answer import CommandAnswer, CommandEnd
+from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, what_shows
 from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.spoken_words import SpokenWords
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.plans import as_float32
@@ -38,6 +43,8 @@ COMPONENTS: Final = (
 """Under which the commands go. The agent's own is for what it does by itself: holds, and what it asks for."""
 
 SHOW_EVERY_S: Final = 0.25
+WORDS_WITHIN_S: Final = 0.3
+WORDS_BEFORE_S: Final = 0.3
 PROGRESS_EVERY_S: Final = 0.2
 
 _AUTOPILOT: Final = 1
@@ -58,9 +65,12 @@ class _Waiting:
     deadline: float
     mode: frozenset[int]
     """The custom_modes one of which a heartbeat must show; empty where none is asked for."""
+    wanted: Seen | None = None
+    """What telemetry is to show."""
     commanded: int = 0
     """How often it had been commanded how to fly when it went out last."""
-    accepted: CommandEnd | None = None
+    ended_at: float | None = None
+    """When the answer came."""
     shown: bool = False
     show_again_at: float = 0.0
     told_percent: int | None = None
@@ -71,7 +81,9 @@ class CommandDesk:
     """A Desk. `send`: what goes out goes through it first. `commanded`: Around.commanded, at this very moment."""
 
     works = (CommandWork,)
-    hears = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_ACK, mavlink.MAVLINK_MSG_ID_HEARTBEAT})
+    hears = frozenset(
+        READ | {mavlink.MAVLINK_MSG_ID_COMMAND_ACK, mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_STATUSTEXT}
+    )
 
     def __init__(self, maker: FrameMaker, *, send: Send, commanded: Callable[[], int]) -> None:
         self._maker = maker
@@ -79,6 +91,7 @@ class CommandDesk:
         self._commanded = commanded
         self._system: int | None = None
         self._waiting: list[_Waiting] = []
+        self._spoken = SpokenWords()
         self._news: list[TransactionToTower] = []
 
     def autopilot_came(self, around: Around, now: float) -> None:
@@ -114,7 +127,7 @@ class CommandDesk:
 
         answer = CommandAnswer(work.command, make, deadline=deadline)
         modes = _modes_asked(work, around)
-        self._waiting.append(_Waiting(transaction, work, component, answer, deadline, modes))
+        self._waiting.append(_Waiting(transaction, work, component, answer, deadline, modes, what_shows(work, around)))
 
     def cancel(self, transaction_id: int, now: float) -> None:
         """It is not repeated, and nobody waits for its answer any more."""
@@ -136,9 +149,16 @@ class CommandDesk:
         message = decode(frame)
         if message is None:
             return False
+        if message_id(frame) == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+            self._spoken.heard(message, now)
+            return False
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             for waiting in self._waiting:
                 waiting.shown = waiting.shown or (waiting.answer.sent and message.custom_mode in waiting.mode)
+        if message_id(frame) != mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+            for waiting in self._waiting:
+                if waiting.wanted is not None and waiting.answer.end is not None:
+                    waiting.wanted.heard(message_id(frame), message)
             return False
         return self._acknowledged(message, now)
 
@@ -184,13 +204,17 @@ class CommandDesk:
         if end is None:
             self._tell_progress(waiting, now)
             return []
+        if end.outcome is Outcome.FAILED:
+            return self._refused(waiting, end, around, now)
+        if end.outcome is Outcome.DONE and waiting.wanted is not None:
+            return self._look(waiting, waiting.wanted, end, around, now)
         if end.outcome is not Outcome.DONE or not waiting.mode:
             self._end(waiting, end, around)
             return []
         mode = mode_name(around.autopilot_kind, around.vehicle_type, max(waiting.mode))
         if waiting.shown:
             words = f"The autopilot shows {mode}."
-            self._end(waiting, CommandEnd(Outcome.DONE, words, end.code), around)
+            self._end(waiting, CommandEnd(Outcome.DONE, words, end.code), around, seen=True)
         elif waiting.commanded != self._commanded():
             words = f"The autopilot accepted {mode}, and was commanded otherwise before it showed it."
             self._end(waiting, CommandEnd(Outcome.FAILED, words, end.code), around)
@@ -203,9 +227,33 @@ class CommandDesk:
             return [self._maker.make(ask, Sender(around.system_id, waiting.component))]
         return []
 
-    def _end(self, waiting: _Waiting, end: CommandEnd, around: Around) -> None:
+    def _look(self, waiting: _Waiting, wanted: Seen, end: CommandEnd, around: Around, now: float) -> list[bytes]:
+        if waiting.ended_at is None:
+            waiting.ended_at = now
+        late = now >= min(waiting.deadline, waiting.ended_at + SEEN_WITHIN_S)
+        shown = wanted.shown
+        if shown is not None or late or waiting.commanded != self._commanded():
+            there = f": {wanted.words}" if wanted.words else ""
+            words = f"Seen{there}." if shown else f"Accepted, not yet seen{there}."
+            self._end(waiting, CommandEnd(Outcome.DONE, words, end.code), around, seen=bool(shown))
+        elif wanted.asks is not None and now >= waiting.show_again_at:
+            waiting.show_again_at = now + SHOW_EVERY_S
+            ask = request_message(around.system_id, wanted.asks, confirmation=0)
+            return [self._maker.make(ask, Sender(around.system_id, waiting.component))]
+        return []
+
+    def _refused(self, waiting: _Waiting, end: CommandEnd, around: Around, now: float) -> list[bytes]:
+        if waiting.ended_at is None:
+            waiting.ended_at = now
+        if now - waiting.ended_at >= WORDS_WITHIN_S:
+            texts = self._spoken.since(waiting.ended_at - WORDS_BEFORE_S)
+            words = f"The autopilot refuses: {'; '.join(texts)}." if texts else end.words
+            self._end(waiting, CommandEnd(end.outcome, words, end.code), around)
+        return []
+
+    def _end(self, waiting: _Waiting, end: CommandEnd, around: Around, *, seen: bool | None = None) -> None:
         self._waiting.remove(waiting)
-        self._tell(waiting.transaction.id, end.outcome, f"{end.words} {state_words(around)}", end.code)
+        self._tell(waiting.transaction.id, end.outcome, f"{end.words} {state_words(around)}", end.code, seen)
 
     def _give_up(self, waiting: _Waiting, outcome: Outcome, why: str) -> None:
         self._waiting.remove(waiting)
@@ -224,8 +272,12 @@ class CommandDesk:
         progress = TransactionProgress(id=waiting.transaction.id, phase="carrying out", done=percent, total=100)
         self._news.append(progress)
 
-    def _tell(self, transaction_id: int, outcome: Outcome, words: str, code: str = "") -> None:
-        self._news.append(TransactionResult(id=transaction_id, outcome=outcome, words=words[:600], code=code))
+    def _tell(
+        self, transaction_id: int, outcome: Outcome, words: str, code: str = "", seen: bool | None = None
+    ) -> None:
+        self._news.append(
+            TransactionResult(id=transaction_id, outcome=outcome, words=words[:600], code=code, seen=seen)
+        )
 
 
 def state_words(around: Around) -> str:

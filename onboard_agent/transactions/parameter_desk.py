@@ -6,6 +6,8 @@ Laws, each with a test:
 - The table that is remembered of this autopilot is told at once as such, until the autopilot has told its own.
 - Every PARAM_VALUE counts, whoever asked for it.
 - One write at a time; a second is refused, none is kept waiting. Those who want the table wait for the same reading.
+- A tower that was sent this very table, or has it by the changes since, is not sent it again because somebody wants it
+  read: its hash says it all.
 - What is remembered is saved only while the drone is disarmed: a slow disk must not hold up sticks.
 """
 
@@ -14,8 +16,9 @@ from typing import Final
 from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
 from onboard_agent.transactions.asked import Asked
 from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.file_talk import FileTalk, read_answer
 from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, Told, encoding_of, read_told
-from onboard_agent.transactions.parameter_listing import Listed, ListingFailed, ParameterListing
+from onboard_agent.transactions.parameter_listing import Listed, ListingFailed
 from onboard_agent.transactions.parameter_memory import (
     ParameterStore,
     Remembered,
@@ -25,6 +28,7 @@ from onboard_agent.transactions.parameter_memory import (
     remember,
 )
 from onboard_agent.transactions.parameter_news import ParameterNews
+from onboard_agent.transactions.parameter_reading import ParameterReading
 from onboard_agent.transactions.parameter_talk import FAST, NARROW, Pace, ParameterTalk
 from onboard_agent.transactions.parameter_write import ParameterWrite
 from wire.dialect import decode, mavlink
@@ -33,6 +37,7 @@ from wire.parameters import pack_table
 from wire.transactions import (
     LARGEST_PACKED_TABLE_BYTES,
     Outcome,
+    ParameterChanged,
     ParametersReadWork,
     ParametersWriteWork,
     ParameterTable,
@@ -58,6 +63,7 @@ class ParameterDesk:
             mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
             mavlink.MAVLINK_MSG_ID_PARAM_ERROR,
             mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+            mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL,
         }
     )
 
@@ -76,10 +82,14 @@ class ParameterDesk:
         self._autopilot_hash: bytes | None = None
         self._list_at: float | None = None
         self._listed_at = float("-inf")
-        self._listing: ParameterListing | None = None
+        self._listing: ParameterReading | None = None
+        self._has_files = False
+        """Whether the autopilot says so, and is one whose file of parameters we know."""
         self._readers: list[Asked] = []
         self._write: ParameterWrite | None = None
         self._writer: Asked | None = None
+        self._sent_hash: str | None = None
+        """Of the table that this tower was sent last, whole."""
         self._save_at: float | None = None
         self._now = 0.0
         self._news: list[TransactionToTower] = []
@@ -94,6 +104,7 @@ class ParameterDesk:
             self._table.forget()
             self._autopilot_hash = None
             self._count = 0
+            self._has_files = False
             self._system, self._kind = around.system_id, around.autopilot_kind
             self._encoding = encoding_of(self._kind, 0)
             self._name = place_name(system_id=around.system_id, autopilot_kind=self._kind)
@@ -138,6 +149,11 @@ class ParameterDesk:
             return False
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
             self._version(message, now)
+        elif message_id(frame) == mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL:
+            answer = read_answer(message, self._system)
+            if answer is not None and self._listing is not None:
+                self._listing.heard_file(answer, now)
+            return answer is not None
         elif self._write is not None and (message.target_system, message.target_component) == (
             self._system,
             AGENT_COMPONENT,
@@ -161,12 +177,13 @@ class ParameterDesk:
     def news(self) -> list[TransactionToTower]:
         """While parameters are written their changes wait, and a tower that knows them is told of them together."""
         if self._write is None or not self._table.told:
-            self._news += self._table.due(self._now)
+            self._tell_news(self._now)
         news, self._news = self._news, []
         return news
 
     def tell_again(self) -> None:
         """The tower may know nothing."""
+        self._sent_hash = None
         self._table.tell_again()
 
     # What the autopilot tells.
@@ -175,9 +192,7 @@ class ParameterDesk:
         listed = False
         reading = self._listing is not None
         if self._listing is not None:
-            before = self._listing.progress[0]
-            self._listing.heard(told, now)
-            listed = self._listing.progress[0] > before
+            listed = self._listing.heard(told, now)
         if self._write is not None:
             self._write.heard(told, now)
         if told.name == HASH_NAME:
@@ -191,7 +206,10 @@ class ParameterDesk:
         return listed
 
     def _version(self, version: object, now: float) -> None:
-        encoding = encoding_of(self._kind, getattr(version, "capabilities", 0))
+        capabilities = int(getattr(version, "capabilities", 0))
+        files = bool(capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_FTP)
+        self._has_files = files and self._kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+        encoding = encoding_of(self._kind, capabilities)
         if encoding is not self._encoding:
             self._encoding = encoding
             self._table.forget()
@@ -223,6 +241,7 @@ class ParameterDesk:
 
     def _begin_read(self, asked: Asked, work: ParametersReadWork, around: Around, now: float) -> None:
         if self._table.values and not work.again:
+            self._sent_hash = None
             self._tell_table(asked)
         elif not around.heard:
             self._tell(asked, Outcome.REFUSED, _NOT_HEARD)
@@ -250,8 +269,11 @@ class ParameterDesk:
             if not wanted or can_wait or not around.heard or self._write is not None:
                 return []
             self._list_at = None
-            self._listing = ParameterListing(
-                self._talk(), self._pace, known_hash=self._autopilot_hash if self._table.values else None
+            self._listing = ParameterReading(
+                self._talk(),
+                self._pace,
+                files=FileTalk(self._maker, vehicle_system_id=around.system_id) if self._has_files else None,
+                known_hash=self._autopilot_hash if self._table.values else None,
             )
         out = self._listing.due(now)
         if self._listing.end is None:
@@ -276,7 +298,7 @@ class ParameterDesk:
             self._save_at = now
         else:
             self._table.learnt(self._table.table, verified=True)
-        self._news += self._table.due(now, at_once=True)
+        self._tell_news(now, at_once=True)
         for asked in readers:
             self._tell_table(asked)
 
@@ -290,11 +312,13 @@ class ParameterDesk:
 
     def _tell_table(self, asked: Asked) -> None:
         table, told = self._table.table, self._table.hash
-        packed = pack_table(table)
-        if told is None or len(packed) > LARGEST_PACKED_TABLE_BYTES:
-            self._tell(asked, Outcome.FAILED, "There are more parameters than can be told.")
-            return
-        self._news.append(ParameterTable(hash=told, packed=packed))
+        if told is None or told != self._sent_hash:
+            packed = pack_table(table)
+            if told is None or len(packed) > LARGEST_PACKED_TABLE_BYTES:
+                self._tell(asked, Outcome.FAILED, "There are more parameters than can be told.")
+                return
+            self._sent_hash = told
+            self._news.append(ParameterTable(hash=told, packed=packed))
         how = "known" if self._table.verified else "remembered from the last time"
         self._tell(asked, Outcome.DONE, f"{len(table)} parameters are {how}.")
 
@@ -324,7 +348,7 @@ class ParameterDesk:
             self._news += self._writer.progress("writing", *self._write.progress, now)
             return out
         asked, self._write, self._writer = self._writer, None, None
-        self._news += self._table.due(now, at_once=True)
+        self._tell_news(now, at_once=True)
         self._news.append(asked.result(end.outcome, end.words, refusals=end.refusals, refused=end.refused))
         return out
 
@@ -333,6 +357,14 @@ class ParameterDesk:
     def _talk(self) -> ParameterTalk:
         assert self._system is not None
         return ParameterTalk(self._maker, vehicle_system_id=self._system, encoding=self._encoding)
+
+    def _tell_news(self, now: float, *, at_once: bool = False) -> None:
+        """A tower that was sent the table before a change has the one after it as well."""
+        news = self._table.due(now, at_once=at_once)
+        for one in news:
+            if isinstance(one, ParameterChanged) and one.before == self._sent_hash:
+                self._sent_hash = one.hash
+        self._news += news
 
     def _tell(self, asked: Asked, outcome: Outcome, words: str) -> None:
         self._news.append(asked.result(outcome, words))

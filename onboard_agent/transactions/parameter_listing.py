@@ -6,6 +6,9 @@ Laws, each with a test:
 - A number of parameters that changes in the middle moves them all, and so does a name that comes at two numbers: the
   list begins anew, a few times at the most.
 - As long as the list flows, nothing is asked for besides; it is over when its last number was told or it is silent.
+- A number that does not come is asked for again after about a round trip, as it was measured.
+- Where so much is missing that the numbers, at their pace, would take longer than the list did, the list is asked for
+  again, and what is known stays: an autopilot that tells a thousand in a second may tell single ones far slower.
 - Where PX4 tells the hash of them all before the list and the same one after it, the table is what that hash is of.
 - A table is whole or it is a failure.
 """
@@ -13,6 +16,7 @@ Laws, each with a test:
 from dataclasses import dataclass
 from typing import Final
 
+from onboard_agent.transactions.answer_time import AnswerTime
 from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, Told
 from onboard_agent.transactions.parameter_talk import Pace, ParameterTalk
 from onboard_agent.transactions.patience import Repeated
@@ -22,6 +26,9 @@ RESTARTS_MOST: Final = 5
 SETTLE_S: Final = 0.3
 """After a change of their number: one switch brings many of them, and what is on its way is of the old count."""
 HASH_TRIES: Final = 2
+REPEATS_MOST: Final = 4
+GAPS_MEASURED: Final = 12
+"""So many single answers say how fast they come."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +52,18 @@ class ListingFailed:
     why: str
 
 
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """Of a number: how often it was asked for, the last time when, and until when an answer may come."""
+
+    tries: int
+    at: float
+    until: float
+
+
+_NEVER_ASKED: Final = _Asked(0, 0.0, float("-inf"))
+
+
 class ParameterListing:
     """Call `due` at each tick and after each `heard`, until `end` is there."""
 
@@ -62,9 +81,18 @@ class ParameterListing:
         self._count = 0
         self._names: dict[int, str] = {}
         self._values: dict[str, Parameter] = {}
-        self._asked: dict[int, tuple[int, float]] = {}
-        """Of a number that was asked for: how often, and until when an answer may come."""
+        self._asked: dict[int, _Asked] = {}
+        self._answers = AnswerTime(pace.answer_s)
         self._flowed_at: float | None = None
+        self._flow_began_at = 0.0
+        self._longest_pause_s = 0.0
+        self._list_ended = False
+        """Its last number came by itself, and not because it was asked for."""
+        self._missing: dict[int, None] | None = None
+        """Numbers that the list did not tell; None while it flows."""
+        self._gaps_began_at = 0.0
+        self._gaps_told = 0
+        self._repeats = 0
         self._begin_at = float("-inf")
         self.end: Listed | Unchanged | ListingFailed | None = None
         if known_hash is None:
@@ -156,6 +184,7 @@ class ParameterListing:
         self._asked.clear()
         self._hash = None
         self._flowed_at = None
+        self._list_ended, self._missing = False, None
         self._streaming = False  # what comes until the list is asked for again is of neither
         self._begin_at = now + SETTLE_S
         self._restarts += 1
@@ -167,10 +196,17 @@ class ParameterListing:
     def _numbered(self, told: Told, now: float) -> None:
         if not self._streaming or self._asking_hash:
             return
-        self._question.answered()
         self._names[told.index] = told.name
-        if self._asked.pop(told.index, None) is None:
-            self._flowed_at = now
+        if self._missing is not None:
+            self._missing.pop(told.index, None)
+        asked = self._asked.pop(told.index, None)
+        if asked is None:
+            self._question.answered()
+            self._flow(told, now)
+        else:
+            self._gaps_told += 1
+            if asked.tries == 1:
+                self._answers.measured(now - asked.at)
         if self._complete:
             self._all_told(now)
 
@@ -192,26 +228,54 @@ class ParameterListing:
         table = by_name(value for name, value in self._values.items() if name in names)
         self.end = Listed(table, self._count, autopilot_hash)
 
+    def _flow(self, told: Told, now: float) -> None:
+        if self._flowed_at is None:
+            self._flow_began_at = now
+        elif self._missing is None:
+            self._longest_pause_s = max(self._longest_pause_s, now - self._flowed_at)
+        self._flowed_at = now
+        self._list_ended = self._list_ended or told.index == told.count - 1
+
+    def _flows(self, now: float) -> bool:
+        quiet_s = max(self._pace.quiet_s, 2 * self._longest_pause_s)
+        return not self._list_ended and self._flowed_at is not None and now - self._flowed_at < quiet_s
+
+    def _list_is_faster(self, now: float) -> bool:
+        """Whether the rest would come sooner with the whole list than number by number, at the pace of either."""
+        assert self._missing is not None and self._flowed_at is not None
+        if self._repeats >= REPEATS_MOST or self._gaps_told < GAPS_MEASURED:
+            return False
+        each_s = (now - self._gaps_began_at) / self._gaps_told
+        return len(self._missing) * each_s > self._flowed_at - self._flow_began_at + self._pace.quiet_s
+
+    def _list_again(self) -> None:
+        self._repeats += 1
+        self._flowed_at, self._list_ended, self._missing = None, False, None
+        self._ask_list()
+
     def _gaps(self, now: float) -> list[bytes]:
-        assert self._flowed_at is not None
-        if self._count - 1 not in self._names and now - self._flowed_at < self._pace.quiet_s:
+        if self._flows(now):
             return []
-        waiting = sum(1 for _, until in self._asked.values() if now < until)
+        if self._missing is None:
+            self._missing = dict.fromkeys(index for index in range(self._count) if index not in self._names)
+            self._gaps_began_at, self._gaps_told = now, 0
+        if self._list_is_faster(now):
+            self._list_again()
+            return self.due(now)
+        waiting = sum(1 for one in self._asked.values() if now < one.until)
         out: list[bytes] = []
         given_up = 0
-        for index in range(self._count):
-            if index in self._names:
+        for index in self._missing:
+            asked = self._asked.get(index, _NEVER_ASKED)
+            if now < asked.until:
                 continue
-            tries, until = self._asked.get(index, (0, 0.0))
-            if now < until:
-                continue
-            if tries >= self._pace.gap_tries:
+            if asked.tries >= self._pace.gap_tries:
                 given_up += 1
                 continue
             if waiting >= self._pace.at_once:
                 break
             waiting += 1
-            self._asked[index] = (tries + 1, now + self._pace.answer_s)
+            self._asked[index] = _Asked(asked.tries + 1, now, now + self._answers.wait_s(asked.tries + 1))
             out.append(self._talk.ask_index(index))
         if given_up and not out and not waiting:
             self.end = ListingFailed(f"the autopilot does not tell {given_up} of its {self._count} parameters")

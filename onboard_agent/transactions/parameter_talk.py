@@ -23,9 +23,11 @@ class Pace:
     quiet_s: float
     """A list that says nothing for so long has ended; it may be shared with telemetry."""
     answer_s: float
-    """For a single value."""
+    """For a single value or block of a file, before it is known how long they take; and never longer."""
     at_once: int
     """Single values that are asked for at the same time. ArduPilot keeps 20 such questions, and forgets the rest."""
+    blocks_at_once: int
+    """Of a file. ArduPilot keeps five requests, of all that ask it for files."""
     tries: int = 5
     name_tries: int = 2
     """Of a name that is in no list: most autopilots say nothing about one that they do not know, and a file may be full
@@ -34,8 +36,24 @@ class Pace:
     """Of a single value that a list lacks: there may be hundreds, and one that stays away spoils the list."""
 
 
-FAST: Final = Pace(recall_after_s=0.9, list_after_s=1.0, first_s=1.5, quiet_s=0.25, answer_s=0.5, at_once=12)
-NARROW: Final = Pace(recall_after_s=5.0, list_after_s=10.0, first_s=3.0, quiet_s=2.0, answer_s=1.5, at_once=2)
+FAST: Final = Pace(
+    recall_after_s=0.9,
+    list_after_s=1.0,
+    first_s=1.5,
+    quiet_s=0.25,
+    answer_s=0.5,
+    at_once=12,
+    blocks_at_once=4,
+)
+NARROW: Final = Pace(
+    recall_after_s=5.0,
+    list_after_s=10.0,
+    first_s=3.0,
+    quiet_s=2.0,
+    answer_s=1.5,
+    at_once=2,
+    blocks_at_once=2,
+)
 
 
 class ParameterTalk:

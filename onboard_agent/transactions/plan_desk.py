@@ -21,6 +21,8 @@ from onboard_agent.transactions.plan_talk import PlanTalk
 from onboard_agent.transactions.plan_words import THE, compared
 from wire.dialect import decode
 from wire.frames import message_id, source
+from wire.plan_fields import Keeping
+from wire.plan_keeping import Verbatim
 from wire.plans import Plan, PlanKind, pack_plan, plan_hash
 from wire.transactions import (
     Outcome,
@@ -67,6 +69,7 @@ class PlanDesk:
         self._patience = patience or Patience()
         self._system: int | None = None
         self._home_slot = False
+        self._keeping: Keeping = Verbatim()
         self._epoch = 0
         self._running: _Running | None = None
         self._news: list[TransactionToTower] = []
@@ -124,9 +127,9 @@ class PlanDesk:
 
     # What happens.
 
-    def autopilot_came(self, *, vehicle_system_id: int, home_slot: bool, now: float) -> None:
+    def autopilot_came(self, *, vehicle_system_id: int, home_slot: bool, keeping: Keeping, now: float) -> None:
         """It is heard, for the first time or again after it was silent. `home_slot`: it is an ArduPilot."""
-        self._system, self._home_slot = vehicle_system_id, home_slot
+        self._system, self._home_slot, self._keeping = vehicle_system_id, home_slot, keeping
         self._recover_at = now if self._open else None
 
     def begin(self, transaction: Transaction, now: float) -> None:
@@ -295,7 +298,7 @@ class PlanDesk:
                 plan=pack_plan(running.kind, plan),
             )
             return
-        outcome, words, item = compared(running.kind, work.items, plan)
+        outcome, words, item = compared(self._keeping, running.kind, work.items, plan)
         self._tell(running.transaction.id, outcome, words, item=item)
 
     def _know(self, kind: PlanKind, plan: Plan, sent: Plan | None) -> None:
@@ -351,4 +354,10 @@ class PlanDesk:
 
     def _talk(self, kind: PlanKind) -> PlanTalk:
         assert self._system is not None
-        return PlanTalk(kind, self._maker, vehicle_system_id=self._system, home_slot=self._home_slot)
+        return PlanTalk(
+            kind,
+            self._maker,
+            vehicle_system_id=self._system,
+            home_slot=self._home_slot,
+            keeping=self._keeping,
+        )

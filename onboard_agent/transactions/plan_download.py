@@ -50,8 +50,11 @@ class DownloadFailed:
 class PlanDownload:
     """Call `due` at each tick and after each `heard`, until `end` is there."""
 
-    def __init__(self, talk: PlanTalk, patience: Patience) -> None:
+    def __init__(self, talk: PlanTalk, patience: Patience, *, wait_s: float = 0.0) -> None:
+        """`wait_s`: from the first `due` on nothing is asked for so long."""
         self._talk = talk
+        self._wait_s = wait_s
+        self._begins_at: float | None = None
         self._patience = patience
         self._asking = Repeated(patience.tries)
         self._asking.ask(talk.ask_count(), patience.first_s)
@@ -86,6 +89,10 @@ class PlanDownload:
 
     def due(self, now: float) -> list[bytes]:
         """Frames to send now."""
+        if self._begins_at is None:
+            self._begins_at = now + self._wait_s
+        if now < self._begins_at:
+            return []
         if self.end is None and any(one.given_up(now) for one in self._questions):
             self._give_up()
         out, self._out = self._out, []

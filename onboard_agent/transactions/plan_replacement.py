@@ -13,8 +13,9 @@ A recovery after a crash is the same from READING on, with both plans from the j
 Laws, each with a test:
 - The journal has the intent before the first frame of a write, and until a read-back shows one whole plan.
 - Stopping it (cancel, deadline, another epoch) before the read-back has shown the new plan puts the old one back.
-- A plan that the autopilot keeps in its own way passes for the one that was sent only where the autopilot acknowledged
-  it; else every bit must be the same, because old and new may differ in just such a field.
+- What passes for the plan that was sent is what the autopilot's table (wire.plan_keeping) makes of it, in every field.
+  A height that is off by the autopilot's step passes only where it acknowledged the plan, because old and new may
+  differ by just that.
 - Where it ends without knowing what is on board, the journal keeps the intent.
 """
 
@@ -27,9 +28,9 @@ from onboard_agent.transactions.journal import Intent, JournalStore, Lasting, wr
 from onboard_agent.transactions.patience import Patience
 from onboard_agent.transactions.plan_download import DownloadFailed, PlanDownload
 from onboard_agent.transactions.plan_talk import PlanTalk
-from onboard_agent.transactions.plan_words import THE, item_words
+from onboard_agent.transactions.plan_words import THE, item_words, kept_words
 from onboard_agent.transactions.plan_write import PlanWrite, WriteFailed, Written
-from wire.plan_comparison import Change, changes, same_plan
+from wire.plan_keeping import Change, differences, number_words, same_plan
 from wire.plans import Plan
 from wire.transactions import Outcome
 
@@ -85,6 +86,7 @@ class PlanReplacement:
         self._old_known = left_open is not None
         self._trouble: _Trouble | None = None
         self._recovers = False
+        self._written_again = False
         self._accepted = False
         self._reads = 0
         self._restores = 0
@@ -152,7 +154,7 @@ class PlanReplacement:
                 self._read_back()
             case Phase.RESTORING:
                 self._accepted = isinstance(self._part.end, Written)
-                self._begin(Phase.PROVING, PlanDownload(self._talk, self._patience))
+                self._begin(Phase.PROVING, self._download_after_write())
             case Phase.PROVING:
                 self._proved()
 
@@ -163,7 +165,7 @@ class PlanReplacement:
             self._finish(on_board=None, is_new=False, words="Nothing was written; the plan on board is as it was.")
             return
         on_board = self._plan_read
-        if not changes(self._new, on_board):
+        if self._new == on_board:
             self._finish(on_board=on_board, is_new=True, words=f"The {self._the} was on board already.")
             return
         if not self._old_known:
@@ -192,7 +194,10 @@ class PlanReplacement:
 
     def _read(self) -> None:
         self._reads += 1
-        self._begin(Phase.READING, PlanDownload(self._talk, self._patience))
+        self._begin(Phase.READING, self._download_after_write())
+
+    def _download_after_write(self) -> PlanDownload:
+        return PlanDownload(self._talk, self._patience, wait_s=self._talk.settle_s)
 
     def _read_back(self) -> None:
         if isinstance(self._part.end, DownloadFailed):
@@ -200,14 +205,22 @@ class PlanReplacement:
             return
         on_board = self._plan_read
         stopped = self._trouble is not None and self._trouble.outcome is not Outcome.FAILED
-        if self._shows(self._new, on_board) and not stopped:
-            self._finish(on_board=on_board, is_new=True, words=_done_words(self._the, self._new, on_board))
-        elif not changes(self._old, on_board):
+        if self._was_dropped(on_board):
+            self._written_again = True
+            self._begin(Phase.WRITING, PlanWrite(self._talk, self._new, self._patience))
+        elif self._shows(self._new, on_board) and not stopped:
+            self._finish(on_board=on_board, is_new=True, words=self._done_words(on_board))
+        elif self._old == on_board:
             self._finish(on_board=on_board, is_new=False, words=f"The old {self._the} is untouched.")
         else:
             if self._trouble is None:
-                self._trouble = _trouble_of(changes(self._new, on_board))
+                self._trouble = self._trouble_in(on_board)
             self._restore()
+
+    def _was_dropped(self, on_board: Plan) -> bool:
+        """Whether the autopilot took the plan and dropped it again (PlanTalk.settle_s). It does so once."""
+        dropped = self._accepted and self._talk.settle_s > 0.0 and bool(self._new) and not on_board
+        return dropped and self._trouble is None and not self._written_again
 
     def _not_read(self, end: DownloadFailed) -> None:
         if self._trouble is None or self._recovers:
@@ -220,7 +233,14 @@ class PlanReplacement:
             self._restore()
 
     def _shows(self, plan: Plan, on_board: Plan) -> bool:
-        return same_plan(plan, on_board) if self._accepted else not changes(plan, on_board)
+        """Whether this plan is on board, as its autopilot keeps it or as it was read from there before."""
+        talk = self._talk
+        return plan == on_board or same_plan(talk.keeping, talk.kind, plan, on_board, exactly=not self._accepted)
+
+    def _trouble_in(self, on_board: Plan) -> _Trouble:
+        talk = self._talk
+        found = differences(talk.keeping, talk.kind, self._new, on_board, exactly=not self._accepted)
+        return _trouble_of(found[0])
 
     def _restore(self) -> None:
         self._restores += 1
@@ -292,28 +312,19 @@ class PlanReplacement:
         assert end is not None and not isinstance(end, DownloadFailed | WriteFailed) and hasattr(end, "plan")
         return end.plan
 
+    def _done_words(self, on_board: Plan) -> str:
+        done = f"The {self._the} is on board, read back and compared: {len(self._new)} items."
+        return done if on_board == self._new else done + kept_words(self._talk.keeping, self._talk.kind, self._new)
+
     @property
     def _the(self) -> str:
         return THE[self._talk.kind]
 
 
-def _done_words(the: str, new: Plan, on_board: Plan) -> str:
-    done = f"The {the} is on board, read back and compared: {len(new)} items."
-    kept = changes(new, on_board)
-    if not kept:
-        return done
-    items = sorted({change.item for change in kept})
-    return f"{done} The autopilot keeps {len(kept)} values in its own way, the first in item {items[0] + 1}."
-
-
-def _trouble_of(found: list[Change]) -> _Trouble:
-    worst = next(change for change in found if not change.harmless)
-    if worst.field == "count":
-        why = f"the autopilot took it, but {worst.kept:.0f} items of {worst.sent:.0f} are on board"
+def _trouble_of(change: Change) -> _Trouble:
+    if change.field == "count":
+        why = f"the autopilot took it, but {change.kept:.0f} items of {change.sent:.0f} are on board"
         return _Trouble(Outcome.FAILED, why)
-    why = f"the autopilot took it, but has {worst.field} {_told(worst.kept)} where {_told(worst.sent)} was sent"
-    return _Trouble(Outcome.FAILED, why, item=worst.item)
-
-
-def _told(value: float | None) -> str:
-    return "nothing" if value is None else f"{value:.9g}"
+    has, sent = number_words(change.kept), number_words(change.sent)
+    why = f"the autopilot took it, but has {change.field} {has} where {sent} was sent"
+    return _Trouble(Outcome.FAILED, why, item=change.item)

@@ -10,11 +10,16 @@ import msgspec
 
 from onboard_agent.own_frames import FrameMaker, agent_sender
 from wire.dialect import mavlink
+from wire.plan_fields import Keeping
+from wire.plan_keeping import to_send
 from wire.plans import Plan, PlanItem, PlanKind, item_message
 
 _AUTOPILOT_COMPONENT: Final = 1
 ASKED_AHEAD: Final = 5
 """Of an ArduPilot, which answers each request for an item by itself. On a serial line of 57,600 baud that is 45 ms."""
+FENCE_SETTLES_S: Final = 0.5
+"""An ArduPilot (AC_PolyFence_loader of 4.7-dev) that gets a fence of fewer than three corners and circles after one of
+more takes that for an old ground station's clearing, and drops it when it looks next: ten times a second."""
 
 _HOME_PLACEHOLDER: Final = PlanItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL)
 """Goes up as slot 0; the autopilot puts its home there."""
@@ -23,17 +28,24 @@ _HOME_PLACEHOLDER: Final = PlanItem(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FR
 class PlanTalk:
     """Makes the frames of one kind of plan for one vehicle. `home_slot`: slot 0 of its missions is home."""
 
-    def __init__(self, kind: PlanKind, maker: FrameMaker, *, vehicle_system_id: int, home_slot: bool) -> None:
+    def __init__(
+        self, kind: PlanKind, maker: FrameMaker, *, vehicle_system_id: int, home_slot: bool, keeping: Keeping
+    ) -> None:
         self.kind = kind
+        self.keeping = keeping
+        """What its autopilot keeps of a plan's items."""
         self._maker = maker
         self._system = vehicle_system_id
         self.first = 1 if home_slot and kind is PlanKind.MISSION else 0
         """The autopilot's number of our item 0."""
         self.asks_ahead = ASKED_AHEAD if home_slot else 1
         """How many items may be asked for before the first has come. PX4 hands them out one after another."""
+        self.settle_s = FENCE_SETTLES_S if home_slot and kind is PlanKind.FENCE else 0.0
+        """How long after a write what is read back is not what will stay."""
 
     def to_board(self, plan: Plan) -> Plan:
-        """The items as the autopilot numbers them."""
+        """The items as the autopilot numbers them, and as they are best sent."""
+        plan = to_send(self.keeping, self.kind, plan)
         if not self.first:
             return plan
         return (_HOME_PLACEHOLDER, *(_jump_moved(item, 1) for item in plan))

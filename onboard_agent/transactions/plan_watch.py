@@ -27,6 +27,7 @@ from onboard_agent.transactions.plan_messages import HEARD
 from onboard_agent.transactions.plan_pause import PATIENCE_S, PlanPause
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
+from wire.plan_keeping import keeping_of
 from wire.plans import PlanKind
 from wire.transactions import (
     Outcome,
@@ -111,7 +112,8 @@ class PlanWatch:
         """Nothing is known of its plans; they are read."""
         self._system = around.system_id
         is_ardupilot = around.autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
-        self._desk.autopilot_came(vehicle_system_id=around.system_id, home_slot=is_ardupilot, now=now)
+        keeping = keeping_of(around.autopilot_kind, around.vehicle_type)
+        self._desk.autopilot_came(vehicle_system_id=around.system_id, home_slot=is_ardupilot, keeping=keeping, now=now)
         for kind in PlanKind:
             self._changes.looked(kind)
             self._not_known(kind, now)

@@ -3,7 +3,8 @@
 from typing import Final
 
 from wire.dialect import mavlink
-from wire.plan_comparison import changes
+from wire.plan_fields import Effect, Keeping
+from wire.plan_keeping import COUNT, change_words, changes_ahead, differences
 from wire.plans import Plan, PlanKind
 from wire.transactions import Outcome
 
@@ -48,10 +49,23 @@ def item_words(item: int | None) -> str:
     return "" if item is None else f"item {item + 1}: "
 
 
-def compared(kind: PlanKind, plan: Plan, on_board: Plan) -> tuple[Outcome, str, int | None]:
+def kept_words(keeping: Keeping, kind: PlanKind, plan: Plan) -> str:
+    """What the autopilot did not keep of a plan that is on board: sentences after a blank, or nothing."""
+    changed = changes_ahead(keeping, kind, plan)
+    flown = [change for change in changed if change.effect > Effect.QUIET and change.field != COUNT]
+    if flown:
+        more = f" There are {len(flown) - 1} more of these." if len(flown) > 1 else ""
+        return f" It is not flown quite as it was sent. {change_words(keeping, flown[0])}{more}"
+    quiet = sum(change.field != COUNT for change in changed)
+    if quiet:
+        return f" {keeping.name} keeps {quiet} values in its own way, which changes nothing in the flight."
+    return ""
+
+
+def compared(keeping: Keeping, kind: PlanKind, plan: Plan, on_board: Plan) -> tuple[Outcome, str, int | None]:
     """Whether the plan on board is this one; else in which item, from 0, they differ first."""
     the = THE[kind]
-    different = next((change for change in changes(plan, on_board) if not change.harmless), None)
+    different = next(iter(differences(keeping, kind, plan, on_board)), None)
     if different is None:
         return Outcome.DONE, f"The {the} on board is this one.", None
     words = f"The {the} on board is another: they differ first in item {different.item + 1} ({different.field})."

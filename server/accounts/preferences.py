@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from datetime import datetime
 from typing import Any, Final
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.tables import PreferenceRow
@@ -20,6 +20,8 @@ from server.refusal import Refusal
 MOST_DOCUMENTS: Final = 16
 LARGEST_DOCUMENT_BYTES: Final = 8 * 1024
 """As compact UTF-8. The settings of a gamepad take about 1 KiB each."""
+MAX_DEPTH: Final = 32
+"""Of objects and lists in each other. What is much deeper can be stored, but not be sent as JSON again."""
 
 
 class TooManyPreferences(Refusal):
@@ -28,8 +30,8 @@ class TooManyPreferences(Refusal):
 
 
 class BadPreference(Refusal):
-    def __init__(self) -> None:
-        super().__init__("numbers must be finite, and text must be Unicode")
+    def __init__(self, words: str = "numbers must be finite, and text must be Unicode") -> None:
+        super().__init__(words)
 
 
 class PreferenceTooLarge(Refusal):
@@ -38,11 +40,11 @@ class PreferenceTooLarge(Refusal):
 
 
 async def preferences_of(session: AsyncSession, user_id: int) -> dict[str, dict[str, Any]]:
-    """Every document of this user by its name."""
+    """Every document of this user by its name. One that an older version took too deep is as if it were not there."""
     rows = await session.scalars(
         select(PreferenceRow).where(PreferenceRow.user_id == user_id).order_by(PreferenceRow.name)
     )
-    return {row.name: row.document for row in rows}
+    return {row.name: row.document for row in rows if not is_too_deep(row.document)}
 
 
 async def keep_preference(
@@ -52,6 +54,8 @@ async def keep_preference(
 
     Raises BadPreference, PreferenceTooLarge or TooManyPreferences, and then nothing is changed.
     """
+    if is_too_deep(document):
+        raise BadPreference(f"objects and lists may be nested {MAX_DEPTH} deep")
     try:
         text = json.dumps(document, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
         size_bytes = len(text.encode())
@@ -67,6 +71,22 @@ async def keep_preference(
     if row is not None:
         row.document, row.changed_at = dict(document), now
         return
-    if len(await preferences_of(session, user_id)) >= MOST_DOCUMENTS:
+    count = select(func.count()).select_from(PreferenceRow).where(PreferenceRow.user_id == user_id)
+    if (await session.scalar(count) or 0) >= MOST_DOCUMENTS:
         raise TooManyPreferences
     session.add(PreferenceRow(user_id=user_id, name=name, document=dict(document), changed_at=now))
+
+
+def is_too_deep(document: object) -> bool:
+    """Level by level: whatever calls itself for each level ends as the document that it was to refuse."""
+    level: list[object] = [document]
+    for _ in range(MAX_DEPTH):
+        level = [
+            part
+            for one in level
+            if isinstance(one, Mapping | list)
+            for part in (one.values() if isinstance(one, Mapping) else one)
+        ]
+        if not level:
+            return False
+    return any(isinstance(one, Mapping | list) for one in level)

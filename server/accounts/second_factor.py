@@ -1,5 +1,8 @@
 """The rules of the second factor: begin, confirm, check at the door, renew, remove. Knows nothing of HTTP.
 
+Two kinds: codes of an authenticator, here, and passkeys (`passkeys.py`). Recovery codes are for both: they come with
+the first factor of an account and go with its last.
+
 Every function takes a session of `Database.writing()`, so that a code that was used is used for everybody.
 """
 
@@ -12,7 +15,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts import totp
 from server.accounts.sealed_factors import about
-from server.accounts.tables import RecoveryCodeRow, UserRow
+from server.accounts.tables import PasskeyRow, RecoveryCodeRow, UserRow
 from server.audit.deed import Deed
 from server.refusal import Refusal
 from server.vault import Vault
@@ -28,11 +31,21 @@ class NoSecondFactorBegun(Refusal):
         super().__init__("there is no second factor to confirm or to change: begin with one")
 
 
+class LastFactor(Refusal):
+    def __init__(self) -> None:
+        super().__init__("a second factor is demanded of you, and this is your only one: add another one first")
+
+
 class WrongCode(Refusal):
     """Wrong, or used before: on purpose not said which."""
 
     def __init__(self) -> None:
         super().__init__("the code is wrong, or was used already: wait for the next one")
+
+
+def factors_of(row: UserRow) -> list[str]:
+    """The kinds of second factor that somebody has, the best first: `passkey`, `code`."""
+    return ["passkey"] * (row.passkey_count > 0) + ["code"] * (row.totp_sealed is not None)
 
 
 async def codes_left(session: AsyncSession, user_id: int) -> int:
@@ -51,7 +64,9 @@ def begin(row: UserRow, vault: Vault) -> str:
 
 
 async def confirm(session: AsyncSession, row: UserRow, code: str, deed: Deed, vault: Vault) -> list[str]:
-    """From here on the door asks for codes. Returns the recovery codes, which are told this once."""
+    """From here on the door asks for codes. Returns the recovery codes, which are told this once; none where a
+    passkey brought them already."""
+    await _lock(session, row)
     if row.totp_sealed is not None:
         raise SecondFactorOn
     if row.totp_pending_sealed is None:
@@ -62,15 +77,15 @@ async def confirm(session: AsyncSession, row: UserRow, code: str, deed: Deed, va
         raise WrongCode
     row.totp_sealed, row.totp_pending_sealed, row.totp_last_step = row.totp_pending_sealed, None, step
     deed.record(session, "user.second_factor_on", user_id=row.id, user=row.name)
-    return await _new_codes(session, row)
+    return [] if row.passkey_count else await new_codes(session, row)
 
 
 async def spend(session: AsyncSession, row: UserRow, code: str, now: datetime, vault: Vault) -> bool:
     """Whether the code is good; if it is, it is worth nothing from the commit on. True for "by a recovery code"
     is not told: ask `codes_left`."""
-    if row.totp_sealed is None:
-        return False
     if totp.looks_like_totp(code):
+        if row.totp_sealed is None:
+            return False
         # The row is read again and locked: of two who use one code at the same moment one is refused.
         last = await session.scalar(select(UserRow.totp_last_step).where(UserRow.id == row.id).with_for_update())
         step = totp.step_of(code, vault.open(row.totp_sealed, about=about(row.id)), now=now, after=last)
@@ -86,37 +101,60 @@ async def spend(session: AsyncSession, row: UserRow, code: str, now: datetime, v
     return used.first() is not None
 
 
-async def renew_codes(session: AsyncSession, row: UserRow, code: str, deed: Deed, vault: Vault) -> list[str]:
-    """New recovery codes; the old ones are worth nothing. Raises WrongCode."""
-    await _prove(session, row, code, deed, vault)
+async def renew_codes(session: AsyncSession, row: UserRow, deed: Deed) -> list[str]:
+    """New recovery codes; the old ones are worth nothing. Raises NoSecondFactorBegun."""
+    if not row.has_second_factor:
+        raise NoSecondFactorBegun
     deed.record(session, "user.recovery_codes_renewed", user_id=row.id, user=row.name)
-    return await _new_codes(session, row)
+    return await new_codes(session, row)
 
 
-async def remove(session: AsyncSession, row: UserRow, code: str, deed: Deed, vault: Vault) -> None:
-    """By its user, who still has it. Raises WrongCode."""
-    await _prove(session, row, code, deed, vault)
-    await reset(session, row, deed)
+async def remove(session: AsyncSession, row: UserRow, deed: Deed, *, is_demanded: bool = False) -> None:
+    """By its user; their passkeys stay. `is_demanded`: one factor must. Raises NoSecondFactorBegun or LastFactor."""
+    await _lock(session, row)
+    if row.totp_sealed is None:
+        raise NoSecondFactorBegun
+    if is_demanded and not row.passkey_count:
+        raise LastFactor
+    await _remove_codes_of_authenticator(session, row, deed)
+    if not row.has_second_factor:
+        await forget_codes(session, row.id)
 
 
 async def reset(session: AsyncSession, row: UserRow, deed: Deed) -> None:
-    """By an admin, for somebody who has lost it. Harmless where there is none."""
-    had_one = row.totp_sealed is not None
-    row.totp_sealed = row.totp_pending_sealed = row.totp_last_step = None
-    await session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.user_id == row.id))
-    if had_one:
-        deed.record(session, "user.second_factor_off", user_id=row.id, user=row.name)
+    """Every factor goes, passkeys too. Harmless where there is none. An admin who does this for somebody ends their
+    sessions and tokens as well."""
+    await _lock(session, row)
+    await _remove_codes_of_authenticator(session, row, deed)
+    for passkey in await session.scalars(select(PasskeyRow).where(PasskeyRow.user_id == row.id)):
+        await session.delete(passkey)
+        deed.record(
+            session, "passkey.removed", user_id=row.id, user=row.name, passkey_id=passkey.id, passkey=passkey.name
+        )
+    row.passkey_count = 0
+    await forget_codes(session, row.id)
 
 
-async def _prove(session: AsyncSession, row: UserRow, code: str, deed: Deed, vault: Vault) -> None:
-    if row.totp_sealed is None:
-        raise NoSecondFactorBegun
-    if not await spend(session, row, code, deed.at, vault):
-        raise WrongCode
+async def forget_codes(session: AsyncSession, user_id: int) -> None:
+    """The recovery codes: with the last factor of an account."""
+    await session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.user_id == user_id))
 
 
-async def _new_codes(session: AsyncSession, row: UserRow) -> list[str]:
-    await session.execute(delete(RecoveryCodeRow).where(RecoveryCodeRow.user_id == row.id))
+async def new_codes(session: AsyncSession, row: UserRow) -> list[str]:
+    """Recovery codes, which are told this once. Those of before are worth nothing."""
+    await forget_codes(session, row.id)
     codes = totp.new_recovery_codes()
     session.add_all(RecoveryCodeRow(user_id=row.id, code_hash=totp.hash_recovery_code(code)) for code in codes)
     return codes
+
+
+async def _lock(session: AsyncSession, row: UserRow) -> None:
+    """Reads the row again: of two who change factors at the same moment the second sees what the first has done."""
+    await session.refresh(row, with_for_update=True)
+
+
+async def _remove_codes_of_authenticator(session: AsyncSession, row: UserRow, deed: Deed) -> None:
+    had_one = row.totp_sealed is not None
+    row.totp_sealed = row.totp_pending_sealed = row.totp_last_step = None
+    if had_one:
+        deed.record(session, "user.second_factor_off", user_id=row.id, user=row.name)

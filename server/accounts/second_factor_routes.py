@@ -1,4 +1,7 @@
-"""`/api/v1/me/second-factor`: codes of an authenticator as a second factor of one's own account, in person only."""
+"""`/api/v1/me/second-factor`: codes of an authenticator as a second factor of one's own account.
+
+In person only, and with a fresh proof of who sits there (`reauthentication.py`).
+"""
 
 from __future__ import annotations
 
@@ -7,17 +10,16 @@ from typing import Annotated
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
-from server.access import InPerson, InPersonOnly, NotSignedIn, SessionExpired
+from server.access import FactorSetter, InPerson, InPersonOnly, NotSignedIn, Proved, SessionExpired
 from server.accounts import second_factor, totp
-from server.accounts.passwords import TooManySignIns
-from server.accounts.second_factor import NoSecondFactorBegun, SecondFactorOn, WrongCode
-from server.accounts.sessions import Principal
-from server.accounts.sign_in import WrongPassword
-from server.accounts.tables import UserRow
+from server.accounts.second_factor import LastFactor, NoSecondFactorBegun, SecondFactorOn, WrongCode
+from server.accounts.sessions import Principal, void_proofs
+from server.accounts.tables import Role
 from server.accounts.users import SignInThrottled, get_user
-from server.accounts.views import CodeProof, OwnPassword, PasswordAndCode
+from server.accounts.views import CodeProof
 from server.audit.deed import Deed
 from server.problem_docs import answers
+from server.settings import Settings
 from server.tower import address_of, tower_of
 
 router = APIRouter(
@@ -25,11 +27,11 @@ router = APIRouter(
     tags=["session"],
     responses=answers(NotSignedIn, SessionExpired, InPersonOnly),
 )
-_PROVED = (WrongPassword, SignInThrottled, TooManySignIns)
 
 
 class SecondFactorView(BaseModel):
-    enabled: bool
+    enabled: Annotated[bool, Field(description="Codes of an authenticator are set up")]
+    passkeys: Annotated[int, Field(description="How many there are: each is a second factor too")]
     recovery_codes_left: int
 
 
@@ -51,28 +53,23 @@ def _deed(request: Request, principal: Principal) -> Deed:
     return Deed(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
-async def _checked(request: Request, principal: Principal, password: str) -> UserRow:
-    tower = tower_of(request)
-    async with tower.database.reading() as session:
-        user = await get_user(session, principal.user_id)
-    address = address_of(request)
-    await tower.door.check_own_password(user=user, password=password, address=address, now=tower.clock())
-    return user
+def is_factor_demanded(settings: Settings, principal: Principal) -> bool:
+    """Whether somebody must keep at least one."""
+    return settings.admins_need_second_factor and principal.role is Role.ADMIN
 
 
 @router.get("")
 async def get_second_factor(request: Request, principal: InPerson) -> SecondFactorView:
-    """Whether there is one."""
+    """Which there are."""
     async with tower_of(request).database.reading() as session:
         row = await get_user(session, principal.user_id)
         left = await second_factor.codes_left(session, row.id)
-    return SecondFactorView(enabled=row.totp_sealed is not None, recovery_codes_left=left)
+    return SecondFactorView(enabled=row.totp_sealed is not None, passkeys=row.passkey_count, recovery_codes_left=left)
 
 
-@router.post("", responses=answers(SecondFactorOn, *_PROVED))
-async def begin_second_factor(request: Request, principal: InPerson, body: OwnPassword) -> SecondFactorBegun:
+@router.post("", responses=answers(SecondFactorOn))
+async def begin_second_factor(request: Request, principal: FactorSetter) -> SecondFactorBegun:
     """Makes a secret for an authenticator. It counts for nothing until it is confirmed."""
-    await _checked(request, principal, body.password)
     async with tower_of(request).database.writing() as session:
         row = await get_user(session, principal.user_id)
         secret = second_factor.begin(row, tower_of(request).vault)
@@ -81,37 +78,35 @@ async def begin_second_factor(request: Request, principal: InPerson, body: OwnPa
 
 
 @router.post("/confirm", responses=answers(SecondFactorOn, NoSecondFactorBegun, WrongCode, SignInThrottled))
-async def confirm_second_factor(request: Request, principal: InPerson, body: CodeProof) -> RecoveryCodes:
-    """From here on the code is asked for at each sign-in. Tells the recovery codes, once."""
+async def confirm_second_factor(request: Request, principal: FactorSetter, body: CodeProof) -> RecoveryCodes:
+    """From here on the code is asked for at each sign-in. Tells the recovery codes, once.
+
+    The user's other sessions prove anew who they are before they change credentials.
+    """
     tower = tower_of(request)
     tower.door.throttle_codes(principal, address_of(request), tower.clock())
     async with tower.database.writing() as session:
         row = await get_user(session, principal.user_id)
         codes = await second_factor.confirm(session, row, body.code, _deed(request, principal), tower.vault)
+        await void_proofs(session, row.id, but=principal.session_id)
     tower.door.code_was_right(principal, address_of(request))
     return RecoveryCodes(recovery_codes=codes)
 
 
-@router.post("/recovery-codes", responses=answers(NoSecondFactorBegun, WrongCode, *_PROVED))
-async def renew_recovery_codes(request: Request, principal: InPerson, body: PasswordAndCode) -> RecoveryCodes:
+@router.post("/recovery-codes", responses=answers(NoSecondFactorBegun))
+async def renew_recovery_codes(request: Request, principal: Proved) -> RecoveryCodes:
     """New recovery codes. The old ones are worth nothing from then on."""
-    tower = tower_of(request)
-    await _checked(request, principal, body.password)
-    tower.door.throttle_codes(principal, address_of(request), tower.clock())
-    async with tower.database.writing() as session:
+    async with tower_of(request).database.writing() as session:
         row = await get_user(session, principal.user_id)
-        codes = await second_factor.renew_codes(session, row, body.code, _deed(request, principal), tower.vault)
-    tower.door.code_was_right(principal, address_of(request))
+        codes = await second_factor.renew_codes(session, row, _deed(request, principal))
     return RecoveryCodes(recovery_codes=codes)
 
 
-@router.post("/remove", status_code=204, responses=answers(NoSecondFactorBegun, WrongCode, *_PROVED))
-async def remove_second_factor(request: Request, principal: InPerson, body: PasswordAndCode) -> None:
-    """The account is back to its password alone."""
+@router.post("/remove", status_code=204, responses=answers(NoSecondFactorBegun, LastFactor))
+async def remove_second_factor(request: Request, principal: Proved) -> None:
+    """The account is back to its password alone, or to its passkeys."""
     tower = tower_of(request)
-    await _checked(request, principal, body.password)
-    tower.door.throttle_codes(principal, address_of(request), tower.clock())
     async with tower.database.writing() as session:
         row = await get_user(session, principal.user_id)
-        await second_factor.remove(session, row, body.code, _deed(request, principal), tower.vault)
-    tower.door.code_was_right(principal, address_of(request))
+        is_demanded = is_factor_demanded(tower.settings, principal)
+        await second_factor.remove(session, row, _deed(request, principal), is_demanded=is_demanded)

@@ -17,14 +17,22 @@ from server.access import (
     InPersonOnly,
     NotSignedIn,
     PasswordChanger,
+    Proved,
+    Prover,
     SessionExpired,
 )
-from server.accounts.passwords import BadPassword, TooManySignIns, check_password
-from server.accounts.sessions import NewSession, UnknownSession, end_session, end_sessions_of, list_sessions
-from server.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
+from server.accounts.challenges import ChallengeOver
+from server.accounts.passkey_asking import asked_at_the_door
+from server.accounts.passkey_sign_in import PasskeyRefused, WrongPasskey
+from server.accounts.passkey_views import PasskeyAnswer
+from server.accounts.password_policy import BadPassword, TooManyJudgements
+from server.accounts.passwords import TooManySignIns
+from server.accounts.relying_party import PasskeysUnavailable
+from server.accounts.sessions import NewSession, UnknownSession, end_session, list_sessions
+from server.accounts.sign_in import SecondFactorNeeded, SecondProof, WrongPassword, WrongSecondFactor
 from server.accounts.tables import Role, SessionRow, UserRow
 from server.accounts.users import SignInThrottled, UserChange, WrongSignIn, change_user, get_user
-from server.accounts.views import Me, PasswordChange, SignIn
+from server.accounts.views import Me, NewPassword, PasswordChange, PasswordJudgement, SignIn
 from server.audit.deed import Deed
 from server.audit.trail import Actor, record
 from server.problem_docs import answers
@@ -53,10 +61,20 @@ class SessionView(BaseModel):
 
 
 @router.post(
-    "/session", responses=answers(WrongSignIn, SecondFactorNeeded, WrongSecondFactor, SignInThrottled, TooManySignIns)
+    "/session",
+    responses=answers(
+        WrongSignIn,
+        SecondFactorNeeded,
+        WrongSecondFactor,
+        SignInThrottled,
+        TooManySignIns,
+        PasskeyRefused,
+        ChallengeOver,
+        PasskeysUnavailable,
+    ),
 )
 async def sign_in(request: Request, response: Response, body: SignIn) -> Me:
-    """Checks name, password and code; answers with a session cookie. A session that the request had is ended."""
+    """Checks name, password and second factor; answers with a session cookie. A session that the request had ends."""
     tower = tower_of(request)
     done = await tower.door.sign_in(
         name=body.name,
@@ -66,11 +84,12 @@ async def sign_in(request: Request, response: Response, body: SignIn) -> Me:
         address=address_of(request),
         user_agent=request.headers.get("user-agent", ""),
         now=tower.clock(),
+        instead_of_code=_with_passkey(request, body.passkey) if body.passkey is not None else None,
     )
     if done.ended_session_id is not None:
         tower.hub.end_sessions([done.ended_session_id])
-    _set_cookie(request, response, done.session)
-    return Me.of(done.user)
+    set_session_cookie(request, response, done.session)
+    return Me.of(done.user, must_add=tower.sessions.lacks_demanded_factor(done.user))
 
 
 @router.delete("/session", status_code=204)
@@ -99,37 +118,57 @@ async def sign_out(request: Request, response: Response) -> None:
 async def me(request: Request, principal: Anybody) -> Me:
     """Who is signed in."""
     async with tower_of(request).database.reading() as session:
-        return Me.of(await get_user(session, principal.user_id))
+        return Me.of(await get_user(session, principal.user_id), must_add=principal.must_add_second_factor)
 
 
 @router.post(
     "/me/password",
-    responses=answers(NotSignedIn, SessionExpired, InPersonOnly, WrongPassword, SignInThrottled, TooManySignIns),
+    responses=answers(
+        NotSignedIn, SessionExpired, InPersonOnly, WrongPassword, SignInThrottled, TooManySignIns, TooManyJudgements
+    ),
 )
 async def change_own_password(
     request: Request, response: Response, principal: PasswordChanger, body: PasswordChange
 ) -> Me:
-    """A new password of one's own. Every other session of the user ends, and this one gets a new cookie."""
+    """A new password of one's own. Every other session of the user ends, and this one gets a new cookie.
+
+    The user's API tokens end as well, unless `keep_tokens` says otherwise.
+    """
     tower = tower_of(request)
     now, address = tower.clock(), address_of(request)
     async with tower.database.reading() as session:
         user = await get_user(session, principal.user_id)
     await tower.door.check_own_password(user=user, password=body.old_password, address=address, now=now)
-    check_password(body.new_password)
+    await tower.password_policy.check(body.new_password, user.name)
     if body.new_password == body.old_password:
         raise BadPassword("this is the old password: choose another one")
-    change = UserChange(password_hash=await tower.passwords.hash(body.new_password), must_change_password=False)
+    change = UserChange(
+        password_hash=await tower.passwords.hash(body.new_password),
+        must_change_password=False,
+        keep_tokens=body.keep_tokens,
+    )
     async with tower.database.writing() as session:
         if (await get_user(session, user.id)).password_hash != user.password_hash:
             raise WrongPassword  # changed while it was being checked
+        ended = [one.id for one, _ in await list_sessions(session, user_id=user.id)]
         row = await change_user(session, user_id=user.id, change=change, deed=Deed(principal, now, address))
-        await end_sessions_of(session, row.id)
         agent = request.headers.get("user-agent", "")
         begun = await tower.sessions.begin(session, user_id=row.id, now=now, address=address, user_agent=agent)
-    tower.hub.end_user(principal.user_id, "the password was changed")
+    if body.keep_tokens:
+        tower.hub.end_sessions(ended)
+    else:
+        tower.hub.end_user(principal.user_id, "the password was changed")
     await tower.roster.refresh()
-    _set_cookie(request, response, begun)
-    return Me.of(row)
+    await tower.watchman.caught_up()  # what was flown with them is held when this is answered
+    set_session_cookie(request, response, begun)
+    return Me.of(row, must_add=tower.sessions.lacks_demanded_factor(row))
+
+
+@router.post("/me/password/judgement", responses=answers(NotSignedIn, SessionExpired, InPersonOnly, TooManyJudgements))
+async def judge_own_password(request: Request, principal: Prover, body: NewPassword) -> PasswordJudgement:
+    """Whether this would be taken as a new password of one's own: for saying so while one types. Nothing is kept."""
+    found = await tower_of(request).password_policy.judge(body.password, principal.name)
+    return PasswordJudgement(acceptable=found.acceptable, message=found.message)
 
 
 @router.get("/sessions", responses=answers(NotSignedIn, SessionExpired, InPersonOnly, AdminsOnly))
@@ -170,7 +209,7 @@ async def get_sessions(
     responses=answers(NotSignedIn, SessionExpired, InPersonOnly, UnknownSession),
 )
 async def end_one_session(
-    request: Request, principal: InPerson, session_id: Annotated[int, Path(ge=1, le=2**31 - 1)]
+    request: Request, principal: Proved, session_id: Annotated[int, Path(ge=1, le=2**31 - 1)]
 ) -> None:
     """Ends a session of one's own, or as an admin anybody's. Its live connections close at once."""
     tower = tower_of(request)
@@ -186,7 +225,22 @@ async def end_one_session(
     await tower.watchman.caught_up()  # what was flown with it is held when this is answered
 
 
-def _set_cookie(request: Request, response: Response, begun: NewSession) -> None:
+def _with_passkey(request: Request, answer: PasskeyAnswer) -> SecondProof:
+    asked = asked_at_the_door(request)
+
+    async def check(user_id: int) -> None:
+        tower = tower_of(request)
+        try:
+            await tower.passkey_door.accept(
+                answer.model_dump(), asked=asked, user_id=user_id, address=address_of(request), now=tower.clock()
+            )
+        except WrongPasskey:
+            raise PasskeyRefused from None
+
+    return check
+
+
+def set_session_cookie(request: Request, response: Response, begun: NewSession) -> None:
     response.set_cookie(
         COOKIE,
         begun.token,

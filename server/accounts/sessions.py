@@ -53,9 +53,13 @@ class Principal:
     session_id: SignInId
     expires_at: datetime
     """When the session ends if nothing more is heard of it, or the token in any case."""
+    proved_at: datetime | None = None
+    """When this person last proved who they are (`server/accounts/reauthentication.py`); never so with a token."""
     scopes: frozenset[Scope] = ALL_SCOPES
     """What this sign-in may be used for; what the user may do is another question."""
     must_change_password: bool = False
+    must_add_second_factor: bool = False
+    """An admin without one, where the tower demands it of admins."""
 
     @property
     def in_person(self) -> bool:
@@ -78,15 +82,26 @@ class NewSession:
     token: str
 
 
+def lacks_demanded_factor(user: UserRow, *, admins_need_one: bool) -> bool:
+    """`admins_need_one`: the setting TOWER_ADMINS_NEED_SECOND_FACTOR."""
+    return admins_need_one and user.role == Role.ADMIN and not user.has_second_factor
+
+
 def hash_token(token: str) -> str:
     return hashlib.sha256(token.encode()).hexdigest()
 
 
 class Sessions:
-    def __init__(self, database: Database, *, idle_s: float, lifetime_s: float) -> None:
+    def __init__(
+        self, database: Database, *, idle_s: float, lifetime_s: float, admins_need_second_factor: bool = False
+    ) -> None:
         self._database = database
+        self._admins_need_factor = admins_need_second_factor
         self._idle = timedelta(seconds=idle_s)
         self._lifetime = timedelta(seconds=lifetime_s)
+
+    def lacks_demanded_factor(self, user: UserRow) -> bool:
+        return lacks_demanded_factor(user, admins_need_one=self._admins_need_factor)
 
     def ends_at(self, *, created_at: datetime, last_seen_at: datetime) -> datetime:
         return min(created_at + self._lifetime, last_seen_at + self._idle)
@@ -126,13 +141,16 @@ class Sessions:
             Role(user.role),
             row.id,
             ends_at,
+            proved_at=row.proved_at,
             must_change_password=user.must_change_password,
+            must_add_second_factor=self.lacks_demanded_factor(user),
         )
 
     async def begin(
         self, session: AsyncSession, *, user_id: int, now: datetime, address: str, user_agent: str
     ) -> NewSession:
-        """Also sweeps out the sessions of everybody that have ended by themselves."""
+        """For somebody who has just proved who they are. Also sweeps out everybody's sessions that have ended by
+        themselves."""
         await session.execute(
             delete(SessionRow).where(
                 or_(SessionRow.created_at <= now - self._lifetime, SessionRow.last_seen_at <= now - self._idle)
@@ -144,6 +162,7 @@ class Sessions:
             user_id=user_id,
             created_at=now,
             last_seen_at=now,
+            proved_at=now,
             address=address[:64],
             user_agent=user_agent[:256],
         )
@@ -162,6 +181,14 @@ async def end_session(session: AsyncSession, token: str) -> SessionRow | None:
 
 async def end_sessions_of(session: AsyncSession, user_id: int) -> None:
     await session.execute(delete(SessionRow).where(SessionRow.user_id == user_id))
+
+
+async def void_proofs(session: AsyncSession, user_id: int, *, but: SignInId) -> None:
+    """The other sessions of this user prove anew who they are: what they proved was without the newest factor."""
+    others = update(SessionRow).where(
+        SessionRow.user_id == user_id, SessionRow.id != (but if isinstance(but, int) else 0)
+    )
+    await session.execute(others.values(proved_at=None))
 
 
 async def list_sessions(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[SessionRow, UserRow]]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Final
 
 from server.accounts.passwords import Passwords
-from server.accounts.second_factor import WrongCode, spend
+from server.accounts.second_factor import WrongCode, factors_of, spend
 from server.accounts.sessions import NewSession, Principal, Sessions, end_session
 from server.accounts.tables import UserRow
 from server.accounts.throttle import SignInThrottle
@@ -17,12 +19,16 @@ from server.names import name_key
 from server.refusal import Refusal
 from server.vault import Vault
 
+_KINDS: Final = {"code": "the code of your authenticator", "passkey": "your passkey"}
+
 
 class SecondFactorNeeded(Refusal):
-    """Name and password are right, and the account has a second factor."""
+    """Name and password are right, and the account has a second factor. `more` says of which kinds."""
 
-    def __init__(self) -> None:
-        super().__init__("the code of your authenticator is needed as well, or a recovery code")
+    def __init__(self, kinds: Sequence[str] = ("code",)) -> None:
+        words = " or ".join(_KINDS[kind] for kind in kinds)
+        super().__init__(f"{words} is needed as well, or a recovery code")
+        self.more = {"kinds": list(kinds)}
 
 
 class WrongSecondFactor(WrongCode):
@@ -34,6 +40,10 @@ class WrongPassword(Refusal):
 
     def __init__(self) -> None:
         super().__init__("this is not your password")
+
+
+SecondProof = Callable[[int], Awaitable[None]]
+"""Checks what stands for a code, of the user with this id; raises a refusal where it is not good."""
 
 
 @dataclass(frozen=True)
@@ -62,23 +72,31 @@ class Door:
         address: str,
         user_agent: str,
         now: datetime,
+        instead_of_code: SecondProof | None = None,
     ) -> SignedIn:
-        """Raises SignInThrottled, WrongSignIn, SecondFactorNeeded or WrongSecondFactor."""
+        """Raises SignInThrottled, WrongSignIn, SecondFactorNeeded, WrongSecondFactor and those of `instead_of_code`."""
         name = name.strip()
         self._throttle(name, address, now)
+        caller = self.throttle.caller(name=name_key(name), address=address, now_s=now.timestamp())
         async with self.database.reading() as session:
             user = await find_user(session, name)
         known_hash = user.password_hash if user else None
-        right = await self.passwords.verify(password, known_hash)
+        right = await self.passwords.verify(password, known_hash, caller=caller)
         if user is None or not right or user.disabled:
             # What was typed as a name may be a password by mistake: only names that exist are written down.
             why = "unknown name" if not user else "disabled" if right else "wrong password"
             await self._refused(user, why, address, now)
             raise WrongSignIn
-        if user.totp_sealed is not None and not code:
-            raise SecondFactorNeeded  # the try stays counted: this answer must not be cheaper than a wrong password
+        if user.has_second_factor:
+            if instead_of_code is not None:
+                await instead_of_code(user.id)
+            elif not code:
+                # Nobody but its user has any business knowing the password: where it was not them, so they learn.
+                await self._note(user, "session.code_awaited", {}, address, now)
+                raise SecondFactorNeeded(factors_of(user))  # the try stays counted: it is no cheaper than a wrong one
         new_hash = await self.passwords.hash(password) if self.passwords.needs_rehash(user.password_hash) else None
-        done = await self._begin(name, known_hash, new_hash, code, old_token, address, user_agent, now)
+        is_proved = user.has_second_factor and instead_of_code is not None
+        done = await self._begin(name, known_hash, new_hash, code, is_proved, old_token, address, user_agent, now)
         if done is None:
             await self._refused(user, "wrong code", address, now)
             raise WrongSecondFactor
@@ -99,17 +117,20 @@ class Door:
         known_hash: str | None,
         new_hash: str | None,
         code: str | None,
+        is_proved: bool,
         old_token: str | None,
         address: str,
         user_agent: str,
         now: datetime,
     ) -> SignedIn | None:
-        """None where the code is wrong. Always a new session with a new token: the browser's old one is ended."""
+        """Always a new session with a new token: the browser's old one is ended. None where the code is wrong;
+        `is_proved`: none is needed."""
         async with self.database.writing() as session:
             fresh = await find_user(session, name)
             if fresh is None or fresh.disabled or fresh.password_hash != known_hash:
                 raise WrongSignIn  # changed while the password was being checked
-            if fresh.totp_sealed is not None and not await spend(session, fresh, code or "", now, self.vault):
+            needs_code = fresh.has_second_factor and not is_proved
+            if needs_code and not await spend(session, fresh, code or "", now, self.vault):
                 return None
             if new_hash is not None:
                 fresh.password_hash = new_hash
@@ -134,9 +155,14 @@ class Door:
             raise SignInThrottled(retry_after_s=wait_s)
 
     async def _refused(self, user: UserRow | None, why: str, address: str, now: datetime) -> None:
+        await self._note(user, "session.refused", {"why": why}, address, now)
+
+    async def _note(
+        self, user: UserRow | None, action: str, detail: dict[str, str], address: str, now: datetime
+    ) -> None:
         actor = Actor(user.id if user else None, user.name if user else "unknown")
         async with self.database.writing() as session:
-            record(session, at=now, actor=actor, action="session.refused", address=address, detail={"why": why})
+            record(session, at=now, actor=actor, action=action, address=address, detail=detail)
 
 
 def _of_codes(principal: Principal) -> str:

@@ -1,4 +1,4 @@
-"""The tables of accounts: users, their sessions, API tokens, recovery codes and preferences."""
+"""The tables of accounts: users, their passkeys, sessions, API tokens, recovery codes and preferences."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
-from sqlalchemy import JSON, CheckConstraint, ForeignKey, String, false
+from sqlalchemy import JSON, BigInteger, CheckConstraint, ForeignKey, LargeBinary, String, false
 from sqlalchemy.orm import Mapped, mapped_column
 
 from server.database import Base, UtcDateTime
@@ -43,6 +43,38 @@ class UserRow(Base):
     """One that was shown to its user, who has not proved yet to have it."""
     totp_last_step: Mapped[int | None]
     """The newest time step whose code was used: it and all before are worth nothing."""
+    passkey_handle: Mapped[bytes | None] = mapped_column(LargeBinary(64))
+    """By what authenticators know the account: random, so that it says nothing. None: never had a passkey."""
+    passkey_count: Mapped[int] = mapped_column(default=0, server_default="0")
+    """How many rows of `passkeys` are theirs: changed together with them, under a lock of this row."""
+
+    @property
+    def has_second_factor(self) -> bool:
+        """A password alone does not sign them in."""
+        return self.totp_sealed is not None or self.passkey_count > 0
+
+
+class PasskeyRow(Base):
+    __tablename__ = "passkeys"
+    # An id is a passkey in the audit trail: it is never handed out a second time.
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), index=True)
+    credential_id: Mapped[bytes] = mapped_column(LargeBinary(1023), unique=True)
+    public_key: Mapped[bytes] = mapped_column(LargeBinary(1024))
+    """As COSE writes it. Nothing in this table signs anybody in."""
+    sign_count: Mapped[int] = mapped_column(BigInteger)
+    """What the authenticator counted at its last use; 0 for good where it does not count."""
+    name: Mapped[str] = mapped_column(String(64))
+    party_id: Mapped[str] = mapped_column(String(253))
+    """The host name of the tower when it was made: it is good there only."""
+    transports: Mapped[str] = mapped_column(String(64))
+    """How a browser reaches it: their names in alphabetical order, with blanks between."""
+    synced: Mapped[bool]
+    """It is kept in more than one device."""
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    last_used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class RecoveryCodeRow(Base):
@@ -62,6 +94,8 @@ class SessionRow(Base):
     user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), index=True)
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
     last_seen_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    proved_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    """When its person last proved who they are, with every factor of the account; None: prove it again first."""
     address: Mapped[str] = mapped_column(String(64))
     user_agent: Mapped[str] = mapped_column(String(256))
 
@@ -78,8 +112,9 @@ class ApiTokenRow(Base):
     scopes: Mapped[str] = mapped_column(String(64))
     """Their names in alphabetical order, with blanks between."""
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
-    expires_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    expires_at: Mapped[datetime] = mapped_column(UtcDateTime)
     last_used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    last_used_address: Mapped[str] = mapped_column(String(64), default="", server_default="")
 
 
 class PreferenceRow(Base):

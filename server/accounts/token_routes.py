@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from datetime import datetime
+from datetime import datetime, timedelta
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-from server.access import AdminsOnly, InPerson, InPersonOnly, NotSignedIn, SessionExpired
+from server.access import AdminsOnly, InPerson, InPersonOnly, NotSignedIn, Proved, SessionExpired
 from server.accounts import tokens
 from server.accounts.scopes import Scope
 from server.accounts.sessions import Principal, TokenId
@@ -37,8 +37,9 @@ class TokenView(BaseModel):
     owner: TokenOwner
     scopes: list[Scope]
     created_at: datetime
-    expires_at: Annotated[datetime | None, Field(description="null: it does not end by itself")]
-    last_used_at: Annotated[datetime | None, Field(description="To the minute; null: never used")]
+    expires_at: datetime
+    last_used_at: Annotated[datetime | None, Field(description="null: never used")]
+    last_used_address: Annotated[str, Field(description="From where a connection with it was last opened; or empty")]
 
     @classmethod
     def of(cls, row: ApiTokenRow, owner: UserRow) -> TokenView:
@@ -50,6 +51,7 @@ class TokenView(BaseModel):
             created_at=row.created_at,
             expires_at=row.expires_at,
             last_used_at=row.last_used_at,
+            last_used_address=row.last_used_address,
         )
 
 
@@ -60,7 +62,9 @@ class NewToken(BaseModel):
 
     name: Annotated[str, Field(description="What it is for, in 1 to 64 printable characters")]
     scopes: Annotated[list[Scope], Field(max_length=16)]
-    expires_at: AwareDatetime | None = None
+    expires_at: Annotated[
+        AwareDatetime | None, Field(description="null: in 90 days, or as late as this tower allows if that is earlier")
+    ] = None
 
 
 class TokenWithSecret(BaseModel):
@@ -83,13 +87,14 @@ async def list_tokens(
     """One's own tokens, or everybody's, in the order of their ids."""
     if everybody and principal.role is not Role.ADMIN:
         raise AdminsOnly
+    await tower_of(request).tokens.write_uses()
     async with tower_of(request).database.reading() as session:
         found = await tokens.list_tokens(session, user_id=None if everybody else principal.user_id)
     return [TokenView.of(row, owner) for row, owner in found]
 
 
 @router.post("", status_code=201, responses=answers(TooManyTokens))
-async def create_token(request: Request, principal: InPerson, body: NewToken) -> TokenWithSecret:
+async def create_token(request: Request, principal: Proved, body: NewToken) -> TokenWithSecret:
     """Makes a token for oneself and tells it, once."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
@@ -101,15 +106,14 @@ async def create_token(request: Request, principal: InPerson, body: NewToken) ->
             scopes=body.scopes,
             expires_at=body.expires_at,
             deed=_deed(request, principal),
+            longest=timedelta(days=tower.settings.token_longest_days),
         )
     await tower.roster.refresh()
     return TokenWithSecret(token=TokenView.of(row, owner), secret=secret)
 
 
 @router.delete("/{token_id}", status_code=204, responses=answers(UnknownToken))
-async def revoke_token(
-    request: Request, principal: InPerson, token_id: Annotated[int, Path(ge=1, le=2**31 - 1)]
-) -> None:
+async def revoke_token(request: Request, principal: Proved, token_id: Annotated[int, Path(ge=1, le=2**31 - 1)]) -> None:
     """Revokes a token of one's own, or as an admin anybody's. What is connected with it is cut off at once."""
     tower = tower_of(request)
     of_user = None if principal.role is Role.ADMIN else principal.user_id

@@ -6,10 +6,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
 
-from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
-from server.accounts import second_factor, users
-from server.accounts.passwords import check_password
+from server.access import Admin, AdminsOnly, NotSignedIn, ProvedAdmin, SessionExpired
+from server.accounts import users
+from server.accounts.password_policy import TooManyJudgements
+from server.accounts.passwords import TooManySignIns
 from server.accounts.sessions import Principal
+from server.accounts.tables import UserRow
 from server.accounts.users import LastAdmin, UnknownUser, UserChange, UserNameTaken
 from server.accounts.views import AccountView, NewUser, UserPatch
 from server.audit.deed import Deed
@@ -27,42 +29,48 @@ def _deed(request: Request, admin: Principal) -> Deed:
     return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
 
 
+def _view(request: Request, row: UserRow) -> AccountView:
+    return AccountView.of(row, must_add=tower_of(request).sessions.lacks_demanded_factor(row))
+
+
 @router.get("")
 async def list_users(request: Request, admin: Admin) -> list[AccountView]:
     """Every user, in the order of their ids."""
     async with tower_of(request).database.reading() as session:
-        return [AccountView.of(row) for row in await users.list_users(session)]
+        return [_view(request, row) for row in await users.list_users(session)]
 
 
-@router.post("", status_code=201, responses=answers(UserNameTaken))
-async def create_user(request: Request, admin: Admin, body: NewUser) -> AccountView:
+@router.post("", status_code=201, responses=answers(UserNameTaken, TooManyJudgements, TooManySignIns))
+async def create_user(request: Request, admin: ProvedAdmin, body: NewUser) -> AccountView:
     """Creates a user who can sign in at once. Names differ by more than upper and lower case."""
     tower = tower_of(request)
     clean_name(body.name)
-    check_password(body.password)
+    await tower.password_policy.check(body.password, body.name)
     password_hash = await tower.passwords.hash(body.password)
     async with tower.database.writing() as session:
         row = await users.create_user(
             session, name=body.name, role=body.role, password_hash=password_hash, deed=_deed(request, admin)
         )
     await tower.roster.refresh()
-    return AccountView.of(row)
+    return _view(request, row)
 
 
 @router.get("/{user_id}", responses=answers(UnknownUser))
 async def get_user(request: Request, admin: Admin, user_id: UserPath) -> AccountView:
     """One user."""
     async with tower_of(request).database.reading() as session:
-        return AccountView.of(await users.get_user(session, user_id))
+        return _view(request, await users.get_user(session, user_id))
 
 
-@router.patch("/{user_id}", responses=answers(UnknownUser, LastAdmin))
-async def change_user(request: Request, admin: Admin, user_id: UserPath, body: UserPatch) -> AccountView:
-    """Changes role, password or whether the user may sign in. A new password signs out everywhere."""
+@router.patch("/{user_id}", responses=answers(UnknownUser, LastAdmin, TooManyJudgements, TooManySignIns))
+async def change_user(request: Request, admin: ProvedAdmin, user_id: UserPath, body: UserPatch) -> AccountView:
+    """Changes role, password or whether the user may sign in. A new password signs out everywhere and ends tokens."""
     tower = tower_of(request)
     password_hash = None
     if body.password is not None:
-        check_password(body.password)
+        async with tower.database.reading() as session:
+            name = (await users.get_user(session, user_id)).name
+        await tower.password_policy.check(body.password, name)
         password_hash = await tower.passwords.hash(body.password)
     change = UserChange(role=body.role, disabled=body.disabled, password_hash=password_hash)
     async with tower.database.writing() as session:
@@ -72,20 +80,25 @@ async def change_user(request: Request, admin: Admin, user_id: UserPath, body: U
         why = "the account was disabled" if body.disabled else "an admin has set a new password"
         tower.hub.end_user(UserId(user_id), why)
     await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
-    return AccountView.of(row)
+    return _view(request, row)
 
 
 @router.delete("/{user_id}/second-factor", responses=answers(UnknownUser))
-async def reset_second_factor(request: Request, admin: Admin, user_id: UserPath) -> AccountView:
-    """For somebody who has lost it: back to the password alone. Harmless where there is none."""
-    async with tower_of(request).database.writing() as session:
-        row = await users.get_user(session, user_id)
-        await second_factor.reset(session, row, _deed(request, admin))
-    return AccountView.of(row)
+async def reset_second_factor(request: Request, admin: ProvedAdmin, user_id: UserPath) -> AccountView:
+    """For somebody who has lost it: back to the password alone, signed out everywhere, their tokens ended.
+    Harmless where there is none."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        row, had_one = await users.reset_second_factor(session, user_id=user_id, deed=_deed(request, admin))
+    if had_one:
+        await tower.roster.refresh()
+        tower.hub.end_user(UserId(user_id), "an admin has removed the second factor")
+        await tower.watchman.caught_up()
+    return _view(request, row)
 
 
 @router.delete("/{user_id}", status_code=204, responses=answers(UnknownUser, LastAdmin))
-async def delete_user(request: Request, admin: Admin, user_id: UserPath) -> None:
+async def delete_user(request: Request, admin: ProvedAdmin, user_id: UserPath) -> None:
     """Deletes a user, their sessions and ownerships. The audit trail keeps the name."""
     tower = tower_of(request)
     # In two steps: a drone that they hold must change hands properly, with a new epoch, while there is still a holder.

@@ -11,6 +11,7 @@ from typing import Any
 from sqlalchemy import func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
+from server.accounts import second_factor
 from server.accounts.sessions import end_sessions_of
 from server.accounts.tables import Role, UserRow
 from server.accounts.tokens import end_tokens_of
@@ -56,6 +57,8 @@ class UserChange:
     password_hash: str | None = None
     must_change_password: bool = True
     """Goes with `password_hash`: somebody else than its user has set it."""
+    keep_tokens: bool = False
+    """Goes with `password_hash`: API tokens outlive it."""
 
 
 async def find_user(session: AsyncSession, name: str) -> UserRow | None:
@@ -104,7 +107,7 @@ async def create_user(
 
 
 async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, deed: Deed) -> UserRow:
-    """Signs the user out everywhere when disabled or given a new password; when disabled, their API tokens end too."""
+    """Signs the user out everywhere when disabled or given a new password, and ends their API tokens."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     goes_as_admin = change.disabled is True or change.role is Role.OPERATOR
@@ -124,9 +127,22 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
         deed.record(session, "user.password_changed", **_about(row))
     if change.disabled or change.password_hash is not None:
         await end_sessions_of(session, row.id)
-    if change.disabled:
+    if change.disabled or (change.password_hash is not None and not change.keep_tokens):
         await end_tokens_of(session, row.id)
     return row
+
+
+async def reset_second_factor(session: AsyncSession, *, user_id: int, deed: Deed) -> tuple[UserRow, bool]:
+    """For somebody who has lost it: whoever has found it may be signed in, so their sessions and tokens end as well.
+    Also returns whether there was one; nothing changes where there was none."""
+    await begin_fleet_change(session)
+    row = await get_user(session, user_id)
+    had_one = row.has_second_factor
+    await second_factor.reset(session, row, deed)
+    if had_one:
+        await end_sessions_of(session, row.id)
+        await end_tokens_of(session, row.id)
+    return row, had_one
 
 
 async def delete_user(session: AsyncSession, *, user_id: int, deed: Deed) -> None:

@@ -7,10 +7,11 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from server.accounts.passkey_views import PasskeyAnswer
 from server.accounts.tables import Role, UserRow
 
 
-class _Strict(BaseModel):
+class Strict(BaseModel):
     """A misspelt member is an error, not something that is silently left undone."""
 
     model_config = ConfigDict(extra="forbid")
@@ -20,31 +21,37 @@ Secret = Annotated[str, Field(max_length=1024)]
 Code = Annotated[str, Field(max_length=64, description="Of the authenticator, or a recovery code")]
 
 
-class SignIn(_Strict):
+class SignIn(Strict):
     name: Annotated[str, Field(max_length=1024)]
     password: Secret
     code: Annotated[
         str | None, Field(max_length=64, description="Of the authenticator, or a recovery code; where one is needed")
     ] = None
+    passkey: Annotated[
+        PasskeyAnswer | None, Field(description="Instead of a code; asked for with `POST /session/passkey/options`")
+    ] = None
 
 
-class PasswordChange(_Strict):
+class PasswordChange(Strict):
     old_password: Secret
-    new_password: Annotated[str, Field(max_length=1024, description="8 to 256 characters of any kind")]
+    new_password: Annotated[
+        str, Field(max_length=1024, description="12 to 256 characters of any kind, not easy to guess")
+    ]
+    keep_tokens: Annotated[bool, Field(description="API tokens outlive the old password")] = False
 
 
-class OwnPassword(_Strict):
-    """Asked for again before what a stolen cookie must not be able to do."""
-
+class NewPassword(Strict):
     password: Secret
 
 
-class CodeProof(_Strict):
-    code: Code
+class PasswordJudgement(BaseModel):
+    """What the tower thinks of a new password."""
+
+    acceptable: bool
+    message: Annotated[str, Field(description="Why it is not acceptable; or empty")]
 
 
-class PasswordAndCode(_Strict):
-    password: Secret
+class CodeProof(Strict):
     code: Code
 
 
@@ -55,16 +62,18 @@ class Me(BaseModel):
     name: str
     role: Role
     must_change_password: Annotated[bool, Field(description="Nothing else may be done before")]
-    second_factor: Annotated[bool, Field(description="Codes are asked for at sign-in")]
+    second_factor: Annotated[bool, Field(description="The password alone does not sign in")]
+    must_add_second_factor: Annotated[bool, Field(description="Nothing else may be done before")] = False
 
     @classmethod
-    def of(cls, row: UserRow) -> Me:
+    def of(cls, row: UserRow, *, must_add: bool = False) -> Me:
         return cls(
             id=row.id,
             name=row.name,
             role=Role(row.role),
             must_change_password=row.must_change_password,
-            second_factor=row.totp_sealed is not None,
+            second_factor=row.has_second_factor,
+            must_add_second_factor=must_add,
         )
 
 
@@ -73,21 +82,23 @@ class AccountView(Me):
 
     disabled: bool
     created_at: datetime
+    passkeys: Annotated[int, Field(description="How many they have")]
 
     @classmethod
-    def of(cls, row: UserRow) -> AccountView:
-        return cls(**Me.of(row).model_dump(), disabled=row.disabled, created_at=row.created_at)
+    def of(cls, row: UserRow, *, must_add: bool = False) -> AccountView:
+        me = Me.of(row, must_add=must_add).model_dump()
+        return cls(**me, disabled=row.disabled, created_at=row.created_at, passkeys=row.passkey_count)
 
 
-class NewUser(_Strict):
+class NewUser(Strict):
     name: Annotated[str, Field(description="1 to 64 printable characters")]
-    password: Annotated[str, Field(description="8 to 256 characters of any kind")]
+    password: Annotated[str, Field(description="12 to 256 characters of any kind, not easy to guess")]
     role: Role = Role.OPERATOR
 
 
-class UserPatch(_Strict):
+class UserPatch(Strict):
     """What is left out (or null) stays as it is."""
 
     role: Role | None = None
     disabled: bool | None = None
-    password: Annotated[str | None, Field(description="8 to 256 characters of any kind")] = None
+    password: Annotated[str | None, Field(description="12 to 256 characters of any kind, not easy to guess")] = None

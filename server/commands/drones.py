@@ -12,11 +12,11 @@ from server.accounts.tables import UserRow
 from server.accounts.users import find_user
 from server.commands.session import CommandError, as_table, deed_now, keep_secret, with_database
 from server.database import Database
-from server.fleet import drones
-from server.fleet.snapshot import FleetSnapshot, load_snapshot
+from server.fleet import drones, enrolments
+from server.fleet.snapshot import DroneRecord, FleetSnapshot, load_snapshot
 from server.fleet.tables import DroneRow
 from server.settings import Settings
-from wire.credential import Credential
+from wire.drone_key import fingerprint
 
 app = typer.Typer(no_args_is_help=True, help="Drones: who is in the fleet, and who owns them.")
 
@@ -24,8 +24,9 @@ Which = Annotated[str, typer.Argument(help="The drone's name or its id.", metava
 User = Annotated[str, typer.Argument(help="The user's name.", metavar="USER")]
 TokenFile = Annotated[
     Path | None,
-    typer.Option("--token-file", help="Write the credential to this file (for its owner only) and do not print it."),
+    typer.Option("--token-file", help="Write the token to this file (for its owner only) and do not print it."),
 ]
+Hours = Annotated[float, typer.Option("--hours", min=0.02, max=168, help="So long the enrolment token is good.")]
 
 
 @app.command("add")
@@ -33,34 +34,61 @@ def add_drone(
     name: Annotated[str, typer.Argument(help="The drone's name.", metavar="NAME")],
     owner: Annotated[list[str] | None, typer.Option(help="A user who may see and fly it; may be repeated.")] = None,
     token_file: TokenFile = None,
+    hours: Hours = 1.0,
 ) -> None:
-    """Add a drone, and print the credential for its agent: it is told this once."""
+    """Add a drone, and print a token that enrols its agent, once."""
 
-    async def work(database: Database, _settings: Settings) -> tuple[DroneRow, Credential]:
+    async def work(database: Database, _settings: Settings) -> tuple[DroneRow, str]:
         async with database.writing() as session:
-            row, credential = await drones.create_drone(session, name=name, deed=deed_now())
+            row = await drones.create_drone(session, name=name, deed=deed_now())
             for one in owner or []:
                 user = await _user(session, one)
                 await drones.add_owner(session, drone_id=row.id, user_id=user.id, deed=deed_now())
-            # Inside the transaction: a drone whose credential could not be kept is not added.
-            keep_secret(str(credential), token_file)
-            return row, credential
+            # Inside the transaction: a drone whose token could not be kept is not added.
+            return row, await _new_token(session, row.id, hours, token_file)
 
-    row, credential = with_database(work)
+    row, token = with_database(work)
     typer.echo(f"added drone {row.name} (id {row.id})")
-    _tell(credential, token_file)
+    _tell(token, token_file)
+
+
+@app.command("enrol")
+def enrol_drone(drone: Which, token_file: TokenFile = None, hours: Hours = 1.0) -> None:
+    """Print a token that enrols the drone's agent (anew), once. Until it is used the key that it has stays good."""
+
+    async def work(database: Database, _settings: Settings) -> str:
+        async with database.writing() as session:
+            found = await find_named(session, drone)
+            return await _new_token(session, found.id, hours, token_file)
+
+    _tell(with_database(work), token_file)
+
+
+@app.command("revoke")
+def revoke_key(drone: Which) -> None:
+    """Make what the drone's agent signs in by worth nothing. Its link ends; it has to be enrolled anew."""
+
+    async def work(database: Database, _settings: Settings) -> str:
+        async with database.writing() as session:
+            found = await find_named(session, drone)
+            return (await drones.revoke_key(session, drone_id=found.id, deed=deed_now())).name
+
+    typer.echo(f"no agent can sign in as {with_database(work)} until one is enrolled")
 
 
 @app.command("list")
 def list_drones() -> None:
-    """List every drone and its owners."""
+    """List every drone, its owners, and by what its agent is known."""
 
     async def work(database: Database, _settings: Settings) -> FleetSnapshot:
         async with database.reading() as session:
             return await load_snapshot(session)
 
-    rows = [(one.id, one.name, ", ".join(owner.name for owner in one.owners)) for one in with_database(work).drones]
-    typer.echo(as_table(("ID", "NAME", "OWNERS"), rows))
+    rows = [
+        (one.id, one.name, ", ".join(owner.name for owner in one.owners), _identity(one))
+        for one in with_database(work).drones
+    ]
+    typer.echo(as_table(("ID", "NAME", "OWNERS", "KEY"), rows))
 
 
 @app.command("assign")
@@ -75,24 +103,10 @@ def unassign_drone(drone: Which, user: User) -> None:
     typer.echo(f"{user} does not own {_change_owner(drone, user, add=False)}")
 
 
-@app.command("credential")
-def rotate_credential(drone: Which, token_file: TokenFile = None) -> None:
-    """Make a new credential for a drone. The old one is worth nothing from then on."""
-
-    async def work(database: Database, _settings: Settings) -> Credential:
-        async with database.writing() as session:
-            found = await _drone(session, drone)
-            _, credential = await drones.rotate_credential(session, drone_id=found.id, deed=deed_now())
-            keep_secret(str(credential), token_file)
-            return credential
-
-    _tell(with_database(work), token_file)
-
-
 def _change_owner(drone: str, user: str, *, add: bool) -> str:
     async def work(database: Database, _settings: Settings) -> str:
         async with database.writing() as session:
-            row, owner = await _drone(session, drone), await _user(session, user)
+            row, owner = await find_named(session, drone), await _user(session, user)
             change = drones.add_owner if add else drones.remove_owner
             await change(session, drone_id=row.id, user_id=owner.id, deed=deed_now())
             return row.name
@@ -100,7 +114,8 @@ def _change_owner(drone: str, user: str, *, add: bool) -> str:
     return with_database(work)
 
 
-async def _drone(session: AsyncSession, which: str) -> DroneRow:
+async def find_named(session: AsyncSession, which: str) -> DroneRow:
+    """By name or id. Raises CommandError."""
     by_name = await drones.find_drone(session, which)
     by_id = await session.get(DroneRow, int(which)) if which.isascii() and which.isdigit() else None
     if by_name is not None and by_id is not None and by_name.id != by_id.id:
@@ -118,5 +133,18 @@ async def _user(session: AsyncSession, name: str) -> UserRow:
     return found
 
 
-def _tell(credential: Credential, token_file: Path | None) -> None:
-    typer.echo(f"credential: {credential}" if token_file is None else f"credential written to {token_file}")
+async def _new_token(session: AsyncSession, drone_id: int, hours: float, token_file: Path | None) -> str:
+    _, _, token, _ = await enrolments.begin(session, drone_id=drone_id, lasts_s=hours * 3600, deed=deed_now())
+    keep_secret(token, token_file)
+    return token
+
+
+def _identity(record: DroneRecord) -> str:
+    if record.public_key:
+        since = f", {record.key_since:%Y-%m-%d}" if record.key_since is not None else ""
+        return f"{fingerprint(record.public_key)}{since}"
+    return "a credential of an older version" if record.credential_hash else "none: not enrolled"
+
+
+def _tell(token: str, token_file: Path | None) -> None:
+    typer.echo(f"enrolment token: {token}" if token_file is None else f"enrolment token written to {token_file}")

@@ -26,26 +26,32 @@ def add_token(
     user: User,
     name: Annotated[str, typer.Argument(help="What the token is for.", metavar="NAME")],
     scope: Annotated[list[Scope], typer.Option(help="What it may be used for; may be repeated.")],
-    expires_days: Annotated[float | None, typer.Option(help="It ends after so many days; never, if not given.")] = None,
+    expires_days: Annotated[float | None, typer.Option(help="It ends after so many days; 90, if not given.")] = None,
     token_file: Annotated[
         Path | None, typer.Option("--token-file", help="Write the token to this file and do not print it.")
     ] = None,
 ) -> None:
     """Make a token for a user, and print it: it is told this once."""
 
-    async def work(database: Database, _settings: Settings) -> tuple[ApiTokenRow, str]:
+    async def work(database: Database, settings: Settings) -> tuple[ApiTokenRow, str]:
         async with database.writing() as session:
             deed = deed_now()
             ends = None
             if expires_days is not None:
-                if not 0 < expires_days <= tokens.LONGEST_LIFE.days:
-                    raise tokens.BadExpiry(f"a token lives for up to {tokens.LONGEST_LIFE.days} days")
+                if not 0 < expires_days <= settings.token_longest_days:
+                    raise tokens.BadExpiry(f"a token lives for up to {settings.token_longest_days} days")
                 ends = deed.at + timedelta(days=expires_days)
             owner = await find_user(session, user)
             if owner is None:
                 raise CommandError(f"there is no user named {user}")
             row, secret = await tokens.create_token(
-                session, owner=owner, name=name, scopes=scope, expires_at=ends, deed=deed
+                session,
+                owner=owner,
+                name=name,
+                scopes=scope,
+                expires_at=ends,
+                deed=deed,
+                longest=timedelta(days=settings.token_longest_days),
             )
             # Inside the transaction: a token that could not be kept is not made.
             keep_secret(secret, token_file)
@@ -65,10 +71,18 @@ def list_tokens() -> None:
             return await tokens.list_tokens(session)
 
     rows = [
-        (row.id, row.name, owner.name, row.scopes.replace(" ", ","), _moment(row.expires_at), _moment(row.last_used_at))
+        (
+            row.id,
+            row.name,
+            owner.name,
+            row.scopes.replace(" ", ","),
+            _moment(row.expires_at),
+            _moment(row.last_used_at),
+            row.last_used_address,
+        )
         for row, owner in with_database(work)
     ]
-    typer.echo(as_table(("ID", "NAME", "USER", "SCOPES", "ENDS", "LAST USED"), rows))
+    typer.echo(as_table(("ID", "NAME", "USER", "SCOPES", "ENDS", "LAST USED", "FROM"), rows))
 
 
 @app.command("revoke")

@@ -9,8 +9,9 @@ from typing import Annotated, Any
 import typer
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts import second_factor, users
-from server.accounts.passwords import check_password, generate_password
+from server.accounts import users
+from server.accounts.password_policy import check_password
+from server.accounts.passwords import generate_password
 from server.accounts.tables import Role, UserRow
 from server.accounts.users import UserChange
 from server.commands.session import CommandError, as_table, deed_now, passwords_of, with_database
@@ -38,7 +39,7 @@ def add_user(
     first: FirstPassword = True,
 ) -> None:
     """Add a user, and print the generated password."""
-    password = _password(from_stdin=password_stdin)
+    password = _password(name, from_stdin=password_stdin)
 
     async def work(database: Database, settings: Settings) -> UserRow:
         password_hash = await passwords_of(settings).hash(password)
@@ -83,7 +84,7 @@ def _told(row: UserRow) -> dict[str, Any]:
         "disabled": row.disabled,
         "first_password": row.password_changed_at is None,
         "must_change_password": row.must_change_password,
-        "second_factor": row.totp_sealed is not None,
+        "second_factor": row.has_second_factor,
     }
 
 
@@ -91,15 +92,15 @@ def _state(row: UserRow) -> str:
     told = {
         "disabled": row.disabled,
         "first password" if row.password_changed_at is None else "password of an admin": row.must_change_password,
-        "second factor": row.totp_sealed is not None,
+        "second factor": row.has_second_factor,
     }
     return ", ".join(word for word, true in told.items() if true)
 
 
 @app.command("password")
 def set_password(name: Name, password_stdin: FromStdin = False, first: FirstPassword = True) -> None:
-    """Give a user another password. Signs them out everywhere."""
-    password = _password(from_stdin=password_stdin)
+    """Give a user another password. Signs them out everywhere and ends their tokens."""
+    password = _password(name, from_stdin=password_stdin)
 
     async def work(database: Database, settings: Settings) -> None:
         password_hash = await passwords_of(settings).hash(password)
@@ -113,11 +114,12 @@ def set_password(name: Name, password_stdin: FromStdin = False, first: FirstPass
 
 @app.command("second-factor-off")
 def reset_second_factor(name: Name) -> None:
-    """Take the second factor from a user who has lost it."""
+    """Take codes and passkeys from a user who has lost them. Signs them out everywhere and ends their tokens."""
 
     async def work(database: Database, _settings: Settings) -> None:
         async with database.writing() as session:
-            await second_factor.reset(session, await _found(session, name), deed_now())
+            found = await _found(session, name)
+            await users.reset_second_factor(session, user_id=found.id, deed=deed_now())
 
     with_database(work)
     typer.echo(f"{name} signs in with the password alone")
@@ -158,9 +160,9 @@ async def _found(session: AsyncSession, name: str) -> UserRow:
     return found
 
 
-def _password(*, from_stdin: bool) -> str:
+def _password(name: str, *, from_stdin: bool) -> str:
     if not from_stdin:
         return generate_password()
     password = sys.stdin.readline().rstrip("\r\n")
-    check_password(password)
+    check_password(password, [name])
     return password

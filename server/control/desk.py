@@ -15,6 +15,7 @@ from server.accounts.sessions import Principal
 from server.accounts.tables import Role
 from server.control.lease import Event, Order, Refused
 from server.control.lease_store import Ask, Committed, LeaseStore
+from server.fleet.relations import Right
 from server.fleet.snapshot import UserRef
 from server.fleet.views import DroneView
 from server.refusal import Refusal
@@ -70,11 +71,12 @@ class ControlDesk:
         watch: bool = True,
         moves_video: bool = False,
         sticks_centred: bool = False,
+        interrupts: bool = False,
     ) -> DroneView:
         """Does what `event` asks for and returns the drone as it is then, as this user may see it.
 
-        `reason` is free text for people, `now` monotonic seconds. Raises UnknownDrone for a drone that
-        is not there or not theirs to see, ControlRefused with the table's answer.
+        `reason` is free text for people, `now` monotonic seconds. `interrupts`: see Ask.
+        Raises UnknownDrone for a drone that is not there or not theirs to see, ControlRefused with the table's answer.
         """
         live_drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
         if live_drone is None:
@@ -89,14 +91,22 @@ class ControlDesk:
             watch=watch,
             moves_video=moves_video,
             sticks_centred=sticks_centred,
+            interrupts=interrupts,
         )
-        takes = event is Event.TAKE and principal.role is Role.ADMIN and live_drone.holder_id != principal.user_id
+        takes = event is Event.TAKE and self._may_take_now(live_drone, principal)
         by = UserRef(principal.user_id, principal.name)
         await self._carry_out(ask, live_drone, fenced=takes, by=by, now=now)
         view = self._hub.drone_view(drone_id, principal.user_id, principal.role)
         if view is None:
             raise UnknownDrone
         return view
+
+    def _may_take_now(self, drone: LiveDrone, principal: Principal) -> bool:
+        """As far as the hub knows. A TAKE that will be refused must not stop anybody's commands, even for a moment."""
+        in_the_way = [one for one in (drone.lease.holder, drone.lease.assistant) if one is not None]
+        if drone.holder_id == principal.user_id or not drone.may(principal.user_id, principal.role, Right.TAKE):
+            return False
+        return principal.role is Role.ADMIN or not any(self._hub.is_admin(one.id) for one in in_the_way)
 
     async def system_change(
         self,
@@ -158,7 +168,8 @@ class ControlDesk:
         orders = outcome.changed.orders
         if Order.HOLD in orders or (Order.HOLD_IF_FLOWN_BY_HAND in orders and by_hand):
             name = by.name if by else "the tower"
-            self._hub.order_hold(ask.drone_id, ask.reason or f"controls {event} by {name}")
+            reason = ask.reason or f"controls {event} by {name}"
+            self._hub.order_hold(ask.drone_id, reason, interrupts=ask.interrupts and ask.event is Event.TAKE)
         return outcome
 
     @contextmanager

@@ -6,7 +6,8 @@ from typing import Any, Final
 import msgspec
 
 from server.refusal import Refusal
-from wire.control_messages import LostAction, SafetySettings, StreamSettings
+from wire.control_messages import SafetySettings, StreamSettings
+from wire.open_holds import LostAction
 from wire.stream_profiles import StreamChoice
 
 COPTER_LADDER: Final = ("LOITER", "POSHOLD", "BRAKE", "ALT_HOLD")
@@ -14,7 +15,6 @@ PX4_LADDER: Final = ("AUTO.LOITER", "POSCTL", "ALTCTL")
 ALTITUDE_HOLDS: Final = frozenset({"ALT_HOLD", "ALTCTL"})
 
 BOUNDS: Final[dict[str, tuple[float, float]]] = {
-    "hold_bound_s": (3.0, 300.0),
     "sticks_stale_s": (0.2, 5.0),
     "sticks_late_s": (0.1, 5.0),
     "commands_late_s": (0.5, 30.0),
@@ -32,12 +32,10 @@ class BadDroneSettings(Refusal):
 
 @dataclass(frozen=True)
 class DroneSettings:
-    """`safety` and `stream` are for the agent; the limits of the round trip are watched by the tower."""
+    """Both are for the agent. The tower watches the round trip beside it."""
 
     safety: SafetySettings = field(default_factory=SafetySettings)
     stream: StreamSettings = field(default_factory=StreamSettings)
-    rtt_limit_ms: float = 500.0
-    rtt_limit_s: float = 1.0
 
     def as_values(self) -> dict[str, Any]:
         """By the names of the REST interface."""
@@ -46,14 +44,14 @@ class DroneSettings:
             **safety,
             "hold_ladder": list(self.safety.hold_ladder),
             "lost_action": self.safety.lost_action.value,
-            "rtt_limit_ms": self.rtt_limit_ms,
-            "rtt_limit_s": self.rtt_limit_s,
             "stream_profile": self.stream.profile.value,
         }
 
 
 DEFAULTS: Final = DroneSettings()
 _SAFETY_NAMES: Final = frozenset(SafetySettings.__struct_fields__)
+_RENAMED: Final = {"nothing": "stay"}
+"""Lost actions as older versions stored them."""
 
 
 def check_ladder(ladder: list[str]) -> list[str]:
@@ -79,10 +77,10 @@ def settings_from(chosen: dict[str, Any]) -> DroneSettings:
     if "hold_ladder" in safety:
         safety["hold_ladder"] = tuple(safety["hold_ladder"])
     if "lost_action" in safety:
-        safety["lost_action"] = LostAction(safety["lost_action"])
-    limits = {name: chosen[name] for name in ("rtt_limit_ms", "rtt_limit_s") if name in chosen}
+        name = safety["lost_action"]
+        safety["lost_action"] = LostAction(_RENAMED.get(name, name))
     stream = StreamSettings(profile=StreamChoice(chosen.get("stream_profile", StreamChoice.AUTO)))
-    settings = DroneSettings(safety=SafetySettings(**safety), stream=stream, **limits)
+    settings = DroneSettings(safety=SafetySettings(**safety), stream=stream)
     if settings.safety.lost_action_s < settings.safety.lost_hold_s:
         raise BadDroneSettings("the action after a loss cannot come before the hold: lost_action_s >= lost_hold_s")
     return settings

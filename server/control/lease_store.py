@@ -21,8 +21,8 @@ from server.clock import Clock
 from server.control.lease import Actor, Changed, Event, Lease, Refused, decide
 from server.control.tables import ControlLeaseRow
 from server.database import Database
-from server.fleet.snapshot import UserRef
-from server.fleet.tables import LoanRow, OwnershipRow
+from server.fleet.relations import Relation, Right, may, relation_of
+from server.fleet.snapshot import UserRef, ties_of
 from server.relay.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 
@@ -46,6 +46,8 @@ class Ask:
     watch: bool = True
     moves_video: bool = False
     sticks_centred: bool = False
+    interrupts: bool = False
+    """With TAKE: the hold also interrupts a return or a landing that the autopilot flies."""
     as_tower: bool = False
     about: UserId | None = None
 
@@ -141,6 +143,7 @@ class DatabaseLeaseStore:
             detail |= {part: ref.name if ref else None for part, ref in people.items()}
             if ask.event is Event.TAKE:
                 detail |= {"view_taken": view.blind, "video_taken": view.blind or view.video_moved}
+                detail |= {"interrupt": ask.interrupts}
         detail["took_ms"] = round((time.perf_counter() - ask.began_at) * 1000.0, 1)
         record(
             session,
@@ -169,9 +172,11 @@ def lease_of_row(row: ControlLeaseRow) -> Lease:
 async def _actor(session: AsyncSession, ask: Ask, lease: Lease, now: datetime) -> Actor:
     if ask.as_tower or ask.by is None:
         return Actor(None, is_tower=True, about=ask.about)
-    owners = set(await session.scalars(select(OwnershipRow.user_id).where(OwnershipRow.drone_id == ask.drone_id)))
-    on_loan = select(LoanRow.user_id).where(LoanRow.drone_id == ask.drone_id, LoanRow.until > now)
-    owners |= set(await session.scalars(on_loan))
+    ties = await ties_of(session, ask.drone_id, now)
+    relation = relation_of(ties, ask.by.user_id, ask.by.role)
+    in_the_way = {lease.holder, lease.assistant} - {None}
+    admins = select(UserRow.id).where(UserRow.id.in_(in_the_way), UserRow.role == Role.ADMIN.value)
+    outranked = relation is not Relation.ADMIN and (await session.scalars(admins)).first() is not None
     flying_elsewhere = set(
         await session.scalars(
             select(ControlLeaseRow.operator_holder_id).where(
@@ -185,13 +190,15 @@ async def _actor(session: AsyncSession, ask: Ask, lease: Lease, now: datetime) -
         may_fly = (
             owed is not None
             and not owed.disabled
-            and (owed.role == Role.ADMIN or lease.taken_from in owners)
+            and may(relation_of(ties, lease.taken_from, Role(owed.role)), Right.FLY)
             and lease.taken_from not in flying_elsewhere
         )
     return Actor(
         user_id=ask.by.user_id,
-        is_admin=ask.by.role is Role.ADMIN,
-        is_owner=ask.by.user_id in owners,
+        is_admin=relation is Relation.ADMIN,
+        is_team_admin=relation is Relation.TEAM_ADMIN,
+        is_owner=may(relation, Right.FLY),
+        outranked=outranked,
         holds_another=ask.by.user_id in flying_elsewhere,
         operator_may_fly=may_fly,
         watch=ask.watch,

@@ -58,7 +58,13 @@ class Actor:
 
     user_id: UserId | None
     is_admin: bool = False
+    """Of the tower."""
+    is_team_admin: bool = False
+    """Of the team that the drone belongs to."""
     is_owner: bool = False
+    """They may fly it: they own it, have borrowed it, or fly it for its team."""
+    outranked: bool = False
+    """An admin of the tower has the controls or assists, and this is none."""
     is_tower: bool = False
     """The tower acts by itself: there is no user behind it."""
     holds_another: bool = False
@@ -73,6 +79,11 @@ class Actor:
     """With ACCEPT: they say that their sticks are in the middle."""
     about: UserId | None = None
     """Of the tower: whom the event is about. If it is somebody else's turn by now, the event has come too late."""
+
+    @property
+    def may_take(self) -> bool:
+        """Whether they may take controls from others at all."""
+        return self.is_admin or self.is_team_admin
 
 
 TOWER: Final = Actor(None, is_tower=True)

@@ -28,6 +28,7 @@ from wire.control_messages import LossParameters
 from wire.ids import DroneId, UserId
 
 _NOT_THE_HOLDER: Final = Refused("not-the-holder", "whoever has the controls, or assists, must acknowledge this")
+_WRONG_NAME: Final = Refused("wrong-name", "that is not the name of this drone: say whose dangers you know")
 
 
 @dataclass(frozen=True)
@@ -108,14 +109,19 @@ class LossChecks:
         now = findings_hash(sentences)
         return frozenset(user_id for user_id, known in self._acknowledged[drone_id].items() if known == now)
 
-    async def acknowledge(self, principal: Principal, drone_id: DroneId, *, address: str) -> LossCheck:
-        """Whoever may arm the drone now knows. Raises ControlRefused for anybody else."""
+    async def acknowledge(
+        self, principal: Principal, drone_id: DroneId, *, named: str | None, address: str
+    ) -> LossCheck:
+        """Whoever may arm the drone now knows, and says of which drone by its name where there is a danger. Raises
+        ControlRefused for anybody else, and for another name."""
         drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone
         if not drone.may_arm(principal.user_id):
             raise ControlRefused(_NOT_THE_HOLDER)
         check = self.check(drone_id, principal.user_id)
+        if named != drone.record.name and (check.dangerous or named is not None):
+            raise ControlRefused(_WRONG_NAME)
         known = findings_hash(check.sentences)
         deed = Deed(by=principal, at=self._clock(), address=address)
         async with self._database.writing() as session:

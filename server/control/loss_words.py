@@ -14,13 +14,14 @@ from server.control.drone_settings import DroneSettings
 from server.control.loss_sentence import Sentence, danger, info, warning
 from server.control.loss_words_ardupilot import ardupilot_sentences
 from server.control.loss_words_px4 import px4_sentences
-from wire.control_messages import LossParameters, LostAction
+from wire.control_messages import LossParameters
+from wire.open_holds import LostAction
 
 _THEN = {
-    LostAction.RETURN: "it is told to return to launch",
+    LostAction.RETURN: "it is told to return to launch, and without a position to land",
     LostAction.LAND: "it is told to land where it is",
-    LostAction.CONTINUE: "a mission goes on, and anything else stays in the hold",
-    LostAction.NOTHING: "nothing more is ordered: the autopilot's own failsafe decides",
+    LostAction.CONTINUE: "a mission goes on, and anything else stays",
+    LostAction.STAY: "it stays, until the battery is needed for the way home: then it returns",
 }
 
 
@@ -35,7 +36,7 @@ def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -
     if not parameters.complete:
         found.append(warning("operator", "Not every parameter that decides on a loss is known."))
     if parameters.autopilot == "ardupilot":
-        found += ardupilot_sentences(parameters, settings)
+        found += ardupilot_sentences(parameters)
     elif parameters.autopilot == "px4":
         found += px4_sentences(parameters, settings)
     else:
@@ -50,25 +51,24 @@ def _of_ours(settings: DroneSettings) -> Iterable[Sentence]:
     safety = settings.safety
     ladder = [mode for mode in safety.hold_ladder if mode not in ("ALT_HOLD", "ALTCTL")]
     modes = f"{', '.join(ladder)}, then altitude hold" if ladder else "altitude hold"
+    then = _THEN[safety.lost_action]
     yield info(
         "operator",
-        f"Flown by hand, the drone holds ({modes}) when no fresh sticks come for {safety.sticks_stale_s:g} s, when the "
-        f"operator's browser is gone for 2 s, or when the round trip is above {settings.rtt_limit_ms:g} ms for "
-        f"{settings.rtt_limit_s:g} s. Centred sticks are sent for {safety.hold_bound_s:g} s at most.",
+        f"Flown by hand, the drone holds when no fresh sticks come for {safety.sticks_stale_s:g} s, when the "
+        f"operator's browser is gone for 2 s, or when the round trip is above {safety.rtt_limit_ms:g} ms for "
+        f"{safety.rtt_limit_s:g} s: at once in {modes} with centred sticks, and as soon as it is level and has a "
+        "position in a mode that stays and uses nobody's sticks.",
     )
-    if not ladder:
-        yield info("operator", "Altitude hold keeps the height, not the place: the drone drifts with the wind.")
+    stays_away = f"When the person stays away for {safety.lost_action_s:g} s, {then}."
+    yield info("operator", f"A hold does not end by itself. {stays_away}")
+    yield info(
+        "operator", "Without a position it stays in altitude hold, which keeps the height and drifts with the wind."
+    )
     yield info(
         "tower",
-        f"Flown by hand, the drone holds by itself when the tower is silent for {safety.lost_hold_s:g} s. "
-        f"After {safety.lost_action_s:g} s {_THEN[safety.lost_action]}.",
+        f"Flown by hand, the drone holds by itself when the tower is silent for {safety.lost_hold_s:g} s. After "
+        f"{safety.lost_action_s:g} s {then}.",
     )
-    if safety.lost_action is not LostAction.NOTHING and safety.lost_action_s > safety.hold_bound_s:
-        yield warning(
-            "tower",
-            f"Centred sticks end after {safety.hold_bound_s:g} s, before the action at {safety.lost_action_s:g} s: in "
-            "between the autopilot's own failsafe may act first.",
-        )
 
 
 def is_dangerous(sentences: Iterable[Sentence]) -> bool:

@@ -6,9 +6,8 @@ A parameter that was not read is taken at ArduPilot's default only where that is
 from collections.abc import Iterable
 from typing import Final
 
-from server.control.drone_settings import DroneSettings
 from server.control.loss_sentence import Sentence, danger, info, warning
-from wire.control_messages import LossParameters, LostAction
+from wire.control_messages import LossParameters
 
 _ACTIONS: Final = {
     1: "returns to launch",
@@ -33,6 +32,7 @@ RECEIVER_FAILSAFE_IGNORED: Final = 1 << 2
 
 AUTO_GOES_ON_WITHOUT_RADIO: Final = 1 << 0
 AUTO_GOES_ON_WITHOUT_GCS: Final = 1 << 1
+GUIDED_GOES_ON_WITHOUT_RADIO: Final = 1 << 2
 PILOTED_GOES_ON_WITHOUT_GCS: Final = 1 << 4
 """Bits of FS_OPTIONS."""
 
@@ -41,22 +41,21 @@ _DEFAULT_RADIO_FAILSAFE_S: Final = 1.0
 _LONG_OVERRIDE_S: Final = 10.0
 
 
-def ardupilot_sentences(parameters: LossParameters, settings: DroneSettings) -> Iterable[Sentence]:
+def ardupilot_sentences(parameters: LossParameters) -> Iterable[Sentence]:
     """In no particular order."""
     values = parameters.values
-    yield from _overrides(values, has_radio=parameters.has_radio)
-    yield from _ground_station(values, parameters, settings)
+    yield from _overrides(values)
+    yield from _ground_station(values, complete=parameters.complete)
     yield from _radio(values, parameters.has_radio)
 
 
-def _overrides(values: dict[str, float], *, has_radio: bool | None) -> Iterable[Sentence]:
+def _overrides(values: dict[str, float]) -> Iterable[Sentence]:
     lasts_s = values.get("RC_OVERRIDE_TIME", _DEFAULT_OVERRIDE_S)
     if lasts_s == 0:
-        say = danger if has_radio is False else warning
-        yield say(
+        yield danger(
             "operator",
             "RC_OVERRIDE_TIME is 0: the autopilot ignores sticks from the tower. Flying by hand through the tower, and "
-            "the centred sticks of a hold, are impossible.",
+            "the centred sticks with which a hold begins, are impossible.",
         )
     elif lasts_s < 0:
         yield danger(
@@ -76,18 +75,15 @@ def _overrides(values: dict[str, float], *, has_radio: bool | None) -> Iterable[
         )
 
 
-def _ground_station(
-    values: dict[str, float], parameters: LossParameters, settings: DroneSettings
-) -> Iterable[Sentence]:
+def _ground_station(values: dict[str, float], *, complete: bool) -> Iterable[Sentence]:
     action = values.get("FS_GCS_ENABLE")
     after_s = values.get("FS_GCS_TIMEOUT", 5.0)
     if action is None:
-        if parameters.complete:
+        if complete:
             yield warning("tower", "The autopilot does not tell what it does when the ground station is lost.")
     elif action <= 0:
         words = "FS_GCS_ENABLE is 0: if the computer on board fails, the autopilot does not mind that nobody is there"
-        nothing_else = settings.safety.lost_action is LostAction.NOTHING
-        if nothing_else and values.get("FS_THR_ENABLE", 0) <= 0:
+        if values.get("FS_THR_ENABLE", 1.0) <= 0:
             yield danger("tower", f"{words}, and nothing else is set to bring the drone down or back.")
         else:
             yield warning("tower", f"{words}.")
@@ -117,47 +113,68 @@ def _ground_station(
 
 def _radio(values: dict[str, float], has_radio: bool | None) -> Iterable[Sentence]:
     failsafe = values.get("FS_THR_ENABLE")
-    options = _bits(values, "RC_OPTIONS")
-    ignored = bool(options & (RADIO_IGNORED | RECEIVER_FAILSAFE_IGNORED))
-    # It counts from the last message that brought sticks, though these themselves are in force for longer.
-    wait_s = values.get("RC_FS_TIMEOUT", _DEFAULT_RADIO_FAILSAFE_S)
-    does = _THROTTLE_ACTIONS.get(int(failsafe or 0), "acts as configured")
-    if failsafe is None and not has_radio:
-        yield warning(
-            "radio",
-            "The autopilot does not tell FS_THR_ENABLE: what it does when sticks from the tower end is not known.",
-        )
     if has_radio is None:
-        yield warning("radio", "It is not known whether a radio receiver is on board.")
+        yield danger(
+            "radio",
+            "It is not known whether a radio receiver is on board, and so not how a hold ends if the computer on board "
+            "fails.",
+        )
     elif has_radio:
-        yield warning(
-            "radio",
-            "When centred sticks end, the transmitter's own come back: one that lies on the bench with its throttle "
-            "low makes the drone descend.",
-        )
-    elif failsafe is not None and failsafe > 0 and not ignored:
-        yield info(
-            "radio",
-            f"There is no radio. {wait_s:g} s after the last sticks from the tower the autopilot {does} "
-            f"(FS_THR_ENABLE {failsafe:g}).",
-        )
-    if failsafe is not None and failsafe <= 0:
-        if has_radio is False:
-            yield danger(
-                "radio",
-                "FS_THR_ENABLE is 0 and there is no radio: when sticks from the tower end, nothing brings the drone "
-                "down or back.",
-            )
-        else:
-            yield warning("radio", "FS_THR_ENABLE is 0: the autopilot does nothing when the transmitter is lost.")
-    if options & RADIO_IGNORED and has_radio:
-        yield warning("radio", "RC_OPTIONS tells the autopilot to ignore the radio receiver: it cannot help.")
-    if options & RECEIVER_FAILSAFE_IGNORED:
+        yield from _with_receiver(values)
+    else:
+        yield from _without_receiver(values, failsafe)
+    if failsafe is not None and failsafe <= 0 and has_radio is not False:
+        yield warning("radio", "FS_THR_ENABLE is 0: the autopilot does nothing when the transmitter is lost.")
+    if _bits(values, "RC_OPTIONS") & RECEIVER_FAILSAFE_IGNORED:
         yield warning(
             "radio", "RC_OPTIONS tells the autopilot to ignore the receiver's own word that it has lost contact."
         )
     if failsafe is not None and failsafe > 0 and _bits(values, "FS_OPTIONS") & AUTO_GOES_ON_WITHOUT_RADIO:
         yield info("radio", "FS_OPTIONS: a mission goes on without the radio.")
+
+
+def _with_receiver(values: dict[str, float]) -> Iterable[Sentence]:
+    lasts_s = values.get("RC_OVERRIDE_TIME", _DEFAULT_OVERRIDE_S)
+    yield info("radio", "There is a receiver: a hold stays in BRAKE or GUIDED without anybody's sticks.")
+    yield warning(
+        "radio",
+        "If the computer on board fails while the drone is flown by hand, or in the first seconds of a hold, the "
+        f"transmitter's own sticks come back after {max(lasts_s, 0.0):g} s: one that lies on the bench with its "
+        "throttle low makes the drone descend.",
+    )
+    if _bits(values, "RC_OPTIONS") & RADIO_IGNORED:
+        yield warning("radio", "RC_OPTIONS tells the autopilot to ignore the radio receiver: it cannot help.")
+
+
+def _without_receiver(values: dict[str, float], failsafe: float | None) -> Iterable[Sentence]:
+    # It counts from the last message that brought sticks, though these themselves are in force for longer.
+    wait_s = values.get("RC_FS_TIMEOUT", _DEFAULT_RADIO_FAILSAFE_S)
+    if failsafe is None:
+        yield warning(
+            "radio",
+            "The autopilot does not tell FS_THR_ENABLE: what it does when sticks from the tower end is not known.",
+        )
+        return
+    if failsafe <= 0:
+        yield danger(
+            "radio",
+            "FS_THR_ENABLE is 0 and there is no radio: if the computer on board fails while the drone is flown by "
+            "hand, the last sticks stay, and nothing brings it down or back.",
+        )
+        return
+    does = f"the autopilot {_THROTTLE_ACTIONS.get(int(failsafe), 'acts as configured')} (FS_THR_ENABLE {failsafe:g})"
+    if _bits(values, "FS_OPTIONS") & GUIDED_GOES_ON_WITHOUT_RADIO:
+        yield info(
+            "radio",
+            f"There is no radio. {wait_s:g} s after the last sticks from the tower {does}, but not in GUIDED, in which "
+            "a hold stays without sticks (FS_OPTIONS).",
+        )
+        return
+    yield danger(
+        "radio",
+        f"There is no radio and FS_OPTIONS lacks 4: in GUIDED or BRAKE without sticks {does} after {wait_s:g} s. The "
+        "agent keeps centred sticks coming in a hold to prevent that; if it fails, a hold ends so, and nobody is told.",
+    )
 
 
 def _bits(values: dict[str, float], name: str) -> int:

@@ -5,7 +5,7 @@ from typing import Final
 
 from server.control.drone_settings import DroneSettings
 from server.control.loss_sentence import About, Sentence, danger, info, warning
-from wire.control_messages import LossParameters, LostAction
+from wire.control_messages import LossParameters
 
 _ACTIONS: Final = {
     1: "holds its place",
@@ -22,6 +22,10 @@ STICKS_OFF: Final = 4
 """Values of COM_RC_IN_MODE that leave no room for sticks from the tower."""
 
 HOLDS_WITHOUT_STICKS: Final = "AUTO.LOITER"
+
+STAYS: Final = 1
+"""NAV_RCL_ACT: holds its place. Above it, the autopilot leaves a hold."""
+HOLD_EXCEPTED: Final = 2
 
 _EXCEPT: Final = {1: "a mission", 2: "a hold", 4: "offboard flight"}
 """Bits of COM_RCL_EXCEPT."""
@@ -42,7 +46,7 @@ def px4_sentences(parameters: LossParameters, settings: DroneSettings) -> Iterab
         else:
             yield danger(
                 "operator",
-                f"{ignored}. A hold in altitude control would fly as the radio's sticks are left: put "
+                f"{ignored}. The first seconds of a hold would fly as the radio's sticks are left: put "
                 f"{HOLDS_WITHOUT_STICKS} first in the drone's settings.",
             )
     yield from _action(values.get("NAV_RCL_ACT"), about="radio", name="NAV_RCL_ACT", what=_sticks_lost(parameters))
@@ -54,14 +58,40 @@ def px4_sentences(parameters: LossParameters, settings: DroneSettings) -> Iterab
     link_action = values.get("NAV_DLL_ACT")
     if link_action == 0:
         words = "NAV_DLL_ACT is 0: if the computer on board fails, the autopilot does not mind that nobody is there"
-        if settings.safety.lost_action is LostAction.NOTHING and values.get("NAV_RCL_ACT") == 0:
+        if values.get("NAV_RCL_ACT") == 0:
             yield danger("tower", f"{words}, and nothing else is set to bring the drone down or back.")
         else:
             yield warning("tower", f"{words}.")
     else:
         yield from _action(link_action, about="tower", name="NAV_DLL_ACT", what=lost)
+    yield from _hold_without_sticks(parameters)
+
+
+def _hold_without_sticks(parameters: LossParameters) -> Iterable[Sentence]:
+    """How the second stage of a hold ends, in which the agent's sticks stop."""
+    values = parameters.values
     if parameters.has_radio is None:
-        yield warning("radio", "It is not known whether a radio receiver is on board.")
+        yield danger(
+            "radio",
+            "It is not known whether a radio receiver is on board, and so not how a hold ends if the computer on board "
+            "fails.",
+        )
+    elif parameters.has_radio:
+        yield info("radio", f"There is a receiver: a hold stays in {HOLDS_WITHOUT_STICKS} without anybody's sticks.")
+        yield warning(
+            "radio",
+            "If the computer on board fails while the drone is flown by hand, or in the first seconds of a hold, the "
+            "transmitter's own sticks come back: one that lies on the bench with its throttle low makes the drone "
+            "descend.",
+        )
+    elif values.get("NAV_RCL_ACT", 0.0) > STAYS and not int(values.get("COM_RCL_EXCEPT", 0)) & HOLD_EXCEPTED:
+        does = _ACTIONS.get(int(values["NAV_RCL_ACT"]), "acts as configured")
+        yield danger(
+            "radio",
+            f"There is no radio and COM_RCL_EXCEPT lacks 2: in {HOLDS_WITHOUT_STICKS} without sticks the autopilot "
+            f"{does} after {values.get('COM_RC_LOSS_T', 0.5):g} s. The agent keeps centred sticks coming in a hold to "
+            "prevent that; if it fails, a hold ends so, and nobody is told.",
+        )
 
 
 def _sticks_lost(parameters: LossParameters) -> str:

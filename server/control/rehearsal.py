@@ -55,8 +55,10 @@ def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight:
         return Refused("offline", "the drone is offline")
     if what == "operator" and drone.holder_id is None:
         return Refused("no-holder", "nobody has the controls, so nobody can be lost")
-    if (drone.armed or drone.airborne) and not (in_flight or is_simulator(drone.loss_parameters)):
-        return Refused("in-flight", "the drone is armed: say that you want this in flight")
+    on_ground = drone.armed is False and drone.airborne is False
+    if not on_ground and not (in_flight or is_simulator(drone.loss_parameters)):
+        why = "is armed" if drone.armed or drone.airborne else "may be in the air, its autopilot is silent"
+        return Refused("in-flight", f"the drone {why}: say that you want this in flight")
     return None
 
 
@@ -67,7 +69,7 @@ def needs_no_hold(drone: LiveDrone, what: What, now: float) -> str:
     """
     if what == "operator":
         return ""
-    if not drone.armed:
+    if drone.armed is False:
         return NOT_ARMED
     return "" if drone.flown_by_hand(now) else NOT_BY_HAND
 

@@ -1,7 +1,7 @@
 """`/api/v1/drones/{id}/control/...`: REST's way to the control desk."""
 
 import time
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from fastapi import APIRouter, Body, Path, Request
 from pydantic import BaseModel, Field
@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 from server.access import Commander, Pilot, UnknownDrone
 from server.accounts.sessions import Principal
 from server.control.desk import ControlRefused
-from server.control.lease import Event
+from server.control.lease import Event, Refused
 from server.fleet.views import DroneView
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
@@ -29,8 +29,12 @@ class ControlRequest(BaseModel):
 
 
 class TakeRequest(ControlRequest):
-    """Why, and whether whoever is shut out may go on watching: all of it (`watch`), and the video (`video`)."""
+    """Why, and whether whoever is shut out may go on watching: all of it (`watch`), and the video (`video`).
 
+    `interrupt`: an emergency. The hold also interrupts a return or a landing, which otherwise goes on.
+    """
+
+    interrupt: bool = False
     watch: bool = True
     video: Annotated[
         Literal["keep", "move"],
@@ -44,6 +48,7 @@ class AcceptRequest(ControlRequest):
     sticks_centred: bool = False
 
 
+_NOT_THE_HOLDER: Final = Refused("not-the-holder", "you do not have the controls")
 Reason = Annotated[ControlRequest | None, Body()]
 
 
@@ -59,6 +64,7 @@ async def _change(
         now=time.monotonic(),
         watch=body.watch if isinstance(body, TakeRequest) else True,
         moves_video=isinstance(body, TakeRequest) and body.video == "move",
+        interrupts=isinstance(body, TakeRequest) and body.interrupt,
         sticks_centred=isinstance(body, AcceptRequest) and body.sticks_centred,
     )
 
@@ -67,6 +73,20 @@ async def _change(
 async def acquire(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
     """Take the controls of a drone of yours that nobody has."""
     return await _change(request, principal, drone_id, Event.ACQUIRE, body)
+
+
+@router.post("/keep-alive", operation_id="keep_control")
+async def keep_alive(request: Request, principal: Pilot, drone_id: DronePath) -> DroneView:
+    """The holder's program is there, for 5 s more; without a live channel this is how the tower knows. Send one every
+    2 s. 409 `not-the-holder` when the controls are gone, which is how the program knows."""
+    hub = tower_of(request).hub
+    drone = hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    if drone is None:
+        raise UnknownDrone
+    if drone.holder_id != principal.user_id:
+        raise ControlRefused(_NOT_THE_HOLDER)
+    hub.keep_controls(drone, principal.user_id, time.monotonic())
+    return drone.view_for(principal.user_id, principal.role)
 
 
 @router.post("/release", operation_id="release_control")
@@ -82,7 +102,8 @@ async def take(
     drone_id: DronePath,
     body: Annotated[TakeRequest | None, Body()] = None,
 ) -> DroneView:
-    """Admin: take the controls, or withdraw an offer. The drone holds; its operator is shut out until they are given
+    """Admin: take the controls, or withdraw an offer. The drone holds, but a return or a landing goes on unless
+    `interrupt` says otherwise; its operator is shut out until they are given
     back, does not see it either if `watch` is false, and has no video of it if `video` is `move`."""
     return await _change(request, principal, drone_id, Event.TAKE, body)
 
@@ -102,6 +123,15 @@ async def accept(
 ) -> DroneView:
     """The operator: "I have control", with centred sticks."""
     return await _change(request, principal, drone_id, Event.ACCEPT, body)
+
+
+@router.post("/stay", operation_id="stay_in_hold")
+async def stay(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Holder, owner, borrower or admin: the drone is to stay where it is. What it would do by itself because a person
+    is away waits until the battery is needed for the way home. 409 `nothing-to-stay` where nothing is being counted."""
+    reason = body.reason.strip() if body else ""
+    stays = tower_of(request).stays
+    return await stays.stay(principal, DroneId(drone_id), reason=reason, address=address_of(request))
 
 
 @router.post("/assist", operation_id="assist_control")

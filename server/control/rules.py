@@ -5,9 +5,11 @@ from dataclasses import replace
 from server.control.lease_types import Actor, Changed, Lease, Order, Outcome, Refused
 from wire.ids import Epoch
 
+_NO_PILOT = Refused("not-an-owner", "only its owners and the pilots of its team can have the controls of this drone")
 _ADMINS_ONLY_TAKE = Refused("admins-only", "only an admin can take the controls from somebody")
 _ALREADY_YOURS = Refused("already-yours", "you already have the controls")
 _HOLDS_ANOTHER = Refused("holds-another", "release the drone that you are flying first")
+_OUTRANKED = Refused("held-by-admin", "an admin of the tower has the controls or assists: a team admin waits for them")
 _TOO_LATE = Refused("moved-on", "the controls have changed hands meanwhile")
 _TOWER_ONLY = Refused("tower-only", "the tower itself decides this")
 
@@ -20,7 +22,7 @@ def nobody_holds(lease: Lease, actor: Actor) -> Outcome:
 
 
 def nothing_to_give(lease: Lease, actor: Actor) -> Outcome:
-    if not actor.is_admin:
+    if not actor.may_take:
         return Refused("admins-only", "only an admin who took the controls can give them back")
     return Refused("nothing-to-give", "the controls were not taken from anybody")
 
@@ -36,13 +38,13 @@ def already_offered(lease: Lease, actor: Actor) -> Outcome:
 
 
 def nobody_to_assist(lease: Lease, actor: Actor) -> Outcome:
-    if not actor.is_admin:
+    if not actor.may_take:
         return Refused("admins-only", "only an admin can assist")
     return Refused("nobody-to-assist", "nobody has the controls, so there is nobody to assist")
 
 
 def admin_holds(lease: Lease, actor: Actor) -> Outcome:
-    if not actor.is_admin:
+    if not actor.may_take:
         return Refused("admins-only", "only an admin can assist")
     return Refused("cannot-assist", "an admin has taken the controls; only their usual holder can be assisted")
 
@@ -60,7 +62,7 @@ def nothing_taken(lease: Lease, actor: Actor) -> Outcome:
 
 def acquire_free(lease: Lease, actor: Actor) -> Outcome:
     if not (actor.is_owner or actor.is_admin):
-        return Refused("not-an-owner", "only an owner of this drone can take its controls")
+        return _NO_PILOT
     if actor.holds_another:
         return _HOLDS_ANOTHER
     return Changed(lease.next(holder=actor.user_id))
@@ -93,18 +95,29 @@ def release(lease: Lease, actor: Actor) -> Outcome:
 # -- take, give, accept --------------------------------------------------------------------------------------
 
 
-def take_free(lease: Lease, actor: Actor) -> Outcome:
-    if not actor.is_admin:
+def _why_not_take(actor: Actor) -> Refused | None:
+    """A team admin gives way to those of the tower, and holds one drone at most like any operator."""
+    if not actor.may_take:
         return _ADMINS_ONLY_TAKE
+    if actor.is_admin:
+        return None
+    return _OUTRANKED if actor.outranked else _HOLDS_ANOTHER if actor.holds_another else None
+
+
+def take_free(lease: Lease, actor: Actor) -> Outcome:
+    refused = _why_not_take(actor)
+    if refused is not None:
+        return refused
     # Nobody flies it, so nobody is shut out; but a drone that nobody holds may be in the air, so it holds first.
     return Changed(lease.next(holder=actor.user_id), (Order.HOLD,))
 
 
 def take_held(lease: Lease, actor: Actor) -> Outcome:
-    if not actor.is_admin:
-        return _ADMINS_ONLY_TAKE
-    if lease.holder == actor.user_id:
+    if actor.may_take and lease.holder == actor.user_id:
         return _ALREADY_YOURS
+    refused = _why_not_take(actor)
+    if refused is not None:
+        return refused
     taken = lease.next(
         holder=actor.user_id, taken_from=lease.holder, blind=not actor.watch, video_moved=actor.moves_video
     )
@@ -112,10 +125,11 @@ def take_held(lease: Lease, actor: Actor) -> Outcome:
 
 
 def take_taken(lease: Lease, actor: Actor) -> Outcome:
-    if not actor.is_admin:
-        return _ADMINS_ONLY_TAKE
-    if lease.holder == actor.user_id:
+    if actor.may_take and lease.holder == actor.user_id:
         return _ALREADY_YOURS
+    refused = _why_not_take(actor)
+    if refused is not None:
+        return refused
     # From one admin to another it is still owed to the operator it was taken from first, unless that is who takes it
     # now, having been made an admin meanwhile.
     if lease.taken_from == actor.user_id:
@@ -127,7 +141,7 @@ def take_taken(lease: Lease, actor: Actor) -> Outcome:
 
 
 def take_offered(lease: Lease, actor: Actor) -> Outcome:
-    if actor.is_admin and lease.holder == actor.user_id:
+    if actor.may_take and lease.holder == actor.user_id:
         # The offer is withdrawn. The drone holds since it was made, and its holder has not changed.
         return Changed(_still_taken(lease))
     return take_taken(lease, actor)
@@ -144,7 +158,7 @@ def _still_taken(lease: Lease, *, offered: bool = False) -> Lease:
 
 
 def give(lease: Lease, actor: Actor) -> Outcome:
-    if lease.holder != actor.user_id or not actor.is_admin:
+    if lease.holder != actor.user_id or not actor.may_take:
         return Refused("not-the-holder", "only the admin who took the controls can give them back")
     if not actor.operator_may_fly:
         return Refused("cannot-receive", "the operator cannot fly this drone now; release the controls instead")
@@ -157,7 +171,7 @@ def accept(lease: Lease, actor: Actor) -> Outcome:
     if actor.holds_another:
         return _HOLDS_ANOTHER
     if not actor.operator_may_fly:
-        return Refused("not-an-owner", "only an owner of this drone can take its controls")
+        return _NO_PILOT
     if not actor.sticks_centred:
         return Refused("sticks-not-centred", "centre your sticks, then say that you have control")
     return Changed(lease.next(holder=lease.taken_from), (Order.HOLD,))
@@ -173,12 +187,14 @@ def offer_lapsed(lease: Lease, actor: Actor) -> Outcome:
 
 
 def assist(lease: Lease, actor: Actor) -> Outcome:
-    if not actor.is_admin:
+    if not actor.may_take:
         return Refused("admins-only", "only an admin can assist")
     if lease.holder == actor.user_id:
         return _ALREADY_YOURS
     if lease.assistant == actor.user_id:
         return Refused("already-assisting", "you assist already")
+    if actor.outranked:
+        return _OUTRANKED
     if lease.assistant is not None:
         return Refused("assisted-by-other", "another admin assists already")
     return Changed(lease.next(holder=lease.holder, assistant=actor.user_id))
@@ -190,8 +206,11 @@ def assist_end(lease: Lease, actor: Actor) -> Outcome:
     if actor.is_tower:
         if actor.about not in (None, lease.assistant):
             return _TOO_LATE
-    elif not actor.is_admin and lease.assistant != actor.user_id:
-        return Refused("admins-only", "only an admin can end the assistance")
+    elif lease.assistant != actor.user_id:
+        if not actor.may_take:
+            return Refused("admins-only", "only an admin can end the assistance")
+        if actor.outranked:
+            return _OUTRANKED
     return Changed(lease.next(holder=lease.holder))
 
 

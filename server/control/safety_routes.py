@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Body, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.access import NotSignedIn, Pilot, SessionExpired, UnknownDrone, Viewer
@@ -46,6 +46,14 @@ class LossCheckView(BaseModel):
         return cls.model_validate(check, from_attributes=True)
 
 
+class Acknowledgement(BaseModel):
+    """Of which drone, by its name: needed where a loss is dangerous."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    drone: Annotated[str | None, Field(max_length=200)] = None
+
+
 class RehearsalRequest(BaseModel):
     """Which loss. `in_flight`: also with an armed drone that is no simulator; ask people before."""
 
@@ -87,11 +95,18 @@ async def get_loss_check(request: Request, principal: Viewer, drone_id: DronePat
 
 
 @router.post("/loss-check/acknowledge", responses=answers(ControlRefused))
-async def acknowledge_loss_check(request: Request, principal: Pilot, drone_id: DronePath) -> LossCheckView:
-    """Whoever may arm the drone now (its holder, or an admin who assists) has read it. Until then they cannot arm a
-    drone that a loss would drop or lose."""
+async def acknowledge_loss_check(
+    request: Request,
+    principal: Pilot,
+    drone_id: DronePath,
+    body: Annotated[Acknowledgement | None, Body()] = None,
+) -> LossCheckView:
+    """Whoever may arm the drone now (its holder, or an admin who assists) has read it, and names the drone. Until then
+    they cannot arm a drone that a loss would drop or lose. 409 `wrong-name`: that is another drone's name, or none."""
+    named = body.drone if body is not None else None
     checks = tower_of(request).loss_checks
-    return LossCheckView.of(await checks.acknowledge(principal, DroneId(drone_id), address=address_of(request)))
+    check = await checks.acknowledge(principal, DroneId(drone_id), named=named, address=address_of(request))
+    return LossCheckView.of(check)
 
 
 @router.get("/rehearsal")

@@ -20,7 +20,7 @@ router = APIRouter(
 )
 
 DronePath = Annotated[int, Path(ge=1, le=2**31 - 1)]
-LostActionName = Literal["return", "land", "continue", "nothing"]
+LostActionName = Literal["return", "land", "continue", "stay"]
 ProfileName = Literal["auto", "full", "thin", "minimal"]
 
 
@@ -32,12 +32,11 @@ def _within(name: str, description: str) -> Any:
 Ladder = Annotated[
     list[str], Field(max_length=4, description="Modes of a hold, tried in order; altitude hold comes last in any case")
 ]
-HoldBound = Annotated[float, _within("hold_bound_s", "Centred sticks are sent for so long at most")]
 SticksStale = Annotated[float, _within("sticks_stale_s", "No fresh sticks for so long while flown by hand: hold")]
 SticksLate = Annotated[float, _within("sticks_late_s", "Sticks that come later than this are discarded")]
 CommandsLate = Annotated[float, _within("commands_late_s", "Commands that come later than this are never executed")]
 LostHold = Annotated[float, _within("lost_hold_s", "The tower lost for so long while flown by hand: hold")]
-LostActionAfter = Annotated[float, _within("lost_action_s", "The tower lost for so long: `lost_action`")]
+LostActionAfter = Annotated[float, _within("lost_action_s", "The tower or the person lost for so long: `lost_action`")]
 RttLimitMs = Annotated[float, _within("rtt_limit_ms", "A round trip above this ...")]
 RttLimitFor = Annotated[float, _within("rtt_limit_s", "... for so long while flown by hand: hold")]
 
@@ -50,7 +49,6 @@ class DroneSettingsView(BaseModel):
     """Every setting, chosen or not. Times in seconds."""
 
     hold_ladder: Ladder
-    hold_bound_s: HoldBound
     sticks_stale_s: SticksStale
     sticks_late_s: SticksLate
     commands_late_s: CommandsLate
@@ -68,7 +66,6 @@ class DroneSettingsPatch(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     hold_ladder: Ladder | None = None
-    hold_bound_s: HoldBound | None = None
     sticks_stale_s: SticksStale | None = None
     sticks_late_s: SticksLate | None = None
     commands_late_s: CommandsLate | None = None
@@ -87,7 +84,7 @@ class DroneSettingsPatch(BaseModel):
 
 @router.get("")
 async def get_drone_settings(request: Request, principal: Viewer, drone_id: DronePath) -> DroneSettingsView:
-    """How this drone holds, what it does when the tower stays lost, and how much telemetry it sends."""
+    """How this drone holds, what it does when tower or person stay away, and how much telemetry it sends."""
     hub = tower_of(request).hub
     if hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone

@@ -55,8 +55,7 @@ async def load_into(hub: Hub, database: Database) -> None:
 
 def apply_to(hub: Hub, drone_id: DroneId, settings: DroneSettings) -> None:
     """From now on, for the tower and for the agent."""
-    limits = {"rtt_limit_ms": settings.rtt_limit_ms, "rtt_limit_s": settings.rtt_limit_s}
-    hub.apply_safety(drone_id, settings.safety, **limits)
+    hub.apply_safety(drone_id, settings.safety)
     hub.apply_stream(drone_id, settings.stream)
 
 
@@ -65,9 +64,4 @@ def settings_in(hub: Hub, drone_id: DroneId) -> DroneSettings:
     drone = hub.drone(drone_id)
     if drone is None:
         return DroneSettings()
-    return DroneSettings(
-        safety=drone.safety,
-        stream=drone.stream,
-        rtt_limit_ms=drone.rtt_limit_ms,
-        rtt_limit_s=drone.rtt_limit_s,
-    )
+    return DroneSettings(safety=drone.safety, stream=drone.stream)

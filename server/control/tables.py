@@ -27,6 +27,8 @@ class ControlLeaseRow(Base):
     assistant_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
     blind: Mapped[bool] = mapped_column(default=False)
     video_moved: Mapped[bool] = mapped_column(default=False)
+    hold_open: Mapped[bool] = mapped_column(default=False)
+    """A hold is open, or is owed to a drone that was offline: it is ordered again on the next link."""
     changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
     reason: Mapped[str] = mapped_column(String(256), default="", server_default="")
 

@@ -20,6 +20,7 @@ from server.clock import Clock
 from server.control.desk import ControlDesk, ControlRefused
 from server.control.lease import Event
 from server.control.loss_checks import LossChecks
+from server.control.open_hold_store import write_open_hold
 from server.control.rehearsal import Rehearsals
 from server.control.who_withdrew import who_withdrew
 from server.database import Database
@@ -30,9 +31,11 @@ from server.relay.hub_events import (
     HolderExpired,
     HolderGone,
     HoldStepReported,
+    HoldToKeep,
     HubEvent,
     LoanLimitPassed,
     LossParametersReported,
+    MotionSuspected,
     OfferLapsed,
     RightLost,
     RttTooLong,
@@ -188,8 +191,12 @@ class Watchman:
                 near = {"other_id": event.other_id, "in_s": round(event.in_s, 1)}
                 metres = {"horizontal_m": round(event.horizontal_m, 1), "vertical_m": round(event.vertical_m, 1)}
                 await self._record(event.drone_id, "separation.warning", near | metres)
+            case MotionSuspected():
+                await self._record(event.drone_id, "drone.suspicious_motion", {"why": event.why})
             case HoldStepReported():
                 await self._record_hold(event)
+            case HoldToKeep():
+                await write_open_hold(self._hub, self._database, event.drone_id)
             case ControlsMoved():
                 await self._loss_checks.read_again(event.drone_id)
 

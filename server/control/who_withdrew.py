@@ -8,7 +8,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.audit.tables import AuditEventRow
 from server.fleet.snapshot import UserRef
-from server.relay.hub_events import RightLost
+from server.relay.hub_events import NOT_OF_ITS_TEAM, RightLost
 from wire.ids import UserId
 
 RECENTLY_S: Final = 10.0
@@ -17,11 +17,15 @@ RECENTLY_S: Final = 10.0
 _DEEDS: Final = (
     "drone.owner_removed",
     "drone.loan_ended",
+    "team.member_removed",
+    "team.role_changed",
+    "team.drone_removed",
     "user.disabled",
     "user.role_changed",
     "user.password_changed",
     "user.deleted",
 )
+_OF_ALL: Final = "team.drone_removed"
 _MOST: Final = 50
 
 
@@ -34,7 +38,11 @@ async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -
         .limit(_MOST)
     )
     for row in await session.scalars(recent):
-        if row.drone_id not in (None, event.drone_id) or row.detail.get("user_id") != event.user_id:
+        if row.drone_id not in (None, event.drone_id):
+            continue
+        # A drone that leaves its team leaves all of its people.
+        of_all = row.action == _OF_ALL and event.reason == NOT_OF_ITS_TEAM
+        if not of_all and row.detail.get("user_id") != event.user_id:
             continue
         # Who changes their own password signs out by it, and is nobody else's victim.
         if row.actor_id is None or row.actor_id == event.user_id:

@@ -1,11 +1,10 @@
-"""The rules of the fleet: create, rename, delete drones, their credentials and their owners. Knows nothing of HTTP.
+"""The rules of the fleet: create, rename, delete drones, their keys and their owners. Knows nothing of HTTP.
 
 Every function takes a session of `Database.writing()`, so that a rule and its audit record live or die together.
 """
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Collection
 from typing import Final
 
@@ -20,8 +19,7 @@ from server.fleet.snapshot import begin_fleet_change
 from server.fleet.tables import DroneRow, OwnershipRow
 from server.names import clean_name, is_name, name_key
 from server.refusal import Refusal
-from wire.credential import Credential
-from wire.ids import DroneId
+from wire.drone_key import fingerprint, key_text
 
 DELETED: Final = "drone.deleted"
 """In the audit trail."""
@@ -49,18 +47,17 @@ async def list_drones(session: AsyncSession) -> list[DroneRow]:
     return list(await session.scalars(select(DroneRow).order_by(DroneRow.id)))
 
 
-async def create_drone(session: AsyncSession, *, name: str, deed: Deed) -> tuple[DroneRow, Credential]:
-    """The credential is told here and never again: the database keeps its hash only."""
+async def create_drone(session: AsyncSession, *, name: str, deed: Deed) -> DroneRow:
+    """No agent can sign in as this drone before one has been enrolled (server.fleet.enrolments)."""
     name = clean_name(name)
     await begin_fleet_change(session)
     if await find_drone(session, name) is not None:
         raise DroneNameTaken
     row = DroneRow(name=name, name_key=name_key(name), credential_hash="", created_at=deed.at)
     session.add(row)
-    await session.flush()  # the id is a part of the credential
-    credential = _new_credential(row)
+    await session.flush()
     deed.record(session, "drone.created", drone_id=row.id, drone=name)
-    return row, credential
+    return row
 
 
 async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, deed: Deed) -> DroneRow:
@@ -90,13 +87,43 @@ async def delete_drone(session: AsyncSession, *, drone_id: int, deed: Deed) -> N
     await session.delete(row)
 
 
-async def rotate_credential(session: AsyncSession, *, drone_id: int, deed: Deed) -> tuple[DroneRow, Credential]:
-    """The old credential is worth nothing from the commit on."""
+async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, deed: Deed) -> DroneRow:
+    """Whatever an agent signed in by before is worth nothing from the commit on."""
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
-    credential = _new_credential(row)
-    deed.record(session, "drone.credential_rotated", drone_id=row.id, drone=row.name)
-    return row, credential
+    _put_key(row, public_key, deed)
+    told = fingerprint(public_key)
+    deed.record(session, "drone.key_set", drone_id=row.id, drone=row.name, fingerprint=told)
+    return row
+
+
+async def revoke_key(session: AsyncSession, *, drone_id: int, deed: Deed) -> DroneRow:
+    """Nothing that an agent signed in by is worth anything from the commit on. Doing it twice changes nothing."""
+    await begin_fleet_change(session)
+    row = await get_drone(session, drone_id)
+    if row.public_key is not None or row.credential_hash:
+        row.public_key, row.key_since, row.credential_hash = None, None, ""
+        deed.record(session, "drone.key_revoked", drone_id=row.id, drone=row.name)
+    return row
+
+
+async def exchange_credential(
+    session: AsyncSession, *, drone_id: int, credential_hash: str, public_key: bytes, deed: Deed
+) -> bool:
+    """The key takes the place of the bearer credential, of which nothing is kept. False if that is not (any more) the
+    drone's: of two agents that show the same one, the first is the drone."""
+    await begin_fleet_change(session)
+    row = await session.get(DroneRow, drone_id)
+    if row is None or not credential_hash or row.credential_hash != credential_hash:
+        return False
+    _put_key(row, public_key, deed)
+    told = fingerprint(public_key)
+    deed.record(session, "drone.credential_exchanged", drone_id=row.id, drone=row.name, fingerprint=told)
+    return True
+
+
+def _put_key(row: DroneRow, public_key: bytes, deed: Deed) -> None:
+    row.public_key, row.key_since, row.credential_hash = key_text(public_key), deed.at, ""
 
 
 async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: Deed) -> None:
@@ -132,9 +159,3 @@ async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, de
         user_id=user.id,
         user=user.name,
     )
-
-
-def _new_credential(row: DroneRow) -> Credential:
-    credential = Credential(drone_id=DroneId(row.id), secret=secrets.token_urlsafe(32))
-    row.credential_hash = credential.hashed()
-    return credential

@@ -1,4 +1,4 @@
-"""`/api/v1/enrolments` and `/enrol`: how the agent of a drone comes by its credential with one command."""
+"""`/api/v1/enrolments` and `/enrol`: how the agent of a drone makes its key known with one command."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ from server.audit.deed import Deed
 from server.fleet import enrolments
 from server.fleet.drones import get_drone
 from server.fleet.enrolment_news import EnrolmentView
-from server.fleet.enrolments import BadEnrolment, UnknownEnrolment
+from server.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
+from server.fleet.tower_address import AddressUnknown, address_for_agents
 from server.private_path import NotPrivate, is_private_path
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
+from wire.drone_key import key_text
 
 router = APIRouter(prefix="/api/v1", tags=["enrolment"])
 _ADMINS = answers(NotSignedIn, SessionExpired, AdminsOnly)
@@ -44,26 +46,33 @@ class Enrol(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     token: Annotated[str, Field(max_length=200)]
+    public_key: Annotated[
+        str, Field(max_length=43, description="Of an Ed25519 key that the agent made: 32 bytes in base64url")
+    ]
+    signature: Annotated[str, Field(max_length=86, description="By that key, of the token: docs/wire-protocol.md, 2.0")]
 
 
 class Enrolled(BaseModel):
-    """The only answer that contains the credential."""
+    """What the agent has to know besides its own key."""
 
     drone_id: int
     drone: str
-    credential: str
+    tower_key: Annotated[str, Field(description="The tower's own Ed25519 public key, in base64url")]
 
 
 def _deed(request: Request, admin: Principal) -> Deed:
     return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
 
 
-@router.post("/drones/{drone_id}/enrolments", status_code=201, responses=_ADMINS | answers(UnknownDrone))
+@router.post(
+    "/drones/{drone_id}/enrolments", status_code=201, responses=_ADMINS | answers(UnknownDrone, AddressUnknown)
+)
 async def begin_enrolment(
     request: Request, admin: Admin, drone_id: Annotated[int, Path(ge=1, le=2**31 - 1)], body: NewEnrolment
 ) -> EnrolmentWithToken:
-    """Makes a token that fetches the drone's credential once. One that was waiting is cancelled."""
+    """Makes a token with which an agent becomes the drone, once. One that was waiting is cancelled."""
     tower = tower_of(request)
+    address = address_for_agents(tower.settings, str(request.base_url))
     async with tower.database.writing() as session:
         row, drone, token, cancelled = await enrolments.begin(
             session, drone_id=drone_id, lasts_s=body.lasts_s, deed=_deed(request, admin)
@@ -71,7 +80,6 @@ async def begin_enrolment(
     for one in [*cancelled, row.id]:
         tower.enrolment_news.tell(one)
     tower.enrolment_news.expect_expiry(row.id, body.lasts_s)
-    address = tower.settings.public_url or str(request.base_url).rstrip("/")
     words = ["tower-agent", "enrol", address, token]
     words += ["--autopilot", body.autopilot] if body.autopilot else []
     return EnrolmentWithToken(
@@ -99,15 +107,19 @@ async def cancel_enrolment(
     tower.enrolment_news.tell(row.id)
 
 
-@router.post("/enrol", responses=answers(BadEnrolment, NotPrivate))
+@router.post("/enrol", responses=answers(BadEnrolment, BadDroneKey, NotPrivate))
 async def enrol(request: Request, body: Enrol) -> Enrolled:
-    """For the agent: gives the token, gets a new credential, once. Over TLS or from this very machine only."""
+    """For the agent: its key is the drone's from then on. Over TLS or from this very machine only. An agent that did
+    not get the answer asks once more with the same key."""
     if not is_private_path(request):
         raise NotPrivate
     tower = tower_of(request)
+    key = enrolments.read_key(token=body.token, public_key=body.public_key, signature=body.signature)
     async with tower.database.writing() as session:
-        row, credential = await enrolments.use(session, token=body.token, at=tower.clock(), address=address_of(request))
+        row = await enrolments.use(
+            session, token=body.token, public_key=key, at=tower.clock(), address=address_of(request)
+        )
         drone = await get_drone(session, row.drone_id)
     await tower.roster.refresh()
     tower.enrolment_news.tell(row.id)
-    return Enrolled(drone_id=drone.id, drone=drone.name, credential=str(credential))
+    return Enrolled(drone_id=drone.id, drone=drone.name, tower_key=key_text(tower.sign_in_rules.identity.public_key))

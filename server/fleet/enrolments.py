@@ -1,5 +1,4 @@
-"""The rules of enrolment: a token that fetches a drone's credential once, instead of the credential itself being
-carried around. Knows nothing of HTTP.
+"""The rules of enrolment: a token with which an agent makes its key that of a drone, once. Knows nothing of HTTP.
 
 Every function that changes anything takes a session of `Database.writing()`, so that a token is worth one use whoever
 comes first.
@@ -7,6 +6,7 @@ comes first.
 
 from __future__ import annotations
 
+import base64
 import secrets
 from collections.abc import Mapping
 from datetime import datetime, timedelta
@@ -19,10 +19,10 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.accounts.sessions import hash_token
 from server.audit.deed import Deed
 from server.audit.trail import Actor
-from server.fleet.drones import get_drone, rotate_credential
+from server.fleet.drones import get_drone, set_key
 from server.fleet.tables import DroneRow, EnrolmentRow
 from server.refusal import Refusal
-from wire.credential import Credential
+from wire.drone_key import MalformedKey, enrolment_statement, is_signed, key_bytes, key_text
 from wire.ids import DroneId
 
 PREFIX: Final = "twe_"
@@ -44,10 +44,15 @@ class BadEnrolment(Refusal):
         super().__init__("this enrolment token is not (any more) good: ask an admin for a new one")
 
 
+class BadDroneKey(Refusal):
+    def __init__(self) -> None:
+        super().__init__("the public key, or the signature that shows whose it is, is not good")
+
+
 class EnrolmentState(StrEnum):
     WAITING = "waiting"
     USED = "used"
-    """The credential was fetched."""
+    """A key is the drone's now."""
     SEEN = "seen"
     """And the agent has linked with it."""
     EXPIRED = "expired"
@@ -102,9 +107,25 @@ async def cancel(session: AsyncSession, *, enrolment_id: int, deed: Deed) -> Enr
     return row
 
 
-async def use(session: AsyncSession, *, token: str, at: datetime, address: str) -> tuple[EnrolmentRow, Credential]:
-    """A new credential for the drone; the old one is worth nothing. Raises BadEnrolment."""
-    found = await session.scalar(
+def read_key(*, token: str, public_key: str, signature: str) -> bytes:
+    """The key, whose owner has signed this token with it. 43 and 86 characters of base64url. Raises BadDroneKey."""
+    try:
+        key = key_bytes(public_key)
+        signed = base64.b64decode(f"{signature}==", altchars=b"-_", validate=True)
+    except (MalformedKey, ValueError):
+        raise BadDroneKey from None
+    if not is_signed(key, signed, enrolment_statement(token, key)):
+        raise BadDroneKey
+    return key
+
+
+async def use(session: AsyncSession, *, token: str, public_key: bytes, at: datetime, address: str) -> EnrolmentRow:
+    """The key is the drone's; what its agent signed in by before is worth nothing. Raises BadEnrolment.
+
+    An agent that did not get the answer asks once more: the same key is answered alike, as long as it is the drone's.
+    """
+    key = key_text(public_key)
+    found: EnrolmentRow | None = await session.scalar(
         update(EnrolmentRow)
         .where(
             EnrolmentRow.token_hash == hash_token(token),
@@ -112,15 +133,30 @@ async def use(session: AsyncSession, *, token: str, at: datetime, address: str) 
             EnrolmentRow.cancelled.is_(False),
             EnrolmentRow.expires_at > at,
         )
-        .values(used_at=at, used_from=address[:64])
+        .values(used_at=at, used_from=address[:64], public_key=key)
         .returning(EnrolmentRow)
     )
     if found is None:
-        raise BadEnrolment
+        return await _used_before(session, token, key)
     deed = Deed(by=COMPANION, at=at, address=address)
-    drone, credential = await rotate_credential(session, drone_id=found.drone_id, deed=deed)
+    drone = await set_key(session, drone_id=found.drone_id, public_key=public_key, deed=deed)
     deed.record(session, "enrolment.used", drone_id=drone.id, drone=drone.name, enrolment_id=found.id)
-    return found, credential
+    return found
+
+
+async def _used_before(session: AsyncSession, token: str, key: str) -> EnrolmentRow:
+    row: EnrolmentRow | None = await session.scalar(
+        select(EnrolmentRow)
+        .join(DroneRow, DroneRow.id == EnrolmentRow.drone_id)
+        .where(
+            EnrolmentRow.token_hash == hash_token(token),
+            EnrolmentRow.public_key == key,
+            DroneRow.public_key == key,
+        )
+    )
+    if row is None:
+        raise BadEnrolment
+    return row
 
 
 async def just_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]) -> list[EnrolmentRow]:

@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/loans`: lending a drone to a user for a while, for admins."""
+"""`/api/v1/drones/{id}/loans`: lending a drone to a user for a while, for admins of the tower and of its team."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.access import AdminsOnly, NotSignedIn, SessionExpired, TeamKeeper, UnknownDrone
 from server.accounts.sessions import Principal
 from server.accounts.users import UnknownUser
 from server.audit.deed import Deed
@@ -36,32 +36,33 @@ class NewLoan(BaseModel):
 
 
 @router.put("", responses=answers(OwnerAlready))
-async def lend_drone(request: Request, admin: Admin, drone_id: Id, user_id: Id, body: NewLoan) -> DroneView:
+async def lend_drone(request: Request, lender: TeamKeeper, drone_id: Id, user_id: Id, body: NewLoan) -> DroneView:
     """The user sees and flies the drone until then, within the limits. Lending again changes them."""
     tower = tower_of(request)
+    deed = _deed(request, lender)
     terms = Terms(body.until, body.may_arm, body.max_height_m, body.radius_m)
     async with tower.database.writing() as session:
-        await loans.lend(session, drone_id=drone_id, user_id=user_id, terms=terms, deed=_deed(request, admin))
-    return await _changed(request, admin, drone_id)
+        await loans.lend(session, drone_id=drone_id, user_id=user_id, terms=terms, lender=lender, deed=deed)
+    return await _changed(request, lender, drone_id)
 
 
 @router.delete("")
-async def end_loan(request: Request, admin: Admin, drone_id: Id, user_id: Id) -> DroneView:
+async def end_loan(request: Request, lender: TeamKeeper, drone_id: Id, user_id: Id) -> DroneView:
     """Before its time. What the user loses with it, they have lost when this is answered."""
     async with tower_of(request).database.writing() as session:
-        await loans.end_loan(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
-    return await _changed(request, admin, drone_id)
+        await loans.end_loan(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=_deed(request, lender))
+    return await _changed(request, lender, drone_id)
 
 
-def _deed(request: Request, admin: Principal) -> Deed:
-    return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, lender: Principal) -> Deed:
+    return Deed(by=lender, at=tower_of(request).clock(), address=address_of(request))
 
 
-async def _changed(request: Request, admin: Principal, drone_id: int) -> DroneView:
+async def _changed(request: Request, lender: Principal, drone_id: int) -> DroneView:
     tower = tower_of(request)
     await tower.roster.refresh()
     await tower.watchman.caught_up()
-    found = tower.hub.drone_view(DroneId(drone_id), admin.user_id, admin.role)
+    found = tower.hub.drone_view(DroneId(drone_id), lender.user_id, lender.role)
     if found is None:
         raise UnknownDrone
     return found

@@ -14,7 +14,10 @@ from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts.users import get_user
+from server.access import AdminsOnly, UnknownDrone
+from server.accounts.sessions import Principal
+from server.accounts.tables import Role
+from server.accounts.users import UnknownUser, get_user
 from server.audit.deed import Deed
 from server.audit.trail import TOWER
 from server.beats import rest
@@ -22,19 +25,24 @@ from server.clock import Clock
 from server.database import Database
 from server.fleet.drones import get_drone
 from server.fleet.live_picture import LivePicture
+from server.fleet.relations import Relation, Right, may, relation_of
 from server.fleet.roster import Roster
-from server.fleet.snapshot import begin_fleet_change
-from server.fleet.tables import LoanRow, OwnershipRow
+from server.fleet.snapshot import begin_fleet_change, ties_of
+from server.fleet.tables import LoanRow
 from server.refusal import Refusal
+from server.teams.tables import TeamDroneRow
+from wire.ids import UserId
 
 LONGEST: Final = timedelta(days=366)
 LOOK_EVERY_S: Final = 0.25
+NO_LIMITS: Final = (Relation.TEAM_ADMIN, Relation.OWNER, Relation.TEAM_OPERATOR)
+"""Whoever stands so to a drone flies it without a loan."""
 _log = structlog.get_logger(__name__)
 
 
 class OwnerAlready(Refusal):
     def __init__(self) -> None:
-        super().__init__("this user owns the drone: there is nothing to lend")
+        super().__init__("this user may fly the drone anyhow: there is nothing to lend")
 
 
 class BadLoan(Refusal):
@@ -49,13 +57,21 @@ class Terms:
     radius_m: float | None
 
 
-async def lend(session: AsyncSession, *, drone_id: int, user_id: int, terms: Terms, deed: Deed) -> None:
-    """Lending again changes the terms."""
+async def lend(
+    session: AsyncSession, *, drone_id: int, user_id: int, terms: Terms, lender: Principal, deed: Deed
+) -> None:
+    """Lending again changes the terms. A team admin lends drones of the team to its observers.
+
+    Raises BadLoan, UnknownDrone, AdminsOnly, UnknownUser, OwnerAlready.
+    """
+    await begin_fleet_change(session)
+    drone = await get_drone(session, drone_id)
+    team_id = await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=deed)
     if not deed.at < terms.until <= deed.at + LONGEST:
         raise BadLoan("a loan ends in the future, within a year")
-    await begin_fleet_change(session)
-    drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
-    if await session.get(OwnershipRow, (drone_id, user_id)) is not None:
+    user = await get_user(session, user_id)
+    ties = await ties_of(session, drone_id, deed.at)
+    if relation_of(ties, UserId(user_id), Role.OPERATOR) in NO_LIMITS:
         raise OwnerAlready
     row = await session.get(LoanRow, (drone_id, user_id))
     if row is None:
@@ -63,6 +79,7 @@ async def lend(session: AsyncSession, *, drone_id: int, user_id: int, terms: Ter
         session.add(row)
     row.until, row.may_arm = terms.until, terms.may_arm
     row.max_height_m, row.radius_m = terms.max_height_m, terms.radius_m
+    row.team_id = team_id
     deed.record(
         session,
         "drone.lent",
@@ -77,14 +94,41 @@ async def lend(session: AsyncSession, *, drone_id: int, user_id: int, terms: Ter
     )
 
 
-async def end_loan(session: AsyncSession, *, drone_id: int, user_id: int, deed: Deed) -> None:
-    """Ending one that is not there changes nothing."""
+async def end_loan(session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: Deed) -> None:
+    """Ending one that is not there changes nothing. Raises UnknownDrone, AdminsOnly, UnknownUser."""
     await begin_fleet_change(session)
-    drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
+    drone = await get_drone(session, drone_id)
+    await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=deed)
+    user = await get_user(session, user_id)
     row = await session.get(LoanRow, (drone_id, user_id))
     if row is not None:
         await session.delete(row)
         deed.record(session, "drone.loan_ended", drone_id=drone_id, drone=drone.name, user_id=user_id, user=user.name)
+
+
+async def _lends_for(
+    session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: Deed
+) -> int | None:
+    """The team in whose name this user lends the drone to that one, or ends it; None: in the tower's.
+
+    A team admin neither reaches people outside the team nor changes what an admin of the tower has lent. Raises
+    UnknownDrone, AdminsOnly, UnknownUser.
+    """
+    ties = await ties_of(session, drone_id, deed.at)
+    relation = relation_of(ties, lender.user_id, lender.role)
+    if relation is Relation.ADMIN:
+        return None
+    if relation is Relation.STRANGER:
+        raise UnknownDrone
+    if not may(relation, Right.LEND):
+        raise AdminsOnly
+    if user_id not in ties.crew:
+        raise UnknownUser
+    team_id = await session.scalar(select(TeamDroneRow.team_id).where(TeamDroneRow.drone_id == drone_id))
+    row = await session.get(LoanRow, (drone_id, user_id))
+    if row is not None and row.team_id != team_id:
+        raise AdminsOnly
+    return team_id
 
 
 class LoanKeeper:

@@ -17,7 +17,6 @@ from server.fleet.drones import DroneNameTaken
 from server.fleet.views import DroneView
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
-from wire.credential import Credential
 from wire.ids import DroneId
 
 router = APIRouter(prefix="/api/v1/drones", tags=["drones"], responses=answers(NotSignedIn, SessionExpired))
@@ -32,11 +31,10 @@ class DroneName(BaseModel):
     name: Annotated[str, Field(description="1 to 64 printable characters")]
 
 
-class DroneWithCredential(BaseModel):
-    """The only answer that ever contains the credential."""
+class CreatedDrone(BaseModel):
+    """No agent can sign in as it before one has been enrolled."""
 
     drone: DroneView
-    credential: Annotated[str, Field(description="For the agent's token file. The tower keeps only its hash")]
 
 
 def _deed(request: Request, admin: Principal) -> Deed:
@@ -57,12 +55,13 @@ async def list_drones(request: Request, principal: Viewer) -> list[DroneView]:
 
 
 @router.post("", status_code=201, responses=answers(AdminsOnly, DroneNameTaken))
-async def create_drone(request: Request, admin: Admin, body: DroneName) -> DroneWithCredential:
-    """Creates a drone and tells its credential, once."""
+async def create_drone(request: Request, admin: Admin, body: DroneName) -> CreatedDrone:
+    """Creates a drone. An enrolment makes an agent's key its own."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        row, credential = await drones.create_drone(session, name=body.name, deed=_deed(request, admin))
-    return await _with_credential(request, admin, row.id, credential)
+        row = await drones.create_drone(session, name=body.name, deed=_deed(request, admin))
+    await tower.roster.refresh()
+    return CreatedDrone(drone=_view(request, admin, row.id))
 
 
 @router.get("/{drone_id}", responses=answers(UnknownDrone))
@@ -91,13 +90,14 @@ async def delete_drone(request: Request, admin: Admin, drone_id: DronePath) -> N
     await asyncio.to_thread(tower.recordings.store.remove_drones, (drone_id,))
 
 
-@router.post("/{drone_id}/credential", responses=answers(AdminsOnly, UnknownDrone))
-async def rotate_credential(request: Request, admin: Admin, drone_id: DronePath) -> DroneWithCredential:
-    """Makes a new credential and tells it, once. The old one is worth nothing from then on."""
+@router.delete("/{drone_id}/key", responses=answers(AdminsOnly, UnknownDrone))
+async def revoke_key(request: Request, admin: Admin, drone_id: DronePath) -> DroneView:
+    """The link of the drone's agent ends at once, and no agent can sign in as it until one has been enrolled anew."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        row, credential = await drones.rotate_credential(session, drone_id=drone_id, deed=_deed(request, admin))
-    return await _with_credential(request, admin, row.id, credential)
+        await drones.revoke_key(session, drone_id=drone_id, deed=_deed(request, admin))
+    await tower.roster.refresh()
+    return _view(request, admin, drone_id)
 
 
 @router.put("/{drone_id}/owners/{user_id}", responses=answers(AdminsOnly, UnknownDrone, UnknownUser))
@@ -119,10 +119,3 @@ async def remove_owner(request: Request, admin: Admin, drone_id: DronePath, user
     await tower.roster.refresh()
     await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
     return _view(request, admin, drone_id)
-
-
-async def _with_credential(
-    request: Request, admin: Principal, drone_id: int, credential: Credential
-) -> DroneWithCredential:
-    await tower_of(request).roster.refresh()
-    return DroneWithCredential(drone=_view(request, admin, drone_id), credential=str(credential))

@@ -6,13 +6,17 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cached_property
 
 from sqlalchemy import select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.tables import ApiTokenRow, Role, UserRow
 from server.control.tables import ControlLeaseRow
+from server.fleet.relations import TeamRole, Ties
 from server.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow
+from server.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
+from wire.drone_key import key_bytes
 from wire.ids import DroneId, Epoch, UserId
 
 
@@ -42,13 +46,24 @@ class LoanRecord:
 
 
 @dataclass(frozen=True)
+class TeamRecord:
+    """The team that a drone belongs to."""
+
+    id: int
+    name: str
+    crew: Mapping[UserId, TeamRole]
+    since: datetime
+    """When the drone was put into it."""
+
+
+@dataclass(frozen=True)
 class DroneRecord:
     id: DroneId
     name: str
     owners: tuple[UserRef, ...]
     """In the order of their ids."""
     credential_hash: str
-    """SHA-256 of the credential's whole text, in hexadecimal digits."""
+    """SHA-256 of the whole text of a bearer credential, in hexadecimal digits. Empty: it has none."""
     holder: UserRef | None
     epoch: Epoch
     taken_from: UserRef | None
@@ -61,6 +76,24 @@ class DroneRecord:
     """`taken_from` may not watch the video."""
     loans: tuple[LoanRecord, ...] = ()
     """In the order of the users' ids."""
+    public_key: bytes = b""
+    """The 32 bytes of the drone's Ed25519 key. Empty: it has none."""
+    key_since: datetime | None = None
+    team: TeamRecord | None = None
+
+    @property
+    def identity(self) -> tuple[str, bytes]:
+        """What its agent has to prove. Whoever signed in by another one is signed in no longer."""
+        return self.credential_hash, self.public_key
+
+    @cached_property
+    def ties(self) -> Ties:
+        """Whom it has to do with, as the judgement of rights asks."""
+        return Ties(
+            owners=frozenset(one.id for one in self.owners),
+            borrowers=frozenset(one.user.id for one in self.loans),
+            crew=self.team.crew if self.team is not None else {},
+        )
 
 
 @dataclass(frozen=True)
@@ -108,10 +141,11 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
         if borrower is not None and (now is None or loan.until > now):
             told = LoanRecord(borrower, loan.until, loan.may_arm, loan.max_height_m, loan.radius_m)
             loans[loan.drone_id].append(told)
+    teams = await _teams(session)
     leases = {one.drone_id: one for one in await session.scalars(select(ControlLeaseRow))}
 
     drones = []
-    known = select(DroneRow.id, DroneRow.name, DroneRow.credential_hash)
+    known = select(DroneRow.id, DroneRow.name, DroneRow.credential_hash, DroneRow.public_key, DroneRow.key_since)
     for drone in await session.execute(known.order_by(DroneRow.id)):
         lease = leases.get(drone.id)
         drones.append(
@@ -128,7 +162,39 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
                 blind=lease.blind if lease else False,
                 video_moved=lease.video_moved if lease else False,
                 loans=tuple(loans[drone.id]),
+                public_key=key_bytes(drone.public_key) if drone.public_key else b"",
+                key_since=drone.key_since,
+                team=teams.get(drone.id),
             )
         )
     token_ids = frozenset(await session.scalars(select(ApiTokenRow.id)))
     return FleetSnapshot(revision=revision, drones=tuple(drones), users=users, token_ids=token_ids)
+
+
+async def ties_of(session: AsyncSession, drone_id: int, now: datetime) -> Ties:
+    """Whom one drone has to do with, as the database knows it inside this transaction."""
+    owners = await session.scalars(select(OwnershipRow.user_id).where(OwnershipRow.drone_id == drone_id))
+    on_loan = select(LoanRow.user_id).where(LoanRow.drone_id == drone_id, LoanRow.until > now)
+    crew = select(TeamMemberRow.user_id, TeamMemberRow.role)
+    crew = crew.join(TeamDroneRow, TeamDroneRow.team_id == TeamMemberRow.team_id)
+    return Ties(
+        owners=frozenset(UserId(one) for one in owners),
+        borrowers=frozenset(UserId(one) for one in await session.scalars(on_loan)),
+        crew={
+            UserId(one.user_id): TeamRole(one.role)
+            for one in await session.execute(crew.where(TeamDroneRow.drone_id == drone_id))
+        },
+    )
+
+
+async def _teams(session: AsyncSession) -> dict[int, TeamRecord]:
+    """By drone. The drones of a team share one crew."""
+    crews: defaultdict[int, dict[UserId, TeamRole]] = defaultdict(dict)
+    members = select(TeamMemberRow.team_id, TeamMemberRow.user_id, TeamMemberRow.role)
+    for member in await session.execute(members):
+        crews[member.team_id][UserId(member.user_id)] = TeamRole(member.role)
+    grouped = select(TeamDroneRow.drone_id, TeamDroneRow.since, TeamRow.id, TeamRow.name)
+    return {
+        row.drone_id: TeamRecord(row.id, row.name, crews[row.id], row.since)
+        for row in await session.execute(grouped.join(TeamRow, TeamRow.id == TeamDroneRow.team_id))
+    }

@@ -1,5 +1,5 @@
 """The tables of the fleet: drones, who owns or has borrowed them, how their agents are enrolled, and the number of the
-last change."""
+last change. Those of teams are in `server.teams.tables`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,11 @@ class DroneRow(Base):
     name: Mapped[str] = mapped_column(String(64))
     name_key: Mapped[str] = mapped_column(String(256), unique=True)
     credential_hash: Mapped[str] = mapped_column(String(64))
+    """Of a bearer credential that an older version gave out, and that no key has taken the place of. Empty: none."""
     created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    public_key: Mapped[str | None] = mapped_column(String(43))
+    """The public half of the drone's Ed25519 key (wire.drone_key.key_text). None: no agent signs in by a key."""
+    key_since: Mapped[datetime | None] = mapped_column(UtcDateTime)
 
 
 class OwnershipRow(Base):
@@ -43,10 +47,12 @@ class LoanRow(Base):
     """Above home."""
     radius_m: Mapped[float | None]
     """Around home."""
+    team_id: Mapped[int | None] = mapped_column(ForeignKey("teams.id", ondelete="CASCADE"), index=True)
+    """Lent by an admin of this team, and over when drone or borrower leave it; None: by one of the tower."""
 
 
 class EnrolmentRow(Base):
-    """A permission to fetch a drone's credential, once."""
+    """A permission to become a drone by showing the public half of a key, once."""
 
     __tablename__ = "enrolments"
     __table_args__ = ({"sqlite_autoincrement": True},)
@@ -61,6 +67,19 @@ class EnrolmentRow(Base):
     used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
     used_from: Mapped[str] = mapped_column(String(64), default="", server_default="")
     agent_seen_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    public_key: Mapped[str | None] = mapped_column(String(43))
+    """That it was used with."""
+
+
+class TowerIdentityRow(Base):
+    """One row: the key by which agents know this tower. The private half is sealed (server.vault)."""
+
+    __tablename__ = "tower_identity"
+    __table_args__ = (CheckConstraint("id = 1", name="one_row"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    public_key: Mapped[str] = mapped_column(String(43))
+    sealed_key: Mapped[str] = mapped_column(String(255))
 
 
 class FleetRevisionRow(Base):

@@ -60,10 +60,12 @@ class Simple(_Command):
 
 
 class SetHome(_Command):
-    """A place, or `here`. `altitude_m` is above the sea."""
+    """A place, or `here`. `altitude_m` is above the sea. In the air heights above home would jump: `here` keeps the
+    height that home has, and `while_flying` says that this is wanted."""
 
     command: Literal["set_home"]
     here: bool = False
+    while_flying: bool = False
     lat: Latitude | None = None
     lon: Longitude | None = None
     altitude_m: Annotated[float, Field(ge=-1000, le=10_000, allow_inf_nan=False)] | None = None
@@ -166,6 +168,6 @@ class FollowMe(_Command):
 OneOff = (
     Arm | Disarm | ChangeMode | TakeOff | GoTo | Simple | SetHome | ChangeSpeed | Turn | Start | Jump | Orbit | LookAt
 )
-"""Over when the autopilot has accepted it."""
+"""Over when the autopilot has accepted it, and its telemetry shows it or has had the time to."""
 
 FlightCommand = Annotated[OneOff | Follow | FollowMe, Field(discriminator="command")]

@@ -57,7 +57,7 @@ def order_for(
 ) -> Order:
     """Into the mode that listens, and then to the place. `work`, `needs`, `about`: of the order."""
 
-    def say(step: Step, outcome: Outcome, words: str) -> str:
+    def say(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
         why = f" {following.stopped}." if following.stopped else ""
         where = "" if isinstance(step.work, FollowWork) else f", {step.phase}"
         return f"{vehicle.name}{where}:{why} {words}"
@@ -80,6 +80,8 @@ def _refuse(hub: Hub, drone: LiveDrone, leader: LiveDrone, work: FollowWork, now
         raise CannotFollow(f"{leads} follows {whom} itself: {name} can follow one that follows nobody")
     if hub.follows.taken_place(leader.drone_id, work) is not None:
         raise CannotFollow(f"that place at {leads} is too near to another drone's that follows it")
+    if leader.online and leader.airborne is None:
+        raise CannotFollow(f"whether {leads} is in the air is not known: its autopilot is silent")
     if not leader.online or not leader.airborne:
         raise CannotFollow(f"{leads} is not in the air: there is nobody to follow")
     if motion_of(leader) is None or now - leader.position_at > STALE_S:
@@ -94,5 +96,7 @@ def refuse_busy(hub: Hub, drone: LiveDrone) -> None:
         raise DroneBusy(f"{name} follows {own.work.leader_name}: stop that first")
     if hub.follows.followers_of(drone.drone_id):
         raise CannotFollow(f"{name} is followed by another drone, and can follow nobody")
+    if drone.airborne is None:
+        raise CannotFollow(f"whether {name} is in the air is not known: its autopilot is silent")
     if not drone.airborne:
         raise CannotFollow(f"{name} is not in the air: take off first")

@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Path, Request, Response
 
 from server.access import Pilot, UnknownDrone
-from server.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe
+from server.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, SetHome
 from server.flight_commands.follow_me import follow_me_order
 from server.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
 from server.flight_commands.steps import NoSuchItem, order_of
@@ -22,6 +22,7 @@ from server.operations.refusals import (
     DroneOffline,
     LoanForbids,
     LossCheckOpen,
+    MovesHome,
     NotInControl,
     TooManyOperations,
     ViewTaken,
@@ -43,7 +44,17 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
     "",
     responses=ACCEPTED
     | answers(
-        *(DroneOffline, AgentTooOld, DroneBusy, NotInControl, Assisted, LoanForbids, LossCheckOpen, WouldFall),
+        *(
+            DroneOffline,
+            AgentTooOld,
+            DroneBusy,
+            NotInControl,
+            Assisted,
+            LoanForbids,
+            LossCheckOpen,
+            WouldFall,
+            MovesHome,
+        ),
         *(TooManyOperations, NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem, NoSuchLeader, CannotFollow),
     ),
 )
@@ -69,6 +80,8 @@ async def command_drone(
     sent = [step.work for step in order.steps if step.skip is None or not step.skip()]
     works = [work for work in sent if isinstance(work, CommandWork)]
     refuse_commands(drone, principal, works, falls=isinstance(body, Disarm) and body.force)
+    if isinstance(body, SetHome) and drone.airborne is not False and not body.while_flying:
+        raise MovesHome(drone.record.name, known=drone.airborne is True)
     operation = begin(request, principal, drone, order)
     if following is not None:
         tower_of(request).hub.follows.began(operation, following)

@@ -57,8 +57,8 @@ def order_of(command: OneOff, vehicle: Vehicle) -> Order:
     """Raises NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem."""
     about: dict[str, object] = command.model_dump(exclude_none=True)
 
-    def say(step: Step, outcome: Outcome, words: str) -> str:
-        if outcome is Outcome.DONE:
+    def say(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
+        if outcome is Outcome.DONE and seen is None:
             return f"{vehicle.name} has accepted it: {step.phase}."
         return f"{vehicle.name}, {step.phase}: {words}"
 
@@ -84,7 +84,7 @@ def steps_of(command: OneOff, vehicle: Vehicle) -> list[Step]:
         case Simple():
             return [_simple(vehicle, command)]
         case SetHome():
-            return [_set_home(command)]
+            return [_set_home(vehicle, command)]
         case ChangeSpeed():
             return [_speed(command.m_s)]
         case Turn():
@@ -129,14 +129,14 @@ def mode_step(vehicle: Vehicle, name: str, *, skip: bool = False) -> Step:
 
 def _arm(vehicle: Vehicle, *, always: bool = False) -> Step:
     work = _long(_M.MAV_CMD_COMPONENT_ARM_DISARM, 1.0)
-    return Step(work, ANSWER_WITHIN_S, "arming", skip=lambda: vehicle.armed and not always)
+    return Step(work, ANSWER_WITHIN_S, "arming", skip=lambda: bool(vehicle.armed) and not always)
 
 
 def _take_off(vehicle: Vehicle, height_m: float) -> list[Step]:
-    phase = f"climbing to {height_m:g} m"
+    phase, is_armed = f"climbing to {height_m:g} m", vehicle.is_armed()
     if vehicle.px4:
         climb = _long(_M.MAV_CMD_NAV_TAKEOFF, None, 0.0, 0.0, None, None, None, vehicle.above_sea(height_m))
-        if vehicle.armed:
+        if is_armed:
             return [_step(phase, climb)]
         return [_step("getting ready to climb", climb), Step(_arm(vehicle).work, ANSWER_WITHIN_S, f"arming, {phase}")]
     climb = _long(_M.MAV_CMD_NAV_TAKEOFF, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, height_m)
@@ -166,11 +166,15 @@ def _simple(vehicle: Vehicle, wish: Simple) -> Step:
     return mode_step(vehicle, _MISSION[False])
 
 
-def _set_home(wish: SetHome) -> Step:
-    if wish.lat is None or wish.lon is None or wish.altitude_m is None:
-        return _step("making this place home", _long(_M.MAV_CMD_DO_SET_HOME, 1.0))
-    work = _at(_M.MAV_CMD_DO_SET_HOME, wish.lat, wish.lon, wish.altitude_m, _ABOVE_SEA)
-    return _step(f"making {wish.lat:.6f}, {wish.lon:.6f} home", work)
+def _set_home(vehicle: Vehicle, wish: SetHome) -> Step:
+    lat, lon, altitude_m = wish.lat, wish.lon, wish.altitude_m
+    if lat is None or lon is None or altitude_m is None:
+        if vehicle.airborne is False:
+            return _step("making this place home", _long(_M.MAV_CMD_DO_SET_HOME, 1.0))
+        # An autopilot would lift home to where it is, and every height above home would jump.
+        (lat, lon), altitude_m = vehicle.place(), vehicle.above_sea(0.0)
+    work = _at(_M.MAV_CMD_DO_SET_HOME, lat, lon, altitude_m, _ABOVE_SEA)
+    return _step(f"making {lat:.6f}, {lon:.6f} home", work)
 
 
 def _speed(m_s: float) -> Step:
@@ -201,10 +205,10 @@ def _set_item(vehicle: Vehicle, item: int, *, anew: bool) -> Step:
 
 def _start(vehicle: Vehicle, item: int) -> list[Step]:
     _check_item(vehicle, item)
-    phase = f"flying the mission from item {item + 1}"
-    if vehicle.px4:
+    phase, is_armed = f"flying the mission from item {item + 1}", vehicle.is_armed()
+    if vehicle.px4:  # arms for it
         return [_step(phase, _long(_M.MAV_CMD_MISSION_START, float(item)))]
-    ready = [] if vehicle.armed else [mode_step(vehicle, "GUIDED", skip=vehicle.is_in("GUIDED")), _arm(vehicle)]
+    ready = [] if is_armed else [mode_step(vehicle, "GUIDED", skip=vehicle.is_in("GUIDED")), _arm(vehicle)]
     return [*ready, _set_item(vehicle, item, anew=True), _step(phase, _long(_M.MAV_CMD_MISSION_START))]
 
 

@@ -10,6 +10,7 @@ from typing import Final
 
 from server.refusal import Refusal
 from server.relay.live_drone import LiveDrone
+from server.relay.loan_limits import whole_place_in
 from wire.dialect import mavlink
 from wire.frames import payload
 from wire.plans import PlanKind
@@ -86,11 +87,14 @@ class Vehicle:
     name: str
     px4: bool
     custom_mode: int
-    armed: bool
-    airborne: bool
+    armed: bool | None
+    """None: not known, as `airborne`."""
+    airborne: bool | None
     home_alt_m: float | None
     mission_items: int | None
     """None: nobody knows what is on board."""
+    place_deg: tuple[float, float] | None = None
+    """Latitude and longitude; None: not known."""
 
     @classmethod
     def of(cls, drone: LiveDrone) -> Vehicle:
@@ -104,6 +108,7 @@ class Vehicle:
         if vehicle_type not in _MULTICOPTERS or not (px4 or autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA):
             raise NotKnownHow(f"{name} is no multicopter of ArduPilot's or PX4's: the tower has no commands for it")
         plan, _ = drone.board.plan(PlanKind.MISSION)
+        place = whole_place_in(drone.position_frame) if drone.position_frame is not None else None
         return cls(
             name=name,
             px4=px4,
@@ -112,7 +117,14 @@ class Vehicle:
             airborne=drone.airborne,
             home_alt_m=drone.home.alt_amsl_m if drone.home is not None else None,
             mission_items=plan.count if plan.state == "known" else None,
+            place_deg=None if place is None else (place.lat_deg, place.lon_deg),
         )
+
+    def is_armed(self) -> bool:
+        """Raises NotKnownYet: what arms is not begun where nobody knows."""
+        if self.armed is None:
+            raise NotKnownYet(f"whether {self.name} is armed is not known: its autopilot is silent")
+        return self.armed
 
     def mode(self, name: str) -> ModeNumbers:
         """Upper and lower case do not count, nor whether a space or a line stands between words. Raises NoSuchMode."""
@@ -127,6 +139,12 @@ class Vehicle:
         """Whether its heartbeat shows this mode."""
         main, sub = self.mode(name)
         return self.custom_mode == (main << 16 | sub << 24 if self.px4 else main)
+
+    def place(self) -> tuple[float, float]:
+        """Latitude and longitude. Raises NotKnownYet."""
+        if self.place_deg is None:
+            raise NotKnownYet(f"where {self.name} is has not been heard yet")
+        return self.place_deg
 
     def above_sea(self, height_m: float) -> float:
         """Of a height above home. Raises NotKnownYet."""

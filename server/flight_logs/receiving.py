@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator
-from pathlib import Path
-from typing import IO, Final
+from typing import Final
 
+from server.file_accounts import FileAccounts
 from server.file_room import NoRoom
 from server.flight_logs.refusals import FileIncomplete, FileNotTaken, NotAskedFor
 from server.flight_logs.shelf import LogShelf
@@ -25,8 +25,9 @@ WRITE_AT_ONCE_BYTES: Final = 256 * 1024
 class LogReceiver:
     """One for a tower."""
 
-    def __init__(self, shelf: LogShelf) -> None:
+    def __init__(self, shelf: LogShelf, accounts: FileAccounts) -> None:
         self._shelf = shelf
+        self._accounts = accounts
         self._attempts: Counter[int] = Counter()
         """By transaction: an agent that begins anew has given up what it sent before."""
 
@@ -44,13 +45,13 @@ class LogReceiver:
             current = operation.running and operation.transaction_id == transaction_id
             return current and self._attempts[transaction_id] == attempt
 
+        shelf, whose = self._shelf, self._accounts()
         try:
-            file = await asyncio.to_thread(self._shelf.begin, drone.drone_id, transaction_id, size_bytes, attempt)
+            arriving = await asyncio.to_thread(shelf.begin, drone.drone_id, transaction_id, size_bytes, attempt, whose)
         except NoRoom as error:
             raise FileNotTaken(str(error)) from None
         except OSError as error:
             raise FileNotTaken(f"the tower cannot keep files: {error.strerror or error}") from None
-        part = Path(file.name)
         try:
             taken, waiting = 0, bytearray()
             async for piece in _within(body, SILENCE_S):
@@ -61,29 +62,21 @@ class LogReceiver:
                     raise FileIncomplete("more came than was promised")
                 waiting += piece
                 if len(waiting) >= WRITE_AT_ONCE_BYTES:
-                    await asyncio.to_thread(file.write, bytes(waiting))
+                    await asyncio.to_thread(shelf.write, arriving, bytes(waiting))
                     waiting.clear()
             if taken != size_bytes:
                 raise FileIncomplete(f"{taken} bytes came of {size_bytes}")
-            await asyncio.to_thread(_finish, file, bytes(waiting))
+            await asyncio.to_thread(shelf.write, arriving, bytes(waiting))
             if not still_wanted():
                 raise NotAskedFor
             began = next((one.began_unix_s for one in drone.board.logs or () if one.log_id == work.log_id), None)
-            await asyncio.to_thread(self._shelf.keep, drone.drone_id, part, work.log_id, began)
+            await asyncio.to_thread(shelf.keep, arriving, work.log_id, began)
+        except NoRoom as error:
+            raise FileNotTaken(str(error)) from None
         except OSError as error:
             raise FileNotTaken(f"the tower cannot keep it: {error.strerror or error}") from None
         finally:
-            await asyncio.to_thread(_discard, file, part)
-
-
-def _finish(file: IO[bytes], rest: bytes) -> None:
-    file.write(rest)
-    file.close()
-
-
-def _discard(file: IO[bytes], part: Path) -> None:
-    file.close()
-    part.unlink(missing_ok=True)
+            await asyncio.to_thread(shelf.discard, arriving)
 
 
 async def _within(body: AsyncIterator[bytes], silence_s: float) -> AsyncIterator[bytes]:

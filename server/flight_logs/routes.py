@@ -15,7 +15,7 @@ from starlette.requests import ClientDisconnect
 from server.access import Pilot, UnknownDrone, Viewer
 from server.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.flight_logs.shelf import KeptLog
-from server.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, watched_drone
+from server.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, refuse_observers, watched_drone
 from server.operations.operation import Lane, Order, Step
 from server.operations.refusals import (
     AgentTooOld,
@@ -24,13 +24,15 @@ from server.operations.refusals import (
     DroneOffline,
     LoanForbids,
     NotInControl,
+    OnlyWatches,
     TooManyOperations,
     ViewTaken,
 )
 from server.operations.views import LogView, OperationView
 from server.private_path import NotPrivate
 from server.problem_docs import answers
-from server.relay.agent_sign_in import AgentRefused, sign_in
+from server.relay.agent_sign_in import AgentRefused
+from server.relay.link_ticket import drone_of
 from server.tower import tower_of
 from wire.transactions import LogDownloadWork, LogListWork
 
@@ -44,7 +46,9 @@ MEDIA_TYPE: Final = "application/octet-stream"
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 LogPath = Annotated[int, Path(ge=0, le=0xFFFF)]
 TransactionPath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
-_BEGIN: Final = answers(UnknownDrone, ViewTaken, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations) | ACCEPTED
+_BEGIN: Final = (
+    answers(*(UnknownDrone, ViewTaken, OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations)) | ACCEPTED
+)
 
 
 class KeptLogView(LogView):
@@ -67,10 +71,11 @@ class LogsView(BaseModel):
     kept: Annotated[list[KeptLogView], Field(description="Those that the tower has")]
 
 
-@router.get("/drones/{drone_id}/logs", responses=answers(UnknownDrone, ViewTaken))
+@router.get("/drones/{drone_id}/logs", responses=answers(UnknownDrone, ViewTaken, OnlyWatches))
 async def get_logs(request: Request, principal: Viewer, drone_id: DronePath) -> LogsView:
     """Which logs were on board when the list was read last, and which of the drone's the tower has."""
     drone = watched_drone(request, principal, drone_id)
+    refuse_observers(drone, principal)
     kept = await asyncio.to_thread(tower_of(request).log_shelf.of, drone.drone_id)
     board = drone.board
     return LogsView(
@@ -117,12 +122,13 @@ async def fetch_log(
         206: {"content": {MEDIA_TYPE: {}}, "description": "The range that was asked for"},
         400: {"description": "The range cannot be read"},
         416: {"description": "The file has no such range"},
-        **answers(UnknownDrone, UnknownLog, ViewTaken),
+        **answers(UnknownDrone, UnknownLog, ViewTaken, OnlyWatches),
     },
 )
 async def get_log_file(request: Request, principal: Viewer, drone_id: DronePath, log_id: LogPath) -> FileResponse:
     """A log that the tower has, as the autopilot wrote it."""
     drone = watched_drone(request, principal, drone_id)
+    refuse_observers(drone, principal)
     kept = await asyncio.to_thread(tower_of(request).log_shelf.of, drone.drone_id)
     found = next((one for one in kept if one.log_id == log_id), None)
     if found is None:
@@ -145,14 +151,15 @@ _FILE: Final[dict[str, Any]] = {
     openapi_extra=_FILE,
 )
 async def put_agent_file(request: Request, transaction_id: TransactionPath) -> None:
-    """For agents, with the drone's credential: the file that a running transaction of theirs has asked for."""
+    """For agents, with the ticket of their link: the file that a running transaction of theirs has asked for."""
     tower = tower_of(request)
+    until = tower.sign_in_rules.credentials_until
     try:
-        credential = sign_in(tower.hub, request)
+        drone_id = drone_of(tower.hub, request, credentials_until=until, now=tower.clock())
     except AgentRefused as refused:
         raise (NotPrivate() if refused.status == 403 else BadCredential(refused.words)) from None
-    drone = tower.hub.drone(credential.drone_id)
-    operation = tower.hub.operations.transaction(credential.drone_id, transaction_id)
+    drone = tower.hub.drone(drone_id)
+    operation = tower.hub.operations.transaction(drone_id, transaction_id)
     length = request.headers.get("content-length", "")
     if drone is None or operation is None:
         raise NotAskedFor

@@ -10,6 +10,7 @@ from prometheus_client import CollectorRegistry, GCCollector, PlatformCollector,
 from prometheus_client.exposition import choose_encoder
 
 from server.access import Action, AdminsOnly, BadToken, NotSignedIn, ScopeMissing, SessionExpired, token_in, who_may
+from server.metrics.anonymous import AnonymousCollector
 from server.metrics.collector import RelayCollector
 from server.problem_docs import answers
 from server.recordings.metrics import RecordingCollector
@@ -35,6 +36,7 @@ def new_registry(tower: Tower) -> CollectorRegistry:
     """Of one tower: a second one in the same process (tests) counts for itself."""
     registry = CollectorRegistry()
     registry.register(RelayCollector(tower.hub, tower.database.engine.pool))
+    registry.register(AnonymousCollector(tower.anonymous))
     registry.register(RecordingCollector(tower.recordings))
     ProcessCollector(registry=registry)
     PlatformCollector(registry=registry)

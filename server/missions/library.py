@@ -1,14 +1,15 @@
 """The rules of the library of missions: who sees and who changes which, how many there are, and who was first.
 
-One's own is one's own. A shared one is read by every user, and changed by its owner and by admins. What a user may not
-see is not there. Every rule takes a session of the database: a change and its audit record live or die together.
+One's own is one's own. A shared one is read by whoever is in a team with its owner, and among those who are in no team;
+an admin's by everybody, and everything by admins. It is changed by its owner and by admins. What a user may not see is
+not there. Every rule takes a session of the database: a change and its audit record live or die together.
 """
 
 from __future__ import annotations
 
 from typing import Final
 
-from sqlalchemy import func, or_, select
+from sqlalchemy import ColumnElement, and_, func, or_, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.sessions import Principal
@@ -18,6 +19,7 @@ from server.missions.document import KeptDocument
 from server.missions.tables import MissionRow
 from server.names import clean_name
 from server.refusal import Refusal
+from server.teams.tables import TeamMemberRow
 
 MOST_MISSIONS: Final = 500
 
@@ -53,22 +55,35 @@ Found = tuple[MissionRow, str]
 """With the name of the owner."""
 
 
+def _seen_by(viewer: Principal) -> ColumnElement[bool]:
+    """In a query of missions with the accounts of their owners: which of them this user may see."""
+    own = MissionRow.owner_id == viewer.user_id
+    if viewer.role is Role.ADMIN:
+        return or_(own, MissionRow.shared)
+    teams = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == viewer.user_id)
+    mates = select(TeamMemberRow.user_id).where(TeamMemberRow.team_id.in_(teams))
+    in_no_team = and_(~teams.exists(), MissionRow.owner_id.not_in(select(TeamMemberRow.user_id)))
+    near = or_(UserRow.role == Role.ADMIN.value, MissionRow.owner_id.in_(mates), in_no_team)
+    return or_(own, and_(MissionRow.shared, near))
+
+
 async def list_missions(session: AsyncSession, viewer: Principal) -> list[Found]:
     """One's own and those that are shared, the newest first, without their documents."""
     query = select(MissionRow, UserRow.name).join(UserRow, UserRow.id == MissionRow.owner_id)
-    seen = or_(MissionRow.owner_id == viewer.user_id, MissionRow.shared)
-    rows = await session.execute(query.where(seen).order_by(MissionRow.updated_at.desc(), MissionRow.id.desc()))
+    rows = await session.execute(
+        query.where(_seen_by(viewer)).order_by(MissionRow.updated_at.desc(), MissionRow.id.desc())
+    )
     return [(row, name) for row, name in rows]
 
 
 async def get_mission(session: AsyncSession, viewer: Principal, mission_id: int, *, lock: bool = False) -> Found:
     """Raises UnknownMission."""
     query = select(MissionRow, UserRow.name).join(UserRow, UserRow.id == MissionRow.owner_id)
-    query = query.where(MissionRow.id == mission_id)
+    query = query.where(MissionRow.id == mission_id, _seen_by(viewer))
     if lock:
         query = query.with_for_update(of=MissionRow)
     found = (await session.execute(query)).first()
-    if found is None or not (found[0].shared or found[0].owner_id == viewer.user_id):
+    if found is None:
         raise UnknownMission
     return found[0], found[1]
 

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Path, Query, Request, Response
 from starlette.convertors import Convertor, register_url_convertor
 
 from server.access import Action, Pilot, UnknownDrone, Viewer, admit
+from server.flight_commands.vehicle import NotKnownYet
 from server.missions import plans
 from server.missions.plan_body import (
     ITEMS_SCHEMA,
@@ -19,6 +20,7 @@ from server.missions.plan_body import (
     plan_of,
     read_body,
 )
+from server.missions.plan_keeping import PlanKeptView, keeping_for, plan_kept
 from server.missions.plans import PlanNotRead, PlanView
 from server.operations.asking import ACCEPTED, Prefer, answer, begin, ended, flown_drone, watched_drone
 from server.operations.leave import refuse_plan
@@ -30,6 +32,7 @@ from server.operations.refusals import (
     DroneOffline,
     LoanForbids,
     NotInControl,
+    OnlyWatches,
     TooManyOperations,
     ViewTaken,
 )
@@ -60,7 +63,7 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 KindPath = Annotated[Literal["mission", "fence", "rally"], Path()]
 WhileFlying = Annotated[bool, Query(description="Also while a mission is being flown, which is paused for it")]
 
-_BEGIN: Final = answers(DroneOffline, AgentTooOld, DroneBusy, TooManyOperations)
+_BEGIN: Final = answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations)
 _WRITE: Final = _BEGIN | ACCEPTED | answers(NotInControl, Assisted, LoanForbids)
 _BODY: Final = answers(MalformedBody, BadPlan)
 _ITEMS: Final[dict[str, Any]] = {"items": ITEMS_SCHEMA}
@@ -141,6 +144,18 @@ async def verify_plan(
     drone = watched_drone(request, principal, drone_id)
     order = plans.verify(PlanKind(kind), items)
     return await answer(begin(request, principal, drone, order), response, prefer)
+
+
+@router.post(
+    "/{kind:plan_kind}/kept",
+    operation_id="foresee_plan",
+    responses=answers(NotKnownYet) | _BODY,
+    openapi_extra=body_schema(_ITEMS, ["items"]),
+)
+async def foresee_plan(request: Request, principal: Viewer, drone_id: DronePath, kind: KindPath) -> PlanKeptView:
+    """What the drone's autopilot would not keep of this plan. Nothing is sent to the drone."""
+    items = plan_of((await read_body(request, PlanBody)).items)
+    return plan_kept(keeping_for(watched_drone(request, principal, drone_id)), PlanKind(kind), items)
 
 
 def _being_read(request: Request, drone: LiveDrone, kind: PlanKind) -> Operation | None:

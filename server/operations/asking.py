@@ -10,10 +10,11 @@ from fastapi import Header, Request, Response
 
 from server.access import UnknownDrone
 from server.accounts.sessions import Principal
+from server.fleet.relations import Right
 from server.fleet.snapshot import UserRef
 from server.operations.leave import refuse_others, refuse_the_blind
 from server.operations.operation import Operation, Order
-from server.operations.refusals import Assisted, TooManyOperations, TurnNotCome
+from server.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnNotCome
 from server.operations.views import OperationView
 from server.relay.live_drone import LiveDrone
 from server.tower import address_of, tower_of
@@ -40,6 +41,12 @@ def watched_drone(request: Request, principal: Principal, drone_id: int) -> Live
     return drone
 
 
+def refuse_observers(drone: LiveDrone, principal: Principal) -> None:
+    """Raises OnlyWatches for whoever may see the drone, and have nothing read or fetched from it."""
+    if not drone.may(principal.user_id, principal.role, Right.READ):
+        raise OnlyWatches(drone.record.name)
+
+
 async def flown_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
     """A drone of which this user has the controls and the turn. No await between this and `begin`.
 
@@ -61,7 +68,8 @@ async def flown_drone(request: Request, principal: Principal, drone_id: int) -> 
 
 
 def begin(request: Request, principal: Principal, drone: LiveDrone, order: Order) -> Operation:
-    """Raises TooManyOperations, DroneOffline, AgentTooOld, DroneBusy."""
+    """Raises OnlyWatches, TooManyOperations, DroneOffline, AgentTooOld, DroneBusy."""
+    refuse_observers(drone, principal)
     if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=order.stops):
         raise TooManyOperations
     by = UserRef(principal.user_id, principal.name)

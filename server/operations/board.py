@@ -96,6 +96,11 @@ class ParameterShelf:
         self._hash: str | None = None
         self._changes: dict[str, Parameter] = {}
 
+    def read_again(self, at: datetime) -> None:
+        """They were read anew. An agent whose table is here already sends nothing but its hash."""
+        if not self.lacks_table:
+            self.read_at = at
+
     @property
     def lacks_table(self) -> bool:
         """Whether the agent has a table that is not here."""

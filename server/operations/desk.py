@@ -281,7 +281,9 @@ class OperationDesk:
             operation.plan = told.plan
         if told.logs is not None and isinstance(work, LogListWork) and told.outcome is Outcome.DONE:
             drone.board.logs, drone.board.logs_read_at = told.logs, self._clock()
-        operation.item, operation.code, operation.logs = told.item, told.code, told.logs
+        if isinstance(work, ParametersReadWork) and told.outcome is Outcome.DONE:
+            drone.board.parameters.read_again(self._clock())
+        operation.item, operation.code, operation.seen, operation.logs = told.item, told.code, told.seen, told.logs
         operation.refusals, operation.refused = told.refusals, told.refused
         if late is None and told.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
             del self._running[told.id]
@@ -301,7 +303,7 @@ class OperationDesk:
             rest = "it was told too late, and what was to follow was not sent"
             self._end(operation, State.FAILED, f"{operation.drone_name}, {operation.step.phase}: done, but {rest}.")
             return
-        words = operation.order.say(operation.step, told.outcome, told.words)
+        words = operation.order.say(operation.step, told.outcome, told.words, told.seen)
         self._end(operation, STATE_OF[told.outcome], words)
 
     def _end(self, operation: Operation, state: State, words: str) -> None:
@@ -380,12 +382,13 @@ class OperationDesk:
     def _tell(self, operation: Operation) -> None:
         drone = self._state.drones.get(operation.drone_id)
         if drone is not None and operation.by is not None:
-            self._tell_drone(drone, live.OperationChanged.of(operation))
+            self._tell_drone(drone, live.OperationChanged.of(operation), operation)
 
     @staticmethod
-    def _tell_drone(drone: LiveDrone, event: live.ToBrowser) -> None:
-        for browser in drone.frame_watchers():
-            browser.tell(event)
+    def _tell_drone(drone: LiveDrone, event: live.ToBrowser, about: Operation | None = None) -> None:
+        for one in drone.frame_watchers():
+            if about is None or drone.knows_of(one.viewer.user_id, one.viewer.role, about.began_at):
+                one.tell(event)
 
 
 def _is_another_agent(before: AgentLink | None, now: AgentLink) -> bool:

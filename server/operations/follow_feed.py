@@ -116,8 +116,7 @@ class FollowFeed:
             self._stop(operation, following, why)
         elif motion is not None and drone.link is not None and isinstance(operation.step.work, FollowWork):
             # While nobody hears it, nobody knows that it has landed: its position gets old, and says that.
-            heard = leader is not None and leader.link is not None and leader.autopilot_heard
-            on_ground = heard and leader is not None and not leader.airborne
+            on_ground = leader is not None and leader.airborne is False
             drone.link.send_newest(self._position(motion, operation, following, now, on_ground=on_ground), now)
 
     def _stop(self, operation: Operation, following: Following, why: str) -> None:

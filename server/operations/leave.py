@@ -58,7 +58,7 @@ def refuse_frame(
     if barred is not None:
         raise LoanForbids(name, barred, item=item)
     if command is not None and ends_the_flight(command, standing) and not falls:
-        raise WouldFall(name)
+        raise WouldFall(name, known=standing.airborne is True)
 
 
 def refuse_plan(drone: LiveDrone, viewer: Principal, kind: PlanKind, items: Sequence[PlanItem]) -> None:

@@ -61,11 +61,11 @@ class Step:
     skip: Callable[[], bool] | None = None
 
 
-Say = Callable[[Step, Outcome, str], str]
-"""The words of an operation that ended with this step, like that, of which the agent said so."""
+Say = Callable[[Step, Outcome, str, bool | None], str]
+"""The words of an operation that ended with this step, like that, of which the agent said so, and whether it saw it."""
 
 
-def as_said(step: Step, outcome: Outcome, words: str) -> str:
+def as_said(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
     """What the agent says, and nothing else."""
     return words
 
@@ -113,6 +113,7 @@ class Operation:
     words: str = ""
     item: int | None = None
     code: str = ""
+    seen: bool | None = None
     refusals: tuple[ParameterRefusal, ...] = ()
     refused: int = 0
     logs: tuple[LogEntry, ...] | None = None

@@ -38,6 +38,13 @@ class NotInControl(Refusal):
         super().__init__(f"you do not have the controls of {name}: nothing was sent to it")
 
 
+class OnlyWatches(Refusal):
+    """An observer of the drone's team."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"you may watch {name}, and neither read from it nor see what was kept of it")
+
+
 class Assisted(Refusal):
     def __init__(self, name: str) -> None:
         super().__init__(f"an admin is assisting {name}: yours has to wait until they have finished")
@@ -61,8 +68,18 @@ class NotThroughTheTower(Refusal):
 
 
 class WouldFall(Refusal):
-    def __init__(self, name: str) -> None:
-        super().__init__(f"{name} is in the air and would fall: say `force` if that is what you want")
+    def __init__(self, name: str, *, known: bool) -> None:
+        where = "is in the air and would fall" if known else "may be in the air and would fall"
+        super().__init__(f"{name} {where}: say `force` if that is what you want")
+
+
+class MovesHome(Refusal):
+    def __init__(self, name: str, *, known: bool) -> None:
+        where = "is in the air" if known else "may be in the air"
+        super().__init__(
+            f"{name} {where}: where it returns to would move, and what is above home with it; "
+            "say `while_flying` if that is what you want"
+        )
 
 
 class ViewTaken(Refusal):

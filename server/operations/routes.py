@@ -26,6 +26,8 @@ def _find(request: Request, principal: Principal, operation_id: int) -> Operatio
     drone = hub.drone_for(operation.drone_id, principal.user_id, principal.role) if operation else None
     if operation is None or drone is None or principal.user_id == drone.blind_user_id:
         raise UnknownOperation
+    if not drone.knows_of(principal.user_id, principal.role, operation.began_at):
+        raise UnknownOperation
     return operation
 
 

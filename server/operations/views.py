@@ -56,6 +56,10 @@ class OperationView(BaseModel):
     words: Annotated[str, Field(description="How it ended, for people: what failed, why, and what is on board now")]
     item: Annotated[int | None, Field(description="The item of the plan that was refused, from 0")]
     code: Annotated[str, Field(description="The name of a MAV_MISSION_RESULT or MAV_RESULT, where there is one")]
+    seen: Annotated[
+        bool | None,
+        Field(description="A command: whether telemetry showed in time what was accepted; null: nothing to see"),
+    ]
     hash: Annotated[str | None, Field(description="Of the plan that was asked for")]
     refusals: Annotated[list[RefusalView], Field(description="Parameters: the first 200 that are not as asked")]
     refused: Annotated[int, Field(description="How many are not, in all")]
@@ -78,6 +82,7 @@ class OperationView(BaseModel):
             words=one.words,
             item=one.item,
             code=one.code,
+            seen=one.seen,
             hash=one.order.hash,
             refusals=[RefusalView(name=r.name, asked=r.asked, has=r.has, words=r.words) for r in one.refusals],
             refused=one.refused,

@@ -18,6 +18,7 @@ from server.operations.refusals import (
     DroneOffline,
     LoanForbids,
     NotInControl,
+    OnlyWatches,
     TooManyOperations,
     ViewTaken,
 )
@@ -73,7 +74,9 @@ async def get_parameters(
     return Response(body, media_type="application/json", headers=headers)
 
 
-@router.post("/read", responses=answers(DroneOffline, AgentTooOld, DroneBusy, TooManyOperations) | ACCEPTED)
+@router.post(
+    "/read", responses=answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations) | ACCEPTED
+)
 async def read_parameters(
     request: Request, response: Response, principal: Viewer, drone_id: DronePath, prefer: Prefer = None
 ) -> OperationView:

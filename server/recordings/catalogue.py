@@ -3,6 +3,7 @@ record live or die together."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from datetime import datetime
 from typing import Any, Final
@@ -111,14 +112,24 @@ async def all_of_store(session: AsyncSession, store: str) -> Sequence[RecordingR
     return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id))).all()
 
 
-async def bytes_of_store(session: AsyncSession, store: str) -> tuple[int, int]:
-    """(of what is being finished, of all that is over). Added up by the database, however many there are."""
-    query = select(RecordingRow.state, func.sum(RecordingRow.size_bytes)).where(RecordingRow.store == store)
-    sums = {state: int(total) for state, total in await session.execute(query.group_by(RecordingRow.state))}
-    return sums.get("finishing", 0), sum(total for state, total in sums.items() if state not in OPEN_STATES)
+async def bytes_of_store(session: AsyncSession, store: str) -> tuple[dict[int, int], dict[int, int]]:
+    """(of what is being finished, of all that is over), by drone. Added up by the database, however many there are."""
+    columns = RecordingRow.drone_id, RecordingRow.state
+    query = select(*columns, func.sum(RecordingRow.size_bytes)).where(RecordingRow.store == store).group_by(*columns)
+    finishing, over = Counter[int](), Counter[int]()
+    for drone_id, state, total in await session.execute(query):
+        if state == "finishing":
+            finishing[drone_id] += int(total)
+        elif state not in OPEN_STATES:
+            over[drone_id] += int(total)
+    return finishing, over
 
 
-async def oldest_over(session: AsyncSession, store: str, *, most: int) -> Sequence[RecordingRow]:
-    """The oldest of those that are over."""
-    query = select(RecordingRow).where(RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES))
+async def oldest_over(
+    session: AsyncSession, store: str, drone_ids: Iterable[int], *, most: int
+) -> Sequence[RecordingRow]:
+    """The oldest of those that are over, of some drones."""
+    query = select(RecordingRow).where(
+        RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES), RecordingRow.drone_id.in_(list(drone_ids))
+    )
     return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id).limit(most))).all()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import secrets
 import time
+from collections import Counter
 from contextlib import suppress
 from typing import Final
 
@@ -88,7 +89,7 @@ class RecordingDesk:
         self._running: dict[int, Running] = {}
         self._something = asyncio.Event()
         self._room_looked_at = float("-inf")
-        room.in_use = self.running_bytes
+        room.in_use = self._running_by_drone
 
     # -- what goes on ----------------------------------------------------------------------------------------
 
@@ -106,6 +107,12 @@ class RecordingDesk:
     def running_bytes(self) -> int:
         """Of what is being recorded."""
         return sum(one.writer.taken_bytes for one in self._running.values())
+
+    def _running_by_drone(self) -> Counter[int]:
+        by_drone = Counter[int]()
+        for one in self._running.values():
+            by_drone[one.drone_id] += one.writer.taken_bytes
+        return by_drone
 
     def waiting_bytes(self) -> int:
         """What the disk does not have yet."""
@@ -133,7 +140,7 @@ class RecordingDesk:
             raise NoRoomToRecord(NO_STORE)
         self._taken.add(place)
         try:
-            if not await self._room.make(LEAST_ROOM_BYTES):
+            if not await self._room.make(LEAST_ROOM_BYTES, drone_id):
                 raise NoRoomToRecord(NO_ROOM)
             row = RecordingRow(
                 drone_id=drone_id,
@@ -212,7 +219,9 @@ class RecordingDesk:
         if self._running and now - self._room_looked_at >= ROOM_EVERY_S:
             self._room_looked_at = now
             if not await self._room.make(0):
-                max(self._running.values(), key=lambda one: one.writer.taken_bytes).end(NO_ROOM)
+                # Of whoever keeps the most, the largest.
+                going_on = self._running.values()
+                max(going_on, key=lambda one: (self._room.hogs_most(one.drone_id), one.writer.taken_bytes)).end(NO_ROOM)
         for running in list(self._running.values()):
             await self._look_at(running, now)
         for running in [one for one in self._running.values() if one.ending is not None]:

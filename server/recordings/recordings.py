@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from server.background import in_background
 from server.clock import Clock
 from server.database import Database
+from server.file_accounts import file_accounts
 from server.recordings.desk import RecordingDesk
 from server.recordings.finisher import RecordingFinisher
 from server.recordings.room import RecordingRoom
@@ -51,7 +52,14 @@ def new_recordings(
     budget_bytes = settings.recordings_budget_mb * _MB
     store = RecordingStore(settings.files / "recordings")
     telling = RecordingTelling(hub)
-    room = RecordingRoom(database=database, clock=clock, store=store, telling=telling, budget_bytes=budget_bytes)
+    room = RecordingRoom(
+        database=database,
+        clock=clock,
+        store=store,
+        telling=telling,
+        budget_bytes=budget_bytes,
+        accounts=lambda: file_accounts(hub),
+    )
     finisher = RecordingFinisher(database=database, store=store, room=room, telling=telling)
     desk = RecordingDesk(
         hub=hub,

@@ -9,13 +9,15 @@ from typing import Annotated, Final, Literal
 from fastapi import APIRouter, Body, Path, Request, Response
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, ConfigDict, Field
+from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.access import Pilot, UnknownDrone, Viewer
 from server.accounts.sessions import Principal
 from server.accounts.tables import Role
 from server.audit.deed import Deed
-from server.operations.asking import watched_drone
-from server.operations.refusals import DroneOffline, TooManyOperations, ViewTaken
+from server.fleet.relations import Right
+from server.operations.asking import refuse_observers, watched_drone
+from server.operations.refusals import DroneOffline, OnlyWatches, TooManyOperations, ViewTaken
 from server.problem_docs import answers
 from server.recordings import catalogue
 from server.recordings.desk import NOT_HERE
@@ -31,6 +33,7 @@ from server.recordings.refusals import (
     UnknownRecording,
 )
 from server.recordings.store import MP4
+from server.recordings.tables import RecordingRow
 from server.recordings.views import RecordingView
 from server.relay.live_drone import LiveDrone
 from server.tower import address_of, tower_of
@@ -41,7 +44,7 @@ router = APIRouter(prefix="/api/v1/drones/{drone_id}/recordings", tags=["recordi
 MEDIA_TYPE: Final = "video/mp4"
 DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 RecordingPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
-_WATCH: Final = (UnknownDrone, ViewTaken)
+_WATCH: Final = (UnknownDrone, ViewTaken, OnlyWatches)
 
 
 class RecordingRequest(BaseModel):
@@ -55,8 +58,9 @@ class RecordingRequest(BaseModel):
 
 
 def video_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
-    """A drone whose video this user may watch. Raises UnknownDrone, ViewTaken."""
+    """A drone of whose video this user may see what was kept. Raises UnknownDrone, ViewTaken, OnlyWatches."""
     drone = watched_drone(request, principal, drone_id)
+    refuse_observers(drone, principal)
     if principal.user_id == drone.no_video_user_id:
         raise ViewTaken(drone.record.name)
     return drone
@@ -81,7 +85,8 @@ async def list_recordings(request: Request, principal: Viewer, drone_id: DronePa
     tower = tower_of(request)
     async with tower.database.reading() as session:
         rows = await catalogue.of_drone(session, drone.drone_id)
-    return [tower.recordings.desk.view(row) for row in rows]
+    user_id, role = principal.user_id, principal.role
+    return [tower.recordings.desk.view(row) for row in rows if drone.knows_of(user_id, role, row.began_at)]
 
 
 @router.post(
@@ -113,7 +118,7 @@ async def get_recording(
 ) -> RecordingView:
     """One of them."""
     drone = video_drone(request, principal, drone_id)
-    return await _view(request, drone, recording_id)
+    return await _view(request, principal, drone, recording_id)
 
 
 @router.post("/{recording_id}/stop", responses=answers(*_WATCH, NotYoursToRecord, UnknownRecording, TooManyOperations))
@@ -125,9 +130,9 @@ async def end_recording(
     # Not from the account for holding and landing: no flood of this kind may take that away.
     if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=False):
         raise TooManyOperations
-    await _view(request, drone, recording_id)
+    await _view(request, principal, drone, recording_id)
     await tower_of(request).recordings.desk.end(recording_id, _deed(request, principal))
-    return await _view(request, drone, recording_id)
+    return await _view(request, principal, drone, recording_id)
 
 
 @router.get(
@@ -148,7 +153,7 @@ async def get_recording_file(
     drone = video_drone(request, principal, drone_id)
     tower = tower_of(request)
     async with tower.database.reading() as session:
-        row = await catalogue.get(session, drone.drone_id, recording_id)
+        row = await _row(session, principal, drone, recording_id)
     if row.store != tower.recordings.store.id:
         raise NotReady(NOT_HERE)
     if row.state != "ready":
@@ -168,20 +173,29 @@ async def get_recording_file(
 async def delete_recording(
     request: Request, principal: Pilot, drone_id: DronePath, recording_id: RecordingPath
 ) -> None:
-    """An owner of the drone, or an admin: it is gone for good."""
+    """An owner of the drone, an admin of its team or of the tower: it is gone for good."""
     drone = video_drone(request, principal, drone_id)
-    if principal.role is not Role.ADMIN and principal.user_id not in (one.id for one in drone.record.owners):
+    if not drone.may(principal.user_id, principal.role, Right.ERASE):
         raise NotYourRecording(drone.record.name)
     tower = tower_of(request)
     async with tower.database.writing() as session:
+        await _row(session, principal, drone, recording_id)
         row = await catalogue.delete(session, drone.drone_id, recording_id, deed=_deed(request, principal))
     if row.store == tower.recordings.store.id:
         await asyncio.to_thread(tower.recordings.store.remove, row.drone_id, row.file)
     tower.recordings.telling.tell("removed", RecordingView.of(row))
 
 
-async def _view(request: Request, drone: LiveDrone, recording_id: int) -> RecordingView:
+async def _view(request: Request, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingView:
     tower = tower_of(request)
     async with tower.database.reading() as session:
-        row = await catalogue.get(session, drone.drone_id, recording_id)
+        row = await _row(session, principal, drone, recording_id)
     return tower.recordings.desk.view(row)
+
+
+async def _row(session: AsyncSession, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingRow:
+    """Raises UnknownRecording also for one that was made before the drone came to this user's team."""
+    row = await catalogue.get(session, drone.drone_id, recording_id)
+    if not drone.knows_of(principal.user_id, principal.role, row.began_at):
+        raise UnknownRecording
+    return row

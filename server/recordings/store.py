@@ -29,6 +29,7 @@ _OURS: Final = re.compile(r"([0-9a-f]{16})(?:\.units|\.mp4|(\.mp4\.part))")
 class Stray:
     """A file of a recording that the database does not know. `kept_at`: written last, seconds since 1970."""
 
+    drone_id: int
     path: Path
     size_bytes: int
     kept_at: float
@@ -79,7 +80,7 @@ class RecordingStore:
         """Removes halves of files. What belongs to no row (`files`) stays, and is told, the oldest first: an older copy
         of the database may have been brought back, and the right one may follow. Raises OSError."""
         strays: list[Stray] = []
-        for _, folder in drone_folders(self._root):
+        for drone_id, folder in drone_folders(self._root):
             for path in list(folder.iterdir()):
                 ours = _OURS.fullmatch(path.name)
                 if ours is None:
@@ -88,7 +89,7 @@ class RecordingStore:
                     path.unlink(missing_ok=True)
                 elif ours[1] not in files:
                     told = path.stat()
-                    strays.append(Stray(path, told.st_size, told.st_mtime))
+                    strays.append(Stray(drone_id, path, told.st_size, told.st_mtime))
         return sorted(strays, key=lambda one: one.kept_at)
 
     def remove_stray(self, stray: Stray) -> None:

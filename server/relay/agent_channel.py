@@ -8,19 +8,32 @@ from collections.abc import Callable
 from typing import Final
 
 import structlog
-from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from server.anonymous.budget import AnonymousBudget, admitted
+from server.anonymous.told import log_refusal
 from server.clock import Clock
+from server.private_path import is_private_path
 from server.relay.agent_link import AgentLink
 from server.relay.agent_routes import OVER_CHANNEL, Address
-from server.relay.agent_sign_in import AgentRefused, sign_in
+from server.relay.agent_sign_in import (
+    AgentRefused,
+    KeySignIn,
+    SignedIn,
+    SignInRules,
+    by_credential,
+    read_credential,
+)
 from server.relay.data_endpoint import DataEndpoint
 from server.relay.hub import Hub
+from server.relay.link_ticket import new_ticket
+from server.relay.live_drone import LiveDrone
 from server.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
+from server.tower import address_of
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
+    KEY_SUBPROTOCOL,
     PROTOCOL,
     Hello,
     MalformedMessage,
@@ -37,10 +50,12 @@ from wire.credential import Credential
 from wire.datagram_lane import DatagramLane
 from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
-from wire.key_agreement import BadPublicKey, agree, public_bytes
+from wire.key_agreement import BadPublicKey
+from wire.open_holds import OPEN_HOLDS
 from wire.resuming import NONCE_BYTES, Challenge
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
+from wire.sign_in import SIGN_IN_PROTOCOL
 from wire.transactions import TRANSACTIONS
 from wire.video import VIDEO
 
@@ -48,7 +63,9 @@ HELLO_WITHIN_S: Final = 5.0
 MOST_WAITING: Final = 256
 """Messages to an agent that does not read. Orders must not pile up and come late, so the channel is closed then."""
 
+GOOD: Final = 1000
 BAD_MESSAGE: Final = 4400
+REFUSED: Final = 4401
 TOO_SLOW: Final = 4408
 MOVED: Final = 4410
 BROKEN_OFF: Final = (1005, 1006, 1011)
@@ -64,9 +81,20 @@ def _call_later(delay_s: float, call: Callable[[float], None]) -> None:
 class AgentChannel:
     """One agent's WebSocket, from the upgrade to its end."""
 
-    def __init__(self, websocket: WebSocket, hub: Hub, endpoint: DataEndpoint, clock: Clock) -> None:
+    def __init__(
+        self,
+        websocket: WebSocket,
+        hub: Hub,
+        endpoint: DataEndpoint,
+        clock: Clock,
+        *,
+        rules: SignInRules,
+        anonymous: AnonymousBudget,
+    ) -> None:
         self._websocket = websocket
+        self._rules = rules
         self._clock = clock
+        self._anonymous = anonymous
         self._hub = hub
         self._endpoint = endpoint
         self._outgoing: deque[ToAgent] = deque()
@@ -77,15 +105,25 @@ class AgentChannel:
 
     async def run(self) -> None:
         """Until either side ends it."""
+        by_key = KEY_SUBPROTOCOL in self._websocket.scope["subprotocols"]
         try:
-            credential = sign_in(self._hub, self._websocket)
+            credential = self._shown(by_key)
         except AgentRefused as refused:
-            _log.warning("agent_refused", status=refused.status, why=refused.words)
+            log_refusal(self._anonymous, "agent_refused", refused.status, refused.words)
             await self._deny(refused)
             return
-        await self._websocket.accept(subprotocol=AGENT_SUBPROTOCOL)
+        await self._websocket.accept(subprotocol=KEY_SUBPROTOCOL if by_key else AGENT_SUBPROTOCOL)
         try:
-            link = await self._greet(credential)
+            signed_in = await self._sign_in(credential, by_key=by_key)
+            if signed_in.trial:
+                await close_quietly(self._websocket, GOOD, "the drone's key is good")
+                return
+            admitted(self._websocket)
+            link = await self._greet(signed_in)
+        except AgentRefused as refused:
+            log_refusal(self._anonymous, "agent_refused", refused.status, refused.words)
+            await close_quietly(self._websocket, REFUSED, refused.words)
+            return
         except (MalformedMessage, BadPublicKey, TimeoutError) as error:
             self._hub.drops[DropReason.MALFORMED] += 1
             await close_quietly(self._websocket, BAD_MESSAGE, str(error) or "no hello in time")
@@ -120,30 +158,59 @@ class AgentChannel:
             PlainTextResponse(refused.words, status_code=refused.status, headers=headers)
         )
 
-    async def _greet(self, credential: Credential) -> AgentLink:
-        """The link that this channel is of: a new one, or one that the agent has proven to have."""
+    def _shown(self, by_key: bool) -> Credential | None:
+        """The credential of the upgrade request; None: the agent has none, and will sign. Raises AgentRefused."""
+        if by_key and "authorization" not in self._websocket.headers:
+            if not is_private_path(self._websocket):
+                raise AgentRefused(403, "agents must use https: what they say must not cross the network in the clear")
+            return None
+        until = self._rules.credentials_until
+        return read_credential(self._hub, self._websocket, until=until, now=self._clock())
+
+    async def _sign_in(self, credential: Credential | None, *, by_key: bool) -> SignedIn:
+        """Raises AgentRefused, MalformedMessage."""
+        if not by_key and credential is not None:
+            hello = await self._hello(PROTOCOL)
+            _log.info("agent_by_credential", drone_id=credential.drone_id, agent_version=hello.agent_version[:40])
+            return by_credential(credential, hello)
+        sign_in = KeySignIn(self._hub, self._rules, credential)
+        await self._websocket.send_text(encode_message(sign_in.challenge))
+        return await sign_in.check(await self._hello(SIGN_IN_PROTOCOL), address_of(self._websocket))
+
+    async def _hello(self, protocol: int) -> Hello:
         hello = await self._first_words()
         if not isinstance(hello, Hello):
             raise MalformedMessage("the first message must be a hello")
-        if hello.protocol != PROTOCOL:
-            raise MalformedMessage(f"this tower speaks protocol {PROTOCOL}, the agent {hello.protocol}")
-        link = await self._resume(hello, credential)
+        if hello.protocol != protocol:
+            raise MalformedMessage(f"this tower speaks protocol {protocol} here, the agent {hello.protocol}")
+        return hello
+
+    async def _greet(self, signed_in: SignedIn) -> AgentLink:
+        """The link that this channel is of: a new one, or one that the agent has proven to have."""
+        link = await self._resume(signed_in)
         if link is None:
-            link = self._welcome(hello, credential)
+            link = self._welcome(signed_in)
             _log.info("link_up", drone_id=link.drone_id, link_id=link.link_id)
         else:
             _log.info("link_resumed", drone_id=link.drone_id, link_id=link.link_id)
         return link
 
+    def _check_still(self, signed_in: SignedIn) -> LiveDrone:
+        """What it signed in by may have been revoked while it was asked something. Raises AgentRefused."""
+        drone = self._hub.drone(signed_in.drone_id)
+        if drone is None or drone.record.identity != signed_in.identity:
+            raise AgentRefused(401, "what this agent signed in by has been revoked or replaced")
+        return drone
+
     async def _first_words(self) -> ToTower:
         async with asyncio.timeout(HELLO_WITHIN_S):  # `wait_for` leaves what goes wrong to the garbage collector
             return decode_to_tower(await self._websocket.receive_text())
 
-    async def _resume(self, hello: Hello, credential: Credential) -> AgentLink | None:
+    async def _resume(self, signed_in: SignedIn) -> AgentLink | None:
         """The link that the hello names, once its agent has proven that it has it. None: it is to have a new one."""
+        hello, drone_id = signed_in.hello, signed_in.drone_id
         if hello.resume is None:
             return None
-        drone_id = credential.drone_id
         link = self._hub.resumable(hello.resume, drone_id, time.monotonic())
         if link is None:
             return None
@@ -159,6 +226,7 @@ class AgentChannel:
         # The link may have ended meanwhile, by whatever ends links.
         if self._hub.resumable(hello.resume, drone_id, time.monotonic()) is not link:
             return None
+        self._check_still(signed_in)
         link.close(MOVED, "the link goes on by another control channel")
         self._post(Resumed(link_id=link.link_id, proof=challenge.by_tower()))
         link.adopt(
@@ -171,13 +239,12 @@ class AgentChannel:
         self._hub.resumed(link)
         return link
 
-    def _welcome(self, hello: Hello, credential: Credential) -> AgentLink:
+    def _welcome(self, signed_in: SignedIn) -> AgentLink:
         link_id = self._free_link_id()
-        private_key = X25519PrivateKey.generate()
-        keys = agree(private_key, hello.public_key, credential_hash=credential.hashed(), link_id=link_id)
-        drone = self._hub.drone(credential.drone_id)
-        if drone is None:
-            raise MalformedMessage("the drone has been removed")
+        keys = signed_in.keys(link_id)
+        drone = self._check_still(signed_in)
+        hello = signed_in.hello
+        ticket = new_ticket(link_id)
         link = AgentLink(
             sealed=SealedLink(
                 leads=False,
@@ -196,18 +263,22 @@ class AgentChannel:
             waiting=self._waiting,
             takes=hello.takes,
             process=hello.process,
+            ticket=ticket,
         )
         self._post(
             Welcome(
                 drone_id=drone.drone_id,
                 name=drone.record.name,
                 link_id=link_id,
-                public_key=public_bytes(private_key),
+                public_key=signed_in.public_key,
                 udp_port=self._endpoint.port,
                 epoch=drone.lease.epoch,
                 holder=drone.lease.holder.name if drone.lease.holder else None,
                 holder_present=drone.somebody_flies(),
-                takes=(TRANSACTIONS, VIDEO),
+                takes=(TRANSACTIONS, VIDEO, OPEN_HOLDS),
+                signature=signed_in.signature(link_id),
+                credential_forgotten=signed_in.credential_forgotten,
+                ticket=ticket,
             )
         )
         self._hub.attach_link(link, time.monotonic())

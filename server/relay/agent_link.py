@@ -12,6 +12,7 @@ from wire.datagram_lane import STALLED_AFTER_S
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, LinkId
 from wire.link_quality import LONG_WINDOW_S
+from wire.open_holds import OPEN_HOLDS
 from wire.sealed_link import Received, SealedLink
 
 SendDatagram = Callable[[bytes, Address], None]
@@ -49,8 +50,11 @@ class AgentLink:
         waiting: Waiting | None = None,
         takes: Collection[str] = (),
         process: int = 0,
+        ticket: str = "",
     ) -> None:
         self.sealed = sealed
+        self.ticket = ticket
+        """Shown with what the agent does by HTTP; empty: nothing may be done by one."""
         self.takes = frozenset(takes)
         """Groups of messages that the agent understands besides those that all do."""
         self.process = process
@@ -85,6 +89,11 @@ class AgentLink:
     @property
     def drone_id(self) -> DroneId:
         return self.sealed.drone_id
+
+    @property
+    def knows_open_holds(self) -> bool:
+        """Whether its agent tells how a hold goes on, and lets a return go on in an order that does not interrupt."""
+        return OPEN_HOLDS in self.takes
 
     def quality(self, now: float) -> LinkQuality:
         """As the browsers are told, once a second."""
@@ -226,6 +235,11 @@ class AgentLink:
         if newest is None or self._muted or (newest == OVER_CHANNEL and self.sealed.unproven_s(now) > STALLED_AFTER_S):
             return
         self._send([self.sealed.seal_urgent(encode_message(message).encode())])
+
+    @property
+    def interrupts(self) -> bool:
+        """Whether an order is open that also interrupts a return or a landing. The next one must not take that back."""
+        return any(one.interrupts for one in self._orders)
 
     def answered(self, order_id: int) -> None:
         """A step of the hold came that this order began (0: of one that nobody ordered)."""

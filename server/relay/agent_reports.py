@@ -14,6 +14,7 @@ from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
 from server.video.desk import VideoDesk
 from wire.control_messages import AutopilotState, HoldCause, HoldProgress, LossParameters, StreamState, ToTower
+from wire.open_holds import HoldState
 from wire.transactions import TRANSACTIONS, TransactionToTower
 from wire.video import VIDEO, VideoState
 
@@ -42,6 +43,8 @@ class AgentReports:
                 self._autopilot_state(drone, message, at)
             case HoldProgress():
                 self._hold_progress(drone, link, message)
+            case HoldState():
+                self._hold_state(drone, link, message, at)
             case LossParameters():
                 drone.loss_parameters = message
                 self._state.on_event(LossParametersReported(drone.drone_id, message))
@@ -58,13 +61,28 @@ class AgentReports:
 
     def _autopilot_state(self, drone: LiveDrone, state: AutopilotState, at: datetime | None) -> None:
         before = (drone.autopilot_heard, drone.armed, drone.airborne)
-        drone.autopilot_heard, drone.armed, drone.airborne = state.heard, state.armed, state.airborne
+        drone.autopilot_heard = state.heard
+        # What an autopilot that is silent did last is no longer known: it may be in the air.
+        drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
+        if state.heard:
+            drone.was_airborne = state.airborne
         drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
-        if before != (state.heard, state.armed, state.airborne):
+        if before != (drone.autopilot_heard, drone.armed, drone.airborne):
+            self._state.tell_drone(drone)
+
+    def _hold_state(self, drone: LiveDrone, link: AgentLink, state: HoldState, at: datetime | None) -> None:
+        if not link.knows_open_holds or at is None:
+            return
+        news = drone.open_hold.take(state, at)
+        self._state.note_hold(drone)
+        if news:
             self._state.tell_drone(drone)
 
     def _hold_progress(self, drone: LiveDrone, link: AgentLink, progress: HoldProgress) -> None:
         link.answered(progress.order_id)
+        if progress.step.final:
+            drone.open_hold.ended(progress.order_id)
+            self._state.note_hold(drone)
         if not drone.hold_steps.is_news(progress):
             return
         if progress.cause is not HoldCause.ORDER and not progress.step.final:

@@ -37,7 +37,9 @@ class Audience:
             drone.watchers[browser.number] = browser
         viewer = browser.viewer
         user = live.User(viewer.user_id, viewer.name, viewer.role)
-        browser.tell(live.WelcomeBrowser(user, [drone.view_for(viewer.user_id) for drone in seen], server_time))
+        browser.tell(
+            live.WelcomeBrowser(user, [drone.view_for(viewer.user_id, viewer.role) for drone in seen], server_time)
+        )
         self._note_presence_of(viewer.user_id, now)
 
     def leave(self, browser: Browser, now: float) -> None:

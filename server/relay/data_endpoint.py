@@ -14,17 +14,22 @@ from typing import Final, cast
 
 import structlog
 
+from server.anonymous.budget import AnonymousBudget, Over
 from server.relay.hub import Hub
 from server.relay.read_gate import ReadGate
 from server.relay.read_rhythm import ReadRhythm
 from server.relay.write_round import WriteRound
-from wire.drops import Dropped
+from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
 
 _log = structlog.get_logger(__name__)
 
 MOST_AT_ONCE: Final = 64
 """Datagrams read before others have their turn: browsers' sticks must not wait for a flood to end."""
+
+JUNK_BESIDE: Final = 8
+"""Times as many are read where most are of no link and only counted: else junk would fill the kernel's buffer, and what
+agents send would be lost with it."""
 
 RECEIVE_BUFFER_BYTES: Final = 4 << 20
 """Asked for; the kernel gives what it allows. What comes while the tower is busy waits there."""
@@ -36,8 +41,9 @@ _ROOM_BYTES: Final = 2048
 class DataEndpoint:
     """One socket for all agents. Never answers a datagram that has not been authenticated."""
 
-    def __init__(self, hub: Hub) -> None:
+    def __init__(self, hub: Hub, anonymous: AnonymousBudget | None = None) -> None:
         self._hub = hub
+        self._anonymous = anonymous
         self.write_round = WriteRound()
         self._socket: socket.socket | None = None
         self._rhythm = ReadRhythm()
@@ -81,23 +87,33 @@ class DataEndpoint:
         receive, received = self._socket.recvfrom, self.datagram_received
         self.write_round.begin()
         try:
-            for count in range(most):
+            taken = 0
+            for count in range(most * JUNK_BESIDE):
                 try:
                     datagram, address = receive(_ROOM_BYTES)
                 except OSError:  # nothing left; or an ICMP answer to one of ours, which the keep-alive finds out
-                    return count
-                received(datagram, address, now)
+                    return min(count, most)
+                taken += received(datagram, address, now)
+                if taken == most:
+                    break
         finally:
             self.write_round.end()
         return most
 
-    def datagram_received(self, datagram: bytes, address: tuple[str, int], now: float) -> None:
-        """One datagram, from whomever. `address` may have more than host and port."""
+    def datagram_received(self, datagram: bytes, address: tuple[str, int], now: float) -> bool:
+        """One datagram, from whomever. `address` may have more than host and port. False: it was not looked at."""
+        # What the bytes say is only believed once they are opened, and then checked again.
+        link_id = LinkId(int.from_bytes(datagram[2:6], "little"))
+        anonymous = self._anonymous
+        if anonymous is not None and not self._hub.has_link_id(link_id) and not anonymous.junk.take(1.0, now):
+            self._hub.drops[DropReason.UNKNOWN_LINK] += 1
+            anonymous.refused[Over.DATAGRAMS] += 1
+            return False
         try:
-            # What the bytes say is only believed once they are opened, and then checked again.
-            self._hub.datagram(datagram, LinkId(int.from_bytes(datagram[2:6], "little")), address[:2], now)
+            self._hub.datagram(datagram, link_id, address[:2], now)
         except Dropped as dropped:
             self._hub.drops[dropped.reason] += 1
+        return True
 
     def send(self, datagram: bytes, address: tuple[str, int]) -> None:
         """Sends at once; what the kernel cannot take is lost, as on any network."""
@@ -126,7 +142,7 @@ class DataEndpoint:
             self._socket = None
 
 
-async def open_data_endpoint(hub: Hub, host: str, port: int) -> DataEndpoint:
+async def open_data_endpoint(hub: Hub, host: str, port: int, anonymous: AnonymousBudget | None = None) -> DataEndpoint:
     """Binds the data channel's socket (port 0: the kernel picks one). Raises OSError if the port is in use."""
     found = await asyncio.get_running_loop().getaddrinfo(host, port, type=socket.SOCK_DGRAM)
     family, kind, protocol, _, address = found[0]
@@ -138,7 +154,7 @@ async def open_data_endpoint(hub: Hub, host: str, port: int) -> DataEndpoint:
     except OSError:
         opened.close()
         raise
-    endpoint = DataEndpoint(hub)
+    endpoint = DataEndpoint(hub, anonymous)
     endpoint.listen_on(opened)
     _log.info("data_channel_open", host=host, port=endpoint.port)
     return endpoint

@@ -6,15 +6,17 @@ from datetime import datetime
 from typing import Final, Literal
 
 from server.accounts.sessions import Principal, TokenId
+from server.accounts.tables import Role
+from server.fleet.relations import Right
 from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
 from server.relay import live_messages as live
 from server.relay.browser import Browser
-from server.relay.hub_events import ControlsMoved, RightLost
+from server.relay.hub_events import NOT_OF_ITS_TEAM, ControlsMoved, RightLost
 from server.relay.live_drone import LeaseView, LiveDrone, lease_of
 from server.relay.live_state import LiveState
 from wire.ids import DroneId, UserId
 
-CREDENTIAL_GONE = 4401
+IDENTITY_GONE = 4401
 SESSION_ENDED = 4401
 ACCOUNT_DELETED: Final = "the account was deleted"
 ACCOUNT_DISABLED: Final = "the account was disabled"
@@ -51,6 +53,11 @@ class FleetChanges:
         for drone in state.drones.values():
             self._report_lost_rights(drone, snapshot)
 
+    def is_admin(self, user_id: UserId) -> bool:
+        """Whether this account is that of an admin of the tower."""
+        account = self._users.get(user_id)
+        return account is not None and account.role is Role.ADMIN
+
     def end_loans(self, at: datetime) -> bool:
         """Whose time is over is no borrower any more, from this instant. Whether there was any."""
         over = [
@@ -62,7 +69,7 @@ class FleetChanges:
             account = self._users.get(loan.user.id)
             self.admit_watchers(drone)
             self._state.tell_drone(drone)
-            if drone.is_theirs(loan.user.id) or (account is not None and account.role == "admin"):
+            if account is not None and drone.may(loan.user.id, account.role, Right.FLY):
                 continue
             parts: tuple[tuple[UserRef | None, Part], ...] = (
                 (drone.lease.holder, "holder"),
@@ -82,12 +89,13 @@ class FleetChanges:
             return
         if record == drone.record and record.epoch <= drone.lease.epoch:
             return  # nearly all of them, nearly every time: a change of one drone must not cost a thousand
-        before = drone.view()
-        if drone.link is not None and record.credential_hash != drone.record.credential_hash:
-            drone.link.close(CREDENTIAL_GONE, "the drone has been given a new credential")
+        before, ties_before = drone.view(), drone.record.ties
+        team_changed = record.team != drone.record.team
+        if drone.link is not None and record.identity != drone.record.identity:
+            drone.link.close(IDENTITY_GONE, "what this agent signed in by has been revoked or replaced")
             state.links.pop(drone.link.link_id, None)
             drone.forget_link()
-        drone.record = record
+        drone.record, drone.crew_before = record, ties_before.crew
         # The lease in a snapshot may have been read before a change that has been applied meanwhile.
         if record.epoch >= drone.lease.epoch:
             last = drone.lease
@@ -97,16 +105,17 @@ class FleetChanges:
                 self._lease_learnt(drone, last, _why_lost(drone, last.holder, self._users))
                 state.tell_agent_who_holds(drone)
                 state.on_event(ControlsMoved(record.id))
-        if drone.view() != before:
+        if team_changed or record.ties != ties_before or drone.view() != before:
             for browser in drone.watchers.values():
-                if drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role):
-                    browser.tell(live.DroneChanged(drone.view_for(browser.viewer.user_id)))
+                viewer = browser.viewer
+                if drone.may_be_seen_by(viewer.user_id, viewer.role):
+                    browser.tell(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
         self.admit_watchers(drone)
 
     def _remove(self, drone_id: DroneId) -> None:
         drone = self._state.drones.pop(drone_id)
         if drone.link is not None:
-            drone.link.close(CREDENTIAL_GONE, "the drone has been removed")
+            drone.link.close(IDENTITY_GONE, "the drone has been removed")
             self._state.links.pop(drone.link.link_id, None)
         for browser in drone.watchers.values():
             browser.outbox.forget(drone_id)
@@ -115,10 +124,11 @@ class FleetChanges:
     def admit_watchers(self, drone: LiveDrone) -> None:
         """Browsers that may see the drone now do, the others no longer."""
         for browser in self._state.browsers.values():
-            allowed = drone.may_be_seen_by(browser.viewer.user_id, browser.viewer.role)
+            viewer = browser.viewer
+            allowed = drone.may_be_seen_by(viewer.user_id, viewer.role)
             if allowed and browser.number not in drone.watchers:
                 drone.watchers[browser.number] = browser
-                browser.tell(live.DroneChanged(drone.view_for(browser.viewer.user_id)))
+                browser.tell(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
             elif not allowed and drone.watchers.pop(browser.number, None) is not None:
                 browser.outbox.forget(drone.drone_id)
                 browser.tell(live.DroneRemoved(drone.drone_id))
@@ -151,7 +161,7 @@ def _why_lost(
     drone: LiveDrone, user: UserRef | None, users: Mapping[UserId, UserRecord], *, admin_only: bool = False
 ) -> str:
     """Why this user may have no part in the lease any more, in words; empty where they may. `admin_only`: only an admin
-    may have this part."""
+    of the tower, or of its team, may have this part."""
     if user is None:
         return ""
     account = users.get(user.id)
@@ -159,9 +169,11 @@ def _why_lost(
         return ACCOUNT_DELETED
     if account.disabled:
         return ACCOUNT_DISABLED
-    if account.role == "admin" or (not admin_only and drone.is_theirs(user.id)):
+    if drone.may(user.id, account.role, Right.TAKE if admin_only else Right.FLY):
         return ""
-    return "no longer an admin" if admin_only else "no longer an owner of this drone"
+    if admin_only:
+        return "no longer an admin"
+    return NOT_OF_ITS_TEAM if user.id in drone.crew_before else "no longer an owner of this drone"
 
 
 def why_signed_out(principal: Principal, snapshot: FleetSnapshot) -> str:

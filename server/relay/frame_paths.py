@@ -82,7 +82,7 @@ class FramePaths:
             elif msgid == _HOME_POSITION:
                 drone.home, drone.home_told = home_in(frame), True
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
-                drone.heartbeat = frame
+                drone.heartbeat, drone.heartbeat_at = frame, now
         for browser in watchers:
             browser.offer(drone_id, state, transactional)
 

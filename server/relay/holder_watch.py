@@ -1,13 +1,19 @@
 """Whether the holder is there, and for how long they have not been. No I/O; takes `now`.
 
-Gone means: no live browser. Two seconds of it while flying by hand is a reason to hold; the grace time ends the lease.
+Gone means: no live browser, and no program that keeps the controls by REST. Two seconds of it while flying by hand is a
+reason to hold; the grace time ends the lease.
 """
 
 from dataclasses import dataclass
 from typing import Final
 
+from wire.ids import UserId
+
 GONE_AFTER_S: Final = 2.0
 GRACE_S: Final = 30.0
+
+KEPT_FOR_S: Final = 5.0
+"""How long one keep-alive of a program counts: as long as a browser may leave a ping unanswered."""
 
 
 @dataclass
@@ -17,6 +23,9 @@ class HolderWatch:
     missing_since: float | None = None
     by_hand: bool = False
     """Whether the drone was flown by hand when the holder went."""
+    kept_until: float = float("-inf")
+    """Until then the holder's program has said that it is there."""
+    kept_by: UserId | None = None
     _gone_told: bool = False
     _expired_told: bool = False
 
@@ -24,6 +33,14 @@ class HolderWatch:
         """The holder is there, or there is none."""
         self.missing_since = None
         self._gone_told = self._expired_told = False
+
+    def keep(self, user_id: UserId, now: float) -> None:
+        """A program of the holder says that it is there."""
+        self.kept_by, self.kept_until = user_id, now + KEPT_FOR_S
+
+    def kept(self, user_id: UserId | None, now: float) -> bool:
+        """Whether a program of this user has said so lately."""
+        return user_id is not None and user_id == self.kept_by and now < self.kept_until
 
     def missing(self, *, by_hand: bool, now: float) -> None:
         """The holder has no live browser. Only the first call counts until they are back."""

@@ -58,6 +58,7 @@ from wire.control_messages import (
 )
 from wire.drops import DropCounts, Dropped, DropReason
 from wire.ids import DroneId, LinkId, UserId
+from wire.open_holds import HoldState
 from wire.sealing import read_link_id
 from wire.video import ClockAnswer
 
@@ -89,7 +90,7 @@ class Hub:
         self.video = VideoDesk(self._state, self._video_bounds)
         self._reports = AgentReports(self._state, self.operations, self.video)
         self._safety = SafetyWatch(self._state)
-        self._holds = HoldOrders(self._state)
+        self._holds = HoldOrders(self._state, number_after=int(clock().timestamp()))
         self._links = LinkChanges(self._state, order_hold=self._holds.order)
         self._leases = LeaseChanges(self._state, note_presence=self._safety.note_presence)
         self._fleet = FleetChanges(self._state, lease_learnt=self._leases.learnt)
@@ -148,17 +149,12 @@ class Hub:
         if drone is not None:
             drone.fenced = False
 
-    def apply_safety(
-        self, drone_id: DroneId, settings: SafetySettings, *, rtt_limit_ms: float, rtt_limit_s: float
-    ) -> None:
+    def apply_safety(self, drone_id: DroneId, settings: SafetySettings) -> None:
         """How a drone holds, from now on; its agent is told."""
         drone = self._state.drones.get(drone_id)
-        if drone is None:
-            return
-        changed = drone.safety != settings
-        drone.safety, drone.rtt_limit_ms, drone.rtt_limit_s = settings, rtt_limit_ms, rtt_limit_s
-        if changed:
-            self._state.tell_agent(drone, settings)
+        if drone is not None and drone.safety != settings:
+            drone.safety = settings
+            self._state.tell_agent_safety(drone)
             self._state.tell_drone(drone)
 
     def apply_stream(self, drone_id: DroneId, settings: StreamSettings) -> None:
@@ -190,11 +186,15 @@ class Hub:
     def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
         """`drone_for`, as it is told to the outside."""
         drone = self.drone_for(drone_id, user_id, role)
-        return drone.view_for(user_id) if drone else None
+        return drone.view_for(user_id, role) if drone else None
 
     def drone_views(self, user_id: UserId, role: Role) -> list[DroneView]:
         """`drones_for`, as it is told to the outside."""
-        return [drone.view_for(user_id) for drone in self.drones_for(user_id, role)]
+        return [drone.view_for(user_id, role) for drone in self.drones_for(user_id, role)]
+
+    def is_admin(self, user_id: UserId) -> bool:
+        """Whether this account is that of an admin of the tower."""
+        return self._fleet.is_admin(user_id)
 
     def drone(self, drone_id: DroneId) -> LiveDrone | None:
         """Any drone, for those who have to act on it whoever asked."""
@@ -346,6 +346,10 @@ class Hub:
         self.operations.resumed(link)
         self.video.resumed(link)
 
+    def live_link(self, link_id: LinkId) -> AgentLink | None:
+        """The link of this number, while it stands."""
+        return self._state.links.get(link_id)
+
     def has_link_id(self, link_id: LinkId) -> bool:
         """Whether a live link has this number."""
         return link_id in self._state.links
@@ -379,6 +383,8 @@ class Hub:
             raise Dropped(DropReason.BAD_CONTENT) from None
         if isinstance(message, HoldProgress):
             self.report(link, message)
+        elif isinstance(message, HoldState):
+            self.report(link, message, at=self._clock())  # numbered: the newest counts, whatever the way
         elif isinstance(message, ClockAnswer):
             self.video.clock_answered(link, message, now)
         elif isinstance(message, AutopilotState) and not link.has_channel:
@@ -405,9 +411,22 @@ class Hub:
 
     # -- holds and rehearsals --------------------------------------------------------------------------------
 
-    def order_hold(self, drone_id: DroneId, reason: str) -> bool:
-        """Tells the agent to hold, and everybody that it was ordered. False if there is no agent to tell."""
-        return self._holds.order(drone_id, reason)
+    def order_hold(self, drone_id: DroneId, reason: str, *, interrupts: bool = False) -> bool:
+        """Tells the agent to hold, and everybody that it was ordered. `interrupts`: also a return or a landing that the
+        autopilot flies. False if there is no agent to tell: it is ordered when there is."""
+        return self._holds.order(drone_id, reason, interrupts=interrupts)
+
+    def keep_hold(self, drone_id: DroneId) -> None:
+        """A tower before this one left a hold that was open, or owed to a drone that was offline."""
+        self._holds.keep(drone_id)
+
+    def tell_stay(self, drone_id: DroneId, by: str) -> bool:
+        """Somebody said "stay": the lost action for a lost person waits. False if there is no agent to tell."""
+        return self._holds.stay(drone_id, by)
+
+    def keep_controls(self, drone: LiveDrone, user_id: UserId, now: float) -> None:
+        """A program of the holder says that it is there."""
+        self._safety.keep(drone, user_id, now)
 
     def rehearse_operator_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
         """The holder counts as gone for so long."""
@@ -432,11 +451,11 @@ class Hub:
         if drone is not None:
             self._state.tell_watchers(drone, live.Rehearsal(drone_id, what, phase, hold_ms, text, lasts_s))
 
-    def tell_video_watchers(self, drone_id: DroneId, event: live.ToBrowser) -> None:
-        """To everybody who may watch the video of the drone."""
+    def tell_video_watchers(self, drone_id: DroneId, event: live.ToBrowser, *, of: datetime) -> None:
+        """To everybody who may watch the video of the drone, of something that began then."""
         drone = self._state.drones.get(drone_id)
         if drone is not None:
-            self._state.tell_video_watchers(drone, event)
+            self._state.tell_video_watchers(drone, event, of=of)
 
     # -- time ------------------------------------------------------------------------------------------------
 

@@ -1,7 +1,7 @@
 """What the hub notices and somebody else has to act on, past tense. The hub tells, and never waits."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Final, Literal
 
 from wire.control_messages import HoldProgress, LossParameters
 from wire.ids import DroneId, UserId
@@ -22,6 +22,10 @@ class HolderExpired:
 
     drone_id: DroneId
     user_id: UserId
+
+
+NOT_OF_ITS_TEAM: Final = "no longer a pilot of its team"
+"""A reason of RightLost."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,13 @@ class HoldStepReported:
 
 
 @dataclass(frozen=True)
+class HoldToKeep:
+    """Whether a hold must be ordered again on the drone's next link has changed."""
+
+    drone_id: DroneId
+
+
+@dataclass(frozen=True)
 class LossParametersReported:
     """The agent has read what decides on a loss."""
 
@@ -109,6 +120,14 @@ class SeparationLost:
     vertical_m: float
 
 
+@dataclass(frozen=True)
+class MotionSuspected:
+    """An armed drone does not move as a machine can. `why`: `jump`, `speed`, `height`, `course`."""
+
+    drone_id: DroneId
+    why: str
+
+
 HubEvent = (
     LoanLimitPassed
     | AgentLinked
@@ -119,7 +138,9 @@ HubEvent = (
     | OfferLapsed
     | RttTooLong
     | HoldStepReported
+    | HoldToKeep
     | LossParametersReported
     | ControlsMoved
     | SeparationLost
+    | MotionSuspected
 )

@@ -15,6 +15,9 @@ HAND_REMEMBERED_S: Final = 15.0
 """How long after the last stick a link that comes back is met with a hold: an agent that was started again is there."""
 
 
+ORDERED_AGAIN: Final = "the hold that was open is ordered again"
+
+
 class LinkChanges:
     """One for the hub. `order_hold`: makes a drone hold, for a reason in words."""
 
@@ -27,7 +30,7 @@ class LinkChanges:
         """An agent signed in. A link that its drone already had is closed: the newest one counts.
 
         If it went while somebody flew by hand, the drone holds: the agent may be a new process, which does not know
-        that a hand was on the sticks.
+        that a hand was on the sticks. A hold that was open or is owed is ordered again, for the same reason.
         """
         drone = self._state.drones[link.drone_id]
         if drone.link is not None:
@@ -37,9 +40,13 @@ class LinkChanges:
         self._state.links[link.link_id] = link
         self._state.on_event(AgentLinked(drone.drone_id))
         link.post(drone.stream)
-        link.post(drone.safety)
-        if now - drone.sticks_at < HAND_REMEMBERED_S:
+        self._state.tell_agent_safety(drone)
+        drone.open_hold.linked(tells=link.knows_open_holds)
+        if drone.open_hold.must_be_ordered:
+            self._order_hold(drone.drone_id, ORDERED_AGAIN)
+        elif now - drone.sticks_at < HAND_REMEMBERED_S:
             self._order_hold(drone.drone_id, "the agent's link was renewed while flying by hand")
+        self._state.note_hold(drone)
 
     def detach(self, link: AgentLink) -> None:
         """The link is gone. Harmless if it was gone already or has been replaced."""
@@ -73,7 +80,7 @@ class LinkChanges:
         self._state.traffic.links_resumed += 1
         drone = self._state.drones[link.drone_id]
         link.post(drone.stream)
-        link.post(drone.safety)
+        self._state.tell_agent_safety(drone)
         self._state.tell_agent_who_holds(drone)
 
     def tick(self, now: float) -> None:

@@ -1,12 +1,15 @@
 """One drone as the hub knows it right now: record, holder, link, watchers. State and questions about it; no rules."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from datetime import datetime
+from typing import Final, NamedTuple
 
 from server.accounts.sessions import Principal
 from server.accounts.tables import Role
+from server.fleet.relations import Relation, Right, TeamRole, may, relation_of
 from server.fleet.snapshot import DroneRecord, UserRef
-from server.fleet.views import DroneView, LoanView, UserRefView
+from server.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
 from server.operations.board import Board
 from server.operations.board_views import NO_PARAMETERS, NO_PLANS
 from server.relay.agent_link import AgentLink
@@ -16,8 +19,10 @@ from server.relay.flight_start import FlightStart
 from server.relay.hold_steps import HoldSteps
 from server.relay.holder_watch import HolderWatch
 from server.relay.loan_limits import Home, Limits, LimitWatch
+from server.relay.open_hold import OpenHold
 from server.relay.policy import Standing
 from server.relay.trip_meter import TooLong
+from server.separation.plausible import MotionCheck
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.ids import DroneId, Epoch, UserId
 
@@ -26,6 +31,9 @@ MANUAL_FOR_S: Final = 3.0
 
 ONE_HAND_S: Final = 1.0
 """Two windows of one user do not fly by turns: whoever began goes on, until none of their sticks came for so long."""
+
+SILENT_AFTER_S: Final = 5.0
+"""A browser that has left a ping unanswered for so long is not live. Ten pings went out meanwhile."""
 
 NEVER: Final = float("-inf")
 
@@ -80,6 +88,15 @@ class LossCheckMark:
         return self.dangerous and user_id not in self.read_by
 
 
+class Standpoint(NamedTuple):
+    """Whence somebody looks at a drone."""
+
+    relation: Relation
+    blind: bool
+    no_video: bool
+    knows_team: bool
+
+
 @dataclass
 class LiveDrone:
     """Mutable; touched by the hub and its parts only, and never across an await."""
@@ -90,8 +107,13 @@ class LiveDrone:
     online: bool = False
     """What the browsers were last told."""
     autopilot_heard: bool = False
-    armed: bool = False
-    airborne: bool = False
+    armed: bool | None = None
+    """None: not known. Never to be read as disarmed."""
+    airborne: bool | None = None
+    """None: not known. It may be in the air."""
+    was_airborne: bool = False
+    """As last known."""
+    open_hold: OpenHold = field(default_factory=OpenHold)
     flight_start: FlightStart = field(default_factory=FlightStart)
     fenced: bool = False
     """A change of control is on its way to the database: until it is decided nobody's commands pass."""
@@ -100,8 +122,6 @@ class LiveDrone:
     sticks_from: int = 0
     """The browser it came from."""
     safety: SafetySettings = field(default_factory=SafetySettings)
-    rtt_limit_ms: float = 500.0
-    rtt_limit_s: float = 1.0
     stream: StreamSettings = field(default_factory=StreamSettings)
     stream_state: StreamState | None = None
     """As the agent says; None while it is not there."""
@@ -126,6 +146,8 @@ class LiveDrone:
     orders: dict[int, str] = field(default_factory=dict)
     """Reasons of the orders to hold that have not ended yet, by order id."""
     hold_steps: HoldSteps = field(default_factory=HoldSteps)
+    hold_noted: bool = False
+    """What was last told to be written down: whether a hold must be ordered again on the next link."""
     close_until: float = NEVER
     """Until then the tower measures the round trip by itself (`safety_watch`)."""
     settled: bool = False
@@ -134,8 +156,14 @@ class LiveDrone:
     """What is on board, as the agent says."""
     heartbeat: bytes | None = None
     """The newest of the autopilot, as it came."""
+    heartbeat_at: float = NEVER
+    """When it came."""
+    motion_check: MotionCheck = field(default_factory=MotionCheck)
+    """Whether it moves as a machine can. Outlives its links."""
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
+    crew_before: Mapping[UserId, TeamRole] = field(default_factory=dict)
+    """Of its team before the last change of its record: for the words to whoever was in it."""
 
     @property
     def drone_id(self) -> DroneId:
@@ -145,21 +173,33 @@ class LiveDrone:
     def holder_id(self) -> UserId | None:
         return self.lease.holder.id if self.lease.holder else None
 
-    def is_theirs(self, user_id: UserId) -> bool:
-        """Whether this user owns it or has borrowed it."""
-        record = self.record
-        return any(one.id == user_id for one in record.owners) or any(one.user.id == user_id for one in record.loans)
+    def relation_of(self, user_id: UserId, role: Role) -> Relation:
+        """How this user stands to it."""
+        return relation_of(self.record.ties, user_id, role)
+
+    def may(self, user_id: UserId, role: Role, right: Right) -> bool:
+        """Whether this user has this right."""
+        return may(relation_of(self.record.ties, user_id, role), right)
 
     def limits_of(self, user_id: UserId, role: Role) -> Limits | None:
-        """Of a borrower; None for owners and admins."""
-        if role is Role.ADMIN or any(one.id == user_id for one in self.record.owners):
+        """Of a borrower; None for whoever may fly it anyhow."""
+        if self.relation_of(user_id, role) is not Relation.BORROWER:
             return None
         loan = next((one for one in self.record.loans if one.user.id == user_id), None)
         return Limits(loan.may_arm, loan.max_height_m, loan.radius_m) if loan else None
 
     def may_be_seen_by(self, user_id: UserId, role: Role) -> bool:
-        """Admins see every drone, operators their own."""
-        return role is Role.ADMIN or self.is_theirs(user_id)
+        """Admins see every drone, others their own."""
+        return self.may(user_id, role, Right.SEE)
+
+    def knows_of(self, user_id: UserId, role: Role, at: datetime) -> bool:
+        """Whether this user may know who did what with it at that time. Whoever has to do with it through its team
+        alone knows nothing from before the drone was in it: that was another team's, perhaps."""
+        team, relation = self.record.team, self.relation_of(user_id, role)
+        by_team = team is not None and user_id in team.crew and relation is not Relation.ADMIN
+        if team is None or not by_team or user_id in self.record.ties.owners:
+            return relation is not Relation.STRANGER
+        return at >= team.since
 
     def frame_watchers(self) -> list[Browser]:
         """Browsers that get its frames: all who may see it, but for somebody from whom the view was taken too."""
@@ -194,11 +234,16 @@ class LiveDrone:
             armed=self.armed,
             airborne=self.airborne,
             loss_check_open=self.loss_check.bars(user_id),
+            may_read=self.may(user_id, viewer.role, Right.READ),
         )
 
     def is_deaf_to_holder(self, user_id: UserId, now: float) -> bool:
         """Whether a rehearsal makes the holder's frames be refused."""
         return user_id == self.holder_id and now < self.holder_deaf_until
+
+    def counts_as_flying(self) -> bool:
+        """In the air; or it was when it was last known, and now it is not known."""
+        return self.was_airborne if self.airborne is None else self.airborne
 
     def flown_by_hand(self, now: float) -> bool:
         """Whether sticks have moved this drone within the last seconds."""
@@ -217,22 +262,41 @@ class LiveDrone:
             browser.viewer.user_id == self.holder_id and browser.viewer.may_fly for browser in self.watchers.values()
         )
 
+    def holder_answers(self, now: float) -> bool:
+        """Whether one of those browsers answers: a tab that has frozen keeps its connection, and is nobody's hand."""
+        return any(
+            browser.viewer.user_id == self.holder_id
+            and browser.viewer.may_fly
+            and browser.trip.rtt_s(now) < SILENT_AFTER_S
+            for browser in self.watchers.values()
+        )
+
+    def holder_is_there(self, now: float) -> bool:
+        """By a browser that answers, or by a program that keeps the controls. Sticks are nothing that a program could
+        answer for: whoever flies by hand is there with the browser that they come from, or not at all."""
+        kept = self.holder_watch.kept(self.holder_id, now) and not self.flown_by_hand(now)
+        return kept or self.holder_answers(now)
+
     def somebody_flies(self) -> bool:
-        """Whether there is a holder, with a live browser, who is not being rehearsed away."""
-        return self.holder_watch.missing_since is None and self.holder_present()
+        """Whether there is a holder who is there, by browser or program, and is not being rehearsed away."""
+        watch = self.holder_watch
+        kept = self.holder_id is not None and watch.kept_by == self.holder_id
+        return watch.missing_since is None and (kept or self.holder_present())
 
     def forget_link(self) -> None:
         """The agent is gone."""
         self.link = self.stream_state = None
-        self.online = self.autopilot_heard = self.armed = self.airborne = False
+        self.online = self.autopilot_heard = False
+        self.armed = self.airborne = None
         self.flight_start.lost()
+        self.open_hold.link_ended()
         self.hold_steps.link_ended()
         self.orders.clear()
         self.board.forget()
         self.heartbeat = None
 
     def view(self) -> DroneView:
-        """As the outside is told. The same for everybody who may see the drone, but for what they may not watch."""
+        """As the outside is told. The same for everybody who may see the drone, but for what `view_as` changes."""
         return DroneView(
             id=self.record.id,
             name=self.record.name,
@@ -243,9 +307,10 @@ class LiveDrone:
             epoch=self.lease.epoch,
             taken_from=_view_of(self.lease.taken_from),
             autopilot_heard=self.autopilot_heard,
-            armed=self.armed,
-            airborne=self.airborne,
-            airborne_since=self.flight_start.since if self.airborne else None,
+            armed=self.armed if self.online else None,
+            airborne=self.airborne if self.online else None,
+            hold=self.open_hold.view(online=self.online),
+            airborne_since=self.flight_start.since if self.online and self.airborne else None,
             offered=self.lease.offered,
             assistant=_view_of(self.lease.assistant),
             may_watch=True,
@@ -255,18 +320,37 @@ class LiveDrone:
             profile_chosen=self.stream.profile,
             profile_why=self.stream_state.why if self.stream_state else "",
             plans=self.board.plans,
+            identity=IdentityView.of(self.record),
             parameters=self.board.parameters.told,
+            suspicious_motion=self.motion_check.why if self.armed is not False else None,
         )
 
-    def view_for(self, user_id: UserId) -> DroneView:
+    def view_for(self, user_id: UserId, role: Role) -> DroneView:
         """As one user is told."""
-        view = self.view()
-        if user_id == self.blind_user_id:
-            taken = {"may_watch": False, "may_watch_video": False, "plans": NO_PLANS, "parameters": NO_PARAMETERS}
-            return view.model_copy(update=taken)
-        if user_id == self.no_video_user_id:
-            return view.model_copy(update={"may_watch_video": False})
-        return view
+        return self.view_as(self.standpoint_of(user_id, role))
+
+    def standpoint_of(self, user_id: UserId, role: Role) -> Standpoint:
+        """What makes this user's view of the drone: two with the same one are told the same."""
+        relation = self.relation_of(user_id, role)
+        return Standpoint(
+            relation=relation,
+            blind=user_id == self.blind_user_id,
+            no_video=user_id == self.no_video_user_id,
+            # A borrower learns of the drone, and of nobody's team.
+            knows_team=relation is not Relation.BORROWER or user_id in self.record.ties.crew,
+        )
+
+    def view_as(self, standpoint: Standpoint) -> DroneView:
+        """As whoever has this standpoint is told."""
+        update: dict[str, object] = {"relation": standpoint.relation}
+        team = self.record.team
+        if team is not None and standpoint.knows_team:
+            update["team"] = TeamRefView(id=team.id, name=team.name)
+        if standpoint.no_video or standpoint.blind:
+            update["may_watch_video"] = False
+        if standpoint.blind:
+            update |= {"may_watch": False, "plans": NO_PLANS, "parameters": NO_PARAMETERS, "suspicious_motion": None}
+        return self.view().model_copy(update=update)
 
 
 def _view_of(ref: UserRef | None) -> UserRefView | None:

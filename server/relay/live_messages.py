@@ -161,10 +161,11 @@ class Lost(msgspec.Struct, frozen=True, tag="lost", tag_field="type"):
 class Separation(msgspec.Struct, frozen=True, tag="separation", tag_field="type"):
     """Two drones come near each other, or do so no more. `number` stays the same from the first word to `clear`.
 
-    `drones`: the first one is this browser's to see; null where the second is not. Predicted, null when clear or not
-    known any more: the closest over ground `horizontal_m`, `vertical_m` apart at that moment, `in_s` seconds from now.
-    Where the second is now, seen from the first: `bearing_deg` clockwise from north, `distance_m` over ground,
-    `above_m`. `why` it is clear: `apart`, `landed` (or no longer there), `unheard`.
+    `drones`: the first one is this browser's to see; null where the second is not, and then every figure is rounded
+    (server.separation.strangers), `horizontal_m` and `vertical_m` are null and `why` is empty. Predicted, null when
+    clear or not known any more: the closest over ground `horizontal_m`, `vertical_m` apart at that moment, `in_s`
+    seconds from now. Where the second is now, seen from the first: `bearing_deg` clockwise from north, `distance_m`
+    over ground, `above_m`. `why` it is clear: `apart`, `landed` (or no longer there), `unheard`.
     """
 
     number: int

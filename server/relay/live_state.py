@@ -5,19 +5,22 @@ Nothing here decides anything. Every method is plain and returns at once.
 
 from collections.abc import Callable, Iterable
 from collections.abc import Set as AbstractSet
+from datetime import datetime
 
 from msgspec import Raw
+from msgspec.structs import replace
 
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
 from server.relay.flood_gate import FLOODING
-from server.relay.hub_events import HubEvent
-from server.relay.live_drone import LiveDrone
+from server.relay.hub_events import HoldToKeep, HubEvent
+from server.relay.live_drone import LiveDrone, Standpoint
 from server.relay.traffic import Traffic
 from wire.control_messages import ControlChanged, ToAgent
 from wire.drops import DropCounts, DropReason
 from wire.ids import DroneId, LinkId, UserId
+from wire.open_holds import LostAction
 
 
 class LiveState:
@@ -39,11 +42,12 @@ class LiveState:
         for browser in drone.watchers.values():
             browser.tell(event)
 
-    def tell_video_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
-        """To everybody who may watch the video of the drone."""
+    def tell_video_watchers(self, drone: LiveDrone, event: live.ToBrowser, *, of: datetime) -> None:
+        """To everybody who may watch the video of the drone, of something that began then."""
         shut_out = drone.no_video_user_id
         for browser in drone.watchers.values():
-            if browser.viewer.user_id != shut_out:
+            viewer = browser.viewer
+            if viewer.user_id != shut_out and drone.knows_of(viewer.user_id, viewer.role, of):
                 browser.tell(event)
 
     def tell_former(self, drone: LiveDrone, user_ids: AbstractSet[UserId], event: live.ToBrowser) -> None:
@@ -53,12 +57,14 @@ class LiveState:
                 browser.tell(event)
 
     def tell_drone(self, drone: LiveDrone) -> None:
-        """The drone as it is now. One event for all but who may not watch, so that it is put into JSON once."""
-        other_id = drone.no_video_user_id
-        told = live.DroneChanged(drone.view())
+        """The drone as it is now. One event for all who stand to it alike: it is put into JSON once."""
+        told: dict[Standpoint, live.DroneChanged] = {}
         for browser in drone.watchers.values():
-            user_id = browser.viewer.user_id
-            browser.tell(told if user_id != other_id else live.DroneChanged(drone.view_for(user_id)))
+            standpoint = drone.standpoint_of(browser.viewer.user_id, browser.viewer.role)
+            event = told.get(standpoint)
+            if event is None:
+                event = told[standpoint] = live.DroneChanged(drone.view_as(standpoint))
+            browser.tell(event)
 
     def tell_links(self, drones: Iterable[LiveDrone], now: float) -> None:
         """How the links of those are that are online: to each browser in one message."""
@@ -75,6 +81,20 @@ class LiveState:
         """If there is one."""
         if drone.link is not None:
             drone.link.post(message)
+
+    def note_hold(self, drone: LiveDrone) -> None:
+        """Whether a hold must be ordered again on the next link may have changed. That is to outlive the tower."""
+        must_be_ordered = drone.open_hold.must_be_ordered
+        if drone.hold_noted != must_be_ordered:
+            drone.hold_noted = must_be_ordered
+            self.on_event(HoldToKeep(drone.drone_id))
+
+    def tell_agent_safety(self, drone: LiveDrone) -> None:
+        """How the drone holds, in words that its agent knows: an older one has no "stay", and would end the channel."""
+        settings = drone.safety
+        if drone.link is not None and not drone.link.knows_open_holds and settings.lost_action is LostAction.STAY:
+            settings = replace(settings, lost_action=LostAction.CONTINUE)
+        self.tell_agent(drone, settings)
 
     def tell_agent_who_holds(self, drone: LiveDrone) -> None:
         """Epoch, holder, and whether they are there. On both channels: a control channel may be lost unnoticed."""

@@ -71,11 +71,18 @@ class _Target:
 
 
 def bar_of(
-    frame: bytes, command: CommandSeen | None, limits: Limits, home: Home | None, *, armed: bool, px4: bool | None
+    frame: bytes,
+    command: CommandSeen | None,
+    limits: Limits,
+    home: Home | None,
+    *,
+    armed: bool | None,
+    px4: bool | None,
 ) -> LoanBar | None:
     """Why a whole frame may not pass, or None. Only for what is the holder's, not for what every watcher may send.
 
-    `px4`: it reads altitudes in commands as above the sea, whatever their frame; None: not known which autopilot it is.
+    `armed` None: not known, which counts as disarmed: what could start motors is barred. `px4`: it reads altitudes in
+    commands as above the sea, whatever their frame; None: not known which autopilot it is.
     """
     if not limits.any:
         return None

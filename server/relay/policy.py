@@ -116,10 +116,14 @@ class Standing:
 
     has_turn: bool
     """The holder, or the assistant while it is their turn."""
-    armed: bool
-    airborne: bool
+    armed: bool | None
+    """None: not known."""
+    airborne: bool | None
+    """None: not known, so it may be."""
     loss_check_open: bool
     """A loss would be dangerous as the drone is set up, and the sender has not said that they know."""
+    may_read: bool = True
+    """False for observers: they ask the drone for nothing."""
 
 
 def kind_of(frame: bytes) -> Kind:
@@ -156,7 +160,8 @@ def leave_for(frame: bytes, command: CommandSeen | None) -> Leave:
 
 
 def ends_the_flight(command: CommandSeen, standing: Standing) -> bool:
-    """Whether it makes the drone fall: flight termination, or disarming or rebooting in the air.
+    """Whether it makes the drone fall: flight termination, or disarming or rebooting where it is not known to be on the
+    ground.
 
     A parameter that is no number counts as the worse: who knows what an autopilot makes of it.
     """
@@ -164,7 +169,9 @@ def ends_the_flight(command: CommandSeen, standing: Standing) -> bool:
         return not command.param1 <= 0.5
     disarms = command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and not command.param1 >= 0.5
     stops = command.command == _M.MAV_CMD_DO_AUX_FUNCTION and command.param1 in AUX_STOPS
-    return standing.airborne and (disarms or stops or command.command == _M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN)
+    return standing.airborne is not False and (
+        disarms or stops or command.command == _M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN
+    )
 
 
 def arms(command: CommandSeen) -> bool:
@@ -195,7 +202,7 @@ def refusal_of(frame: bytes, command: CommandSeen | None, standing: Standing) ->
     if leave is Leave.NOBODY:
         return DropReason.NOT_ALLOWED
     if leave is Leave.WATCHER:
-        return None
+        return None if standing.may_read else DropReason.NOT_IN_CONTROL
     if not standing.has_turn:
         return DropReason.NOT_IN_CONTROL
     if command is not None and arms(command) and standing.loss_check_open and not standing.armed:

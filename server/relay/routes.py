@@ -48,4 +48,8 @@ async def live(websocket: WebSocket) -> None:
 async def agent(websocket: WebSocket) -> None:
     """The control channel of one agent."""
     tower = tower_of(websocket)
-    await AgentChannel(websocket, tower.hub, websocket.app.state.data_endpoint, tower.clock).run()
+    endpoint = websocket.app.state.data_endpoint
+    channel = AgentChannel(
+        websocket, tower.hub, endpoint, tower.clock, rules=tower.sign_in_rules, anonymous=tower.anonymous
+    )
+    await channel.run()

@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Final
 
+from server.anonymous.budget import AnonymousBudget
 from server.beats import rest
 from server.garbage import FullSearch
 from server.relay.data_endpoint import DataEndpoint, open_data_endpoint
@@ -16,9 +17,9 @@ TICKS_A_SECOND: Final = 10
 
 
 @asynccontextmanager
-async def running_relay(hub: Hub, *, host: str, port: int) -> AsyncIterator[DataEndpoint]:
+async def running_relay(hub: Hub, anonymous: AnonymousBudget, *, host: str, port: int) -> AsyncIterator[DataEndpoint]:
     """Opens the data channel's socket and keeps the hub's time. Raises OSError if the port is in use."""
-    endpoint = await open_data_endpoint(hub, host, port)
+    endpoint = await open_data_endpoint(hub, host, port, anonymous)
     hub.video.later = _soon
     beating = asyncio.create_task(_beat(hub))
     try:

@@ -64,14 +64,21 @@ class SafetyWatch:
     def note_presence(self, drone: LiveDrone, now: float) -> None:
         """Looks whether the holder is there, and tells the agent when that has changed."""
         watch = drone.holder_watch
+        if not watch.kept(drone.holder_id, now):
+            watch.kept_by = None
         was_missing = watch.missing_since is not None
         deaf = now < drone.holder_deaf_until
-        if drone.holder_id is None or (drone.holder_present() and not deaf):
+        if drone.holder_id is None or (drone.holder_is_there(now) and not deaf):
             watch.present()
         else:
             watch.missing(by_hand=drone.flown_by_hand(now), now=now)
         if was_missing != (watch.missing_since is not None):
             self._state.tell_agent_who_holds(drone)
+
+    def keep(self, drone: LiveDrone, user_id: UserId, now: float) -> None:
+        """A program of the holder says that it is there."""
+        drone.holder_watch.keep(user_id, now)
+        self.note_presence(drone, now)
 
     def note_presence_of(self, user_id: UserId, now: float) -> None:
         """A browser of this user came or went: the agents of what they hold are told at once."""
@@ -107,17 +114,17 @@ class SafetyWatch:
             return
         keepalive = drone.link.sealed.keepalive
         rtt_ms = 1000.0 * (browser.trip.rtt_s(now) + keepalive.rtt_now_s(now))
-        if drone.rtt_watch.check(rtt_ms, limit=drone.rtt_limit_ms, for_s=drone.rtt_limit_s, now=now):
+        if drone.rtt_watch.check(rtt_ms, limit=drone.safety.rtt_limit_ms, for_s=drone.safety.rtt_limit_s, now=now):
             self._state.on_event(RttTooLong(drone.drone_id, rtt_ms))
 
     def _watch_loan(self, drone: LiveDrone, now: float) -> None:
         place = whole_place_in(drone.position_frame) if drone.position_frame is not None else None
         if place is None:
             return
-        if not drone.armed and not drone.home_told:
+        if drone.armed is False and not drone.home_told:
             drone.home = Home(place.lat_deg, place.lon_deg, place.alt_amsl_m)
         loan = next((one for one in drone.record.loans if one.user.id == drone.holder_id), None)
-        if loan is None or not drone.airborne or not drone.flown_by_hand(now):
+        if loan is None or drone.airborne is False or not drone.flown_by_hand(now):
             return
         pilot = drone.watchers.get(drone.sticks_from)
         limits = drone.limits_of(loan.user.id, pilot.viewer.role) if pilot is not None else None

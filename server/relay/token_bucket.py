@@ -24,6 +24,14 @@ class TokenBucket:
         self._level = level - count
         return True
 
+    def give_back(self, count: float) -> None:
+        """What was taken and not used."""
+        self._level = min(self._level + count, self._burst)
+
+    def wait_s(self, count: float) -> float:
+        """After a `take` that failed: how long until so many are there, `count` at most the burst."""
+        return max(0.0, count - self._level) / self._rate_per_s
+
     def is_full(self, now: float) -> bool:
         """Whether it is as good as a new one, and need not be remembered."""
         return self._level + (now - self._at) * self._rate_per_s >= self._burst

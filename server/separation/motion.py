@@ -33,6 +33,12 @@ def motion_in(frame: bytes, at: float) -> Motion | None:
     return Motion(lat_e7 / 1e7, lon_e7 / 1e7, alt_mm / 1000, north / 100, east / 100, -down / 100, at)
 
 
+def boot_s_in(frame: bytes) -> float:
+    """Of a whole GLOBAL_POSITION_INT: the autopilot's own time, seconds since it was switched on."""
+    boot_ms: int = _FIELDS.unpack_from(payload(frame).ljust(_FIELDS.size, b"\0"))[0]
+    return boot_ms / 1000
+
+
 class Relative(NamedTuple):
     """One drone as another one sees it: metres away, and metres a second by which that changes."""
 

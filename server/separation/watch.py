@@ -5,6 +5,7 @@ twice a second until they are apart (`encounter`).
 """
 
 from collections.abc import Callable, Iterator, Mapping
+from itertools import count
 from typing import Final, NamedTuple
 
 from server.separation.bounds import Level, SeparationBounds, judge
@@ -30,15 +31,18 @@ class Sky(NamedTuple):
 
 
 class SeparationWatch:
-    """One for the tower. Call `tick` some ten times a second; it answers what people are to be told anew."""
+    """One for the tower. Call `tick` some ten times a second; it answers what people are to be told anew.
 
-    def __init__(self, sky: Sky, bounds: SeparationBounds) -> None:
+    `new_number`: names an encounter to people. Counted ones, the default, tell how many others have.
+    """
+
+    def __init__(self, sky: Sky, bounds: SeparationBounds, new_number: Callable[[], int] | None = None) -> None:
         self.bounds = bounds
         self._sky = sky
         self._encounters: dict[Pair, Encounter] = {}
         self._portions: Iterator[list[Pair]] | None = None
         self._swept_at = self._looked_at = float("-inf")
-        self._numbered = 0
+        self._new_number = new_number or count(1).__next__
         self.cut_short = 0
         """How often there was more than could be looked at."""
 
@@ -94,8 +98,7 @@ class SeparationWatch:
         if len(self._encounters) >= MOST_ENCOUNTERS:
             self.cut_short += 1
             return None
-        self._numbered += 1
-        one = self._encounters[pair] = Encounter(self._numbered, pair)
+        one = self._encounters[pair] = Encounter(self._new_number(), pair)
         return one
 
     def _look(self, one: Encounter, now: float) -> bool:

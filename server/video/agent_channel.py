@@ -8,6 +8,8 @@ import structlog
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket
 
+from server.anonymous.budget import AnonymousBudget, admitted
+from server.anonymous.told import log_refusal
 from server.direct_websocket import direct_writer
 from server.private_path import is_private_path
 from server.relay.flood_gate import FLOODING
@@ -28,8 +30,9 @@ _log = structlog.get_logger(__name__)
 class AgentVideoSocket:
     """From the upgrade to the end. It is the desk's AgentVideoChannel."""
 
-    def __init__(self, websocket: WebSocket, hub: Hub) -> None:
+    def __init__(self, websocket: WebSocket, hub: Hub, anonymous: AnonymousBudget) -> None:
         self._websocket = websocket
+        self._anonymous = anonymous
         self._hub = hub
         self._ending = Ending()
 
@@ -43,6 +46,7 @@ class AgentVideoSocket:
         if video is None:
             await self._deny(401, "this ticket is not known")
             return
+        admitted(self._websocket)
         offered = self._websocket.scope["subprotocols"]
         subprotocol = AGENT_VIDEO_SUBPROTOCOL if AGENT_VIDEO_SUBPROTOCOL in offered else None
         await self._websocket.accept(subprotocol=subprotocol)
@@ -74,7 +78,7 @@ class AgentVideoSocket:
         self._ending.wish(code, why)
 
     async def _deny(self, status: int, words: str) -> None:
-        _log.warning("agent_video_refused", status=status, why=words)
+        log_refusal(self._anonymous, "agent_video_refused", status, words)
         headers = {"WWW-Authenticate": "Bearer"} if status == 401 else None
         await self._websocket.send_denial_response(PlainTextResponse(words, status_code=status, headers=headers))
 

@@ -30,7 +30,8 @@ _NO_DRONE: Final = DroneId(0)
 @router.websocket("/api/v1/agent/video")
 async def agent_video(websocket: WebSocket) -> None:
     """The units of one agent."""
-    await AgentVideoSocket(websocket, tower_of(websocket).hub).run()
+    tower = tower_of(websocket)
+    await AgentVideoSocket(websocket, tower.hub, tower.anonymous).run()
 
 
 @router.websocket("/api/v1/drones/{drone_id}/video")

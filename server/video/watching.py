@@ -23,8 +23,8 @@ class NotToWatch(NamedTuple):
 
 def why_not_watch(drone: LiveDrone | None, principal: Principal) -> NotToWatch | None:
     """None: they may. A drone that is not there and one that is not theirs get the same answer."""
-    owners = None if drone is None else [principal.user_id] if drone.is_theirs(principal.user_id) else []
-    refusal = judge(AccessRequest(principal, Action.SEE_DRONE, owners)).refusal
+    relation = None if drone is None else drone.relation_of(principal.user_id, principal.role)
+    refusal = judge(AccessRequest(principal, Action.SEE_DRONE, relation)).refusal
     if refusal is not None:
         code = NO_SUCH_DRONE if isinstance(refusal, UnknownDrone) else NOT_FOR_WATCHING
         return NotToWatch(code, refusal.message)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simulator.flavour import Flavour
+from simulator.flavour import Flavour, Storage
 from simulator.mission_plan import PlanKind
 from simulator.px4.commands import HANDLERS, set_mode_number
 from simulator.px4.failsafe import Px4Failsafes
 from simulator.px4.fence import fence_limits, on_fence_breach
+from simulator.px4.mission_storage import take, why_not_jump, why_not_whole
 from simulator.px4.modes import RULES, Px4Mode, make_behaviours
 from simulator.px4.parameters import make_parameters
 from simulator.px4.reports import INTERVALS_S, REPORTS
@@ -52,12 +53,14 @@ PX4 = Flavour(
     rules=RULES,
     make_behaviours=make_behaviours,
     make_parameters=make_parameters,
-    make_sticks=lambda parameters, has_radio: Px4Sticks(parameters, has_radio=has_radio),
+    make_sticks=Px4Sticks,
     make_failsafes=Px4Failsafes,
+    why_not_ready=why_not_arm,
     why_not_arm=why_not_arm,
     home_slot=False,
     keeps_dataflash_logs=False,
-    keeps_nan=True,
+    keeps_parameter_file=False,
+    storage=Storage(take, why_not_jump, why_not_whole),
     items_max={PlanKind.MISSION: 2000, PlanKind.FENCE: 64, PlanKind.RALLY: 32},
     fence_limits=fence_limits,
     on_fence_breach=on_fence_breach,

@@ -60,7 +60,15 @@ def heartbeat(flight: Flight) -> Message:
 
 
 def sys_status(flight: Flight) -> Message:
-    return sensors(flight, with_prearm=flight.flavour.why_not_arm(flight) is None)
+    """A receiver is present while sticks come that count, whoever sends them; nothing ever says that it is unwell."""
+    heard = flight.sticks.silent_for_s(flight.now_s) <= 0.0
+    ready = flight.flavour.why_not_ready(flight) is None
+    return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=True)
+
+
+def rc_channels(flight: Flight) -> Message | None:
+    """Only while a receiver, or RC_CHANNELS_OVERRIDE in its place, is heard."""
+    return HEALTH_REPORTS[65](flight) if flight.sticks.channel_count else None
 
 
 def autopilot_version(_flight: Flight) -> Message:
@@ -84,6 +92,7 @@ REPORTS = {
     **{number: report for number, report in MOTION_REPORTS.items() if number not in _NOT_PX4},
     0: heartbeat,
     1: sys_status,
+    65: rc_channels,
     148: autopilot_version,
     230: estimator_status,
 }

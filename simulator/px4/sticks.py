@@ -13,12 +13,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, auto
 
+from simulator.flight_constants import TICK_S
 from simulator.geodesy import clamp
 from simulator.parameters import Parameters
+from simulator.receiver import CHANNELS, RECEIVER_CHANNELS, Receiver
 
 IGNORE = 65535
-CHANNELS = 18
-RADIO_AT_REST = (1500, 1500, 1000, 1500, 1800, 1000, 1000, 1800)
 
 
 class Source(Enum):
@@ -37,17 +37,17 @@ class Axes:
 
 
 class Px4Sticks:
-    def __init__(self, parameters: Parameters, *, has_radio: bool) -> None:
+    def __init__(self, parameters: Parameters, receiver: Receiver) -> None:
         self._parameters = parameters
-        self.has_radio = has_radio
-        self.radio_pwm: list[int] = [*RADIO_AT_REST, *([0] * (CHANNELS - len(RADIO_AT_REST)))]
-        self.pwm: list[int] = list(self.radio_pwm) if has_radio else [0] * CHANNELS
+        self.receiver = receiver
+        self.radio_pwm = receiver.at_rest
+        self.pwm = list(self.radio_pwm)
         self.ever_heard = False
         self._axes: dict[Source, Axes] = {}
         self._heard_s: dict[Source, float] = {}
         self._used: Source | None = None
+        self._used_heard_s = 0.0
         self._first: Source | None = None
-        self._transmitter_lost = False
         self._now_s = 0.0
 
     def accepts(self, sender_sysid: int) -> bool:
@@ -59,8 +59,11 @@ class Px4Sticks:
         return self._used is Source.MAVLINK
 
     @property
-    def radio_healthy(self) -> bool:
-        return self.has_radio and not self._transmitter_lost
+    def channel_count(self) -> int:
+        """Of what counts as a receiver while it is heard, RC_CHANNELS_OVERRIDE among it."""
+        if not self._is_fresh(Source.RECEIVER):
+            return 0
+        return RECEIVER_CHANNELS if self.receiver.is_fitted else CHANNELS
 
     def clear_overrides(self) -> None:
         """PX4 has nothing of the kind."""
@@ -82,15 +85,17 @@ class Px4Sticks:
         self._axes[source], self._heard_s[source] = axes, now_s
 
     def update(self, now_s: float, *, transmitter_lost: bool) -> None:
-        self._now_s, self._transmitter_lost = now_s, transmitter_lost
-        if self.radio_healthy:
+        self._now_s = now_s
+        if self.receiver.is_fitted and not transmitter_lost:
             self.pwm[:] = self.radio_pwm
             self._hear(Source.RECEIVER, self._axes_of(self.radio_pwm), now_s)
         fresh = [source for source in Source if self._is_fresh(source)]
         if self._first is None and fresh:
             self._first = fresh[0]
         self._used = self._choose(fresh)
-        self.ever_heard |= self._used is not None
+        if self._used is not None:
+            self.ever_heard = True
+            self._used_heard_s = self._heard_s[self._used]
 
     def _choose(self, fresh: list[Source]) -> Source | None:
         mode = self._parameters.whole("COM_RC_IN_MODE")
@@ -110,10 +115,8 @@ class Px4Sticks:
         return self._used is None
 
     def silent_for_s(self, now_s: float) -> float:
-        """0 while the source in use is fresh."""
-        if self._used is not None:
-            return 0.0
-        return now_s - max(self._heard_s.values(), default=0.0)
+        """0 while the source in use is fresh; one that does not count is not listened to."""
+        return 0.0 if self._used is not None else max(now_s - self._used_heard_s, TICK_S)
 
     def _axes_of(self, pwm: list[int]) -> Axes:
         def axis(name: str) -> float:

@@ -1,7 +1,5 @@
 """A real Chromium and a real squad for the browser tests."""
 
-import os
-import shlex
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +8,7 @@ import pytest
 from axe_look import Axe
 from console_page import FLAGS, SIMULATOR, Somebody, visitors
 from playwright.sync_api import Browser, expect, sync_playwright
+from worlds.modest_chromium import modest
 from worlds.processes import World
 
 
@@ -21,16 +20,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(scope="session")
 def modest_chromium(chromium_path: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Chromium that draws when nobody else has work.
-
-    Run by root it would put its drawing above everything else on the machine: above the drones of this test, and of
-    those beside it.
-    """
-    drop = "setpriv --bounding-set=-sys_nice " if os.geteuid() == 0 and shutil.which("setpriv") else ""
-    script = tmp_path_factory.mktemp("chromium") / "chromium"
-    script.write_text(f'#!/bin/sh\nexec {drop}nice -n 5 {shlex.quote(chromium_path)} "$@"\n')
-    script.chmod(0o700)
-    return script
+    """Chromium that draws when nobody else has work."""
+    return modest(chromium_path, tmp_path_factory.mktemp("chromium"))
 
 
 # Not for the session: Playwright keeps an event loop running in this thread; the asyncio tests want one of their own.

@@ -71,7 +71,7 @@ class ConsolePage:
     def sign_in(self, name: str, password: str = PASSWORD) -> None:
         self.page.get_by_label("Name").fill(name)
         self.page.get_by_label("Password").fill(password)
-        self.page.get_by_role("button", name="Sign in").click()
+        self.page.get_by_role("button", name="Sign in", exact=True).click()
 
     def open_drone(self, name: str) -> None:
         self.page.get_by_role("link", name=f"Open {name}").click()
@@ -95,6 +95,8 @@ class ConsolePage:
         """Every dangerous action is confirmed once, in a dialog that names the drone."""
         dialog = self.page.get_by_role("dialog")
         expect(dialog).to_contain_text(drone)
+        if dialog.get_by_test_id("confirm-name").count() > 0:  # it names dangers
+            dialog.get_by_test_id("confirm-name").fill(drone)
         dialog.get_by_test_id("confirm-button").click()
         expect(dialog).to_have_count(0)
 
@@ -126,7 +128,8 @@ class ConsolePage:
             if time.monotonic() > deadline:
                 shown = self.page.locator("[data-testid^=value-]").all()
                 seen = {part.get_attribute("data-testid"): part.get_attribute("data-value") for part in shown}
-                raise AssertionError(f"waited {timeout_s:g} s in vain for {what}; the page shows {seen}")
+                said = [part.inner_text() for part in self.part("messages").get_by_test_id("message").all()[-5:]]
+                raise AssertionError(f"waited {timeout_s:g} s in vain for {what}; the page shows {seen}, {said}")
             self.page.wait_for_timeout(50)
 
     def wait_for_frames(self, drones: int = 1, *, timeout_s: float = 20.0) -> None:

@@ -14,7 +14,7 @@ from console_page import SIMULATOR, ConsolePage, Somebody, visitors
 from fake_pad import FakePad
 from furnished import FIRST_PASSWORD, NEWCOMER, furnish
 from playwright.sync_api import Browser, expect
-from worlds.processes import CHECKOUT, PASSWORD, World
+from worlds.processes import CHECKOUT, World
 
 
 @pytest.fixture(scope="module")
@@ -65,14 +65,12 @@ def test_ones_own_account(come: Somebody, axe: Axe) -> None:
     sections = [
         link.get_attribute("data-testid") for link in console.page.locator("nav a[data-testid^=section-]").all()
     ]
-    assert sections == ["section-password", "section-second-factor", "section-sessions", "section-tokens"]
+    named = ("password", "passkeys", "second-factor", "sessions", "tokens", "teams")
+    assert sections == [f"section-{one}" for one in named]
     axe.look(console, "account-password")
 
     console.part("section-second-factor").click()
     console.part("begin-factor").click()
-    axe.look(console, "account-factor-password")
-    console.part("factor-password").fill(PASSWORD)
-    console.part("factor-submit").click()
     secret = console.part("factor-secret").inner_text()
     axe.look(console, "account-factor-secret")
     console.part("factor-code").fill(pyotp.TOTP(secret).now())
@@ -117,6 +115,7 @@ def test_the_administration(come: Somebody, axe: Axe) -> None:
         "enrolment": "enrolment-row",
         "sessions": "session-row",
         "tokens": "token-row",
+        "teams": "new-team",
         "audit": "audit-row",
         "system": "system",
     }
@@ -293,7 +292,12 @@ def test_the_control_page_in_flight_for_its_pilot_and_for_a_watcher(come: Somebo
     expect(admin.part("blocked-reason")).to_contain_text("alice")
     axe.look(admin, "control-watcher")
     axe.look_beneath(admin, "control-take", "control-take")
+    axe.look_beneath(admin, "control-take-emergency", "control-take-emergency")
     admin.takes_from("alice", "Kestrel", reason="weather", may_watch=False)
     expect(pilot.part("view-cover")).to_be_visible()
-    axe.look(pilot, "control-taken")
+    expect(admin.part("hold-banner")).to_have_attribute("data-phase", "counting")
     axe.look(admin, "control-taker")
+    axe.look(pilot, "control-taken")
+    admin.open("/#/")
+    expect(admin.part("row-hold")).to_be_visible()
+    axe.look(admin, "monitor-hold")

@@ -1,11 +1,12 @@
 """One's own account in the browser: the way in, the first password, a second factor, tokens, sessions."""
 
+import json
 import re
 import time
 
 import pyotp
 from console_page import ConsolePage, Somebody, signed_in
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 from worlds.processes import PASSWORD, World
 
 NEW_PASSWORD = "four words are longer"
@@ -57,7 +58,10 @@ def test_a_first_password_has_to_be_changed_before_anything_else(somebody_early:
     expect(console.part("first-password")).to_be_visible()
 
     console.part("new-password").fill("short")
-    expect(console.part("password-form")).to_contain_text("Too short: 3 more.")
+    expect(console.part("password-form")).to_contain_text("Too short: 7 more.")
+    expect(console.part("change-password")).to_be_disabled()
+    console.part("new-password").fill("password1234")
+    expect(console.part("password-form")).to_contain_text("easy to guess")
     expect(console.part("change-password")).to_be_disabled()
     choose_password(console, "not the first one", NEW_PASSWORD)
     expect(console.part("password-problem")).to_be_visible()
@@ -75,8 +79,6 @@ def test_a_second_factor_is_set_up_and_asked_for(somebody_early: Somebody) -> No
     console.open("/#/account/second-factor")
     expect(console.part("second-factor-state")).to_have_attribute("data-value", "off")
     console.part("begin-factor").click()
-    console.part("factor-password").fill(PASSWORD)
-    console.part("factor-submit").click()
     secret = console.part("factor-secret").inner_text()
     picture = console.page.get_by_alt_text("QR code of the secret below")
     assert picture.evaluate("image => image.complete && image.naturalWidth > 0"), "the QR code is not drawn"
@@ -106,6 +108,44 @@ def test_a_second_factor_is_set_up_and_asked_for(somebody_early: Somebody) -> No
     by_recovery.part("sign-in-code").fill(recovery_codes[0])
     by_recovery.part("sign-in-button").click()
     expect(by_recovery.part("connection-state")).to_have_attribute("data-value", "open")
+
+
+def test_an_old_proof_is_asked_for_again_and_the_request_goes_on(somebody_early: Somebody) -> None:
+    """The tower answers as it does when the proof is too old; what the page then sends is real."""
+    console = signed_in(somebody_early, "bob")
+    console.open("/#/account/tokens")
+    console.part("new-token").click()
+    console.part("token-name").fill("with a proof")
+    problem = {"type": "/problems/proof-needed", "title": "Confirm that it is you", "status": 403}
+    pattern = "**/api/v1/tokens"
+
+    def make_it_old() -> None:
+        def too_old(route: Route) -> None:
+            if route.request.method == "POST":
+                route.fulfill(status=403, content_type="application/problem+json", body=json.dumps(problem))
+            else:
+                route.continue_()
+
+        console.page.unroute(pattern)
+        console.page.route(pattern, too_old)
+
+    make_it_old()
+    console.part("token-make").click()
+    console.part("proof-close").click()
+    expect(console.part("token-problem")).to_be_visible()
+
+    console.part("token-make").click()
+    expect(console.part("proof-submit")).to_be_disabled()
+    console.part("proof-password").fill("not the password")
+    console.part("proof-submit").click()
+    expect(console.part("proof-problem")).to_contain_text("not your password")
+    console.page.unroute(pattern)
+    console.part("proof-password").fill(PASSWORD)
+    console.part("proof-submit").click()
+    expect(console.part("proof-dialog")).to_have_count(0)
+    expect(console.part("token-secret")).to_contain_text("twt_")
+    console.part("token-close").click()
+    expect(console.part("token-row")).to_have_count(1)
 
 
 def test_a_session_ended_elsewhere_is_over_at_once(somebody_early: Somebody) -> None:

@@ -123,7 +123,7 @@ def test_a_new_drone_is_enrolled_and_its_enrolment_cancelled(somebody_early: Som
     admin.part("section-enrolment").click()
     row = admin.part("enrolment-row").filter(has_text="Bittern")
     expect(row).to_have_attribute("data-state", "waiting")
-    admin.part("enrolment-cancel").click()
+    row.get_by_test_id("enrolment-cancel").click()
     admin.confirm("Bittern")
     expect(row).to_have_attribute("data-state", "cancelled")
 

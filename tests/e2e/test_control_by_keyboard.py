@@ -181,6 +181,7 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
     alice.part("action-home-map").press("Enter")
     keyboard.press("Enter")
     agree(alice)
+    alice.wait("it to stand", lambda: alice.number("speed") < 0.1)
     press(alice, "o")
     agree(alice)
     alice.wait("home here", lambda: alice.number("distance-to-home") < 1)

@@ -72,3 +72,12 @@ def test_a_pasted_command_puts_a_new_drone_on_its_owners_map(somebody_early: Som
     assert box is not None
     erin.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     expect(erin.part("drone-card")).to_contain_text("Harrier")
+
+    # It is known by a key that it made itself; without it nobody flies it.
+    admin.open("/#/admin/drones")
+    expect(row.get_by_test_id("drone-key")).to_contain_text("SHA256:")
+    row.get_by_role("button", name="What to do with Harrier").click()
+    admin.part("drone-revoke").click()
+    admin.confirm("Harrier")
+    expect(row.get_by_test_id("drone-key")).to_have_text("not enrolled")
+    expect(erin.part("squad-row")).to_have_attribute("data-state", "lost")

@@ -21,7 +21,7 @@ def test_the_first_load_keeps_to_its_budget_and_the_map_comes_later(chromium: Br
     page.goto(quiet_world.address)
     page.get_by_label("Name").fill("alice")
     page.get_by_label("Password").fill(PASSWORD)
-    page.get_by_role("button", name="Sign in").click()
+    page.get_by_role("button", name="Sign in", exact=True).click()
     expect(page.get_by_test_id("squad-row")).to_have_count(1)
     somebody = context.storage_state()
     context.close()

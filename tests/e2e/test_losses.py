@@ -30,8 +30,9 @@ def test_a_lost_tower_is_counted_down_in_the_air(somebody: Somebody, world: Worl
     alice.take_off("Kestrel", 8)
     expect(alice.part("countdown")).to_have_count(0)
     kill_9(world.tower)
-    expect(alice.part("countdown")).to_contain_text("Kestrel holds.")
-    expect(alice.part("countdown")).to_contain_text("it will return in")
+    expect(alice.part("countdown")).to_contain_text("When this page heard it last, Kestrel was in GUIDED.")
+    expect(alice.part("countdown")).to_contain_text("its agent will return it in about")
+    expect(alice.part("countdown")).to_contain_text("if its agent is alive")
     expect(alice.part("action-land")).to_be_disabled()
     before = int(alice.part("countdown").get_attribute("data-seconds") or 0)
     assert 0 < before <= 30
@@ -63,6 +64,10 @@ def test_the_settings_of_the_admin_are_read_by_the_operator_and_decide_the_hold(
 
     alice.acquire("Kestrel")
     alice.take_off("Kestrel", 8)
+    # In guided flight it would stay as it is. By hand it is the ladder that decides: without it, altitude hold.
+    alice.part("manual-toggle").click()
+    alice.confirm("Kestrel")
+    expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")
     admin.takes_from("alice", "Kestrel")
     expect(alice.part("hold-strip")).to_contain_text("Hold confirmed in")
     expect(alice.part("hold-strip")).to_contain_text("LOITER")

@@ -45,9 +45,9 @@ def test_who_loses_the_controls_in_flight_sees_who_why_and_the_confirmed_hold(so
         expect(console.part("hold-strip")).to_have_attribute("data-phase", "confirmed")
         expect(console.part("hold-strip")).to_contain_text("Hold confirmed in")
         expect(console.part("hold-cause")).to_contain_text("ordered by the tower")
-        # Altitude hold is the default, and nobody should take it for a hold of the place.
-        expect(console.part("hold-drift")).to_contain_text("drifts with the wind")
-        console.wait("ALT HOLD", lambda console=console: console.word("mode") == "ALT HOLD")
+        # In guided flight it stays by itself already, and nobody should take it for one that drifts.
+        expect(console.part("hold-drift")).to_have_count(0)
+        expect(console.part("hold-banner")).to_contain_text("Kestrel holds: BRAKE, stays by itself.")
     assert abs(admin.number("altitude") - 8) < 2
 
     # She still watches: what she sees is new.

@@ -3,10 +3,13 @@
 import asyncio
 import contextlib
 import http
+import secrets
 import time
 from collections.abc import AsyncIterator, Callable
+from pathlib import Path
 from typing import Any
 
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from websockets.asyncio.server import Server, ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
@@ -15,11 +18,15 @@ from websockets.typing import Subprotocol
 
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.port import AutopilotPort
+from onboard_agent.identity import Identity, Kept
+from onboard_agent.identity_file import write_private
 from onboard_agent.tower_url import parse_tower_url
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
+    KEY_SUBPROTOCOL,
     Hello,
     HoldProgress,
+    SignInChallenge,
     ToAgent,
     ToTower,
     Welcome,
@@ -28,15 +35,30 @@ from wire.control_messages import (
 )
 from wire.credential import parse_credential
 from wire.dialect import build, decode, mavlink
+from wire.drone_key import KEY_BYTES, DroneKey, is_signed, public_half
 from wire.drops import Dropped
 from wire.frame_stream import FrameStream
 from wire.ids import DroneId, Epoch, LinkId
-from wire.key_agreement import agree, public_bytes
+from wire.key_agreement import agree, agree_by_credential, public_bytes
 from wire.sealed_link import SealedLink
+from wire.sign_in import NONCE_BYTES, SignInPurpose, Transcript
 from wire.video import AGENT_VIDEO_SUBPROTOCOL
 
+DRONE = DroneId(7)
+KEY = DroneKey(DRONE, b"k" * KEY_BYTES)
 CREDENTIAL = parse_credential("twd_7_" + "c" * 43)
-DRONE = CREDENTIAL.drone_id
+"""For a tower that knows nothing of keys."""
+TICKET = "twl_00000001_" + "t" * 43
+
+
+def identity() -> Identity:
+    """Of the drone that the fake tower knows."""
+    return Identity(Kept(DRONE, KEY))
+
+
+def keep_key(path: Path) -> None:
+    """In a file for an agent that is a process."""
+    write_private(path, f"{KEY}\n")
 
 
 async def until(condition: Callable[[], Any], timeout_s: float = 20.0, what: str = "") -> Any:
@@ -49,10 +71,33 @@ async def until(condition: Callable[[], Any], timeout_s: float = 20.0, what: str
     return found
 
 
+def signed_transcript(challenge: SignInChallenge, hello: Hello) -> Transcript | None:
+    """Of a hello that KEY has signed."""
+    said = hello.sign_in
+    assert said is not None
+    transcript = Transcript(
+        purpose=SignInPurpose(said.purpose),
+        drone_id=said.drone_id,
+        tower=said.tower,
+        drone_key=said.drone_key,
+        tower_key=challenge.tower_key,
+        agent_nonce=said.nonce,
+        tower_nonce=challenge.nonce,
+        agent_public_key=hello.public_key,
+        tower_public_key=challenge.public_key,
+        binding=said.binding,
+        resume=hello.resume,
+    )
+    return transcript if is_signed(KEY.public, said.signature, transcript.for_agent()) else None
+
+
 class FakeTower(asyncio.DatagramProtocol):
     """Signs agents in and speaks sealed datagrams with the newest of them."""
 
     def __init__(self) -> None:
+        self.key = Ed25519PrivateKey.generate()
+        self.is_old = False
+        """Knows nothing of keys, but CREDENTIAL."""
         self.port = 0
         self.udp_port = 0
         self.epoch = 1
@@ -82,7 +127,10 @@ class FakeTower(asyncio.DatagramProtocol):
             self._agent,
             "127.0.0.1",
             port,
-            subprotocols=[Subprotocol(name) for name in (AGENT_SUBPROTOCOL, AGENT_VIDEO_SUBPROTOCOL)],
+            subprotocols=[
+                Subprotocol(AGENT_SUBPROTOCOL if self.is_old else KEY_SUBPROTOCOL),
+                Subprotocol(AGENT_VIDEO_SUBPROTOCOL),
+            ],
             process_request=self._sign_in,
             compression=None,
         )
@@ -100,17 +148,37 @@ class FakeTower(asyncio.DatagramProtocol):
         self.connection = self.sealed = None
 
     def _sign_in(self, connection: ServerConnection, request: Request) -> Response | None:
-        if request.headers.get("Authorization") != f"Bearer {CREDENTIAL}":
+        if self.is_old and request.headers.get("Authorization") != f"Bearer {CREDENTIAL}":
             return connection.respond(http.HTTPStatus.UNAUTHORIZED, "no\n")
         return None
 
     async def _agent(self, connection: ServerConnection) -> None:
         with contextlib.suppress(ConnectionClosed):
+            private_key = X25519PrivateKey.generate()
+            challenge = SignInChallenge(
+                nonce=secrets.token_bytes(NONCE_BYTES),
+                public_key=public_bytes(private_key),
+                tower_key=public_half(self.key),
+            )
+            if not self.is_old:
+                await connection.send(encode_message(challenge))
             hello = decode_to_tower(str(await connection.recv()))
             assert isinstance(hello, Hello)
-            private_key = X25519PrivateKey.generate()
             link_id = LinkId(len(self.hellos) + 1)
-            keys = agree(private_key, hello.public_key, credential_hash=CREDENTIAL.hashed(), link_id=link_id)
+            signature = b""
+            if self.is_old:
+                hashed = CREDENTIAL.hashed()
+                keys = agree_by_credential(private_key, hello.public_key, credential_hash=hashed, link_id=link_id)
+            else:
+                transcript = signed_transcript(challenge, hello)
+                if transcript is None:
+                    await connection.close(4401, "this drone's key is not known")
+                    return
+                if hello.sign_in is not None and hello.sign_in.purpose == SignInPurpose.TRIAL:
+                    await connection.close(1000, "the drone's key is good")
+                    return
+                keys = agree(private_key, hello.public_key, salt=transcript.salt(), link_id=link_id)
+                signature = self.key.sign(transcript.for_tower(link_id))
             self.sealed = SealedLink(
                 link_id=link_id,
                 drone_id=DRONE,
@@ -130,6 +198,8 @@ class FakeTower(asyncio.DatagramProtocol):
                 holder=None,
                 holder_present=self.holder_present,
                 takes=self.takes,
+                signature=signature,
+                ticket="" if self.is_old else TICKET,
             )
             await connection.send(encode_message(welcome))
             self.hellos.append(hello)
@@ -297,7 +367,7 @@ async def running_tower() -> AsyncIterator[FakeTower]:
 @contextlib.asynccontextmanager
 async def running_agent(tower: FakeTower, port: AutopilotPort, camera: str = "none") -> AsyncIterator[Agent]:
     url = parse_tower_url(f"http://127.0.0.1:{tower.port}")
-    agent = Agent(AgentSettings(tower=url, credential=CREDENTIAL, port=port, camera=camera))
+    agent = Agent(AgentSettings(tower=url, identity=identity(), port=port, camera=camera))
     task = asyncio.create_task(agent.run())
     try:
         yield agent

@@ -13,6 +13,7 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from server.relay.agent_link import AgentLink
 from server.relay.hub import Hub
+from server.relay.link_ticket import new_ticket
 from wire.control_messages import AutopilotState, HoldOrder, HoldProgress, HoldStep, LossParameters, ToAgent
 from wire.ids import DroneId, LinkId
 from wire.keepalive import PING_INTERVAL_S
@@ -56,6 +57,7 @@ class ObedientAgent:
             close=lambda code, why: None,
             call_later=lambda delay_s, call: None,
             takes=takes,
+            ticket=new_ticket(LinkId(7000 + drone_id)),
         )
         self._sealed = _sealed(drone_id, send=b"a" * 32, receive=b"t" * 32, now=now)
         self._speaking: asyncio.Task[None] | None = None

@@ -24,7 +24,6 @@ from server.accounts.tables import Role
 from server.relay.agent_link import AgentLink
 from server.relay.data_endpoint import DataEndpoint
 from server.relay.hub import Hub
-from wire.credential import parse_credential
 from wire.ids import DroneId
 from wire.transport_choice import Transport
 
@@ -99,7 +98,7 @@ async def data_link_world(
         line = UdpIn("udpin:127.0.0.1:0", "127.0.0.1", 0)
         settings = AgentSettings(
             tower=parse_tower_url(url),
-            credential=parse_credential(drone.credential),
+            identity=drone.identity,
             port=line,
             uplinks=tuple(uplinks),
         )

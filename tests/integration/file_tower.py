@@ -7,7 +7,7 @@ import contextlib
 import ssl
 from collections.abc import AsyncIterator
 
-from agent_fakes import CREDENTIAL
+from agent_fakes import TICKET
 
 REFUSAL = b'{"type": "about:blank", "title": "Too large", "detail": "The tower has no room for it."}'
 
@@ -56,7 +56,7 @@ class FileTower:
         if status == 0:
             self.stuck += 1
             await asyncio.Event().wait()
-        body = b"" if headers.get("authorization") == f"Bearer {CREDENTIAL}" else None
+        body = b"" if headers.get("authorization") == f"Bearer {TICKET}" else None
         if body is not None:
             body = await reader.readexactly(int(headers["content-length"]))
             self.files.append((request.split()[1], body))

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import pytest
 from agent_fakes import (
-    CREDENTIAL,
     DRONE,
     FakeAutopilot,
     FakeTower,
@@ -21,10 +20,11 @@ from agent_fakes import (
 
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
+from onboard_agent.identity import Identity, Kept
 from onboard_agent.tower_url import parse_tower_url
 from wire.control_messages import AutopilotState
-from wire.credential import parse_credential
 from wire.dialect import build, mavlink
+from wire.drone_key import DroneKey
 from wire.ids import DroneId, LinkId
 from wire.sealed_link import SealedLink
 
@@ -164,16 +164,15 @@ async def test_another_source_port_is_tried_when_udp_alone_is_silent(world: Worl
     assert len(world.tower.hellos) == 1, "the control channel was left alone"
 
 
-async def test_a_refused_credential_is_said_clearly(caplog: pytest.LogCaptureFixture) -> None:
+async def test_a_refused_key_is_said_clearly(caplog: pytest.LogCaptureFixture) -> None:
     caplog.set_level(logging.WARNING)
     port = UdpIn("udpin:127.0.0.1:0", "127.0.0.1", 0)
     async with running_tower() as tower:
-        wrong = parse_credential("twd_7_" + "w" * 43)
+        wrong = Identity(Kept(DRONE, DroneKey(DRONE, b"w" * 32)))
         url = parse_tower_url(f"http://127.0.0.1:{tower.port}")
-        task = asyncio.create_task(Agent(AgentSettings(tower=url, credential=wrong, port=port)).run())
-        await until(lambda: "refuses this drone's credential (401)" in caplog.text)
-        assert "w" * 43 not in caplog.text
-        assert str(CREDENTIAL) not in caplog.text
+        task = asyncio.create_task(Agent(AgentSettings(tower=url, identity=wrong, port=port)).run())
+        await until(lambda: "the tower refuses this drone: this drone's key is not known" in caplog.text)
+        assert str(wrong.key) not in caplog.text
         task.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await task

@@ -12,7 +12,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 import pytest
-from agent_fakes import CREDENTIAL, FakeTower, running_tower, until
+from agent_fakes import DRONE, TICKET, FakeTower, keep_key, running_tower, until
 from file_tower import FileTower
 from worlds.free_ports import free_udp_ports
 
@@ -94,8 +94,7 @@ async def world(tmp_path: Path) -> AsyncIterator[World]:
     vehicle = Vehicle(VehicleSettings(flight), failures)
     vehicle._logbook.logs = [Log(1_767_225_600, bytearray(LOG))]
     token = tmp_path / "token"
-    token.write_text(f"{CREDENTIAL}\n")
-    token.chmod(0o600)
+    keep_key(token)
     (port,) = free_udp_ports(1)
     async with running_tower() as tower, FileTower(tower.port).running() as files:
         tower.takes = (TRANSACTIONS,)
@@ -107,7 +106,7 @@ async def world(tmp_path: Path) -> AsyncIterator[World]:
         try:
             async with simulated(vehicle, port):
                 await tower.linked()
-                yield World(tower, files, vehicle, tmp_path / "state" / f"drone-{CREDENTIAL.drone_id}")
+                yield World(tower, files, vehicle, tmp_path / "state" / f"drone-{DRONE}")
         finally:
             agent.terminate()
             await agent.wait()
@@ -163,13 +162,13 @@ async def test_a_tower_that_is_away_is_tried_again_and_a_wrong_credential_is_the
     (tmp_path / "file").write_bytes(LOG)
     async with FileTower().running() as tower:
         port = tower.port
-    sender = TowerFileSender(TowerUrl("127.0.0.1", port, secure=False), CREDENTIAL)
+    sender = TowerFileSender(TowerUrl("127.0.0.1", port, secure=False), lambda: TICKET)
     sender.begin(7, tmp_path / "file")
     await asyncio.sleep(0.02)
     assert sender.state == Sending(0)
     sender.stop()
     async with FileTower().running() as tower:
-        sender = TowerFileSender(TowerUrl("127.0.0.1", tower.port, secure=False), CREDENTIAL)
+        sender = TowerFileSender(TowerUrl("127.0.0.1", tower.port, secure=False), lambda: TICKET)
         sender.begin(8, tmp_path / "file")
         assert await ended(sender) == Sent()
         assert tower.files == [("/api/v1/agent/files/8", LOG)]
@@ -188,7 +187,7 @@ async def test_a_file_goes_to_no_tower_whose_certificate_nobody_trusts(
     secure.load_cert_chain(certificate, key)
     (tmp_path / "file").write_bytes(LOG)
     async with FileTower().running(secure) as tower:
-        sender = TowerFileSender(TowerUrl("127.0.0.1", tower.port, secure=True), CREDENTIAL)
+        sender = TowerFileSender(TowerUrl("127.0.0.1", tower.port, secure=True), lambda: TICKET)
         sender.begin(1, tmp_path / "file")
         await asyncio.sleep(0.3)
         assert (sender.state, tower.files) == (Sending(0), [])

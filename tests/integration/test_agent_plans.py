@@ -11,11 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from agent_fakes import CREDENTIAL, FakeTower, running_tower, until
+from agent_fakes import FakeTower, keep_key, running_tower, until
 from worlds.free_ports import free_udp_ports
 
 from wire.control_messages import ToTower
 from wire.dialect import build, decode, mavlink
+from wire.plan_keeping import as_kept
+from wire.plan_keeping_ardupilot import ArduPilot
+from wire.plan_keeping_px4 import Px4
 from wire.plans import Plan, PlanItem, PlanKind, pack_plan, plan_hash
 from wire.transactions import (
     TRANSACTIONS,
@@ -54,8 +57,7 @@ class DroneWithPlans:
         self._ids = itertools.count(1)
         self.agent: asyncio.subprocess.Process | None = None
         token = folder / "token"
-        token.write_text(f"{CREDENTIAL}\n")
-        token.chmod(0o600)
+        keep_key(token)
 
     async def start_simulator(self) -> None:
         await self._start(
@@ -97,8 +99,12 @@ class DroneWithPlans:
         told = [one for one in self.tower.messages[since:] if isinstance(one, PlanOnBoard) and one.kind == kind]
         return told[-1] if told else None
 
+    def kept(self, plan: Plan) -> Plan:
+        """As this autopilot keeps it."""
+        return as_kept(ArduPilot() if self._flavour == "ardupilot" else Px4(), MISSION, plan)
+
     async def knows(self, plan: Plan, *, since: int = 0, timeout_s: float = STARTED_WITHIN_S) -> PlanOnBoard:
-        wanted = plan_hash(MISSION, plan)
+        wanted = plan_hash(MISSION, self.kept(plan))
         await until(
             lambda: (told := self.on_board(since=since)) and told.hash == wanted, timeout_s, f"{len(plan)} items"
         )
@@ -165,8 +171,8 @@ async def test_a_plan_goes_up_is_read_back_and_a_foreign_one_is_noticed(drone: D
     result = await drone.do(PlanUploadWork(MISSION, NEW))
     assert result.outcome is Outcome.DONE, result.words
     told = await drone.knows(NEW)
-    assert (told.count, told.plan, told.fit_to_fly) == (200, pack_plan(MISSION, NEW), True)
-    assert (await drone.do(PlanDownloadWork(MISSION))).plan == pack_plan(MISSION, NEW)
+    assert (told.count, told.plan, told.fit_to_fly) == (200, pack_plan(MISSION, drone.kept(NEW)), True)
+    assert (await drone.do(PlanDownloadWork(MISSION))).plan == pack_plan(MISSION, drone.kept(NEW))
     assert not drone.journal.exists()
     assert not drone.said("MISSION_ITEM_INT"), "the agent's own transfers do not go up"
 
@@ -215,6 +221,6 @@ async def test_an_agent_that_is_killed_in_a_write_leaves_a_whole_plan_and_says_s
         assert told.fit_to_fly
         assert refused.outcome is Outcome.REFUSED
         await until(lambda: not drone.journal.exists(), what="the journal is removed")
-        assert (await drone.do(PlanDownloadWork(MISSION))).plan == pack_plan(MISSION, SHORT)
+        assert (await drone.do(PlanDownloadWork(MISSION))).plan == pack_plan(MISSION, drone.kept(SHORT))
     assert drone.tower.hellos[-1].process not in (0, drone.tower.hellos[0].process)
     assert (await drone.do(PlanUploadWork(MISSION, LONGER))).outcome is Outcome.DONE

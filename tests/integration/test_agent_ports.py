@@ -14,12 +14,14 @@ from agent_fakes import until
 from onboard_agent.autopilot_port.port import LARGEST_BACKLOG_BYTES, AutopilotPort
 from onboard_agent.autopilot_port.serial_line import SerialLine
 from onboard_agent.autopilot_port.tcp import TcpIn, TcpOut
-from onboard_agent.autopilot_port.udp import UdpIn, UdpOut
+from onboard_agent.autopilot_port.udp import RECEIVE_BUFFER_BYTES, UdpIn, UdpOut
 from onboard_agent.unusable import Unusable
 from wire.dialect import build, mavlink
 
 FRAME = build(mavlink.MAVLink_heartbeat_message(2, 3, 81, 5, 4, 3), system_id=1, component_id=1, sequence=7)
 HOST = "127.0.0.1"
+LIMIT = Path("/proc/sys/net/core/rmem_max")
+LARGEST_BUFFER_BYTES = int(LIMIT.read_text()) if LIMIT.exists() else 0
 
 
 @contextlib.asynccontextmanager
@@ -75,6 +77,23 @@ async def test_udpin_answers_the_one_who_sent_a_valid_frame() -> None:
         await until(lambda: at_two.came == [b"answer"])
         assert at_one.came == []
         assert bytes(came) == FRAME
+
+
+@pytest.mark.parametrize("way", ["udpin", "udpout"])
+async def test_a_list_of_parameters_waits_in_the_socket_while_the_agent_is_not_run(way: str) -> None:
+    if LARGEST_BUFFER_BYTES < RECEIVE_BUFFER_BYTES:
+        pytest.skip("the kernel allows no such buffer here")
+    async with udp_socket() as (transport, at_us, number):
+        port = UdpIn(way, HOST, 0) if way == "udpin" else UdpOut(way, HOST, number)
+        async with running(port) as came:
+            if isinstance(port, UdpIn):
+                to: tuple[str, int] = (HOST, await until(lambda: port.bound_port))
+            else:
+                await until(lambda: port.send(FRAME) or at_us.senders)
+                to = at_us.senders[0]
+            for _ in range(1000):  # without giving the loop a turn
+                transport.sendto(FRAME, to)
+            await until(lambda: len(came) == 1000 * len(FRAME))
 
 
 async def test_udpin_on_a_port_in_use_is_said_in_one_line() -> None:

@@ -12,7 +12,7 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
-from agent_fakes import CREDENTIAL, running_tower, until
+from agent_fakes import DRONE, KEY, keep_key, running_tower, until
 
 from wire.dialect import build, mavlink
 
@@ -23,8 +23,7 @@ STARTED_WITHIN_S = 15.0
 @pytest.fixture
 def token(tmp_path: Path) -> Path:
     file = tmp_path / "token"
-    file.write_text(f"{CREDENTIAL}\n")
-    file.chmod(0o600)
+    keep_key(file)
     return file
 
 
@@ -62,7 +61,7 @@ async def test_what_a_restart_does_not_cure_ends_with_code_2_and_one_line(token:
         mistakes = [
             ({"--tower": "http://203.0.113.5"}, "plain http"),
             ({"--token": str(tmp_path / "nothing")}, "cannot be read"),
-            ({"--token": str(broken)}, "does not contain a drone's credential"),
+            ({"--token": str(broken)}, "does not contain a drone's key"),
             ({"--autopilot": "bluetooth:1"}, "is of no known kind; known: udpin:HOST:PORT"),
             ({"--autopilot": f"udpin:127.0.0.1:{taken.getsockname()[1]}"}, "used by another program"),
         ]
@@ -110,7 +109,7 @@ async def test_a_whole_agent_on_a_serial_line_under_systemd(token: Path, tmp_pat
             await tower.linked(timeout_s=STARTED_WITHIN_S)
             await until(lambda: notified("READY=1"))
             await until(lambda: notified("WATCHDOG=1"))
-            assert (tmp_path / "state" / f"drone-{CREDENTIAL.drone_id}").is_dir()
+            assert (tmp_path / "state" / f"drone-{DRONE}").is_dir()
             os.write(master, FRAME)
             await until(lambda: FRAME in tower.frames)
             await until(lambda: notified("STATUS=tower linked, autopilot heard"))
@@ -119,7 +118,7 @@ async def test_a_whole_agent_on_a_serial_line_under_systemd(token: Path, tmp_pat
             _, errors = await asyncio.wait_for(started.communicate(), 2.0)
             assert started.returncode == 0, errors.decode()
             assert "Traceback" not in errors.decode()
-            assert CREDENTIAL.secret not in errors.decode()
+            assert str(KEY) not in errors.decode()
             assert notified("STOPPING=1")
     finally:
         notifications.close()
@@ -147,6 +146,6 @@ async def test_check_says_in_words_what_works(token: Path) -> None:
                 said = (await finished)[0].decode()
                 assert started.returncode == 0, said
         assert said.count("ok ") == 3
-        assert "accepts the credential" in said
+        assert "accepts the drone's key" in said
         assert "the autopilot is heard: system 1" in said
         assert not tower.hellos, "a check takes no link from a flying agent"

@@ -9,8 +9,9 @@ import pytest
 from agent_fakes import FakeAutopilot, FakeTower, running_agent, running_autopilot, running_tower, until
 
 from onboard_agent.autopilot_port.udp import UdpIn
-from wire.control_messages import AutopilotState, HoldCause, HoldOrder, LossParameters, LostAction, SafetySettings
+from wire.control_messages import AutopilotState, HoldCause, HoldOrder, LossParameters, SafetySettings
 from wire.dialect import build, mavlink
+from wire.open_holds import LostAction
 
 STABILIZE, ALT_HOLD, AUTO, GUIDED, LOITER, RTL, LAND = 0, 2, 3, 4, 5, 6, 9
 

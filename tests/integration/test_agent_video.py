@@ -250,7 +250,9 @@ async def test_a_video_process_that_goes_on_is_kept(film: str) -> None:
         await until(lambda: len(there.tower.camera_states) > said, what="it is said")
         os.kill(pid, signal.SIGCONT)
         await until(lambda: there.tower.camera_states[-1].camera is CameraState.LIVE, what="it goes on")
-        assert [state.words for state in there.tower.camera_states[said:]] == [SILENT_WORDS, ""]
+        # Between the two, a busy machine may have it say that pictures stay away.
+        words = [state.words for state in there.tower.camera_states[said:]]
+        assert (words[0], words[-1]) == (SILENT_WORDS, "")
         await there.tower.more(MEDIUM, 5)
         assert there.pid == pid
 

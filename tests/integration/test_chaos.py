@@ -16,7 +16,7 @@ from wire.dialect import decode
 from wire.frames import split_frames
 
 HOME = ("--count", "1", "--home", "47.3977,8.5456,488,0")
-SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio")
+SIMULATOR = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")
 
 
 @pytest.fixture(scope="module")

@@ -248,14 +248,18 @@ def test_a_revoked_token_ends_it(world: World) -> None:
     assert world.log_of("connect").splitlines()[-1].startswith(f"tower connect: {world.address} refuses: this token is")
 
 
-def test_a_new_password_signs_out_once_and_the_token_stays_good(world: World) -> None:
+def test_a_new_password_ends_a_token_that_is_not_kept(world: World) -> None:
     connect(world, "--fly", "--tcp", "127.0.0.1:0")
-    words = {"old_password": PASSWORD, "new_password": "another one"}
-    answer = world.visitor("alice").ask("POST", "/me/password", words)
-    assert answer.status == 200, answer.body
-    said(world, f"connected with {world.address} again")
-    said(world, "you do NOT have the controls of Kestrel")
-    assert world.running("connect").poll() is None
+    alice = world.visitor("alice")
+    for old, new, keeps in ((PASSWORD, "another fine staple", True), ("another fine staple", PASSWORD, False)):
+        assert alice.drone(1)["holder"]["name"] == "alice"
+        assert world.running("connect").poll() is None
+        words = {"old_password": old, "new_password": new, "keep_tokens": keeps}
+        answer = alice.ask("POST", "/me/password", words)
+        assert answer.status == 200, answer.body
+    assert world.running("connect").wait(20) == 2
+    assert world.log_of("connect").splitlines()[-1].startswith(f"tower connect: {world.address} refuses: this token is")
+    assert alice.drone(1)["holder"] is None
 
 
 def test_the_loss_check_is_read_out_and_asked_for_on_a_terminal(world: World) -> None:
@@ -269,7 +273,7 @@ def test_the_loss_check_is_read_out_and_asked_for_on_a_terminal(world: World) ->
     wait_for("the danger", lambda: alice.ask("GET", "/drones/1/loss-check").json["dangerous"])
     ask = ("Kestrel", "--tower", world.address, "--fly", "--acknowledge-loss-check", "--tcp", "127.0.0.1:0")
     token = {"TOWER_TOKEN_FILE": str(world.folder / "token")}
-    assert "needs a yes, typed on a terminal" in failed(world, *ask, code=1, **token)
+    assert "needs the drone's name, typed" in failed(world, *ask, code=1, **token)
     assert alice.drone(1)["holder"] is None, "what was acquired is released"
 
     ours, theirs = pty.openpty()
@@ -280,11 +284,11 @@ def test_the_loss_check_is_read_out_and_asked_for_on_a_terminal(world: World) ->
         process = subprocess.Popen(command, stdin=theirs, stdout=out, stderr=subprocess.STDOUT, env=environment)
     os.close(theirs)
     try:
-        wait_for("the question", lambda: "Type yes if you know this" in log.read_text())
+        wait_for("the question", lambda: "Type the drone's name, Kestrel, if you know this" in log.read_text())
         assert "danger: if the operator is lost: RC_OVERRIDE_TIME is -1" in log.read_text()
         assert not alice.ask("GET", "/drones/1/loss-check").json["acknowledged"]
-        os.write(ours, b"yes\n")
-        wait_for("yes", lambda: alice.ask("GET", "/drones/1/loss-check").json["acknowledged"])
+        os.write(ours, b"Kestrel\n")
+        wait_for("the name", lambda: alice.ask("GET", "/drones/1/loss-check").json["acknowledged"])
     finally:
         process.terminate()
         status = process.wait(10)

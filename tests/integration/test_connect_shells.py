@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 from collections.abc import Hashable
+from pathlib import Path
 
 import pytest
 from agent_fakes import until
@@ -14,7 +15,7 @@ from connect.live import Live
 from connect.rest import Rest
 from connect.tower_url import parse_tower_url
 from connect.unusable import TowerAway
-from onboard_agent.enrolment import fetch_credential
+from onboard_agent.enrolment import enrol
 from onboard_agent.tower_url import parse_tower_url as parse_for_agent
 from onboard_agent.unusable import Unusable
 from wire.dialect import build, mavlink
@@ -67,7 +68,7 @@ async def test_a_tower_that_lets_in_and_closes_at_once_is_asked_ever_less_often(
     assert came[3] - came[1] >= 0.3  # 0.25 s and 0.5 s, each shortened by up to a half
 
 
-async def test_secrets_in_the_clear_do_not_go_to_a_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_secrets_in_the_clear_do_not_go_to_a_proxy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     asked: list[bytes] = []
 
     async def proxy(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -87,7 +88,7 @@ async def test_secrets_in_the_clear_do_not_go_to_a_proxy(monkeypatch: pytest.Mon
         with contextlib.suppress(TowerAway, json.JSONDecodeError):
             await Rest(parse_tower_url(origin), "twt_x").ask("GET", "/drones")
         with pytest.raises(Unusable):
-            await asyncio.to_thread(fetch_credential, parse_for_agent(origin), "twe_x")
+            await asyncio.to_thread(enrol, parse_for_agent(origin), "twe_x", tmp_path / "token")
         connected: list[str] = []
 
         async def shut(_: str) -> None:

@@ -6,7 +6,7 @@ import json
 import sys
 from pathlib import Path
 
-from agent_fakes import CREDENTIAL, DRONE, FakeTower, running_autopilot, running_tower, until
+from agent_fakes import DRONE, FakeTower, keep_key, running_autopilot, running_tower, until
 from worlds.processes import free_udp_ports
 
 from bench.fuzz import KINDS
@@ -41,8 +41,7 @@ async def test_a_tower_under_attack_keeps_account_and_serves_the_others(tmp_path
 async def test_an_agent_under_attack_of_its_own_tower_serves_on(tmp_path: Path) -> None:
     """Its socket takes datagrams from the tower's address only, so it is the tower that has to be hostile."""
     token = tmp_path / "token"
-    token.write_text(f"{CREDENTIAL}\n")
-    token.chmod(0o600)
+    keep_key(token)
     port = free_udp_ports(1)[0]
     log = tmp_path / "agent.log"
     async with running_tower() as tower:

@@ -8,14 +8,14 @@ from typing import Any
 
 import pytest
 from agent_fakes import until
-from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from data_link_world import DataLinkWorld, data_link_world
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
+from bench.key_sign_in import key_sign_in
 from onboard_agent.control_channel import OpenedChannel, open_channel
 from wire.control_messages import (
-    AGENT_SUBPROTOCOL,
+    KEY_SUBPROTOCOL,
     Hello,
     ResumeChallenge,
     ResumeProof,
@@ -26,8 +26,8 @@ from wire.control_messages import (
     decode_to_agent,
     encode_message,
 )
+from wire.drone_key import DroneKey
 from wire.ids import LinkId
-from wire.key_agreement import public_bytes
 from wire.resuming import Challenge
 
 
@@ -39,14 +39,14 @@ async def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterato
 
 
 @contextlib.asynccontextmanager
-async def channel(world: DataLinkWorld, credential: str) -> AsyncIterator[ClientConnection]:
+async def channel(world: DataLinkWorld, key: DroneKey, link_id: int) -> AsyncIterator[tuple[ClientConnection, Hello]]:
+    """One that has heard the challenge, and the hello that answers it and names the link."""
     async with connect(
         world.tower.agent_url,
-        subprotocols=[AGENT_SUBPROTOCOL],  # type: ignore[list-item]
-        additional_headers={"Authorization": f"Bearer {credential}"},
+        subprotocols=[KEY_SUBPROTOCOL],  # type: ignore[list-item]
         proxy=None,
     ) as opened:
-        yield opened
+        yield opened, (await key_sign_in(opened, key, resume=link_id)).hello()
 
 
 async def ask(opened: ClientConnection, message: ToTower) -> ToAgent:
@@ -54,12 +54,10 @@ async def ask(opened: ClientConnection, message: ToTower) -> ToAgent:
     return decode_to_agent(await asyncio.wait_for(opened.recv(), 5.0))
 
 
-def hello(link_id: int) -> Hello:
-    return Hello(agent_version="1", public_key=public_bytes(X25519PrivateKey.generate()), resume=link_id)
-
-
-def credential_of(world: DataLinkWorld) -> str:
-    return str(world.agent._link._credential)
+def key_of(world: DataLinkWorld) -> DroneKey:
+    key = world.agent._link._identity.key
+    assert key is not None
+    return key
 
 
 async def test_a_control_channel_that_breaks_off_is_replaced_and_the_link_goes_on(world: DataLinkWorld) -> None:
@@ -107,8 +105,8 @@ async def test_what_the_autopilot_does_is_known_while_there_is_no_control_channe
 
 async def test_a_wrong_proof_gets_a_link_of_its_own(world: DataLinkWorld) -> None:
     old = world.link
-    async with channel(world, credential_of(world)) as opened:
-        asked = await ask(opened, hello(old.link_id))
+    async with channel(world, key_of(world), old.link_id) as (opened, hello):
+        asked = await ask(opened, hello)
         assert isinstance(asked, ResumeChallenge)
         answer = await ask(opened, ResumeProof(proof=b"x" * 32))
         assert isinstance(answer, Welcome) and answer.link_id != old.link_id
@@ -117,11 +115,14 @@ async def test_a_wrong_proof_gets_a_link_of_its_own(world: DataLinkWorld) -> Non
 
 async def test_a_proof_of_one_channel_is_worth_nothing_on_another(world: DataLinkWorld) -> None:
     link = world.link
-    said = hello(link.link_id)
-    async with channel(world, credential_of(world)) as first, channel(world, credential_of(world)) as second:
+    key = key_of(world)
+    async with (
+        channel(world, key, link.link_id) as (first, said),
+        channel(world, key, link.link_id) as (second, also_said),
+    ):
         nonces = []
-        for opened in (first, second):
-            asked = await ask(opened, said)
+        for opened, hello in ((first, said), (second, also_said)):
+            asked = await ask(opened, hello)
             assert isinstance(asked, ResumeChallenge)
             nonces.append(asked.nonce)
         assert nonces[0] != nonces[1]
@@ -131,11 +132,11 @@ async def test_a_proof_of_one_channel_is_worth_nothing_on_another(world: DataLin
         assert isinstance(await ask(second, ResumeProof(proof=overheard)), Welcome)
 
 
-async def test_another_drones_credential_is_not_even_asked_for_a_proof(world: DataLinkWorld) -> None:
+async def test_another_drones_key_is_not_even_asked_for_a_proof(world: DataLinkWorld) -> None:
     other = await world.tower.add_drone("Merlin")
     link = world.link
-    async with channel(world, other.credential) as opened:
-        answer = await ask(opened, hello(link.link_id))
+    async with channel(world, other.key, link.link_id) as (opened, hello):
+        answer = await ask(opened, hello)
         assert isinstance(answer, Welcome) and answer.drone_id == other.id and answer.link_id != link.link_id
     assert world.link is link and world.agent._link.up
 
@@ -145,8 +146,8 @@ async def test_another_drones_credential_is_not_even_asked_for_a_proof(world: Da
 )
 async def test_whoever_does_not_answer_the_challenge_is_sent_away(world: DataLinkWorld, instead: str) -> None:
     link = world.link
-    async with channel(world, credential_of(world)) as opened:
-        assert isinstance(await ask(opened, hello(link.link_id)), ResumeChallenge)
+    async with channel(world, key_of(world), link.link_id) as (opened, hello):
+        assert isinstance(await ask(opened, hello), ResumeChallenge)
         await opened.send(instead)
         with pytest.raises(ConnectionClosed):
             await asyncio.wait_for(opened.recv(), 5.0)

@@ -173,8 +173,7 @@ async def flown_over(net: TwoUplinks, tmp_path: Path) -> AsyncIterator[World]:
             at_autopilot.connect(("127.0.0.1", agent_port))
             at_autopilot.setblocking(False)
         token = tmp_path / "token"
-        token.write_text(drone.credential)
-        token.chmod(0o600)
+        drone.keep(token)
         agent = await asyncio.create_subprocess_exec(
             *("ip", "netns", "exec", net.namespace("drone"), sys.executable, "-c"),
             "from onboard_agent.cli import main; main()",

@@ -25,10 +25,11 @@ async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
 
 async def agent_channel(world: TowerWorld) -> ClientConnection:
     drone: NewDrone = await world.add_drone("Kestrel")
+    credential = await world.give_credential(drone)
     return await connect(
         world.agent_url,
         subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
-        additional_headers={"Authorization": f"Bearer {drone.credential}"},
+        additional_headers={"Authorization": f"Bearer {credential}"},
         compression=None,
         proxy=None,
     )

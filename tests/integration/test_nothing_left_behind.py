@@ -9,13 +9,13 @@ from collections.abc import AsyncIterator, Awaitable, Callable
 from pathlib import Path
 
 import pytest
-from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from tower_world import TowerWorld, start_tower
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import InvalidStatus
 from websockets.server import ServerProtocol
 from websockets.typing import Subprotocol
 
+from bench.key_sign_in import say_hello
 from server.accounts.tables import Role
 from server.direct_websocket import DirectWebSocket
 from server.relay.agent_channel import AgentChannel
@@ -25,8 +25,8 @@ from server.relay.live_channel import LiveChannel
 from server.relay.live_writer import LiveWriter
 from server.serving import LARGEST_MESSAGE_BYTES
 from server.upgrading_http import UpgradingHttp
-from wire.control_messages import AGENT_SUBPROTOCOL, Hello, encode_message
-from wire.key_agreement import public_bytes
+from wire.control_messages import KEY_SUBPROTOCOL
+from wire.drone_key import DroneKey
 
 WATCHED = (
     *(UpgradingHttp, DirectWebSocket, ServerProtocol),
@@ -34,8 +34,6 @@ WATCHED = (
 )
 EACH = 10
 REFUSED = 200
-
-HELLO = encode_message(Hello(agent_version="0", public_key=public_bytes(X25519PrivateKey.generate())))
 
 
 async def _refused(opened: Callable[..., Awaitable[ClientConnection]]) -> None:
@@ -55,9 +53,17 @@ async def _gone_first(opened: Callable[..., Awaitable[ClientConnection]]) -> Non
     await connection.wait_closed()
 
 
-async def _signed_in(opened: Callable[..., Awaitable[ClientConnection]], then: bytes | None) -> None:
+async def _key_refused(opened: Callable[..., Awaitable[ClientConnection]], key: DroneKey) -> None:
     connection = await opened()
-    await connection.send(HELLO)
+    await say_hello(connection, DroneKey(key.drone_id, b"x" * 32))
+    await connection.wait_closed()
+
+
+async def _signed_in(
+    opened: Callable[..., Awaitable[ClientConnection]], key: DroneKey, then: bytes | None = None
+) -> None:
+    connection = await opened()
+    await say_hello(connection, key)
     await connection.recv()
     if then is not None:
         await connection.send(then, text=True)
@@ -65,13 +71,14 @@ async def _signed_in(opened: Callable[..., Awaitable[ClientConnection]], then: b
     await connection.close()
 
 
-ENDS: dict[str, Callable[[Callable[..., Awaitable[ClientConnection]]], Awaitable[None]]] = {
-    "its first message is none": _bytes_first,
-    "it goes before it has said anything": _gone_first,
-    "it says good-bye": lambda opened: _signed_in(opened, None),
-    "its message is none": lambda opened: _signed_in(opened, b"{nonsense"),
-    "its message is no text": lambda opened: _signed_in(opened, b"\xff\xfe"),
-    "its message is too large": lambda opened: _signed_in(opened, b"x" * (LARGEST_MESSAGE_BYTES + 1)),
+ENDS: dict[str, Callable[[Callable[..., Awaitable[ClientConnection]], DroneKey], Awaitable[None]]] = {
+    "its first message is none": lambda opened, key: _bytes_first(opened),
+    "it goes before it has said anything": lambda opened, key: _gone_first(opened),
+    "its key is not known": _key_refused,
+    "it says good-bye": _signed_in,
+    "its message is none": lambda opened, key: _signed_in(opened, key, b"{nonsense"),
+    "its message is no text": lambda opened, key: _signed_in(opened, key, b"\xff\xfe"),
+    "its message is too large": lambda opened, key: _signed_in(opened, key, b"x" * (LARGEST_MESSAGE_BYTES + 1)),
 }
 
 
@@ -100,11 +107,11 @@ async def test_agents_leave_nothing_behind(world: TowerWorld, caplog: pytest.Log
     caplog.set_level(logging.CRITICAL, "uvicorn.error")  # pytest would keep the tracebacks in there
     drone = await world.add_drone("hawk")
 
-    async def opened(credential: str = drone.credential) -> ClientConnection:
+    async def opened(credential: str = "") -> ClientConnection:
         return await connect(
             world.agent_url,
-            subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
-            additional_headers={"Authorization": f"Bearer {credential}"},
+            subprotocols=[Subprotocol(KEY_SUBPROTOCOL)],
+            additional_headers={"Authorization": f"Bearer {credential}"} if credential else None,
             compression=None,
             proxy=None,
             ping_interval=None,
@@ -119,7 +126,7 @@ async def test_agents_leave_nothing_behind(world: TowerWorld, caplog: pytest.Log
         await nothing_left(before, "refused")
         for what, end in ENDS.items():
             for _ in range(EACH):
-                await end(opened)
+                await end(opened, drone.key)
             await nothing_left(before, what)
     finally:
         gc.enable()

@@ -1,4 +1,6 @@
-"""The tower against its own description: every operation, asked by everybody, with what the schema allows and forbids.
+"""The tower against its own description: every operation, asked by every role, with what the schema allows and forbids.
+
+What a role may not do by the access table succeeds with no request at all, whatever is in it.
 
 Schemathesis makes the requests from `/api/v1/openapi.json` and holds the answers against it. No answer is covered by
 a catch-all: each status that comes has to be declared for its operation, each body has to fit its schema. Derandomized:
@@ -31,11 +33,18 @@ from schemathesis.specs.openapi.checks import (
     status_code_conformance,
     unsupported_method,
 )
-from tower_world import TowerWorld, start_tower
+from test_server_access_table import TABLE as ACCESS
+from test_server_access_table import TOKENS as ACCESS_TOKENS
+from test_server_access_table import VISITORS as ACCESS_VISITORS
+from tower_world import PASSWORD, TowerWorld, start_tower
 
 from server.access import COOKIE
-from server.accounts.tables import Role
+from server.accounts.scopes import Scope
+from server.accounts.tables import Role, UserRow
+from server.accounts.tokens import create_token
 from server.app import ROUTERS
+from server.audit.deed import Deed
+from server.audit.trail import COMMAND_LINE
 
 # All of it now, before there are threads: pytest reads the source of its plugins, and Python 3.11 cannot parse in two
 # threads at once ("AST constructor recursion depth mismatch").
@@ -52,7 +61,26 @@ CHECKS: Final = [
 ]
 EXAMPLES: Final = 3
 """Of each operation, of each kind, sent by each visitor."""
-VISITORS: Final = ("anonymous", "operator", "admin")
+VISITORS: Final = {
+    "anonymous": "anonymous",
+    "operator": "owner",
+    "admin": "admin",
+    "a token for watch": "for watch",
+    "a token for metrics": "for metrics",
+}
+"""Who asks: the column of the access table that says what they may."""
+OF_TOKENS: Final = {"a token for watch": Scope.WATCH, "a token for metrics": Scope.METRICS}
+"""An admin's tokens of one scope each. They ask with the first example of each kind only."""
+MAY: Final = "+?"
+NAMES: Final = {
+    route.operation_id or route.name: route.name
+    for router in ROUTERS
+    for route in router.routes
+    if isinstance(route, APIRoute) and route.include_in_schema
+}
+"""Of the schema's operations, as the access table names them."""
+ANSWER_WITHIN_S: Final = 60.0
+"""On a machine that has much else to do."""
 
 
 @dataclass
@@ -60,6 +88,7 @@ class Scene:
     """Fresh for each operation, because some of them end sessions, delete users and take drones away."""
 
     cookies: dict[str, dict[str, str]]
+    headers: dict[str, dict[str, str]]
     ids: dict[str, int]
 
 
@@ -72,14 +101,20 @@ class Walk:
     wrong: list[str] = field(default_factory=list)
     walked: set[str] = field(default_factory=set)
     statuses: dict[str, set[int]] = field(default_factory=dict)
+    let_in: dict[str, set[str]] = field(default_factory=dict)
+    """By visitor: operations that succeeded."""
 
     def all_operations(self) -> None:
-        schema = schemathesis.openapi.from_url(f"{self.world.base_url}/api/v1/openapi.json")
+        schema = schemathesis.openapi.from_url(f"{self.world.base_url}/api/v1/openapi.json", timeout=ANSWER_WITHIN_S)
+        # One hash for all: two for each operation would be most of what the walk costs.
+        hashing = self.world.tower.passwords.hash(PASSWORD)
+        password_hash = asyncio.run_coroutine_threadsafe(hashing, self.loop).result(ANSWER_WITHIN_S)
         for number, found in enumerate(schema.get_all_operations()):
             operation = found.ok()
             name = str(operation.definition.raw["operationId"])
             self.walked.add(name)
-            scene = asyncio.run_coroutine_threadsafe(set_the_scene(self.world, number), self.loop).result(20)
+            making = set_the_scene(self.world, number, password_hash)
+            scene = asyncio.run_coroutine_threadsafe(making, self.loop).result(ANSWER_WITHIN_S)
             for mode in (GenerationMode.POSITIVE, GenerationMode.NEGATIVE):
                 # An operation with nothing that could be wrong has no bad requests.
                 with suppress(Unsatisfiable):
@@ -87,6 +122,7 @@ class Walk:
 
     def _send(self, name: str, strategy: Any, scene: Scene, mode: GenerationMode) -> None:
         checks = [*CHECKS, negative_data_rejection] if mode is GenerationMode.NEGATIVE else CHECKS
+        asked = 0
 
         @settings(
             max_examples=EXAMPLES,
@@ -102,14 +138,26 @@ class Walk:
                 # Of what is there, or nearly every path would end with "there is no such drone".
                 known = scene.ids.items() & {(key, scene.ids.get(key)) for key in case.path_parameters or {}}
                 case.path_parameters.update(known)
+            nonlocal asked
             for visitor in VISITORS:
-                self._one(name, visitor, case, scene, checks)
+                if asked == 0 or visitor not in OF_TOKENS:
+                    self._one(name, visitor, case, scene, checks)
+            asked += 1
 
         ask()
 
     def _one(self, name: str, visitor: str, case: Case, scene: Scene, checks: list[Any]) -> None:
-        answer = case.call(base_url=self.world.base_url, cookies=scene.cookies[visitor])
+        answer = case.call(
+            base_url=self.world.base_url,
+            cookies=scene.cookies[visitor],
+            headers=scene.headers[visitor],
+            timeout=ANSWER_WITHIN_S,
+        )
         self.statuses.setdefault(name, set()).add(answer.status_code)
+        if answer.status_code < 300:
+            self.let_in.setdefault(visitor, set()).add(name)
+            if may(name, visitor) not in MAY:
+                self.wrong.append(f"{name} as {visitor}: {answer.status_code}, and the access table says no")
         # What is wrong with a request is not looked at before it is known who asks.
         refused = answer.status_code in (401, 403)
         try:
@@ -121,15 +169,28 @@ class Walk:
             self.wrong += [f"{name} as {visitor} ({answer.status_code}): {one[:400]}" for one in told]
 
 
-async def set_the_scene(world: TowerWorld, number: int) -> Scene:
+def may(operation: str, visitor: str) -> str:
+    """The sign of the access table."""
+    columns = (*ACCESS_VISITORS, *ACCESS_TOKENS)
+    return ACCESS[NAMES[operation]].split()[columns.index(VISITORS[visitor])]
+
+
+async def set_the_scene(world: TowerWorld, number: int, password_hash: str) -> Scene:
     """An operator with a drone, an admin, and one of everything that has an id."""
     now = world.clock()
-    people = {
-        "operator": await world.add_user(f"operator {number}"),
-        "admin": await world.add_user(f"admin {number}", Role.ADMIN),
-    }
+
+    async def the_same(_: str) -> str:
+        return password_hash
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(world.tower.passwords, "hash", the_same)
+        people = {
+            "operator": await world.add_user(f"operator {number}"),
+            "admin": await world.add_user(f"admin {number}", Role.ADMIN),
+        }
     drone = await world.add_drone(f"drone {number}", people["operator"])
-    cookies: dict[str, dict[str, str]] = {"anonymous": {}}
+    cookies: dict[str, dict[str, str]] = {visitor: {} for visitor in VISITORS}
+    headers: dict[str, dict[str, str]] = {visitor: {} for visitor in VISITORS}
     async with world.database.writing() as session:
         for visitor, person in people.items():
             begun = await world.tower.sessions.begin(session, user_id=person.id, now=now, address="", user_agent="")
@@ -137,7 +198,17 @@ async def set_the_scene(world: TowerWorld, number: int) -> Scene:
         spare = await world.tower.sessions.begin(
             session, user_id=people["operator"].id, now=now, address="", user_agent=""
         )
-    return Scene(cookies, {"drone_id": drone.id, "user_id": people["operator"].id, "session_id": spare.session_id})
+        owner = await session.get(UserRow, people["admin"].id)
+        assert owner is not None
+        for visitor, scope in OF_TOKENS.items():
+            deed = Deed(by=COMMAND_LINE, at=now)
+            _, secret = await create_token(
+                session, owner=owner, name=visitor, scopes={scope}, expires_at=None, deed=deed
+            )
+            headers[visitor] = {"Authorization": f"Bearer {secret}"}
+    return Scene(
+        cookies, headers, {"drone_id": drone.id, "user_id": people["operator"].id, "session_id": spare.session_id}
+    )
 
 
 @pytest.fixture
@@ -149,12 +220,12 @@ async def walk(tmp_path: Path) -> Any:
 async def test_every_operation_keeps_to_the_schema_whoever_asks(walk: Walk) -> None:
     await asyncio.to_thread(walk.all_operations)
     assert walk.wrong == [], "\n".join(dict.fromkeys(walk.wrong))
-    assert walk.walked == {
-        route.operation_id or route.name
-        for router in ROUTERS
-        for route in router.routes
-        if isinstance(route, APIRoute) and route.include_in_schema
-    }
+    assert walk.walked == set(NAMES)
     # The walk is worth something only where it comes through the door: many operations have to succeed at least once.
     succeeded = {name for name, found in walk.statuses.items() if any(status < 300 for status in found)}
     assert len(succeeded) > len(walk.walked) * 2 // 5
+    # And each role comes through its own doors.
+    least = {"anonymous": 2, "operator": 10, "admin": 15, "a token for watch": 5, "a token for metrics": 1}
+    assert {visitor: len(walk.let_in.get(visitor, ())) >= count for visitor, count in least.items()} == dict.fromkeys(
+        least, True
+    )

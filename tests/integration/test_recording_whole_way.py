@@ -143,13 +143,13 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
     with World(folder) as world:
         await asyncio.to_thread(world.add_user, "alice")
         drone_id = await asyncio.to_thread(world.add_drone, "Kestrel", "alice")
-        credential = world.token_file("Kestrel").read_text().strip()
         await asyncio.to_thread(world.start_tower)
+        key = await asyncio.to_thread(world.enrolled, "Kestrel")
         recordings = f"/api/v1/drones/{drone_id}/recordings"
         async with httpx.AsyncClient(base_url=world.address, trust_env=False, timeout=20) as client:
             assert (await client.post("/api/v1/session", json={"name": "alice", "password": PASSWORD})).is_success
             place: Any = Place(world.address, world.udp_port)
-            async with camera_agent(place, NewDrone(drone_id, "Kestrel", credential)) as agent:
+            async with camera_agent(place, NewDrone(drone_id, "Kestrel", key)) as agent:
                 await agent.tell(CameraState.IDLE, codecs=(Codec.MPEG1,))
                 await came_to(client, f"/api/v1/drones/{drone_id}/video", lambda video: video["codecs"] != [])
                 assert (await ask(client, drone_id, "acquire")).status_code == 200

@@ -6,6 +6,7 @@ Traces of exceptions are forced, because they are where secrets like to come out
 import base64
 import re
 import sqlite3
+from base64 import urlsafe_b64encode
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +16,10 @@ import httpx
 import pyotp
 import pytest
 from worlds.processes import PASSWORD, World, free_udp_ports, wait_for
+
+from onboard_agent.identity_file import read_identity
+from wire.drone_key import DroneKey, enrolment_statement, key_text
+from wire.ids import DroneId
 
 METRICS_SECRET = "metrics-0f8c2d7a41b6e95d3c"
 WRONG = "wrong horse/battery+staple"
@@ -83,7 +88,6 @@ def sign_in(day: Day, browser: httpx.Client, name: str, password: str = PASSWORD
 def enrol_and_fly(day: Day, world: World, root: httpx.Client) -> None:
     """A drone, its agent by enrolment, at the loudest."""
     drone = root.post(f"{TOWER}/drones", json={"name": "Kestrel"}).json()
-    day.secrets["first credential"] = drone["credential"]
     number = drone["drone"]["id"]
     alice = next(one["id"] for one in root.get(f"{TOWER}/users").json() if one["name"] == "alice")
     assert root.put(f"{TOWER}/drones/{number}/owners/{alice}").status_code == 200
@@ -95,12 +99,19 @@ def enrol_and_fly(day: Day, world: World, root: httpx.Client) -> None:
     world.start("agent", "tower-agent", *words)
     world.start("simulator", "tower-sim", "--home", "47.3977,8.5456,488,0", "--out", f"udp:127.0.0.1:{port}")
     wait_for("the drone", lambda: root.get(f"{TOWER}/drones/{number}").json()["online"])
-    day.secrets["credential"] = kept.read_text().strip()
-    assert root.post(f"{TOWER}/enrol", json={"token": begun["token"]}).status_code == 403, "it was used"
+    day.secrets["key"] = str(read_identity(kept).key)
+    another = DroneKey(DroneId(1), b"x" * 32)
+    signature = another.sign(enrolment_statement(begun["token"], another.public))
+    asked = {
+        "token": begun["token"],
+        "public_key": key_text(another.public),
+        "signature": urlsafe_b64encode(signature).decode().rstrip("="),
+    }
+    assert root.post(f"{TOWER}/enrol", json=asked).status_code == 403, "it was used"
 
 
 def second_factor(day: Day, world: World, alice: httpx.Client) -> None:
-    begun = alice.post(f"{TOWER}/me/second-factor", json={"password": PASSWORD}).json()
+    begun = alice.post(f"{TOWER}/me/second-factor").json()
     day.secrets["authenticator"] = begun["secret"]
     day.codes["code"] = pyotp.TOTP(begun["secret"]).now()
     confirmed = alice.post(f"{TOWER}/me/second-factor/confirm", json={"code": day.codes["code"]})
@@ -138,14 +149,14 @@ def force_traces(day: Day, world: World, alice: httpx.Client) -> None:
         for body in (f'{{"password": "{WRONG}"', f'["{WRONG}"]', f'{{"name": ["{WRONG}"], "password": 7}}'):
             asked = browser.post(f"{TOWER}/session", content=body, headers={"content-type": "application/json"})
             assert asked.status_code in (400, 422)
-        for secret in (day.secrets["API token"], day.secrets["credential"]):
+        for secret in (day.secrets["API token"], day.secrets["key"]):
             assert browser.get(f"{TOWER}/me?token={quote(secret)}").status_code == 401
             assert browser.get(f"{TOWER}/live", headers={"Authorization": f"Bearer {secret}"}).status_code == 404
             assert browser.get(f"{TOWER}/drones", headers={"Authorization": f"Bearer x{secret}"}).status_code == 401
     with sqlite3.connect(world.folder / "tower.sqlite3") as database:
         database.execute("ALTER TABLE recovery_codes RENAME TO put_away")
     spent = {"password": PASSWORD, "code": day.secrets["recovery code 1"]}
-    assert alice.post(f"{TOWER}/me/second-factor/remove", json=spent).status_code == 500
+    assert alice.post(f"{TOWER}/session/proof", json=spent).status_code == 500
     with sqlite3.connect(world.folder / "tower.sqlite3") as database:
         database.execute("ALTER TABLE put_away RENAME TO recovery_codes")
 

@@ -87,15 +87,16 @@ async def test_two_drones_flown_at_each_other(world: World) -> None:
         assert {tuple(event["drones"]) for event in told(admin)} == {(1, 2)}
         seen = next(event for event in told(alice) if event["level"] == "warning")
         seen_back = next(event for event in told(bob) if event["level"] == "warning")
-        assert (seen["bearing_deg"] - seen_back["bearing_deg"]) % 360 == pytest.approx(180, abs=1)
+        assert (seen["bearing_deg"] - seen_back["bearing_deg"]) % 360 == pytest.approx(180, abs=30)
         assert "Merlin" not in str(told(alice)) and "Kestrel" not in str(told(bob))
 
         await go_to(bob, other_lat, other_lon, HEIGHT_M + 25)
         for one in (alice, bob, admin):
             end = await one.until_event("separation", level="clear")
-            assert end["why"] == "apart"
+            assert end["why"] == ("apart" if one is admin else "")
             assert levels(one)[-1] == "clear"
-            assert len({event["number"] for event in told(one)}) == 1
+            # An admin hears the ends of what strangers were told, too: somebody may have become one meanwhile.
+            assert len({event["number"] for event in told(one) if event["level"] != "clear"}) == 1
 
         def audited() -> list[dict[str, Any]]:
             answer = world.visitor("admin").ask("GET", "/audit?action=separation.warning")

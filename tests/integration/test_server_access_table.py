@@ -21,7 +21,9 @@ ALL, SELF, IN_PERSON = "+ + + +   + + + + +", "- + + +   + + + + -", "- + + +   
 NOBODY = "- - - -   - - - - -"
 LOOK, OWN_LOOK, OWN_FLY = "- + + +   + x x x -", "- . + +   + x x x -", "- . + +   x + x x -"
 FLY = "- + + +   x + x x -"
+LEND, KEEP = "- . x +   x x + x -", "- + + +   x x + x -"
 RULE, COMMAND, METRICS = "- x x +   x x + x -", "- . ? +   x x x x -", "- x x +   x x x + +"
+RULE_IN_PERSON = "- x x +   x x x x -"
 """For each visitor in turn, then for each token. +: let in (whatever the route then says of the rest of the request),
 -: 401, x: 403 `admins-only`, `scope-missing`, `in-person-only` or of the table of control, .: 404, as if there were no
 such drone, ?: the table of control says, which has tests of its own."""
@@ -29,20 +31,30 @@ such drone, ?: the table of control says, which has tests of its own."""
 TABLE: Final[dict[str, str]] = {
     "sign_in": ALL,
     "sign_out": ALL,
+    **dict.fromkeys(("ask_for_passkey", "sign_in_with_passkey"), ALL),
     "health": ALL,
     "enrol": ALL,
     **dict.fromkeys(("me", "get_preferences"), SELF),
     **dict.fromkeys(("change_own_password", "get_sessions", "end_one_session", "put_preference"), IN_PERSON),
+    **dict.fromkeys(("get_proof", "renew_proof", "ask_for_proof_by_passkey", "judge_own_password"), IN_PERSON),
+    **dict.fromkeys(("list_passkeys", "begin_passkey", "add_passkey"), IN_PERSON),
+    **dict.fromkeys(("rename_passkey", "remove_passkey"), IN_PERSON),
     **dict.fromkeys(("get_second_factor", "begin_second_factor", "confirm_second_factor"), IN_PERSON),
     **dict.fromkeys(("renew_recovery_codes", "remove_second_factor"), IN_PERSON),
     **dict.fromkeys(("list_tokens", "create_token", "revoke_token"), IN_PERSON),
     **dict.fromkeys(("list_drones", "get_map", "get_tile_file"), LOOK),
     **dict.fromkeys(("get_drone", "get_drone_settings", "get_loss_check", "get_rehearsal"), OWN_LOOK),
-    **dict.fromkeys(("acknowledge_loss_check", "rehearse_loss", "acquire", "release", "accept"), OWN_FLY),
+    "get_receiver_setup": OWN_LOOK,
+    **dict.fromkeys(
+        ("acknowledge_loss_check", "rehearse_loss", "acquire", "release", "accept", "stay", "keep_alive"), OWN_FLY
+    ),
     **dict.fromkeys(("take", "give", "assist", "unassist"), COMMAND),
-    **dict.fromkeys(("get_plan", "verify_plan", "get_parameters", "read_parameters", "get_video"), OWN_LOOK),
+    **dict.fromkeys(
+        ("get_plan", "verify_plan", "foresee_plan", "get_parameters", "read_parameters", "get_video"), OWN_LOOK
+    ),
     **dict.fromkeys(("get_logs", "list_logs", "get_log_file"), OWN_LOOK),
     **dict.fromkeys(("put_plan", "clear_plan", "write_parameters", "command_drone", "fetch_log"), OWN_FLY),
+    "set_up_without_receiver": OWN_FLY,
     **dict.fromkeys(("list_recordings", "get_recording", "get_recording_file"), OWN_LOOK),
     **dict.fromkeys(("begin_recording", "end_recording", "delete_recording"), OWN_FLY),
     "put_agent_file": NOBODY,
@@ -51,9 +63,15 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("list_missions", "get_mission"), LOOK),
     **dict.fromkeys(("create_mission", "replace_mission", "delete_mission"), FLY),
     "change_drone_settings": RULE,
-    **dict.fromkeys(("list_users", "create_user", "get_user", "change_user", "delete_user"), RULE),
-    **dict.fromkeys(("reset_second_factor", "create_drone", "rename_drone", "delete_drone"), RULE),
-    **dict.fromkeys(("rotate_credential", "add_owner", "remove_owner", "lend_drone", "end_loan"), RULE),
+    **dict.fromkeys(("list_users", "get_user"), RULE),
+    **dict.fromkeys(("create_user", "change_user", "delete_user", "reset_second_factor"), RULE_IN_PERSON),
+    **dict.fromkeys(("create_drone", "rename_drone", "delete_drone"), RULE),
+    **dict.fromkeys(("revoke_key", "add_owner", "remove_owner"), RULE),
+    **dict.fromkeys(("lend_drone", "end_loan"), LEND),
+    **dict.fromkeys(("list_teams", "get_team"), LOOK),
+    **dict.fromkeys(("make_team", "rename_team", "delete_team", "set_team_member", "remove_team_member"), KEEP),
+    **dict.fromkeys(("add_team_drone", "remove_team_drone", "invite_to_team", "withdraw_invitation"), KEEP),
+    **dict.fromkeys(("list_invitations", "accept_invitation", "decline_invitation"), IN_PERSON),
     **dict.fromkeys(("begin_enrolment", "list_enrolments", "cancel_enrolment"), RULE),
     **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online"), RULE),
     "metrics": METRICS,
@@ -61,8 +79,14 @@ TABLE: Final[dict[str, str]] = {
 MISSION: Final = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}}
 BODIES: Final[dict[str, dict[str, object]]] = {
     "rehearse_loss": {"what": "tower"},
+    "make_team": {"name": "x"},
+    "rename_team": {"name": "x"},
+    "set_team_member": {"role": "observer"},
+    "invite_to_team": {"name": "x", "role": "observer"},
+    "lend_drone": {"until": "2020-01-01T00:00:00Z"},
     "put_plan": {"items": []},
     "verify_plan": {"items": []},
+    "foresee_plan": {"items": []},
     "command_drone": {"command": "land"},
     "create_mission": MISSION,
     "replace_mission": MISSION,
@@ -141,6 +165,7 @@ async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerW
         for number in (
             "{user_id}",
             "{token_id}",
+            "{passkey_id}",
             "{session_id}",
             "{enrolment_id}",
             "{operation_id}",
@@ -148,6 +173,8 @@ async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerW
             "{log_id}",
             "{transaction_id}",
             "{recording_id}",
+            "{team_id}",
+            "{invitation_id}",
         ):
             path = path.replace(number, "9999")
         for visitor, client in clients.items():

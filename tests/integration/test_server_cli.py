@@ -7,6 +7,7 @@ import signal
 import socket
 import stat
 import sys
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import httpx
@@ -19,7 +20,7 @@ class Shell:
     """Runs `tower` with an environment of its own."""
 
     def __init__(self, var: Path) -> None:
-        kept = {name: os.environ[name] for name in ("PATH", "HOME", "LANG") if name in os.environ}
+        kept = {name: os.environ[name] for name in ("PATH", "HOME", "LANG", "PYTHONPATH") if name in os.environ}
         self.environment = kept | {
             "TOWER_VAR": str(var),
             "TOWER_PORT": "0",
@@ -64,8 +65,8 @@ async def test_before_migrate_every_command_says_what_to_run(tmp_path: Path) -> 
 async def test_users(shell: Shell) -> None:
     out = await shell.run("user", "add", "Root", "--role", "admin")
     assert re.search(r"^password: \S{20,}$", out, re.MULTILINE)
-    out = await shell.run("user", "add", "Anna", "--password-stdin", stdin="eight888\n")
-    assert "eight888" not in out
+    out = await shell.run("user", "add", "Anna", "--password-stdin", stdin="four words are longer\n")
+    assert "four words" not in out
     assert "password" not in out
     listed = (await shell.run("user", "list")).splitlines()
     assert [line.split() for line in listed] == [
@@ -81,14 +82,14 @@ async def test_users(shell: Shell) -> None:
 
 MISTAKES = (
     (("user", "add", "ROOT"), "", "another user has this name"),
-    (("user", "add", "Eve", "--password-stdin"), "short\n", "a password has at least 8 characters"),
+    (("user", "add", "Eve", "--password-stdin"), "short\n", "a password has at least 12 characters"),
     (("user", "add", " "), "", "a name must not be empty"),
     (("user", "disable", "Root"), "", "the last admin"),
     (("user", "disable", "Nobody"), "", "there is no user named Nobody"),
     (("drone", "add", "kite", "--owner", "Nobody"), "", "there is no user named Nobody"),
     (("drone", "add", "kite", "--token-file", "/proc/none/token"), "", "cannot write /proc/none/token"),
     (("drone", "assign", "none", "Root"), "", "there is no drone none"),
-    (("drone", "credential", "7"), "", "there is no drone 7"),
+    (("drone", "revoke", "7"), "", "there is no drone 7"),
     (("token", "add", "Nobody", "log", "--scope", "watch"), "", "there is no user named Nobody"),
     (("token", "add", "Root", "log", "--scope", "watch", "--expires-days", "0"), "", "a token lives for up to"),
     (("token", "revoke", "7"), "", "there is no such token"),
@@ -111,18 +112,20 @@ async def test_drones(shell: Shell, tmp_path: Path) -> None:
     await shell.run("user", "add", "Anna")
     await shell.run("user", "add", "Ben")
     out = await shell.run("drone", "add", "hawk", "--owner", "anna", "--owner", "Ben", "--token-file", str(token))
-    assert "twd_" not in out
-    assert re.fullmatch(r"twd_1_[A-Za-z0-9_-]{43}\n", token.read_text())
+    assert "twe_" not in out
+    assert re.fullmatch(r"twe_[A-Za-z0-9_-]{43}\n", token.read_text())
     assert stat.S_IMODE(token.stat().st_mode) == 0o600
-    assert re.search(r"credential: twd_2_\S{43}$", await shell.run("drone", "add", "kite"), re.MULTILINE)
+    assert re.search(r"enrolment token: twe_\S{43}$", await shell.run("drone", "add", "kite"), re.MULTILINE)
     await shell.run("drone", "unassign", "1", "ben")
     await shell.run("drone", "assign", "kite", "ben")
     listed = (await shell.run("drone", "list")).splitlines()
-    assert [line.split() for line in listed[1:]] == [["1", "hawk", "Anna"], ["2", "kite", "Ben"]]
+    none = ["none:", "not", "enrolled"]
+    assert [line.split() for line in listed[1:]] == [["1", "hawk", "Anna", *none], ["2", "kite", "Ben", *none]]
     before = token.read_text()
-    await shell.run("drone", "credential", "hawk", "--token-file", str(token))
+    await shell.run("drone", "enrol", "hawk", "--token-file", str(token))
     assert token.read_text() != before
     assert [path.name for path in token.parent.iterdir()] == ["hawk"]
+    assert "no agent can sign in as hawk until one is enrolled" in await shell.run("drone", "revoke", "1")
 
 
 async def test_tokens(shell: Shell, tmp_path: Path) -> None:
@@ -136,7 +139,14 @@ async def test_tokens(shell: Shell, tmp_path: Path) -> None:
     assert re.search(r"token: twt_\S{43}$", await shell.run("token", "add", "anna", "QGC", *both), re.MULTILINE)
     assert "only an admin's" in await shell.run("token", "add", "anna", "all", "--scope", "admin", code=1)
     listed = (await shell.run("token", "list")).splitlines()
-    assert listed[1].split()[:6] == ["1", "flight", "log", "Anna", "watch", "never"]
+    assert listed[1].split()[:6] == [
+        "1",
+        "flight",
+        "log",
+        "Anna",
+        "watch",
+        f"{datetime.now(UTC) + timedelta(days=90):%Y-%m-%d}",
+    ]
     assert "fly,watch" in listed[2]
     assert await shell.run("token", "revoke", "1") == "token 1 is revoked\n"
     assert len((await shell.run("token", "list")).splitlines()) == 2
@@ -148,7 +158,7 @@ async def test_bad_settings_are_named_and_not_shown(shell: Shell) -> None:
 
 
 async def test_serve_tells_its_address_and_stops_quietly(shell: Shell) -> None:
-    await shell.run("user", "add", "Root", "--role", "admin", "--password-stdin", stdin="password of root\n")
+    await shell.run("user", "add", "Root", "--role", "admin", "--password-stdin", stdin="four words are longer\n")
     process = await asyncio.create_subprocess_exec(
         TOWER, "serve", env=shell.environment, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE
     )
@@ -158,7 +168,7 @@ async def test_serve_tells_its_address_and_stops_quietly(shell: Shell) -> None:
         assert line.startswith("Control Tower is at http://127.0.0.1:")
         address = line.split()[-1]
         async with httpx.AsyncClient(base_url=address, trust_env=False) as client:
-            credentials = {"name": "root", "password": "password of root"}
+            credentials = {"name": "root", "password": "four words are longer"}
             assert (await client.post("/api/v1/session", json=credentials)).status_code == 200
         port = httpx.URL(address).port
         error = await shell.run("serve", code=1, TOWER_PORT=str(port))
@@ -168,7 +178,7 @@ async def test_serve_tells_its_address_and_stops_quietly(shell: Shell) -> None:
     _, err = await asyncio.wait_for(process.communicate(), 60)
     assert process.returncode == 0, err
     assert b"Traceback" not in err
-    assert b"password of root" not in err
+    assert b"four words are longer" not in err
 
 
 async def test_a_udp_port_in_use_is_one_line(shell: Shell) -> None:

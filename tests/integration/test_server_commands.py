@@ -11,6 +11,8 @@ from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
 from server.relay import flood_gate
+from wire.dialect import mavlink
+from wire.ids import DroneId
 from wire.transactions import CommandWork, Outcome, Transaction
 
 
@@ -45,15 +47,21 @@ async def test_a_take_off_goes_step_by_step_and_everybody_sees_which(scene: Comm
 
 
 async def test_it_stops_at_the_first_step_that_is_not_accepted(scene: CommandScene) -> None:
+    said = "PreArm: " + "Battery 1 below minimum arming voltage. " * 14
+
     def answer(asked: Transaction) -> dict[str, Any]:
         arming = isinstance(asked.work, CommandWork) and asked.work.command == 400
-        refused = {"outcome": Outcome.FAILED, "words": "The autopilot tried and failed.", "code": "MAV_RESULT_FAILED"}
-        return refused if arming else {}
+        return {"outcome": Outcome.FAILED, "words": said, "code": "MAV_RESULT_FAILED"} if arming else {}
 
     scene.agent.answer_with = answer
-    failed = (await scene.order(command="takeoff", height_m=20)).json()
-    assert (failed["state"], failed["code"]) == ("failed", "MAV_RESULT_FAILED")
-    assert failed["words"] == "kestrel, arming: The autopilot tried and failed."
+    async with live(scene.world, scene.watcher) as watching:
+        failed = (await scene.order(command="takeoff", height_m=20)).json()
+        assert (failed["state"], failed["code"]) == ("failed", "MAV_RESULT_FAILED")
+        assert failed["words"] == f"kestrel, arming: {said}", "the autopilot's own words, and all of them"
+        told = await watching.event("operation")
+        while told["operation"]["state"] == "running":
+            told = await watching.event("operation")
+        assert told["operation"] == failed
     assert scene.sent == [176, 400]
 
 
@@ -76,7 +84,7 @@ async def test_nobody_arms_before_the_loss_check_is_read_by_no_way(scene: Comman
     scene.agent.parameters(FS_THR_ENABLE=0, FS_GCS_ENABLE=0, has_radio=False)
     for body in ({"command": "arm"}, {"command": "takeoff", "height_m": 5}, {"command": "start"}):
         assert_problem(await scene.order(**body), 409, "loss-check")
-    read = await scene.holder.post(f"{scene.path}/loss-check/acknowledge")
+    read = await scene.holder.post(f"{scene.path}/loss-check/acknowledge", json={"drone": "kestrel"})
     assert read.status_code == 200, read.text
     assert (await scene.order(command="arm")).json()["state"] == "done"
 
@@ -89,13 +97,33 @@ async def test_a_borrower_keeps_the_limits_of_the_loan(scene: CommandScene) -> N
     refused = (
         {"command": "goto", **near, "height_m": 51},
         {"command": "goto", "lat": 47.01, "lon": 8.0, "height_m": 40},
-        {"command": "set_home", "here": True},
+        {"command": "set_home", **near, "altitude_m": 400, "while_flying": True},
     )
     for body in refused:
         assert_problem(await scene.order(carol, **body), 409, "loan")
     scene.agent.state()
     assert_problem(await scene.order(carol, command="takeoff", height_m=10), 409, "loan")
     assert scene.sent == [192]
+
+
+async def test_home_is_moved_in_the_air_by_who_says_so_and_keeps_its_height(scene: CommandScene) -> None:
+    here = {"command": "set_home", "here": True}
+    assert (await scene.order(**here)).json()["state"] == "done"
+    scene.agent.state(armed=True, airborne=True)
+    assert_problem(await scene.order(**here, while_flying=True), 409, "not-known-yet")
+    scene.agent.frame(mavlink.MAVLink_global_position_int_message(1, 470010000, 80020000, 530_000, 30_000, 0, 0, 0, 0))
+    assert_problem(await scene.order(**here), 409, "moves-home")
+    place = {"command": "set_home", "lat": 47.0, "lon": 8.0, "altitude_m": 480}
+    assert_problem(await scene.order(**place), 409, "moves-home")
+    done = (await scene.order(**here, while_flying=True)).json()
+    assert done["state"] == "done"
+    sent = scene.agent.asked[-1].work
+    assert isinstance(sent, CommandWork)
+    drone = scene.world.tower.hub.drone(DroneId(scene.agent.link.drone_id))
+    assert drone is not None
+    assert drone.home is not None
+    assert (sent.command, sent.x, sent.y, sent.params[6]) == (179, 470010000, 80020000, drone.home.alt_amsl_m)
+    assert sent.params[0] == 0.0
 
 
 async def test_what_this_vehicle_cannot_do_is_refused_in_words(scene: CommandScene) -> None:

@@ -87,6 +87,24 @@ async def test_the_controls_go_round(tmp_path: Path, database: dict[str, Any]) -
         assert take["detail"]["took_ms"] >= 0
 
 
+async def test_a_program_says_that_it_is_there_for_as_long_as_it_has_the_controls(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:
+        users = [await world.add_user("alice"), await world.add_user("bob")]
+        drone = await world.add_drone("Kestrel", *users)
+        foreign = await world.add_drone("Merlin")
+        alice, bob = [await world.signed_in(name) for name in ("alice", "bob")]
+        assert_problem(await ask(alice, drone.id, "keep-alive"), 409, "not-the-holder")
+        await ask(alice, drone.id, "acquire")
+        there = world.tower.hub.drone(drone.id)
+        assert there is not None
+        assert not there.somebody_flies()
+        kept = await ask(alice, drone.id, "keep-alive")
+        assert (kept.status_code, kept.json()["holder"]["name"]) == (200, "alice")
+        assert there.somebody_flies()
+        assert_problem(await ask(bob, drone.id, "keep-alive"), 409, "not-the-holder")
+        assert_problem(await ask(bob, foreign.id, "keep-alive"), 404, "unknown-drone")
+
+
 async def test_every_way_to_be_refused(tmp_path: Path, database: dict[str, Any]) -> None:
     async with start_tower(tmp_path, **database) as world:
         alice, bob = [await world.add_user(name) for name in ("alice", "bob")]

@@ -16,8 +16,9 @@ from server.control.loss_words import findings_hash
 from server.control.rehearsal import LASTS_S
 from server.control.tables import ControlLeaseRow, LossAcknowledgementRow
 from server.fleet.snapshot import begin_fleet_change
-from wire.control_messages import HoldStep, LostAction, SafetySettings, StreamSettings
+from wire.control_messages import HoldStep, SafetySettings, StreamSettings
 from wire.ids import DroneId, UserId
+from wire.open_holds import LostAction
 from wire.stream_profiles import StreamChoice
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
@@ -35,6 +36,9 @@ class Scene:
         self.path = f"/api/v1/drones/{drone.id}"
         self.anna, self.bob, self.root = clients
         self.agent = ObedientAgent(world.tower.hub, drone.id)
+
+    async def acknowledge(self, client: httpx.AsyncClient, named: str | None = "hawk") -> httpx.Response:
+        return await client.post(f"{self.path}/loss-check/acknowledge", json={"drone": named})
 
 
 @pytest.fixture
@@ -57,7 +61,8 @@ async def test_settings_reach_the_agent_the_database_and_the_next_tower(tmp_path
         change = {"hold_ladder": ["LOITER", "BRAKE"], "lost_action": "land", "lost_action_s": 12, "rtt_limit_ms": 800}
         answer = await scene.root.patch(f"{scene.path}/settings", json=change)
         assert answer.json() == {**before, **change}
-        expected = SafetySettings(hold_ladder=("LOITER", "BRAKE"), lost_action=LostAction.LAND, lost_action_s=12.0)
+        lost = {"lost_action": LostAction.LAND, "lost_action_s": 12.0}
+        expected = SafetySettings(hold_ladder=("LOITER", "BRAKE"), rtt_limit_ms=800.0, **lost)
         assert scene.agent.posted[-1] == expected
         drone = (await scene.anna.get(scene.path)).json()
         assert (drone["lost_action"], drone["lost_action_s"]) == ("land", 12.0)
@@ -72,7 +77,7 @@ async def test_settings_reach_the_agent_the_database_and_the_next_tower(tmp_path
         assert kept == {**before, **change, "sticks_stale_s": 1.0, "stream_profile": "thin"}
         live_drone = world.tower.hub.drone(DroneId(scene.drone.id))
         assert live_drone is not None
-        assert (live_drone.safety.hold_ladder, live_drone.rtt_limit_ms) == (("LOITER", "BRAKE"), 800.0)
+        assert (live_drone.safety.hold_ladder, live_drone.safety.rtt_limit_ms) == (("LOITER", "BRAKE"), 800.0)
         assert live_drone.stream.profile is StreamChoice.THIN
 
 
@@ -83,7 +88,8 @@ async def test_settings_reach_the_agent_the_database_and_the_next_tower(tmp_path
         ({"hold_ladder": ["LOITER", "LOITER"]}, "hold_ladder"),
         ({"hold_ladder": ["LOITER", "ALTCTL"]}, "hold_ladder"),
         ({"hold_ladder": ["ALT_HOLD", "LOITER"]}, "hold_ladder"),
-        ({"hold_bound_s": 0}, "hold_bound_s"),
+        ({"hold_bound_s": 30}, "hold_bound_s"),
+        ({"lost_action": "nothing"}, "lost_action"),
         ({"sticks_stale_s": -1}, "sticks_stale_s"),
         ({"lost_hold_s": "nan"}, "lost_hold_s"),
         ({"rtt_limit_ms": 1e9}, "rtt_limit_ms"),
@@ -126,11 +132,15 @@ async def test_a_danger_is_acknowledged_by_the_holder_and_a_new_one_anew(scene: 
     scene.agent.parameters(has_radio=False, RC_OVERRIDE_TIME=3, FS_THR_ENABLE=0, FS_GCS_ENABLE=1)
     assert (await scene.anna.get(path)).json()["dangerous"]
     assert waits("Anna")
-    assert_problem(await scene.anna.post(f"{path}/acknowledge"), 409, "not-the-holder")
-    assert_problem(await scene.bob.post(f"{path}/acknowledge"), 404, "unknown-drone")
+    assert_problem(await scene.acknowledge(scene.anna), 409, "not-the-holder")
+    assert_problem(await scene.acknowledge(scene.bob), 404, "unknown-drone")
     await ask(scene.anna, scene.drone.id, "acquire")
     assert waits("Anna")
-    read = (await scene.anna.post(f"{path}/acknowledge")).json()
+    for named in ("falcon", "Hawk", None):
+        assert_problem(await scene.acknowledge(scene.anna, named), 409, "wrong-name")
+    assert_problem(await scene.anna.post(f"{path}/acknowledge"), 409, "wrong-name")
+    assert waits("Anna")
+    read = (await scene.acknowledge(scene.anna)).json()
     assert (read["dangerous"], read["acknowledged"]) == (True, True)
     assert not waits("Anna")
     (noted,) = await audit(scene.root, "drone.loss_check_acknowledged")
@@ -153,13 +163,13 @@ async def test_an_assistant_acknowledges_for_themselves(scene: Scene) -> None:
     path = f"{scene.path}/loss-check"
     scene.agent.parameters(RC_OVERRIDE_TIME=-1)
     await ask(scene.anna, scene.drone.id, "acquire")
-    assert_problem(await scene.root.post(f"{path}/acknowledge"), 409, "not-the-holder")
+    assert_problem(await scene.acknowledge(scene.root), 409, "not-the-holder")
     await ask(scene.root, scene.drone.id, "assist")
     assert not (await scene.root.get(path)).json()["acknowledged"]
-    assert (await scene.root.post(f"{path}/acknowledge")).json()["acknowledged"]
+    assert (await scene.acknowledge(scene.root)).json()["acknowledged"]
     assert (await scene.root.get(path)).json()["acknowledged"]
     assert not (await scene.anna.get(path)).json()["acknowledged"], "the holder has not read it"
-    await scene.anna.post(f"{path}/acknowledge")
+    await scene.acknowledge(scene.anna)
     # Whoever may not arm is told whether the holder has read it.
     await ask(scene.root, scene.drone.id, "unassist")
     assert (await scene.root.get(path)).json()["acknowledged"]
@@ -171,7 +181,7 @@ async def test_a_changed_check_is_told_on_the_live_channel(scene: Scene) -> None
         await screen.event("loss_check", drone_id=scene.drone.id)
         await ask(scene.anna, scene.drone.id, "acquire")
         await screen.event("loss_check", drone_id=scene.drone.id)
-        await scene.anna.post(f"{scene.path}/loss-check/acknowledge")
+        await scene.acknowledge(scene.anna)
         await screen.event("loss_check", drone_id=scene.drone.id)
         await scene.root.patch(f"{scene.path}/settings", json={"sticks_stale_s": 1.0})
         await screen.event("loss_check", drone_id=scene.drone.id)
@@ -202,7 +212,7 @@ async def test_an_acknowledgement_outlives_the_tower(tmp_path: Path) -> None:
         scene.agent.parameters(**dangerous)
         await ask(scene.anna, scene.drone.id, "acquire")
         for _ in range(2):
-            assert (await scene.anna.post(f"{scene.path}/loss-check/acknowledge")).json()["acknowledged"]
+            assert (await scene.acknowledge(scene.anna)).json()["acknowledged"]
     async with start_tower(tmp_path) as world:
         ObedientAgent(world.tower.hub, scene.drone.id).parameters(**dangerous)
         anna = await world.signed_in("Anna")

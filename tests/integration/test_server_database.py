@@ -61,9 +61,9 @@ async def add_used(database: Database, *names: str, used_at: datetime = NOW) -> 
     async with database.writing() as session:
         for name in names:
             deed = Deed(by=COMMAND_LINE, at=NOW)
-            drone, _ = await create_drone(session, name=name, deed=deed)
+            drone = await create_drone(session, name=name, deed=deed)
             _, _, token, _ = await enrolments.begin(session, drone_id=drone.id, lasts_s=60, deed=deed)
-            await enrolments.use(session, token=token, at=used_at, address="")
+            await enrolments.use(session, token=token, public_key=drone.id.to_bytes(32), at=used_at, address="")
             ids.append(DroneId(drone.id))
     return ids
 

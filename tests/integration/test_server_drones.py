@@ -1,7 +1,7 @@
-"""Drones over a real socket: administration, credentials, and the wall between owners."""
+"""Drones over a real socket: administration, keys, and the wall between owners."""
 
 import asyncio
-import re
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from tower_world import Person, TowerWorld, assert_problem, start_tower
 from server.accounts.tables import Role
 from server.database import open_database
 from server.fleet.drones import create_drone
-from wire.credential import parse_credential
+from wire.drone_key import fingerprint
 from wire.ids import DroneId
 
 DRONES = "/api/v1/drones"
@@ -37,11 +37,12 @@ def unknown_plan(kind: str) -> dict[str, Any]:
     return {"kind": kind, "state": "unknown", "hash": None, "sent_hash": None, "count": 0, "fit_to_fly": True}
 
 
-async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Person) -> None:
+async def test_a_new_drone_has_no_identity_until_an_agent_is_enrolled(world: TowerWorld, root: Person) -> None:
     admin = await world.signed_in(root)
     answer = await admin.post(DRONES, json={"name": "  hawk "})
     assert answer.status_code == 201, answer.text
-    drone, credential = answer.json()["drone"], answer.json()["credential"]
+    assert list(answer.json()) == ["drone"]
+    drone = answer.json()["drone"]
     assert drone == {
         "id": drone["id"],
         "name": "hawk",
@@ -52,8 +53,9 @@ async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Pe
         "epoch": 0,
         "taken_from": None,
         "autopilot_heard": False,
-        "armed": False,
-        "airborne": False,
+        "armed": None,
+        "airborne": None,
+        "hold": None,
         "airborne_since": None,
         "offered": False,
         "assistant": None,
@@ -65,25 +67,33 @@ async def test_a_new_drone_tells_its_credential_once(world: TowerWorld, root: Pe
         "profile_chosen": "auto",
         "profile_why": "",
         "plans": {kind: unknown_plan(kind) for kind in ("mission", "fence", "rally")},
+        "identity": {"kind": "none", "fingerprint": None, "since": None},
         "parameters": {"hash": None, "count": 0, "total": 0},
+        "suspicious_motion": None,
+        "relation": "admin",
+        "team": None,
     }
-    assert re.fullmatch(rf"twd_{drone['id']}_[A-Za-z0-9_-]{{43}}", credential)
     assert (await admin.get(f"{DRONES}/{drone['id']}")).json() == drone
-    kept = world.tower.hub.drone(DroneId(drone["id"])).record.credential_hash
-    assert kept == parse_credential(credential).hashed()
+    assert world.tower.hub.drone(DroneId(drone["id"])).record.identity == ("", b"")
     trail = await admin.get("/api/v1/audit")
     assert trail.json()[0]["action"] == "drone.created"
-    assert parse_credential(credential).secret not in trail.text
 
 
-async def test_a_new_credential_replaces_the_old(world: TowerWorld, root: Person) -> None:
-    hawk = await world.add_drone("hawk")
-    admin = await world.signed_in(root)
-    answer = (await admin.post(f"{DRONES}/{hawk.id}/credential")).json()
-    assert answer["drone"]["id"] == hawk.id
-    assert answer["credential"] != hawk.credential
-    kept = world.tower.hub.drone(DroneId(hawk.id)).record.credential_hash
-    assert kept == parse_credential(answer["credential"]).hashed()
+async def test_everybody_who_sees_a_drone_sees_by_what_it_is_known_and_an_admin_revokes_it(
+    world: TowerWorld, root: Person, anna: Person
+) -> None:
+    hawk = await world.add_drone("hawk", anna)
+    admin, operator = await world.signed_in(root), await world.signed_in(anna)
+    seen = (await operator.get(f"{DRONES}/{hawk.id}")).json()["identity"]
+    assert (seen["kind"], seen["fingerprint"]) == ("key", fingerprint(hawk.key.public))
+    assert datetime.fromisoformat(seen["since"]) <= world.clock()
+    assert_problem(await operator.delete(f"{DRONES}/{hawk.id}/key"), 403, "admins-only")
+    for _ in range(2):
+        answer = await admin.delete(f"{DRONES}/{hawk.id}/key")
+        assert answer.json()["identity"] == {"kind": "none", "fingerprint": None, "since": None}
+    assert world.tower.hub.drone(DroneId(hawk.id)).record.identity == ("", b"")
+    trail = [one["action"] for one in (await admin.get("/api/v1/audit")).json()]
+    assert trail.count("drone.key_revoked") == 1
 
 
 async def test_names_are_unique_and_can_be_changed(world: TowerWorld, root: Person) -> None:
@@ -140,7 +150,7 @@ async def test_not_yours_and_not_there_are_the_same_to_the_byte(world: TowerWorl
         ("POST", "", {"name": "mine"}),
         ("PATCH", "/1", {"name": "mine"}),
         ("DELETE", "/1", None),
-        ("POST", "/1/credential", None),
+        ("DELETE", "/1/key", None),
         ("PUT", "/1/owners/1", None),
         ("DELETE", "/1/owners/1", None),
     ],

@@ -1,5 +1,6 @@
-"""Enrolment of a drone: a token worth one credential, its state live, the pasted command on real processes."""
+"""Enrolment of a drone: a token worth one key, its state live, the pasted command on real processes."""
 
+import base64
 import shlex
 import stat
 from collections.abc import AsyncIterator
@@ -12,12 +13,15 @@ from sqlalchemy import select
 from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 from worlds.processes import PASSWORD, World, free_udp_ports
 
+from onboard_agent.identity_file import read_identity
 from server.accounts.tables import Role
 from server.fleet.tables import EnrolmentRow
 from server.relay.hub_events import AgentLinked
+from wire.drone_key import DroneKey, enrolment_statement, fingerprint, key_text
 from wire.ids import DroneId
 
 ENROL = "/api/v1/enrol"
+KEY, ANOTHER = (DroneKey(DroneId(1), seed * 32) for seed in (b"k", b"a"))
 
 
 @pytest.fixture
@@ -46,7 +50,17 @@ async def states(root: httpx.AsyncClient) -> list[str]:
     return [one["state"] for one in (await root.get("/api/v1/enrolments")).json()]
 
 
-async def test_a_token_is_worth_one_credential_and_admins_see_it_live(
+def asked(token: str, key: DroneKey, signed: str = "") -> dict[str, str]:
+    """What an agent sends. `signed`: instead of the token."""
+    signature = key.sign(enrolment_statement(signed or token, key.public))
+    return {
+        "token": token,
+        "public_key": key_text(key.public),
+        "signature": base64.urlsafe_b64encode(signature).decode().rstrip("="),
+    }
+
+
+async def test_a_token_is_worth_one_key_and_admins_see_it_live(
     world: TowerWorld, root: httpx.AsyncClient, hawk: NewDrone
 ) -> None:
     companion = await world.client()
@@ -58,15 +72,20 @@ async def test_a_token_is_worth_one_credential_and_admins_see_it_live(
         )
         told = await screen.event("enrolment")
         assert told["enrolment"]["state"] == "waiting"
-        answer = await companion.post(ENROL, json={"token": begun["token"]})
-        assert answer.status_code == 200, answer.text
-        assert answer.json()["drone_id"] == hawk.id
-        credential = answer.json()["credential"]
-        assert credential != hawk.credential
+        for stolen in (asked(begun["token"], KEY, signed="another"), {**asked(begun["token"], KEY), "public_key": ""}):
+            assert_problem(await companion.post(ENROL, json=stolen), 403, "bad-drone-key")
+        for _ in range(2):  # the first answer was lost
+            answer = await companion.post(ENROL, json=asked(begun["token"], KEY))
+            assert answer.status_code == 200, answer.text
+        tower_key = key_text(world.tower.sign_in_rules.identity.public_key)
+        assert answer.json() == {"drone_id": hawk.id, "drone": "hawk", "tower_key": tower_key}
         assert (await screen.event("enrolment"))["enrolment"]["state"] == "used"
-        assert_problem(await companion.post(ENROL, json={"token": begun["token"]}), 403, "bad-enrolment")
+        assert_problem(await companion.post(ENROL, json=asked(begun["token"], ANOTHER)), 403, "bad-enrolment")
+        record = world.tower.hub.drone(DroneId(hawk.id)).record
+        assert record.public_key == KEY.public != hawk.key.public
         world.tower.watchman.noticed(AgentLinked(DroneId(hawk.id)))
-        assert (await screen.event("enrolment"))["enrolment"]["state"] == "seen"
+        while (news := (await screen.event("enrolment"))["enrolment"]["state"]) != "seen":
+            assert news == "used"
         assert "enrolment" not in [event["type"] for event in theirs.events]
     assert await states(root) == ["seen"]
     async with world.database.reading() as session:
@@ -77,7 +96,10 @@ async def test_a_token_is_worth_one_credential_and_admins_see_it_live(
     assert "enrolment.began" in trail
     assert "enrolment.used" in trail
     assert begun["token"] not in trail
-    assert credential not in trail
+    assert fingerprint(KEY.public) in str(await audit(root, "drone.key_set"))
+    # Once the key is not the drone's any more, the token is worth nothing to its owner either.
+    await root.delete(f"/api/v1/drones/{hawk.id}/key")
+    assert_problem(await companion.post(ENROL, json=asked(begun["token"], KEY)), 403, "bad-enrolment")
 
 
 async def test_it_expires_and_a_new_one_cancels_what_waits(
@@ -87,24 +109,24 @@ async def test_it_expires_and_a_new_one_cancels_what_waits(
     first = await begin(root, hawk, lasts_s=60)
     second = await begin(root, hawk, lasts_s=60)
     assert await states(root) == ["waiting", "cancelled"]
-    assert_problem(await companion.post(ENROL, json={"token": first["token"]}), 403, "bad-enrolment")
+    assert_problem(await companion.post(ENROL, json=asked(first["token"], KEY)), 403, "bad-enrolment")
     world.clock.advance(61)
     assert await states(root) == ["expired", "cancelled"]
-    assert_problem(await companion.post(ENROL, json={"token": second["token"]}), 403, "bad-enrolment")
+    assert_problem(await companion.post(ENROL, json=asked(second["token"], KEY)), 403, "bad-enrolment")
     root = await world.signed_in("Root")
     third = await begin(root, hawk)
     assert (await root.delete(f"/api/v1/enrolments/{third['enrolment']['id']}")).status_code == 204
-    assert_problem(await companion.post(ENROL, json={"token": third["token"]}), 403, "bad-enrolment")
-    assert_problem(await companion.post(ENROL, json={"token": "twe_made_up"}), 403, "bad-enrolment")
+    assert_problem(await companion.post(ENROL, json=asked(third["token"], KEY)), 403, "bad-enrolment")
+    assert_problem(await companion.post(ENROL, json=asked("twe_made_up", KEY)), 403, "bad-enrolment")
     assert_problem(await root.delete("/api/v1/enrolments/999"), 404, "unknown-enrolment")
 
 
-async def test_a_credential_does_not_cross_a_network_in_the_clear(
+async def test_nothing_crosses_a_network_in_the_clear(
     world: TowerWorld, root: httpx.AsyncClient, hawk: NewDrone
 ) -> None:
     begun = await begin(root, hawk)
     through_a_proxy = await world.client(headers={"X-Forwarded-For": "203.0.113.9", "X-Forwarded-Proto": "http"})
-    assert_problem(await through_a_proxy.post(ENROL, json={"token": begun["token"]}), 403, "https-only")
+    assert_problem(await through_a_proxy.post(ENROL, json=asked(begun["token"], KEY)), 403, "https-only")
     assert await states(root) == ["waiting"]
 
 
@@ -127,8 +149,36 @@ def test_the_pasted_command_puts_a_simulated_drone_on_the_map(tmp_path: Path) ->
         world.wait_until_online(admin, drone_id)
         assert stat.S_IMODE(kept.stat().st_mode) == 0o600
         assert begun["token"] not in world.log_of("enrolled")
-        assert kept.read_text().strip() not in world.log_of("enrolled")
+        key = read_identity(kept).key
+        assert key is not None
+        assert str(key)[-43:] not in world.log_of("enrolled")
+        assert list(kept.parent.iterdir()) == [kept]
         again = world.start("again", *shlex.split(begun["command"]), "--token", str(tmp_path / "second"))
         assert again.wait(20) == 2
         assert "not (any more) good" in world.log_of("again")
         assert not (tmp_path / "second").exists()
+
+
+@pytest.mark.parametrize("host", ["evil.example", "192.0.2.7:8000", "127.0.0.1.evil.example", "x;reboot"])
+async def test_the_command_names_no_tower_that_a_request_made_up(
+    world: TowerWorld, root: httpx.AsyncClient, hawk: NewDrone, host: str
+) -> None:
+    answer = await root.post(f"/api/v1/drones/{hawk.id}/enrolments", json={}, headers={"Host": host})
+    assert "TOWER_PUBLIC_URL" in assert_problem(answer, 409, "address-unknown")["detail"]
+    assert await states(root) == []
+
+
+@pytest.mark.parametrize("host", ["[::1", "a b"])
+async def test_a_host_that_is_none_is_not_in_the_command(
+    world: TowerWorld, root: httpx.AsyncClient, hawk: NewDrone, host: str
+) -> None:
+    answer = await root.post(f"/api/v1/drones/{hawk.id}/enrolments", json={}, headers={"Host": host})
+    assert answer.json()["command"].startswith(f"tower-agent enrol {world.base_url} twe_")
+
+
+async def test_the_address_of_the_settings_is_the_towers(tmp_path: Path) -> None:
+    async with start_tower(tmp_path, public_url="https://tower.example.org") as world:
+        root = await world.signed_in(await world.add_user("Root", Role.ADMIN))
+        hawk = await world.add_drone("hawk")
+        answer = await root.post(f"/api/v1/drones/{hawk.id}/enrolments", json={}, headers={"Host": "evil.example"})
+        assert " https://tower.example.org twe_" in answer.json()["command"]

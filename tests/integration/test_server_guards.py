@@ -123,6 +123,8 @@ async def test_the_public_address_is_an_own_origin(tmp_path: Path) -> None:
         await world.add_user("Root", Role.ADMIN)
         client = await world.client(headers={"Origin": "https://tower.example"})
         assert (await client.post(SESSION, json=SIGN_IN)).status_code == 200
+        in_the_clear = await world.client(headers={"Origin": "http://tower.example"})
+        assert_problem(await in_the_clear.post(SESSION, json=SIGN_IN), 403, "wrong-origin")
 
 
 async def test_every_answer_carries_the_security_headers(world: TowerWorld) -> None:

@@ -91,7 +91,8 @@ async def test_what_is_no_loan(world: TowerWorld, root: httpx.AsyncClient, anna:
     olga = (await root.get(f"/api/v1/drones/{hawk.id}")).json()["owners"][0]
     assert_problem(await lend(world, root, hawk, Person(olga["id"], "Olga", Role.OPERATOR)), 409, "owner-already")
     assert_problem(await lend(world, root, hawk, Person(999, "x", Role.OPERATOR)), 404, "unknown-user")
-    assert_problem(await lend(world, await world.signed_in(anna), hawk, anna), 403, "admins-only")
+    assert_problem(await lend(world, await world.signed_in(anna), hawk, anna), 404, "unknown-drone")
+    assert_problem(await lend(world, await world.signed_in("Olga"), hawk, anna), 403, "admins-only")
 
 
 REFUSED: dict[str, tuple[Any, str]] = {

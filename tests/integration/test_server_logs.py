@@ -7,7 +7,7 @@ from typing import Any
 
 import httpx
 import pytest
-from control_world import audit, until
+from control_world import ObedientAgent, audit, until
 from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
@@ -29,10 +29,10 @@ class LogScene(Scene):
         return self.agent.asked[-1].id
 
     async def send(
-        self, transaction_id: int, content: bytes | AsyncIterator[bytes] = LOG, credential: str = "", **headers: str
+        self, transaction_id: int, content: bytes | AsyncIterator[bytes] = LOG, ticket: str = "", **headers: str
     ) -> httpx.Response:
         agent = await self.world.client()
-        headers = {"Authorization": f"Bearer {credential or self.drone.credential}"} | headers
+        headers = {"Authorization": f"Bearer {ticket or self.agent.link.ticket}"} | headers
         return await agent.put(f"/api/v1/agent/files/{transaction_id}", content=content, headers=headers)
 
 
@@ -84,11 +84,12 @@ async def test_only_whoever_has_the_controls_has_one_fetched(scene: LogScene) ->
 
 
 async def test_a_file_that_nobody_waits_for_is_not_taken(scene: LogScene) -> None:
-    other = await scene.world.add_drone("crow", scene.alice)
+    crow = await scene.world.add_drone("crow", scene.alice)
+    other = ObedientAgent(scene.world.tower.hub, crow.id)
     transaction = await scene.fetch()
     assert_problem(await scene.send(transaction + 1), 404, "not-asked-for")
-    assert_problem(await scene.send(transaction, credential=other.credential), 404, "not-asked-for")
-    assert_problem(await scene.send(transaction, credential="twd_1_" + "x" * 43), 401, "bad-credential")
+    assert_problem(await scene.send(transaction, ticket=other.link.ticket), 404, "not-asked-for")
+    assert_problem(await scene.send(transaction, ticket="twd_1_" + "x" * 43), 401, "bad-credential")
     assert_problem(await scene.holder.put(f"/api/v1/agent/files/{transaction}", content=b"x"), 401, "bad-credential")
     scene.agent.go_on()
     operation = scene.world.tower.hub.operations.find(transaction)
@@ -113,7 +114,7 @@ async def test_a_file_is_taken_whole_or_not_at_all(scene: LogScene) -> None:
     assert_problem(await scene.send(transaction, b"x" * 2_000_001), 413, "no-room")
     reader, writer = await asyncio.open_connection("127.0.0.1", int(scene.world.base_url.rpartition(":")[2]))
     head = f"PUT /api/v1/agent/files/{transaction} HTTP/1.1\r\nHost: x\r\nContent-Length: {len(LOG)}\r\n"
-    writer.write(f"{head}Authorization: Bearer {scene.drone.credential}\r\n\r\n".encode() + LOG[:300_000])
+    writer.write(f"{head}Authorization: Bearer {scene.agent.link.ticket}\r\n\r\n".encode() + LOG[:300_000])
     await writer.drain()
     files = scene.world.settings.files
     await until("a part of it", lambda: any(files.rglob("*.part")))
@@ -130,7 +131,7 @@ async def test_what_breaks_off_leaves_nothing(scene: LogScene) -> None:
     transaction = await scene.fetch()
     _, writer = await asyncio.open_connection("127.0.0.1", int(scene.world.base_url.rpartition(":")[2]))
     head = f"PUT /api/v1/agent/files/{transaction} HTTP/1.1\r\nHost: x\r\nContent-Length: {len(LOG)}\r\n"
-    writer.write(f"{head}Authorization: Bearer {scene.drone.credential}\r\n\r\n".encode() + LOG[:300_000])
+    writer.write(f"{head}Authorization: Bearer {scene.agent.link.ticket}\r\n\r\n".encode() + LOG[:300_000])
     await writer.drain()
     files = scene.world.settings.files
     await until("a part of it", lambda: any(files.rglob("*.part")))

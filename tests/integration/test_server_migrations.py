@@ -1,12 +1,14 @@
 """Migrations on real databases: up, down and up again, and the tables they make are those that the code expects."""
 
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
-from sqlalchemy import Connection, inspect, text
+from sqlalchemy import JSON, Connection, DateTime, column, insert, inspect, select, table, text
 
+from server.accounts.tables import ApiTokenRow
 from server.database import Database, open_database
 from server.fleet.snapshot import load_snapshot
 from server.schema import DatabaseNotReady, check_schema, migrate
@@ -72,6 +74,8 @@ async def test_postgres_up_down_up(postgres_url: str, tmp_path: Path) -> None:
     try:
         await _up_down_up(database)
         await migrate(database, "base")
+        await _settings_go_there_and_back(database)
+        await migrate(database, "base")
         await _second_factors_are_sealed_and_opened(database, Vault(key_file=tmp_path / "secret.key"))
     finally:
         await database.close()
@@ -106,6 +110,66 @@ async def _second_factors_are_sealed_and_opened(database: Database, vault: Vault
     assert list(found) == list(SECRETS.values())
     await migrate(database, vault=vault)
     await check_schema(database)
+
+
+async def test_every_token_gets_an_end_and_no_number_is_used_twice(sqlite: Database) -> None:
+    await migrate(sqlite, "0010")
+    now = datetime.now(UTC)
+    late = f"'{now + timedelta(days=3000):%Y-%m-%d} 00:00:00.000000'"
+    ends = {1: "NULL", 2: late, 3: "'2026-01-01 00:00:00.000000'", 9: "NULL"}
+    async with sqlite.writing() as session:
+        user = "1, 'anna', 'anna', 'x', 'operator', '2026-01-01 00:00:00'"
+        columns = "id, name, name_key, password_hash, role, created_at"
+        await session.execute(text(f"INSERT INTO users ({columns}) VALUES ({user})"))
+        for number, end in ends.items():
+            row = f"{number}, 'h{number}', 1, 'program', 'watch', '2026-01-01 00:00:00', {end}"
+            columns = "id, token_hash, user_id, name, scopes, created_at, expires_at"
+            await session.execute(text(f"INSERT INTO api_tokens ({columns}) VALUES ({row})"))
+        await session.execute(text("DELETE FROM api_tokens WHERE id = 9"))
+    await migrate(sqlite)
+    async with sqlite.writing() as session:
+        found = {row.id: row.expires_at for row in await session.scalars(select(ApiTokenRow))}
+        days = {number: round((end - now) / timedelta(days=1)) for number, end in found.items() if number < 3}
+        assert days == {1: 90, 2: 365}
+        assert found[3] == datetime(2026, 1, 1, tzinfo=UTC)
+        row = ApiTokenRow(token_hash="x", user_id=1, name="new", scopes="watch", created_at=now, expires_at=now)
+        session.add(row)
+        await session.flush()
+        assert row.id == 10
+
+
+NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
+
+
+async def _settings_go_there_and_back(database: Database) -> None:
+    """Up to 0010 and down again, of settings as older versions stored them."""
+    await migrate(database, "0009")
+    kept = {"lost_action": "nothing", "hold_bound_s": 60.0, "sticks_stale_s": 0.7}
+    drones = {1: kept, 2: {"lost_action": "land"}}
+    settings = table(
+        "drone_settings", column("drone_id"), column("chosen", JSON), column("changed_at", DateTime(timezone=True))
+    )
+    async with database.writing() as session:
+        for drone_id, chosen in drones.items():
+            columns = "id, name, name_key, credential_hash, created_at"
+            row = f"{drone_id}, 'd{drone_id}', 'd{drone_id}', 'x{drone_id}', '2026-01-01 00:00:00'"
+            await session.execute(text(f"INSERT INTO drones ({columns}) VALUES ({row})"))
+            await session.execute(insert(settings).values(drone_id=drone_id, chosen=chosen, changed_at=NOON))
+
+    async def found() -> dict[int, object]:
+        async with database.reading() as session:
+            return {row.drone_id: row.chosen for row in await session.execute(select(settings))}
+
+    await migrate(database)
+    assert await found() == {1: {"lost_action": "stay", "sticks_stale_s": 0.7}, 2: {"lost_action": "land"}}
+    await migrate(database, "0009")
+    assert await found() == {1: {"lost_action": "nothing", "sticks_stale_s": 0.7}, 2: {"lost_action": "land"}}
+    await migrate(database)
+    await check_schema(database)
+
+
+async def test_no_hold_has_a_bound_any_more_and_nothing_is_stay(sqlite: Database) -> None:
+    await _settings_go_there_and_back(sqlite)
 
 
 async def test_second_factors_in_the_clear_are_sealed_and_leave_no_trace(sqlite: Database, tmp_path: Path) -> None:

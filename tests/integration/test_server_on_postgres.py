@@ -10,10 +10,12 @@ import httpx
 import pyotp
 import pytest
 from control_world import ObedientAgent, ask, audit, until
+from test_server_enrolment import asked
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
 from server.accounts.tables import Role
 from server.schema import newest_revision
+from wire.drone_key import DroneKey
 from wire.ids import DroneId
 
 API = "/api/v1"
@@ -66,7 +68,7 @@ async def test_accounts_sessions_and_passwords(world: TowerWorld, root: httpx.As
 
 async def test_a_second_factor(world: TowerWorld, root: httpx.AsyncClient, anna: Person) -> None:
     client = await world.signed_in(anna)
-    secret = (await ok(client, "POST", "/me/second-factor", password=PASSWORD))["secret"]
+    secret = (await ok(client, "POST", "/me/second-factor"))["secret"]
 
     def code() -> str:
         world.clock.advance(30)
@@ -77,9 +79,11 @@ async def test_a_second_factor(world: TowerWorld, root: httpx.AsyncClient, anna:
         body = {"name": "Anna", "password": PASSWORD, "code": used}
         assert (await (await world.client()).post(f"{API}/session", json=body)).status_code == 200
         assert_problem(await (await world.client()).post(f"{API}/session", json=body), 401, "wrong-code")
-    renewed = await ok(client, "POST", "/me/second-factor/recovery-codes", password=PASSWORD, code=code())
+    renewed = await ok(client, "POST", "/me/second-factor/recovery-codes")
     proof = {"password": PASSWORD, "code": renewed["recovery_codes"][0]}
-    await ok(client, "POST", "/me/second-factor/remove", 204, **proof)
+    assert (await ok(client, "POST", "/session/proof", **proof))["fresh"] is True
+    assert_problem(await client.post(f"{API}/session/proof", json=proof), 403, "code-refused")
+    await ok(client, "POST", "/me/second-factor/remove", 204)
     assert (await ok(root, "DELETE", f"/users/{anna.id}/second-factor"))["second_factor"] is False
 
 
@@ -113,9 +117,10 @@ async def test_drones_owners_loans_and_enrolment(world: TowerWorld, root: httpx.
     first = await ok(root, "POST", f"/drones/{drone}/enrolments", 201, lasts_s=60)
     second = await ok(root, "POST", f"/drones/{drone}/enrolments", 201, lasts_s=60)
     companion = await world.client()
-    assert_problem(await companion.post(f"{API}/enrol", json={"token": first["token"]}), 403, "bad-enrolment")
-    await ok(companion, "POST", "/enrol", token=second["token"])
-    assert_problem(await companion.post(f"{API}/enrol", json={"token": second["token"]}), 403, "bad-enrolment")
+    key, another = (DroneKey(DroneId(drone), bytes([number]) * 32) for number in (1, 2))
+    for begun, signer, status in ((first, key, 403), (second, key, 200), (second, another, 403)):
+        answer = await companion.post(f"{API}/enrol", json=asked(begun["token"], signer))
+        assert answer.status_code == status, answer.text
     third = await ok(root, "POST", f"/drones/{drone}/enrolments", 201, lasts_s=60)
     await ok(root, "DELETE", f"/enrolments/{third['enrolment']['id']}", 204)
     assert [one["state"] for one in await ok(root, "GET", "/enrolments")] == ["cancelled", "used", "cancelled"]

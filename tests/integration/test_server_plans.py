@@ -216,3 +216,28 @@ async def test_what_was_written_is_in_the_trail_with_its_end(scene: PlanScene) -
     assert began["detail"]["operation"] == operation["id"]
     assert (began["detail"]["items"], began["detail"]["hash"]) == (2, operation["hash"])
     assert (ended["detail"]["state"], ended["detail"]["words"]) == ("done", "It is on board.")
+
+
+async def test_what_the_autopilot_will_not_keep_is_told_before_anything_is_sent(scene: PlanScene) -> None:
+    async def foresee(rows: list[Any], kind: str = "mission") -> httpx.Response:
+        return await scene.watcher.post(f"{scene.path}/{kind}/kept", json={"items": rows})
+
+    plain = (await foresee([ROWS[0], [20, 2, [0, 0, 0, 0], 0, 0, 0, 1]])).json()
+    assert plain == {"autopilot": "ArduPilot", "changes": [], "count": 0, "quiet": 2}  # an open heading, a frame
+    told = (await foresee([[16, 3, [2.5, 0, 0, 0], 470001000, 80001000, 30.0, 1]])).json()
+    assert told["changes"] == [
+        {
+            "item": 0,
+            "field": "param1",
+            "sent": 2.5,
+            "kept": 2.0,
+            "effect": "flight",
+            "words": "Item 1: ArduPilot keeps parameter 1 as 2, not 2.5.",
+        }
+    ]
+    refused = (await foresee([[1000, 2, [0, 0, None, 0], 0, 0, 0, 1]])).json()
+    assert [(one["field"], one["effect"]) for one in refused["changes"]] == [("param3", "refused")]
+    many = (await foresee([[5100, 3, [0, 0, 0, 0], 1, 2, 20.5, 0]] * 700, "rally")).json()
+    assert (len(many["changes"]), many["count"]) == (200, 701)  # and that there is no room for so many
+    assert_problem(await foresee([[16]]), 422, "invalid-request")
+    assert scene.agent.asked == []

@@ -7,7 +7,7 @@ import pytest
 from sqlalchemy import select
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.accounts.preferences import LARGEST_DOCUMENT_BYTES, MOST_DOCUMENTS
+from server.accounts.preferences import LARGEST_DOCUMENT_BYTES, MAX_DEPTH, MOST_DOCUMENTS
 from server.accounts.tables import PreferenceRow, Role
 
 PREFERENCES = "/api/v1/me/preferences"
@@ -80,3 +80,28 @@ async def test_not_with_a_token_not_for_strangers_and_gone_with_the_account(worl
     assert (await root.delete(f"/api/v1/users/{person.id}")).status_code == 204
     async with world.database.reading() as session:
         assert list(await session.scalars(select(PreferenceRow))) == []
+
+
+def nested(depth: int) -> dict[str, object]:
+    """So many objects and lists in each other."""
+    inner: object = 1
+    for number in range(depth - 1):
+        inner = [inner] if number % 2 else {"a": inner}
+    return {"x": inner}
+
+
+async def test_what_is_nested_too_deep_is_refused_and_an_old_one_stops_no_reading(world: TowerWorld) -> None:
+    """256 deep it was taken, and every later reading was a 500."""
+    anna = await world.add_user("Anna")
+    client = await world.signed_in(anna)
+    assert (await client.put(f"{PREFERENCES}/sticks", json=STICKS)).status_code == 204
+    assert (await client.put(f"{PREFERENCES}/deep", json=nested(MAX_DEPTH))).status_code == 204
+    for depth in (MAX_DEPTH + 1, 256):
+        assert_problem(await client.put(f"{PREFERENCES}/deep", json=nested(depth)), 422, "invalid-request")
+    kept = {"sticks": STICKS, "deep": nested(MAX_DEPTH)}
+    assert (await client.get(PREFERENCES)).json() == kept
+    async with world.database.writing() as session:
+        row = PreferenceRow(user_id=anna.id, name="old", document=nested(256), changed_at=world.clock())
+        session.add(row)
+    assert (await client.get(PREFERENCES)).json() == kept
+    assert (await client.put(f"{PREFERENCES}/old", json={})).status_code == 204, "it can be taken away"

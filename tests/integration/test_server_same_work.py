@@ -12,6 +12,7 @@ import httpx
 import pytest
 from tower_world import PASSWORD, MovableClock, Person, TowerWorld, assert_problem, start_tower
 
+from server.accounts.hashing_process import Hashing
 from server.accounts.tables import Role
 from server.accounts.throttle import FREE_TRIES, FREE_TRIES_OF_ADDRESS
 
@@ -33,22 +34,19 @@ async def anna(world: TowerWorld) -> Person:
 
 
 class Spy:
-    """What the hasher is asked: (verify or hash, the costs in the hash that was compared)."""
+    """What the hashing is asked: (verify or hash, the costs in the hash that was compared)."""
 
-    def __init__(self, hasher: Any) -> None:
-        self._hasher = hasher
+    def __init__(self, hashing: Hashing) -> None:
+        self._hashing = hashing
         self.work: list[tuple[str, str]] = []
 
-    def verify(self, password: str, known: str) -> bool:
-        self.work.append(("verify", known.rsplit("$", 2)[0]))
-        return bool(self._hasher.verify(password, known))
+    async def ask(self, question: dict[str, Any]) -> str | bool:
+        known = question.get("hash")
+        self.work.append(("hash", "") if known is None else ("verify", known.rsplit("$", 2)[0]))
+        return await self._hashing.ask(question)
 
-    def hash(self, password: str) -> str:
-        self.work.append(("hash", ""))
-        return str(self._hasher.hash(password))
-
-    def needs_update(self, known: str) -> bool:
-        return bool(self._hasher.needs_update(known))
+    async def close(self) -> None:
+        await self._hashing.close()
 
 
 async def try_once(world: TowerWorld, name: str, password: str = "wrong", address: str = "") -> httpx.Response:
@@ -63,8 +61,8 @@ async def test_every_miss_does_the_same_work(
     gone = await world.add_user("Gone")
     root = await world.signed_in(await world.add_user("Root", Role.ADMIN))
     assert (await root.patch(f"/api/v1/users/{gone.id}", json={"disabled": True})).status_code == 200
-    spy = Spy(world.tower.passwords._hasher)
-    monkeypatch.setattr(world.tower.passwords, "_hasher", spy)
+    spy = Spy(world.tower.passwords._hashing)
+    monkeypatch.setattr(world.tower.passwords, "_hashing", spy)
     assert_problem(await try_once(world, name), 401, "wrong-sign-in")
     (miss,) = spy.work
     spy.work.clear()
@@ -101,7 +99,7 @@ async def test_an_address_that_tries_many_names_waits_with_all_of_them(world: To
 
 async def test_a_try_that_waits_costs_no_hash(world: TowerWorld, anna: Person, monkeypatch: pytest.MonkeyPatch) -> None:
     await statuses(world, *[("Anna", "203.0.113.1")] * FREE_TRIES)
-    spy = Spy(world.tower.passwords._hasher)
-    monkeypatch.setattr(world.tower.passwords, "_hasher", spy)
+    spy = Spy(world.tower.passwords._hashing)
+    monkeypatch.setattr(world.tower.passwords, "_hashing", spy)
     assert await statuses(world, *[("Anna", "203.0.113.1")] * 3) == [429] * 3
     assert spy.work == []

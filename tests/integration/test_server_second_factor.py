@@ -11,6 +11,8 @@ from sqlalchemy import select, update
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
 from server.accounts.tables import RecoveryCodeRow, Role, UserRow
+from server.database import open_database
+from server.fleet.tower_identity import forget_identity
 from server.vault import VaultError, new_key
 
 FACTOR = "/api/v1/me/second-factor"
@@ -42,13 +44,20 @@ class Authenticator:
 
 async def enrolled(world: TowerWorld, person: Person) -> tuple[httpx.AsyncClient, Authenticator, list[str]]:
     client = await world.signed_in(person)
-    begun = (await client.post(FACTOR, json={"password": PASSWORD})).json()
+    begun = (await client.post(FACTOR)).json()
     assert begun["secret"] in begun["uri"]
     assert begun["qr_svg"].startswith("<svg")
     telephone = Authenticator(world, begun["secret"])
     confirmed = await client.post(f"{FACTOR}/confirm", json={"code": telephone.code()})
     assert confirmed.status_code == 200, confirmed.text
     return client, telephone, confirmed.json()["recovery_codes"]
+
+
+async def prove(client: httpx.AsyncClient, telephone: Authenticator) -> None:
+    """For five minutes this browser may change credentials."""
+    body = {"password": PASSWORD, "code": telephone.code()}
+    answer = await client.post("/api/v1/session/proof", json=body)
+    assert answer.status_code == 200, answer.text
 
 
 async def sign_in(world: TowerWorld, code: str | None = None, password: str = PASSWORD) -> httpx.Response:
@@ -79,31 +88,35 @@ async def test_recovery_codes_are_hashed_and_worth_one_use_each(world: TowerWorl
     assert not any(code in str(vars(row)) for code in codes for row in kept)
     assert (await sign_in(world, codes[3].upper())).status_code == 200
     assert_problem(await sign_in(world, codes[3]), 401, "wrong-code")
-    assert (await client.get(FACTOR)).json() == {"enabled": True, "recovery_codes_left": 9}
-    renewed = await client.post(f"{FACTOR}/recovery-codes", json={"password": PASSWORD, "code": telephone.code()})
+    assert (await client.get(FACTOR)).json() == {"enabled": True, "passkeys": 0, "recovery_codes_left": 9}
+    await prove(client, telephone)
+    renewed = await client.post(f"{FACTOR}/recovery-codes")
     assert_problem(await sign_in(world, codes[4]), 401, "wrong-code")
     assert (await sign_in(world, renewed.json()["recovery_codes"][0])).status_code == 200
 
 
 async def test_nothing_changes_before_it_is_confirmed(world: TowerWorld, anna: Person) -> None:
     client = await world.signed_in(anna)
-    assert_problem(await client.post(FACTOR, json={"password": "wrong"}), 403, "wrong-password")
     assert_problem(await client.post(f"{FACTOR}/confirm", json={"code": "123456"}), 409, "no-second-factor-begun")
-    await client.post(FACTOR, json={"password": PASSWORD})
+    await client.post(FACTOR)
     assert_problem(await client.post(f"{FACTOR}/confirm", json={"code": "none"}), 403, "code-refused")
-    assert (await client.get(FACTOR)).json() == {"enabled": False, "recovery_codes_left": 0}
+    assert (await client.get(FACTOR)).json() == {"enabled": False, "passkeys": 0, "recovery_codes_left": 0}
     assert (await sign_in(world)).status_code == 200
 
 
-async def test_it_is_removed_with_password_and_code_only(world: TowerWorld, anna: Person) -> None:
+async def test_it_is_removed_with_a_fresh_proof_only(world: TowerWorld, anna: Person) -> None:
     client, telephone, _ = await enrolled(world, anna)
-    assert_problem(await client.post(FACTOR, json={"password": PASSWORD}), 409, "second-factor-on")
-    remove = f"{FACTOR}/remove"
-    assert_problem(
-        await client.post(remove, json={"password": "wrong", "code": telephone.code()}), 403, "wrong-password"
-    )
-    assert_problem(await client.post(remove, json={"password": PASSWORD, "code": "000000"}), 403, "code-refused")
-    assert (await client.post(remove, json={"password": PASSWORD, "code": telephone.code()})).status_code == 204
+    assert_problem(await client.post(FACTOR), 409, "second-factor-on")
+    world.clock.advance(300)
+    assert_problem(await client.post(f"{FACTOR}/remove"), 403, "proof-needed")
+    wrong = {"password": "wrong", "code": telephone.code()}
+    assert_problem(await client.post("/api/v1/session/proof", json=wrong), 403, "wrong-password")
+    wrong = {"password": PASSWORD, "code": "000000"}
+    assert_problem(await client.post("/api/v1/session/proof", json=wrong), 403, "code-refused")
+    assert_problem(await client.post("/api/v1/session/proof", json={"password": PASSWORD}), 403, "code-needed")
+    assert_problem(await client.post(f"{FACTOR}/remove"), 403, "proof-needed")
+    await prove(client, telephone)
+    assert (await client.post(f"{FACTOR}/remove")).status_code == 204
     assert (await sign_in(world)).status_code == 200
 
 
@@ -133,7 +146,7 @@ async def test_the_database_holds_it_sealed_and_a_new_key_seals_it_anew(tmp_path
         async with start_tower(tmp_path, secret_keys=keys) as world:
             if number == 0:
                 client = await world.signed_in(await world.add_user("Anna"))
-                secret = (await client.post(FACTOR, json={"password": PASSWORD})).json()["secret"]
+                secret = (await client.post(FACTOR)).json()["secret"]
                 code = pyotp.TOTP(secret).at(world.clock())
                 assert (await client.post(f"{FACTOR}/confirm", json={"code": code})).status_code == 200
             world.clock.advance(60.0 * (number + 1))
@@ -152,6 +165,13 @@ async def test_without_its_key_the_tower_does_not_start_and_says_what_to_do(tmp_
         await enrolled(world, await world.add_user("Anna"))
     kept = key_file.read_text()
     key_file.unlink()
+    with pytest.raises(VaultError, match=r"identity is sealed and the key is missing.*tower forget-identity"):
+        async with start_tower(tmp_path):
+            raise AssertionError("it must not start")
+    database = open_database(f"sqlite+aiosqlite:///{tmp_path / 'var' / 'tower.sqlite3'}")
+    async with database.writing() as session:
+        await forget_identity(session)
+    await database.close()
     with pytest.raises(VaultError, match=r"sealed \(Anna\).*key is missing.*TOWER_SECRET_KEYS.*second-factor-off"):
         async with start_tower(tmp_path):
             raise AssertionError("it must not start")

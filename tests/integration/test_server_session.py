@@ -34,6 +34,7 @@ async def test_sign_in_answers_the_user_and_a_guarded_cookie(world: TowerWorld, 
         "role": "operator",
         "must_change_password": False,
         "second_factor": False,
+        "must_add_second_factor": False,
     }
     cookie = answer.headers["set-cookie"].lower()
     assert cookie.startswith("tower_session=")

@@ -14,7 +14,7 @@ import pytest
 from control_world import Live, ObedientAgent, ask, audit, until
 from fastapi.routing import APIRoute
 from sqlalchemy import select
-from tower_world import Person, TowerWorld, assert_problem, start_tower
+from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
@@ -126,8 +126,9 @@ async def test_every_route_says_what_it_needs(world: TowerWorld, root: httpx.Asy
                 continue
             slug = answer.json().get("type", "") if answer.status_code == 403 else ""
             assert (slug == "/problems/scope-missing") is missing, (route.name, scope, answer.text)
-    assert unguarded == {"sign_in", "sign_out", "health", "enrol", "put_agent_file"}, (
-        "an agent signs in with its credential"
+    signing_in = {"sign_in", "sign_in_with_passkey", "ask_for_passkey", "sign_out"}
+    assert unguarded == signing_in | {"health", "enrol", "put_agent_file"}, (
+        "an agent shows a token, or the ticket of its link"
     )
 
 
@@ -194,6 +195,7 @@ async def test_it_ends_by_its_date(world: TowerWorld, anna: Person) -> None:
         world.clock.advance(3601)
         assert_problem(await program.get("/api/v1/me"), 401, "bad-token")
         assert await close_code(opened.socket) == 4401
+    assert (await person.post("/api/v1/session/proof", json={"password": PASSWORD})).status_code == 200
     for bad in (world.clock() - timedelta(seconds=1), world.clock() + timedelta(days=5000)):
         answer = await person.post(TOKENS, json={"name": "x", "scopes": ["watch"], "expires_at": bad.isoformat()})
         assert assert_problem(answer, 422, "invalid-request")["errors"][0]["field"] == "expires_at"

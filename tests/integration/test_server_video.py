@@ -202,9 +202,9 @@ async def test_who_may_come_in_at_all_is_as_on_the_live_channel(scene: Scene) ->
         await program.until(lambda: program.states() == ["waiting"])
 
 
-@pytest.mark.parametrize("ticket", ["", "nonsense", "credential"])
+@pytest.mark.parametrize("ticket", ["", "nonsense", "key"])
 async def test_only_a_ticket_of_a_link_that_stands_opens_the_agents_channel(scene: Scene, ticket: str) -> None:
-    shown = scene.drone.credential if ticket == "credential" else ticket
+    shown = str(scene.drone.key) if ticket == "key" else ticket
     with pytest.raises(InvalidStatus) as refused:
         await scene.agent.open_video(shown)
     assert refused.value.response.status_code == 401

@@ -130,7 +130,8 @@ def test_pictures_come_with_their_time_in_header_and_strip(simulator: Simulator)
     viewer.close()
     gaps = np.diff(times[1:])
     assert (gaps > 0).all()
-    assert times[-1] - times[1] >= 19 * 50_000 * 0.95, "faster than asked for"
+    # A picture may be late, and the next one is drawn when it is due: 19 gaps can lack one, never two.
+    assert times[-1] - times[1] >= 18 * 50_000, "faster than asked for"
 
 
 def test_pyav_reads_it_as_the_agent_will(simulator: Simulator) -> None:

@@ -113,7 +113,7 @@ def download_parameters(master: Any) -> dict[str, float]:
 
 def upload_mission(master: Any, m: Any) -> list[tuple[Any, ...]]:
     items = [(16, 0, 473977420, 85455940, 488.0), (22, 3, 0, 0, 12.0)]
-    items += [(16, 3, 473977420 + 900 * i, 85455940, 12.0) for i in range(8)] + [(20, 3, 0, 0, 0.0)]
+    items += [(16, 3, 473977420 + 900 * i, 85455940, 12.0) for i in range(8)] + [(20, 0, 0, 0, 0.0)]
     master.mav.mission_count_send(1, 1, len(items), 0)
     while True:
         message = receive(master, ["MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_ACK"])

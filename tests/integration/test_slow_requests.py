@@ -1,4 +1,4 @@
-"""Connections that never come to a request are ended, and those that have come to one are not."""
+"""Connections that never come to a request are ended, and heads without end; those that have come to one are not."""
 
 import asyncio
 from collections.abc import AsyncIterator
@@ -81,3 +81,42 @@ async def test_who_has_come_to_a_request_has_time(world: TowerWorld) -> None:
         assert (await screen.event("drone"))["drone"]["name"] == "hawk"
         writer.write(body[5:])
         assert (await reader.readuntil(b"\r\n\r\n")).startswith(b"HTTP/1.1 401")
+
+
+HEAD = b"GET /api/v1/health HTTP/1.1\r\nhost: x\r\n"
+JSON_HEAD = b"POST /api/v1/session HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\n"
+
+
+@pytest.mark.parametrize(
+    "endless",
+    [
+        pytest.param(HEAD + b"a:b\r\n" * 50_000, id="headers"),
+        pytest.param(HEAD + b"a: " + b"b" * 300_000, id="one header"),
+        pytest.param(b"GET /" + b"a" * 300_000, id="address"),
+        pytest.param(
+            JSON_HEAD + b"transfer-encoding: chunked\r\n\r\n1\r\n{\r\n0\r\na: " + b"b" * 300_000,
+            id="trailer",
+        ),
+    ],
+)
+async def test_a_head_without_end_is_refused(world: TowerWorld, endless: bytes) -> None:
+    async with connection(world) as (reader, writer), asyncio.timeout(AT_MOST_S):
+        writer.write(endless)
+        assert (await reader.readline()).startswith(b"HTTP/1.1 431")
+
+
+async def test_heads_and_bodies_of_common_size_are_read(world: TowerWorld) -> None:
+    async with connection(world) as (reader, writer), asyncio.timeout(AT_MOST_S):
+        usual = b"".join(b"x-%d: %s\r\n" % (number, b"v" * 100) for number in range(90))
+        for _ in range(3):
+            writer.write(HEAD + usual + b"\r\n")
+            assert (await reader.readline()).startswith(b"HTTP/1.1 200")
+            length = 0
+            while (line := await reader.readline()) != b"\r\n":
+                if line.lower().startswith(b"content-length:"):
+                    length = int(line.split(b":")[1])
+            await reader.readexactly(length)
+        body = b'{"name": "Root", "password": "wrong"}'
+        writer.write(JSON_HEAD + b"transfer-encoding: chunked\r\n\r\n")
+        writer.write(b"".join(b"1\r\n%c\r\n" % byte for byte in body) + b"0\r\n\r\n")
+        assert (await reader.readline()).startswith(b"HTTP/1.1 401")

@@ -21,7 +21,6 @@ from video_world import Watcher, watching_video
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
 from onboard_agent.tower_url import parse_tower_url
-from wire.credential import parse_credential
 from wire.video import Unit
 
 
@@ -39,7 +38,7 @@ class Scene:
         stack.push_async_callback(self.camera.unplug)
         settings = AgentSettings(
             tower=parse_tower_url(self.world.base_url),
-            credential=parse_credential(self.drone.credential),
+            identity=self.drone.identity,
             port=UdpIn("udpin:127.0.0.1:0", "127.0.0.1", 0),
             camera=f"http://127.0.0.1:{self.camera.port}/camera",
         )

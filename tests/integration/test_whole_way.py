@@ -19,6 +19,7 @@ from websockets.typing import Subprotocol
 from worlds.processes import Visitor, World, free_udp_ports, kill_9, wait_for
 
 from wire.dialect import build, mavlink
+from wire.drone_key import DroneKey
 from wire.tagged import split_tagged, tag
 
 
@@ -311,14 +312,15 @@ async def test_datagrams_from_strangers_change_nothing(two_drones: tuple[World, 
         await frames_until(browser, statustext("unmoved"))
 
 
-async def test_a_wrong_credential_is_refused_before_the_upgrade(world: World) -> None:
+async def test_a_wrong_key_is_refused(world: World) -> None:
     world.start_tower()
-    token = world.token_file("Kestrel").read_text().strip()
-    world.token_file("Kestrel").write_text(token[:-1] + ("A" if token[-1] != "A" else "B"))
+    key = world.enrolled("Kestrel")
+    wrong = DroneKey(key.drone_id, bytes(byte ^ 1 for byte in key.seed))
+    world.token_file("Kestrel").write_text(f"{wrong}\n")
     world.start_agent("Kestrel", f"udpin:127.0.0.1:{free_udp_ports(1)[0]}")
-    wait_for("the agent to say so", lambda: "credential" in world.log_of("agent-Kestrel"))
+    wait_for("the agent to say so", lambda: "key is not known" in world.log_of("agent-Kestrel"))
     assert not world.visitor("alice").drone(1)["online"]
-    assert token[-20:-1] not in world.log_of("agent-Kestrel")
+    assert str(wrong)[-20:] not in world.log_of("agent-Kestrel")
 
 
 async def test_a_drone_added_while_the_tower_runs_can_sign_in(world: World) -> None:

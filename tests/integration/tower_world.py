@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import atexit
+import secrets
 import shutil
 import socket
 import tempfile
@@ -18,18 +19,24 @@ from typing import Any
 import httpx
 from fastapi import FastAPI
 
+from onboard_agent.identity import Identity, Kept
+from onboard_agent.identity_file import write_private
 from server.accounts.tables import Role
 from server.accounts.users import create_user
 from server.app import create_app
 from server.audit.deed import Deed
 from server.audit.trail import COMMAND_LINE
 from server.database import Database, open_database
-from server.fleet.drones import add_owner, create_drone
+from server.fleet.drones import add_owner, create_drone, get_drone, set_key
+from server.fleet.snapshot import begin_fleet_change
 from server.listening import address_in_words, listen
 from server.schema import migrate
 from server.serving import TowerServer
 from server.settings import Settings
 from server.tower import Tower
+from wire.credential import Credential
+from wire.drone_key import KEY_BYTES, DroneKey
+from wire.ids import DroneId
 
 PASSWORD = "correct horse battery"
 """Of every user that a world makes."""
@@ -77,7 +84,16 @@ class Person:
 class NewDrone:
     id: int
     name: str
-    credential: str
+    key: DroneKey
+
+    @property
+    def identity(self) -> Identity:
+        """As its agent has it."""
+        return Identity(Kept(self.key.drone_id, self.key))
+
+    def keep(self, path: Path) -> None:
+        """In a file for an agent."""
+        write_private(path, f"{self.key}\n")
 
 
 @dataclass
@@ -125,15 +141,29 @@ class TowerWorld:
 
     async def add_drone(self, name: str, *owners: Person) -> NewDrone:
         async with self.database.writing() as session:
-            row, credential = await create_drone(session, name=name, deed=self._deed())
+            row = await create_drone(session, name=name, deed=self._deed())
+            key = DroneKey(DroneId(row.id), secrets.token_bytes(KEY_BYTES))
+            await set_key(session, drone_id=row.id, public_key=key.public, deed=self._deed())
             for one in owners:
                 await add_owner(session, drone_id=row.id, user_id=one.id, deed=self._deed())
         await self.tower.roster.refresh()
-        return NewDrone(row.id, row.name, str(credential))
+        return NewDrone(row.id, row.name, key)
+
+    async def give_credential(self, drone: NewDrone) -> Credential:
+        """Instead of its key, as an older version of the tower did."""
+        credential = Credential(DroneId(drone.id), secrets.token_urlsafe(32))
+        async with self.database.writing() as session:
+            await begin_fleet_change(session)
+            row = await get_drone(session, drone.id)
+            row.credential_hash, row.public_key, row.key_since = credential.hashed(), None, None
+        await self.tower.roster.refresh()
+        return credential
 
     async def client(self, **options: Any) -> httpx.AsyncClient:
         """A browser that has not signed in. Closed with the world."""
-        opened = httpx.AsyncClient(base_url=self.base_url, trust_env=False, timeout=20, **options)
+        # The tower hangs up after 5 s without a request; httpx would just then send the next one.
+        limits = httpx.Limits(keepalive_expiry=2.0)
+        opened = httpx.AsyncClient(base_url=self.base_url, trust_env=False, timeout=20, limits=limits, **options)
         return await self._stack.enter_async_context(opened)
 
     async def signed_in(self, person: Person | str) -> httpx.AsyncClient:
@@ -164,6 +194,7 @@ async def start_tower(tmp_path: Path, **settings: Any) -> AsyncIterator[TowerWor
         "web": tmp_path / "no-console",
         "argon2_memory_kib": 64,
         "argon2_rounds": 1,
+        "argon2_process": False,
     } | settings
     chosen = Settings(**values)
     if chosen.is_sqlite and not (var / "tower.sqlite3").exists():

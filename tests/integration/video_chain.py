@@ -25,7 +25,7 @@ from wire.frames import split_frames
 from wire.video import Codec, Unit
 
 PICTURES: Final = "width=320&height=240&rate=15"
-SIMULATOR: Final = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio")
+SIMULATOR: Final = ("--boot-s", "1", "--seed", "3", "--speed", "1", "--radio", "low")
 HOME: Final = ("--count", "1", "--home", "47.3977,8.5456,488,0")
 STICKS: Final = ("MANUAL_CONTROL", "RC_CHANNELS_OVERRIDE")
 

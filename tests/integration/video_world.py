@@ -13,16 +13,14 @@ from typing import Any
 
 import msgspec
 from agent_fakes import until
-from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from tower_world import NewDrone, TowerWorld
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
-from wire.control_messages import AGENT_SUBPROTOCOL, Hello, Welcome, decode_to_agent, encode_message
-from wire.credential import parse_credential
+from bench.key_sign_in import say_hello
+from wire.control_messages import KEY_SUBPROTOCOL, Welcome, decode_to_agent, encode_message
 from wire.ids import LinkId
-from wire.key_agreement import agree, public_bytes
 from wire.sealed_link import SealedLink
 from wire.video import (
     AGENT_VIDEO_SUBPROTOCOL,
@@ -75,26 +73,22 @@ class CameraAgent(asyncio.DatagramProtocol):
     # -- the link ------------------------------------------------------------------------------------------------
 
     async def sign_in(self, takes: tuple[str, ...] = (VIDEO,)) -> None:
-        credential = parse_credential(self.drone.credential)
         self._control = await connect(
             self._world.agent_url,
-            subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
-            additional_headers={"Authorization": f"Bearer {self.drone.credential}"},
+            subprotocols=[Subprotocol(KEY_SUBPROTOCOL)],
             compression=None,
             proxy=None,
         )
-        key = X25519PrivateKey.generate()
-        hello = Hello(agent_version="1", public_key=public_bytes(key), takes=takes, process=7)
-        await self._control.send(encode_message(hello))
+        sign_in = await say_hello(self._control, self.drone.key, takes=takes, process=7)
         welcome = decode_to_agent(await self._control.recv())
         assert isinstance(welcome, Welcome)
         assert VIDEO in welcome.takes
         link_id = LinkId(welcome.link_id)
-        keys = agree(key, welcome.public_key, credential_hash=credential.hashed(), link_id=link_id)
+        keys = sign_in.welcomed(welcome)
         self._sealed = SealedLink(
             leads=True,
             link_id=link_id,
-            drone_id=credential.drone_id,
+            drone_id=self.drone.key.drone_id,
             send_key=keys.agent_to_tower,
             receive_key=keys.tower_to_agent,
             now=time.monotonic(),

@@ -2,14 +2,18 @@
 
 from collections.abc import Generator
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 
 from server.accounts.tables import Role
 from server.control.lease import TOWER as THE_TOWER
 from server.control.lease import Actor, Changed, Event, Lease, Refused, decide
 from server.control.lease_store import HOLDS_ANOTHER, MOVED, Ask, Committed
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
+from server.fleet.relations import Relation, Right, TeamRole, Ties, may, relation_of
+from server.fleet.snapshot import DroneRecord, FleetSnapshot, TeamRecord, UserRecord, UserRef
 from server.relay.live_drone import LeaseView
 from wire.ids import DroneId, UserId
+
+SINCE = datetime(2026, 1, 1, tzinfo=UTC)
 
 
 class Pause:
@@ -25,6 +29,8 @@ class Account:
     role: Role
     owns: set[DroneId]
     disabled: bool = False
+    team: dict[DroneId, TeamRole] = field(default_factory=dict)
+    """What they are in the team of a drone."""
 
 
 @dataclass
@@ -51,11 +57,24 @@ class MemoryStore:
             return MOVED
         if ask.about is not None and ask.event in (Event.REVOKE, Event.EXPIRE):
             assert before.holder == ask.about, "the controls were revoked from somebody else"
+        if ask.by is not None and ask.event in (Event.TAKE, Event.ASSIST, Event.GIVE):
+            self._assert_in_rank(ask, before)
         if self._holds_another(outcome.lease.holder, ask.drone_id):
             return HOLDS_ANOTHER
         self._write(ask.drone_id, outcome.lease)
         await Pause()
         return Committed(before, outcome, self.view(outcome.lease))
+
+    def _assert_in_rank(self, ask: Ask, before: Lease) -> None:
+        """Written down a second time, without the table of rights and the rules."""
+        assert ask.by is not None
+        account = self.accounts[ask.by.user_id]
+        if account.role is Role.ADMIN:
+            return
+        assert account.team.get(ask.drone_id) is TeamRole.ADMIN, "no admin of anything took controls"
+        for part in (before.holder, before.assistant):
+            above = part is not None and self.accounts[part].role is Role.ADMIN
+            assert not above, "a team admin took from an admin of the tower"
 
     def after_start(self) -> None:
         """What `server.control.after_start` does."""
@@ -81,6 +100,7 @@ class MemoryStore:
                     offered=view.offered,
                     assistant=view.assistant,
                     blind=view.blind,
+                    team=TeamRecord(1, "team", dict(self._ties(drone_id).crew), SINCE),
                 )
             )
         users = {user_id: UserRecord(one.name, one.role, one.disabled) for user_id, one in self.accounts.items()}
@@ -109,19 +129,31 @@ class MemoryStore:
             return False
         return any(lease.holder == user_id for other, lease in self.leases.items() if other != drone_id)
 
+    def _ties(self, drone_id: DroneId) -> Ties:
+        return Ties(
+            owners=frozenset(user_id for user_id, one in self.accounts.items() if drone_id in one.owns),
+            crew={user_id: one.team[drone_id] for user_id, one in self.accounts.items() if drone_id in one.team},
+        )
+
+    def _relation(self, user_id: UserId, drone_id: DroneId) -> Relation:
+        return relation_of(self._ties(drone_id), user_id, self.accounts[user_id].role)
+
     def _may_fly(self, user_id: UserId, drone_id: DroneId) -> bool:
-        account = self.accounts[user_id]
-        owner = account.role is Role.ADMIN or drone_id in account.owns
-        return not account.disabled and owner and not self._holds_another(user_id, drone_id)
+        allowed = may(self._relation(user_id, drone_id), Right.FLY)
+        return not self.accounts[user_id].disabled and allowed and not self._holds_another(user_id, drone_id)
 
     def _actor(self, ask: Ask, lease: Lease) -> Actor:
         if ask.as_tower or ask.by is None:
             return Actor(None, is_tower=True, about=ask.about)
         user_id = ask.by.user_id
+        relation = self._relation(user_id, ask.drone_id)
+        above = [one for one in (lease.holder, lease.assistant) if one and self.accounts[one].role is Role.ADMIN]
         return Actor(
             user_id=user_id,
-            is_admin=ask.by.role is Role.ADMIN,
-            is_owner=ask.drone_id in self.accounts[user_id].owns,
+            is_admin=relation is Relation.ADMIN,
+            is_team_admin=relation is Relation.TEAM_ADMIN,
+            is_owner=may(relation, Right.FLY),
+            outranked=relation is not Relation.ADMIN and bool(above),
             holds_another=self._holds_another(user_id, ask.drone_id),
             operator_may_fly=lease.taken_from is None or self._may_fly(lease.taken_from, ask.drone_id),
             watch=ask.watch,

@@ -41,6 +41,9 @@ class NoDatabase:
         """Nothing was kept."""
         return []
 
+    async def execute(self, statement: object) -> None:
+        """Nothing is changed."""
+
     def add(self, row: object) -> None:
         """Not kept."""
 

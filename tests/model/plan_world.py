@@ -31,10 +31,12 @@ from simulator.flight import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
 from simulator.vehicle import Vehicle, VehicleSettings
-from wire.control_messages import LostAction, SafetySettings, ToTower
+from wire.control_messages import SafetySettings, ToTower
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, LinkId, UserId
-from wire.plan_comparison import same_plan
+from wire.open_holds import LostAction
+from wire.plan_keeping import same_plan
+from wire.plan_keeping_ardupilot import ArduPilot
 from wire.plans import Plan, PlanItem, PlanKind, plan_hash
 from wire.tagged import tag
 from wire.transactions import TRANSACTIONS, CommandWork, Outcome, PlanUploadWork
@@ -432,7 +434,7 @@ class PlanWorld:
                 assert not operation.running and operation.state in (State.FAILED, State.TIMED_OUT)
                 assert "look at what is on board" in operation.words, operation.words
             if told.outcome is Outcome.DONE:
-                assert same_plan(work.items, told.on_board)
+                assert same_plan(ArduPilot(), work.kind, work.items, told.on_board)
                 assert told.epoch == operation.epoch
             elif "is not known" not in told.words:
                 assert told.on_board in self.wholes

@@ -1,5 +1,6 @@
 """The whole of "who may fly" as a model: tower, agents, a network that loses, repeats, reorders and delays, two admins
-who race, deaths of tower and agent at any step. Real parts throughout, but for the database and the wires.
+of the tower and one of a team who race, deaths of tower and agent at any step. Real parts throughout, but for the
+database and the wires.
 
 What must hold at every step:
 - The sticks of two people never reach an autopilot in one epoch.
@@ -9,6 +10,7 @@ What must hold at every step:
 - A link without a control channel is resumed or ends; until then an order to hold that nobody has answered reaches the
   drone as soon as anything does.
 - While the controls are being taken, the tower passes nobody's sticks on.
+- A team admin takes from nobody above them (in `model_store`), and whoever lost their part in the team flies no more.
 """
 
 from collections import deque
@@ -22,16 +24,17 @@ from model_tower import ModelTower
 
 from server.accounts.tables import Role
 from server.control.lease import Event, Lease
+from server.fleet.relations import Right, TeamRole, may
 from server.relay.orphans import ORPHAN_S
 from wire.ids import DroneId, LinkId, UserId
 
-ALICE, BOB, ROOT, TOOR = UserId(1), UserId(2), UserId(8), UserId(9)
+ALICE, BOB, CHIEF, ROOT, TOOR = UserId(1), UserId(2), UserId(5), UserId(8), UserId(9)
 ONE, TWO = DroneId(1), DroneId(2)
 MOST_ON_THE_WAY = 60
 MOST_AT_ONCE = 4
 
-users = st.sampled_from([ALICE, BOB, ROOT, TOOR])
-operators = st.sampled_from([ALICE, BOB])
+users = st.sampled_from([ALICE, BOB, CHIEF, ROOT, TOOR])
+operators = st.sampled_from([ALICE, BOB, CHIEF])
 admins = st.sampled_from([ROOT, TOOR])
 # Most of it happens to one drone; the other is there for what one person may not do twice.
 drones = st.sampled_from([ONE, ONE, ONE, TWO])
@@ -53,7 +56,8 @@ class ControlModel(RuleBasedStateMachine):
         self.store = MemoryStore(
             {
                 ALICE: Account("alice", Role.OPERATOR, {ONE, TWO}),
-                BOB: Account("bob", Role.OPERATOR, {ONE}),
+                BOB: Account("bob", Role.OPERATOR, set(), team={ONE: TeamRole.OPERATOR}),
+                CHIEF: Account("chief", Role.OPERATOR, set(), team={ONE: TeamRole.ADMIN, TWO: TeamRole.ADMIN}),
                 ROOT: Account("root", Role.ADMIN, set()),
                 TOOR: Account("toor", Role.ADMIN, set()),
             },
@@ -71,6 +75,8 @@ class ControlModel(RuleBasedStateMachine):
                 ((ALICE, Event.ACQUIRE), (ROOT, Event.ASSIST)),
                 ((ALICE, Event.ACQUIRE), (ROOT, Event.TAKE)),
                 ((ALICE, Event.ACQUIRE), (ROOT, Event.TAKE), (ROOT, Event.GIVE)),
+                ((ALICE, Event.ACQUIRE), (CHIEF, Event.TAKE)),
+                ((BOB, Event.ACQUIRE), (CHIEF, Event.ASSIST)),
             ]
         )
     )
@@ -81,7 +87,7 @@ class ControlModel(RuleBasedStateMachine):
         self.everything_arrives()
 
     def _tower_is_up(self) -> None:
-        for user_id in (ALICE, BOB, ROOT, TOOR):
+        for user_id in (ALICE, BOB, CHIEF, ROOT, TOOR):
             self.tower.open_browser(user_id)
         for drone_id in self.agents:
             self.connect(drone_id)
@@ -99,13 +105,18 @@ class ControlModel(RuleBasedStateMachine):
     def admin_asks(self, user_id: UserId, drone_id: DroneId, event: Event, watch: bool, at_once: bool) -> None:
         self._ask(user_id, drone_id, event, at_once=at_once, watch=watch)
 
-    @rule(drone_id=drones, assistant=admins)
+    @precondition(lambda self: len(self.tower.running) < MOST_AT_ONCE)
+    @rule(drone_id=drones, event=admin_events, watch=st.booleans(), at_once=st.booleans())
+    def team_admin_asks(self, drone_id: DroneId, event: Event, watch: bool, at_once: bool) -> None:
+        self._ask(CHIEF, drone_id, event, at_once=at_once, watch=watch)
+
+    @rule(drone_id=drones, assistant=st.sampled_from([CHIEF, ROOT, TOOR]))
     def an_admin_helps_an_operator(self, drone_id: DroneId, assistant: UserId) -> None:
         """A short way into a state that takes luck to reach."""
         self._ask(ALICE, drone_id, Event.ACQUIRE, at_once=True)
         self._ask(assistant, drone_id, Event.ASSIST, at_once=True)
 
-    @rule(drone_id=drones, admin=admins)
+    @rule(drone_id=drones, admin=st.sampled_from([CHIEF, ROOT, TOOR]))
     def an_admin_offers_the_controls_back(self, drone_id: DroneId, admin: UserId) -> None:
         """The same."""
         for user_id, event in ((ALICE, Event.ACQUIRE), (admin, Event.TAKE), (admin, Event.GIVE)):
@@ -160,6 +171,16 @@ class ControlModel(RuleBasedStateMachine):
         account = self.store.accounts[user_id]
         account.disabled = what == "disabled"
         (account.owns.discard if what == "no owner" else account.owns.add)(drone_id)
+        self.store.revision += 1
+        self.tower.hub.apply_fleet(self.store.snapshot())
+
+    @rule(user_id=st.sampled_from([BOB, CHIEF]), drone_id=drones, role=st.sampled_from([None, *TeamRole]))
+    def team_changes(self, user_id: UserId, drone_id: DroneId, role: TeamRole | None) -> None:
+        team = self.store.accounts[user_id].team
+        if role is None:
+            team.pop(drone_id, None)
+        else:
+            team[drone_id] = role
         self.store.revision += 1
         self.tower.hub.apply_fleet(self.store.snapshot())
 
@@ -289,12 +310,17 @@ class ControlModel(RuleBasedStateMachine):
 
     @invariant()
     def an_operator_holds_one_drone_at_most(self) -> None:
-        for operator in (ALICE, BOB):
+        for operator in (ALICE, BOB, CHIEF):
             assert sum(lease.holder == operator for lease in self.store.leases.values()) <= 1
 
     def teardown(self) -> None:
         self.tower.settle()
         self.everything_arrives()
+        for drone_id, lease in self.store.leases.items():
+            for user_id in {lease.holder, lease.assistant, lease.taken_from} - {None}:
+                assert user_id is not None
+                relation = self.store._relation(user_id, drone_id)
+                assert may(relation, Right.FLY), f"{user_id}, a {relation}, has a part in {lease}"
         self.one_person_flies_in_one_epoch_and_has_a_right_to()
         self.the_tower_believes_what_is_in_the_store()
         for drone_id, agent in self.agents.items():

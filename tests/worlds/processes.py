@@ -4,26 +4,38 @@ Each test brings its own folder, and with it its own database, credentials and l
 with a deadline.
 """
 
+import atexit
 import http.cookiejar
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 import urllib.error
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
+from typer.testing import CliRunner
 from worlds.free_ports import free_tcp_port, free_udp_ports
+
+from onboard_agent.enrolment import enrol
+from onboard_agent.identity_file import read_identity
+from onboard_agent.tower_url import parse_tower_url
+from wire.drone_key import DroneKey
 
 BIN: Final = Path(sys.executable).parent
 CHECKOUT: Final = Path(__file__).resolve().parents[2]
 PASSWORD: Final = "correct horse battery"
+DATABASE: Final = "tower.sqlite3"
 DEADLINE_S: Final = 60.0
 
 Found = TypeVar("Found")
@@ -107,7 +119,8 @@ class World:
 
     def __enter__(self) -> "World":
         if not self.prepared:
-            self.tower_command("migrate")
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            shutil.copyfile(_migrated(), self.folder / DATABASE)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -134,17 +147,7 @@ class World:
         }
 
     def tower_command(self, *words: str, stdin: str = "") -> str:
-        done = subprocess.run(
-            [str(BIN / "tower"), *words],
-            input=stdin,
-            capture_output=True,
-            text=True,
-            env=self.environment,
-            cwd=CHECKOUT,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+        return _tower(words, self.environment, stdin)
 
     def add_user(self, name: str, role: str = "operator") -> None:
         self.tower_command("user", "add", name, "--role", role, "--password-stdin", "--for-good", stdin=PASSWORD)
@@ -158,6 +161,14 @@ class World:
 
     def token_file(self, drone: str) -> Path:
         return self.folder / f"{drone}.token"
+
+    def enrolled(self, drone: str) -> DroneKey:
+        """Its key, for somebody who plays its agent."""
+        path = self.token_file(drone)
+        enrol(parse_tower_url(self.address), path.read_text().strip(), path)
+        key = read_identity(path).key
+        assert key is not None
+        return key
 
     def log_of(self, name: str) -> str:
         return (self.folder / f"{name}.log").read_text(errors="replace")
@@ -248,6 +259,26 @@ class World:
             lambda: all(visitor.drone(drone_id).get("online") for drone_id in drone_ids),
             timeout_s=timeout_s,
         )
+
+
+def _tower(words: Sequence[str], environment: Mapping[str, str], stdin: str = "") -> str:
+    """What `tower WORDS` says. Without a process of its own, each of which takes more than a second of a processor;
+    `test_server_cli.py` has the real ones. In a thread, for the caller may be in an event loop."""
+    from server.cli import app
+
+    with ThreadPoolExecutor(1) as thread:
+        done = thread.submit(CliRunner().invoke, app, words, input=stdin, env=environment).result()
+    assert done.exit_code == 0, done.output or repr(done.exception)
+    return done.stdout
+
+
+@cache
+def _migrated() -> Path:
+    """A database of the newest revision with nothing in it, made once in each process that runs tests."""
+    folder = Path(tempfile.mkdtemp(prefix="tower-migrated-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    _tower(["migrate"], {**os.environ, "TOWER_VAR": str(folder)})
+    return folder / DATABASE
 
 
 def kill_9(process: subprocess.Popen[bytes]) -> None:

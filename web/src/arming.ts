@@ -21,8 +21,10 @@ export async function agreeToArm(vehicle: Vehicle, question: Question): Promise<
     sentences: check.sentences,
     confirmLabel: `I have read this: arm ${name} all the same`,
     isDanger: true,
+    // A warning may be agreed to by a press; what could drop or lose the drone wants its name.
+    nameToType: name,
   });
-  return consent && (() => tower.acknowledgeLossCheck(id));
+  return consent && (() => tower.acknowledgeLossCheck(id, name));
 }
 
 /** What to do with a deed that arms, once the pilot has agreed; null when they have not. */

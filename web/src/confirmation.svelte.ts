@@ -14,6 +14,10 @@ export interface Question {
   readonly checkLabel?: string;
   /** And one more, which means nothing where that is unticked. */
   readonly secondCheckLabel?: string;
+  /** The drone's name, to be typed before a danger is agreed to. */
+  readonly nameToType?: string;
+  /** Another way to go on, beside `confirmLabel`, which has the focus then: Enter takes it. */
+  readonly otherLabel?: string;
   /** To be read before the answer. */
   readonly sentences?: readonly LossSentence[];
 }
@@ -23,6 +27,8 @@ export interface Consent {
   readonly isChecked: boolean;
   /** False where the first one is. */
   readonly isSecondChecked: boolean;
+  /** `otherLabel` was pressed. */
+  readonly isOther: boolean;
 }
 
 interface Asked extends Question {

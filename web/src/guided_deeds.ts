@@ -118,7 +118,7 @@ export class GuidedDeeds {
       if (await ask({ title, text, confirmLabel: 'Start' })) await this.#command(label, command);
       return;
     }
-    const arming = armed === true ? '' : ' arms its motors,';
+    const arming = armed === true ? '' : armed === null ? ' arms its motors if they are off,' : ' arms its motors,';
     const text = `${name}${arming} takes off and flies its mission of ${count} items${from}. Is everybody clear of it?`;
     const agreed = await askToArm(this.#vehicle, { title, text, confirmLabel: 'Start' });
     if (!agreed) return;

@@ -1,7 +1,7 @@
 /** Writes some of one drone's parameters to other drones, each where its user may, each with an answer of its own. */
 
 import type { Operation } from './link/operation_types';
-import { mayCommand } from './link/drone_view';
+import { mayCommand, mayHaveControls } from './link/drone_view';
 import type { ParameterTables } from './link/parameter_tables';
 import type { Drone, User } from './link/wire_types';
 import { wordsOf } from './loading.svelte';
@@ -25,8 +25,7 @@ export function wayToWrite(drone: Drone, user: User): 'now' | 'acquire' | { read
   if (mayCommand(drone, user)) return 'now';
   if (drone.holder) return { why: `${drone.holder.name} has the controls of ${drone.name}.` };
   if (drone.taken_from?.id === user.id) return { why: `The controls of ${drone.name} were taken from you.` };
-  const isOwner = drone.owners.some(({ id }) => id === user.id);
-  return isOwner || user.role === 'admin' ? 'acquire' : { why: `${drone.name} is not yours to fly.` };
+  return mayHaveControls(drone, user) ? 'acquire' : { why: `${drone.name} is not yours to fly.` };
 }
 
 /** Raises RestError where its parameters are not known. */

@@ -40,7 +40,8 @@ export class PilotDeeds {
 
   async disarm(): Promise<void> {
     const name = this.#name;
-    if (!this.#values().airborne) {
+    const { airborne } = this.#values();
+    if (airborne === false) {
       const text = `The motors of ${name} will stop.`;
       if (await ask({ title: `Disarm ${name}?`, text, confirmLabel: 'Disarm' })) {
         await this.#vehicle.perform('Disarm', (flying) => flying.disarm(false));
@@ -49,7 +50,10 @@ export class PilotDeeds {
     }
     const first = await ask({
       title: `Disarm ${name} in flight?`,
-      text: `${name} is in the air. Without its motors it falls.`,
+      text:
+        airborne === null
+          ? `Whether ${name} is in the air is not known. If it is, it falls without its motors.`
+          : `${name} is in the air. Without its motors it falls.`,
       confirmLabel: 'Disarm in flight',
       isDanger: true,
     });
@@ -110,13 +114,13 @@ export class PilotDeeds {
     const text = `${this.#name} changes from ${before ?? 'its mode'} to ${mode.name} at once.${warning}`;
     const title = `Change the mode of ${this.#name}?`;
     const question = { title, text, confirmLabel: `Change to ${mode.name}`, isDanger: warning !== '' };
-    if (armed === true && !(await ask(question))) return;
+    if (armed !== false && !(await ask(question))) return;
     await this.#vehicle.perform(`Mode ${mode.name}`, (flying) => flying.setMode(mode));
   }
 
   #warningOf(mode: Mode): string {
     const isUnflown =
-      mode.obeysSticks && this.#values().airborne && this.#vehicle.manual.state.get().phase !== 'flying';
+      mode.obeysSticks && this.#values().airborne !== false && this.#vehicle.manual.state.get().phase !== 'flying';
     return isUnflown
       ? ' It obeys the sticks, and this page sends none: with the radio at rest it sinks to the ground.'
       : '';
@@ -156,10 +160,12 @@ export class PilotDeeds {
   /** Null: where the drone is now. */
   async setHome(place: Place | null): Promise<void> {
     const name = this.#name;
-    const where = place ? `at ${latLon(place)}, as high as its home was` : 'where it is now';
+    const isOnGround = this.#values().airborne === false;
+    const height = place || !isOnGround ? ', as high as its home was' : '';
+    const where = `${place ? `at ${latLon(place)}` : 'where it is now'}${height}`;
     const text = `${name} returns to this place from now on, also by itself when it loses somebody: home is ${where}.`;
     if (!(await ask({ title: `Set the home of ${name}?`, text, confirmLabel: 'Set home' }))) return;
     const label = place ? `Home at ${latLon(place)}` : 'Home here';
-    await this.#vehicle.perform(label, (flying) => (place ? flying.homeAt(place) : flying.homeHere()));
+    await this.#vehicle.perform(label, (flying) => (place ? flying.homeAt(place) : flying.homeHere(isOnGround)));
   }
 }

@@ -54,12 +54,12 @@ export class SquadMission {
     this.area = [...this.area, spotOf(latDeg, ((((lonDeg + 180) % 360) + 360) % 360) - 180)];
   }
 
-  /** Now and then: who has moved, or was told of for the first time. In flight a drone's home stays what it was. */
+  /** Now and then: who has moved, or was told of for the first time. In flight, and while nobody knows, a drone's home stays what it was. */
   look(vehicles: ReadonlyMap<number, Vehicle>, nowMs: number): void {
     let next: Map<number, PlannedHome> | null = null;
     for (const droneId of this.chosen) {
       const values = vehicles.get(droneId)?.values(nowMs);
-      const place = values && (values.airborne ? values.home : values.place);
+      const place = values && (values.airborne === false ? values.place : values.home);
       if (!values || !place) continue;
       const known = this.#homes.get(droneId);
       const before = known && { latDeg: known.spot.latE7 / 1e7, lonDeg: known.spot.lonE7 / 1e7 };

@@ -2,6 +2,7 @@
 
 import math
 import struct
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -11,7 +12,19 @@ METRE_DEG = 1 / 111_195
 STEP_S = 0.1
 SPEED_MPS = 8.0
 CLIMB_MPS = 2.5
-ALT_HOLD, AUTO, GUIDED, RTL, LAND = 2, 3, 4, 6, 9
+ALT_HOLD, AUTO, GUIDED, RTL, LAND, BRAKE = 2, 3, 4, 6, 9, 17
+
+HOLDS: dict[str, dict[str, Any]] = {
+    "hold": {},
+    "hold-height": {"stage": "altitude", "mode": "ALT_HOLD", "sticks": True, "waiting_for": "no position"},
+    "hold-sticks": {"sticks": True, "after_sticks": "returns"},
+    "counting": {"lost": "person", "phase": "counting", "action": "return"},
+    "stayed": {"lost": "person", "phase": "stayed", "action": "stay"},
+    "asking": {"lost": "person", "phase": "asking", "action": "return"},
+    "done": {"open": False, "stage": "none", "mode": "RTL", "lost": "person", "phase": "done", "action": "return"},
+    "tower-done": {"open": False, "stage": "none", "mode": "RTL", "lost": "tower", "phase": "done", "action": "return"},
+}
+"""What an agent tells of an open hold, by the name of the situation: what differs from a hold that stays by itself."""
 
 
 class FakeDrone:
@@ -25,9 +38,10 @@ class FakeDrone:
         self.assistant: dict[str, Any] | None = None
         self.offered = self.blind = self.acknowledged = False
         self.assisted_s = 0.0
+        self.hold: dict[str, Any] | None = None
+        self.parameters = {"FS_THR_ENABLE": 0.0, "FS_OPTIONS": 16.0, "RC_OVERRIDE_TIME": 3.0}
         self.settings: dict[str, Any] = {
             "hold_ladder": ["LOITER"],
-            "hold_bound_s": 30.0,
             "sticks_stale_s": 0.5,
             "sticks_late_s": 0.5,
             "commands_late_s": 2.0,
@@ -195,6 +209,48 @@ class FakeDrone:
             "acknowledged": self.acknowledged,
         }
 
+    def hold_as(self, situation: str) -> None:
+        """An open hold from now on; a countdown is of 24 s."""
+        now = datetime.now(UTC)
+        changes = HOLDS[situation]
+        counts = changes.get("phase") == "counting"
+        self.mode, self.target = (RTL if situation.endswith("done") else BRAKE), None
+        self.hold = {
+            "open": True,
+            "stage": "stay",
+            "mode": "BRAKE",
+            "sticks": False,
+            "after_sticks": "stays",
+            "waiting_for": "",
+            "lost": None,
+            "phase": "quiet",
+            "action": None,
+            "due_at": (now + timedelta(seconds=24)).isoformat() if counts else None,
+            "detail": "",
+            "as_of": now.isoformat(),
+            "stale": False,
+            **changes,
+        }
+
+    def receiver_setup(self) -> dict[str, Any]:
+        wanted = {
+            "FS_THR_ENABLE": (1.0, "Return when sticks end in a mode that needs them."),
+            "FS_OPTIONS": (29.0, "Missions, guided flight and landings go on without a radio."),
+            "RC_OVERRIDE_TIME": (3.0, "Sticks that stop are forgotten after 3 s."),
+        }
+        rows = [
+            {"name": name, "now": now, "wanted": wanted[name][0], "why": wanted[name][1], "ok": now == wanted[name][0]}
+            for name, now in self.parameters.items()
+        ]
+        return {
+            "autopilot": "ardupilot",
+            "has_radio": False,
+            "needed": not all(row["ok"] for row in rows),
+            "known": True,
+            "rows": rows,
+            "text": f"{self.name} has no radio receiver. With these its own failsafe does not end a hold.",
+        }
+
     def as_json(self, viewer: dict[str, Any] | None = None) -> dict[str, Any]:
         return {
             "id": self.id,
@@ -205,14 +261,15 @@ class FakeDrone:
             "epoch": self.epoch,
             "taken_from": self.taken_from,
             "autopilot_heard": self.online,
-            "armed": self.armed,
-            "airborne": self.alt > 0.5,
+            "armed": self.armed if self.online else None,
+            "airborne": self.alt > 0.5 if self.online else None,
             "airborne_since": None,
             "offered": self.offered,
             "assistant": self.assistant,
             "may_watch": not self.shut_out(viewer),
             "lost_action": self.settings["lost_action"],
             "lost_action_s": self.settings["lost_action_s"],
+            "hold": self.hold and {**self.hold, "stale": not self.online},
             "profile": "full" if self.settings["stream_profile"] == "auto" else self.settings["stream_profile"],
             "profile_chosen": self.settings["stream_profile"],
             "profile_why": "" if self.settings["stream_profile"] == "auto" else "set by an admin",

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import uvicorn
-from fake_drone import ALT_HOLD, AUTO, STEP_S, FakeDrone
+from fake_drone import ALT_HOLD, AUTO, HOLDS, STEP_S, FakeDrone
 from fake_video import router as video_router
 from fastapi import FastAPI, Request, Response, WebSocket, WebSocketDisconnect
 from fastapi.responses import FileResponse, JSONResponse
@@ -117,6 +117,12 @@ class FakeTower:
         """The refusal in words, or None."""
         me = {"id": user["id"], "name": user["name"]}
         holds = action in ("take", "give", "accept")
+        if action == "stay":
+            if drone.hold is None or drone.hold["phase"] != "counting":
+                return f"Nothing is counted down for {drone.name}."
+            drone.hold_as("stayed")
+            await self.show(drone)
+            return None
         if action == "acquire":
             if drone.holder and drone.holder != me:
                 return f"{drone.holder['name']} has the controls of {drone.name}."
@@ -168,6 +174,13 @@ class FakeTower:
             await self.tell({"type": "drone_removed", "drone_id": drone.id})
         elif what in ("pilot-lost", "sticks-stale"):
             await self.hold(drone, what)
+        elif what in HOLDS:
+            drone.armed, drone.alt = True, max(drone.alt, 20.0)
+            drone.hold_as(what)
+            await self.show(drone)
+        elif what == "flown":
+            drone.hold = None
+            await self.show(drone)
         elif what == "offline":
             drone.online = not drone.online
             await self.show(drone)
@@ -270,10 +283,43 @@ async def loss_check(drone_id: int) -> Response:
 
 
 @app.post("/api/v1/drones/{drone_id}/loss-check/acknowledge")
-async def acknowledge(drone_id: int) -> Response:
+async def acknowledge(drone_id: int, request: Request) -> Response:
+    if (await request.json()).get("drone") != tower.drones[drone_id].name:
+        return problem(422, "The request is not valid", "Name the drone whose dangers you have read.")
     tower.drones[drone_id].acknowledged = True
     await tower.tell({"type": "loss_check", "drone_id": drone_id})
     return JSONResponse(tower.drones[drone_id].loss_check())
+
+
+@app.get("/api/v1/drones/{drone_id}/receiver-setup")
+async def receiver_setup(drone_id: int) -> Response:
+    return JSONResponse(tower.drones[drone_id].receiver_setup())
+
+
+@app.post("/api/v1/drones/{drone_id}/receiver-setup")
+async def set_up(drone_id: int) -> Response:
+    drone = tower.drones[drone_id]
+    drone.parameters = {row["name"]: row["wanted"] for row in drone.receiver_setup()["rows"]}
+    begun: dict[str, Any] = {
+        "id": "setup",
+        "drone_id": drone_id,
+        "work": "parameters_write",
+        "kind": None,
+        "state": "done",
+        "phase": "",
+        "done": 2,
+        "total": 2,
+        "words": f"Both parameters were written to {drone.name}.",
+        "item": None,
+        "code": "",
+        "hash": None,
+        "refusals": [],
+        "refused": 0,
+        "by": None,
+        "began_at": datetime.now(UTC).isoformat(),
+        "ended_at": datetime.now(UTC).isoformat(),
+    }
+    return JSONResponse(begun, status_code=202)
 
 
 @app.get("/api/v1/drones/{drone_id}/rehearsal")

@@ -17,7 +17,7 @@ class Tower:
 
     def __init__(self) -> None:
         self.passwords: dict[str, str] = {}
-        self.credentials: dict[str, str] = {}
+        self.tokens: dict[str, str] = {}
         self.given = 0
         self.interrupted_before: int | None = None
         self.interrupted_after: int | None = None
@@ -42,13 +42,13 @@ class Tower:
                 self._add(self.passwords, name, stdin)
             case ["drone", "add", name, "--owner", owner, "--token-file", file]:
                 assert owner in self.passwords
-                self._add(self.credentials, name, f"first of {name}")
-                Path(file).write_text(self.credentials[name])
-            case ["drone", "credential", name, "--token-file", file]:
-                if name not in self.credentials:
+                self._add(self.tokens, name, f"first of {name}")
+                Path(file).write_text(self.tokens[name])
+            case ["drone", "enrol", name, "--token-file", file]:
+                if name not in self.tokens:
                     raise StepFailed(f"there is no drone {name}")
-                self.credentials[name] = f"another of {name}"
-                Path(file).write_text(self.credentials[name])
+                self.tokens[name] = f"another of {name}"
+                Path(file).write_text(self.tokens[name])
             case _:
                 raise AssertionError(words)
         return ""
@@ -72,7 +72,7 @@ def assert_ready(tower: Tower, made: squad.Squad) -> None:
     assert made.first_passwords == tower.passwords
     assert list(tower.passwords) == ["admin", "alice", "bob"]
     assert made.drones == {"Kestrel": "alice", "Merlin": "bob"}
-    assert {name: made.token_file(name).read_text() for name in made.drones} == tower.credentials
+    assert {name: made.token_file(name).read_text() for name in made.drones} == tower.tokens
 
 
 def test_a_second_run_makes_nothing_again(tower: Tower, tmp_path: Path) -> None:
@@ -97,3 +97,24 @@ def test_an_account_that_it_did_not_make_is_left_alone(tower: Tower, tmp_path: P
         with pytest.raises(StepFailed, match="TOWER_VAR"):
             run_local.prepare(tmp_path, 2)
     assert tower.passwords == {"admin": "of somebody else"}
+
+
+def test_a_first_password_is_forgotten_when_it_was_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(squad, "run_once", Tower())
+    made = squad.Squad(tmp_path)
+    made.add_users({name: ("operator", f"first of {name}", False) for name in ("anna", "ben", "carla")})
+    made.forget_changed_passwords({"anna": {"first_password": False}, "ben": {"first_password": True}})
+    text = (tmp_path / "squad.json").read_text()
+    assert [name in text for name in ("first of anna", "first of ben", "first of carla")] == [False, True, False]
+
+    again = squad.Squad(tmp_path)
+    assert again.accounts == ["anna", "ben", "carla"]
+    assert again.first_passwords == {"ben": "first of ben"}
+    again.add_users({"anna": ("operator", "another", False)})
+    assert "another" not in (tmp_path / "squad.json").read_text(), "nobody is made twice"
+
+
+def test_a_file_of_before_says_who_was_made(tmp_path: Path) -> None:
+    known = {"first_passwords": {"anna": "first of anna"}, "drones": {}}
+    (tmp_path / "squad.json").write_text(json.dumps(known))
+    assert squad.Squad(tmp_path).accounts == ["anna"]

@@ -4,43 +4,51 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.flight_modes import FlightMode, hold_rungs, modes_of
-from onboard_agent.hold import DEADLINE_S, STICKS_INTERVAL_S, Hold
-from onboard_agent.hold_table import NEXT, HoldEvent, HoldPhase
+from onboard_agent.flight_modes import FlightMode, Modes, hold_rungs, modes_of
+from onboard_agent.flying import Flying
+from onboard_agent.held_sticks import STICKS_INTERVAL_S
+from onboard_agent.hold import DEADLINE_S, Hold
+from onboard_agent.hold_table import NEXT, OPEN, HoldEvent, HoldPhase
 from onboard_agent.own_frames import FrameMaker
-from wire.control_messages import HoldCause, HoldStep, SafetySettings
+from wire.control_messages import HoldCause, HoldStep
 from wire.dialect import decode, mavlink
 
-LOITER, ALT_HOLD = 5, 2
+ALT_HOLD = 2
 STEP_S = 0.025
-SETTINGS = SafetySettings()
-BOUND_S = SETTINGS.hold_bound_s
+
+
+def copter() -> Modes:
+    modes = modes_of(3, 2)
+    assert modes is not None
+    return modes
+
+
+STAYS = copter().pauses
 
 
 def rungs(*names: str) -> tuple[FlightMode, ...]:
-    return hold_rungs(modes_of(3, 2), names)
+    return hold_rungs(copter(), names)
 
 
 def test_a_second_hold_that_takes_as_long_is_told_apart_from_a_copy_of_the_first() -> None:
     hold = Hold(FrameMaker())
     told = []
     for now in (100.0, 200.0):
-        hold.begin(
-            cause=HoldCause.STICKS_STALE, order_id=0, epoch=4, rungs=(), settings=SETTINGS, needed=False, now=now
-        )
+        hold.begin(cause=HoldCause.STICKS_STALE, order_id=0, epoch=4, rungs=(), stays=(), armed=True, now=now)
+        hold.tick(now, Flying())
         told += hold.take_progress()
     assert len(told) == 4
     assert len(set(told)) == 4
 
 
 class Bench:
-    """A hold with a clock that is wound by hand; keeps what was sent and what was reported."""
+    """A hold of stage one alone, with a clock that is wound by hand; keeps what was sent and what was reported."""
 
     def __init__(
         self,
         *names: str,
         cause: HoldCause = HoldCause.ORDER,
-        needed: bool = True,
+        armed: bool = True,
         modes: tuple[FlightMode, ...] | None = None,
     ) -> None:
         self.now = 100.0
@@ -48,18 +56,18 @@ class Bench:
         self.sent: list[Any] = []
         self.steps: list[HoldStep] = []
         self.details: list[str] = []
-        self.tower_silent_s = 0.0
+        self.flying = Flying(airborne=False)
         self.cause = cause
-        self.begin(rungs(*names) if modes is None else modes, needed=needed)
+        self.begin(rungs(*names) if modes is None else modes, armed=armed)
 
-    def begin(self, modes: tuple[FlightMode, ...], *, needed: bool = True) -> None:
+    def begin(self, modes: tuple[FlightMode, ...], *, armed: bool = True) -> None:
         self.hold.begin(
             cause=self.cause,
             order_id=9,
             epoch=4,
             rungs=modes,
-            settings=SETTINGS,
-            needed=needed,
+            stays=STAYS if modes else (),
+            armed=armed,
             now=self.now,
             why="" if self.cause is HoldCause.ORDER else "why",
         )
@@ -74,12 +82,7 @@ class Bench:
     def pass_time(self, for_s: float) -> None:
         end = self.now + for_s
         while self.now < end:
-            frames = self.hold.tick(
-                self.now,
-                vehicle_system_id=1,
-                ground_station_system_id=255,
-                tower_silent_s=self.tower_silent_s,
-            )
+            frames = self.hold.tick(self.now, self.flying)
             self.sent += [decode(frame) for frame in frames]
             self.now += STEP_S
         self.collect()
@@ -176,66 +179,40 @@ def test_in_progress_means_wait_longer() -> None:
     assert bench.take_sent("COMMAND_LONG") == []
 
 
-def test_a_disarmed_drone_needs_none() -> None:
-    bench = Bench(needed=False)
-    bench.pass_time(1.0)
-    assert bench.steps == ["not_needed"]
-    assert bench.sent == []
-
-
 def test_disarming_ends_it() -> None:
     bench = Bench()
     bench.pass_time(0.1)
     bench.heartbeat(5, armed=False)
     assert bench.steps[-1] == "not_needed"
     bench.sent = []
-    bench.pass_time(1.0)
-    assert bench.sent == []
+    bench.pass_time(10.0)
+    assert not bench.hold.open
+    assert {m.command for m in bench.sent} == {mavlink.MAV_CMD_REQUEST_MESSAGE}, "watched for an arming"
 
 
-def test_nothing_goes_on_past_the_bound() -> None:
+def test_it_has_no_end_by_time() -> None:
     bench = Bench()
-    bench.pass_time(BOUND_S + 0.1)
+    bench.pass_time(0.1)
+    bench.ack(mavlink.MAV_RESULT_ACCEPTED)
+    bench.heartbeat(ALT_HOLD)
+    bench.now += 3600.0
     bench.sent = []
     bench.pass_time(5.0)
-    assert bench.sent == []
-    assert bench.hold.phase is HoldPhase.IDLE
-
-
-def test_a_process_that_was_stopped_does_not_wake_up_steering() -> None:
-    bench = Bench()
-    bench.now += 3600.0
-    bench.pass_time(1.0)
-    assert bench.sent == []
-    assert bench.steps == ["unconfirmed"]
-
-
-def test_an_ordered_hold_stops_the_sticks_when_the_tower_is_gone_but_still_wants_the_mode() -> None:
-    bench = Bench()
-    bench.pass_time(0.5)
-    bench.tower_silent_s = 2.0
-    bench.sent = []
-    bench.pass_time(1.0)
-    kinds = {m.get_type() for m in bench.sent}
-    assert kinds == {"COMMAND_LONG"}
+    assert len(bench.take_sent("MANUAL_CONTROL")) == pytest.approx(5.0 / STICKS_INTERVAL_S, abs=1)
+    assert bench.hold.open
 
 
 @pytest.mark.parametrize("cause", [HoldCause.PILOT_LOST, HoldCause.STICKS_STALE])
-def test_a_hold_of_the_agents_own_goes_on_without_the_tower(cause: HoldCause) -> None:
+def test_a_hold_of_the_agents_own_tells_that_it_began_and_why(cause: HoldCause) -> None:
     bench = Bench(cause=cause)
-    bench.tower_silent_s = 2.0
-    bench.pass_time(BOUND_S - 1.0)
-    assert bench.hold.sticks_on
+    bench.pass_time(0.1)
     assert (bench.steps[0], bench.details[0]) == ("ordered", "why")
-    bench.tower_silent_s = 31.0
-    bench.pass_time(1.1)
-    assert not bench.hold.sticks_on
 
 
 def test_the_new_holders_sticks_end_ours_but_not_the_wish_for_the_mode() -> None:
     bench = Bench()
     bench.pass_time(0.1)
-    bench.hold.stop_sticks()
+    bench.hold.sticks_come((copter().altitude_hold,), bench.now)
     bench.sent = []
     bench.pass_time(0.5)
     assert {m.get_type() for m in bench.sent} == {"COMMAND_LONG"}
@@ -271,16 +248,27 @@ def test_a_second_order_begins_anew() -> None:
 
 
 def test_a_late_acknowledgement_after_the_end_means_nothing() -> None:
-    bench = Bench(needed=False)
+    bench = Bench()
+    bench.pass_time(0.1)
+    bench.hold.overruled(needs_sticks=False, now=bench.now)
+    bench.collect()
+    steps = list(bench.steps)
     bench.ack(mavlink.MAV_RESULT_ACCEPTED)
     bench.heartbeat(ALT_HOLD)
-    assert bench.steps == ["not_needed"]
+    assert bench.steps == steps
 
 
 @pytest.mark.parametrize("phase", [p for p in HoldPhase if p is not HoldPhase.IDLE])
 def test_the_table_leads_out_of_every_phase(phase: HoldPhase) -> None:
-    for event in (HoldEvent.BOUND_PASSED, HoldEvent.DISARMED, HoldEvent.OVERRULED):
-        assert NEXT[phase, event][0] is HoldPhase.IDLE
+    assert NEXT[phase, HoldEvent.OVERRULED][0] is HoldPhase.IDLE
+    disarmed = HoldPhase.WATCHING if phase is HoldPhase.WATCHING else NEXT[phase, HoldEvent.DISARMED][0]
+    assert disarmed in (HoldPhase.WATCHING, HoldPhase.IDLE)
+    assert NEXT[HoldPhase.WATCHING, HoldEvent.WATCHED][0] is HoldPhase.IDLE
+
+
+def test_no_time_leads_out_of_a_hold() -> None:
+    ends = {event for (phase, event), (after, _) in NEXT.items() if phase in OPEN and after not in OPEN}
+    assert ends == {HoldEvent.DISARMED, HoldEvent.OVERRULED}
 
 
 def test_the_table_reports_confirmed_only_where_both_have_been_seen() -> None:
@@ -292,8 +280,8 @@ def test_the_table_reports_confirmed_only_where_both_have_been_seen() -> None:
 def test_an_autopilot_that_is_found_after_the_order_is_asked_then() -> None:
     bench = Bench(modes=())
     bench.pass_time(0.5)
-    bench.hold.modes_became_known(rungs(), bench.now)
-    bench.hold.modes_became_known(rungs(), bench.now)
+    bench.hold.modes_became_known(rungs(), STAYS, bench.now)
+    bench.hold.modes_became_known(rungs(), STAYS, bench.now)
     bench.pass_time(0.1)
     assert [m.param2 for m in bench.take_sent("COMMAND_LONG")] == [ALT_HOLD]
     bench.ack(mavlink.MAV_RESULT_ACCEPTED)
@@ -303,7 +291,7 @@ def test_an_autopilot_that_is_found_after_the_order_is_asked_then() -> None:
 
 def test_the_first_sticks_and_the_first_request_go_out_in_the_same_call() -> None:
     bench = Bench("LOITER")
-    frames = bench.hold.tick(bench.now, vehicle_system_id=1, ground_station_system_id=255, tower_silent_s=0.0)
+    frames = bench.hold.tick(bench.now, bench.flying)
     assert [decode(frame).get_type() for frame in frames] == ["MANUAL_CONTROL", "COMMAND_LONG"]
 
 
@@ -335,22 +323,3 @@ def test_a_ladder_of_which_nothing_is_granted_is_told_rung_by_rung_and_tried_on(
     later = [m.param2 for m in bench.take_sent("COMMAND_LONG")]
     assert set(later) == {ALT_HOLD}
     assert 9 <= len(later) <= 11
-    bench.pass_time(BOUND_S)
-    assert not bench.hold.active
-
-
-def test_the_bound_is_a_setting() -> None:
-    bench = Bench()
-    bench.hold.begin(
-        cause=HoldCause.ORDER,
-        order_id=9,
-        epoch=4,
-        rungs=rungs(),
-        settings=SafetySettings(hold_bound_s=5.0),
-        needed=True,
-        now=bench.now,
-    )
-    bench.pass_time(4.9)
-    assert bench.hold.sticks_on
-    bench.pass_time(0.2)
-    assert not bench.hold.sticks_on

@@ -70,23 +70,25 @@ def test_an_override_that_gives_back_or_leaves_alone_is_no_hand() -> None:
 
 
 @pytest.mark.parametrize(
-    ("message", "kind", "needs_sticks"),
+    ("message", "kind", "needs_sticks", "goes_home"),
     [
-        (command(176, 1, 6), ARDUPILOT, False),
-        (command(176, 1, 5), ARDUPILOT, True),
-        (command(176, 1, 2), ARDUPILOT, True),
-        (command(176, 1, 99), ARDUPILOT, True),
-        (command(176, 1, 4, 3), PX4, False),
-        (command(176, 1, 3, 0), PX4, True),
-        (command(20), ARDUPILOT, False),
-        (command(22, 0, 0, 0, 0, 0, 0, 10), ARDUPILOT, False),
-        (mavlink.MAVLink_set_mode_message(1, 1, 9), ARDUPILOT, False),
-        (mavlink.MAVLink_set_mode_message(1, 1, 0), ARDUPILOT, True),
-        (mavlink.MAVLink_command_int_message(1, 1, 0, 192, 0, 0, 0, 0, 0, 0, 1, 2, 3.0), ARDUPILOT, False),
+        (command(176, 1, 6), ARDUPILOT, False, True),
+        (command(176, 1, 5), ARDUPILOT, True, False),
+        (command(176, 1, 2), ARDUPILOT, True, False),
+        (command(176, 1, 99), ARDUPILOT, True, False),
+        (command(176, 1, 4, 3), PX4, False, False),
+        (command(176, 1, 4, 5), PX4, False, True),
+        (command(176, 1, 3, 0), PX4, True, False),
+        (command(20), ARDUPILOT, False, True),
+        (command(21), ARDUPILOT, False, True),
+        (command(22, 0, 0, 0, 0, 0, 0, 10), ARDUPILOT, False, False),
+        (mavlink.MAVLink_set_mode_message(1, 1, 9), ARDUPILOT, False, True),
+        (mavlink.MAVLink_set_mode_message(1, 1, 0), ARDUPILOT, True, False),
+        (mavlink.MAVLink_command_int_message(1, 1, 0, 192, 0, 0, 0, 0, 0, 0, 1, 2, 3.0), ARDUPILOT, False, False),
     ],
 )
-def test_commands(message: Any, kind: int, needs_sticks: bool) -> None:
-    assert intent(message, kind=kind) == Command(needs_sticks, getattr(message, "command", None))
+def test_commands(message: Any, kind: int, needs_sticks: bool, goes_home: bool) -> None:
+    assert intent(message, kind=kind) == Command(needs_sticks, getattr(message, "command", None), goes_home)
 
 
 def test_a_target_is_no_command() -> None:

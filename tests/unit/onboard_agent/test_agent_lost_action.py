@@ -1,4 +1,4 @@
-"""What is done when the tower stays lost: each law of `onboard_agent/lost_action.py`, and its tables."""
+"""What is done when tower or person stays lost: each law of `onboard_agent/lost_action.py`, and its tables."""
 
 from typing import Any
 
@@ -6,10 +6,11 @@ import pytest
 
 from onboard_agent.flight_modes import Modes, modes_of, px4_custom_mode
 from onboard_agent.lost_action import RUNG_PATIENCE_S, Loss, LostActing, situation
-from onboard_agent.lost_action_table import DEEDS, NEXT, Deed, LostEvent, LostPhase, Situation
+from onboard_agent.lost_action_table import DEEDS, NEXT, TOLD_AS, Deed, LostEvent, Situation
 from onboard_agent.own_frames import FrameMaker
-from wire.control_messages import LostAction, SafetySettings
+from wire.control_messages import SafetySettings
 from wire.dialect import decode, mavlink
+from wire.open_holds import Lost, LostAction, LostPhase
 
 STEP_S = 0.025
 COPTER, PX4 = modes_of(3, 2), modes_of(12, 2)
@@ -17,7 +18,7 @@ ALT_HOLD, AUTO, GUIDED, LOITER, RTL, LAND, SMART_RTL = 2, 3, 4, 5, 6, 9, 21
 
 
 class Bench:
-    """A drone in the air whose tower is lost at second 0, and a clock that is wound by hand."""
+    """A drone in the air whose tower, or person, is lost at second 0, and a clock that is wound by hand."""
 
     def __init__(
         self,
@@ -27,8 +28,13 @@ class Bench:
         modes: Modes | None = COPTER,
         after_s: float = 30.0,
         mission_before: bool = False,
+        lost: Lost = Lost.TOWER,
     ) -> None:
         self.now = self.lost_at = 100.0
+        self.lost = lost
+        self.stayed = self.drifts = self.battery_due = False
+        self.other_lost_at: float | None = None
+        """When the tower is lost as well as the person."""
         self.settings = SafetySettings(lost_action=action, lost_action_s=after_s)
         self.mode, self.modes, self.mission_before = mode, modes, mission_before
         self.ours = True
@@ -39,8 +45,7 @@ class Bench:
 
     def until(self, second: float) -> "Bench":
         while self.now < self.lost_at + second:
-            loss = Loss(max(0.0, self.now - self.lost_at), self.ours, self.mode, self.mission_before)
-            deed = self.acting.tick(self.now, loss=loss, settings=self.settings, modes=self.modes)
+            deed = self.acting.tick(self.now, loss=self.loss(), settings=self.settings, modes=self.modes)
             if deed is not None:
                 self.deeds.append((round(self.now - self.lost_at, 1), deed))
             frames = self.acting.due(self.now, vehicle_system_id=1)
@@ -48,6 +53,20 @@ class Bench:
             self.lines += self.acting.take_notices()
             self.now += STEP_S
         return self
+
+    def loss(self) -> Loss:
+        gone_s = self.now - self.lost_at
+        tower_at = self.lost_at if self.lost is Lost.TOWER else self.other_lost_at
+        return Loss(
+            tower_gone_s=0.0 if tower_at is None else max(0.0, self.now - tower_at),
+            person_gone_s=gone_s if self.lost is Lost.PERSON and gone_s >= 0.0 else None,
+            stayed=self.stayed,
+            ours=self.ours,
+            custom_mode=self.mode,
+            mission_before_hold=self.mission_before,
+            drifts=self.drifts,
+            battery_due=self.battery_due,
+        )
 
     def ack(self, result: int) -> "Bench":
         self.acting.acknowledged(mavlink.MAVLink_command_ack_message(176, result), self.now)
@@ -95,6 +114,16 @@ def test_return_that_is_refused_becomes_land() -> None:
     assert bench.acting.phase is LostPhase.DONE
 
 
+def test_a_return_that_is_shown_but_never_answered_is_not_left_for_a_landing() -> None:
+    bench = Bench().until(30.1)
+    bench.acting.heartbeat(RTL)
+    bench.mode = RTL
+    while bench.now < bench.lost_at + 50.0:
+        bench.until(bench.now - bench.lost_at + 0.9)
+        bench.acting.heartbeat(RTL)
+    assert set(bench.asked()) == {(RTL, 0)}
+
+
 def test_silence_is_no_refusal_for_a_while() -> None:
     bench = Bench().until(30.0 + RUNG_PATIENCE_S - 0.1)
     assert set(bench.asked()) == {(RTL, 0)}
@@ -109,8 +138,9 @@ def test_land_lands() -> None:
 
 def test_a_mission_goes_on_where_that_is_wanted() -> None:
     bench = Bench(LostAction.CONTINUE, mode=AUTO).until(40.0)
-    assert bench.deeds == [(30.0, Deed.LEAVE)]
-    assert bench.sent == []
+    assert (bench.deeds, bench.sent) == ([], [])
+    assert bench.lines == ["the tower is lost: leave it as it is"]
+    assert bench.acting.phase is LostPhase.QUIET
 
 
 def test_a_mission_that_the_loss_has_stopped_is_resumed_where_that_is_wanted() -> None:
@@ -118,18 +148,127 @@ def test_a_mission_that_the_loss_has_stopped_is_resumed_where_that_is_wanted() -
     assert (bench.deeds[0][1], bench.asked()) == (Deed.RESUME_MISSION, [(AUTO, 0)])
 
 
-def test_nothing_means_that_the_autopilots_own_failsafe_decides() -> None:
-    bench = Bench(LostAction.NOTHING).until(40.0)
-    assert bench.deeds == [(30.0, Deed.STOP_STICKS)]
-    assert bench.sent == []
+@pytest.mark.parametrize("lost", list(Lost))
+@pytest.mark.parametrize("action", [LostAction.STAY, LostAction.CONTINUE])
+def test_staying_ends_when_the_battery_is_needed_for_the_way_home(action: LostAction, lost: Lost) -> None:
+    bench = Bench(action, lost=lost).until(29.9)
+    assert (bench.acting.phase, bench.acting.action) == (LostPhase.COUNTING, LostAction.STAY)
+    bench.until(600.0)
+    assert (bench.acting.phase, bench.acting.due_in_s, bench.deeds) == (LostPhase.STAYED, None, [])
+    bench.battery_due = True
+    bench.until(600.1)
+    assert bench.deeds == [(600.0, Deed.RETURN)]
+    assert bench.asked() == [(RTL, 0)]
+    assert "the battery is needed for the way home" in bench.lines
+
+
+def test_a_battery_that_is_needed_ends_a_count_that_would_be_too_long() -> None:
+    bench = Bench(after_s=600.0, lost=Lost.PERSON).until(20.0)
+    bench.battery_due = True
+    bench.until(29.0)
+    assert bench.acting.due_in_s == pytest.approx(1.0, abs=0.1)
+    assert bench.deeds == []
+    bench.until(30.1)
+    assert [deed for _, deed in bench.deeds] == [Deed.RETURN]
+
+
+@pytest.mark.parametrize("lost", list(Lost))
+@pytest.mark.parametrize("action", [LostAction.RETURN, LostAction.LAND])
+def test_stay_ends_the_count_for_a_person_and_not_for_the_tower(action: LostAction, lost: Lost) -> None:
+    bench = Bench(action, lost=lost).until(10.0)
+    bench.stayed = True
+    bench.until(40.0)
+    if lost is Lost.TOWER:
+        assert [deed for _, deed in bench.deeds] == [Deed(action.value)]
+        return
+    assert (bench.acting.phase, bench.acting.due_in_s, bench.deeds) == (LostPhase.STAYED, None, [])
+    bench.battery_due = True
+    bench.until(41.0)
+    assert (bench.acting.phase, bench.deeds) == (LostPhase.COUNTING, []), "nobody is surprised"
+    bench.until(50.1)
+    assert bench.asked() == [(RTL if action is LostAction.RETURN else LAND, 0)]
+
+
+def test_a_tower_that_is_lost_after_somebody_said_stay_counts_from_its_own_loss() -> None:
+    bench = Bench(lost=Lost.PERSON).until(10.0)
+    bench.stayed = True
+    bench.until(100.0)
+    bench.other_lost_at = bench.now
+    bench.until(110.0)
+    assert (bench.acting.phase, bench.acting.lost) == (LostPhase.COUNTING, Lost.TOWER)
+    assert bench.acting.due_in_s == pytest.approx(20.0, abs=0.1)
+    bench.until(131.0)
+    assert bench.deeds == [(130.0, Deed.RETURN)]
+
+
+def test_who_said_stay_and_is_gone_until_the_next_hold_is_counted_again() -> None:
+    bench = Bench(lost=Lost.PERSON).until(10.0)
+    bench.stayed = True
+    bench.until(20.0)
+    bench.stayed = False
+    bench.lost_at = bench.now
+    bench.until(5.0)
+    assert bench.acting.phase is LostPhase.COUNTING
+    assert bench.acting.due_in_s == pytest.approx(25.0, abs=0.1)
+
+
+@pytest.mark.parametrize("action", list(LostAction))
+def test_without_a_position_nothing_stays_when_the_tower_is_lost(action: LostAction) -> None:
+    bench = Bench(action)
+    bench.drifts = True
+    bench.until(5.0)
+    assert bench.acting.action is LostAction.LAND
+    bench.until(30.1)
+    assert bench.deeds == [(30.0, Deed.LAND)]
+    assert bench.asked() == [(LAND, 0)]
+
+
+def test_without_a_position_it_may_stay_while_the_tower_sees_it() -> None:
+    bench = Bench(LostAction.STAY, lost=Lost.PERSON)
+    bench.drifts = True
+    bench.until(60.0)
+    assert (bench.acting.phase, bench.deeds) == (LostPhase.STAYED, [])
+
+
+def test_what_will_be_done_is_told_while_it_is_counted_and_follows_the_situation() -> None:
+    bench = Bench(lost=Lost.PERSON).until(5.0)
+    assert (bench.acting.lost, bench.acting.action) == (Lost.PERSON, LostAction.RETURN)
+    assert bench.acting.due_in_s == pytest.approx(25.0, abs=0.1)
+    bench.drifts = True
+    bench.until(6.0)
+    assert bench.acting.action is LostAction.LAND
+
+
+def test_a_person_is_counted_from_the_first_second() -> None:
+    bench = Bench(lost=Lost.PERSON).until(0.1)
+    assert bench.acting.phase is LostPhase.COUNTING
+    assert bench.lines == ["the person is lost: return in 30 s"]
+
+
+def test_a_hold_that_begins_anew_counts_anew() -> None:
+    bench = Bench().until(31.0).ack(0)
+    bench.acting.heartbeat(RTL)
+    assert bench.acting.phase is LostPhase.DONE
+    bench.acting.begin_anew()
+    assert (bench.acting.phase, bench.acting.lost, bench.acting.action) == (LostPhase.QUIET, None, None)
+    bench.lost_at = bench.now
+    bench.until(30.1)
+    assert [deed for _, deed in bench.deeds] == [Deed.RETURN, Deed.RETURN]
+
+
+def test_one_that_went_home_while_it_was_counted_is_left_alone() -> None:
+    bench = Bench().until(20.0)
+    bench.mode = RTL
+    bench.until(40.0)
+    assert bench.deeds == [(30.0, Deed.LEAVE)]
+    assert (bench.sent, bench.acting.phase) == ([], LostPhase.DONE)
 
 
 @pytest.mark.parametrize("mode", [RTL, LAND, SMART_RTL])
 @pytest.mark.parametrize("action", list(LostAction))
 def test_what_goes_home_already_is_left_alone(mode: int, action: LostAction) -> None:
     bench = Bench(action, mode=mode).until(40.0)
-    assert bench.deeds == [(30.0, Deed.LEAVE)]
-    assert bench.sent == []
+    assert (bench.deeds, bench.sent, bench.lines) == ([], [], [])
 
 
 def test_a_tower_that_comes_back_in_time_calls_it_off_and_the_next_loss_counts_anew() -> None:
@@ -200,12 +339,21 @@ def test_px4_returns_and_lands_by_its_own_numbers() -> None:
     ],
 )
 def test_what_the_drone_is_doing(modes: Modes | None, mode: int, mission_before: bool, expected: Situation) -> None:
-    assert situation(Loss(30.0, True, mode, mission_before), modes) is expected
+    loss = Loss(tower_gone_s=30.0, custom_mode=mode, mission_before_hold=mission_before)
+    assert situation(loss, modes) is expected
+
+
+@pytest.mark.parametrize("mode", [ALT_HOLD, AUTO, GUIDED, LOITER])
+def test_what_has_no_position_can_neither_return_nor_stay_unless_it_lands_already(mode: int) -> None:
+    drifts = Loss(tower_gone_s=30.0, custom_mode=mode, mission_before_hold=True, drifts=True)
+    assert situation(drifts, COPTER) is Situation.NO_POSITION
+    assert situation(Loss(tower_gone_s=30.0, custom_mode=LAND, drifts=True), COPTER) is Situation.GOING_HOME
 
 
 def test_the_tables_have_every_cell_and_a_way_out_of_every_phase() -> None:
     assert set(DEEDS) == {(action, one) for action in LostAction for one in Situation}
     assert all(DEEDS[action, Situation.GOING_HOME] is Deed.LEAVE for action in LostAction)
+    assert set(TOLD_AS) == set(Deed)
     for phase in LostPhase:
         if phase is not LostPhase.QUIET:
             assert NEXT[phase, LostEvent.BACK] is LostPhase.QUIET

@@ -4,10 +4,11 @@ import pytest
 
 from onboard_agent.late_frames import COMMANDS, STICKS, too_late
 from onboard_agent.pilot_watch import Alarm, PilotWatch
-from onboard_agent.safety import LIMITS_S, within_limits
+from onboard_agent.safety import LIMITS, within_limits
 from onboard_agent.tower_use import BEFORE_ARMING_S, TowerUse
-from wire.control_messages import HoldCause, LostAction, SafetySettings
+from wire.control_messages import HoldCause, SafetySettings
 from wire.dialect import mavlink
+from wire.open_holds import LostAction
 
 STEP_S = 0.025
 SETTINGS = SafetySettings()
@@ -153,10 +154,10 @@ def test_sticks_are_no_commands() -> None:
 
 def test_settings_that_make_no_sense_are_moved_to_what_does() -> None:
     assert within_limits(SETTINGS) == SETTINGS
-    nothing = within_limits(SafetySettings(**dict.fromkeys(LIMITS_S, 0.0)))
-    for name, (least, _) in LIMITS_S.items():
+    nothing = within_limits(SafetySettings(**dict.fromkeys(LIMITS, 0.0)))
+    for name, (least, _) in LIMITS.items():
         assert getattr(nothing, name) == least
     wild = within_limits(SafetySettings(lost_hold_s=1e9, lost_action_s=-5.0, lost_action=LostAction.LAND))
-    assert wild.lost_hold_s == LIMITS_S["lost_hold_s"][1]
+    assert wild.lost_hold_s == LIMITS["lost_hold_s"][1]
     assert wild.lost_action_s == wild.lost_hold_s
     assert wild.lost_action is LostAction.LAND

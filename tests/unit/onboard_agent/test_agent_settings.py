@@ -9,7 +9,7 @@ from onboard_agent.autopilot_port.schemes import SCHEMES, help_text, make_port
 from onboard_agent.autopilot_port.serial_line import SerialLine
 from onboard_agent.autopilot_port.tcp import TcpIn, TcpOut
 from onboard_agent.autopilot_port.udp import UdpIn, UdpOut
-from onboard_agent.token_file import read_token, token_file_warning
+from onboard_agent.identity_file import read_identity, token_file_warning
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.unusable import Unusable
 from onboard_agent.uplinks import parse_uplinks
@@ -57,7 +57,7 @@ def test_a_token_file(tmp_path: Path) -> None:
     file = tmp_path / "token"
     file.write_text(GOOD + "\n")
     file.chmod(0o600)
-    assert str(read_token(file)) == GOOD
+    assert str(read_identity(file).credential) == GOOD
     assert token_file_warning(file) is None
     file.chmod(0o644)
     assert "chmod 600" in str(token_file_warning(file))
@@ -67,16 +67,16 @@ def test_a_token_file(tmp_path: Path) -> None:
 def test_a_malformed_token_is_refused_and_not_repeated(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / "token"
     file.write_bytes(content)
-    with pytest.raises(Unusable, match="does not contain a drone's credential") as caught:
-        read_token(file)
+    with pytest.raises(Unusable, match="does not contain a drone's key") as caught:
+        read_identity(file)
     assert "s" * 43 not in str(caught.value)
 
 
 def test_a_missing_token_file(tmp_path: Path) -> None:
     with pytest.raises(Unusable, match="cannot be read: No such file"):
-        read_token(tmp_path / "nothing")
+        read_identity(tmp_path / "nothing")
     with pytest.raises(Unusable, match="cannot be read: Is a directory"):
-        read_token(tmp_path)
+        read_identity(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,8 @@ NAMES = {1: "alice", 2: "bob", 9: "admin"}
 LATER = datetime(2100, 1, 1, tzinfo=UTC)
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 """The time of day, always."""
+FIRST_ORDER = int(NOW.timestamp()) + 1
+"""The number of the first order of a hub that was made then."""
 
 
 def heartbeat(sequence: int = 0) -> bytes:
@@ -150,8 +152,8 @@ class HubWorld:
         }
         self.hub.apply_fleet(FleetSnapshot(self.revision, records, users))
 
-    def agent(self, drone_id: int, *, link_id: int = 0, heard: bool = True) -> FakeAgent:
-        agent = FakeAgent(self.hub, drone_id, link_id=link_id or 100 + drone_id)
+    def agent(self, drone_id: int, *, link_id: int = 0, heard: bool = True, takes: Collection[str] = ()) -> FakeAgent:
+        agent = FakeAgent(self.hub, drone_id, link_id=link_id or 100 + drone_id, takes=takes)
         if heard:
             agent.send(heartbeat())
         return agent

@@ -3,7 +3,8 @@
 import pytest
 
 from server.control.drone_settings import BOUNDS, DEFAULTS, BadDroneSettings, check_ladder, settings_from
-from wire.control_messages import LostAction, SafetySettings, StreamSettings
+from wire.control_messages import SafetySettings, StreamSettings
+from wire.open_holds import LostAction
 from wire.stream_profiles import StreamChoice
 
 
@@ -37,9 +38,15 @@ def test_what_was_chosen_stands_and_the_rest_is_as_usual() -> None:
     settings = settings_from(chosen)
     assert settings.safety.hold_ladder == ("LOITER",)
     assert settings.safety.lost_action is LostAction.CONTINUE
-    assert (settings.rtt_limit_s, settings.rtt_limit_ms) == (2.5, 500.0)
+    assert (settings.safety.rtt_limit_s, settings.safety.rtt_limit_ms) == (2.5, 500.0)
     assert settings.stream == StreamSettings(profile=StreamChoice.THIN)
     assert settings_from(settings.as_values()) == settings
+
+
+def test_what_an_older_version_stored_is_understood() -> None:
+    settings = settings_from({"lost_action": "nothing", "hold_bound_s": 60.0})
+    assert settings.safety.lost_action is LostAction.STAY
+    assert "hold_bound_s" not in settings.as_values()
 
 
 def test_the_action_comes_after_the_hold() -> None:

@@ -32,6 +32,10 @@ def admin(user_id: UserId = ADMIN, **more: bool) -> Actor:
     return Actor(user_id, is_admin=True, **more)
 
 
+def team_admin(user_id: UserId = ADMIN, **more: bool) -> Actor:
+    return Actor(user_id, is_team_admin=True, is_owner=True, **more)
+
+
 def tower(about: UserId | None = None) -> Actor:
     return Actor(None, is_tower=True, about=about)
 
@@ -61,6 +65,14 @@ def test_every_cell_of_the_table_is_filled() -> None:
         (HELD, Event.RELEASE, owner(), free(), IF_BY_HAND),
         (HELD, Event.TAKE, admin(), taken(), HOLD),
         (HELD, Event.TAKE, admin(watch=False), taken(blind=True), HOLD),
+        (FREE, Event.TAKE, team_admin(), held(ADMIN), HOLD),
+        (HELD, Event.TAKE, team_admin(), taken(), HOLD),
+        (HELD, Event.TAKE, team_admin(watch=False), taken(blind=True), HOLD),
+        (HELD, Event.ASSIST, team_admin(), held(OPERATOR, ADMIN), ()),
+        (ASSISTED, Event.ASSIST_END, team_admin(SECOND_ADMIN), held(OPERATOR), ()),
+        (TAKEN, Event.TAKE, team_admin(SECOND_ADMIN), taken(SECOND_ADMIN), HOLD),
+        (TAKEN, Event.GIVE, team_admin(), taken(offered=True), HOLD),
+        (OFFERED, Event.TAKE, team_admin(), taken(), ()),
         (HELD, Event.ASSIST, admin(), held(OPERATOR, ADMIN), ()),
         (HELD, Event.REVOKE, admin(), free(), HOLD),
         (HELD, Event.REVOKE, tower(OPERATOR), free(), HOLD),
@@ -104,6 +116,18 @@ def test_what_is_allowed(lease: Lease, event: Event, actor: Actor, after: Lease,
     [
         (FREE, Event.ACQUIRE, Actor(OTHER), "not-an-owner"),
         (FREE, Event.ACQUIRE, owner(holds_another=True), "holds-another"),
+        (FREE, Event.TAKE, team_admin(holds_another=True), "holds-another"),
+        (HELD, Event.TAKE, team_admin(holds_another=True), "holds-another"),
+        (HELD, Event.TAKE, team_admin(outranked=True), "held-by-admin"),
+        (ASSISTED, Event.TAKE, team_admin(SECOND_ADMIN, outranked=True), "held-by-admin"),
+        (TAKEN, Event.TAKE, team_admin(SECOND_ADMIN, outranked=True), "held-by-admin"),
+        (TAKEN, Event.TAKE, team_admin(OPERATOR, outranked=True), "held-by-admin"),
+        (OFFERED, Event.TAKE, team_admin(SECOND_ADMIN, outranked=True), "held-by-admin"),
+        (TAKEN, Event.GIVE, team_admin(SECOND_ADMIN), "not-the-holder"),
+        (HELD, Event.ASSIST, team_admin(outranked=True), "held-by-admin"),
+        (ASSISTED, Event.ASSIST_END, team_admin(SECOND_ADMIN, outranked=True), "held-by-admin"),
+        (HELD, Event.REVOKE, team_admin(), "admins-only"),
+        (TAKEN, Event.FORGET, team_admin(SECOND_ADMIN), "admins-only"),
         (FREE, Event.RELEASE, owner(), "not-the-holder"),
         (FREE, Event.TAKE, owner(), "admins-only"),
         (FREE, Event.GIVE, admin(), "nothing-to-give"),

@@ -6,22 +6,25 @@ from hypothesis import strategies as st
 
 from server.control.drone_settings import DroneSettings
 from server.control.loss_words import findings_hash, is_dangerous, loss_sentences
-from wire.control_messages import LossParameters, LostAction, SafetySettings
+from wire.control_messages import LossParameters, SafetySettings
+from wire.open_holds import LostAction
 
 COPTER = {
     "SYSID_MYGCS": 255.0,
     "FS_GCS_ENABLE": 1.0,
     "FS_GCS_TIMEOUT": 5.0,
     "FS_THR_ENABLE": 1.0,
-    "FS_OPTIONS": 16.0,
+    "FS_OPTIONS": 29.0,
     "RC_OVERRIDE_TIME": 3.0,
     "RC_FS_TIMEOUT": 1.0,
     "RC_OPTIONS": 32.0,
 }
-PX4 = {"COM_RC_IN_MODE": 1.0, "COM_RC_LOSS_T": 0.5, "COM_DL_LOSS_T": 10.0, "NAV_DLL_ACT": 2.0, "NAV_RCL_ACT": 2.0}
+PX4 = {"COM_RC_IN_MODE": 1.0, "COM_RC_LOSS_T": 0.5, "COM_DL_LOSS_T": 10.0, "NAV_DLL_ACT": 2.0, "NAV_RCL_ACT": 2.0} | {
+    "COM_RCL_EXCEPT": 7.0
+}
 USUAL = DroneSettings()
 LOITERS = DroneSettings(safety=SafetySettings(hold_ladder=("AUTO.LOITER",)))
-LEFT_ALONE = DroneSettings(safety=SafetySettings(lost_action=LostAction.NOTHING))
+STAYS = DroneSettings(safety=SafetySettings(lost_action=LostAction.STAY))
 
 
 def told(values: dict[str, float], *, has_radio: bool | None = True, complete: bool = True) -> LossParameters:
@@ -41,25 +44,35 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
     ("values", "has_radio", "settings", "about", "severity", "words"),
     [
         (COPTER | {"RC_OVERRIDE_TIME": -1.0}, True, USUAL, "operator", "danger", "never expire"),
-        (COPTER | {"RC_OVERRIDE_TIME": 0.0}, True, USUAL, "operator", "warning", "impossible"),
+        (COPTER | {"RC_OVERRIDE_TIME": 0.0}, True, USUAL, "operator", "danger", "impossible"),
         (COPTER | {"RC_OVERRIDE_TIME": 0.0}, False, USUAL, "operator", "danger", "impossible"),
         (COPTER | {"RC_OVERRIDE_TIME": 60.0}, True, USUAL, "operator", "warning", "60 s"),
         (COPTER | {"RC_OPTIONS": 2.0}, True, USUAL, "operator", "danger", "RC_OPTIONS"),
         (COPTER | {"RC_OPTIONS": 1.0}, True, USUAL, "radio", "warning", "ignore the radio receiver"),
         (COPTER | {"RC_OPTIONS": 4.0}, True, USUAL, "radio", "warning", "lost contact"),
-        (COPTER | {"FS_THR_ENABLE": 0.0}, False, USUAL, "radio", "danger", "no radio"),
+        (COPTER | {"FS_THR_ENABLE": 0.0}, False, USUAL, "radio", "danger", "the last sticks stay"),
         ({"RC_OVERRIDE_TIME": 3.0}, False, USUAL, "radio", "warning", "not known"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, True, USUAL, "radio", "warning", "does nothing"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, None, USUAL, "radio", "warning", "does nothing"),
         (COPTER, False, USUAL, "radio", "info", "There is no radio. 1 s after the last sticks"),
         (COPTER | {"FS_THR_ENABLE": 3.0}, False, USUAL, "radio", "info", "lands where it is"),
-        (COPTER, True, USUAL, "radio", "warning", "descend"),
-        (COPTER, None, USUAL, "radio", "warning", "not known whether"),
+        (
+            COPTER | {"FS_OPTIONS": 16.0},
+            False,
+            USUAL,
+            "radio",
+            "danger",
+            "without sticks the autopilot returns to launch",
+        ),
+        (COPTER | {"FS_OPTIONS": 16.0, "FS_THR_ENABLE": 3.0}, False, USUAL, "radio", "danger", "autopilot lands"),
+        (COPTER, True, USUAL, "radio", "info", "stays in BRAKE or GUIDED"),
+        (COPTER, True, USUAL, "radio", "warning", "in the first seconds of a hold"),
+        (COPTER, None, USUAL, "radio", "danger", "not known whether"),
         (COPTER | {"FS_OPTIONS": 1.0}, True, USUAL, "radio", "info", "a mission goes on"),
         (COPTER | {"FS_OPTIONS": 16.0}, True, USUAL, "tower", "warning", "flown by hand"),
-        (COPTER | {"FS_OPTIONS": 2.0}, True, USUAL, "tower", "info", "mission"),
+        (COPTER | {"FS_OPTIONS": 2.0}, True, USUAL, "tower", "info", "not during a mission"),
         (COPTER | {"FS_GCS_ENABLE": 0.0}, True, USUAL, "tower", "warning", "FS_GCS_ENABLE is 0"),
-        (COPTER | {"FS_GCS_ENABLE": 0.0, "FS_THR_ENABLE": 0.0}, True, LEFT_ALONE, "tower", "danger", "nothing else"),
+        (COPTER | {"FS_GCS_ENABLE": 0.0, "FS_THR_ENABLE": 0.0}, True, USUAL, "tower", "danger", "nothing else"),
         (COPTER | {"FS_GCS_ENABLE": 5.0}, True, USUAL, "tower", "info", "lands where it is after 5 s"),
         (COPTER | {"SYSID_MYGCS": 42.0}, True, USUAL, "operator", "info", "ground station 42"),
         (PX4 | {"COM_RC_IN_MODE": 0.0}, True, USUAL, "operator", "danger", "ignores sticks"),
@@ -69,9 +82,13 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
         (PX4 | {"NAV_RCL_ACT": 0.0}, False, USUAL, "radio", "danger", "NAV_RCL_ACT is 0"),
         (PX4 | {"NAV_RCL_ACT": 6.0}, False, USUAL, "radio", "danger", "falls"),
         (PX4 | {"NAV_RCL_ACT": 3.0}, False, USUAL, "radio", "info", "lands where it is"),
+        (PX4 | {"COM_RCL_EXCEPT": 5.0}, False, USUAL, "radio", "danger", "COM_RCL_EXCEPT lacks 2"),
+        (PX4, True, USUAL, "radio", "info", "stays in AUTO.LOITER"),
+        (PX4, True, USUAL, "radio", "warning", "in the first seconds of a hold"),
+        (PX4, None, USUAL, "radio", "danger", "not known whether"),
         (PX4 | {"NAV_DLL_ACT": 5.0}, True, USUAL, "tower", "danger", "falls"),
         (PX4 | {"NAV_DLL_ACT": 0.0}, True, USUAL, "tower", "warning", "NAV_DLL_ACT is 0"),
-        (PX4 | {"NAV_DLL_ACT": 0.0, "NAV_RCL_ACT": 0.0}, True, LEFT_ALONE, "tower", "danger", "nothing else"),
+        (PX4 | {"NAV_DLL_ACT": 0.0, "NAV_RCL_ACT": 0.0}, True, USUAL, "tower", "danger", "nothing else"),
         (PX4 | {"COM_RCL_EXCEPT": 5.0}, True, USUAL, "radio", "info", "a mission, offboard flight"),
     ],
 )
@@ -108,12 +125,17 @@ def test_what_is_not_known_is_a_warning(parameters: LossParameters | None) -> No
 
 
 def test_our_own_side_is_told_with_the_drones_settings() -> None:
-    safety = SafetySettings(hold_ladder=("LOITER", "ALT_HOLD"), sticks_stale_s=0.7, lost_action=LostAction.LAND)
-    text = " ".join(one.text for one in loss_sentences(None, DroneSettings(safety=safety, rtt_limit_ms=300.0)))
-    for words in ("LOITER, then altitude hold", "0.7 s", "300 ms", "land where it is"):
+    ladder = ("LOITER", "ALT_HOLD")
+    safety = SafetySettings(hold_ladder=ladder, sticks_stale_s=0.7, lost_action=LostAction.LAND, rtt_limit_ms=300.0)
+    text = " ".join(one.text for one in loss_sentences(None, DroneSettings(safety=safety)))
+    for words in (
+        "LOITER, then altitude hold",
+        "0.7 s",
+        "300 ms",
+        "stays away for 30 s, it is told to land where it is",
+    ):
         assert words in text
-    assert "drifts with the wind" not in text
-    assert "drifts with the wind" in " ".join(one.text for one in loss_sentences(None, USUAL))
+    assert "until the battery is needed" in " ".join(one.text for one in loss_sentences(None, STAYS))
 
 
 def test_an_acknowledgement_holds_for_these_dangers_only() -> None:
@@ -121,7 +143,7 @@ def test_an_acknowledgement_holds_for_these_dangers_only() -> None:
         return findings_hash(loss_sentences(told(COPTER | values, has_radio=False), USUAL))
 
     one_danger = hash_of(FS_THR_ENABLE=0.0)
-    assert hash_of(FS_THR_ENABLE=0.0, FS_OPTIONS=2.0) == one_danger
+    assert hash_of(FS_THR_ENABLE=0.0, FS_GCS_TIMEOUT=2.0) == one_danger
     assert hash_of(FS_THR_ENABLE=0.0, RC_OVERRIDE_TIME=-1.0) != one_danger
     assert hash_of() != one_danger
 
@@ -136,5 +158,5 @@ def test_whatever_an_agent_tells_there_is_an_answer(
     autopilot: str, values: dict[str, float], has_radio: bool | None, complete: bool
 ) -> None:
     parameters = LossParameters(autopilot=autopilot, values=values, complete=complete, has_radio=has_radio)
-    for settings in (USUAL, LEFT_ALONE):
+    for settings in (USUAL, STAYS):
         assert all(sentence.text.endswith(".") for sentence in loss_sentences(parameters, settings))

@@ -1,9 +1,14 @@
 """What proves that an autopilot is simulated: a loss may then be rehearsed in flight without further questions."""
 
 import pytest
+from hub_world import LATER, HubWorld
 
+from server.accounts.sessions import Principal
+from server.accounts.tables import Role
+from server.control.rehearsal import NOT_ARMED, needs_no_hold, refusal_of
 from server.control.simulated import is_simulator
-from wire.control_messages import LossParameters
+from wire.control_messages import AutopilotState, LossParameters
+from wire.ids import DroneId, UserId
 
 
 @pytest.mark.parametrize(
@@ -29,3 +34,33 @@ def test_a_simulated_autopilot_is_known_by_its_parameters(
 
 def test_nothing_told_proves_nothing() -> None:
     assert not is_simulator(None)
+
+
+ON_GROUND = AutopilotState(heard=True, armed=False, airborne=False)
+ARMED = AutopilotState(heard=True, armed=True, airborne=False)
+SILENT = AutopilotState(heard=False, armed=False, airborne=False)
+
+
+@pytest.mark.parametrize(
+    ("state", "words", "needless"),
+    [
+        (ON_GROUND, None, True),
+        (ARMED, "is armed", False),
+        (SILENT, "may be in the air", False),
+        (None, "may be", False),
+    ],
+)
+def test_only_what_is_known_to_be_on_the_ground_is_rehearsed_without_being_asked(
+    state: AutopilotState | None, words: str | None, needless: bool
+) -> None:
+    world = HubWorld()
+    agent, drone = world.agent(1), world.hub.drone(DroneId(1))
+    assert drone is not None
+    if state is not None:
+        world.hub.report(agent.link, state)
+    admin = Principal(UserId(9), "admin", Role.ADMIN, 9, LATER)
+    refused = refusal_of(drone, admin, "tower", in_flight=False)
+    assert (refused is None) == (words is None)
+    assert refused is None or (words or "") in refused.words
+    assert refusal_of(drone, admin, "tower", in_flight=True) is None
+    assert (needs_no_hold(drone, "tower", 0.0) == NOT_ARMED) is needless

@@ -107,6 +107,15 @@ def test_what_is_done_already_is_left_out() -> None:
     assert works({"command": "takeoff", "height_m": 5}, but(PX4, armed=True)) == [up]
 
 
+@pytest.mark.parametrize("body", [{"command": "takeoff", "height_m": 5}, {"command": "start"}])
+@pytest.mark.parametrize("vehicle", [COPTER, PX4], ids=["copter", "px4"])
+def test_nothing_that_arms_is_begun_where_nobody_knows_whether_it_is_armed(
+    vehicle: Vehicle, body: dict[str, object]
+) -> None:
+    with pytest.raises(NotKnownYet, match="whether hawk is armed is not known"):
+        works(body, but(vehicle, armed=None))
+
+
 @pytest.mark.parametrize("mode", [3, 4], ids=["AUTO", "GUIDED"])
 def test_what_was_paused_in_its_mode_goes_on_there(mode: int) -> None:
     assert works({"command": "resume"}, but(COPTER, custom_mode=mode)) == [long(193, 1)]
@@ -192,10 +201,13 @@ def test_what_makes_no_sense_is_refused(body: dict[str, Any]) -> None:
 def test_the_words_name_the_drone_and_the_step() -> None:
     order = order_of(READ.validate_python({"command": "takeoff", "height_m": 20}), COPTER)
     arming = order.steps[1]
-    assert order.say(arming, Outcome.FAILED, "The autopilot tried and failed.") == (
+    assert order.say(arming, Outcome.FAILED, "The autopilot tried and failed.", None) == (
         "hawk, arming: The autopilot tried and failed."
     )
-    assert order.say(order.steps[2], Outcome.DONE, "") == "hawk has accepted it: climbing to 20 m."
+    assert order.say(order.steps[2], Outcome.DONE, "", None) == "hawk has accepted it: climbing to 20 m."
+    assert order.say(order.steps[2], Outcome.DONE, "Accepted, not yet seen: it stands still.", False) == (
+        "hawk, climbing to 20 m: Accepted, not yet seen: it stands still."
+    )
 
 
 def test_a_work_becomes_the_message_that_the_agent_sends() -> None:

@@ -20,12 +20,14 @@ def shelf(root: Path, *, budget: int = 100, largest: int = 60) -> LogShelf:
 def put(
     on: LogShelf, log_id: int, size: int, *, drone: DroneId = HAWK, began: int | None = 5, at: float | None = None
 ) -> None:
-    with on.begin(drone, 1, size, 1) as file:
-        file.write(b"x" * size)
-    path = Path(file.name)
+    arriving = on.begin(drone, 1, size, 1)
+    on.write(arriving, b"x" * size)
+    arriving.file.flush()
     if at is not None:
-        os.utime(path, (at, at))
-    on.keep(drone, path, log_id, began)
+        arriving.file.close()
+        os.utime(arriving.path, (at, at))
+    on.keep(arriving, log_id, began)
+    on.discard(arriving)
 
 
 def kept(on: LogShelf, drone: DroneId = HAWK) -> list[tuple[int, int | None, int]]:
@@ -67,7 +69,7 @@ def test_halves_and_what_was_of_drones_that_were_deleted_is_swept_away(tmp_path:
     on.sweep({CROW})  # nothing there yet
     put(on, 1, 10)
     put(on, 1, 10, drone=CROW)
-    on.begin(HAWK, 7, 10, 1).close()
+    on.begin(HAWK, 7, 10, 1).file.close()
     (tmp_path / "files" / "letters.txt").write_text("not ours")
     assert on.drone_ids() == {HAWK, CROW}
     on.sweep({CROW})

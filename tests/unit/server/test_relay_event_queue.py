@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import msgspec
 from hub_world import HubWorld
 
+from server.accounts.tables import Role
 from server.relay import live_messages as live
 from server.relay.event_queue import MOST_EVENTS, EventQueue
 from wire.ids import DroneId, UserId
@@ -14,7 +15,7 @@ def changed(world: HubWorld, *, airborne: bool = False) -> live.DroneChanged:
     drone = world.hub.drone(DroneId(1))
     assert drone is not None
     drone.airborne = airborne
-    return live.DroneChanged(drone.view_for(UserId(9)))
+    return live.DroneChanged(drone.view_for(UserId(9), Role.ADMIN))
 
 
 def test_the_newest_of_a_drone_takes_the_place_of_the_one_that_waits() -> None:

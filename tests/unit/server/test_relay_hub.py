@@ -4,10 +4,11 @@ from unittest.mock import ANY
 
 import msgspec
 import pytest
-from hub_world import HubWorld, command_ack, command_long, heartbeat, record, sticks
+from hub_world import FIRST_ORDER, HubWorld, command_ack, command_long, heartbeat, record, sticks
 
 from server.fleet.snapshot import UserRef
 from server.relay import live_messages as live
+from server.relay.hold_orders import OFFLINE
 from server.relay.hub import LINK_REPLACED, SESSION_ENDED
 from server.relay.live_drone import LeaseView
 from wire.batching import LONGEST_WAIT_S
@@ -161,7 +162,7 @@ def test_control_moves_the_epoch_and_shuts_the_old_holder_out(world: HubWorld) -
     assert [epoch for epoch, _ in agent.received()] == [2]
     assert agent.posted[-2:] == [
         ControlChanged(number=ANY, epoch=2, holder="admin", holder_present=True),
-        HoldOrder(order_id=1, epoch=2, reason="weather"),
+        HoldOrder(order_id=FIRST_ORDER, epoch=2, reason="weather", interrupts=False),
     ]
 
 
@@ -309,7 +310,7 @@ def test_hold_progress_reaches_those_who_watch(world: HubWorld) -> None:
 def test_a_hold_of_a_drone_that_is_offline_is_said_to_be_unconfirmed(world: HubWorld) -> None:
     alice = world.browser(1)
     assert not world.hub.order_hold(ONE, "weather")
-    assert alice.events() == [live.Hold(1, 0, "unconfirmed", "the drone is offline", 0.0, "order")]
+    assert alice.events() == [live.Hold(1, 0, "unconfirmed", OFFLINE, 0.0, "order")]
 
 
 def test_the_autopilot_being_heard_is_told(world: HubWorld) -> None:

@@ -3,7 +3,7 @@
 from unittest.mock import ANY
 
 import pytest
-from hub_world import NOW, FakeAgent, FakeBrowser, HubWorld, command_ack, heartbeat, record, sticks
+from hub_world import FIRST_ORDER, NOW, FakeAgent, FakeBrowser, HubWorld, command_ack, heartbeat, record, sticks
 
 from server.fleet.snapshot import UserRef
 from server.relay import live_messages as live
@@ -131,7 +131,7 @@ def test_a_link_over_the_control_channel_ends_with_it() -> None:
 
 def test_an_order_goes_over_udp_until_it_is_answered_and_is_posted_on_the_next_channel(scene: Scene) -> None:
     assert scene.hub.order_hold(ONE, "gusts")
-    order = HoldOrder(order_id=1, epoch=1, reason="gusts")
+    order = HoldOrder(order_id=FIRST_ORDER, epoch=1, reason="gusts", interrupts=False)
     assert order in scene.urgent(0.0)
     for tenth in range(1, 31):
         scene.agent.send(heartbeat(), now=tenth / 10)
@@ -139,7 +139,9 @@ def test_an_order_goes_over_udp_until_it_is_answered_and_is_posted_on_the_next_c
         assert order in scene.urgent(tenth / 10), "it goes on as long as nobody has answered"
     assert scene.agent.posted == [], "there is nothing to post on"
     assert order in scene.adopt()
-    progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.STICKS_CENTRED, detail="", elapsed_ms=1.0, number=1)
+    progress = HoldProgress(
+        order_id=FIRST_ORDER, epoch=1, step=HoldStep.STICKS_CENTRED, detail="", elapsed_ms=1.0, number=1
+    )
     scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()), now=3.1)
     assert order not in scene.adopt()
 
@@ -151,7 +153,7 @@ def test_take_shuts_the_old_holder_out_at_once_and_the_drone_hears_of_it(scene: 
     scene.fly(0.6)
     told = scene.urgent(0.6)
     assert ControlChanged(number=ANY, epoch=2, holder="admin", holder_present=False) in told
-    assert HoldOrder(order_id=1, epoch=2, reason="taken") in told
+    assert HoldOrder(order_id=FIRST_ORDER, epoch=2, reason="taken", interrupts=False) in told
     assert scene.agent.received(0.6) == []
 
 

@@ -1,6 +1,7 @@
 """What a frame may do: the table, row by row."""
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -98,6 +99,8 @@ def test_arming_waits_for_the_loss_check_and_only_arming() -> None:
 def test_what_arms_besides_waits_for_the_loss_check_too(frame_: bytes) -> None:
     assert refusal_of(frame_, command_in(frame_), ON_GROUND) is DropReason.LOSS_CHECK
     assert refusal_of(frame_, command_in(frame_), HOLDER) is None
+    unknown = replace(ON_GROUND, armed=None, airborne=None)
+    assert refusal_of(frame_, command_in(frame_), unknown) is DropReason.LOSS_CHECK
 
 
 @pytest.mark.parametrize(
@@ -105,6 +108,7 @@ def test_what_arms_besides_waits_for_the_loss_check_too(frame_: bytes) -> None:
     [
         (command(M.MAV_CMD_COMPONENT_ARM_DISARM, 0), True, True),
         (command(M.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196), True, True),
+        (command(M.MAV_CMD_COMPONENT_ARM_DISARM, 0), None, True),
         (command(M.MAV_CMD_COMPONENT_ARM_DISARM, 0), False, False),
         (command(M.MAV_CMD_COMPONENT_ARM_DISARM, 1), True, False),
         (command(M.MAV_CMD_DO_FLIGHTTERMINATION, 1), False, True),
@@ -112,6 +116,7 @@ def test_what_arms_besides_waits_for_the_loss_check_too(frame_: bytes) -> None:
         (command(M.MAV_CMD_COMPONENT_ARM_DISARM, math.nan), True, True),
         (command(M.MAV_CMD_DO_FLIGHTTERMINATION, math.nan), False, True),
         (command(M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1), True, True),
+        (command(M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1), None, True),
         (command(M.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1), False, False),
         (command(M.MAV_CMD_DO_AUX_FUNCTION, 31, 2), True, True),
         (command(M.MAV_CMD_DO_AUX_FUNCTION, 165, 0), True, True),
@@ -119,7 +124,7 @@ def test_what_arms_besides_waits_for_the_loss_check_too(frame_: bytes) -> None:
         (command(M.MAV_CMD_NAV_LAND), True, False),
     ],
 )
-def test_what_makes_a_drone_fall(frame_: bytes, airborne: bool, falls: bool) -> None:
+def test_what_makes_a_drone_fall(frame_: bytes, airborne: bool | None, falls: bool) -> None:
     seen = command_in(frame_)
     assert seen is not None
     standing = Standing(has_turn=True, armed=True, airborne=airborne, loss_check_open=False)

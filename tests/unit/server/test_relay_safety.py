@@ -4,11 +4,23 @@ from dataclasses import replace
 from unittest.mock import ANY
 
 import pytest
-from hub_world import FakeAgent, FakeBrowser, HubWorld, command_ack, command_long, heartbeat, record, sticks
+from hub_world import (
+    FIRST_ORDER,
+    LATER,
+    FakeAgent,
+    FakeBrowser,
+    HubWorld,
+    command_ack,
+    command_long,
+    heartbeat,
+    record,
+    sticks,
+)
 
-from server.fleet.snapshot import UserRef
+from server.fleet.snapshot import LoanRecord, UserRef
 from server.relay import live_messages as live
 from server.relay.agent_link import COPIES_AT_ONCE
+from server.relay.holder_watch import GRACE_S, KEPT_FOR_S
 from server.relay.hub_events import (
     ControlsMoved,
     HolderExpired,
@@ -21,7 +33,7 @@ from server.relay.hub_events import (
     RttTooLong,
     TurnWanted,
 )
-from server.relay.live_drone import LeaseView, LossCheckMark
+from server.relay.live_drone import SILENT_AFTER_S, LeaseView, LossCheckMark
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,
@@ -95,6 +107,19 @@ def test_a_holder_who_flew_by_hand_and_went_is_reported_after_2_s_and_expires_af
     assert scene.events[1:] == [HolderExpired(ONE, UserId(1))]
 
 
+def test_the_agent_hears_that_the_holder_is_gone_before_it_hears_that_there_is_none(scene: Scene) -> None:
+    """An expiry must not look like somebody who let go of the controls on purpose: the agent counts from the first."""
+    scene.agent.posted.clear()
+    scene.hub.detach_browser(scene.alice.browser, 1.0)
+    for second in range(2, 32):
+        scene.hub.tick(float(second))
+    assert HolderExpired(ONE, UserId(1)) in scene.events
+    scene.lease(LeaseView(holder=None, taken_from=None, epoch=Epoch(2)), "expired", 31.5)
+    told = [one for one in scene.agent.posted if isinstance(one, ControlChanged)]
+    assert [(one.holder, one.holder_present) for one in told] == [("alice", False), (None, False)]
+    assert told[0].number < told[1].number
+
+
 def test_a_holder_who_went_while_a_mission_flew_is_no_reason_to_hold(scene: Scene) -> None:
     scene.hub.detach_browser(scene.alice.browser, 1.0)
     scene.hub.tick(10.0)
@@ -108,6 +133,61 @@ def test_a_holder_who_is_back_in_time_is_not_reported(scene: Scene) -> None:
     scene.world.browser(1)
     assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=True)
     scene.hub.tick(40.0)
+    assert scene.events == []
+
+
+def test_a_program_without_a_live_channel_keeps_the_controls_for_as_long_as_it_says_so(scene: Scene) -> None:
+    scene.hub.detach_browser(scene.alice.browser, 1.0)
+    drone = scene.hub.drone(ONE)
+    assert drone is not None
+    for second in range(2, 90, 2):
+        scene.hub.keep_controls(drone, ALICE.id, float(second))
+        scene.hub.tick(second + 1.9)
+        assert drone.somebody_flies()
+    assert scene.events == []
+    assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=True)
+    scene.hub.tick(88.0 + KEPT_FOR_S)
+    assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=False)
+    scene.hub.tick(88.0 + KEPT_FOR_S + GRACE_S)
+    assert scene.events == [HolderExpired(ONE, ALICE.id)]
+
+
+def test_no_program_answers_for_sticks_or_for_another_holder(scene: Scene) -> None:
+    drone = scene.hub.drone(ONE)
+    assert drone is not None
+    scene.fly(0.5)
+    scene.hub.keep_controls(drone, ALICE.id, 0.9)
+    scene.hub.detach_browser(scene.alice.browser, 1.0)
+    scene.hub.keep_controls(drone, ALICE.id, 2.9)
+    scene.hub.tick(3.0)
+    assert scene.events == [HolderGone(ONE, ALICE.id, 2.0)]
+    scene.hub.keep_controls(drone, ALICE.id, 4.0)
+    assert drone.somebody_flies()
+    scene.lease(LeaseView(holder=BOB, taken_from=None, epoch=Epoch(2)), "acquired", 4.1)
+    scene.hub.tick(4.2)
+    assert not drone.somebody_flies()
+
+
+def test_a_holder_whose_tab_has_frozen_counts_as_gone_and_is_back_with_the_next_answer(scene: Scene) -> None:
+    """The connection stays open: only the pings tell."""
+
+    def pass_time(until: float, *, answers: bool) -> None:
+        while scene_now[0] < until:
+            scene_now[0] += 0.25
+            scene.hub.tick(scene_now[0])
+            for event in scene.alice.events():
+                if isinstance(event, live.Ping) and answers:
+                    scene.alice.browser.trip.pong(event.sequence, scene_now[0] + 0.05)
+
+    scene_now = [0.0]
+    pass_time(10.0, answers=True)
+    scene.agent.posted.clear()
+    pass_time(10.0 + SILENT_AFTER_S - 0.5, answers=False)
+    assert scene.agent.posted == []
+    pass_time(10.0 + SILENT_AFTER_S + 1.0, answers=False)
+    assert scene.agent.posted == [ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=False)]
+    pass_time(18.0, answers=True)
+    assert scene.agent.posted[1:] == [ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=True)]
     assert scene.events == []
 
 
@@ -304,7 +384,7 @@ def test_a_clock_that_stood_still_makes_nothing_late_once_a_ping_is_answered(sce
 
 def test_late_sticks_and_late_commands_are_discarded_and_answered(scene: Scene) -> None:
     settings = SafetySettings(sticks_late_s=0.4, commands_late_s=2.0)
-    scene.hub.apply_safety(ONE, settings, rtt_limit_ms=500, rtt_limit_s=1)
+    scene.hub.apply_safety(ONE, settings)
     assert scene.agent.posted[-1] == settings
 
     def send(frame: bytes, sent_s: float, now: float) -> None:
@@ -321,6 +401,19 @@ def test_late_sticks_and_late_commands_are_discarded_and_answered(scene: Scene) 
     assert scene.agent.received() == []
     assert scene.hub.drops[DropReason.LATE] == 2
     assert "late" in scene.notices(scene.alice)
+
+
+@pytest.mark.parametrize("heard", [True, False])
+def test_where_a_silent_autopilot_stands_is_not_where_it_was_armed(scene: Scene, heard: bool) -> None:
+    scene.hub.report(scene.agent.link, AutopilotState(heard=heard, armed=False, airborne=False))
+    lent = replace(record(1, (1,), holder=1, epoch=1), loans=(LoanRecord(BOB, LATER, True, 50.0, None),))
+    scene.world.apply(lent, record(2, (2,)))
+    place = mavlink.MAVLink_global_position_int_message(0, 470000000, 80000000, 500000, 0, 0, 0, 0, 0)
+    scene.agent.send(build(place, system_id=1, component_id=1, sequence=0), now=0.1)
+    scene.hub.tick(0.2)
+    drone = scene.hub.drone(ONE)
+    assert drone is not None
+    assert (drone.home is not None) is heard
 
 
 def test_a_refused_command_is_answered_in_mavlink_to_its_sender_alone(scene: Scene) -> None:
@@ -458,7 +551,7 @@ def test_a_link_that_was_renewed_while_flying_by_hand_holds(scene: Scene) -> Non
 
 def test_steps_of_a_hold_come_with_the_reason_of_the_order(scene: Scene) -> None:
     scene.hub.order_hold(ONE, "gusts")
-    progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
+    progress = HoldProgress(order_id=FIRST_ORDER, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
     scene.hub.report(scene.agent.link, progress)
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
 
@@ -474,7 +567,7 @@ def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_o
     heard = [scene.agent.sealed.receive(datagram, 0.3).urgent for datagram, _ in sent]
     told = [decode_to_agent(text) for text in heard if text]
     assert [message for message in told if isinstance(message, HoldOrder)] == [order] * 4
-    progress = HoldProgress(order_id=1, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
+    progress = HoldProgress(order_id=FIRST_ORDER, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
     scene.hub.report(scene.agent.link, progress)
     for _ in range(2):
         scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()))

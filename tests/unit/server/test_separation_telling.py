@@ -26,6 +26,15 @@ def position(north_m: float, east_m: float, up_m: float, *, north_m_s: float = 0
     return build(message, system_id=1, component_id=1, sequence=0)
 
 
+def armed_heartbeat() -> bytes:
+    message = mavlink.MAVLink_heartbeat_message(2, 3, 81 | mavlink.MAV_MODE_FLAG_SAFETY_ARMED, 5, 4, 3)
+    return build(message, system_id=1, component_id=1, sequence=0)
+
+
+KNOWN_S = 12.5
+"""After so long a drone is one that others may hear of."""
+
+
 class NearWorld(HubWorld):
     """alice's drone 1 and bob's drone 2 in the air, 6 m beside each other, bob's 3 m higher; every drone is sysid 1."""
 
@@ -51,7 +60,7 @@ class NearWorld(HubWorld):
         for _ in range(round(for_s / 0.1)):
             self.now += 0.1
             for drone_id, agent in self.agents.items():
-                agent.send(position(*self.places[drone_id]), now=self.now)
+                agent.send(armed_heartbeat(), position(*self.places[drone_id]), now=self.now)
             self.hub.tick(self.now)
 
 
@@ -67,17 +76,29 @@ def as_json(event: live.Separation) -> dict[str, Any]:
 def test_who_may_see_one_of_two_is_told_where_the_other_is_and_not_which() -> None:
     world = NearWorld()
     alice, bob, admin = world.browser(1), world.browser(2), world.browser(9)
-    world.fly(2)
+    world.fly(KNOWN_S)
     first = {name: heard(browser)[-1] for name, browser in (("alice", alice), ("bob", bob), ("admin", admin))}
     assert first["admin"].drones == (1, 2)
     assert first["alice"].drones == (1, None)
     assert first["bob"].drones == (2, None)
-    assert (first["alice"].bearing_deg, first["alice"].above_m) == (90, 3.0)
-    assert (first["bob"].bearing_deg, first["bob"].above_m) == (270, -3.0)
-    assert len({event.number for event in first.values()}) == 1
+    assert len({event.number for event in first.values()}) == 3  # which must not tell that they speak of the same
+    assert as_json(first["alice"]) == {
+        "type": "separation",
+        "number": first["alice"].number,
+        "level": "warning",
+        "drones": [1, None],
+        "in_s": 0,
+        "horizontal_m": None,
+        "vertical_m": None,
+        "bearing_deg": 90,
+        "distance_m": 10,
+        "above_m": 5,
+        "why": "",
+    }
+    assert (first["bob"].bearing_deg, first["bob"].distance_m, first["bob"].above_m) == (270, 10, -5)
     assert as_json(first["admin"]) == {
         "type": "separation",
-        "number": 1,
+        "number": first["admin"].number,
         "level": "warning",
         "drones": [1, 2],
         "in_s": 0.0,
@@ -104,14 +125,14 @@ def test_from_whom_the_view_was_taken_hears_nothing_of_where_their_drone_is() ->
     assert drone is not None
     drone.lease = replace(drone.lease, taken_from=UserRef(UserId(1), "alice"), blind=True)
     alice, bob = world.browser(1), world.browser(2)
-    world.fly(3)
+    world.fly(KNOWN_S)
     assert heard(alice) == []
     assert heard(bob)[-1].drones == (2, None)
 
 
 def test_whoever_comes_later_is_told_what_holds() -> None:
     world = NearWorld()
-    world.fly(3)
+    world.fly(KNOWN_S)
     late = FakeBrowser(world.hub, 1)
     welcome, *others = late.events()
     assert isinstance(welcome, live.WelcomeBrowser)
@@ -135,6 +156,17 @@ def test_figures_are_told_again_while_it_lasts_and_the_end_is_told_once() -> Non
     assert (end.level, end.why, end.in_s, end.distance_m) == ("clear", "landed", None, None)
 
 
+def test_an_autopilot_that_is_silent_has_not_landed() -> None:
+    world = NearWorld()
+    admin = world.browser(9)
+    world.fly(3)
+    assert heard(admin)
+    silent = AutopilotState(heard=False, armed=False, airborne=False)
+    world.hub.report(world.agents[2].link, silent)
+    world.fly(4)
+    assert "clear" not in [one.level for one in heard(admin)]
+
+
 def test_a_link_that_breaks_is_no_landing() -> None:
     world = NearWorld()
     admin = world.browser(9)
@@ -150,8 +182,8 @@ def test_a_link_that_breaks_is_no_landing() -> None:
 def test_a_drone_that_is_removed_is_no_riddle() -> None:
     world = NearWorld()
     alice = world.browser(1)
-    world.fly(3)
-    heard(alice)
+    world.fly(KNOWN_S)
+    assert heard(alice)
     del world.agents[2]
     world.apply(record(1, (1,)))
     world.fly(2)

@@ -6,7 +6,7 @@ import pkgutil
 from collections.abc import Iterator
 
 import server
-from server.accounts.passwords import BadPassword
+from server.accounts.password_policy import BadPassword
 from server.accounts.users import SignInThrottled
 from server.control.desk import ControlRefused
 from server.control.lease import Refused

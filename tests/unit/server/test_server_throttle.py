@@ -5,12 +5,14 @@ from server.accounts.throttle import (
     FORGOTTEN_AFTER_S,
     FREE_TRIES,
     FREE_TRIES_OF_ADDRESS,
-    FREE_TRIES_OF_NAME,
-    LONGEST_WAIT_OF_NAME_S,
     LONGEST_WAIT_S,
-    MOST_ENTRIES,
+    MAX_ENTRIES,
+    SUSPECT_FROM,
     SignInThrottle,
 )
+from server.anonymous.fair_line import Standing
+from server.anonymous.known_addresses import KnownAddresses
+from server.anonymous.limits import LIMITS
 
 
 def tries(throttle: SignInThrottle, count: int, now_s: float = 0.0) -> list[float]:
@@ -74,20 +76,84 @@ def test_whoever_has_an_account_does_not_clear_the_address_by_signing_in() -> No
     assert throttle.begin(name="mine", address="a", now_s=0.0) > 0.0
 
 
-def test_one_name_from_many_addresses_waits_but_not_for_long() -> None:
-    throttle, now_s, waits = SignInThrottle(), 0.0, []
-    for number in range(FREE_TRIES_OF_NAME + 20):
-        wait_s = throttle.begin(name="anna", address=str(number), now_s=now_s)
-        waits.append(wait_s)
-        now_s += wait_s
-    assert waits[:FREE_TRIES_OF_NAME] == [0.0] * FREE_TRIES_OF_NAME
-    assert max(waits) == LONGEST_WAIT_OF_NAME_S
+def guesses(throttle: SignInThrottle, count: int, now_s: float = 0.0) -> int:
+    """How many of so many tries may go on, each from an address and a network of its own."""
+    return sum(
+        throttle.begin(name="anna", address=f"10.{n % 250}.{n // 250}.1", now_s=now_s) == 0.0 for n in range(count)
+    )
+
+
+def test_a_name_takes_a_hundred_guesses_an_hour_from_wherever() -> None:
+    throttle, most = SignInThrottle(), LIMITS.guesses_per_name_per_hour
+    let_through = sum(guesses(throttle, 20, now_s=60.0 * minute) for minute in range(60))
+    assert most * 0.9 <= let_through <= most
+    assert sum(guesses(throttle, 20, now_s=3600.0 + 60.0 * minute) for minute in range(60)) <= most
+
+
+def test_who_must_wait_for_a_name_is_told_how_long() -> None:
+    throttle = SignInThrottle()
+    guesses(throttle, 200)
+    wait_s = throttle.begin(name="anna", address="192.0.2.1", now_s=0.0)
+    assert 0 < wait_s <= 3600 / LIMITS.guesses_per_name_per_hour * 2
+    assert throttle.begin(name="anna", address="192.0.2.1", now_s=wait_s + 0.001) == 0.0
+
+
+def test_guessing_does_not_lock_the_owner_out_where_they_are_known() -> None:
+    known = KnownAddresses(b"k" * 32, 100)
+    throttle = SignInThrottle(known)
+    assert throttle.begin(name="anna", address="192.0.2.1", now_s=0.0) == 0.0
+    throttle.succeeded(name="anna", address="192.0.2.1")
+    guesses(throttle, 500)
+    assert throttle.begin(name="anna", address="192.0.2.1", now_s=0.0) == 0.0
+    assert throttle.begin(name="anna", address="192.0.2.77", now_s=0.0) > 0.0
+    # Who has an account of their own is not known as anybody else.
+    throttle.begin(name="ben", address="192.0.2.9", now_s=0.0)
+    throttle.succeeded(name="ben", address="192.0.2.9")
+    assert throttle.begin(name="anna", address="192.0.2.9", now_s=0.0) > 0.0
+
+
+def test_right_passwords_use_up_no_guesses() -> None:
+    throttle = SignInThrottle()
+    for number in range(2 * LIMITS.guesses_per_name_per_hour):
+        address = f"10.{number % 250}.{number // 250}.1"
+        assert throttle.begin(name="anna", address=address, now_s=0.0) == 0.0
+        throttle.succeeded(name="anna", address=address)
+
+
+def test_a_64_is_one_address() -> None:
+    throttle = SignInThrottle()
+    waits = [
+        throttle.begin(name=str(number), address=f"2001:db8:1:2::{number:x}", now_s=0.0)
+        for number in range(FREE_TRIES_OF_ADDRESS + 20)
+    ]
+    assert waits[:FREE_TRIES_OF_ADDRESS] == [0.0] * FREE_TRIES_OF_ADDRESS
+    assert all(wait > 0 for wait in waits[FREE_TRIES_OF_ADDRESS:])
+    assert throttle.begin(name="anna", address="2001:db8:1:3::1", now_s=0.0) == 0.0
+
+
+def test_who_comes_from_where_it_was_guessed_hashes_last_and_the_known_first() -> None:
+    known = KnownAddresses(b"k" * 32, 100)
+    throttle = SignInThrottle(known)
+
+    def standing(name: str, address: str, now_s: float = 0.0) -> Standing:
+        throttle.begin(name=name, address=address, now_s=now_s)
+        return throttle.caller(name=name, address=address, now_s=now_s).standing
+
+    assert [standing(f"n{n}", f"2001:db8:1:{n:x}::1") for n in range(SUSPECT_FROM + 2)] == [
+        *[Standing.FRESH] * SUSPECT_FROM,
+        *[Standing.SUSPECT] * 2,
+    ]
+    assert standing("anna", "198.51.100.1") is Standing.FRESH
+    throttle.succeeded(name="anna", address="198.51.100.1")
+    assert standing("anna", "198.51.100.1") is Standing.KNOWN
+    assert standing("ben", "198.51.100.1") is Standing.FRESH
+    assert standing("n", "2001:db8:1:ff::1", now_s=FORGOTTEN_AFTER_S) is Standing.FRESH
 
 
 def test_memory_is_bounded_and_the_oldest_goes_first() -> None:
     throttle = SignInThrottle()
     tries(throttle, FREE_TRIES + 1)
-    for number in range(MOST_ENTRIES):
+    for number in range(MAX_ENTRIES):
         throttle.begin(name=str(number), address=str(number), now_s=0)
-    assert len(throttle) == MOST_ENTRIES
+    assert len(throttle) == MAX_ENTRIES
     assert tries(throttle, 1) == [0.0]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from server.guards import content_security_policy
+from server.security_headers import content_security_policy
 from server.settings import SettingsError, read_settings
 from server.tile_source import TileAddresses, TileFile, read_tiles
 

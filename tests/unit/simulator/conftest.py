@@ -13,6 +13,7 @@ from simulator.failure_modes import Failure
 from simulator.flight import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
+from simulator.receiver import Receiver
 from simulator.vehicle import Vehicle, VehicleSettings
 
 HOME = Place(47.397742, 8.545594, 488.0)
@@ -28,9 +29,10 @@ class Ground:
     def __init__(self, *, failures: set[Failure] | None = None, **options: Any) -> None:
         flight = {
             key: options.pop(key)
-            for key in ("heading_deg", "wind_mps", "wind_from_deg", "has_radio", "battery_mah", "seed")
+            for key in ("heading_deg", "wind_mps", "wind_from_deg", "receiver", "battery_mah", "seed")
             if key in options
         }
+        flight["receiver"] = Receiver(flight.get("receiver", Receiver.LOW))
         boot_s = options.pop("boot_s", 0.5)
         parameters = tuple(options.pop("parameters", {}).items())
         settings = VehicleSettings(FlightSettings(HOME, boot_s=boot_s, **flight), parameters=parameters, **options)
@@ -117,13 +119,15 @@ class Ground:
         return self
 
     def take_off(self, alt_m: float = 10.0) -> Ground:
-        """Ready, in GUIDED, armed, up and settled."""
+        """Ready, in GUIDED, armed, up and settled. Without a receiver sticks are streamed."""
         self.ready()
-        if not self.flight.sticks.has_radio:
-            self.sticks = self.override(1500, 1500, 1500, 1500)
+        receiver = self.flight.sticks.receiver
+        if receiver is not Receiver.LOW:
+            self.sticks = self.override(1500, 1500, 1000, 1500)
             self.run(0.3)
         assert self.set_mode(Mode.GUIDED) == mavlink.MAV_RESULT_ACCEPTED
         assert self.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == mavlink.MAV_RESULT_ACCEPTED
+        self.sticks = self.override(1500, 1500, 1500, 1500) if receiver is Receiver.NONE else None
         assert self.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, alt_m) == 0
         self.until(lambda: abs(self.body.alt_m - alt_m) < 0.1 and abs(self.body.vd_mps) < 0.1)
         return self

@@ -13,7 +13,7 @@ HEARTBEAT = mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3)
 
 
 def test_without_a_radio_sticks_that_stop_are_a_radio_failsafe_one_second_later(ground):
-    station = ground(has_radio=False).take_off()
+    station = ground(receiver="none").take_off()
     station.set_mode(Mode.LOITER)
     station.run(1)
     station.sticks = None
@@ -26,7 +26,7 @@ def test_without_a_radio_sticks_that_stop_are_a_radio_failsafe_one_second_later(
 
 
 def test_sticks_that_return_clear_the_failsafe_but_not_the_mode(ground):
-    station = ground(has_radio=False).take_off()
+    station = ground(receiver="none").take_off()
     station.set_mode(Mode.LOITER)
     station.sticks = None
     station.until(lambda: station.flight.mode is Mode.RTL, 10)
@@ -54,7 +54,7 @@ def test_a_radio_that_loses_its_transmitter_brings_the_vehicle_home(ground):
 
 
 def test_fs_options_let_guided_continue(ground):
-    station = ground(has_radio=False, parameters={"FS_OPTIONS": 4}).take_off()
+    station = ground(receiver="none", parameters={"FS_OPTIONS": 4}).take_off()
     station.sticks = None
     station.run(6)
     assert station.flight.mode is Mode.GUIDED
@@ -63,7 +63,7 @@ def test_fs_options_let_guided_continue(ground):
 
 def test_fs_thr_enable_chooses_what_happens(ground):
     for enable, mode in ((0, Mode.LOITER), (3, Mode.LAND)):
-        station = ground(has_radio=False, parameters={"FS_THR_ENABLE": enable}).take_off()
+        station = ground(receiver="none", parameters={"FS_THR_ENABLE": enable}).take_off()
         station.set_mode(Mode.LOITER)
         station.sticks = None
         station.run(6)
@@ -71,7 +71,7 @@ def test_fs_thr_enable_chooses_what_happens(ground):
 
 
 def test_on_the_ground_a_radio_failsafe_disarms(ground):
-    station = ground(has_radio=False).ready()
+    station = ground(receiver="none").ready()
     station.sticks = station.override(1500, 1500, 1000, 1500)
     station.run(0.5)
     assert station.command(ARM, 1) == mavlink.MAV_RESULT_ACCEPTED
@@ -79,13 +79,13 @@ def test_on_the_ground_a_radio_failsafe_disarms(ground):
     station.until(lambda: not station.flight.armed, 5)
     assert "Radio Failsafe - Disarming" in station.texts()
     assert station.command(ARM, 1) == mavlink.MAV_RESULT_FAILED
-    assert "PreArm: Radio failsafe on" in station.texts()
+    assert "Arm: Radio failsafe on" in station.texts()
 
 
 def test_without_radio_and_sticks_arming_is_refused(ground):
-    station = ground(has_radio=False).ready()
+    station = ground(receiver="none").ready()
     assert station.command(ARM, 1) == mavlink.MAV_RESULT_FAILED
-    assert "PreArm: RC not found" in station.texts()
+    assert "Arm: RC not found" in station.texts()
 
 
 def test_ground_station_failsafe_fires_clears_and_keeps_the_mode(ground):
@@ -123,7 +123,7 @@ def test_ground_station_failsafe_leaves_pilots_alone_by_default(ground):
     station.send(HEARTBEAT)
     station.run(7)
     assert station.flight.mode is Mode.LOITER
-    assert "GCS Failsafe - Continuing Loiter Mode" in station.texts()
+    assert "GCS Failsafe - Continuing Pilot Control" in station.texts()
 
 
 def test_a_low_battery_returns_and_a_critical_one_lands(ground):
@@ -151,7 +151,7 @@ def test_losing_the_position_in_a_mode_that_needs_it_lands(ground):
     station = ground().take_off()
     station.vehicle.failures.add(Failure.GPS_LOST)
     took_s = station.until(lambda: station.flight.mode is Mode.LAND, 10)
-    assert took_s == pytest.approx(6, abs=0.3)
+    assert took_s == pytest.approx(7, abs=0.3)
     assert any(text.startswith("EKF Failsafe") for text in station.texts())
     station.until(lambda: not station.flight.armed, 60)
 

@@ -214,10 +214,10 @@ def test_arming_outside_or_with_a_broken_fence_is_refused(ground):
     arm = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
     draw(station, corner(station, 5003, 200, 0, 50.0))
     assert station.command(arm, 1) == FAILED
-    assert "PreArm: vehicle outside Polygon fence" in station.texts()
+    assert "Arm: vehicle outside Polygon fence" in station.texts()
     draw(station, *polygon(station, 5001, SQUARE)[:3])
     assert station.command(arm, 1) == FAILED
-    assert "PreArm: Polygon fence(s) invalid" in station.texts()
+    assert "Arm: Polygon fence(s) invalid" in station.texts()
     draw(station, *polygon(station, 5001, SQUARE))
     assert station.command(arm, 1) == ACCEPTED
 

@@ -87,7 +87,7 @@ def test_arming_and_disarming_and_take_off_in_the_wrong_mode(ground):
     station = ground(boot_s=5)
     station.run(1)
     assert station.command(ARM, 1) == FAILED
-    assert any(text.startswith("PreArm: ") for text in station.texts())
+    assert any(text.startswith("Arm: ") for text in station.texts())
     station.until(lambda: station.flight.estimator.position_ok)
     assert station.set_mode(Mode.ALT_HOLD) == ACCEPTED
     assert station.command(ARM, 1) == ACCEPTED

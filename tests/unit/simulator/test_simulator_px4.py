@@ -12,6 +12,7 @@ import pytest
 
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
+from simulator.mission_plan import Item
 from simulator.px4.flavour import PX4
 from simulator.px4.modes import Px4Mode
 
@@ -35,7 +36,7 @@ def px4(ground: Make) -> Make:
     """Without a radio unless told otherwise, heard by any ground station, sticks centred."""
 
     def make(**options: Any) -> Any:
-        options.setdefault("has_radio", False)
+        options.setdefault("receiver", "none")
         made = ground(flavour=PX4, **options)
         made.sticks = manual()
         return made.ready()
@@ -74,8 +75,6 @@ def test_each_mode_is_asked_for_by_main_and_sub_number(px4: Make, mode: Px4Mode)
 
 
 def _item() -> Any:
-    from simulator.mission_plan import Item
-
     return Item(16, x=473977420, y=85455940, z=20.0)
 
 
@@ -134,14 +133,14 @@ def test_a_zero_in_an_override_is_a_value_and_not_a_release(flying: Make) -> Non
 
 @pytest.mark.parametrize(("mode", "flies"), [(0, False), (1, True), (2, False), (3, False), (4, False)])
 def test_com_rc_in_mode_decides_between_the_receiver_and_the_ground_station(px4: Make, mode: int, flies: bool) -> None:
-    ground = px4(has_radio=True, parameters={"COM_RC_IN_MODE": mode})
+    ground = px4(receiver="low", parameters={"COM_RC_IN_MODE": mode})
     ground.sticks = manual(y=1000)
     ground.run(0.5)
     assert (ground.flight.sticks.roll > 0.9) is flies
 
 
 def test_in_mode_2_the_ground_station_takes_over_once_the_receiver_is_silent(px4: Make) -> None:
-    ground = px4(has_radio=True, parameters={"COM_RC_IN_MODE": 2})
+    ground = px4(receiver="low", parameters={"COM_RC_IN_MODE": 2})
     ground.sticks = manual(y=1000)
     ground.vehicle.failures.add(Failure.RADIO_LOST)
     ground.run(1.0)
@@ -294,18 +293,59 @@ def test_streams_come_without_being_asked_for(px4: Make) -> None:
         assert ground.of(name), name
 
 
-@pytest.mark.parametrize("flavour", ["ardupilot", "px4"])
-@pytest.mark.parametrize(("has_radio", "lost"), [(True, False), (True, True), (False, False)])
-def test_sys_status_is_honest_about_the_receiver(ground: Make, flavour: str, has_radio: bool, lost: bool) -> None:
-    options = {"flavour": PX4} if flavour == "px4" else {}
-    made = ground(has_radio=has_radio, failures={Failure.RADIO_LOST} if lost else set(), **options)
-    made.sticks = manual()
-    made.ready()
-    assert made.command(mavlink.MAV_CMD_REQUEST_MESSAGE, 1) == ACCEPTED
-    status = made.of("SYS_STATUS")[-1]
+@pytest.mark.parametrize("receiver", ["none", "low"])
+def test_sys_status_shows_a_receiver_while_sticks_come_that_count(px4: Make, receiver: str) -> None:
+    ground = px4(receiver=receiver, parameters={"COM_RC_IN_MODE": 1})
     bit = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
-    assert bool(status.onboard_control_sensors_present & bit) is has_radio
-    assert bool(status.onboard_control_sensors_health & bit) is (has_radio and not lost)
+    for sticks, present in ((manual(), True), (None, False)):
+        ground.sticks = sticks
+        ground.run(2.0)
+        status = ground.of("SYS_STATUS")[-1]
+        assert bool(status.onboard_control_sensors_present & bit) is present
+        assert status.onboard_control_sensors_health & bit
+
+
+@pytest.mark.parametrize(
+    ("receiver", "override", "count"),
+    [("none", False, None), ("low", False, 8), ("centred", False, 8), ("none", True, 18)],
+)
+def test_rc_channels_only_come_while_a_receiver_or_an_override_is_heard(
+    px4: Make, receiver: str, override: bool, count: int | None
+) -> None:
+    ground = px4(receiver=receiver)
+    if override:
+        ground.sticks = ground.override(1500, 1500, 1500, 1500)
+    ground.run(1.0)
+    ground.heard.clear()
+    ground.run(1.0)
+    counts = {message.chancount for message in ground.of("RC_CHANNELS")}
+    assert counts == ({count} if count is not None else set())
+
+
+@pytest.mark.parametrize(("action", "excepted"), [(0, ""), (1, ""), (2, ""), (3, ""), (2, "this"), (2, "the others")])
+@pytest.mark.parametrize(("mode", "bit"), [(Px4Mode.MISSION, 1), (Px4Mode.LOITER, 2), (Px4Mode.OFFBOARD, 4)])
+def test_what_follows_when_sticks_stop_in_a_mode_that_needs_none(
+    flying: Make, mode: Px4Mode, bit: int, action: int, excepted: str
+) -> None:
+    except_bits = {"": 0, "this": bit, "the others": 7 & ~bit}[excepted]
+    parameters = {"COM_RC_IN_MODE": 1, "NAV_RCL_ACT": action, "COM_RCL_EXCEPT": except_bits, "COM_FAIL_ACT_T": 0}
+    ground = flying(Px4Mode.LOITER, parameters=parameters)
+    place = ground.flight.origin.to_place(400, 0, 0)
+    items = [Item(16, x=round(place.lat_deg * 1e7), y=round(place.lon_deg * 1e7), z=20.0)] * 2
+    ground.flight.plans.store(0, items, None)
+    assert set_mode(ground, mode) == ACCEPTED
+    ground.run(1.0)
+    ground.sticks = None
+    ground.run(2.0)
+    follows = {0: mode, 1: Px4Mode.LOITER, 2: Px4Mode.RTL, 3: Px4Mode.LAND}[action]
+    assert ground.flight.mode is (mode if bit & except_bits else follows)
+
+
+def test_who_has_no_receiver_and_sends_no_sticks_can_fly_without_any(px4: Make) -> None:
+    ground = px4(parameters={"COM_RC_IN_MODE": 1})
+    ground.sticks = None
+    ground.run(1.0)
+    assert ground.command(mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 1) == ACCEPTED
 
 
 def test_it_disarms_two_seconds_after_a_landing(flying: Make) -> None:

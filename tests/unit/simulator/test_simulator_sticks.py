@@ -5,14 +5,15 @@ from __future__ import annotations
 import pytest
 
 from simulator.parameters import Parameters
+from simulator.receiver import Receiver
 from simulator.sticks import Sticks
 
 LEAVE, RELEASE_HIGH = 65535, 65534
 REST = [1500, 1500, 1000, 1500, 1800, 1000, 1000, 1800]
 
 
-def make(*, has_radio: bool = True, **parameters: float) -> Sticks:
-    sticks = Sticks(Parameters(parameters.items()), has_radio=has_radio)
+def make(receiver: Receiver = Receiver.LOW, **parameters: float) -> Sticks:
+    sticks = Sticks(Parameters(parameters.items()), receiver)
     sticks.update(0.0, transmitter_lost=False)
     return sticks
 
@@ -65,7 +66,7 @@ def test_override_time_of_zero_is_off_and_minus_one_is_for_ever(lasts_s, after_s
 
 
 def test_without_a_receiver_the_last_values_stay():
-    sticks = make(has_radio=False)
+    sticks = make(Receiver.NONE)
     assert sticks.pwm == [0] * 18
     assert not sticks.ever_heard
     assert (sticks.roll, sticks.pitch, sticks.yaw, sticks.throttle) == (0, 0, 0, 0)

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from wire.dialect import build, decode, mavlink
 from wire.frames import payload
-from wire.plan_comparison import changes, same_plan
 from wire.plans import (
     ITEMS_MOST,
     PlanItem,
@@ -111,37 +110,3 @@ def test_floats_are_rounded_to_32_bits_and_minus_zero_is_zero() -> None:
 def test_bytes_that_are_no_plan_are_refused(packed: bytes) -> None:
     with pytest.raises(ValueError, match="plan"):
         unpack_plan(packed)
-
-
-SENT = PlanItem(16, 6, (1.25, 5.0, None, 0.0), 473977419, 85455939, 20.004, 0)
-
-
-@pytest.mark.parametrize(
-    ("field", "value", "same"),
-    [
-        ("frame", 3, True),
-        ("frame", 0, False),
-        ("params", (1.0, 0.0, 0.0, 0.0), True),
-        ("params", (3.0, 5.0, None, 0.0), False),
-        ("params", (1.25, 5.0, None, 90.0), False),
-        ("z", 20.0, True),
-        ("z", 20.1, False),
-        ("autocontinue", 1, True),
-        ("x", 473977418, False),
-        ("y", 85455938, False),
-        ("command", 17, False),
-    ],
-)
-def test_what_autopilots_change_by_habit_is_told_and_no_other_plan(field: str, value: Any, same: bool) -> None:
-    kept = msgspec.structs.replace(SENT, **{field: value})
-    assert same_plan([SENT], [kept]) is same
-    assert changes([SENT], [kept])
-    assert not changes([SENT], [SENT])
-
-
-def test_a_command_that_lost_its_number_or_a_plan_that_lost_its_end_is_another() -> None:
-    speed = PlanItem(178, 2, (1.0, 12.0, -1.0, 0.0))
-    assert not same_plan([speed], [msgspec.structs.replace(speed, params=(1.0, 0.0, -1.0, 0.0))])
-    assert not same_plan([SENT, SENT], [SENT])
-    assert not same_plan([SENT], [SENT, SENT])
-    assert changes([SENT, SENT], [SENT])[0].item == 1

@@ -11,7 +11,7 @@ from cryptography.hazmat.primitives.ciphers.aead import ChaCha20Poly1305
 from wire.content import Frames, Ping, Pong, Purpose, Report, decode_content, encode_frames, encode_keepalive
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, LinkId
-from wire.key_agreement import agree, public_bytes
+from wire.key_agreement import agree_by_credential, public_bytes
 from wire.sealing import Opener, Sealer
 from wire.tagged import join, split_tagged, tag
 
@@ -79,7 +79,7 @@ def test_golden_datagrams_open() -> None:
 
 def test_link_keys_are_hkdf_sha256_as_written() -> None:
     agent, tower = (X25519PrivateKey.from_private_bytes(bytes([n]) * 32) for n in (0x11, 0x22))
-    keys = agree(agent, public_bytes(tower), credential_hash="ab" * 32, link_id=LinkId(5))
+    keys = agree_by_credential(agent, public_bytes(tower), credential_hash="ab" * 32, link_id=LinkId(5))
     assert keys.agent_to_tower + keys.tower_to_agent == golden("link_keys")
     extracted = hmac.digest(b"\xab" * 32, agent.exchange(tower.public_key()), hashlib.sha256)
     information = b"tower data v1" + (5).to_bytes(4, "little")

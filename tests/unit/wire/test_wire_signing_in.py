@@ -27,24 +27,24 @@ from wire.credential import Credential, MalformedCredential, parse_credential
 from wire.ids import DroneId, LinkId
 from wire.key_agreement import BadPublicKey, agree, public_bytes
 
-HASH = "5a" * 32
+SALT = b"z" * 32
 LINK = LinkId(77)
 
 
 def test_both_sides_get_the_same_keys_and_each_direction_its_own() -> None:
     agent, tower = X25519PrivateKey.generate(), X25519PrivateKey.generate()
-    at_agent = agree(agent, public_bytes(tower), credential_hash=HASH, link_id=LINK)
-    at_tower = agree(tower, public_bytes(agent), credential_hash=HASH, link_id=LINK)
+    at_agent = agree(agent, public_bytes(tower), salt=SALT, link_id=LINK)
+    at_tower = agree(tower, public_bytes(agent), salt=SALT, link_id=LINK)
     assert at_agent == at_tower
     assert at_agent.agent_to_tower != at_agent.tower_to_agent
     assert {len(key) for key in at_agent} == {32}
 
 
-def test_another_credential_or_link_makes_other_keys() -> None:
+def test_another_sign_in_or_link_makes_other_keys() -> None:
     agent, tower = X25519PrivateKey.generate(), X25519PrivateKey.generate()
     keys = {
-        agree(agent, public_bytes(tower), credential_hash=credential_hash, link_id=link_id)
-        for credential_hash in (HASH, "5b" * 32)
+        agree(agent, public_bytes(tower), salt=salt, link_id=link_id)
+        for salt in (SALT, b"y" * 32)
         for link_id in (LINK, LinkId(78))
     }
     assert len(keys) == 4
@@ -57,7 +57,7 @@ def test_another_credential_or_link_makes_other_keys() -> None:
 )
 def test_a_bad_public_key_is_refused(key: bytes) -> None:
     with pytest.raises(BadPublicKey):
-        agree(X25519PrivateKey.generate(), key, credential_hash=HASH, link_id=LINK)
+        agree(X25519PrivateKey.generate(), key, salt=SALT, link_id=LINK)
 
 
 SECRET = "A-b_" * 10 + "xyz"
@@ -120,6 +120,7 @@ def test_a_message_on_the_wire_is_as_documented() -> None:
         "order_id": 3,
         "epoch": 4,
         "reason": "taken by an admin",
+        "interrupts": True,
     }
 
 

@@ -56,7 +56,7 @@ export class AdminRest {
     return this.#rest.call('DELETE', `/users/${userId}/second-factor`);
   }
 
-  /** The credential that comes with the answer is for installing by hand; an enrolment makes its own. */
+  /** No agent can sign in as it before one has been enrolled. */
   async createDrone(name: string): Promise<Drone> {
     return readDrone((await this.#rest.call<{ drone: DroneOnWire }>('POST', '/drones', { name })).drone);
   }
@@ -67,6 +67,11 @@ export class AdminRest {
 
   deleteDrone(droneId: number): Promise<void> {
     return this.#rest.call('DELETE', `/drones/${droneId}`);
+  }
+
+  /** The link of its agent ends at once; it has to be enrolled anew. */
+  async revokeKey(droneId: number): Promise<Drone> {
+    return readDrone(await this.#rest.call<DroneOnWire>('DELETE', `/drones/${droneId}/key`));
   }
 
   addOwner(droneId: number, userId: number): Promise<unknown> {

@@ -15,11 +15,30 @@ export interface Account {
   readonly created_at: string;
   readonly must_change_password: boolean;
   readonly second_factor: boolean;
+  readonly passkeys: number;
 }
 
 export interface SecondFactor {
+  /** Codes of an authenticator. */
   readonly enabled: boolean;
+  /** How many there are: each is a second factor too. */
+  readonly passkeys: number;
   readonly recovery_codes_left: number;
+}
+
+/** How fresh this session's proof of who sits there is, and how it is renewed. */
+export interface Proof {
+  readonly fresh: boolean;
+  readonly fresh_until: string | null;
+  /** `passkey`, `password`: how this person can prove it, the best first. */
+  readonly kinds: readonly string[];
+  readonly code_needed: boolean;
+}
+
+/** What the tower thinks of a new password. */
+export interface PasswordJudgement {
+  readonly acceptable: boolean;
+  readonly message: string;
 }
 
 /** To be put into an authenticator: the tower tells it once. */
@@ -27,6 +46,23 @@ export interface SecondFactorBegun {
   readonly secret: string;
   readonly uri: string;
   readonly qr_svg: string;
+}
+
+export interface Passkey {
+  readonly id: number;
+  readonly name: string;
+  /** The host name of the tower at which it is good. */
+  readonly made_for: string;
+  /** It is kept in more than one device. */
+  readonly synced: boolean;
+  readonly created_at: string;
+  readonly last_used_at: string | null;
+}
+
+export interface PasskeyAdded {
+  readonly passkey: Passkey;
+  /** Empty where the account has some already. */
+  readonly recovery_codes: readonly string[];
 }
 
 /** A browser that is signed in. */
@@ -52,8 +88,10 @@ export interface ApiToken {
   readonly owner: NamedRef;
   readonly scopes: readonly Scope[];
   readonly created_at: string;
-  readonly expires_at: string | null;
+  readonly expires_at: string;
   readonly last_used_at: string | null;
+  /** Empty: never used. */
+  readonly last_used_address: string;
 }
 
 /** A drone lent to somebody who does not own it. */

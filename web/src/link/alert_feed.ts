@@ -14,6 +14,8 @@ export class AlertFeed {
   /** Statements come in pieces: the entry with this key, and the alert that it became. */
   readonly #keyOf = new Map<string, string>();
   readonly #silent = new Set<number>();
+  /** By drone: the alert of the hold that was ordered last. */
+  readonly #orderedHold = new Map<number, string>();
 
   /** Once a second or so: what holds now. */
   look(vehicles: Iterable<Vehicle>, nowMs: number): void {
@@ -60,12 +62,17 @@ export class AlertFeed {
     if (event.step === 'unconfirmed') {
       this.alerts.said(event.drone_id, 'critical', holdWords(event), nowMs);
     } else if (event.step === 'ordered') {
-      this.alerts.said(event.drone_id, 'warning', `Put on hold: ${causeWords(event.cause ?? 'order')}.`, nowMs);
+      const text = `Put on hold: ${causeWords(event.cause ?? 'order')}.`;
+      this.#orderedHold.set(event.drone_id, this.alerts.said(event.drone_id, 'warning', text, nowMs));
+    } else if (event.step === 'not_needed') {
+      const key = this.#orderedHold.get(event.drone_id);
+      if (key !== undefined) this.alerts.reworded(key, `No hold was needed${event.detail ? `: ${event.detail}` : ''}.`);
     }
   }
 
   clear(): void {
     this.#keyOf.clear();
+    this.#orderedHold.clear();
     this.#silent.clear();
     this.separations.clear();
     this.alerts.clear();

@@ -1,7 +1,10 @@
 /** What about a drone wants attention as long as it lasts. Pure: from its values to a list, worst first. */
 
 import type { FlightValues } from './flight_values';
-import type { Drone } from './wire_types';
+import { DOES } from './hold_view';
+import { lostLinkWords } from './loss_countdown';
+import { flightTask } from './modes';
+import type { Drone, HoldView } from './wire_types';
 
 export type AlertSeverity = 'critical' | 'warning' | 'notice';
 
@@ -17,20 +20,29 @@ export const SILENCE = 'autopilot-silent';
 export const BATTERY_LOW_PERCENT = 30;
 export const BATTERY_CRITICAL_PERCENT = 15;
 
+const WRONG_PLACE = 'Where it is shown may be wrong, and others are not warned of it.';
+const MOTION_WORDS: Record<NonNullable<Drone['suspicious_motion']>, string> = {
+  jump: `Its position jumped. ${WRONG_PLACE}`,
+  speed: `It says that it flies faster than a drone can. ${WRONG_PLACE}`,
+  height: `It says that it is where no drone can fly: too high or too low. ${WRONG_PLACE}`,
+  course: `It does not go where its speed says. ${WRONG_PLACE}`,
+};
+
 /** In the air, and nobody has the controls. */
 export function isUnattended(drone: Drone, values: Pick<FlightValues, 'airborne'>): boolean {
-  return drone.holder === null && (drone.airborne || values.airborne);
+  return drone.holder === null && (drone.airborne === true || values.airborne === true);
 }
 
-/** `wasAirborne`: in the air when it was last heard. */
-export function conditionsOf(drone: Drone, values: FlightValues, wasAirborne: boolean): Condition[] {
+/** `wasAirborne`: in the air when it was last heard; null: nobody knows. */
+export function conditionsOf(drone: Drone, values: FlightValues, wasAirborne: boolean | null): Condition[] {
   const found: Condition[] = [];
-  const say = (id: string, severity: AlertSeverity, text: string): number => found.push({ id, severity, text });
+  const say: Say = (id, severity, text) => found.push({ id, severity, text });
   if (!drone.online) {
     // One that was never on, or was switched off on the ground, is no news.
-    if (wasAirborne) say('link-lost', 'critical', `Link lost while in the air. It will ${lostActionWords(drone)}.`);
+    if (wasAirborne) say('link-lost', 'critical', `Link lost while in the air. ${lastWords(drone, values)}`);
     return found;
   }
+  sayLostAction(drone.hold, say);
   if (values.heartbeatAgeMs !== null && values.state === 'lost') {
     say(SILENCE, wasAirborne ? 'critical' : 'warning', 'Its autopilot is not heard any more.');
     return found;
@@ -49,16 +61,37 @@ export function conditionsOf(drone: Drone, values: FlightValues, wasAirborne: bo
   if (values.airborne && (values.gpsFix === 'none' || values.gpsFix === 'no fix')) {
     say('gps', 'warning', 'No GPS fix while in the air.');
   }
+  if (drone.suspicious_motion) say('motion', 'warning', MOTION_WORDS[drone.suspicious_motion]);
   if (isUnattended(drone, values)) say('unattended', 'warning', 'In the air, and nobody has the controls.');
   return found;
 }
 
-function lostActionWords({ lost_action: action, lost_action_s: afterS }: Drone): string {
-  const words = {
-    return: 'return',
-    land: 'land',
-    continue: 'continue its mission',
-    nothing: 'do what its autopilot does',
-  };
-  return `hold, and after ${afterS} s ${words[action]}`;
+type Say = (id: string, severity: AlertSeverity, text: string) => void;
+
+/** Nobody flies it: told when the countdown begins, and again when the drone acts. */
+function sayLostAction(hold: HoldView | null, say: Say): void {
+  if (hold === null || hold.lost === null) return;
+  const action = hold.action === null ? undefined : DOES[hold.action];
+  const does = action ? `It ${action}` : 'It acts by itself';
+  if (hold.phase === 'counting') {
+    const why = hold.lost === 'person' ? 'Nobody flies it.' : 'It has lost the tower.';
+    const due = hold.due_at === null ? NaN : Date.parse(hold.due_at);
+    const when = Number.isFinite(due) ? ` at ${new Date(due).toISOString().slice(11, 19)} UTC` : ' soon';
+    const unless = hold.lost === 'person' && hold.action !== 'stay' ? ', unless somebody flies it or says "stay"' : '';
+    say('lost-action-counting', 'warning', `${why} ${does}${when}${unless}.`);
+  } else if (hold.phase === 'asking' || hold.phase === 'done') {
+    const why = hold.lost === 'person' ? 'nobody flew it' : 'it had lost the tower';
+    say('lost-action', 'warning', `${does}: ${why}.`);
+  }
+}
+
+function lastWords(drone: Drone, values: FlightValues): string {
+  return lostLinkWords('It', {
+    isAirborne: true,
+    mode: values.mode,
+    task: flightTask(values.autopilot, values.customMode),
+    hold: drone.hold,
+    lostAction: drone.lost_action,
+    lostActionS: drone.lost_action_s,
+  });
 }

@@ -19,8 +19,14 @@ export type DroneCommand =
       readonly height_m: number;
       readonly speed_m_s?: number;
     }
-  | { readonly command: 'set_home'; readonly lat: number; readonly lon: number; readonly altitude_m: number }
-  | { readonly command: 'set_home'; readonly here: true }
+  | {
+      readonly command: 'set_home';
+      readonly lat: number;
+      readonly lon: number;
+      readonly altitude_m: number;
+      readonly while_flying?: boolean;
+    }
+  | { readonly command: 'set_home'; readonly here: true; readonly while_flying?: boolean }
   | { readonly command: 'speed'; readonly m_s: number }
   | { readonly command: 'yaw'; readonly deg: number; readonly relative?: boolean }
   /** Items count from 0, as in the plan. */

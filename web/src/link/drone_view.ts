@@ -3,8 +3,8 @@
 import type { Drone, User } from './wire_types';
 
 const BEFORE_THESE_FIELDS = {
-  armed: false,
-  airborne: false,
+  armed: null,
+  airborne: null,
   airborne_since: null,
   offered: false,
   assistant: null,
@@ -12,6 +12,7 @@ const BEFORE_THESE_FIELDS = {
   may_watch_video: true,
   lost_action: 'return',
   lost_action_s: 30,
+  hold: null,
   profile: null,
   profile_chosen: 'auto',
   profile_why: '',
@@ -24,12 +25,37 @@ export function readDrone(raw: DroneOnWire): Drone {
   return { ...BEFORE_THESE_FIELDS, ...raw };
 }
 
+/** Of two sources: true where either says so, null where neither knows. */
+export const eitherSays = (one: boolean | null, other: boolean | null): boolean | null =>
+  one === true || other === true ? true : (one ?? other);
+
+/** Whether this user may have its controls, if they are free. */
+export function mayHaveControls(drone: Drone, user: Pick<User, 'id' | 'role'>): boolean {
+  if (drone.relation !== undefined) return drone.relation !== 'observer' && drone.relation !== 'stranger';
+  return (
+    user.role === 'admin' ||
+    drone.owners.some(({ id }) => id === user.id) ||
+    (drone.loans ?? []).some(({ user: { id } }) => id === user.id)
+  );
+}
+
+/** Whether this user takes controls from others, gives them back, assists: an admin of the tower, or of its team. */
+export const mayTake = (drone: Drone, user: Pick<User, 'role'>): boolean =>
+  user.role === 'admin' || drone.relation === 'team-admin';
+
+/** Whether this user may say "stay": the holder, and whoever may fly it and is not shut out. */
+export function mayStay(drone: Drone, user: Pick<User, 'id' | 'role'>): boolean {
+  if (user.role === 'admin' || drone.holder?.id === user.id) return true;
+  if (drone.taken_from?.id === user.id && !drone.offered) return false;
+  return mayHaveControls(drone, user);
+}
+
 /** Whether this user begins and ends recordings of its video. */
 export const mayRecord = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
   user.role === 'admin' || drone.holder?.id === user.id;
 
 export const mayDeleteRecordings = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
-  user.role === 'admin' || drone.owners.some(({ id }) => id === user.id);
+  mayTake(drone, user) || drone.owners.some(({ id }) => id === user.id);
 
 /** Whether this user's commands may go to the drone. An assisting admin's do as well as the holder's. */
 export function mayCommand(drone: Drone, user: Pick<User, 'id'>): boolean {

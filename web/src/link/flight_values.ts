@@ -10,6 +10,8 @@ import { modeName } from './modes';
 import type { Telemetry } from './telemetry';
 
 const HEARTBEAT_LIMIT_MS = 5_000;
+/** Beyond this a heartbeat proves nothing about the motors; what the agent told the tower counts then. */
+const ARMED_LIMIT_MS = 3_000;
 const AIRBORNE_ABOVE_M = 1.5;
 const UNKNOWN_U16 = 0xffff;
 /** In a thin stream the one comes less often than the other; then the one that is not old counts. */
@@ -24,8 +26,9 @@ export interface FlightValues {
   readonly autopilot: number | null;
   readonly customMode: number | null;
   readonly mode: string | null;
+  /** Null: not known, because the autopilot has not been heard, or not for some seconds. */
   readonly armed: boolean | null;
-  readonly airborne: boolean;
+  readonly airborne: boolean | null;
   readonly landed: string | null;
   readonly place: Place | null;
   readonly headingDeg: number | null;
@@ -61,6 +64,8 @@ export interface FlightValues {
 /** What is known about the drone beside its telemetry. */
 export interface Beside {
   readonly online: boolean;
+  /** As the tower says. */
+  readonly armed: boolean | null;
   readonly target: Target | null;
   readonly link: LinkQuality | null;
   readonly airborneSinceMs: number | null;
@@ -104,20 +109,21 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
   const homeAt = telemetry.newest('HOME_POSITION')?.fields;
   const landedState = telemetry.newest('EXTENDED_SYS_STATE')?.fields.landed_state ?? MAV_LANDED_STATE.UNDEFINED;
 
-  const armed = heartbeat ? (heartbeat.fields.base_mode & MAV_MODE_FLAG.SAFETY_ARMED) !== 0 : null;
+  const heartbeatAgeMs = heartbeat ? nowMs - heartbeat.atMs : null;
+  const isHeard = beside.online && heartbeatAgeMs !== null && heartbeatAgeMs <= HEARTBEAT_LIMIT_MS;
+  const armedHeard = heartbeat ? (heartbeat.fields.base_mode & MAV_MODE_FLAG.SAFETY_ARMED) !== 0 : null;
+  const armed = !isHeard ? null : heartbeatAgeMs <= ARMED_LIMIT_MS ? armedHeard : beside.armed;
   const altRelM = position ? position.relative_alt / 1000 : null;
   const airborne =
-    armed === true &&
+    armed &&
     (landedState === MAV_LANDED_STATE.UNDEFINED
       ? (altRelM ?? 0) > AIRBORNE_ABOVE_M
       : landedState !== MAV_LANDED_STATE.ON_GROUND);
   const here = position ? place(position.lat, position.lon) : null;
   const home = homeAt ? place(homeAt.latitude, homeAt.longitude) : null;
-  const heartbeatAgeMs = heartbeat ? nowMs - heartbeat.atMs : null;
-  const isHeard = beside.online && heartbeatAgeMs !== null && heartbeatAgeMs <= HEARTBEAT_LIMIT_MS;
 
   return {
-    state: stateOf(isHeard, heartbeat?.fields.system_status ?? 0, armed === true, airborne),
+    state: stateOf(heartbeat?.fields.system_status ?? 0, armed, airborne),
     heartbeatAgeMs,
     autopilot: heartbeat?.fields.autopilot ?? null,
     customMode: heartbeat?.fields.custom_mode ?? null,
@@ -174,8 +180,8 @@ function isHealthy(report: {
   return worst < EKF_VARIANCE_LIMIT && (report.flags & EKF_NEEDED) === EKF_NEEDED;
 }
 
-function stateOf(isHeard: boolean, systemStatus: number, armed: boolean, airborne: boolean): DroneState {
-  if (!isHeard) return 'lost';
+function stateOf(systemStatus: number, armed: boolean | null, airborne: boolean | null): DroneState {
+  if (armed === null) return 'lost';
   if (systemStatus === MAV_STATE.CRITICAL || systemStatus === MAV_STATE.EMERGENCY) return 'alert';
   if (airborne) return 'flying';
   return armed ? 'armed' : 'idle';

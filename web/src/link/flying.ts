@@ -131,8 +131,11 @@ export class Flying {
     return here ? this.goTo(here, headingDeg) : NO_PLACE;
   }
 
-  homeHere(): Promise<Outcome> {
-    return this.#commands.run(homeHereCommand());
+  /** In the air as high as the present home: the autopilot would lift it to where it is, and all heights above it. */
+  homeHere(isOnGround: boolean): Promise<Outcome> {
+    if (isOnGround) return this.#commands.run(homeHereCommand());
+    const here = this.#here();
+    return here ? this.homeAt(here) : Promise.resolve(NO_HOME);
   }
 
   /** As high as the present home: a map says nothing about heights. */

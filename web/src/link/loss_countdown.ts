@@ -1,52 +1,122 @@
-/** What a drone in the air does while its link, or ours, is lost: known beforehand, because nobody can tell us then. */
+/**
+ * What a drone in the air does while its link, or ours, is lost. Nobody can tell us then, so it is said from what was
+ * heard last: the hold, the mode, the lost action. It is never more than that, and the words say so.
+ */
 
-import type { LostAction } from './wire_types';
+import { DOING, dueMs, plainMode } from './hold_view';
+import type { FlightTask } from './modes';
+import type { HoldView, LostAction } from './wire_types';
 
-export interface Silence {
-  /** `own`: this page has no connection to the tower. `drone`: the tower does not hear the drone. */
-  readonly whose: 'own' | 'drone';
-  readonly sinceMs: number;
-  /** As last known. */
-  readonly isAirborne: boolean;
+/** What was known of it when it was heard last. */
+export interface LastHeard {
+  /** Null: not known. */
+  readonly isAirborne: boolean | null;
+  readonly mode: string | null;
+  readonly task: FlightTask | null;
+  readonly hold: HoldView | null;
   readonly lostAction: LostAction;
   readonly lostActionS: number;
 }
 
+export interface Silence extends LastHeard {
+  /** `own`: this page has no connection to the tower. `drone`: the tower does not hear the drone. */
+  readonly whose: 'own' | 'drone';
+  readonly sinceMs: number;
+  /** By how much the tower's time of day is behind our clock. */
+  readonly towerLagMs: number;
+}
+
 export interface Countdown {
   readonly whose: Silence['whose'];
-  /** Rounded up; 0 once the time is over. */
-  readonly secondsLeft: number;
+  /** Rounded up; 0 once the time is over. Null where nothing is counted. */
+  readonly secondsLeft: number | null;
   readonly text: string;
 }
 
-const WILL: Record<LostAction, string> = {
-  return: 'return',
-  land: 'land',
-  continue: 'go on with its mission',
-  nothing: 'do what its autopilot is set to',
-};
-const SHOULD_BE: Record<LostAction, string> = {
-  return: 'returning',
-  land: 'landing',
-  continue: 'going on with its mission',
-  nothing: 'doing what its autopilot is set to',
-};
+const IF_ALIVE = 'if its agent is alive';
 
-/** Null when there is nothing to count down: it was on the ground. */
+/** The task of a drone whose lost action is under way, and otherwise that of its mode. */
+function taskOf({ hold, task }: LastHeard): FlightTask | null {
+  if (hold?.phase === 'asking' || hold?.phase === 'done') {
+    if (hold.action === 'return') return 'return';
+    if (hold.action === 'land') return 'landing';
+  }
+  return task;
+}
+
+/** "was flying its mission" */
+export function wasWords(last: LastHeard): string {
+  const { hold, mode } = last;
+  const task = taskOf(last);
+  if (task === 'return') return 'was returning';
+  if (task === 'landing') return 'was landing';
+  if (hold?.open) {
+    if (hold.stage === 'stay') return `held in ${plainMode(hold.mode)}`;
+    return hold.stage === 'altitude' ? 'held its height only' : 'was told to hold, not confirmed';
+  }
+  if (task === 'mission') return 'was flying its mission';
+  if (task === 'by-hand') return `was in ${mode ?? 'a mode'}, which obeys sticks`;
+  return mode === null ? '' : `was in ${mode}`;
+}
+
+/** What its agent told that it is about to do, else what the drone is set to; null: a newer tower knows another one. */
+function actionOf({ hold, lostAction }: LastHeard): LostAction | null {
+  const told = hold && hold.phase !== 'quiet' && hold.phase !== 'stayed' ? hold.action : null;
+  const action = told ?? lostAction;
+  return action in DOING ? action : null;
+}
+
+/** What it and its agent do, with `when` ("in about 11 s"). */
+function thenWords(last: LastHeard, when: string): string {
+  const task = taskOf(last);
+  const goesOn = 'it should go on with that';
+  if (task === 'return' || task === 'landing') return goesOn;
+  const isOnMission = task === 'mission' && last.hold?.open !== true;
+  const isToBeHeld = task === 'by-hand' && last.hold?.open !== true;
+  const agent = isToBeHeld ? 'its agent puts it on hold and' : 'its agent';
+  const surely = `(${IF_ALIVE})`;
+  switch (actionOf(last)) {
+    case 'return':
+      return `${agent} will return it ${when} ${surely}`;
+    case 'land':
+      return `${agent} will land it ${when} ${surely}`;
+    case 'stay':
+      return `${isOnMission ? `${goesOn}; ` : ''}${agent} returns it when its battery needs the way home ${surely}`;
+    case 'continue':
+      if (isOnMission) return goesOn;
+      return `${agent} goes on with a mission, or leaves it where it is ${surely}`;
+    case null:
+      return 'what its agent will do is not known to this page';
+  }
+}
+
+function beforeWords(name: string, last: LastHeard, heard = ''): string {
+  const airborne = last.isAirborne === null ? `Whether ${name} is in the air is not known. ` : '';
+  const was = wasWords(last);
+  return airborne + (was ? `${heard}${name} ${was}` : `What ${name} was doing is not known`);
+}
+
+/** For an alert, which stands still: without a countdown. */
+export const lostLinkWords = (name: string, last: LastHeard): string =>
+  `${beforeWords(name, last)}; ${thenWords(last, `after ${last.lostActionS} s without the tower`)}.`;
+
+/** Null when there is nothing to say: it was on the ground. */
 export function countdown(droneName: string, silence: Silence, nowMs: number): Countdown | null {
-  if (!silence.isAirborne) return null;
-  const action: LostAction = silence.lostAction in WILL ? silence.lostAction : 'nothing';
+  if (silence.isAirborne === false) return null;
+  const { whose, sinceMs, lostActionS, hold, towerLagMs } = silence;
+  const action = actionOf(silence);
+  const task = taskOf(silence);
+  const isCounted = (action === 'return' || action === 'land') && task !== 'return' && task !== 'landing';
+  const dueAtMs = Math.min(sinceMs + lostActionS * 1000, dueMs(hold, towerLagMs) ?? Infinity);
   // The page's clock ticks now and then, so it may still show a time before the loss.
-  const elapsedMs = Math.max(0, nowMs - silence.sinceMs);
-  const leftMs = silence.lostActionS * 1000 - elapsedMs;
-  const secondsLeft = Math.max(0, Math.ceil(leftMs / 1000));
-  // With our own connection gone we cannot know whether the drone has lost the tower too.
-  const condition = silence.whose === 'own' ? 'If the tower is lost to it as well and' : 'If';
+  const secondsLeft = isCounted ? Math.max(0, Math.ceil((dueAtMs - Math.max(nowMs, sinceMs)) / 1000)) : null;
+  const then =
+    isCounted && secondsLeft === 0
+      ? `it should be ${DOING[action]} now (${IF_ALIVE})`
+      : thenWords(silence, `in about ${secondsLeft} s`);
   const text =
-    secondsLeft > 0
-      ? `${droneName} holds. ${condition} the link does not come back it will ${WILL[action]} in ${secondsLeft} s.`
-      : silence.whose === 'own'
-        ? `${droneName} should now be ${SHOULD_BE[action]} if the tower is lost to it as well; otherwise it holds.`
-        : `${droneName} should now be ${SHOULD_BE[action]}.`;
-  return { whose: silence.whose, secondsLeft, text };
+    whose === 'own'
+      ? `${beforeWords(droneName, silence, 'When this page heard it last, ')}. If it has lost the tower too, ${then}.`
+      : `${beforeWords(droneName, silence)}; ${then}.`;
+  return { whose, secondsLeft, text };
 }

@@ -21,6 +21,27 @@ export interface PlanRead extends PlanOnBoard {
   readonly read_at: string | null;
 }
 
+/** A number of an item that the drone's autopilot would not keep. */
+export interface PlanChange {
+  readonly item: number;
+  /** command, frame, param1 to param4, x, y, z, autocontinue. */
+  readonly field: string;
+  readonly sent: number | null;
+  readonly kept: number | null;
+  /** `flight`: it flies otherwise; `refused`: the upload will fail. */
+  readonly effect: 'flight' | 'refused';
+  readonly words: string;
+}
+
+/** What becomes of a plan in a drone's autopilot, told before it is sent. */
+export interface PlanForeseen {
+  readonly autopilot: string;
+  readonly changes: readonly PlanChange[];
+  readonly count: number;
+  /** How many numbers are kept in another way that changes nothing in the flight. */
+  readonly quiet: number;
+}
+
 /** A plan in the library, without the plan. */
 export interface SavedMission {
   readonly id: number;
@@ -71,6 +92,11 @@ export class MissionRest {
 
   verify(droneId: number, kind: PlanKind, items: readonly Row[]): Promise<Operation> {
     return this.#operations.start('POST', `/drones/${droneId}/${kind}/verify`, { items });
+  }
+
+  /** Nothing is sent to the drone. */
+  foresee(droneId: number, kind: PlanKind, items: readonly Row[]): Promise<PlanForeseen> {
+    return this.#rest.call('POST', `/drones/${droneId}/${kind}/kept`, { items });
   }
 
   missions(): Promise<readonly SavedMission[]> {

@@ -85,11 +85,13 @@ const PX4_MODES = {
   mission: px4('MISSION', PX4_AUTO, 4),
   returns: px4('RETURN', PX4_AUTO, 5),
   land: px4('LAND', PX4_AUTO, 6),
+  precisionLand: px4('PRECISION LAND', PX4_AUTO, 9),
   stabilized: px4('STABILIZED', 7),
 };
 
 const PX4: ModeSet = {
-  modes: Object.values(PX4_MODES),
+  // A precision landing is begun by missions and returns; to choose, LAND is the mode.
+  modes: Object.values(PX4_MODES).filter((mode) => mode !== PX4_MODES.precisionLand),
   hold: PX4_MODES.loiter,
   returns: PX4_MODES.returns,
   land: PX4_MODES.land,
@@ -113,9 +115,39 @@ export function obeysSticks(autopilot: number, customMode: number): boolean {
   return modeSetOf(autopilot)?.modes.find((mode) => mode.customMode === customMode)?.obeysSticks ?? false;
 }
 
+/** What a drone in the air does in a mode, as far as losing somebody goes. */
+export type FlightTask = 'mission' | 'return' | 'landing' | 'by-hand' | 'by-itself';
+
+const COPTER_TASKS: Readonly<Record<number, FlightTask>> = {
+  [COPTER_MODE.AUTO]: 'mission',
+  [COPTER_MODE.RTL]: 'return',
+  [COPTER_MODE.SMART_RTL]: 'return',
+  [COPTER_MODE.AUTO_RTL]: 'return',
+  [COPTER_MODE.LAND]: 'landing',
+};
+const PX4_TASKS: Readonly<Record<number, FlightTask>> = {
+  [PX4_MODES.mission.customMode]: 'mission',
+  [PX4_MODES.returns.customMode]: 'return',
+  [PX4_MODES.land.customMode]: 'landing',
+  [PX4_MODES.precisionLand.customMode]: 'landing',
+};
+
+/** Null for a mode that we do not know. */
+export function flightTask(autopilot: number | null, customMode: number | null): FlightTask | null {
+  const set = autopilot === null || customMode === null ? null : modeSetOf(autopilot);
+  if (set === null || customMode === null) return null;
+  const task = (set === PX4 ? PX4_TASKS : COPTER_TASKS)[customMode];
+  if (task) return task;
+  const mode = set.modes.find((one) => one.customMode === customMode);
+  return mode ? (mode.obeysSticks ? 'by-hand' : 'by-itself') : null;
+}
+
 export function modeName(autopilot: number, customMode: number): string {
   const known = modeSetOf(autopilot)?.modes.find((mode) => mode.customMode === customMode);
   if (known) return known.name;
+  if (autopilot === MAV_AUTOPILOT.PX4 && customMode === PX4_MODES.precisionLand.customMode) {
+    return PX4_MODES.precisionLand.name;
+  }
   const other = Object.entries(COPTER_MODE).find(([, number]) => number === customMode);
   if (autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA && other) return words(other[0]);
   return `MODE ${customMode}`;

@@ -1,7 +1,8 @@
 /** The tower's REST interface under /api/v1. Every failure is a `RestError` with words for people. */
 
 import { readDrone, type DroneOnWire } from './drone_view';
-import type { LossCheck, RehearsalTerms, SafetySettings } from './safety_types';
+import type { PasskeyCredential, PasskeyOptions } from './passkeys';
+import type { LossCheck, ReceiverSetup, RehearsalTerms, SafetySettings } from './safety_types';
 import type { Drone, Online, RehearsedLoss, User } from './wire_types';
 
 export interface FieldError {
@@ -23,6 +24,8 @@ export class RestError extends Error {
     readonly retryAfterS: number | null = null,
     /** Of a plan: the item that is refused, from 0. */
     readonly item: number | null = null,
+    /** Which kinds of second factor will do, the best first: `passkey`, `code`. */
+    readonly kinds: readonly string[] = [],
   ) {
     super(detail || title);
     this.name = 'RestError';
@@ -34,7 +37,7 @@ export class RestError extends Error {
   }
 }
 
-export type ControlAction = 'acquire' | 'release' | 'take' | 'give' | 'accept' | 'assist' | 'unassist';
+export type ControlAction = 'acquire' | 'release' | 'take' | 'give' | 'accept' | 'assist' | 'unassist' | 'stay';
 
 export interface ControlWords {
   readonly reason?: string;
@@ -42,8 +45,16 @@ export interface ControlWords {
   readonly watch?: boolean;
   /** With `take`: whether the pilot may still watch its video; `move`: not until it is offered back. */
   readonly video?: 'keep' | 'move';
+  /** With `take`: also a return or a landing that the autopilot flies is ended. */
+  readonly interrupt?: boolean;
   /** With `accept`: "I have control". */
   readonly sticks_centred?: boolean;
+}
+
+/** Nothing, or one of the two. */
+export interface SecondFactorAnswer {
+  readonly code?: string;
+  readonly passkey?: PasskeyCredential;
 }
 
 type Fetch = (path: string, init: RequestInit) => Promise<Response>;
@@ -51,19 +62,32 @@ type Fetch = (path: string, init: RequestInit) => Promise<Response>;
 const BASE = '/api/v1';
 
 export class Rest {
+  /** Asks the person who sits there to prove who they are. True: they did, and the request is sent once more. */
+  onProofNeeded: (() => Promise<boolean>) | null = null;
   readonly #fetch: Fetch;
 
   constructor(fetcher: Fetch = (path, init) => fetch(path, init)) {
     this.#fetch = fetcher;
   }
 
-  /** `code`: of the authenticator or a recovery code, where the account asks for one. */
-  signIn(name: string, password: string, code = ''): Promise<User> {
-    return this.#call('POST', '/session', code ? { name, password, code } : { name, password });
+  /** With the second factor where the account asks for one: a code (of the authenticator, or a recovery code) or a
+   * passkey. */
+  signIn(name: string, password: string, second: SecondFactorAnswer = {}): Promise<User> {
+    return this.#call('POST', '/session', { name, password, ...second });
   }
 
-  changePassword(oldPassword: string, newPassword: string): Promise<User> {
-    return this.#call('POST', '/me/password', { old_password: oldPassword, new_password: newPassword });
+  /** What a passkey is to answer before somebody is signed in: good once, for five minutes. */
+  async passkeyOptions(): Promise<PasskeyOptions> {
+    return (await this.#call<{ public_key: PasskeyOptions }>('POST', '/session/passkey/options')).public_key;
+  }
+
+  signInWithPasskey(credential: PasskeyCredential): Promise<User> {
+    return this.#call('POST', '/session/passkey', { credential });
+  }
+
+  changePassword(oldPassword: string, newPassword: string, keepTokens = false): Promise<User> {
+    const body = { old_password: oldPassword, new_password: newPassword, keep_tokens: keepTokens };
+    return this.#call('POST', '/me/password', body);
   }
 
   signOut(): Promise<void> {
@@ -113,8 +137,13 @@ export class Rest {
     return this.#call('GET', `/drones/${droneId}/loss-check`);
   }
 
-  acknowledgeLossCheck(droneId: number): Promise<LossCheck> {
-    return this.#call('POST', `/drones/${droneId}/loss-check/acknowledge`, {});
+  /** `droneName`: as the user wrote it, who must mean this very drone. */
+  acknowledgeLossCheck(droneId: number, droneName: string): Promise<LossCheck> {
+    return this.#call('POST', `/drones/${droneId}/loss-check/acknowledge`, { drone: droneName });
+  }
+
+  receiverSetup(droneId: number): Promise<ReceiverSetup> {
+    return this.#call('GET', `/drones/${droneId}/receiver-setup`);
   }
 
   rehearsal(droneId: number): Promise<RehearsalTerms> {
@@ -137,6 +166,16 @@ export class Rest {
     body?: unknown,
     more: Readonly<Record<string, string>> = {},
   ): Promise<T> {
+    try {
+      return await this.#callOnce<T>(method, path, body, more);
+    } catch (error) {
+      const isAsked = error instanceof RestError && error.slug === 'proof-needed' && this.onProofNeeded;
+      if (!isAsked || !(await isAsked())) throw error;
+    }
+    return this.#callOnce<T>(method, path, body, more);
+  }
+
+  async #callOnce<T>(method: string, path: string, body: unknown, more: Readonly<Record<string, string>>): Promise<T> {
     const headers: Record<string, string> = { Accept: 'application/json, application/problem+json', ...more };
     if (body !== undefined) headers['Content-Type'] = 'application/json';
     const init: RequestInit = { method, headers, credentials: 'same-origin' };
@@ -171,7 +210,9 @@ async function problemOf(answer: Response): Promise<RestError> {
   const waits = Number(answer.headers.get('Retry-After') ?? NaN);
   const retryAfterS = Number.isFinite(waits) ? waits : null;
   const item = typeof problem['item'] === 'number' ? problem['item'] : null;
-  return new RestError(answer.status, title, detail, words('type'), fieldErrors(problem['errors']), retryAfterS, item);
+  const errors = fieldErrors(problem['errors']);
+  const kinds = Array.isArray(problem['kinds']) ? problem['kinds'].map(String) : [];
+  return new RestError(answer.status, title, detail, words('type'), errors, retryAfterS, item, kinds);
 }
 
 function fieldErrors(value: unknown): FieldError[] {

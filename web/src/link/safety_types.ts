@@ -5,7 +5,6 @@ import type { LostAction, RehearsedLoss, StreamProfile } from './wire_types';
 export interface SafetySettings {
   /** Mode names, tried in order; altitude hold always comes last, named or not. */
   readonly hold_ladder: readonly string[];
-  readonly hold_bound_s: number;
   readonly sticks_stale_s: number;
   readonly sticks_late_s: number;
   readonly commands_late_s: number;
@@ -35,6 +34,27 @@ export interface LossCheck {
   readonly sentences: readonly LossSentence[];
   readonly dangerous: boolean;
   readonly acknowledged: boolean;
+}
+
+/** A parameter that flying without a radio receiver depends on. */
+export interface ReceiverSetupRow {
+  readonly name: string;
+  /** Null: not read yet. */
+  readonly now: number | null;
+  readonly wanted: number;
+  readonly why: string;
+  readonly ok: boolean;
+}
+
+export interface ReceiverSetup {
+  readonly autopilot: 'ardupilot' | 'px4' | '';
+  readonly has_radio: boolean | null;
+  /** There is no receiver, and something is not as it should be. */
+  readonly needed: boolean;
+  /** Every one of the parameters was read. */
+  readonly known: boolean;
+  readonly rows: readonly ReceiverSetupRow[];
+  readonly text: string;
 }
 
 /** What a rehearsal would be. */

@@ -1,6 +1,6 @@
 /**
  * Which drones come near each other, as the tower's watch says (docs/separation.md): an alert each, and what the map draws of it.
- * The other drone may be one that we may not see: then only where it is is known.
+ * The other drone may be one that we may not see: then only roughly where it is is known, and not which.
  */
 
 import type { Alerts } from './alerts';
@@ -29,23 +29,29 @@ export function separationWords(
 ): string {
   const [own, other] = event.drones;
   const { in_s: inS, horizontal_m: horizontalM, vertical_m: verticalM } = event;
-  const both =
-    other === null ? `${nameOf(own)} and a drone that is not of your squad` : `${nameOf(own)} and ${nameOf(other)}`;
+  if (other === null) return strangerWords(event, nameOf(own), length);
+  const both = `${nameOf(own)} and ${nameOf(other)}`;
   const apart =
     horizontalM === null || verticalM === null
       ? ''
       : ` ${length(horizontalM)} apart, ${length(verticalM)} in height${inS !== null && inS > SOON_S ? `, in ${Math.round(inS)} s` : ''}`;
   const what = inS !== null && inS > SOON_S ? 'will be' : 'are';
-  const words = apart ? `${both} ${what}${apart}.` : `${both} are too near each other.`;
-  return other === null ? `${words}${whereWords(event, nameOf(own), length)}` : words;
+  return apart ? `${both} ${what}${apart}.` : `${both} are too near each other.`;
 }
 
-function whereWords(event: SeparationEvent, ownName: string, length: LengthWords): string {
-  const { bearing_deg: bearing, distance_m: away, above_m: above } = event;
-  if (bearing === null || away === null || above === null) return '';
+/** What is known of a drone that we may not see is rounded by the tower. */
+function strangerWords(event: SeparationEvent, ownName: string, length: LengthWords): string {
+  const { in_s: inS, bearing_deg: bearing, distance_m: away, above_m: above } = event;
+  const both = `${ownName} and another drone`;
+  const when =
+    inS !== null && inS > SOON_S
+      ? `${both} will be near each other in about ${Math.round(inS)} s.`
+      : `${both} are near each other.`;
+  if (bearing === null || away === null || above === null) return when;
   const height =
-    Math.abs(above) < 1 ? 'at the same height' : `${length(Math.abs(above))} ${above > 0 ? 'higher' : 'lower'}`;
-  return ` Seen from ${ownName} it is ${length(away)} to the ${directionWords(bearing)}, ${height}.`;
+    above === 0 ? 'at about the same height' : `about ${length(Math.abs(above))} ${above > 0 ? 'higher' : 'lower'}`;
+  const degrees = String(Math.round(bearing)).padStart(3, '0');
+  return `${when} Seen from ${ownName} it is about ${length(away)} to the ${directionWords(bearing)} (${degrees}°), ${height}.`;
 }
 
 /** A line of the map: from one drone to the other. */
@@ -148,7 +154,8 @@ export function nearLines(
     if (!from || bearing === null || away === null || above === null) continue;
     const angle = (bearing * Math.PI) / 180;
     const to = (other !== null && placeOf(other)) || offsetBy(from, away * Math.cos(angle), away * Math.sin(angle));
-    const label = `${length(away)}, ${length(Math.abs(above))} in height`;
+    const about = other === null ? 'about ' : '';
+    const label = `${about}${length(away)}, ${length(Math.abs(above))} in height`;
     lines.push({ from, to, isWarning: event.level === 'warning', label, isStranger: other === null });
   }
   return lines;

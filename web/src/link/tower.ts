@@ -19,7 +19,8 @@ import { isOver, Operations } from './operations';
 import { ParameterTables } from './parameter_tables';
 import { Recordings } from './recordings';
 import { nextRehearsal } from './rehearsal_log';
-import { Rest, RestError, type ControlAction, type ControlWords } from './rest';
+import type { PasskeyCredential } from './passkeys';
+import { Rest, RestError, type ControlAction, type ControlWords, type SecondFactorAnswer } from './rest';
 import { Store } from './store';
 import { splitTagged } from './tagged_frames';
 import { Vehicle } from './vehicle';
@@ -101,8 +102,13 @@ export class Tower {
     this.#signedIn(await this.rest.me());
   }
 
-  async signIn(name: string, password: string, code = ''): Promise<void> {
-    this.#signedIn(await this.rest.signIn(name, password, code));
+  async signIn(name: string, password: string, second: SecondFactorAnswer = {}): Promise<void> {
+    this.#signedIn(await this.rest.signIn(name, password, second));
+    this.farewell.set('');
+  }
+
+  async signInWithPasskey(credential: PasskeyCredential): Promise<void> {
+    this.#signedIn(await this.rest.signInWithPasskey(credential));
     this.farewell.set('');
   }
 
@@ -110,11 +116,11 @@ export class Tower {
    * The tower ends every session of the user and begins a new one for us: the live connection follows. A refusal
    * leaves it alone.
    */
-  async changePassword(oldPassword: string, newPassword: string): Promise<void> {
-    const isLive = this.user.get()?.must_change_password !== true;
+  async changePassword(oldPassword: string, newPassword: string, keepTokens = false): Promise<void> {
+    const isLive = mayGoLive(this.user.get());
     if (isLive) this.live.move();
     try {
-      const user = await this.rest.changePassword(oldPassword, newPassword);
+      const user = await this.rest.changePassword(oldPassword, newPassword, keepTokens);
       if (isLive) this.live.moved(true);
       this.#signedIn(user);
     } catch (error) {
@@ -131,7 +137,13 @@ export class Tower {
   }
 
   async control(droneId: number, action: ControlAction, words: ControlWords = {}): Promise<void> {
-    this.#putDrone(await this.rest.control(droneId, action, words));
+    const drone = () => this.vehicles.get().get(droneId)?.drone.get();
+    const before = drone();
+    const answer = await this.rest.control(droneId, action, words);
+    const now = drone();
+    // What the live channel has told meanwhile is newer: the answer knows nothing yet of the hold that it began.
+    if (now !== undefined && now !== before && now.epoch >= answer.epoch) return;
+    this.#putDrone(answer);
   }
 
   /** Reads the check before flight anew. */
@@ -140,8 +152,8 @@ export class Tower {
     this.vehicles.get().get(droneId)?.lossCheck.set(check);
   }
 
-  async acknowledgeLossCheck(droneId: number): Promise<void> {
-    const check = await this.rest.acknowledgeLossCheck(droneId);
+  async acknowledgeLossCheck(droneId: number, droneName: string): Promise<void> {
+    const check = await this.rest.acknowledgeLossCheck(droneId, droneName);
     this.vehicles.get().get(droneId)?.lossCheck.set(check);
   }
 
@@ -157,8 +169,8 @@ export class Tower {
   /** A first password lets its user change it, and nothing else: there is no live connection before. */
   #signedIn(user: User): void {
     this.user.set(user);
-    if (user.must_change_password) this.live.stop();
-    else this.live.start();
+    if (mayGoLive(user)) this.live.start();
+    else this.live.stop();
   }
 
   #onEvent(event: TowerEvent): void {
@@ -369,7 +381,7 @@ export class Tower {
   async #checkSession(): Promise<void> {
     try {
       const user = await this.rest.me();
-      if (user.must_change_password) this.#signedIn(user);
+      if (!mayGoLive(user)) this.#signedIn(user);
     } catch (error) {
       if (error instanceof RestError && error.status === 401) {
         this.live.stop();
@@ -409,4 +421,9 @@ export class Tower {
 
 function openBrowserSocket(): SocketLike {
   return new WebSocket(liveUrl(window.location), SUBPROTOCOL) as SocketLike;
+}
+
+/** Not before a first password was changed, nor before a second factor was set up that the tower demands. */
+function mayGoLive(user: User | null): boolean {
+  return user !== null && user.must_change_password !== true && user.must_add_second_factor !== true;
 }

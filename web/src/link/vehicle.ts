@@ -5,7 +5,9 @@ import type { Clock } from './clock';
 import { Commands, isGood, outcomeWords, type Outcome } from './commands';
 import { flightValues, type FlightValues } from './flight_values';
 import { Flying } from './flying';
+import { eitherSays } from './drone_view';
 import type { HoldLog } from './hold_log';
+import { readHold, type HoldReading } from './hold_view';
 import { severityOf, type Entry } from './journal';
 import type { Sending } from './live';
 import { Manual, manualControlFields } from './manual';
@@ -58,8 +60,10 @@ export class Vehicle {
   #airborneToldMs: number | null = null;
   /** Since when the tower does not hear it, as far as we saw; null while it does. */
   silentSinceMs: number | null = null;
-  /** In the air when it was last heard. */
-  wasAirborne = false;
+  /** In the air when it was last heard; null: nobody has said. */
+  wasAirborne: boolean | null = null;
+  /** By how much the tower's time of day is behind our clock. */
+  towerLagMs = 0;
 
   readonly #clock: Clock;
   readonly #uplink: Uplink;
@@ -84,7 +88,7 @@ export class Vehicle {
       send: (axes) => this.#sendSticks(axes),
       hold: () => void this.perform('Hold', (flying) => flying.hold()),
     });
-    this.wasAirborne = drone.airborne;
+    this.wasAirborne = lastSaid(drone);
   }
 
   /** The tower's newest view of it. `towerLagMs`: by how much the tower's time of day is behind our clock. */
@@ -93,7 +97,8 @@ export class Vehicle {
     this.#airborneToldMs = Number.isFinite(sinceMs) ? Math.min(sinceMs, nowMs) : null;
     if (drone.online) this.silentSinceMs = null;
     else if (this.drone.get().online) this.silentSinceMs = nowMs;
-    if (drone.online) this.wasAirborne = this.isAirborne(drone, nowMs);
+    this.towerLagMs = towerLagMs;
+    if (drone.online) this.wasAirborne = this.isAirborne(drone, nowMs) ?? this.wasAirborne;
     for (const plan of Object.values(drone.plans ?? {})) this.onBoard(plan);
     if (drone.parameters !== undefined) this.parameters.set(drone.parameters);
     this.drone.set(drone);
@@ -104,9 +109,15 @@ export class Vehicle {
     if (plan.kind === 'mission') this.mission.onBoard(plan.hash);
   }
 
-  /** By the agent's word or the autopilot's own, whichever says so. */
-  isAirborne(drone: Drone, nowMs: number): boolean {
-    return drone.airborne || this.values(nowMs).airborne;
+  /** By the agent's word or the autopilot's own, whichever says so; null where neither knows. */
+  isAirborne(drone: Drone, nowMs: number): boolean | null {
+    return eitherSays(drone.airborne, this.values(nowMs).airborne);
+  }
+
+  /** Its open hold and what it does about a lost person or tower; null: there is nothing to tell. */
+  hold(nowMs: number): HoldReading | null {
+    const { name: droneName, lost_action_s: lostActionS, hold } = this.drone.get();
+    return readHold(hold, { droneName, lostActionS, towerLagMs: this.towerLagMs }, nowMs);
   }
 
   receive(frame: Uint8Array, nowMs: number): void {
@@ -133,20 +144,23 @@ export class Vehicle {
       if (message.fields.id === 0) this.#battery.said(message.fields.time_remaining, nowMs);
     } else if (message.name === 'HEARTBEAT' || message.name === 'EXTENDED_SYS_STATE') {
       const { airborne } = this.values(nowMs);
+      if (airborne === null) return;
       if (!airborne) this.#airborneSeenMs = null;
       else this.#airborneSeenMs ??= nowMs;
       this.#battery.inAir(airborne);
-      this.wasAirborne = airborne || this.drone.get().airborne;
+      this.wasAirborne = airborne || this.drone.get().airborne === true;
     }
   }
 
   values(nowMs: number): FlightValues {
     const { link } = this;
+    const { online, armed } = this.drone.get();
     const seenMs = this.#airborneSeenMs;
     const airborneSinceMs = seenMs === null ? null : Math.min(seenMs, this.#airborneToldMs ?? seenMs);
     const batteryTime = this.#battery.left(nowMs);
     const beside = {
-      online: this.drone.get().online,
+      online,
+      armed,
       target: this.flying.target.get(),
       link,
       airborneSinceMs,
@@ -193,3 +207,6 @@ export class Vehicle {
     return this.#uplink.sendFresh(tag(this.drone.get().id, frame));
   }
 }
+
+/** A hold is of a drone that is armed: one that is offline with an open hold was in the air as far as anybody knows. */
+const lastSaid = ({ airborne, hold }: Drone): boolean | null => airborne ?? (hold?.open === true ? true : null);

@@ -7,8 +7,11 @@
  *       = 0 first choice, 1 second choice
  *       & 0 first bit, 1 second bit
  *
- * A field that is not known is left empty. `#` in a name stands for any number, in the text for that number. A choice
+ * or, where the table of metadata has the rest, `NAME | title | what it does`. A field that is not known is left empty. `#` in a name
+ * stands for any number, in the text for that number; `*` at the end of a name for whatever follows, in the title for that. A choice
  * or a bit whose words have a comma in them writes it as `;`.
+ *
+ * facts/*_metadata.json have units, ranges, defaults, choices and bits of nearly all (scripts/build_parameter_facts.py).
  */
 
 export interface Choice {
@@ -26,6 +29,8 @@ export interface Fact {
   readonly standard: number | null;
   readonly needsReboot: boolean;
   readonly choices: readonly Choice[];
+  /** Other values than the choices may be meant: they are some of a range, or names of a few. */
+  readonly isOpen: boolean;
   /** `value`: the number of the bit. */
   readonly bits: readonly Choice[];
 }
@@ -33,12 +38,24 @@ export interface Fact {
 /** Unit, least, most, default, whether it needs a restart: of far more parameters than there are words about. */
 export type Numbers = readonly [string, number | null, number | null, number | null, boolean];
 
+type Lists = ReadonlyMap<string, readonly Choice[]>;
+
 export interface Facts {
   readonly words: ReadonlyMap<string, Fact>;
   readonly numbers: ReadonlyMap<string, Numbers>;
+  readonly choices: Lists;
+  readonly bits: Lists;
 }
 
-export const NO_FACTS: Facts = { words: new Map(), numbers: new Map() };
+export const NO_FACTS: Facts = { words: new Map(), numbers: new Map(), choices: new Map(), bits: new Map() };
+
+/** A table as scripts/build_parameter_facts.py makes it; `choices` and `bits` name a line of `lists`. */
+export interface Metadata {
+  readonly numbers: Readonly<Record<string, Numbers>>;
+  readonly choices: Readonly<Record<string, number>>;
+  readonly bits: Readonly<Record<string, number>>;
+  readonly lists: readonly string[];
+}
 
 const numberOf = (text: string): number | null => (text === '' ? null : Number(text));
 
@@ -63,7 +80,11 @@ export function readFacts(source: string): ReadonlyMap<string, Fact> {
       facts.set(last, list[1] === '=' ? { ...known, choices } : { ...known, bits: choices });
       continue;
     }
-    const [name, title, unit, range, standard, reboot, text, ...more] = line.split('|').map((one) => one.trim());
+    const fields = line.split('|').map((one) => one.trim());
+    const isShort = fields.length === 3;
+    const [name, title, unit, range, standard, reboot, text, ...more] = isShort
+      ? [fields[0], fields[1], '', '', '', '', fields[2]]
+      : fields;
     if (!name || !title || text === undefined || more.length > 0 || facts.has(name)) {
       throw new RangeError(`no line of facts, or the second one: ${line}`);
     }
@@ -78,26 +99,72 @@ export function readFacts(source: string): ReadonlyMap<string, Fact> {
       standard: numberOf(standard ?? ''),
       needsReboot: reboot === 'reboot',
       choices: [],
+      isOpen: false,
       bits: [],
     });
   }
   return facts;
 }
 
+/** `words`: the lines of readFacts. Throws a RangeError about one that is not as described. */
+export function factsOf(words: string, metadata: Metadata): Facts {
+  const lists = metadata.lists.map(readChoices);
+  const listed = (names: Readonly<Record<string, number>>): Lists =>
+    new Map(Object.entries(names).map(([name, at]) => [name, lists[at]!]));
+  return {
+    words: readFacts(words),
+    numbers: new Map(Object.entries(metadata.numbers)),
+    choices: listed(metadata.choices),
+    bits: listed(metadata.bits),
+  };
+}
+
 interface Found<T> {
   readonly it: T;
   /** What `#` stands for. */
   readonly digits: string;
+  /** What `*` stands for. */
+  readonly rest: string;
 }
 
-/** Of this very name, or of the name with `#` for one of its numbers. */
+interface Shape {
+  readonly name: string;
+  readonly digits: string;
+}
+
+/** The name with `#` for one of its numbers after the other, then for all: EK3_SRC1_YAW is EK3_SRC#_YAW before EK#_SRC#_YAW. */
+function shapesOf(name: string): Shape[] {
+  const numbers = [...name.matchAll(/\d+/g)];
+  const shapes = numbers.map(({ index, 0: digits }) => ({
+    name: `${name.slice(0, index)}#${name.slice(index + digits.length)}`,
+    digits,
+  }));
+  return numbers.length < 2 ? shapes : [...shapes, { name: name.replace(/\d+/g, '#'), digits: numbers[0]![0] }];
+}
+
+/** Of this very name, or of the name with `#` for its numbers. */
 function find<T>(table: ReadonlyMap<string, T>, name: string): Found<T> | null {
-  const own = table.get(name);
-  if (own !== undefined) return { it: own, digits: '' };
-  // One number after the other: EK3_SRC1_YAW is EK3_SRC#_YAW, not EK#_SRC#_YAW.
+  for (const shape of [{ name, digits: '' }, ...shapesOf(name)]) {
+    const it = table.get(shape.name);
+    if (it !== undefined) return { it, digits: shape.digits, rest: '' };
+  }
+  return null;
+}
+
+/** Of the family that the name begins as, the longest first. */
+function findFamily<T>(table: ReadonlyMap<string, T>, name: string): Found<T> | null {
+  for (let end = name.lastIndexOf('_'); end > 0; end = name.lastIndexOf('_', end - 1)) {
+    const found = find(table, `${name.slice(0, end)}_*`);
+    if (found) return { ...found, rest: name.slice(end + 1) };
+  }
+  return null;
+}
+
+/** Words about the second of a kind are those about the first, which often has no number: BATT2_CAPACITY is BATT_CAPACITY. */
+function findFirst(words: ReadonlyMap<string, Fact>, name: string): Found<Fact> | null {
   for (const { index, 0: digits } of name.matchAll(/\d+/g)) {
-    const shared = table.get(`${name.slice(0, index)}#${name.slice(index + digits.length)}`);
-    if (shared !== undefined) return { it: shared, digits };
+    const found = words.get(`${name.slice(0, index)}${name.slice(index + digits.length)}`);
+    if (found) return { it: { ...found, title: `${found.title} (${digits})` }, digits, rest: '' };
   }
   return null;
 }
@@ -111,19 +178,45 @@ const NOTHING: Fact = {
   standard: null,
   needsReboot: false,
   choices: [],
+  isOpen: false,
   bits: [],
 };
 
+/** Our words for a value where we have some, and the values that we have none for. */
+function merged(ours: readonly Choice[], published: readonly Choice[] | undefined): readonly Choice[] {
+  if (!published || ours.length === 0) return published ?? ours;
+  const known = new Set(ours.map(({ value }) => value));
+  return [...ours, ...published.filter(({ value }) => !known.has(value))].toSorted((a, b) => a.value - b.value);
+}
+
+const PIN = /_PIN\d*$/;
+
+/** Published choices are all that there are, unless they leave a part of the range out, or have a unit; pins differ by board. */
+export function withOpenness(name: string, fact: Fact): Fact {
+  const { choices, least, most, unit } = fact;
+  if (choices.length === 0) return fact;
+  const values = new Set(choices.map(({ value }) => value));
+  const isWhole = least !== null && most !== null && most - least < choices.length;
+  const isRange = least !== null || most !== null;
+  const leavesOut =
+    isRange &&
+    !(isWhole && Array.from({ length: most - least + 1 }, (_, at) => least + at).every((one) => values.has(one)));
+  return { ...fact, isOpen: PIN.test(name) || unit !== '' || choices.length < 2 || leavesOut };
+}
+
 /** What is known of it; null: nothing at all. */
 export function factOf(facts: Facts, name: string): Fact | null {
-  const found = find(facts.words, name);
+  const found = find(facts.words, name) ?? findFirst(facts.words, name) ?? findFamily(facts.words, name);
   const numbers = find(facts.numbers, name)?.it;
-  if (!found && !numbers) return null;
+  const choices = find(facts.choices, name)?.it;
+  const bits = find(facts.bits, name)?.it;
+  if (!found && !numbers && !choices && !bits) return null;
   const words = found?.it ?? NOTHING;
-  const filled = (text: string): string => text.replaceAll('#', found?.digits ?? '');
+  const filled = (text: string): string =>
+    text.replaceAll('#', found?.digits ?? '').replaceAll('*', () => found?.rest ?? '');
   const [unit = '', least = null, most = null, standard = null, needsReboot = words.needsReboot] = numbers ?? [];
   const hasRange = least !== null || most !== null;
-  return {
+  return withOpenness(name, {
     ...words,
     title: filled(words.title),
     text: filled(words.text),
@@ -132,15 +225,17 @@ export function factOf(facts: Facts, name: string): Fact | null {
     most: hasRange ? most : words.most,
     standard: standard ?? words.standard,
     needsReboot,
-  };
+    choices: merged(words.choices, choices),
+    bits: merged(words.bits, bits),
+  });
 }
 
 /** Why a value that the kind holds is still not a usual one; empty when it is, or nothing is known. */
 export function unusualWords(fact: Fact | null, value: number): string {
   // Many defaults are an "off" outside of the range.
   if (!fact || value === fact.standard) return '';
-  if (fact.choices.length > 0 && !fact.choices.some((one) => one.value === value))
-    return 'This is none of the known choices.';
+  if (fact.choices.some((one) => one.value === value)) return '';
+  if (fact.choices.length > 0 && !fact.isOpen) return 'This is none of the known choices.';
   const unit = fact.unit && ` ${fact.unit}`;
   if (fact.least !== null && value < fact.least) return `Usually not below ${fact.least}${unit}.`;
   if (fact.most !== null && value > fact.most) return `Usually not above ${fact.most}${unit}.`;

@@ -1,24 +1,24 @@
 /** The facts about an autopilot's parameters, fetched when somebody looks at some. */
 
-import { NO_FACTS, readFacts, type Facts, type Numbers } from './facts';
+import { factsOf, NO_FACTS, type Facts, type Metadata } from './facts';
 
 export type Autopilot = 'arducopter' | 'px4' | 'other';
 
 export async function loadFacts(autopilot: Autopilot): Promise<Facts> {
   switch (autopilot) {
     case 'arducopter': {
-      const [{ ARDUCOPTER }, { default: numbers }] = await Promise.all([
-        import('./facts/arducopter'),
-        import('./facts/arducopter_numbers.json'),
+      const [{ ARDUCOPTER_WORDS }, { default: metadata }] = await Promise.all([
+        import('./facts/arducopter_words'),
+        import('./facts/arducopter_metadata.json'),
       ]);
-      return {
-        words: readFacts(ARDUCOPTER),
-        numbers: new Map(Object.entries(numbers) as unknown as [string, Numbers][]),
-      };
+      return factsOf(ARDUCOPTER_WORDS, metadata as unknown as Metadata);
     }
     case 'px4': {
-      const { PX4 } = await import('./facts/px4');
-      return { words: readFacts(PX4), numbers: new Map() };
+      const [{ PX4_WORDS }, { default: metadata }] = await Promise.all([
+        import('./facts/px4_words'),
+        import('./facts/px4_metadata.json'),
+      ]);
+      return factsOf(PX4_WORDS, metadata as unknown as Metadata);
     }
     case 'other':
       return NO_FACTS;

@@ -1,7 +1,8 @@
 /**
  * The commands that the planner knows: what they are called, whether they have a place, what their parameters are, which
  * autopilots carry them out in a mission. Facts of MAVLink's common.xml, ArduPilot's mission list (Copter 4.6) and PX4's
- * feasibility check. An item with another command is kept as it is: it has numbers instead of names.
+ * parser and feasibility check. An item with another command is kept as it is: it has numbers instead of names.
+ * What an autopilot makes of a value the tower says (wire/plan_keeping.py); the defaults here are kept by both as they are.
  */
 
 export const CMD = {
@@ -62,6 +63,8 @@ export interface ParamSpec {
   readonly choices?: readonly (readonly [number, string])[];
   /** May be left open: the autopilot decides. */
   readonly mayBeOpen?: boolean;
+  /** The autopilots that take it open; undefined: all. */
+  readonly openTo?: readonly AutopilotKind[];
   readonly initial: number | null;
 }
 
@@ -82,6 +85,10 @@ export interface CommandSpec {
   readonly flies: boolean;
   readonly params: readonly ParamSpec[];
   readonly knownTo: readonly AutopilotKind[];
+  /** Those for which a new one is offered, where these are not all that know it. */
+  readonly offeredTo?: readonly AutopilotKind[];
+  /** What x and z are where there is no place: more parameters. */
+  readonly raw?: { readonly x?: number; readonly z?: number };
 }
 
 const BOTH: readonly AutopilotKind[] = ['ardupilot', 'px4'];
@@ -108,10 +115,14 @@ function spec(
   place: PlaceUse,
   knownTo: readonly AutopilotKind[],
   params: readonly ParamSpec[] = [],
-  uses: { readonly height?: boolean; readonly flies?: boolean } = {},
+  uses: Partial<Pick<CommandSpec, 'height' | 'flies' | 'offeredTo' | 'raw'>> = {},
 ): CommandSpec {
-  return { command, label, place, knownTo, params, height: uses.height ?? false, flies: uses.flies ?? false };
+  return { command, label, place, knownTo, params, height: false, flies: false, ...uses };
 }
+
+/** With a place PX4 does not take it. */
+const WITHOUT_PLACE_ON_PX4 = { height: true, offeredTo: ARDUPILOT };
+const OPEN_TO_PX4 = { mayBeOpen: true, openTo: PX4 };
 
 /** Jumps are checked against the plan that they are in; this is only what the number can hold. */
 const MOST_SEQ = 65_535;
@@ -235,7 +246,7 @@ const SPECS: readonly CommandSpec[] = [
         ],
       }),
     ],
-    { height: true },
+    WITHOUT_PLACE_ON_PX4,
   ),
   spec(
     CMD.ROI_LOCATION,
@@ -273,21 +284,22 @@ const SPECS: readonly CommandSpec[] = [
   ]),
   spec(CMD.TRIGGER_DISTANCE, 'Camera every distance', 'none', BOTH, [
     param(0, 'Distance, 0: stop', 'm', { least: 0, most: 10_000, initial: 20 }),
-    param(1, 'Shutter, milliseconds', '', { least: -1, most: 60_000, mayBeOpen: true }),
+    param(1, 'Shutter, milliseconds', '', { least: -1, most: 60_000, ...OPEN_TO_PX4 }),
     param(2, 'One at once', '', {
       choices: [
         [0, 'no'],
         [1, 'yes'],
       ],
     }),
-    param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, mayBeOpen: true }),
+    param(3, 'Camera, 0: all', '', { least: 0, most: 255, whole: true, ...OPEN_TO_PX4 }),
   ]),
-  spec(CMD.CAMERA_SHOT, 'Camera, one picture', 'none', BOTH),
+  // x is the order to take one.
+  spec(CMD.CAMERA_SHOT, 'Camera, one picture', 'none', BOTH, [], { raw: { x: 1 } }),
   spec(CMD.IMAGE_START, 'Camera, pictures', 'none', BOTH, [
     param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
     param(1, 'Time between', 's', { least: 0, most: 65_535 }),
     param(2, 'How many, 0: until told', '', { least: 0, most: 65_535, whole: true, initial: 1 }),
-    param(3, 'First number', '', { least: 0, most: 65_535, whole: true, mayBeOpen: true }),
+    param(3, 'First number', '', { least: 0, most: 65_535, whole: true, ...OPEN_TO_PX4 }),
   ]),
   spec(CMD.IMAGE_STOP, 'Camera, no more pictures', 'none', BOTH, [
     param(0, 'Camera, 0: all', '', { least: 0, most: 255, whole: true }),
@@ -299,18 +311,26 @@ const SPECS: readonly CommandSpec[] = [
   spec(CMD.VIDEO_STOP, 'Stop recording', 'none', BOTH, [
     param(0, 'Stream, 0: all', '', { least: 0, most: 255, whole: true }),
   ]),
-  spec(CMD.MOUNT_CONTROL, 'Gimbal (older)', 'none', BOTH, [
-    param(0, 'Pitch', 'deg', { least: -180, most: 180 }),
-    param(1, 'Roll', 'deg', { least: -180, most: 180 }),
-    param(2, 'Yaw', 'deg', { least: -360, most: 360 }),
-  ]),
+  spec(
+    CMD.MOUNT_CONTROL,
+    'Gimbal (older)',
+    'none',
+    BOTH,
+    [
+      param(0, 'Pitch', 'deg', { least: -180, most: 180 }),
+      param(1, 'Roll', 'deg', { least: -180, most: 180 }),
+      param(2, 'Yaw', 'deg', { least: -360, most: 360 }),
+    ],
+    // MAV_MOUNT_MODE: by these angles.
+    { raw: { z: 2 } },
+  ),
   spec(CMD.GIMBAL_PITCH_YAW, 'Gimbal', 'none', BOTH, [
-    param(0, 'Pitch', 'deg', { least: -180, most: 180, mayBeOpen: true }),
-    param(1, 'Yaw', 'deg', { least: -360, most: 360, mayBeOpen: true }),
-    param(2, 'Pitch rate', 'deg/s', { least: -360, most: 360, mayBeOpen: true, initial: null }),
-    param(3, 'Yaw rate', 'deg/s', { least: -360, most: 360, mayBeOpen: true, initial: null }),
+    param(0, 'Pitch', 'deg', { least: -180, most: 180, ...OPEN_TO_PX4 }),
+    param(1, 'Yaw', 'deg', { least: -360, most: 360, ...OPEN_TO_PX4 }),
+    param(2, 'Pitch rate', 'deg/s', { least: -360, most: 360, ...OPEN_TO_PX4 }),
+    param(3, 'Yaw rate', 'deg/s', { least: -360, most: 360, ...OPEN_TO_PX4 }),
   ]),
-  spec(CMD.SET_SERVO, 'Servo', 'none', BOTH, [
+  spec(CMD.SET_SERVO, 'Servo', 'none', ARDUPILOT, [
     param(0, 'Servo', '', { least: 1, most: 32, whole: true, initial: 9 }),
     param(1, 'Pulse', 'us', { least: 0, most: 3_000, whole: true, initial: 1_500 }),
   ]),
@@ -332,7 +352,7 @@ const SPECS: readonly CommandSpec[] = [
       ],
     }),
   ]),
-  spec(CMD.LAND_START, 'Landing begins', 'here-if-none', BOTH, [], { height: true }),
+  spec(CMD.LAND_START, 'Landing begins', 'here-if-none', BOTH, [], WITHOUT_PLACE_ON_PX4),
   spec(3000, 'VTOL transition', 'none', PX4, [
     param(0, 'To', '', {
       choices: [
@@ -347,6 +367,14 @@ const SPECS: readonly CommandSpec[] = [
 export const CATALOGUE: ReadonlyMap<number, CommandSpec> = new Map(SPECS.map((one) => [one.command, one]));
 
 export const specOf = (command: number): CommandSpec | null => CATALOGUE.get(command) ?? null;
+
+/** Whether a new one of these is offered to somebody who plans for this autopilot. */
+export const isOffered = ({ knownTo, offeredTo }: CommandSpec, autopilot: AutopilotKind): boolean =>
+  (offeredTo ?? knownTo).includes(autopilot);
+
+/** Whether this autopilot takes the parameter open. */
+export const isOpenTo = ({ mayBeOpen, openTo }: ParamSpec, autopilot: AutopilotKind): boolean =>
+  mayBeOpen === true && (openTo ?? BOTH).includes(autopilot);
 
 export const commandWords = (command: number): string => specOf(command)?.label ?? `Command ${command}`;
 

@@ -46,9 +46,9 @@ export function newItem(defaults: PlanDefaults, command: number, spot: Spot | nu
   const hasPlace = spec === null || spec.place !== 'none';
   const frame = hasPlace ? defaults.frame : FRAME.MISSION;
   const lands = command === CMD.LAND || command === CMD.VTOL_LAND || command === CMD.ROI_LOCATION;
-  const z = spec?.height && !lands ? defaults.heightM : 0;
+  const z = spec?.height && !lands ? defaults.heightM : (spec?.raw?.z ?? 0);
   const { latE7, lonE7 } = hasPlace && spot ? spot : { latE7: 0, lonE7: 0 };
-  return wireItem(command, frame, params, latE7, lonE7, z);
+  return wireItem(command, frame, params, spec?.raw?.x ?? latE7, lonE7, z);
 }
 
 export function insertItems(at: number, seeds: readonly Seed[]): Edit {

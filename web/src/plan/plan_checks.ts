@@ -3,12 +3,13 @@
  * where it must not; a warning may be meant so.
  */
 
-import { AUTOPILOT_WORDS, CMD, commandWords, specOf, type AutopilotKind } from './catalogue';
+import { AUTOPILOT_WORDS, CMD, commandWords, isOpenTo, specOf, type AutopilotKind } from './catalogue';
 import { FenceCheck, type Breach } from './fence_crossings';
 import { itemFaults, rallyFaults, shapeFaults } from './field_checks';
 import { flownPath, heightAboveHomeM, type FlownPath } from './flown_path';
 import { distanceM } from './ground';
 import { MOST_ITEMS, type PartId, type Plan, type PlanKind } from './plan_types';
+import { ROOM } from './plan_room';
 import { itemsOf } from './wire_items';
 
 export interface Finding {
@@ -48,9 +49,14 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
 
   for (const kind of ['mission', 'fence', 'rally'] as const) {
     const count = itemsOf(plan, kind).length;
-    if (count <= MOST_ITEMS) continue;
-    const words = `The ${kind} has ${count} items; a drone takes ${MOST_ITEMS} at most.`;
-    findings.push({ severity: 'error', kind, part: null, words });
+    const [autopilot, room] = [AUTOPILOT_WORDS[limits.autopilot], ROOM[limits.autopilot][kind]];
+    if (count > MOST_ITEMS) {
+      const words = `The ${kind} has ${count} items; a drone takes ${MOST_ITEMS} at most.`;
+      findings.push({ severity: 'error', kind, part: null, words });
+    } else if (count > room) {
+      const words = `The ${kind} has ${count} items; ${autopilot} has room for ${room} on the usual boards. One that has no more refuses them all.`;
+      findings.push({ severity: 'warning', kind, part: null, words });
+    }
   }
   for (const [seq, item] of items.entries()) {
     for (const fault of itemFaults(item, items.length)) tell('error', seq, `is not right. ${fault.words}`);
@@ -58,6 +64,11 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
     if (!spec) tell('warning', seq, 'is not known here: nothing of it is checked.');
     else if (!spec.knownTo.includes(limits.autopilot)) {
       tell('error', seq, `is not a part of missions of ${AUTOPILOT_WORDS[limits.autopilot]}.`);
+    }
+    for (const one of spec?.params ?? []) {
+      if (item.params[one.at] !== null || !one.mayBeOpen || isOpenTo(one, limits.autopilot)) continue;
+      const name = one.name.split(',')[0]!;
+      tell('error', seq, `is not right. ${name}: ${AUTOPILOT_WORDS[limits.autopilot]} needs a number.`);
     }
   }
   checkCourse(plan, path, tell);

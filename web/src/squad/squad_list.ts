@@ -1,7 +1,9 @@
 /** The squad list: what a row knows, and how the list is sorted, filtered and searched. Pure. */
 
 import { isUnattended } from '../link/conditions';
+import { eitherSays } from '../link/drone_view';
 import type { DroneState, FlightValues } from '../link/flight_values';
+import type { HoldReading } from '../link/hold_view';
 import type { LinkReading } from '../link/link_quality';
 import type { Drone, User } from '../link/wire_types';
 
@@ -9,6 +11,7 @@ export interface SquadEntry {
   readonly drone: Drone;
   readonly values: FlightValues;
   readonly link: LinkReading | null;
+  readonly hold: HoldReading | null;
 }
 
 export const FILTERS = ['all', 'mine', 'flying', 'unattended', 'attention', 'online', 'offline'] as const;
@@ -38,9 +41,13 @@ export interface Order {
 
 const ATTENTION: Record<DroneState, number> = { alert: 0, flying: 2, armed: 3, lost: 4, idle: 5 };
 
-/** Small wants attention most: alerts, then what flies with nobody at its controls, then what flies. */
-function attention({ drone, values }: SquadEntry): number {
-  return isUnattended(drone, values) && values.state !== 'alert' ? 1 : ATTENTION[values.state];
+/** Somebody is lost, and it acts by itself or will. */
+const isCounted = ({ hold }: SquadEntry): boolean => hold !== null && hold.phase !== 'quiet';
+
+/** Small wants attention most: alerts, then what nobody flies, then what flies. */
+function attention(entry: SquadEntry): number {
+  const { drone, values } = entry;
+  return (isCounted(entry) || isUnattended(drone, values)) && values.state !== 'alert' ? 1 : ATTENTION[values.state];
 }
 
 const VALUE_OF: Record<SortKey, (entry: SquadEntry) => string | number | null> = {
@@ -85,18 +92,20 @@ export function sorted(entries: readonly SquadEntry[], { key, isDescending }: Or
     .map(({ entry }) => entry);
 }
 
-export function passes({ drone, values }: SquadEntry, filter: Filter, user: Pick<User, 'id'>): boolean {
+export function passes(entry: SquadEntry, filter: Filter, user: Pick<User, 'id'>): boolean {
+  const { drone, values } = entry;
   switch (filter) {
     case 'all':
       return true;
     case 'mine':
       return drone.holder?.id === user.id || drone.assistant?.id === user.id;
     case 'flying':
-      return values.airborne || drone.airborne;
+      return eitherSays(values.airborne, drone.airborne) === true;
     case 'unattended':
       return isUnattended(drone, values);
     case 'attention':
-      return values.state === 'alert' || (values.state === 'lost' && drone.online) || isUnattended(drone, values);
+      if (values.state === 'alert' || (values.state === 'lost' && drone.online)) return true;
+      return isCounted(entry) || isUnattended(drone, values);
     case 'online':
       return drone.online;
     case 'offline':

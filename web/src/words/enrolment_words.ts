@@ -9,7 +9,7 @@ export function enrolmentWords({ state, expires_at, used_from, drone }: Enrolmen
     case 'waiting':
       return `Waiting for ${drone.name}. The token ends ${fromNow(expires_at, nowMs)}.`;
     case 'used':
-      return `The credential was fetched${from}. Waiting for the agent of ${drone.name} to link.`;
+      return `${drone.name} has a key${from}. Waiting for its agent to link.`;
     case 'seen':
       return `${drone.name} is enrolled: its agent has linked${from}.`;
     case 'expired':

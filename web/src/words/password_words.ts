@@ -1,9 +1,9 @@
-/** The tower's rules for passwords, said before it has to refuse one. It decides; this only spares a round trip. */
+/** The tower's rules for passwords. The lengths are said here at once; how guessable one is, the tower judges alone. */
 
-const SHORTEST = 8;
+const SHORTEST = 12;
 const LONGEST = 256;
 
-export const PASSWORD_RULE = `${SHORTEST} to ${LONGEST} characters of any kind. Length counts more than signs: four words are good.`;
+export const PASSWORD_RULE = `${SHORTEST} to ${LONGEST} characters of any kind, and not easy to guess. Length counts more than signs: four words are good.`;
 
 /** What is wrong with it, or nothing. `old` is the password it takes the place of, where there is one. */
 export function passwordFault(password: string, old = ''): string {

@@ -34,6 +34,14 @@ describe('alerts come from', () => {
     expect(alerts()).toEqual([`critical: ${long.padEnd(50, '.')} is the end`]);
   });
 
+  it('holds: that none was needed after all', () => {
+    const hold = { type: 'hold', drone_id: 1, epoch: 2, detail: '', elapsed_ms: 5, cause: 'order' };
+    socket.says({ ...hold, step: 'ordered' });
+    expect(alerts()).toEqual(['warning: Put on hold: ordered by the tower.']);
+    socket.says({ ...hold, step: 'not_needed', detail: 'the drone is disarmed' });
+    expect(alerts()).toEqual(['warning: No hold was needed: the drone is disarmed.']);
+  });
+
   it('holds: that one was ordered, and that one is not confirmed', () => {
     const hold = { type: 'hold', drone_id: 1, epoch: 2, detail: '', elapsed_ms: 5, cause: 'pilot-lost' };
     for (const step of ['ordered', 'sticks_centred', 'confirmed']) socket.says({ ...hold, step });

@@ -3,11 +3,11 @@ import { describe, expect, it } from 'vitest';
 import { conditionsOf, isUnattended } from '../../src/link/conditions';
 import { flightValues, type FlightValues } from '../../src/link/flight_values';
 import { Telemetry } from '../../src/link/telemetry';
-import type { Drone } from '../../src/link/wire_types';
-import { A_DRONE, fromAutopilot, heartbeat } from './fakes';
+import type { Drone, HoldView } from '../../src/link/wire_types';
+import { A_DRONE, A_HOLD, fromAutopilot, heartbeat } from './fakes';
 
 const HELD: Drone = { ...A_DRONE, holder: { id: 5, name: 'olga' } };
-const BESIDE = { online: true, target: null, link: null, airborneSinceMs: null, batteryTime: null };
+const BESIDE = { online: true, armed: false, target: null, link: null, airborneSinceMs: null, batteryTime: null };
 const FLYING: Partial<FlightValues> = { state: 'flying', airborne: true };
 
 function values(changes: Partial<FlightValues> = {}): FlightValues {
@@ -28,6 +28,8 @@ describe('what wants attention', () => {
     ['no estimator that is not ready on the ground', HELD, { ekfIsHealthy: false }, []],
     ['a lost GPS in the air', HELD, { ...FLYING, gpsFix: 'no fix' }, ['gps:warning']],
     ['nobody at the controls in the air', A_DRONE, FLYING, ['unattended:warning']],
+    ['a position that jumps', { ...HELD, suspicious_motion: 'jump' }, FLYING, ['motion:warning']],
+    ['a position that is well', { ...HELD, suspicious_motion: null }, FLYING, []],
   ] as const)('%s', (_, drone, changes, expected) => {
     expect(ids(drone, values(changes))).toEqual(expected);
   });
@@ -35,8 +37,30 @@ describe('what wants attention', () => {
   it('a link that is lost in the air; on the ground it is no news', () => {
     const away = { ...HELD, online: false };
     expect(ids(away, values(), true)).toEqual(['link-lost:critical']);
-    expect(conditionsOf(away, values(), true)[0]!.text).toContain('after 30 s return');
+    expect(conditionsOf(away, values(), true)[0]!.text).toBe(
+      'Link lost while in the air. It was in GUIDED; its agent will return it after 30 s without the tower (if its agent is alive).',
+    );
     expect(ids(away, values(), false)).toEqual([]);
+  });
+
+  it('a countdown that begins, and the action at its end', () => {
+    const now = values();
+    const said = (changes: Partial<HoldView>): string[] =>
+      conditionsOf({ ...HELD, hold: { ...A_HOLD, ...changes } }, now, true).map(
+        ({ id, severity, text }) => `${id}:${severity}: ${text}`,
+      );
+    expect(said({})).toEqual([
+      'lost-action-counting:warning: Nobody flies it. It returns at 00:17:04 UTC, unless somebody flies it or says "stay".',
+    ]);
+    expect(said({ lost: 'tower', action: 'land' })).toEqual([
+      'lost-action-counting:warning: It has lost the tower. It lands at 00:17:04 UTC.',
+    ]);
+    expect(said({ due_at: null, action: null })[0]).toContain('Nobody flies it. It acts by itself soon');
+    for (const phase of ['asking', 'done'] as const) {
+      expect(said({ phase, due_at: null })).toEqual(['lost-action:warning: It returns: nobody flew it.']);
+    }
+    expect(said({ phase: 'stayed' })).toEqual([]);
+    expect(said({ phase: 'quiet', lost: null })).toEqual([]);
   });
 
   it('an autopilot that is not heard any more', () => {

@@ -4,7 +4,7 @@ import type { Clock } from '../../src/link/clock';
 import { encode } from '../../src/link/mavlink';
 import type { SocketLike } from '../../src/link/live';
 import type { MessageFields, MessageName } from '../../src/link/generated/mavlink.gen';
-import type { Drone } from '../../src/link/wire_types';
+import type { Drone, HoldView } from '../../src/link/wire_types';
 
 export class FakeClock implements Clock {
   #now = 1_000_000;
@@ -136,7 +136,25 @@ export const A_DRONE: Drone = {
   may_watch_video: true,
   lost_action: 'return',
   lost_action_s: 30,
+  hold: null,
   profile: null,
   profile_chosen: 'auto',
   profile_why: '',
+};
+
+/** Stage two of a hold, confirmed. Nobody flies it, and it returns in 24 s by a tower whose clock is ours. */
+export const A_HOLD: HoldView = {
+  open: true,
+  stage: 'stay',
+  mode: 'BRAKE',
+  sticks: false,
+  after_sticks: 'stays',
+  waiting_for: '',
+  lost: 'person',
+  phase: 'counting',
+  action: 'return',
+  due_at: new Date(1_024_000).toISOString(),
+  detail: '',
+  as_of: new Date(1_000_000).toISOString(),
+  stale: false,
 };

@@ -1,41 +1,107 @@
 import { describe, expect, it } from 'vitest';
 
-import { countdown, type Silence } from '../../src/link/loss_countdown';
+import { countdown, lostLinkWords, type Silence } from '../../src/link/loss_countdown';
 import type { LostAction } from '../../src/link/wire_types';
+import { A_HOLD } from './fakes';
 
-const SILENCE: Silence = { whose: 'drone', sinceMs: 10_000, isAirborne: true, lostAction: 'return', lostActionS: 30 };
-const text = (silence: Partial<Silence>, nowMs: number): string | undefined =>
-  countdown('Heron', { ...SILENCE, ...silence }, nowMs)?.text;
+const SILENCE: Silence = {
+  whose: 'drone',
+  sinceMs: 10_000,
+  isAirborne: true,
+  mode: 'AUTO',
+  task: 'mission',
+  hold: null,
+  lostAction: 'return',
+  lostActionS: 30,
+  towerLagMs: 0,
+};
+const at = (silence: Partial<Silence>, nowMs: number) => countdown('Heron', { ...SILENCE, ...silence }, nowMs);
+const text = (silence: Partial<Silence>, nowMs = 29_000): string | undefined => at(silence, nowMs)?.text;
 
-describe('the countdown of a lost link', () => {
-  it('counts from the loss to the configured action', () => {
-    expect(text({}, 10_000)).toBe('Heron holds. If the link does not come back it will return in 30 s.');
-    expect(text({}, 39_001)).toBe('Heron holds. If the link does not come back it will return in 1 s.');
-    expect(text({}, 40_000)).toBe('Heron should now be returning.');
-    expect(text({}, 500_000)).toBe('Heron should now be returning.');
+const ALIVE = '(if its agent is alive)';
+
+describe('the words of a lost link', () => {
+  it('say what it did last, and what its agent does about it, if there is one', () => {
+    expect(text({})).toBe(`Heron was flying its mission; its agent will return it in about 11 s ${ALIVE}.`);
+    expect(text({}, 40_000)).toBe(`Heron was flying its mission; it should be returning now ${ALIVE}.`);
+    expect(text({}, 500_000)).toBe(text({}, 40_000));
   });
 
-  it.each<[LostAction, string, string]>([
-    ['land', 'will land in', 'be landing'],
-    ['continue', 'will go on with its mission in', 'be going on with its mission'],
-    ['nothing', 'will do what its autopilot is set to in', 'be doing what its autopilot is set to'],
-    ['tomorrow' as LostAction, 'will do what its autopilot is set to in', 'be doing what its autopilot is set to'],
-  ])('names the action %s', (lostAction, before, after) => {
-    expect(text({ lostAction }, 12_000)).toContain(before);
-    expect(text({ lostAction }, 50_000)).toContain(after);
+  it.each<[string, Partial<Silence>, string]>([
+    [
+      'by hand',
+      { task: 'by-hand', mode: 'LOITER' },
+      `Heron was in LOITER, which obeys sticks; its agent puts it on hold and will return it in about 11 s ${ALIVE}.`,
+    ],
+    [
+      'by itself',
+      { task: 'by-itself', mode: 'GUIDED' },
+      `Heron was in GUIDED; its agent will return it in about 11 s ${ALIVE}.`,
+    ],
+    ['on its way home', { task: 'return', mode: 'RTL' }, 'Heron was returning; it should go on with that.'],
+    ['landing', { task: 'landing', mode: 'LAND' }, 'Heron was landing; it should go on with that.'],
+    [
+      'never heard',
+      { task: null, mode: null },
+      `What Heron was doing is not known; its agent will return it in about 11 s ${ALIVE}.`,
+    ],
+    [
+      'who knows where',
+      { isAirborne: null },
+      `Whether Heron is in the air is not known. Heron was flying its mission; its agent will return it in about 11 s ${ALIVE}.`,
+    ],
+    ['set to go on', { lostAction: 'continue' }, 'Heron was flying its mission; it should go on with that.'],
+    [
+      'set to stay',
+      { lostAction: 'stay', task: 'by-hand', mode: 'LOITER' },
+      `Heron was in LOITER, which obeys sticks; its agent puts it on hold and returns it when its battery needs the way home ${ALIVE}.`,
+    ],
+    [
+      'set to what a newer tower knows',
+      { lostAction: 'tomorrow' as LostAction },
+      'Heron was flying its mission; what its agent will do is not known to this page.',
+    ],
+  ])('are true of one that was %s', (_, silence, expected) => {
+    expect(text(silence)).toBe(expected);
   });
 
-  it('does not claim to know more than this page can', () => {
-    expect(text({ whose: 'own' }, 12_000)).toContain('If the tower is lost to it as well');
-    expect(text({ whose: 'own' }, 50_000)).toContain('otherwise it holds');
+  it('go by the hold and the lost action that its agent told last', () => {
+    const hold = { ...A_HOLD, stale: true, due_at: new Date(33_000).toISOString() };
+    const by = { task: 'by-itself', mode: 'BRAKE' } as const;
+    expect(text({ ...by, hold })).toBe(`Heron held in BRAKE; its agent will return it in about 4 s ${ALIVE}.`);
+    expect(text({ ...by, hold: { ...hold, action: 'land' } })).toContain('will land it in about 4 s');
+    expect(text({ ...by, hold: { ...hold, stage: 'altitude' } })).toContain('held its height only');
+    // "Stay" was said of the person: it does not hold against a lost tower.
+    expect(text({ ...by, hold: { ...hold, phase: 'stayed', due_at: null } })).toContain('will return it in about 11 s');
+    expect(text({ hold: { ...hold, phase: 'done', open: false, due_at: null } })).toBe(
+      'Heron was returning; it should go on with that.',
+    );
   });
 
-  it('never begins above its own length, whatever the clock of the page says', () => {
-    const early = countdown('Heron', SILENCE, 9_400);
-    expect(early?.secondsLeft).toBe(30);
+  it('do not claim to know more than a page that is deaf itself can', () => {
+    expect(text({ whose: 'own' })).toBe(
+      `When this page heard it last, Heron was flying its mission. If it has lost the tower too, its agent will return it in about 11 s ${ALIVE}.`,
+    );
+    expect(text({ whose: 'own' }, 50_000)).toContain('If it has lost the tower too, it should be returning now');
   });
 
-  it('is not for a drone on the ground', () => {
-    expect(text({ isAirborne: false }, 12_000)).toBeUndefined();
+  it('count nothing where nothing is counted', () => {
+    expect(at({}, 29_000)?.secondsLeft).toBe(11);
+    expect(at({ lostAction: 'stay' }, 29_000)?.secondsLeft).toBeNull();
+    expect(at({ task: 'return' }, 29_000)?.secondsLeft).toBeNull();
+  });
+
+  it('never begin above their own length, whatever the clock of the page says', () => {
+    expect(at({}, 9_400)?.secondsLeft).toBe(30);
+  });
+
+  it('are not for a drone on the ground', () => {
+    expect(text({ isAirborne: false })).toBeUndefined();
+  });
+
+  it('stand still in an alert', () => {
+    expect(lostLinkWords('It', SILENCE)).toBe(
+      `It was flying its mission; its agent will return it after 30 s without the tower ${ALIVE}.`,
+    );
   });
 });

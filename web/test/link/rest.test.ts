@@ -38,9 +38,13 @@ describe('the REST client', () => {
     const { rest, calls } = answering(200, '{}');
     await rest.control(4, 'take', { reason: 'storm', watch: false });
     await rest.control(4, 'acquire');
+    await rest.control(4, 'stay');
+    await rest.acknowledgeLossCheck(4, 'Heron');
     expect(calls.map(([path, { body }]) => [path, body])).toEqual([
       ['/api/v1/drones/4/control/take', '{"reason":"storm","watch":false}'],
       ['/api/v1/drones/4/control/acquire', '{}'],
+      ['/api/v1/drones/4/control/stay', '{}'],
+      ['/api/v1/drones/4/loss-check/acknowledge', '{"drone":"Heron"}'],
     ]);
   });
 
@@ -95,5 +99,49 @@ describe('the REST client', () => {
 
   it('does not take a page for an answer', async () => {
     expect(await failure(answering(200, '<html>').rest.me())).toMatchObject({ title: 'Unexpected answer' });
+  });
+});
+
+describe('a request that needs a proof of who sits there', () => {
+  const NEEDED = JSON.stringify({ type: '/problems/proof-needed', title: 'Confirm that it is you', status: 403 });
+
+  function provable(answers: readonly [number, string][]): { rest: Rest; bodies: unknown[] } {
+    const bodies: unknown[] = [];
+    const rest = new Rest((_, init) => {
+      const [status, body] = answers[bodies.length]!;
+      bodies.push(init.body);
+      return Promise.resolve(new Response(body, { status }));
+    });
+    return { rest, bodies };
+  }
+
+  it('is sent once more when the proof was given', async () => {
+    const { rest, bodies } = provable([
+      [403, NEEDED],
+      [200, '{"id":4}'],
+    ]);
+    let asked = 0;
+    rest.onProofNeeded = () => Promise.resolve(++asked > 0);
+    expect(await rest.call('POST', '/tokens', { name: 'x' })).toEqual({ id: 4 });
+    expect([asked, bodies]).toEqual([1, ['{"name":"x"}', '{"name":"x"}']]);
+  });
+
+  it('fails when it was not given, and asks once only', async () => {
+    const refused = provable([[403, NEEDED]]);
+    refused.rest.onProofNeeded = () => Promise.resolve(false);
+    expect((await failure(refused.rest.call('POST', '/tokens'))).slug).toBe('proof-needed');
+    const again = provable([
+      [403, NEEDED],
+      [403, NEEDED],
+    ]);
+    again.rest.onProofNeeded = () => Promise.resolve(true);
+    expect((await failure(again.rest.call('POST', '/tokens'))).slug).toBe('proof-needed');
+    expect(again.bodies).toHaveLength(2);
+  });
+
+  it('asks for nothing where another thing is wrong', async () => {
+    const { rest } = provable([[403, '{"type":"/problems/in-person-only"}']]);
+    rest.onProofNeeded = () => Promise.reject(new Error('asked'));
+    expect((await failure(rest.call('POST', '/tokens'))).slug).toBe('in-person-only');
   });
 });

@@ -98,7 +98,7 @@ describe('drones that come near each other', () => {
     expect(near()).toEqual([]);
     socket.says(event({ drones: [1, null] }));
     expect(near()).toEqual([3]);
-    expect(tower.alertFeed.alerts.list.get().at(-1)!.text).toContain('a drone that is not of your squad');
+    expect(tower.alertFeed.alerts.list.get().at(-1)!.text).toContain('heron and another drone');
   });
 });
 
@@ -107,12 +107,16 @@ describe('in words', () => {
   it.each([
     [event({ in_s: 0.4, horizontal_m: 6, vertical_m: 3 }), 'heron and kite are 6 m apart, 3 m in height.'],
     [
-      event({ drones: [1, null] }),
-      'heron and a drone that is not of your squad will be 4 m apart, 2 m in height, in 18 s. Seen from heron it is 120 m to the east, 2 m higher.',
+      event({ drones: [1, null], in_s: 15, horizontal_m: null, vertical_m: null, above_m: 5 }),
+      'heron and another drone will be near each other in about 15 s. Seen from heron it is about 120 m to the east (090°), about 5 m higher.',
     ],
     [
-      event({ drones: [2, null], above_m: -0.4, bearing_deg: 350 }),
-      'kite and a drone that is not of your squad will be 4 m apart, 2 m in height, in 18 s. Seen from kite it is 120 m to the north, at the same height.',
+      event({ drones: [2, null], in_s: 0, horizontal_m: null, vertical_m: null, above_m: 0, bearing_deg: 30 }),
+      'kite and another drone are near each other. Seen from kite it is about 120 m to the north-east (030°), at about the same height.',
+    ],
+    [
+      event({ drones: [1, null], in_s: null, bearing_deg: null, distance_m: null, above_m: null }),
+      'heron and another drone are near each other.',
     ],
     [event({ in_s: null, horizontal_m: null, vertical_m: null }), 'heron and kite are too near each other.'],
   ])('%#', (said, words) => {
@@ -152,6 +156,7 @@ describe('lines of the map', () => {
     const [line] = nearLines([event({ drones: [1, null], level: 'warning' })], placeOf);
     const there = offsetBy(PLACE, 0, 120);
     expect(line!.isStranger && line!.isWarning).toBe(true);
+    expect(line!.label).toBe('about 120 m, 2 m in height');
     expect(line!.to.latDeg).toBeCloseTo(there.latDeg, 9);
     expect(line!.to.lonDeg).toBeCloseTo(there.lonDeg, 9);
   });

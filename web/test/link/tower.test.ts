@@ -104,6 +104,21 @@ describe('the squad', () => {
     expect([...tower.vehicles.get().keys()]).toEqual([1]);
   });
 
+  it('keeps what was told live while a TAKE was answered, and takes an answer that nobody has told of', async () => {
+    const taken = { ...HERON, epoch: 7, holder: OLGA };
+    const hold = { open: true, stage: 'altitude', lost: 'person', phase: 'counting' };
+    answers['/api/v1/drones/1/control/take'] = [200, taken];
+    const taking = tower.control(1, 'take');
+    socket().says({ type: 'drone', drone: { ...taken, hold } });
+    await taking;
+    expect(vehicle(1).drone.get().hold).toEqual(hold);
+    answers['/api/v1/drones/1/control/release'] = [200, { ...HERON, epoch: 8, holder: null }];
+    const releasing = tower.control(1, 'release');
+    socket().says({ type: 'drone', drone: { ...taken, online: false } });
+    await releasing;
+    expect(vehicle(1).drone.get().holder).toBeNull();
+  });
+
   it('of drones that all have the same system id is kept apart', () => {
     const message = new Uint8Array([...tag(1, heartbeat(4)), ...tag(2, heartbeat(6)), ...tag(99, heartbeat(9))]);
     socket().saysBytes(message);
@@ -309,8 +324,11 @@ describe('who may fly', () => {
     socket().says({ type: 'drone', drone: { ...mine, airborne: true, epoch: 2 } });
     await clock.pass(500);
     const atMs = clock.nowMs();
-    socket().says({ type: 'drone', drone: { ...mine, airborne: false, online: false, epoch: 2 } });
+    socket().says({ type: 'drone', drone: { ...mine, airborne: null, online: false, epoch: 2 } });
     expect(vehicle(1)).toMatchObject({ silentSinceMs: atMs, wasAirborne: true });
+    // Back, but its autopilot is silent: what was known last stays true as far as anybody knows.
+    socket().says({ type: 'drone', drone: { ...mine, armed: null, airborne: null, epoch: 2 } });
+    expect(vehicle(1).wasAirborne).toBe(true);
     socket().says({ type: 'drone', drone: { ...mine, epoch: 2 } });
     expect(vehicle(1)).toMatchObject({ silentSinceMs: null, wasAirborne: false });
   });

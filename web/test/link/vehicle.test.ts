@@ -6,7 +6,7 @@ import { decode } from '../../src/link/mavlink';
 import { modeSetOf } from '../../src/link/modes';
 import { splitTagged } from '../../src/link/tagged_frames';
 import { Vehicle } from '../../src/link/vehicle';
-import { A_DRONE, AUTOPILOT, FakeClock, fromAutopilot, heartbeat, settled } from './fakes';
+import { A_DRONE, A_HOLD, AUTOPILOT, FakeClock, fromAutopilot, heartbeat, settled } from './fakes';
 
 let clock: FakeClock;
 let sent: Uint8Array[];
@@ -276,6 +276,36 @@ describe('the values', () => {
     hears(heartbeat(4));
     vehicle.drone.set({ ...A_DRONE, online: false });
     expect(vehicle.values(clock.nowMs()).state).toBe('lost');
+  });
+
+  it('do not know whether it is armed once the autopilot is silent, unless the agent still hears it', async () => {
+    const tells = (armed: boolean | null): void => vehicle.drone.set({ ...A_DRONE, armed });
+    const now = () => vehicle.values(clock.nowMs());
+    hears(heartbeat(4, true));
+    hears(fromAutopilot('EXTENDED_SYS_STATE', { landed_state: 2 }));
+    tells(null);
+    await clock.pass(3_000);
+    expect(now()).toMatchObject({ armed: true, airborne: true, state: 'flying' });
+    await clock.pass(1);
+    expect(now()).toMatchObject({ armed: null, airborne: null, state: 'lost' });
+    tells(true); // heartbeats were lost on the way to this page alone
+    expect(now()).toMatchObject({ armed: true, airborne: true, state: 'flying' });
+    await clock.pass(2_000);
+    expect(now()).toMatchObject({ armed: null, airborne: null, state: 'lost', mode: 'GUIDED' });
+  });
+
+  it('do not call the motors of a drone that is offline off', () => {
+    hears(heartbeat(4, false));
+    vehicle.drone.set({ ...A_DRONE, online: false });
+    expect(vehicle.values(clock.nowMs())).toMatchObject({ armed: null, airborne: null });
+  });
+
+  it('read the hold by the clock of the tower', () => {
+    const hold = { ...A_HOLD, due_at: new Date(clock.nowMs() + 14_000).toISOString() };
+    vehicle.put({ ...A_DRONE, hold }, clock.nowMs(), 10_000);
+    expect(vehicle.hold(clock.nowMs())).toMatchObject({ secondsLeft: 24, canStay: true });
+    vehicle.put(A_DRONE, clock.nowMs());
+    expect(vehicle.hold(clock.nowMs())).toBeNull();
   });
 
   it('measure the time in the air', async () => {

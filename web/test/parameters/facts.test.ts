@@ -1,19 +1,30 @@
+import { readFileSync } from 'node:fs';
+
 import { describe, expect, it } from 'vitest';
 
-import { factOf, hasBit, meaningOf, rangeWords, readFacts, unusualWords, withBit } from '../../src/parameters/facts';
-import { ARDUCOPTER } from '../../src/parameters/facts/arducopter';
-import { PX4 } from '../../src/parameters/facts/px4';
+import {
+  factOf,
+  factsOf,
+  hasBit,
+  meaningOf,
+  rangeWords,
+  readFacts,
+  unusualWords,
+  withBit,
+} from '../../src/parameters/facts';
+import { ARDUCOPTER_WORDS } from '../../src/parameters/facts/arducopter_words';
+import { PX4_WORDS } from '../../src/parameters/facts/px4_words';
 import { loadFacts } from '../../src/parameters/load_facts';
 
 describe.each([
-  ['ArduCopter', ARDUCOPTER, 190],
-  ['PX4', PX4, 80],
+  ['ArduCopter', ARDUCOPTER_WORDS, 800],
+  ['PX4', PX4_WORDS, 160],
 ])('the facts about %s', (_name, source, atLeast) => {
   const facts = readFacts(source);
 
   it('are about many parameters, each with a name that MAVLink can carry', () => {
     expect(facts.size).toBeGreaterThan(atLeast);
-    for (const name of facts.keys()) expect(name).toMatch(/^[A-Z][A-Z0-9_#]{1,15}$/);
+    for (const name of facts.keys()) expect(name).toMatch(/^[A-Z][A-Z0-9_#]{1,14}([A-Z0-9_#]|\*)$/);
   });
 
   it('have choices and bits once each, and ranges that begin before they end', () => {
@@ -52,13 +63,88 @@ it('tells of numbered parameters by their pattern, with their number', async () 
   expect(factOf(facts, 'NO_SUCH_NAME')).toBeNull();
 });
 
-it('knows numbers of parameters that there are no words about', async () => {
+it('has words about each parameter that a real ArduCopter lists', async () => {
+  const facts = await loadFacts('arducopter');
+  const names = readFileSync(new URL('arducopter_names.txt', import.meta.url), 'utf8')
+    .trim()
+    .split('\n');
+  expect(names).toHaveLength(1001);
+  for (const name of names) {
+    const fact = factOf(facts, name);
+    expect([fact?.title, fact?.text], name).not.toContain('');
+    expect(fact, name).not.toBeNull();
+    expect(`${fact?.title} ${fact?.text}`, name).not.toMatch(/[#*]/);
+  }
+});
+
+it('says a range, a unit, choices and bits where only the metadata has them', async () => {
   const facts = await loadFacts('arducopter');
   const fact = factOf(facts, 'ACRO_RP_RATE');
-  expect(fact).toMatchObject({ title: '', unit: 'deg/s', least: 1, most: 1080, standard: 360 });
+  expect(fact).toMatchObject({ title: 'Fastest roll and pitch', unit: 'deg/s', least: 1, most: 1080, standard: 360 });
   expect(unusualWords(fact, 2000)).toBe('Usually not above 1080 deg/s.');
+  expect(meaningOf(factOf(facts, 'AVOID_BEHAVE'), 1)).toBe('Stop');
+  expect(factOf(facts, 'EK3_GPS_CHECK')?.bits.length).toBeGreaterThan(5);
+  expect(factOf(await loadFacts('px4'), 'COM_FLTMODE3')?.choices.length).toBeGreaterThan(10);
   expect((await loadFacts('other')).words.size).toBe(0);
 });
+
+it('has our words for a value first, and those of the metadata for the rest', async () => {
+  const facts = await loadFacts('arducopter');
+  const functions = factOf(facts, 'SERVO5_FUNCTION')!.choices;
+  expect(functions.find(({ value }) => value === 10)?.words).toBe('Camera trigger');
+  expect(functions.length).toBeGreaterThan(120);
+  const values = functions.map(({ value }) => value);
+  expect(values).toEqual(values.toSorted((a, b) => a - b));
+  expect(new Set(values).size).toBe(values.length);
+});
+
+it('lets other values be typed where the choices are some of many', async () => {
+  const [copter, px4] = [await loadFacts('arducopter'), await loadFacts('px4')];
+  const isOpen = (name: string): boolean | undefined => factOf(copter, name)?.isOpen;
+  expect(['GPS1_RATE_MS', 'RELAY1_PIN', 'NTF_BUZZ_PIN', 'PSC_ANGLE_MAX', 'BATT_CAPACITY'].map(isOpen)).toEqual([
+    true,
+    true,
+    true,
+    false,
+    false,
+  ]);
+  expect(['FLTMODE1', 'SERVO1_FUNCTION', 'AVOID_BEHAVE', 'ARMING_RUDDER'].map(isOpen)).toEqual([
+    false,
+    false,
+    false,
+    false,
+  ]);
+  expect(unusualWords(factOf(copter, 'RELAY1_PIN'), 77)).toBe('');
+  expect(factOf(px4, 'COM_FLTMODE1')?.isOpen).toBe(false);
+});
+
+it('says of the second of a kind what it says of the first, and of a family what all of it is about', () => {
+  const facts = factsOf('BATT_LOW | Low at | Below it the battery is low.\nOSD#_* | Page #: * | What page # shows.', {
+    numbers: { 'OSD#_WIND_X': ['', 0, 60, null, false] },
+    choices: {},
+    bits: {},
+    lists: [],
+  });
+  expect(factOf(facts, 'BATT2_LOW')).toMatchObject({ title: 'Low at (2)', text: 'Below it the battery is low.' });
+  expect(factOf(facts, 'OSD3_WIND_X')).toMatchObject({ title: 'Page 3: WIND_X', text: 'What page 3 shows.', most: 60 });
+  expect(factOf(facts, 'OSD_WIND_X')).toBeNull();
+});
+
+it.each(['arducopter', 'px4'] as const)(
+  'the metadata of %s has lists that can be read, and no name twice',
+  async (kind) => {
+    const { choices, bits, numbers } = await loadFacts(kind);
+    expect(choices.size).toBeGreaterThan(200);
+    expect(bits.size).toBeGreaterThan(20);
+    for (const list of [...choices.values(), ...bits.values()]) {
+      expect(list.length).toBeGreaterThan(0);
+      expect(new Set(list.map(({ value }) => value)).size).toBe(list.length);
+    }
+    for (const [name, [, least, most]] of numbers) {
+      if (least !== null && most !== null) expect(least, name).toBeLessThan(most);
+    }
+  },
+);
 
 it('says a value in words', async () => {
   const facts = await loadFacts('arducopter');

@@ -239,7 +239,11 @@ describe('the checks before an upload', () => {
       'error: Rally point 1 is not right. Height: 90000 m is outside of -500 to 10000 m.',
       planOf(good, { rally: [{ id: 1, frame: 3, spot: north(50), heightM: 90_000 }] }),
     ],
-    ['error: The mission has 701 items; a drone takes 700 at most.', planOf(Array.from({ length: 701 }, () => back))],
+    ['error: The mission has 725 items; a drone takes 724 at most.', planOf(Array.from({ length: 725 }, () => back))],
+    [
+      'warning: The mission has 650 items; ArduPilot has room for 649 on the usual boards. One that has no more refuses them all.',
+      planOf(Array.from({ length: 650 }, () => back)),
+    ],
   ])('name the item and say: %s', (expected, plan, change) => expect(told(plan, change)).toContain(expected));
 
   it('say that home is outside, that rounds do not end, and what they cannot check', () => {

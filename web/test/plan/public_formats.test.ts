@@ -92,14 +92,18 @@ describe('a plan of QGroundControl with a corridor, for a PX4', () => {
 });
 
 describe('a plan of an old QGroundControl', () => {
-  it('says that its fence is of a form that is gone', () => {
+  it('has its border as one to stay inside of, and says so', () => {
     const { plan, dropped } = open(sample('old_fence.plan'));
     expect(rows(plan, 'mission')).toEqual([[16, 3, [0, 0, 0, 0], -349_285_000, 1_385_812_000, 50, 1]]);
     expect(rows(plan, 'rally')).toEqual([[5100, 3, [0, 0, 0, 0], -349_300_000, 1_385_800_000, 50, 1]]);
-    expect(rows(plan, 'fence')).toEqual([]);
-    expect(dropped).toEqual([
-      'The fence is left out: it is of version 1, which says neither inside nor outside. Draw it again.',
+    expect(rows(plan, 'fence')).toEqual([
+      [5000, 3, [0, 0, 0, 0], -349_285_000, 1_385_812_000, 0, 1],
+      [5001, 0, [4, 0, 0, 0], -348_800_000, 1_384_900_000, 0, 1],
+      [5001, 0, [4, 0, 0, 0], -348_700_000, 1_386_400_000, 0, 1],
+      [5001, 0, [4, 0, 0, 0], -350_400_000, 1_386_900_000, 0, 1],
+      [5001, 0, [4, 0, 0, 0], -350_000_000, 1_385_000_000, 0, 1],
     ]);
+    expect(dropped).toEqual(['The fence is of version 1: its border was taken as one to stay inside of.']);
   });
 });
 

@@ -92,7 +92,7 @@ describe('a document that is no plan', () => {
     [[], 'not a plan'],
     [{ ...good, fence: undefined }, 'its fence is not a list'],
     [{ ...good, mission: [[16, 3]] }, 'Item 1 of the mission is not a list of seven fields'],
-    [{ ...good, mission: Array.from({ length: 701 }, () => []) }, '700 are the most'],
+    [{ ...good, mission: Array.from({ length: 725 }, () => []) }, '724 are the most'],
     [{ ...good, home: { lat_e7: 1e10, lon_e7: 0, alt_m: 0 } }, 'home'],
     [{ ...good, defaults: { height_m: 'high', frame: 3, speed_m_s: 5 } }, 'defaults'],
   ])('is refused in words: %j', (document, words) => {

@@ -2,17 +2,23 @@ import { describe, expect, it } from 'vitest';
 
 import { flightValues, type FlightValues } from '../../src/link/flight_values';
 import { Telemetry } from '../../src/link/telemetry';
-import type { Drone } from '../../src/link/wire_types';
+import { readHold } from '../../src/link/hold_view';
+import type { Drone, HoldView } from '../../src/link/wire_types';
 import { matches, passes, sorted, windowOf, type SortKey, type SquadEntry } from '../../src/squad/squad_list';
-import { A_DRONE, heartbeat } from '../link/fakes';
+import { A_DRONE, A_HOLD, heartbeat } from '../link/fakes';
 
 const OLGA = { id: 5, name: 'olga' };
-const BESIDE = { online: true, target: null, link: null, airborneSinceMs: null, batteryTime: null };
+const BESIDE = { online: true, armed: false, target: null, link: null, airborneSinceMs: null, batteryTime: null };
 
 function entry(drone: Partial<Drone>, values: Partial<FlightValues> = {}): SquadEntry {
   const telemetry = new Telemetry();
   telemetry.receive(heartbeat(5), 0);
-  return { drone: { ...A_DRONE, ...drone }, values: { ...flightValues(telemetry, BESIDE, 0), ...values }, link: null };
+  return {
+    drone: { ...A_DRONE, ...drone },
+    values: { ...flightValues(telemetry, BESIDE, 0), ...values },
+    link: null,
+    hold: null,
+  };
 }
 
 const HERON = entry({ id: 1, name: 'Heron', holder: OLGA }, { state: 'flying', airborne: true, batteryPercent: 40 });
@@ -37,6 +43,22 @@ describe('sorting', () => {
   it('puts what is not known last, either way, and equals by name', () => {
     expect(by('battery')).toEqual(['Heron', 'Plover 9', 'Swift', 'Plover 10']);
     expect(by('battery', true)).toEqual(['Swift', 'Heron', 'Plover 9', 'Plover 10']);
+  });
+});
+
+describe('a drone whose lost action is counted down', () => {
+  const reading = (phase: HoldView['phase']) =>
+    readHold({ ...A_HOLD, phase }, { droneName: 'Heron', lostActionS: 30, towerLagMs: 0 }, 0);
+
+  it('wants attention though somebody has its controls; one that is held alone does not', () => {
+    const [counted, held] = (['counting', 'quiet'] as const).map((phase) => ({ ...HERON, hold: reading(phase) }));
+    expect(passes(counted!, 'attention', OLGA)).toBe(true);
+    expect(passes(held!, 'attention', OLGA)).toBe(false);
+    const order = sorted([held!, { ...counted!, drone: { ...A_DRONE, name: 'Z' } }], {
+      key: 'state',
+      isDescending: false,
+    });
+    expect(names(order)).toEqual(['Z', 'Heron']);
   });
 });
 

@@ -51,10 +51,8 @@ describe('an enrolment', () => {
     expect(of('waiting')).toBe('Waiting for Kestrel. The token ends in 10 min.');
   });
 
-  it('says from where the credential was fetched', () => {
-    expect(of('used', '192.0.2.7')).toBe(
-      'The credential was fetched from 192.0.2.7. Waiting for the agent of Kestrel to link.',
-    );
+  it('says from where the key came', () => {
+    expect(of('used', '192.0.2.7')).toBe('Kestrel has a key from 192.0.2.7. Waiting for its agent to link.');
     expect(of('seen', '192.0.2.7')).toBe('Kestrel is enrolled: its agent has linked from 192.0.2.7.');
     expect(of('seen')).toBe('Kestrel is enrolled: its agent has linked.');
   });

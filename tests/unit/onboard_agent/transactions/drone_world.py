@@ -47,7 +47,7 @@ class DroneWorld:
         self.takes = takes
         self.narrow_line = narrow_line
         self.journal = MemoryJournal() if journal is None else journal
-        settings = VehicleSettings(FlightSettings(HOME, boot_s=0.5, has_radio=True), flavour=flavour)
+        settings = VehicleSettings(FlightSettings(HOME, boot_s=0.5), flavour=flavour)
         self.vehicle = Vehicle(settings, failures)
         self.told: list[Any] = []
         self.seen: list[Any] = []

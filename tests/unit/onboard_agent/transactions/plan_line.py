@@ -18,6 +18,8 @@ from simulator.mission_plan import Item
 from simulator.mission_plan import PlanKind as ServerKind
 from simulator.missions import MissionServer
 from simulator.parameters import Parameters
+from wire.plan_keeping_ardupilot import ArduPilot
+from wire.plan_keeping_px4 import Px4
 from wire.plans import Plan, PlanItem, PlanKind
 from wire.transactions import (
     Outcome,
@@ -239,7 +241,8 @@ class Line:
         """Also after it was killed: nothing is left but the journal."""
         self._down.clear()
         self.desk = PlanDesk(FrameMaker(), self.journal, Patience())
-        self.desk.autopilot_came(vehicle_system_id=1, home_slot=self.home_slot, now=self.now)
+        keeping = ArduPilot() if self.home_slot else Px4()
+        self.desk.autopilot_came(vehicle_system_id=1, home_slot=self.home_slot, keeping=keeping, now=self.now)
 
     def _server_says(self, message: Message) -> None:
         self._counts["down"] += 1

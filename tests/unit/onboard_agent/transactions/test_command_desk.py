@@ -24,7 +24,7 @@ from simulator.modes import Mode
 from simulator.px4.flavour import PX4
 from wire.control_messages import HoldOrder, HoldProgress, HoldStep
 from wire.dialect import build
-from wire.transactions import CancelTransaction, CommandWork, Outcome, TransactionProgress
+from wire.transactions import CancelTransaction, CommandWork, Outcome, TransactionProgress, TransactionResult
 
 REPOSITION = 192
 
@@ -185,7 +185,7 @@ def test_several_wait_at_once_and_no_answer_is_taken_for_anothers() -> None:
     assert {one.get_srcComponent() for one in sent} == set(COMPONENTS)
     refused = mavlink.MAVLink_command_ack_message(SET_MODE, mavlink.MAV_RESULT_FAILED, 0, 0, 1, COMPONENTS[1])
     says(world, refused)
-    world.run(0.1)
+    world.run(0.5)
     assert [len(world.results(number)) for number in numbers] == [0, 1, 0]
     more = [world.begin(command_work(SET_MODE, 1, LOITER)) for _ in range(2)]
     world.run(0.1)
@@ -243,3 +243,62 @@ def test_one_that_is_refused_leaves_the_hand_on_the_sticks_needed_as_a_frame_doe
     refused = world.command(SET_MODE, 1, 99)
     assert refused.outcome is Outcome.FAILED
     world.until(lambda: any(isinstance(one, HoldProgress) for one in world.told), limit_s=1.0, what="sticks go stale")
+
+
+CHANGE_SPEED, SET_HOME, SET_ITEM = 178, 179, 224
+
+
+def change_speed(world: DroneWorld, *speeds_m_s: float) -> TransactionResult:
+    """To 2 m/s: it is accepted, and then the autopilot says one of these speeds after the other until it is over."""
+    world.vehicle.failures.add(Failure.SILENT)
+    number = world.begin(command_work(CHANGE_SPEED, 1, 2, -1))
+    world.step()
+    says(world, mavlink.MAVLink_command_ack_message(CHANGE_SPEED, 0, 0, 0, 1, COMPONENTS[0]))
+    for m_s in speeds_m_s:
+        motion = (round(m_s * 100), 0, 0, 0)
+        says(world, mavlink.MAVLink_global_position_int_message(1000, 473977000, 85456000, 500_000, 12_000, *motion))
+        world.run(0.1)
+    world.vehicle.failures.discard(Failure.SILENT)
+    return world.result(number)
+
+
+def test_a_speed_is_done_when_the_motion_shows_it() -> None:
+    result = change_speed(DroneWorld().ready(), 7.4, 5.0, 2.3)
+    assert (result.outcome, result.seen) == (Outcome.DONE, True)
+    assert result.words.startswith("Seen: it flies at 2.3 m/s.")
+
+
+def test_a_drone_that_flies_on_as_fast_as_before_is_told_as_such() -> None:
+    result = change_speed(DroneWorld().ready(), *[7.4] * 60)
+    assert (result.outcome, result.seen) == (Outcome.DONE, False)
+    assert result.words.startswith("Accepted, not yet seen: it flies at 7.4 m/s.")
+
+
+def test_of_a_drone_that_stands_still_no_speed_is_waited_for() -> None:
+    world = DroneWorld().ready()
+    began = world.now
+    result = world.command(CHANGE_SPEED, 1, 8, -1)
+    assert (result.outcome, result.seen) == (Outcome.DONE, False)
+    assert "it stands still" in result.words
+    assert world.now - began < 1.0
+
+
+def test_home_is_done_when_the_autopilot_tells_it_there() -> None:
+    world = DroneWorld().ready()
+    place = CommandWork(
+        command=SET_HOME, params=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 490.0), x=473980000, y=85460000, frame=0
+    )
+    result = world.do(place)
+    assert (result.outcome, result.seen) == (Outcome.DONE, True)
+    assert world.command(SET_HOME, 1).seen is True
+
+
+def test_a_home_that_stays_where_it_was_is_not_seen() -> None:
+    world = DroneWorld().ready()
+    world.vehicle.flight.set_home = lambda *_: None  # accepted, and nothing comes of it
+    place = CommandWork(
+        command=SET_HOME, params=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 490.0), x=473990000, y=85460000, frame=0
+    )
+    result = world.do(place)
+    assert (result.outcome, result.seen) == (Outcome.DONE, False), result.words
+    assert "not yet seen: home is at" in result.words

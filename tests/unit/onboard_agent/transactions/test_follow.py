@@ -155,7 +155,7 @@ def ended(world: FollowWorld, outcome: Outcome, *words: str) -> TransactionResul
 def holds(world: FollowWorld) -> None:
     """It stands, in BRAKE, and is told nothing more."""
     told = len(world.targets())
-    world.run(4.0)
+    world.run(5.0)
     assert world.vehicle.flight.mode == BRAKE
     body = world.vehicle.flight.body
     assert max(abs(body.vn_mps), abs(body.ve_mps)) < 0.5
@@ -302,7 +302,8 @@ def test_a_hold_wins() -> None:
     world.run(3.0)
     assert len(world.targets()) == told
     assert world.vehicle.flight.mode != GUIDED
-    assert not [one for one in world.commands_sent(SET_MODE) if one.param2 == BRAKE]
+    brakes = [one for one in world.commands_sent(SET_MODE) if one.param2 == BRAKE]
+    assert {one.get_srcComponent() for one in brakes} <= {191}, "the hold brakes, not the follower"
 
 
 def test_a_pilot_who_switches_the_mode_has_it() -> None:

@@ -348,7 +348,25 @@ def test_a_reading_can_be_cancelled_times_out_and_is_shared() -> None:
     assert line.sent_count("PARAM_REQUEST_LIST") <= 2
     again = line.do(ParametersReadWork(again=True))
     assert again.outcome is Outcome.DONE
-    assert len(tables(line)) == 2
+    assert len(tables(line)) == 1, "it is the table that was sent"
+
+
+def test_a_tower_that_has_the_table_by_its_changes_is_not_sent_it_again() -> None:
+    line = parameter_line()
+    line.until(lambda: complete(line))
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+    line.run(1.0)
+    line.server.parameters.set("RTL_ALT", 2500.0)  # by itself, as a flight counter does: nobody is told
+    assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
+    assert [one.name for one in line.told(ParameterChanged)] == ["RTL_ALT"]
+    assert line.told(ParameterChanged)[-1].hash == table_hash(table_of(line))
+    assert len(tables(line)) == 1
+    for number in range(6):
+        line.server.parameters.set(f"RC{number + 1}_MIN", 1_050.0)
+    line.run(1.0)
+    assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
+    assert tables(line)[1:] == [table_of(line)], "many changes are another table"
 
 
 # What is remembered.
@@ -534,3 +552,22 @@ def test_after_a_write_the_hash_is_not_believed() -> None:
     again = parameter_line(PX4, store=store)
     again.until(lambda: complete(again))
     assert again.sent_count("PARAM_REQUEST_LIST") == 1
+
+
+def test_where_single_values_are_slow_and_many_are_missing_the_list_is_asked_for_again() -> None:
+    """As an agent finds it that was not run for a moment while a thousand came at once."""
+    line = parameter_line(total_count=1400)
+    line.server.server.is_slow = True
+    burst = range(200, 900)
+    line.to_agent = lambda number, _message: () if number in burst else (0.0,)
+    assert line.until(lambda: complete(line)) < FAST.list_after_s + 2.5
+    assert line.sent_count("PARAM_REQUEST_LIST") == 2
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+
+
+def test_a_pause_in_the_list_that_is_like_those_before_is_no_end_of_it() -> None:
+    line = parameter_line(total_count=1400)
+    line.to_agent = lambda number, _message: (0.2 * (number // 300),)
+    line.until(lambda: complete(line))
+    assert line.sent_count("PARAM_REQUEST_READ") == 0

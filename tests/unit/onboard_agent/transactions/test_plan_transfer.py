@@ -24,6 +24,9 @@ from plan_line import (
 
 from simulator.dialect import Codec, Message, mavlink
 from simulator.px4.flavour import PX4
+from wire.plan_keeping import as_kept
+from wire.plan_keeping_ardupilot import ArduPilot
+from wire.plan_keeping_px4 import Px4
 from wire.plans import PlanItem, PlanKind, pack_plan, plan_hash
 
 FENCE = tuple(PlanItem(5001, 0, (3.0, 0.0, 0.0, 0.0), 473970000 + i * 1000, 85450000 - i * i) for i in range(3))
@@ -44,16 +47,18 @@ def test_a_plan_goes_up_is_read_back_and_comes_down(kind: PlanKind) -> None:
     plan = PLANS[kind]
     result = line.upload(plan, kind)
     assert result.outcome is Outcome.DONE, result.words
-    assert line.on_board(kind) == plan
+    kept = as_kept(ArduPilot(), kind, plan)
+    assert line.on_board(kind) == kept
     told = line.told(PlanOnBoard)[-1]
     assert (told.hash, told.count, told.plan, told.fit_to_fly) == (
-        plan_hash(kind, plan),
+        plan_hash(kind, kept),
         len(plan),
-        pack_plan(kind, plan),
+        pack_plan(kind, kept),
         True,
     )
+    assert told.sent_hash == plan_hash(kind, plan)
     assert line.journal.records == {}
-    assert line.do(PlanDownloadWork(kind)).plan == pack_plan(kind, plan)
+    assert line.do(PlanDownloadWork(kind)).plan == pack_plan(kind, kept)
     assert line.do(PlanVerifyWork(kind, plan)).outcome is Outcome.DONE
     other = line.do(PlanVerifyWork(kind, (*plan[:-1], PlanItem(17))))
     assert (other.outcome, other.item) == (Outcome.FAILED, len(plan) - 1)
@@ -71,7 +76,34 @@ def test_jumps_and_numbers_are_those_of_the_plan_whatever_the_autopilot_counts(f
     jump = line.server.plan(PlanKind.MISSION)[-1]
     assert jump.params[0] == (2.0 if flavour is None else 1.0)
     assert len(line.server.plan(PlanKind.MISSION)) == (5 if flavour is None else 4)
-    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == pack_plan(PlanKind.MISSION, plan)
+    kept = as_kept(ArduPilot() if flavour is None else Px4(), PlanKind.MISSION, plan)
+    assert kept[-1].params == plan[-1].params
+    assert line.do(PlanDownloadWork(PlanKind.MISSION)).plan == pack_plan(PlanKind.MISSION, kept)
+
+
+def test_what_the_autopilot_does_not_keep_is_told_and_what_matters_first() -> None:
+    line = line_with()
+    quiet = line.upload((PlanItem(20, 2), PlanItem(22, 6, z=20.0)))
+    assert quiet.words.endswith("ArduPilot keeps 2 values in its own way, which changes nothing in the flight.")
+    flown = line.upload((PlanItem(20, 2), PlanItem(16, 3, (2.5, 0.0, 0.0, 90.0), 473970000, 85450000, 20.0)))
+    assert flown.outcome is Outcome.DONE
+    assert "Item 2: ArduPilot keeps parameter 1 as 2, not 2.5. There are 1 more of these." in flown.words
+
+
+def test_a_plan_that_comes_back_in_every_bit_is_that_plan_whatever_its_autopilot_usually_keeps() -> None:
+    line = line_with(Failure.MISSION_VERBATIM)
+    result = line.upload((PlanItem(16, 3, (2.5, 0.0, 0.0, 0.0), 473970000, 85450000, 20.0),))
+    assert (result.outcome, result.words.endswith("read back and compared: 1 items.")) == (Outcome.DONE, True)
+
+
+def test_a_fence_of_one_circle_after_a_polygon_stays_though_the_autopilot_drops_it_once() -> None:
+    line = line_with()
+    assert line.upload(FENCE, PlanKind.FENCE).outcome is Outcome.DONE
+    line.run(1.0)
+    circle = (PlanItem(5003, 0, (30.0, 0.0, 0.0, 0.0), 473970000, 85450000),)
+    assert line.upload(circle, PlanKind.FENCE).outcome is Outcome.DONE
+    line.run(2.0)
+    assert line.on_board(PlanKind.FENCE) == as_kept(ArduPilot(), PlanKind.FENCE, circle)
 
 
 @pytest.mark.parametrize(
@@ -214,7 +246,7 @@ def test_a_second_one_is_refused_as_busy_whatever_its_kind() -> None:
     refused = line.do(PlanDownloadWork(PlanKind.MISSION))
     assert (refused.outcome, refused.words) == (Outcome.REFUSED, "Busy: the fence is being written.")
     line.run(3.0)
-    assert line.on_board(PlanKind.FENCE) == FENCE
+    assert line.on_board(PlanKind.FENCE) == as_kept(ArduPilot(), PlanKind.FENCE, FENCE)
 
 
 def test_while_a_plan_is_written_no_mission_is_started_and_nobody_else_writes() -> None:

@@ -19,7 +19,11 @@ from simulator.mission_plan import Item
 from simulator.mission_plan import PlanKind as ServerKind
 from simulator.modes import Mode
 from simulator.px4.flavour import PX4
-from wire.control_messages import HoldOrder, LostAction, SafetySettings
+from wire.control_messages import HoldOrder, SafetySettings
+from wire.open_holds import LostAction
+from wire.plan_keeping import as_kept
+from wire.plan_keeping_ardupilot import ArduPilot
+from wire.plan_keeping_px4 import Px4
 from wire.plans import PlanItem, PlanKind, pack_plan, plan_hash
 from wire.transactions import (
     CancelTransaction,
@@ -57,8 +61,10 @@ def ground_station_writes(world: DroneWorld, count: int = 3, answer_each_s: floa
 def test_the_plans_are_read_when_the_autopilot_comes_and_after_its_reboot(flavour: Any) -> None:
     world = DroneWorld() if flavour is None else DroneWorld(flavour=flavour)
     world.ready()
+    keeping = ArduPilot() if flavour is None else Px4()
+    kept = as_kept(keeping, MISSION, PLAN)
     assert world.do(PlanUploadWork(MISSION, PLAN)).outcome is Outcome.DONE
-    assert world.on_board() == plan_hash(MISSION, PLAN)
+    assert world.on_board() == plan_hash(MISSION, kept)
     assert world.on_board(PlanKind.FENCE) == plan_hash(PlanKind.FENCE, ())
     world.run(40.0)  # its clock must go back for a reboot of no time at all to be seen
     told = len(world.told)
@@ -130,7 +136,7 @@ def test_our_own_upload_is_nobody_elses() -> None:
 
 
 def test_what_was_sent_is_still_known_when_the_same_plan_is_read_again() -> None:
-    world = DroneWorld(Failure.MISSION_PACKED).ready()
+    world = DroneWorld().ready()
     plan = tuple(PlanItem(16, 3, (1.4, 0.0, 0.0, 0.0), item.x, item.y, item.z + 0.004) for item in PLAN)
     assert world.do(PlanUploadWork(MISSION, plan)).outcome is Outcome.DONE
     told = [one for one in world.told if isinstance(one, PlanOnBoard)][-1]

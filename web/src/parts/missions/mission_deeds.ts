@@ -32,7 +32,7 @@ export class MissionDeeds {
     const name = this.#name;
     const { airborne, armed } = this.#values();
     const what = `flies the mission that is on board (${items} items)`;
-    if (airborne || armed === true) {
+    if (armed === true) {
       const text = airborne
         ? `${name} is in the air. It ${what}, from the first item on, at once.`
         : `${name} has its motors running. It ${what}: it takes off. Is everybody clear of it?`;

@@ -1,6 +1,6 @@
 /** Plans on their way to a drone and back: one kind after another, each an operation of the tower, with what came of it. */
 
-import type { MissionRest } from '../../link/mission_rest';
+import type { MissionRest, PlanForeseen } from '../../link/mission_rest';
 import type { Operation } from '../../link/operation_types';
 import type { Operations } from '../../link/operations';
 import { RestError } from '../../link/rest';
@@ -16,6 +16,8 @@ export const KIND_WORDS: Record<PlanKind, string> = { mission: 'mission', fence:
 export type Came =
   | { readonly as: 'done'; readonly words: string }
   | { readonly as: 'failed'; readonly words: string; readonly kind: PlanKind; readonly item: number | null };
+
+export type Foreseen = PlanForeseen & { readonly kind: PlanKind };
 
 export interface Ways {
   readonly droneId: number;
@@ -48,6 +50,20 @@ export class Transfer {
     return this.#each(kinds, `to ${name}`, (kind) =>
       rest.upload(droneId, kind, itemsOf(plan, kind).map(rowOf), whileFlying),
     );
+  }
+
+  /** What the drone's autopilot would not keep of these. Of a kind that nobody can say it of there is nothing. */
+  async foresee(kinds: readonly PlanKind[]): Promise<Foreseen[]> {
+    const { plan } = this.#desk;
+    const { rest, droneId } = this.#ways;
+    const asked = kinds.map(async (kind): Promise<Foreseen[]> => {
+      try {
+        return [{ kind, ...(await rest.foresee(droneId, kind, itemsOf(plan, kind).map(rowOf))) }];
+      } catch {
+        return []; // no heartbeat yet, or an older tower: the upload itself says what becomes of it
+      }
+    });
+    return (await Promise.all(asked)).flat();
   }
 
   verify(kinds: readonly PlanKind[]): Promise<void> {

@@ -5,13 +5,15 @@ import { looksLikeGeoJson, readGeoJson } from './geojson_plan';
 import { isObject } from './json_values';
 import { looksLikeXml, readKml, type ParseXml } from './kml_plan';
 import { NotAPlanFile, type ReadFile, type ReadSettings } from './plan_file';
+import { looksLikePoints, readPoints } from './point_file';
 import { looksLikeQgcPlan, readQgcPlan } from './qgc_plan';
 import { looksLikeWaypoints, readWaypoints } from './waypoint_file';
 
 /** A plan of 700 items is 300 kB in the most talkative of these; maps that were drawn by hand stay far below this. */
 export const MOST_CHARACTERS = 8_000_000;
 
-const KINDS = 'Open a .plan of QGroundControl, a .waypoints of Mission Planner, GeoJSON, KML, or a plan saved here.';
+const KINDS =
+  'Open a .plan or .mission of QGroundControl, a .waypoints, .fen, .ral or .poly of Mission Planner or MAVProxy, GeoJSON, KML, or a plan saved here.';
 
 function readJson(text: string, settings: ReadSettings): ReadFile {
   let json: unknown;
@@ -41,6 +43,7 @@ export function openPlanFile(text: string, settings: ReadSettings, parseXml: Par
     if (looksLikeWaypoints(body)) return readWaypoints(body, settings);
     if (body.startsWith('{') || body.startsWith('[')) return readJson(body, settings);
     if (looksLikeXml(body)) return readKml(body, settings, parseXml);
+    if (looksLikePoints(body)) return readPoints(body, settings);
   } catch (error) {
     if (error instanceof RangeError) throw new NotAPlanFile(error.message);
     throw error;

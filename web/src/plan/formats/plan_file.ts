@@ -4,7 +4,15 @@ import { datumOf, FRAME } from '../frames';
 import { MOST_ITEMS, type Plan, type PlanDefaults, type Spot } from '../plan_types';
 import { float32 } from '../wire_items';
 
-export type PlanFormat = 'QGroundControl plan' | 'waypoint file' | 'GeoJSON' | 'KML' | 'saved plan';
+export type PlanFormat =
+  | 'QGroundControl plan'
+  | 'waypoint file'
+  | 'fence file'
+  | 'rally file'
+  | 'polygon file'
+  | 'GeoJSON'
+  | 'KML'
+  | 'saved plan';
 
 export interface ReadFile {
   readonly format: PlanFormat;
@@ -29,6 +37,8 @@ export class NotAPlanFile extends Error {
 export interface ReadSettings {
   /** For what the file leaves open. */
   readonly defaults: PlanDefaults;
+  /** What the file is called: fences and outlines of fields can look alike. */
+  readonly fileName?: string;
 }
 
 const LARGEST_FLOAT32 = 3.4028234663852886e38;

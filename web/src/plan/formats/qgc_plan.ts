@@ -1,31 +1,24 @@
 /**
- * QGroundControl's `.plan`: JSON with mission, geoFence and rallyPoints. Simple items are MAVLink's; of surveys and corridors the items
- * that they were turned into are taken, their settings are not. Jumps name an item's `doJumpId`, not its place in the list.
+ * QGroundControl's files: JSON with mission (qgc_mission.ts), geoFence and rallyPoints in a `.plan`, and in a file each before 2017
+ * (`.mission`, `.fence`, `.rally`). Mission Planner writes the first form of `.mission` as well. Jumps name an item's `doJumpId`, not
+ * its place in the list.
  */
 
-import { CMD } from '../catalogue';
 import { FRAME } from '../frames';
 import {
   EMPTY_PLAN,
   latDegOf,
   lonDegOf,
   type FenceShape,
-  type Param,
   type Plan,
-  type PlannedHome,
   type PlanItem,
   type RallyPoint,
   type Spot,
-  type WireItem,
 } from '../plan_types';
-import { wireItem } from '../wire_items';
 import { isNumber, isObject, latLonOf, objectsIn, type JsonObject } from './json_values';
 import {
   axisInFile,
-  axisOf,
-  counted,
   float32Of,
-  heldToMost,
   isScaled,
   NotAPlanFile,
   shortFloat,
@@ -33,118 +26,54 @@ import {
   type ReadSettings,
   type WrittenFile,
 } from './plan_file';
+import { readMission } from './qgc_mission';
 
 /** MAV_AUTOPILOT and MAV_TYPE of the file's head: QGroundControl wants them; the items are the same for all. */
 const FIRMWARE = { ardupilot: 3, px4: 12 } as const;
 const QUADROTOR = 2;
 const FENCE_VERSION = 2;
 
-const COMPLEX_WORDS: Readonly<Record<string, string>> = {
-  survey: 'survey',
-  CorridorScan: 'corridor',
-  StructureScan: 'structure scan',
-  fwLandingPattern: 'landing pattern of a plane',
-  vtolLandingPattern: 'landing pattern of a VTOL',
-};
-
-export const looksLikeQgcPlan = (json: unknown): json is JsonObject => isObject(json) && json['fileType'] === 'Plan';
-
-interface Read {
-  readonly item: WireItem;
-  readonly jumpId: number | null;
+interface Parts {
+  readonly mission: JsonObject;
+  readonly geoFence: unknown;
+  readonly rallyPoints: unknown;
 }
 
-function simpleItem(json: JsonObject, who: string): Read {
-  const { command, frame, params, doJumpId, autoContinue } = json;
-  if (!Number.isInteger(command) || (command as number) < 0 || (command as number) > 0xffff) {
-    throw new NotAPlanFile(`${who} has no command.`);
+/** The three parts, whichever of the files it is; null when it is none of them. */
+function partsOf(json: unknown): Parts | null {
+  if (!isObject(json)) return null;
+  const { fileType, mission, geoFence, rallyPoints } = json;
+  const none = { items: [] };
+  if (fileType === 'GeoFence') return { mission: none, geoFence: json, rallyPoints: null };
+  if (fileType === 'RallyPoints') return { mission: none, geoFence: null, rallyPoints: json };
+  const isFirstForm = fileType === undefined && Array.isArray(json['items']) && 'plannedHomePosition' in json;
+  if (fileType === 'Mission' || isFirstForm) return { mission: json, geoFence: null, rallyPoints: null };
+  if (fileType === 'Plan' || (isObject(mission) && Array.isArray(mission['items']))) {
+    return { mission: isObject(mission) ? mission : {}, geoFence, rallyPoints };
   }
-  if (!Number.isInteger(frame) || (frame as number) < 0 || (frame as number) > 0xff) {
-    throw new NotAPlanFile(`${who} has no frame.`);
-  }
-  if (!Array.isArray(params) || params.length !== 7) throw new NotAPlanFile(`${who} does not have seven parameters.`);
-  const numbers = params.map((value, at): Param => {
-    if (value === null) return null;
-    if (!isNumber(value)) throw new NotAPlanFile(`${who}: parameter ${at + 1} is not a number.`);
-    return value;
-  });
-  const short = numbers.slice(0, 4).map((value, at): Param => {
-    const number = value === null ? null : float32Of(value);
-    if (value !== null && number === null) throw new NotAPlanFile(`${who}: parameter ${at + 1} is too large.`);
-    return number;
-  });
-  const [code, kind] = [command as number, frame as number];
-  const scaled = isScaled(code, kind);
-  const x = axisOf(numbers[4] ?? 0, scaled);
-  const y = axisOf(numbers[5] ?? 0, scaled);
-  const z = float32Of(numbers[6] ?? 0);
-  if (x === null || y === null || z === null) throw new NotAPlanFile(`${who} is not at a place on earth.`);
-  const four = [short[0]!, short[1]!, short[2]!, short[3]!] as const;
-  const item = wireItem(code, kind, four, x, y, z, autoContinue === false ? 0 : 1);
-  return { item, jumpId: isNumber(doJumpId) ? doJumpId : null };
+  return null;
 }
 
-function complexItems(json: JsonObject, who: string, dropped: string[]): Read[] {
-  const type = `${json['complexItemType'] ?? 'item without a kind'}`;
-  const words = COMPLEX_WORDS[type] ?? `"${type.slice(0, 40)}"`;
-  const style = json['TransectStyleComplexItem'];
-  const items = isObject(style) ? style['Items'] : undefined;
-  if (!Array.isArray(items)) {
-    dropped.push(`${who}, a ${words}, is left out: the file does not say which waypoints it stands for.`);
+export const looksLikeQgcPlan = (json: unknown): json is JsonObject => partsOf(json) !== null;
+
+/** Before 2017 there was one border, which ArduPilot took as one to stay inside of; the rest was parameters. */
+function firstFenceOf(geoFence: JsonObject, dropped: string[], id: number): FenceShape[] {
+  if (objectsIn(geoFence['parameters']).length > 0) {
+    dropped.push('The parameters of the fence (circle, heights, what happens) are left out: set them on the drone.');
+  }
+  const json = Array.isArray(geoFence['polygon']) ? geoFence['polygon'] : [];
+  if (json.length === 0) return [];
+  const corners = json.map(latLonOf);
+  if (corners.length < 3 || corners.includes(null)) {
+    dropped.push('The border of the fence is left out: it does not have three places on earth for corners.');
     return [];
   }
-  const reads = items.map((one, at) => {
-    const part = `${who}, part ${at + 1},`;
-    if (!isObject(one)) throw new NotAPlanFile(`${part} is not an item.`);
-    return simpleItem(one, part);
-  });
-  const held = counted(reads.length, 'item', 'items');
-  dropped.push(
-    `${who}, a ${words}: its ${held} were taken, its outline and its settings for camera and spacing were not.`,
-  );
-  return reads;
+  dropped.push('The fence is of version 1: its border was taken as one to stay inside of.');
+  return [{ shape: 'polygon', id, inclusion: true, group: 0, frame: FRAME.GLOBAL, corners: corners as Spot[] }];
 }
 
-function missionOf(mission: JsonObject, dropped: string[], nextId: number): PlanItem[] {
-  if (!Array.isArray(mission['items'])) throw new NotAPlanFile('The mission of this plan has no list of items.');
-  const reads = mission['items'].flatMap((json: unknown, at: number): Read[] => {
-    const who = `Item ${at + 1}`;
-    if (!isObject(json)) throw new NotAPlanFile(`${who} is not an item.`);
-    if (json['type'] === 'ComplexItem') return complexItems(json, who, dropped);
-    if (json['type'] !== 'SimpleItem') throw new NotAPlanFile(`${who} is of no kind that is known.`);
-    return [simpleItem(json, who)];
-  });
-  heldToMost(reads.length, 'items');
-  const seqOf = new Map<number, number>();
-  for (const [seq, { jumpId }] of reads.entries()) {
-    if (jumpId !== null && !seqOf.has(jumpId)) seqOf.set(jumpId, seq);
-  }
-  return reads.map(({ item }, seq): PlanItem => {
-    const target = item.command === CMD.JUMP ? item.params[0] : null;
-    const to = target === null ? undefined : seqOf.get(target);
-    if (target !== null && to === undefined)
-      dropped.push(`The jump in item ${seq + 1} goes to nothing: choose where to.`);
-    const [p1, p2, p3, p4] = item.params;
-    const isLost = item.command === CMD.JUMP && to === undefined;
-    return {
-      ...item,
-      params: [isLost ? -1 : (to ?? p1), p2, p3, p4],
-      id: nextId + seq,
-      jumpTo: to === undefined ? null : nextId + to,
-    };
-  });
-}
-
-function fenceOf(geoFence: unknown, dropped: string[], nextId: number): Plan['fence'] {
+function shapesOf(geoFence: JsonObject, dropped: string[], nextId: number): FenceShape[] {
   const shapes: FenceShape[] = [];
-  if (!isObject(geoFence)) return { shapes, returnPoint: null };
-  const version = geoFence['version'] ?? FENCE_VERSION;
-  if (version !== FENCE_VERSION) {
-    const what =
-      version === 1 ? 'version 1, which says neither inside nor outside' : 'a version that is not known here';
-    dropped.push(`The fence is left out: it is of ${what}. Draw it again.`);
-    return { shapes, returnPoint: null };
-  }
   let id = nextId;
   for (const [at, json] of objectsIn(geoFence['polygons']).entries()) {
     const corners = Array.isArray(json['polygon']) ? json['polygon'].map(latLonOf) : [];
@@ -166,6 +95,18 @@ function fenceOf(geoFence: unknown, dropped: string[], nextId: number): Plan['fe
     const inclusion = json['inclusion'] !== false;
     shapes.push({ shape: 'circle', id: id++, inclusion, group: 0, frame: FRAME.GLOBAL, centre, radiusM });
   }
+  return shapes;
+}
+
+function fenceOf(geoFence: unknown, dropped: string[], nextId: number): Plan['fence'] {
+  if (!isObject(geoFence)) return { shapes: [], returnPoint: null };
+  const isFirst = !('polygons' in geoFence) && !('circles' in geoFence);
+  const version = geoFence['version'] ?? FENCE_VERSION;
+  if (version !== 1 && version !== FENCE_VERSION) {
+    dropped.push('The fence is left out: it is of a version that is not known here. Draw it again.');
+    return { shapes: [], returnPoint: null };
+  }
+  const shapes = isFirst ? firstFenceOf(geoFence, dropped, nextId) : shapesOf(geoFence, dropped, nextId);
   const breach = geoFence['breachReturn'];
   const spot = latLonOf(breach);
   const heightM = Array.isArray(breach) ? (float32Of(breach[2]) ?? 0) : 0;
@@ -187,44 +128,32 @@ function rallyOf(rallyPoints: unknown, dropped: string[], nextId: number): Rally
   return rally;
 }
 
-function homeOf(json: unknown): PlannedHome | null {
-  const spot = latLonOf(json);
-  if (!spot || (spot.latE7 === 0 && spot.lonE7 === 0)) return null;
-  return { spot, altM: Array.isArray(json) ? (float32Of(json[2]) ?? 0) : 0 };
-}
-
 export function readQgcPlan(json: unknown, settings: ReadSettings): ReadFile {
-  if (!looksLikeQgcPlan(json))
+  const parts = partsOf(json);
+  if (!parts || !isObject(json)) {
     throw new NotAPlanFile('This is not a plan of QGroundControl: its "fileType" is not "Plan".');
-  const { mission } = json;
-  if (json['version'] !== 1 || !isObject(mission)) {
+  }
+  const { mission } = parts;
+  if (json['fileType'] === 'Plan' && (json['version'] !== 1 || !isObject(json['mission']))) {
     throw new NotAPlanFile('This plan of QGroundControl is not of version 1, or has no mission: it cannot be read.');
   }
-  if (mission['version'] !== undefined && mission['version'] !== 2) {
+  const version = mission['version'] ?? 2;
+  if (!/^[12](\.0)?$/.test(`${version}`)) {
     throw new NotAPlanFile(
-      'The mission of this plan is of a version other than 2: save it again with a newer QGroundControl.',
+      'The mission of this plan is of a version other than 1 and 2: save it again with another QGroundControl.',
     );
   }
   const dropped: string[] = [];
-  let nextId = 1;
-  const items = missionOf(mission, dropped, nextId);
-  nextId += items.length;
-  const fence = fenceOf(json['geoFence'], dropped, nextId);
+  const read = readMission(mission, dropped, 1);
+  let nextId = 1 + read.items.length;
+  const fence = fenceOf(parts.geoFence, dropped, nextId);
   nextId += fence.shapes.length;
-  const rally = rallyOf(json['rallyPoints'], dropped, nextId);
+  const rally = rallyOf(parts.rallyPoints, dropped, nextId);
   nextId += rally.length;
   const speed = mission['hoverSpeed'];
   const defaults = isNumber(speed) && speed > 0 ? { ...settings.defaults, speedMS: speed } : settings.defaults;
-  const plan: Plan = {
-    ...EMPTY_PLAN,
-    defaults,
-    items,
-    fence,
-    rally,
-    home: homeOf(mission['plannedHomePosition']),
-    nextId,
-  };
-  return { format: 'QGroundControl plan', plan, areas: [], dropped };
+  const plan: Plan = { ...EMPTY_PLAN, defaults, items: read.items, fence, rally, home: read.home, nextId };
+  return { format: 'QGroundControl plan', plan, areas: read.areas, dropped };
 }
 
 const latLon = (spot: Spot): [number, number] => [latDegOf(spot), lonDegOf(spot)];

@@ -1,7 +1,9 @@
 /**
- * The text files of Mission Planner and MAVProxy (`.waypoints`): "QGC WPL 110", then one item a line: index, current, frame, command,
- * four parameters, latitude, longitude, height, autocontinue. Line 0 is home. Mission Planner keeps fence and rally points in
- * files of the same form.
+ * The text files of Mission Planner, MAVProxy and QGroundControl (`.waypoints`, `.txt`): "QGC WPL" and a version, then one item a line.
+ *
+ * 110: index, current, frame, command, four parameters, latitude, longitude, height, autocontinue. Line 0 is home, and jumps count it.
+ * 120: the same without home. 100, of 2010: index, frame, action, two parameters of turning, two of waiting, current, longitude,
+ * latitude, height, yaw, autocontinue. Fence and rally points come in files of the same form; MAVProxy writes these without home.
  */
 
 import { CMD } from '../catalogue';
@@ -21,89 +23,156 @@ import {
   type ReadSettings,
   type WrittenFile,
 } from './plan_file';
+import { linesOf, numberOf, wholeOf, type TextLine } from './text_lines';
 
-const MAGIC = 'QGC WPL';
+const HEAD = /^QGC\s+WPL\b\s*(.*)$/;
 const VERSION = 110;
-const FIELDS = 12;
 
-export const looksLikeWaypoints = (text: string): boolean => text.startsWith(MAGIC);
+/** Where the fields of a line are, by the version of the file. */
+interface Layout {
+  readonly fields: number;
+  readonly frame: number;
+  readonly command: number;
+  readonly params: readonly [number, number, number, number];
+  readonly lat: number;
+  readonly lon: number;
+  readonly height: number;
+  readonly autocontinue: number;
+  readonly hasHome: boolean;
+}
+
+const LAYOUT_110: Layout = {
+  fields: 12,
+  frame: 2,
+  command: 3,
+  params: [4, 5, 6, 7],
+  lat: 8,
+  lon: 9,
+  height: 10,
+  autocontinue: 11,
+  hasHome: true,
+};
+const LAYOUTS: ReadonlyMap<string, Layout> = new Map([
+  [
+    '100',
+    {
+      fields: 13,
+      frame: 1,
+      command: 2,
+      params: [5, 6, 3, 4],
+      lat: 9,
+      lon: 8,
+      height: 10,
+      autocontinue: 12,
+      hasHome: true,
+    },
+  ],
+  [`${VERSION}`, LAYOUT_110],
+  ['120', { ...LAYOUT_110, hasHome: false }],
+]);
+
+/** What version 100 called its actions. */
+const ACTIONS: ReadonlyMap<number, number> = new Map([
+  [2, CMD.TAKEOFF],
+  [3, CMD.RETURN],
+  [4, CMD.LAND],
+  [24, CMD.TAKEOFF],
+  [25, CMD.WAYPOINT],
+  [26, CMD.LAND],
+  [27, CMD.LOITER_UNLIMITED],
+]);
+
+export const looksLikeWaypoints = (text: string): boolean => text.startsWith('QGC WPL');
 
 function kindOf(command: number): PlanKind {
   if (command >= CMD.FENCE_RETURN && command <= CMD.FENCE_CIRCLE_OUT) return 'fence';
   return command === CMD.RALLY ? 'rally' : 'mission';
 }
 
-function numberOf(text: string, line: number): number | null {
-  if (text.toLowerCase() === 'nan') return null;
-  const value = text === '' ? NaN : Number(text);
-  if (Number.isNaN(value)) throw new NotAPlanFile(`Line ${line}: "${text.slice(0, 20)}" is not a number.`);
-  return value;
+function layoutOf(head: string): Layout {
+  const version = HEAD.exec(head)?.[1]?.trim();
+  if (version === undefined)
+    throw new NotAPlanFile('This is not a waypoint file: its first line is not "QGC WPL 110".');
+  const layout = LAYOUTS.get(version);
+  if (layout) return layout;
+  if (version.startsWith('PB')) {
+    throw new NotAPlanFile(
+      'This is a waypoint file in the form "PB": save it in MAVProxy as plain text, and open that.',
+    );
+  }
+  throw new NotAPlanFile(
+    `This is a waypoint file of version ${version || '(none)'}; those that can be read are ${[...LAYOUTS.keys()].join(', ')}.`,
+  );
 }
 
-function wholeOf(text: string, line: number, what: string, most: number): number {
-  const value = numberOf(text, line);
-  if (value !== null && Number.isInteger(value) && value >= 0 && value <= most) return value;
-  throw new NotAPlanFile(`Line ${line}: ${what} is not a whole number from 0 to ${most}.`);
-}
-
-function itemOfLine(fields: readonly string[], line: number): WireItem {
-  const frame = wholeOf(fields[2]!, line, 'the frame', 0xff);
-  const command = wholeOf(fields[3]!, line, 'the command', 0xffff);
-  const params = fields.slice(4, 8).map((text): Param => {
-    const value = numberOf(text, line);
+function itemOfLine({ fields, number: line }: TextLine, layout: Layout): WireItem {
+  if (fields.length !== layout.fields) {
+    throw new NotAPlanFile(
+      `Line ${line} has ${counted(fields.length, 'field', 'fields')} instead of ${layout.fields}.`,
+    );
+  }
+  const frame = wholeOf(fields[layout.frame]!, line, 'the frame', 0xff);
+  let command = wholeOf(fields[layout.command]!, line, 'the command', 0xffff);
+  if (layout.fields === 13) {
+    const action = ACTIONS.get(command);
+    if (action === undefined) throw new NotAPlanFile(`Line ${line}: action ${command} is none of version 100.`);
+    command = action;
+  }
+  const params = layout.params.map((at): Param => {
+    const value = numberOf(fields[at]!, line);
     if (value === null) return null;
     const short = float32Of(value);
-    if (short === null) throw new NotAPlanFile(`Line ${line}: ${text} is too large a number.`);
+    if (short === null) throw new NotAPlanFile(`Line ${line}: ${fields[at]} is too large a number.`);
     return short;
   });
   const scaled = isScaled(command, frame);
-  const [x, y] = fields.slice(8, 10).map((text) => axisOf(numberOf(text, line) ?? 0, scaled));
-  const z = float32Of(numberOf(fields[10]!, line) ?? 0);
+  const [x, y] = [layout.lat, layout.lon].map((at) => axisOf(numberOf(fields[at]!, line) ?? 0, scaled));
+  const z = float32Of(numberOf(fields[layout.height]!, line) ?? 0);
   if (typeof x !== 'number' || typeof y !== 'number' || z === null) {
     throw new NotAPlanFile(`Line ${line}: that is not a place on earth.`);
   }
-  const autocontinue = wholeOf(fields[11]!, line, 'autocontinue', 0xff);
+  const autocontinue = wholeOf(fields[layout.autocontinue]!, line, 'autocontinue', 0xff);
   return wireItem(command, frame, [params[0]!, params[1]!, params[2]!, params[3]!], x, y, z, autocontinue);
 }
 
+/** Old Mission Planners wrote home with command 0. */
+const isHome = (item: WireItem | undefined): item is WireItem => item?.command === CMD.WAYPOINT || item?.command === 0;
+
 export function readWaypoints(text: string, settings: ReadSettings): ReadFile {
-  const lines = text.split(/\r\n|\r|\n/);
-  const [first = ''] = lines;
-  if (!looksLikeWaypoints(first))
-    throw new NotAPlanFile('This is not a waypoint file: its first line is not "QGC WPL 110".');
-  const version = first.slice(MAGIC.length).trim();
-  if (version !== `${VERSION}`) {
-    throw new NotAPlanFile(
-      `This is a waypoint file of version ${version || '(none)'}; only version ${VERSION} can be read.`,
+  const [head = '', ...rest] = text.split(/\r\n|\r|\n/);
+  const layout = layoutOf(head);
+  // An empty line in the place of the head keeps the numbers of the lines.
+  const lines = linesOf(`\n${rest.join('\n')}`);
+  const all = lines.map((line) => itemOfLine(line, layout));
+  const indexes = lines.map((line) => wholeOf(line.fields[0]!, line.number, 'the index', 0xffff));
+  const dropped: string[] = [];
+  const [firstIndex = 0] = indexes;
+  const broken = indexes.findIndex((index, at) => index !== firstIndex + at);
+  if (broken > 0) {
+    dropped.push(
+      `Line ${lines[broken]!.number} is numbered ${indexes[broken]}, not ${firstIndex + broken}: the lines were taken as they stand, and jumps count them.`,
     );
   }
-  const all: WireItem[] = [];
-  for (const [at, line] of lines.entries()) {
-    if (at === 0 || line.trim() === '' || line.startsWith('#')) continue;
-    const fields = line.trim().split(/\s+/);
-    if (fields.length !== FIELDS) {
-      throw new NotAPlanFile(`Line ${at + 1} has ${counted(fields.length, 'field', 'fields')} instead of ${FIELDS}.`);
-    }
-    const index = wholeOf(fields[0]!, at + 1, 'the index', 0xffff);
-    if (index !== all.length) {
-      throw new NotAPlanFile(
-        `Line ${at + 1} is item ${index}, but item ${all.length} was expected: a line is missing or twice.`,
-      );
-    }
-    all.push(itemOfLine(fields, at + 1));
-  }
-  const dropped: string[] = [];
-  const home = all[0]?.command === CMD.WAYPOINT && all[0].frame === FRAME.GLOBAL ? all.shift() : undefined;
-  if (!home && all.length > 0) {
-    dropped.push('Line 2 is no home, as such files begin with: it was taken for the first item.');
-  }
+  const home = layout.hasHome && firstIndex === 0 && isHome(all[0]) ? all.shift() : undefined;
   const of = (kind: PlanKind): WireItem[] => all.filter((item) => kindOf(item.command) === kind);
-  // Jumps count from the file's first line, which is home.
-  const first0 = home ? 1 : 0;
-  const mission = of('mission').map((item): WireItem => {
+  if (home && home.frame !== FRAME.GLOBAL) {
+    dropped.push(
+      `Line ${lines[0]!.number} is home in such files, and was taken for it, though its frame is ${home.frame}.`,
+    );
+  } else if (!home && layout.hasHome && of('mission').length > 0) {
+    dropped.push(`Line ${lines[0]!.number} is no home, as such files begin with: it was taken for the first item.`);
+  }
+  // Jumps count from the file's first line, which is home; one that begins at 1 has left home out.
+  const first0 = home || (layout.hasHome && firstIndex === 1) ? 1 : 0;
+  const flown = of('mission');
+  const mission = flown.map((item, seq): WireItem => {
     const target = item.params[0];
     if (item.command !== CMD.JUMP || target === null) return item;
-    return { ...item, params: [target - first0, item.params[1], item.params[2], item.params[3]] };
+    const to = target - first0;
+    if (!(to >= 0 && to < flown.length)) {
+      dropped.push(`The jump in item ${seq + 1} goes to nothing: choose where to.`);
+    }
+    return { ...item, params: [to, item.params[1], item.params[2], item.params[3]] };
   });
   for (const items of [mission, of('fence'), of('rally')]) heldToMost(items.length, 'items');
   const hasHome = home && (home.x !== 0 || home.y !== 0);
@@ -155,5 +224,5 @@ export function writeWaypoints(plan: Plan, kind: PlanKind = 'mission'): WrittenF
     return { ...item, params: [item.params[0] + 1, item.params[1], item.params[2], item.params[3]] };
   });
   const lines = [home, ...items].map((item, index) => line(index, item));
-  return { text: `${MAGIC} ${VERSION}\n${lines.join('\n')}\n`, dropped };
+  return { text: `QGC WPL ${VERSION}\n${lines.join('\n')}\n`, dropped };
 }

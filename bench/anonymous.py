@@ -1,0 +1,130 @@
+"""`python -m bench anonymous`: what a pilot notices while strangers attack the tower with everything at once.
+
+A drone is flown by hand through a tower of its own process. First `--seconds` (60) without anybody, then the same with
+all attacks (`bench.attackers`): heads without end, heads of 1 MB, requests, bodies a byte at a time, 1,000 connections,
+wrong passwords from many networks, 14,000 junk datagrams a second. Meanwhile people sign in with the right password,
+from an address that the tower knows and from ones that it does not. See docs/bench.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import os
+import tempfile
+import time
+from pathlib import Path
+from typing import Final
+
+from bench.attackers import KINDS, attacking, post_sign_in
+from bench.flown_by_hand import HandFlight, Noticed, figures_of, flown_by_hand
+from bench.load_tower import ADMIN, PASSWORD, LoadTower, load_tower
+from bench.rows import Report
+
+SECONDS: Final = 60.0
+SIGN_IN_EVERY_S: Final = 4.0
+KNOWN_AT: Final = "127.200.0.1"
+PILOT: Final = "pilot"
+"""Signs in from new addresses. Nobody guesses at this name: of that there are 100 an hour."""
+_SETTINGS: Final = {"TOWER_ARGON2_MEMORY_KIB": "65536", "TOWER_ARGON2_ROUNDS": "3"}
+"""As people run it."""
+
+
+async def run(report: Report, options: argparse.Namespace) -> None:
+    """`--seconds`, `--case KIND` (only this attack; may be repeated), `--realtime`."""
+    seconds = options.seconds or (4.0 if options.quick else SECONDS)
+    kinds = tuple(kind for kind in KINDS if not options.case or kind in options.case)
+    with tempfile.TemporaryDirectory(prefix="bench-anonymous-") as place:
+        folder = options.keep or Path(place)
+        async with (
+            load_tower(folder, drones=1, settings=_SETTINGS, operators=[PILOT]) as tower,
+            flown_by_hand(folder, tower) as flight,
+        ):
+            realtime = bool(options.realtime) and _first_in_line(flight)
+            report.add("conditions", "flight has the processor first", int(realtime), "yes=1")
+            await _sign_in(tower, ADMIN, KNOWN_AT)
+            await _sign_in(tower, PILOT, KNOWN_AT)
+            async with flight.noticing() as quiet:
+                await asyncio.sleep(seconds)
+            _tell(report, "nobody attacks", quiet)
+            await _attacked(report, flight, kinds, seconds)
+
+
+async def _attacked(report: Report, flight: HandFlight, kinds: tuple[str, ...], seconds: float) -> None:
+    tower = flight.tower
+    case = "all attacks at once" if len(kinds) == len(KINDS) else ", ".join(kinds)
+    before = await figures_of(tower)
+    async with (
+        attacking(kinds, tower.url, tower.udp_port, seconds) as attacks,
+        flight.noticing() as noticed,
+    ):
+        took: dict[str, list[float]] = {"known": [], "new": []}
+        refused = {"known": 0, "new": 0}
+        ends_at, number = time.monotonic() + seconds, 0
+        while time.monotonic() + 1.0 < ends_at:
+            number += 1
+            await asyncio.gather(
+                _signs_in(tower, ADMIN, KNOWN_AT, took["known"], refused, "known"),
+                _signs_in(tower, PILOT, f"127.201.{number % 250}.1", took["new"], refused, "new"),
+                asyncio.sleep(SIGN_IN_EVERY_S),
+            )
+    _tell(report, case, noticed)
+    for who in ("known", "new"):
+        report.spread(case, f"right sign-in, {who} address", took[who], "s")
+        report.add(case, f"right sign-in, {who} address, refused", refused[who], "count")
+    for kind, task in attacks.items():
+        done = task.result() if task.done() and not task.cancelled() else {}
+        for what, count in sorted(done.items()):
+            report.add(f"attack: {kind}", what, count, "count")
+    after = await figures_of(tower)
+    for name in sorted(after):
+        if name.startswith("tower_anonymous_refused_total") and after[name] > before.get(name, 0.0):
+            what = name.partition('"')[2].rstrip('"}')
+            report.add("refused by the tower", what, after[name] - before.get(name, 0.0), "count")
+
+
+def _tell(report: Report, case: str, noticed: Noticed) -> None:
+    report.spread(case, "gap between frames", noticed.gaps_ms, "ms")
+    report.spread(case, "stick, browser to autopilot", noticed.sticks_ms, "ms")
+    report.add(case, "sticks lost", noticed.sticks_lost, "count")
+    report.add(case, "this program itself was late by", noticed.own_gap_ms, "ms")
+    report.add(case, "holds", noticed.wrong["tower_holds_ordered_total"], "count")
+    report.add(case, "steps of holds", noticed.wrong["tower_hold_steps_total"], "count")
+    report.add(case, "control channels lost", noticed.wrong["tower_links_orphaned_total"], "count")
+    report.add(case, "pilot's channel lost", int(noticed.closed), "yes=1")
+    report.add(case, "memory grew by, at most", noticed.rss_most_mb - noticed.rss_before_mb, "MB")
+    report.add(case, "memory grew by, afterwards", noticed.rss_after_mb - noticed.rss_before_mb, "MB")
+    report.say(f"{case}: largest gap {noticed.largest_gap_ms:.1f} ms, own {noticed.own_gap_ms:.1f} ms")
+
+
+async def _signs_in(
+    tower: LoadTower, name: str, address: str, took_s: list[float], refused: dict[str, int], who: str
+) -> None:
+    began = time.monotonic()
+    try:
+        await _sign_in(tower, name, address)
+    except (OSError, EOFError, TimeoutError):
+        refused[who] += 1
+    else:
+        took_s.append(time.monotonic() - began)
+
+
+async def _sign_in(tower: LoadTower, name: str, address: str) -> None:
+    """A new connection, as a browser that comes for the first time. Raises OSError where it is refused."""
+    if await post_sign_in(tower.url, name, PASSWORD, address) != 200:
+        raise ConnectionRefusedError
+
+
+def _first_in_line(flight: HandFlight) -> bool:
+    """Tower, agent and pilot before everything else on this machine, with all their threads; what hashes stays behind.
+
+    For machines that others use too: what is measured then is what the tower does, not what the machine does. All
+    threads, because one that others keep from running while it has the interpreter's lock would keep the tower waiting.
+    """
+    with contextlib.suppress(OSError):
+        for pid in (flight.tower.process.pid, flight.agent_pid, os.getpid()):
+            for thread in Path(f"/proc/{pid}/task").iterdir():
+                os.sched_setscheduler(int(thread.name), os.SCHED_RR, os.sched_param(1))
+        return True
+    return False

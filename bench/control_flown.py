@@ -1,0 +1,264 @@
+"""The flown table: each way to lose a pilot, in each situation, with each receiver; 120 s later, where is the drone?
+
+Several drones fly at once, each its own flight; the next begins where one ends. The tower is killed for all of its
+drones together, so those flights go in waves.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import itertools
+import math
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import httpx
+
+from bench.control_situations import BESIDE, SITUATIONS, TRIGGERS, Situation, Trigger, put_mission, take_off
+from bench.control_timing import CASES, time_holds
+from bench.control_verdict import Record, Told, Verdict, judge
+from bench.person import Person, Refused
+from bench.real_autopilot import NoAutopilot, Receiver
+from bench.rig import wait_for
+from bench.rows import Report
+from bench.squadron import FlownDrone, Squadron, squadron_of
+
+TRIES: Final = 3
+"""To get into the situation: on a busy machine a pilot is lost before that now and then."""
+PATIENT: Final = {"rtt_limit_ms": 5000.0, "rtt_limit_s": 10.0, "sticks_stale_s": 2.0}
+USUAL: Final = {"sticks_stale_s": 0.5}
+WATCHED_S: Final = 120.0
+TOLD_BEFORE_S: Final = 60.0
+"""What was said last before the trigger still stands after it."""
+DOWN_FOR_S: Final = 5.0
+"""A flight that has landed and disarmed is over after so long."""
+DRONES: Final = 4
+EXPECTED: Final = (Refused, NoAutopilot, TimeoutError, OSError, RuntimeError, httpx.TransportError)
+SET_UP: Final = {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 29.0, "RC_OVERRIDE_TIME": 3.0}
+"""What the console sets for a drone without a receiver (`--set-up`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Flight:
+    trigger: Trigger
+    situation: Situation
+    receiver: Receiver
+    parameters: tuple[tuple[str, float], ...] = ()
+    lost_action: str = "return"
+
+    @property
+    def name(self) -> str:
+        made = ", set up" if self.parameters else ""
+        then = f", {self.lost_action}" if self.lost_action != "return" else ""
+        return f"{self.trigger.name}, {self.situation.name}, {self.receiver}{made}{then}"
+
+
+def flights_of(names: Sequence[str], count: int, set_up: bool, lost_action: str) -> list[Flight]:
+    """Each whose name has one of `names` in it (all where there is none), in their order, `count` times."""
+    made = tuple(SET_UP.items()) if set_up else ()
+    table = [
+        Flight(trigger, situation, receiver, made if receiver is Receiver.NONE else (), lost_action)
+        for trigger, situation, receiver in itertools.product(
+            (*TRIGGERS, *(BESIDE if names else ())), SITUATIONS, Receiver
+        )
+    ]
+    wanted = [name.split("+") for name in names] or [[""]]
+    matching = (one for parts in wanted for one in table if all(part in one.name for part in parts))
+    chosen = dict.fromkeys(matching)
+    return [one for one in chosen for _ in range(count)]
+
+
+async def fly_table(report: Report, options: argparse.Namespace, folder: Path) -> None:
+    """All that was asked for. A row for each flight's figures, and the count of those that went wrong."""
+    names = [name.strip() for name in (options.cases or "").split(",") if name.strip()]
+    timed = [name for name in names if name in CASES]
+    await time_holds(report, options, folder, timed)
+    if timed and len(timed) == len(names):
+        return
+    flights = flights_of([name for name in names if name not in CASES], options.n, options.set_up, options.lost_action)
+    drones = min(options.drones or DRONES, max(len(flights), 1))
+    alone = [one for one in flights if not one.trigger.tower_dies]
+    together = [one for one in flights if one.trigger.tower_dies]
+    wrong: list[str] = []
+    table = Table(report, wrong)
+    if alone:
+        async with squadron_of(folder / "table", min(drones, len(alone)), options.autopilot) as squadron:
+            await _one_by_one(squadron, alone, table)
+    if together:
+        async with squadron_of(folder / "tower-killed", min(drones, len(together)), options.autopilot) as squadron:
+            await _in_waves(squadron, together, table)
+    report.add("flown table", "flights", len(flights), "count")
+    report.add("flown table", "went_wrong", len(wrong), "count")
+    report.say(f"[bold]{len(flights)} flights, {len(wrong)} went wrong[/bold]")
+    for words in wrong:
+        report.say(f"  {words}")
+
+
+class Table:
+    """Writes down what each flight came to."""
+
+    def __init__(self, report: Report, wrong: list[str]) -> None:
+        self._report = report
+        self._wrong = wrong
+
+    def failed(self, flight: Flight, error: Exception) -> None:
+        self._report.say(f"  {flight.name}: could not be flown: {type(error).__name__}: {error}")
+        self._report.add(flight.name, "failed", 1, "count")
+        self._wrong.append(f"{flight.name}: could not be flown")
+
+    def add(self, flight: Flight, verdict: Verdict, folder: Path) -> None:
+        add = self._report.add
+        add(flight.name, "wrong", len(verdict.wrong), "count")
+        for metric, value, unit in (
+            ("held_after", verdict.held_s, "s"),
+            ("stays_after", verdict.stays_s, "s"),
+            ("drift_after_stage_two", verdict.drift_m, "m"),
+            ("announced_after", verdict.announced_s, "s"),
+            ("comes_down_after", verdict.returned_s, "s"),
+            ("lowest", verdict.lowest_m, "m"),
+            ("old_holders_frames_after_hold", verdict.foreign_frames, "count"),
+        ):
+            if not math.isnan(value):
+                add(flight.name, metric, value, unit)
+        words = "; ".join(verdict.wrong)
+        if words:
+            self._wrong.append(f"{flight.name}: {words} ({folder.name})")
+        figures = ", ".join(
+            f"{name} {value:.2f}{unit}"
+            for name, value, unit in (
+                ("held", verdict.held_s, " s"),
+                ("stays", verdict.stays_s, " s"),
+                ("drift", verdict.drift_m, " m"),
+                ("told", verdict.announced_s, " s"),
+                ("down", verdict.returned_s, " s"),
+            )
+            if not math.isnan(value)
+        )
+        self._report.say(
+            f"  {'WRONG' if words else 'ok   '} {flight.name}: {figures}; {verdict.end}{words and ': ' + words}"
+        )
+
+
+async def _one_by_one(squadron: Squadron, flights: Iterable[Flight], table: Table) -> None:
+    waiting = list(flights)
+
+    async def fly(drone: FlownDrone) -> None:
+        while waiting:
+            flight = waiting.pop(0)
+            try:
+                await _up(drone, flight)
+                await flight.situation.reach(drone)
+                at = await flight.trigger.pull(drone)
+                verdict = await _watch(drone, flight, at)
+            except EXPECTED as error:
+                table.failed(flight, error)
+                continue
+            table.add(flight, verdict, drone.folder)
+            drone.write_down(flight.name, at)
+
+    await asyncio.gather(*(fly(drone) for drone in squadron.drones))
+
+
+async def _in_waves(squadron: Squadron, flights: Sequence[Flight], table: Table) -> None:
+    count = len(squadron.drones)
+    for first in range(0, len(flights), count):
+        wave = list(zip(squadron.drones, flights[first : first + count], strict=False))
+        flying = await _all(wave, _up, table)
+        # Whoever is there first keeps it up until the others are; who cannot do that comes last.
+        lasting = await _all([one for one in flying if not one[1].situation.brief], _reach, table)
+        flying = lasting + await _all([one for one in flying if one[1].situation.brief], _reach, table)
+        at = squadron.admin.now
+        squadron.tower.kill()
+        await squadron.tower.wait()
+        verdicts = await asyncio.gather(*(_watch(drone, flight, at) for drone, flight in flying))
+        for (drone, flight), verdict in zip(flying, verdicts, strict=True):
+            table.add(flight, verdict, drone.folder)
+            drone.write_down(flight.name, at)
+        await _new_tower(squadron)
+
+
+async def _new_tower(squadron: Squadron) -> None:
+    people = [squadron.admin, *(drone.operator for drone in squadron.drones)]
+    for person in people:
+        await person.vanish()
+    for drone in squadron.drones:
+        await drone.kill_agent()
+    await squadron.start_tower()
+    for person in people:
+        await person.go_live()
+
+
+async def _all(
+    wave: Sequence[tuple[FlownDrone, Flight]], work: Callable[[FlownDrone, Flight], Awaitable[None]], table: Table
+) -> list[tuple[FlownDrone, Flight]]:
+    """At once for all; those that came through."""
+    done = await asyncio.gather(*(work(drone, flight) for drone, flight in wave), return_exceptions=True)
+    for (_, flight), problem in zip(wave, done, strict=True):
+        if isinstance(problem, EXPECTED):
+            table.failed(flight, problem)
+        elif isinstance(problem, BaseException):
+            raise problem
+    return [one for one, problem in zip(wave, done, strict=True) if problem is None]
+
+
+async def _reach(drone: FlownDrone, flight: Flight) -> None:
+    await flight.situation.reach(drone)
+
+
+async def _up(drone: FlownDrone, flight: Flight) -> None:
+    """By hand at the height. Raises what came in between each of TRIES times."""
+    for left in reversed(range(TRIES)):
+        try:
+            await _prepare(drone, flight)
+            return
+        except EXPECTED as error:
+            drone.write_down(f"{flight.name}: {error}", drone.operator.now)
+            if not left:
+                raise
+
+
+async def _prepare(drone: FlownDrone, flight: Flight) -> None:
+    await drone.equip(flight.receiver, dict(flight.parameters))
+    settings = f"/drones/{drone.drone_id}/settings"
+    # The way up is not what is flown here, and neither is the line.
+    await drone.admin.ask("PATCH", settings, {"lost_action": flight.lost_action, **PATIENT})
+    if flight.situation.mission:
+        await put_mission(drone)
+    await take_off(drone, flight.situation.height_m)
+    await drone.admin.ask("PATCH", settings, USUAL)
+
+
+async def _watch(drone: FlownDrone, flight: Flight, at: float) -> Verdict:
+    """For 120 s after the trigger, or until it has landed."""
+    trigger, tap = flight.trigger, drone.tap
+
+    def over() -> bool:
+        now = drone.admin.now
+        down = [seen for seen in tap.modes if seen.at > now - DOWN_FOR_S]
+        landed = bool(down) and not any(seen.armed for seen in down) and now > at + 2 * DOWN_FOR_S
+        return now > at + WATCHED_S or landed
+
+    await wait_for("the watch to end", over, WATCHED_S + 30)
+    people = [("admin", drone.admin)] + ([("operator", drone.operator)] if trigger.operator_stays else [])
+    told = [one for name, person in people for one in _told(drone, name, person, at - TOLD_BEFORE_S)]
+    return judge(
+        Record(
+            at=at,
+            motions=list(tap.motions),
+            modes=list(tap.modes),
+            sticks=list(tap.sticks),
+            asked=list(tap.mode_requests),
+            told=sorted(told, key=lambda one: one.at),
+            present=frozenset(() if trigger.tower_dies else (name for name, _ in people)),
+            old_holder=trigger.old_holder,
+            standing=trigger.tower_dies,
+        )
+    )
+
+
+def _told(drone: FlownDrone, name: str, person: Person, since: float) -> list[Told]:
+    events = drone.events_since(person, since)
+    return [Told(at, name, event["drone"].get("hold")) for at, event in events if event["type"] == "drone"]

@@ -1,0 +1,218 @@
+"""Did a hold end somewhere safe, and was everybody told before it happened? Read off a flight's record. No I/O.
+
+The rule: a machine does not sink but in a return or a landing that was announced before it began. Times are seconds of
+one clock, heights metres above home.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from bench.tap import ModeSeen, Motion, Stick
+
+SETTLED_AFTER_S: Final = 6.0
+"""Out of full climb or descent the height is another until then."""
+SUNK_M: Final = 2.0
+GROUND_M: Final = 0.5
+IN_THE_AIR_M: Final = 1.5
+DRIFT_FOR_S: Final = 12.0
+COMES_DOWN: Final = frozenset({6, 9, 21})
+"""RTL, LAND, SMART_RTL."""
+HOLDS: Final = frozenset({2, 17, 4})
+"""ALT_HOLD, BRAKE, GUIDED."""
+STAYS: Final = frozenset({17, 4})
+MODE_NAMES: Final = {
+    0: "STABILIZE",
+    2: "ALT_HOLD",
+    3: "AUTO",
+    4: "GUIDED",
+    5: "LOITER",
+    6: "RTL",
+    9: "LAND",
+    16: "POSHOLD",
+    17: "BRAKE",
+    21: "SMART_RTL",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What one person was told of the drone's hold (the HoldView, or None) at this moment."""
+
+    at: float
+    who: str
+    hold: dict[str, Any] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One flight. `at`: the moment when whoever flew stopped flying it, in whatever way."""
+
+    at: float
+    motions: Sequence[Motion]
+    modes: Sequence[ModeSeen]
+    sticks: Sequence[Stick]
+    told: Sequence[Told]
+    asked: Sequence[float]
+    """When the agent asked for a mode."""
+    present: frozenset[str]
+    """Who has a live connection afterwards, and so is to be told."""
+    old_holder: int | None
+    """Whose sticks may not come afterwards (`bench.tap`)."""
+    standing: bool = False
+    """Everybody could read beforehand what the drone does without its tower: it is announced without a HoldView."""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """`wrong` is empty where all is well. Times are seconds after the trigger; NaN where there is none."""
+
+    wrong: tuple[str, ...]
+    held_s: float
+    stays_s: float
+    drift_m: float
+    """The farthest from where stage two began."""
+    returned_s: float
+    announced_s: float
+    lowest_m: float
+    end: str
+    foreign_frames: int
+
+
+def judge(record: Record) -> Verdict:
+    """The verdict over all that was recorded after `record.at`."""
+    modes = [seen for seen in record.modes if seen.at >= record.at]
+    motions = [motion for motion in record.motions if motion.at >= record.at]
+    before = next((seen.custom_mode for seen in reversed(record.modes) if seen.at < record.at), -1)
+    held_at = _first(record, modes, HOLDS)
+    stays_at = _first(record, modes, STAYS)
+    came_down_at = _came_down(modes, before)
+    wrong = [*_sinking(record, motions, modes, before)]
+    if motions and motions[0].alt_m < IN_THE_AIR_M:
+        wrong.append("it was not in the air when its pilot was lost")
+    wrong += _forgotten(record, modes)
+    announced = {who: _announced(record, who, came_down_at) for who in sorted(record.present)}
+    if came_down_at is not None and not record.standing:
+        wrong += [
+            f"{who} was not told of the {_name(modes, came_down_at)}" for who, at in announced.items() if at is None
+        ]
+    if came_down_at is not None and not record.present and not record.standing:
+        wrong.append("nobody was there to be told")
+    told_at = min((at for at in announced.values() if at is not None), default=math.nan)
+    last = motions[-1] if motions else None
+    end_mode = MODE_NAMES.get(modes[-1].custom_mode, str(modes[-1].custom_mode)) if modes else "?"
+    armed = modes[-1].armed if modes else False
+    height = f"{last.alt_m:.1f} m" if last else "?"
+    return Verdict(
+        wrong=tuple(wrong),
+        held_s=_after(held_at, record.at),
+        stays_s=_after(stays_at, record.at),
+        drift_m=_drift(motions, stays_at, came_down_at),
+        returned_s=_after(came_down_at, record.at),
+        announced_s=max(told_at - record.at, 0.0),
+        lowest_m=min((motion.alt_m for motion in motions), default=math.nan),
+        end=f"{end_mode} {height}{'' if armed else ', disarmed'}",
+        foreign_frames=_foreign(record, held_at),
+    )
+
+
+def _first(record: Record, modes: Sequence[ModeSeen], wanted: frozenset[int]) -> float | None:
+    """When one of them was first seen after the agent had asked for a mode: it may be the one that was flown."""
+    asked_at = next((at for at in record.asked if at >= record.at), math.inf)
+    return next((seen.at for seen in modes if seen.custom_mode in wanted and seen.at >= asked_at), None)
+
+
+def _came_down(modes: Sequence[ModeSeen], before: int) -> float | None:
+    """When it first went over to a mode that comes down."""
+    last = before
+    for seen in modes:
+        if seen.custom_mode in COMES_DOWN and last not in COMES_DOWN:
+            return seen.at
+        last = seen.custom_mode
+    return None
+
+
+def _sinking(record: Record, motions: Sequence[Motion], modes: Sequence[ModeSeen], before: int) -> list[str]:
+    """What it did that no return and no landing explains."""
+    changes = [(record.at, before), *((seen.at, seen.custom_mode) for seen in modes)]
+    reference_m: float | None = None
+    number = 0
+    for motion in motions:
+        while number + 1 < len(changes) and changes[number + 1][0] <= motion.at:
+            number += 1
+        if changes[number][1] in COMES_DOWN:
+            reference_m = None
+            continue
+        seconds = motion.at - record.at
+        if modes and not _armed_at(modes, motion.at):
+            continue
+        mode = MODE_NAMES.get(changes[number][1], str(changes[number][1]))
+        if motion.alt_m < GROUND_M and motion.climb_mps < -0.3:
+            return [f"hit the ground at {-motion.climb_mps:.1f} m/s after {seconds:.1f} s in {mode}"]
+        if seconds < SETTLED_AFTER_S:
+            continue
+        reference_m = motion.alt_m if reference_m is None else reference_m
+        if motion.alt_m < reference_m - SUNK_M:
+            return [f"sank: {motion.alt_m:.1f} m after {seconds:.1f} s, was {reference_m:.1f} m, in {mode}"]
+    return []
+
+
+def _armed_at(modes: Sequence[ModeSeen], at: float) -> bool:
+    return next((seen.armed for seen in reversed(modes) if seen.at <= at), True)
+
+
+def announces(hold: dict[str, Any] | None) -> bool:
+    """Whether somebody who reads this knows that the drone will return or land."""
+    if hold is None:
+        return False
+    coming = hold.get("phase") in ("counting", "asking", "done") and hold.get("action") in ("return", "land")
+    return bool(coming or hold.get("after_sticks") in ("returns", "lands"))
+
+
+def _announced(record: Record, who: str, came_down_at: float | None) -> float | None:
+    """Since when this person knows of it, as it began (or to the end); None if they do not, or do not any more."""
+    since: float | None = None
+    for told in record.told:
+        if told.who == who and (came_down_at is None or told.at <= came_down_at):
+            since = (since or told.at) if announces(told.hold) else None
+    return since
+
+
+def _forgotten(record: Record, modes: Sequence[ModeSeen]) -> list[str]:
+    """Nobody flies it, it waits in a hold's mode, and somebody who is there is not told so."""
+    if not modes or not modes[-1].armed or modes[-1].custom_mode not in HOLDS:
+        return []
+    newest = {told.who: told.hold for told in record.told}
+    mode = MODE_NAMES[modes[-1].custom_mode]
+    return [
+        f"waits in {mode}, and {who} is not told of a hold" for who in sorted(record.present) if not newest.get(who)
+    ]
+
+
+def _drift(motions: Sequence[Motion], since: float | None, came_down_at: float | None) -> float:
+    """A return flies away from there; that is no drift."""
+    if since is None:
+        return math.nan
+    until = min(since + DRIFT_FOR_S, came_down_at or math.inf)
+    watched = [motion for motion in motions if since <= motion.at <= until]
+    if not watched:
+        return math.nan
+    first = watched[0]
+    return max(math.hypot(one.north_m - first.north_m, one.east_m - first.east_m) for one in watched)
+
+
+def _foreign(record: Record, held_at: float | None) -> int:
+    if record.old_holder is None or held_at is None:
+        return 0
+    return sum(1 for stick in record.sticks if stick.at > held_at and stick.who == record.old_holder)
+
+
+def _after(at: float | None, trigger: float) -> float:
+    return math.nan if at is None else at - trigger
+
+
+def _name(modes: Sequence[ModeSeen], at: float) -> str:
+    return next((MODE_NAMES.get(seen.custom_mode, "?") for seen in modes if seen.at >= at), "?")

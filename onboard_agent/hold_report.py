@@ -1,0 +1,43 @@
+"""The steps of holds, as they are told to the tower: numbered, each with the order that it belongs to. No I/O."""
+
+from wire.control_messages import HoldCause, HoldProgress, HoldStep
+
+
+class HoldReport:
+    """`begin` with each hold, `add` with each step that was done; `take` hands them out.
+
+    `steps_told`: where the numbers begin; each process wants another beginning (HoldProgress).
+    """
+
+    def __init__(self, steps_told: int) -> None:
+        self.cause = HoldCause.ORDER
+        self._order_id = 0
+        self._epoch = 0
+        self._began_at = 0.0
+        self._steps_told = steps_told
+        self._progress: list[HoldProgress] = []
+
+    def begin(self, *, cause: HoldCause, order_id: int, epoch: int, now: float) -> None:
+        """What follows is of this hold."""
+        self.cause = cause
+        self._order_id, self._epoch, self._began_at = order_id, epoch, now
+
+    def add(self, step: HoldStep, detail: str, now: float) -> None:
+        """A step was done."""
+        self._steps_told += 1
+        self._progress.append(
+            HoldProgress(
+                number=self._steps_told,
+                order_id=self._order_id,
+                epoch=self._epoch,
+                step=step,
+                detail=detail,
+                elapsed_ms=round((now - self._began_at) * 1000.0, 1),
+                cause=self.cause,
+            )
+        )
+
+    def take(self) -> list[HoldProgress]:
+        """The steps done since the last call, in order."""
+        progress, self._progress = self._progress, []
+        return progress

@@ -1,0 +1,35 @@
+"""Whether the autopilot has accepted, just now, what starts the motors. No I/O; takes `now`.
+
+ArduPilot beats once a second: for so long its heartbeat may still say "disarmed" of a drone that climbs.
+"""
+
+from typing import Any, Final
+
+from wire.dialect import mavlink
+
+LATELY_S: Final = 2.0
+
+_STARTS: Final = frozenset(
+    {
+        mavlink.MAV_CMD_COMPONENT_ARM_DISARM,
+        mavlink.MAV_CMD_NAV_TAKEOFF,
+        mavlink.MAV_CMD_MISSION_START,
+    }
+)
+_GOOD: Final = frozenset({mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS})
+
+
+class RecentStart:
+    """Feed it each COMMAND_ACK, whomever it answers."""
+
+    def __init__(self) -> None:
+        self._at = float("-inf")
+
+    def acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK of the autopilot."""
+        if ack.command in _STARTS and ack.result in _GOOD:
+            self._at = now
+
+    def accepted_lately(self, now: float) -> bool:
+        """Whether the drone counts as armed, whatever the last heartbeat said."""
+        return now - self._at <= LATELY_S

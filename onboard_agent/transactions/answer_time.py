@@ -1,0 +1,37 @@
+"""How long an answer is waited for, as the answers before it took. No I/O; takes seconds.
+
+Smoothed mean and deviation of the round trip as TCP keeps them (RFC 6298): what is lost is asked for again after about
+a round trip, on a fast line after milliseconds, on a slow one not before it can have come.
+"""
+
+from typing import Final
+
+LEAST_S: Final = 0.06
+"""An autopilot looks at its line 50 to 400 times a second, and some of its work keeps it from that for longer."""
+MEAN_WEIGHT: Final = 1 / 8
+DEVIATION_WEIGHT: Final = 1 / 4
+DEVIATIONS: Final = 4.0
+
+
+class AnswerTime:
+    """`first_s`: waited for while nothing was measured; also the longest wait."""
+
+    def __init__(self, first_s: float) -> None:
+        self._first_s = first_s
+        self._mean_s: float | None = None
+        self._deviation_s = 0.0
+
+    def measured(self, took_s: float) -> None:
+        """An answer came. Not for one that may answer either of two questions."""
+        if self._mean_s is None:
+            self._mean_s, self._deviation_s = took_s, took_s / 2
+            return
+        self._deviation_s += DEVIATION_WEIGHT * (abs(took_s - self._mean_s) - self._deviation_s)
+        self._mean_s += MEAN_WEIGHT * (took_s - self._mean_s)
+
+    def wait_s(self, tries: int) -> float:
+        """Before the question is repeated that was sent `tries` times: each time twice as long."""
+        if self._mean_s is None:
+            return self._first_s
+        usual_s = max(LEAST_S, self._mean_s + DEVIATIONS * self._deviation_s)
+        return float(min(self._first_s, usual_s * 2 ** min(tries - 1, 8)))

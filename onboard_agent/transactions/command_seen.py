@@ -1,0 +1,184 @@
+"""Whether the autopilot's telemetry shows what a command wanted, after it was accepted. No I/O.
+
+An autopilot accepts a command within milliseconds; what comes of it is another matter. Speed is looked for in the
+motion over ground, home in HOME_POSITION, the item in MISSION_CURRENT, a mission that was started in the mode.
+"""
+
+from collections.abc import Callable
+from math import cos, hypot, radians
+from typing import Any, Final, Protocol
+
+from onboard_agent.mode_names import mission_modes
+from onboard_agent.transactions.desk import Around
+from wire.dialect import mavlink
+from wire.transactions import CommandWork
+
+SEEN_WITHIN_S: Final = 4.0
+"""After it was accepted: a drone that flies 8 m/s and shall fly 2 takes three seconds."""
+
+_POSITION: Final = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
+_HOME: Final = mavlink.MAVLINK_MSG_ID_HOME_POSITION
+_CURRENT: Final = mavlink.MAVLINK_MSG_ID_MISSION_CURRENT
+_HEARTBEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
+READ: Final = frozenset({_POSITION, _HOME, _CURRENT})
+"""Besides HEARTBEAT."""
+
+SPEED_TOLERANCE_M_S: Final = 0.5
+SPEED_TOLERANCE: Final = 0.1
+STANDS_M_S: Final = 0.5
+HOME_TOLERANCE_M: Final = 3.0
+_M_PER_DEG: Final = 111_320.0
+_GROUND_SPEED: Final = 1
+
+
+class Seen(Protocol):
+    """What is looked for. `asks`: the message to ask for, None where it comes by itself."""
+
+    asks: int | None
+
+    def heard(self, message_id: int, message: Any) -> None:
+        """One of READ, or a HEARTBEAT, came since it was accepted."""
+
+    @property
+    def shown(self) -> bool | None:
+        """True: it is there. False: it cannot be shown now. None: not yet."""
+
+    @property
+    def words(self) -> str:
+        """What is there, as a part of a sentence; empty where nothing has come."""
+
+
+class _Speed:
+    asks: int | None = None
+
+    def __init__(self, wanted_m_s: float) -> None:
+        self._wanted_m_s = wanted_m_s
+        self._m_s: float | None = None
+
+    def heard(self, message_id: int, message: Any) -> None:
+        if message_id == _POSITION:
+            self._m_s = hypot(message.vx, message.vy) / 100.0
+
+    @property
+    def shown(self) -> bool | None:
+        if self._m_s is None:
+            return None
+        near = abs(self._m_s - self._wanted_m_s) <= max(SPEED_TOLERANCE_M_S, SPEED_TOLERANCE * self._wanted_m_s)
+        return True if near else False if self._m_s < STANDS_M_S else None
+
+    @property
+    def words(self) -> str:
+        if self._m_s is None:
+            return ""
+        return "it stands still" if self._m_s < STANDS_M_S else f"it flies at {self._m_s:.1f} m/s"
+
+
+class _Home:
+    asks: int | None = _HOME
+
+    def __init__(self, wanted: tuple[float, float] | None) -> None:
+        """`wanted`: latitude and longitude; None: where it is."""
+        self._wanted = wanted
+        self._here: tuple[float, float] | None = None
+        self._home: tuple[float, float] | None = None
+
+    def heard(self, message_id: int, message: Any) -> None:
+        if message_id == _HOME:
+            self._home = (message.latitude / 1e7, message.longitude / 1e7)
+        elif message_id == _POSITION:
+            self._here = (message.lat / 1e7, message.lon / 1e7)
+
+    @property
+    def _off_m(self) -> float | None:
+        wanted = self._wanted or self._here
+        if wanted is None or self._home is None:
+            return None
+        north = (self._home[0] - wanted[0]) * _M_PER_DEG
+        return hypot(north, (self._home[1] - wanted[1]) * _M_PER_DEG * cos(radians(wanted[0])))
+
+    @property
+    def shown(self) -> bool | None:
+        off_m = self._off_m
+        return True if off_m is not None and off_m <= HOME_TOLERANCE_M else None
+
+    @property
+    def words(self) -> str:
+        if self._home is None:
+            return ""
+        if self.shown:
+            return "home is there"
+        return f"home is at {self._home[0]:.6f}, {self._home[1]:.6f}"
+
+
+class _Item:
+    asks: int | None = _CURRENT
+
+    def __init__(self, wanted: int) -> None:
+        self._wanted = wanted
+        self._current: int | None = None
+
+    def heard(self, message_id: int, message: Any) -> None:
+        if message_id == _CURRENT:
+            self._current = message.seq
+
+    @property
+    def shown(self) -> bool | None:
+        return True if self._current == self._wanted else None
+
+    @property
+    def words(self) -> str:
+        return "" if self._current is None else f"its mission is at item {self._current} of its own count"
+
+
+class _Mission:
+    asks: int | None = _HEARTBEAT
+
+    def __init__(self, modes: frozenset[int]) -> None:
+        self._modes = modes
+        self._mode: int | None = None
+
+    def heard(self, message_id: int, message: Any) -> None:
+        if message_id == _HEARTBEAT:
+            self._mode = message.custom_mode
+
+    @property
+    def shown(self) -> bool | None:
+        return True if self._mode in self._modes else None
+
+    @property
+    def words(self) -> str:
+        if self._mode is None:
+            return ""
+        return "it flies its mission" if self.shown else "it is not in the mode for missions"
+
+
+def what_shows(work: CommandWork, around: Around) -> Seen | None:
+    """None: nothing that telemetry could show, or what something else looks for."""
+    make: Callable[[CommandWork, Around], Seen | None] | None = _MAKERS.get(work.command)
+    return None if make is None else make(work, around)
+
+
+def _speed(work: CommandWork, _around: Around) -> Seen | None:
+    kind, wanted = work.params[0], work.params[1]
+    return _Speed(wanted) if wanted is not None and wanted > 0 and kind in (0.0, float(_GROUND_SPEED)) else None
+
+
+def _home(work: CommandWork, _around: Around) -> Seen | None:
+    here = work.params[0] == 1.0
+    return _Home(None if here or work.x is None or work.y is None else (work.x / 1e7, work.y / 1e7))
+
+
+def _item(work: CommandWork, _around: Around) -> Seen | None:
+    return None if work.params[0] is None or work.params[0] < 0 else _Item(int(work.params[0]))
+
+
+def _mission(_work: CommandWork, around: Around) -> Seen | None:
+    return _Mission(mission_modes(around.autopilot_kind, around.vehicle_type))
+
+
+_MAKERS: Final[dict[int, Callable[[CommandWork, Around], Seen | None]]] = {
+    mavlink.MAV_CMD_DO_CHANGE_SPEED: _speed,
+    mavlink.MAV_CMD_DO_SET_HOME: _home,
+    mavlink.MAV_CMD_DO_SET_MISSION_CURRENT: _item,
+    mavlink.MAV_CMD_MISSION_START: _mission,
+}

@@ -1,0 +1,104 @@
+"""Reads all parameters in the quickest way that the autopilot has: its file of them, else its list. No I/O.
+
+Laws, each with a test:
+- The file is asked for where the autopilot says that it has files. What comes of it is a whole table or nothing.
+- A file that cannot be had, or is broken twice (they move while it is read), leaves it to the list, each time anew.
+- A value that is told while the file is read is newer than the file.
+"""
+
+from typing import Final
+
+from onboard_agent.transactions.file_read import FileRead
+from onboard_agent.transactions.file_talk import FileAnswer, FileTalk
+from onboard_agent.transactions.parameter_encoding import Told
+from onboard_agent.transactions.parameter_file import FILE_NAME, BadParameterFile, read_count, read_parameter_file
+from onboard_agent.transactions.parameter_listing import Listed, ListingFailed, ParameterListing, Unchanged
+from onboard_agent.transactions.parameter_talk import Pace, ParameterTalk
+from wire.parameters import Parameter, by_name
+
+FILE_TRIES: Final = 2
+USUAL_ENTRY_BYTES: Final = 12
+"""Of the file, for each parameter: to tell how far it is."""
+
+
+class ParameterReading:
+    """Call `due` at each tick and after each `heard` and `heard_file`, until `end` is there."""
+
+    def __init__(self, talk: ParameterTalk, pace: Pace, *, files: FileTalk | None, known_hash: bytes | None) -> None:
+        """`files`: where the autopilot has files. `known_hash`: as of ParameterListing."""
+        self._talk = talk
+        self._pace = pace
+        self._files = files
+        self._file_tries = 0
+        self._newer: dict[str, Parameter] = {}
+        self._listing: ParameterListing | None = None
+        self._file: FileRead | None = None
+        self.end: Listed | Unchanged | ListingFailed | None = None
+        if files is None:
+            self._listing = ParameterListing(talk, pace, known_hash=known_hash)
+        else:
+            self._file = self._open(files)
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Parameters told, and in all (0: not known yet)."""
+        if self._listing is not None:
+            return self._listing.progress
+        if self._file is None:
+            return 0, 0
+        total = read_count(self._file.head)
+        return min(total, self._file.received_bytes // USUAL_ENTRY_BYTES), total
+
+    def heard(self, told: Told, now: float) -> bool:
+        """A PARAM_VALUE of the autopilot, whoever asked. Whether the list that is read has it from this."""
+        if self._listing is None:
+            if told.parameter is not None:
+                self._newer[told.name] = told.parameter
+            return False
+        before, _ = self._listing.progress
+        self._listing.heard(told, now)
+        return self._listing.progress[0] > before
+
+    def heard_file(self, answer: FileAnswer, now: float) -> None:
+        """The autopilot answers us about a file."""
+        if self._file is not None:
+            self._file.heard(answer, now)
+
+    def due(self, now: float) -> list[bytes]:
+        """Frames to send now."""
+        out: list[bytes] = []
+        if self._file is not None:
+            out = self._file.due(now)
+            if self._file.end is not None:
+                self._unpack(self._file.end)
+            elif self._file.why_not is not None:
+                self._list()
+        if self._listing is not None and self.end is None:
+            out += self._listing.due(now)
+            self.end = self._listing.end
+        return out
+
+    # Inside.
+
+    def _open(self, files: FileTalk) -> FileRead:
+        self._file_tries += 1
+        self._newer.clear()
+        return FileRead(files, FILE_NAME, at_once=self._pace.blocks_at_once, answer_s=self._pace.answer_s)
+
+    def _unpack(self, data: bytes) -> None:
+        try:
+            read = read_parameter_file(data)
+        except BadParameterFile:
+            if self._file_tries < FILE_TRIES and self._files is not None:
+                self._file = self._open(self._files)
+            else:
+                self._list()
+            return
+        self._file = None
+        values = {one.name: one for one in read.parameters}
+        values |= {name: one for name, one in self._newer.items() if name in values}
+        self.end = Listed(by_name(values.values()), read.count)
+
+    def _list(self) -> None:
+        self._file = None
+        self._listing = ParameterListing(self._talk, self._pace)

@@ -1,0 +1,49 @@
+"""What the autopilot says in STATUSTEXT, put together and kept for a while: why it has refused. No I/O; takes `now`.
+
+COMMAND_ACK has no room for a reason. ArduPilot gives it in one or several texts beside the answer, a few tens of
+milliseconds before or after it.
+"""
+
+from collections import deque
+from typing import Any, Final
+
+from wire.dialect import mavlink
+
+KEPT: Final = 12
+"""An autopilot that may not arm gives up to six reasons."""
+
+REASON: Final = mavlink.MAV_SEVERITY_WARNING
+"""Texts of this severity or worse may be one."""
+
+_CHUNK: Final = 50
+
+
+class SpokenWords:
+    """Feed it each STATUSTEXT of the autopilot; ask `since`."""
+
+    def __init__(self) -> None:
+        self._texts: deque[tuple[float, str]] = deque(maxlen=KEPT)
+        self._open_id = 0
+        self._chunks: list[str] = []
+
+    def heard(self, message: Any, now: float) -> None:
+        """STATUSTEXT came."""
+        if message.severity > REASON:
+            return
+        if message.id == 0:
+            self._keep(message.text, now)
+            return
+        if message.id != self._open_id or message.chunk_seq == 0:
+            self._open_id, self._chunks = message.id, []
+        if message.chunk_seq == len(self._chunks):
+            self._chunks.append(message.text)
+            if len(message.text) < _CHUNK:
+                self._keep("".join(self._chunks), now)
+                self._open_id = 0
+
+    def _keep(self, text: str, now: float) -> None:
+        self._texts.append((now, text.strip()))
+
+    def since(self, moment: float) -> list[str]:
+        """Each text once, oldest first."""
+        return list(dict.fromkeys(text for at, text in self._texts if at >= moment and text))

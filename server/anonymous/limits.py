@@ -1,0 +1,84 @@
+"""The one table of what a peer may use before it has signed in. docs/anonymous-budget.md repeats it; a test compares.
+
+A peer is counted by its address (IPv4) or its /64 (IPv6, where a single host has 2**64 addresses): "address" below. The
+"network" around it is its /24 or its /48. "Known" is an address from which somebody has signed in before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+
+@dataclass(frozen=True)
+class AnonymousLimits:
+    """Durations in seconds, sizes in bytes."""
+
+    # -- one request
+    max_head_bytes: int = 16 * 1024
+    max_headers: int = 100
+    head_within_s: float = 10.0
+    """A browser opens connections ahead of time; one that is closed is opened anew when it is needed."""
+    max_sign_in_body_bytes: int = 16 * 1024
+    """`POST /session`, `/session/passkey` and `/enrol`: the only bodies that are read of somebody unknown."""
+    sign_in_body_within_s: float = 10.0
+    max_body_bytes: int = 64 * 1024
+    """No other request of the API comes near; whatever does is a mistake or an attack."""
+    max_plan_body_bytes: int = 512 * 1024
+    """Mission, fence and rally points of 724 items each, or 4096 parameters, with room to be written widely. Such a
+    body is read only when it is known who sends it."""
+    body_within_s: float = 30.0
+    """In which a body must be whole. Half a megabyte needs 4 s at 1 Mbit/s; whoever sends byte by byte would keep
+    memory and a connection for ever."""
+
+    # -- connections that have not signed in
+    max_connections_per_address: int = 100
+    """A browser opens six; a few dozen may be behind one address."""
+    max_connections_per_network: int = 200
+    max_connections: int = 600
+    """Of addresses that are not known. When there are so many, the network that has most loses its oldest one."""
+    known_address_factor: int = 4
+    """A known address may have so many times what another one may."""
+    accept_slice_s: float = 0.002
+    accept_rest_s: float = 0.006
+    """Accepting takes the event loop for at most so long at a time, then rests."""
+
+    # -- bytes and requests, in fair turns between networks
+    read_slice_s: float = 0.002
+    read_rest_s: float = 0.008
+    max_unread_bytes: int = 2 * 1024 * 1024
+    """Of all anonymous connections that wait for their turn to be parsed."""
+    requests_per_s: float = 100.0
+    requests_burst: float = 4.0
+    """Requests that begin, of all addresses that are not known together. The rest waits."""
+    known_requests_per_s: float = 200.0
+    known_requests_burst: float = 10.0
+    """Of one known address. What is beyond waits with the others."""
+    max_waiting_requests_per_address: int = 64
+    max_waiting_requests_per_network: int = 128
+    max_waiting_requests: int = 512
+    request_wait_s: float = 8.0
+    max_handshakes_per_address: int = 64
+    max_handshakes: int = 256
+    """WebSockets whose sign-in has not been checked, and agents whose hello has not come."""
+
+    # -- hashing of passwords
+    known_hash_slots: int = 1
+    """Of TOWER_ARGON2_CONCURRENCY threads; with one thread the known go first."""
+    max_waiting_hashes_per_address: int = 4
+    max_waiting_hashes_per_network: int = 8
+    max_waiting_hashes: int = 64
+    hash_wait_s: float = 8.0
+    guesses_per_name_per_hour: int = 100
+    """At one name, from all addresses together from which its owner has not signed in before."""
+    max_known_addresses: int = 10_000
+
+    # -- the rest
+    log_lines_per_s: float = 1.0
+    log_lines_burst: float = 20.0
+    """What is beyond is summed up in the next line."""
+    junk_datagrams_per_s: float = 500.0
+    """Datagrams of no link that are looked at for what is wrong with them. The rest is only counted."""
+
+
+LIMITS: Final = AnonymousLimits()

@@ -1,0 +1,59 @@
+"""What the tower knows of the TLS channel that agents come by: the certificate which its proxy shows, if it was told.
+
+The tower does not terminate TLS. Where TOWER_TLS_CERTIFICATE names the certificate, an agent that sees another one at
+the end of its channel has somebody between, and its signature is refused.
+"""
+
+from __future__ import annotations
+
+import hmac
+import ssl
+from collections import deque
+from pathlib import Path
+from typing import Final
+
+import structlog
+
+from wire.channel_binding import BadCertificate, end_point
+
+_BEGIN: Final = "-----BEGIN CERTIFICATE-----"
+_END: Final = "-----END CERTIFICATE-----"
+_log = structlog.get_logger(__name__)
+
+
+class TlsBinding:
+    """Reads the file again when it has changed, and believes the certificate before for as long as it runs: the proxy
+    may show the new one a little later."""
+
+    def __init__(self, certificate: Path | None) -> None:
+        self._path = certificate
+        self._read_at: tuple[int, int] | None = None
+        self._known: deque[bytes] = deque(maxlen=2)
+
+    @property
+    def wanted(self) -> bool:
+        """Whether agents are to bind their signatures."""
+        return self._path is not None
+
+    def is_ours(self, binding: bytes) -> bool:
+        """Whether the agent sees the certificate that it should see; where none is known, whether it binds nothing."""
+        if self._path is None:
+            return binding == b""
+        self._look(self._path)
+        return any(hmac.compare_digest(binding, one) for one in self._known)
+
+    def _look(self, path: Path) -> None:
+        try:
+            found = path.stat()
+            stamp = (found.st_mtime_ns, found.st_ino)
+            if stamp == self._read_at:
+                return
+            text = path.read_text()
+            leaf = text[text.index(_BEGIN) : text.index(_END) + len(_END)]
+            binding = end_point(ssl.PEM_cert_to_DER_cert(leaf))
+        except (OSError, ValueError, BadCertificate) as error:
+            _log.error("tls_certificate_unreadable", path=str(path), error=str(error) or type(error).__name__)
+            return
+        self._read_at = stamp
+        if binding not in self._known:
+            self._known.append(binding)

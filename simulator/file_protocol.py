@@ -1,0 +1,119 @@
+"""The server half of MAVLink FTP, as far as ArduPilot's file of parameters goes: open, read, burst, close.
+
+One session at a time for all who ask; who asks in another one is refused until the first was silent for a while.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Callable
+
+from simulator.dialect import Message, mavlink
+from simulator.parameter_pack import pack_parameters
+from simulator.parameters import Parameters
+
+HEAD = struct.Struct("<HBBBBBxI")
+BLOCK_MAX = 239
+PAYLOAD = HEAD.size + BLOCK_MAX
+WAITING_MAX = 5
+"""Requests; what comes when so many wait is lost."""
+SESSION_SILENT_S = 3.0
+ENTRY_USUAL = 12
+"""Bytes; how long the file is said to be is an estimate."""
+
+TERMINATE, RESET, OPEN_TO_READ, READ, BURST = 1, 2, 4, 5, 15
+ACK, NACK = 128, 129
+FAIL, INVALID_SIZE, INVALID_SESSION, END_OF_FILE, NOT_FOUND = 1, 3, 4, 6, 10
+
+Peer = tuple[int, int]
+
+
+class FileServer:
+    def __init__(self, parameters: Parameters, send: Callable[[Message], None]) -> None:
+        self._parameters = parameters
+        self._send = send
+        self._waiting: deque[tuple[bytes, Peer]] = deque()
+        self._session: int | None = None
+        self._block = 0
+        """Bytes of the first block that was asked for: the session keeps to it."""
+        self._content: bytes | None = None
+        self._heard_at = float("-inf")
+        self._now_s = 0.0
+        self._answers = 0
+        self._last: tuple[Peer, int, int, bytes] | None = None
+        """To whom, session and sequence of the last answer, and what it was."""
+        self.refuses = False
+        self.drop_every_seventh = False
+
+    def receive(self, message: Message, peer: Peer) -> None:
+        if len(self._waiting) < WAITING_MAX:
+            self._waiting.append((bytes(message.payload).ljust(PAYLOAD, b"\0"), peer))
+
+    def tick(self, now_s: float) -> None:
+        self._now_s = now_s
+        while self._waiting:
+            self._do(*self._waiting.popleft())
+
+    def _do(self, payload: bytes, peer: Peer) -> None:
+        sequence, session, op, size, _, _, offset = HEAD.unpack_from(payload)
+        if self._last is not None and self._last[:3] == (peer, session, sequence + 1 & 0xFFFF):
+            self._put(peer, self._last[3])
+            return
+
+        def answer(kind: int, data: bytes = b"", at: int = 0, *, more: int = 0, done: bool = False) -> None:
+            number = sequence + 1 + more & 0xFFFF
+            head = HEAD.pack(number, session, kind, len(data), op, done, at)
+            out = (head + data).ljust(PAYLOAD, b"\0")
+            self._last = (peer, session, number, out)
+            self._put(peer, out)
+
+        silent = self._now_s - self._heard_at >= SESSION_SILENT_S
+        if self._session is not None and session != self._session and silent:
+            self._session = None
+        if op in (TERMINATE, RESET):
+            if session == self._session:
+                self._session = None
+            answer(ACK)
+        elif self._session is not None and session != self._session:
+            answer(NACK, bytes([INVALID_SESSION]))
+        elif op == OPEN_TO_READ:
+            self._open(session, payload[HEAD.size :][:size], answer)
+        elif op in (READ, BURST) and self._session is None:
+            answer(NACK, bytes([NOT_FOUND]))
+        elif op == READ:
+            data = self._read(offset, size)
+            answer(*((ACK, data, offset) if data else (NACK, bytes([END_OF_FILE]))))
+        elif op == BURST:
+            self._burst(offset, size or BLOCK_MAX, answer)
+        else:
+            answer(NACK, bytes([FAIL]))
+        self._heard_at = self._now_s
+
+    def _open(self, session: int, name: bytes, answer: Callable[..., None]) -> None:
+        if self._session is not None or self.refuses:
+            answer(NACK, bytes([FAIL]))
+        elif name.split(b"\0")[0].split(b"?")[0] != b"@PARAM/param.pck":
+            answer(NACK, bytes([NOT_FOUND]))
+        else:
+            self._session, self._content = session, None
+            answer(ACK, struct.pack("<I", ENTRY_USUAL * len(self._parameters)))
+
+    def _read(self, offset: int, size: int) -> bytes:
+        if self._content is None:
+            self._block = size
+            self._content = pack_parameters(self._parameters, max(size, 1))
+        return self._content[offset : offset + size] if size == self._block else b""
+
+    def _burst(self, offset: int, size: int, answer: Callable[..., None]) -> None:
+        more = 0
+        while data := self._read(offset, size):
+            answer(ACK, data, offset, more=more, done=len(data) < size)
+            offset += len(data)
+            more += 1
+        answer(NACK, bytes([END_OF_FILE]), offset, more=more)
+
+    def _put(self, peer: Peer, payload: bytes) -> None:
+        self._answers += 1
+        if not (self.drop_every_seventh and self._answers % 7 == 0):
+            self._send(mavlink.MAVLink_file_transfer_protocol_message(0, *peer, payload))

@@ -1,0 +1,107 @@
+"""A trickle of wrong passwords locked everybody out. Through a real tower, behind a proxy and without.
+
+The proxy is this program: 127.0.0.1 is trusted, and says for whom it speaks. So there are IPv6 addresses to come from.
+"""
+
+import asyncio
+from collections import Counter
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import httpx
+import pytest
+from tower_world import PASSWORD, Person, TowerWorld, start_tower
+
+from bench.attackers import post_sign_in
+from server.accounts.tables import Role
+from server.anonymous.budget import Over
+from server.anonymous.limits import LIMITS
+from server.anonymous.networks import origin_of
+
+TRIES = 180
+STRANGER = "127.77.0.1"
+"""No trusted proxy."""
+
+
+@pytest.fixture
+async def world(tmp_path: Path) -> AsyncIterator[TowerWorld]:
+    # Hashes as slow as they are: with quick ones there is no line that could be full.
+    async with start_tower(tmp_path, argon2_memory_kib=65_536, argon2_rounds=8, argon2_process=True) as running:
+        yield running
+
+
+@pytest.fixture
+async def anna(world: TowerWorld) -> Person:
+    return await world.add_user("Anna")
+
+
+def sign_in(client: httpx.AsyncClient, address: str, name: str, password: str) -> asyncio.Task[httpx.Response]:
+    """As a proxy passes it on."""
+    return asyncio.create_task(
+        client.post("/api/v1/session", json={"name": name, "password": password}, headers={"X-Forwarded-For": address})
+    )
+
+
+async def test_180_tries_from_one_64_lock_nobody_out(world: TowerWorld, anna: Person) -> None:
+    root = await world.add_user("Root", Role.ADMIN)
+    proxy, elsewhere = await world.client(), await world.client()
+    known = "192.0.2.1"
+    assert (await sign_in(elsewhere, known, root.name, PASSWORD)).status_code == 200
+    flood = [sign_in(proxy, f"2001:db8:1:2::{n:x}", f"nobody {n % 9}", "wrong") for n in range(TRIES)]
+    owners = []
+    for number in range(3):
+        owners.append((await sign_in(elsewhere, known, root.name, PASSWORD)).status_code)
+        owners.append((await sign_in(elsewhere, f"198.51.{number}.1", anna.name, PASSWORD)).status_code)
+    assert owners == [200] * 6
+    statuses = Counter(answer.status_code for answer in await asyncio.gather(*flood))
+    assert statuses[429] + statuses[503] > TRIES / 2
+    refused = world.tower.anonymous.refused
+    assert refused[Over.REQUESTS] + refused[Over.GUESSES] + refused[Over.HASHES] > TRIES / 2
+
+
+async def test_what_a_stranger_says_of_where_they_come_from_is_not_believed(world: TowerWorld, anna: Person) -> None:
+    """Else each of their tries would come from somewhere else, and they could be anybody who is known."""
+    transport = httpx.AsyncHTTPTransport(local_address=STRANGER)
+    async with httpx.AsyncClient(base_url=world.base_url, transport=transport, timeout=20) as stranger:
+        for number in range(5):
+            answer = await sign_in(stranger, f"203.0.113.{number}", anna.name, "wrong")
+            assert answer.status_code == 401
+        answer = await sign_in(stranger, "203.0.113.99", anna.name, PASSWORD)
+        assert answer.status_code == 429
+    assert await post_sign_in(world.base_url, anna.name, PASSWORD, "127.78.0.1") == 200
+    assert not world.tower.anonymous.known.knows(origin_of("203.0.113.1"))
+
+
+async def test_guessing_at_a_name_does_not_lock_its_owner_out(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:  # quick hashes: here it is how many that counts
+        anna = await world.add_user("Anna")
+        proxy = await world.client()
+        assert (await sign_in(proxy, "192.0.2.1", anna.name, PASSWORD)).status_code == 200
+        statuses = Counter[int]()
+        for number in range(LIMITS.guesses_per_name_per_hour + 20):
+            answer = await sign_in(proxy, f"10.{number}.0.1", anna.name, f"guess {number}")
+            statuses[answer.status_code] += 1
+        assert 0 < statuses[401] <= LIMITS.guesses_per_name_per_hour
+        assert statuses[429] >= 20
+        assert (await sign_in(proxy, "192.0.2.1", anna.name, PASSWORD)).status_code == 200
+
+
+async def test_addresses_are_known_again_after_a_restart(tmp_path: Path) -> None:
+    async with start_tower(tmp_path) as world:
+        anna = await world.add_user("Anna")
+        proxy = await world.client()
+        assert (await sign_in(proxy, "192.0.2.1", anna.name, PASSWORD)).status_code == 200
+    async with start_tower(tmp_path) as world:
+        assert world.tower.anonymous.known.knows(origin_of("192.0.2.1"), "anna")
+        assert not world.tower.anonymous.known.knows(origin_of("192.0.2.2"), "anna")
+
+
+async def test_the_process_that_hashes_comes_back(world: TowerWorld, anna: Person) -> None:
+    hashing = world.tower.passwords._hashing
+    process = hashing._process  # type: ignore[attr-defined]
+    assert process is not None
+    process.kill()
+    await process.wait()
+    statuses = [await post_sign_in(world.base_url, anna.name, PASSWORD, STRANGER) for _ in range(2)]
+    assert statuses[-1] == 200
+    assert hashing._process is not process  # type: ignore[attr-defined]

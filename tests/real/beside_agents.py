@@ -1,0 +1,103 @@
+"""Real autopilots for tests that are not asynchronous: in a thread of their own, each at its agent's port.
+
+with beside_agents(program, folder, {port: HOME}) as autopilots:
+    autopilots[0].photographs   # what it has told of its camera since
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import threading
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from bench.autopilot_tap import AutopilotTap
+from bench.real_autopilot import RealAutopilot, Receiver
+from wire.dialect import decode, mavlink
+from wire.frames import message_id
+
+Home = tuple[float, float, float]
+START_S: Final = 200.0
+CAMERA: Final = {"CAM1_TYPE": 1, "SERVO9_FUNCTION": 10}
+"""A shutter on an output, so that it photographs and says where."""
+_FEEDBACK: Final = mavlink.MAVLINK_MSG_ID_CAMERA_FEEDBACK
+
+
+class Photograph(NamedTuple):
+    """What CAMERA_FEEDBACK says. `height_m`: above home."""
+
+    number: int
+    lat_e7: int
+    lon_e7: int
+    height_m: float
+
+
+class PhotographedTap(AutopilotTap):
+    """An AutopilotTap that notes photographs."""
+
+    def __init__(self, agent: tuple[str, int], autopilot: RealAutopilot) -> None:
+        super().__init__(agent, autopilot)
+        self.photographs: list[Photograph] = []
+
+    def _keep(self, frame: bytes, now: float) -> bool:
+        if message_id(frame) == _FEEDBACK:
+            told = decode(frame)
+            self.photographs.append(Photograph(told.img_idx, told.lat, told.lng, told.alt_rel))
+        return super()._keep(frame, now)
+
+
+class _Squad:
+    def __init__(self, program: Path, folder: Path, homes: Mapping[int, Home]) -> None:
+        self._program, self._folder, self._homes = program, folder, homes
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, name="autopilots")
+        self._autopilots: list[RealAutopilot] = []
+        self.taps: list[PhotographedTap] = []
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        self._loop.run_forever()
+        self._loop.close()
+
+    def start(self) -> None:
+        self._thread.start()
+        asyncio.run_coroutine_threadsafe(self._start(), self._loop).result(START_S)
+
+    async def _start(self) -> None:
+        for number, (port, home) in enumerate(self._homes.items()):
+            autopilot = RealAutopilot(
+                self._program,
+                self._folder / f"autopilot-{number}",
+                receiver=Receiver.LOW,
+                parameters=CAMERA,
+                home=home,
+            )
+            self._autopilots.append(autopilot)
+            await autopilot.start()
+            tap = PhotographedTap(("127.0.0.1", port), autopilot)
+            tap.open()
+            self.taps.append(tap)
+
+    def stop(self) -> None:
+        asyncio.run_coroutine_threadsafe(self._stop(), self._loop).result(START_S)
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
+
+    async def _stop(self) -> None:
+        for tap in self.taps:
+            tap.close()
+        for autopilot in self._autopilots:
+            await autopilot.stop()
+
+
+@contextlib.contextmanager
+def beside_agents(program: Path, folder: Path, homes: Mapping[int, Home]) -> Iterator[list[PhotographedTap]]:
+    """`homes`: by the UDP port at which its agent listens. Ready to arm, all of them."""
+    squad = _Squad(program, folder, homes)
+    try:
+        squad.start()
+        yield squad.taps
+    finally:
+        squad.stop()

@@ -1,0 +1,102 @@
+"""Plans up to a real autopilot and back, by the agent's own plan desk, without tower and link."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from bench.real_autopilot import RealAutopilot, Receiver
+from onboard_agent.own_frames import FrameMaker
+from onboard_agent.transactions.plan_desk import PlanDesk, PlanWork
+from wire.frames import MalformedFrame, split_frames
+from wire.plan_fields import Keeping
+from wire.plan_keeping_ardupilot import ArduPilot
+from wire.plans import Plan, PlanItem, PlanKind, unpack_plan
+from wire.transactions import PlanClearWork, PlanDownloadWork, PlanUploadWork, Transaction, TransactionResult
+
+TICK_S: Final = 0.005
+WITHIN_S: Final = 60.0
+
+
+class Kept(NamedTuple):
+    """`plan`: read from the autopilot afterwards. None: refused, as `result` says."""
+
+    result: TransactionResult
+    plan: Plan | None
+
+
+class _Journal:
+    def __init__(self) -> None:
+        self._records: dict[PlanKind, bytes] = {}
+
+    def load(self, kind: PlanKind) -> bytes | None:
+        return self._records.get(kind)
+
+    def save(self, kind: PlanKind, record: bytes) -> None:
+        self._records[kind] = record
+
+    def remove(self, kind: PlanKind) -> None:
+        self._records.pop(kind, None)
+
+
+class PlanExchange:
+    """One at a time."""
+
+    def __init__(self, autopilot: RealAutopilot, keeping: Keeping) -> None:
+        self.autopilot = autopilot
+        self.keeping = keeping
+        self._desk = PlanDesk(FrameMaker(), _Journal())
+        self._loop = asyncio.get_running_loop()
+        self._address: tuple[str, int] | None = None
+        self._number = 0
+        self._desk.autopilot_came(vehicle_system_id=1, home_slot=True, keeping=keeping, now=self._loop.time())
+
+    async def do(self, work: PlanWork) -> TransactionResult:
+        """Until its result. Raises TimeoutError."""
+        self._number += 1
+        self._desk.begin(Transaction(id=self._number, epoch=0, deadline_s=WITHIN_S, work=work), self._loop.time())
+        async with asyncio.timeout(2 * WITHIN_S):
+            while True:
+                for told in self._desk.news():
+                    if isinstance(told, TransactionResult):
+                        return told
+                self._step()
+                await asyncio.sleep(TICK_S)
+
+    async def read(self, kind: PlanKind) -> Plan:
+        """What is on board."""
+        result = await self.do(PlanDownloadWork(kind))
+        assert result.plan is not None, result.words
+        return unpack_plan(result.plan)[1]
+
+    async def upload(self, kind: PlanKind, *items: PlanItem) -> Kept:
+        """Onto an empty board."""
+        await self.do(PlanClearWork(kind))
+        result = await self.do(PlanUploadWork(kind, items))
+        return Kept(result, await self.read(kind) if result.outcome == "done" else None)
+
+    def _step(self) -> None:
+        port = self.autopilot.port
+        with contextlib.suppress(BlockingIOError, ConnectionError):
+            while True:
+                data, self._address = port.recvfrom(4096)
+                with contextlib.suppress(MalformedFrame):
+                    for frame in split_frames(data):
+                        self._desk.heard(frame, self._loop.time())
+        if self._address is not None:
+            for frame in self._desk.due(self._loop.time()):
+                port.sendto(frame, self._address)
+
+
+@contextlib.asynccontextmanager
+async def plan_exchange(program: Path, folder: Path, keeping: Keeping | None = None) -> AsyncIterator[PlanExchange]:
+    """With a fresh ArduCopter, or whatever `keeping` is of."""
+    autopilot = RealAutopilot(program, folder, receiver=Receiver.LOW)
+    try:
+        await autopilot.start()
+        yield PlanExchange(autopilot, keeping or ArduPilot())
+    finally:
+        await asyncio.shield(autopilot.stop())

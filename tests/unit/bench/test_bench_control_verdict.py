@@ -1,0 +1,130 @@
+"""The verdict over a flight: what counts as sunk, and what as told before it happened."""
+
+import math
+from typing import Any
+
+import pytest
+
+from bench.control_verdict import Record, Told, announces, judge
+from bench.tap import ModeSeen, Motion, Stick
+
+ALT_HOLD, AUTO, LOITER, RTL, LAND, BRAKE = 2, 3, 5, 6, 9, 17
+OPEN = {"phase": "quiet", "action": None, "after_sticks": "stays"}
+COUNTING = {"phase": "counting", "action": "return", "after_sticks": "unknown"}
+
+
+def straight(until_s: float, alt_m: float, climb_mps: float = 0.0, since_s: float = 0.0) -> list[Motion]:
+    """At 10 Hz from `since_s`; ends on the ground."""
+    found = []
+    for number in range(round((until_s - since_s) * 10)):
+        height = alt_m + climb_mps * number / 10
+        found.append(Motion(since_s + number / 10, max(height, 0.0), 0.0, climb_mps if height > 0 else 0.0, 0.0, 0.0))
+    return found
+
+
+def flight(motions: list[Motion], *modes: tuple[float, int], told: tuple[Told, ...] = (), **more: Any) -> Record:
+    """By hand in LOITER before; the trigger is at 0."""
+    seen = [ModeSeen(at, mode, True) for at, mode in ((-1.0, LOITER), *modes)]
+    present = frozenset({"admin"})
+    sticks, present = more.pop("sticks", ()), more.pop("present", present)
+    told = (Told(0.1, "admin", OPEN), *told)
+    return Record(0.0, motions, seen, sticks, told, (0.01, 1.4), present, 1, **more)
+
+
+def test_a_drone_that_stays_is_well() -> None:
+    verdict = judge(flight(straight(120, 25), (0.03, ALT_HOLD), (1.5, BRAKE)))
+    assert verdict.wrong == ()
+    assert (verdict.held_s, verdict.stays_s) == (0.03, 1.5)
+    assert math.isnan(verdict.returned_s)
+
+
+def test_sinking_in_a_hold_is_wrong() -> None:
+    motions = straight(33, 25) + straight(50, 25, -2.5, since_s=33)
+    (words,) = judge(flight(motions, (0.03, ALT_HOLD))).wrong
+    assert "sank" in words and "ALT_HOLD" in words
+
+
+def test_the_ground_counts_before_anything_has_settled() -> None:
+    (words,) = judge(flight(straight(4, 5, -2.5), (0.03, ALT_HOLD))).wrong
+    assert "hit the ground at 2.5 m/s" in words
+
+
+def test_what_a_descent_still_sinks_while_it_is_stopped_is_well() -> None:
+    motions = straight(2, 20, -2.0) + straight(120, 16, since_s=2)
+    assert judge(flight(motions, (0.03, ALT_HOLD), (1.5, BRAKE))).wrong == ()
+
+
+def test_a_return_that_was_announced_before_is_well() -> None:
+    motions = straight(30, 25) + straight(60, 25, -1.0, since_s=30)
+    verdict = judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), told=(Told(1.0, "admin", COUNTING),)))
+    assert verdict.wrong == ()
+    assert (verdict.announced_s, verdict.returned_s) == (1.0, 30.0)
+
+
+@pytest.mark.parametrize("told", [(), (Told(31.0, "admin", COUNTING),), (Told(1.0, "operator", COUNTING),)])
+def test_a_return_that_nobody_present_was_told_of_before_is_wrong(told: tuple[Told, ...]) -> None:
+    motions = straight(30, 25) + straight(60, 25, -1.0, since_s=30)
+    assert judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), told=told)).wrong == ("admin was not told of the RTL",)
+
+
+def test_without_a_tower_what_stood_there_before_is_the_announcement() -> None:
+    motions = straight(30, 25) + straight(60, 25, -1.0, since_s=30)
+    assert judge(flight(motions, (0.5, ALT_HOLD), (30.0, RTL), present=frozenset(), standing=True)).wrong == ()
+    assert judge(flight(motions, (0.5, ALT_HOLD), (30.0, RTL), present=frozenset())).wrong
+
+
+def test_a_countdown_that_was_taken_back_announces_nothing() -> None:
+    motions = straight(30, 25) + straight(60, 25, -1.0, since_s=30)
+    told = (Told(1.0, "admin", COUNTING), Told(2.0, "admin", None))
+    assert judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), told=told)).wrong == ("admin was not told of the RTL",)
+
+
+def test_a_drone_that_waits_and_nobody_is_told_is_wrong() -> None:
+    told = (Told(1.0, "admin", COUNTING), Told(2.0, "admin", None))
+    found = judge(flight(straight(120, 25), (0.03, ALT_HOLD), (1.5, BRAKE), told=told)).wrong
+    assert found == ("waits in BRAKE, and admin is not told of a hold",)
+
+
+def test_a_return_that_goes_on_needs_no_announcement() -> None:
+    seen = [ModeSeen(-1.0, RTL, True), ModeSeen(1.0, RTL, True)]
+    record = Record(0.0, straight(60, 20, -0.5), seen, (), (), (), frozenset({"admin"}), 1)
+    assert judge(record).wrong == ()
+
+
+def test_a_return_that_was_interrupted_and_began_again_is_announced_anew() -> None:
+    seen = [ModeSeen(at, mode, True) for at, mode in ((-1.0, RTL), (0.1, ALT_HOLD), (30.0, LAND))]
+    record = Record(0.0, straight(60, 20), seen, (), (), (), frozenset({"admin"}), 1)
+    assert judge(record).wrong == ("admin was not told of the LAND",)
+
+
+def test_sticks_of_the_old_holder_after_the_hold_are_counted() -> None:
+    sticks = [Stick(at, who, 0, 0, 1000, 0) for at, who in ((-0.1, 1), (0.1, 1), (0.2, 0), (0.3, 1))]
+    assert judge(flight(straight(10, 25), (0.2, ALT_HOLD), sticks=sticks)).foreign_frames == 1
+
+
+def test_a_flight_that_was_over_before_it_began_says_nothing() -> None:
+    assert judge(flight(straight(10, 0.1), (0.03, ALT_HOLD))).wrong == (
+        "it was not in the air when its pilot was lost",
+    )
+
+
+def test_a_hold_in_the_mode_that_was_flown_began_when_it_was_asked_for() -> None:
+    seen = [ModeSeen(at, ALT_HOLD, True) for at in (-1.0, 0.2, 0.6)]
+    record = Record(0.0, straight(10, 25), seen, (), (Told(0.1, "admin", OPEN),), (0.5,), frozenset({"admin"}), 1)
+    assert judge(record).held_s == 0.6
+
+
+@pytest.mark.parametrize(
+    ("hold", "told"),
+    [
+        (None, False),
+        ({"phase": "quiet", "action": None, "after_sticks": "stays"}, False),
+        ({"phase": "quiet", "action": None, "after_sticks": "sinks"}, False),
+        ({"phase": "quiet", "action": None, "after_sticks": "returns"}, True),
+        ({"phase": "stayed", "action": "stay", "after_sticks": "stays"}, False),
+        (COUNTING, True),
+        ({"phase": "asking", "action": "land", "after_sticks": "stays"}, True),
+    ],
+)
+def test_what_announces_a_descent(hold: dict[str, Any] | None, told: bool) -> None:
+    assert announces(hold) is told

@@ -1,0 +1,67 @@
+"""Which parameters make a drone without a radio receiver fly safely, and what is said of them."""
+
+import pytest
+
+from server.control.receiver_setup import ReceiverSetup, receiver_setup
+from wire.control_messages import LossParameters
+
+COPTER = {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 16.0, "RC_OVERRIDE_TIME": 3.0}
+PX4 = {"COM_RC_IN_MODE": 1.0, "NAV_RCL_ACT": 2.0, "COM_RCL_EXCEPT": 0.0}
+
+
+def setup_of(values: dict[str, float], autopilot: str = "ardupilot", has_radio: bool | None = False) -> ReceiverSetup:
+    return receiver_setup(LossParameters(autopilot=autopilot, values=values, complete=True, has_radio=has_radio))
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "values", "to_write"),
+    [
+        ("ardupilot", COPTER, {"FS_OPTIONS": 29.0}),
+        ("ardupilot", COPTER | {"FS_OPTIONS": 29.0}, {}),
+        ("ardupilot", COPTER | {"FS_OPTIONS": 31.0, "FS_THR_ENABLE": 0.0}, {"FS_THR_ENABLE": 1.0}),
+        ("ardupilot", COPTER | {"FS_OPTIONS": 13.0, "FS_THR_ENABLE": 3.0}, {"FS_THR_ENABLE": 1.0}),
+        ("ardupilot", COPTER | {"FS_OPTIONS": 13.0, "RC_OVERRIDE_TIME": 0.0}, {"RC_OVERRIDE_TIME": 3.0}),
+        ("ardupilot", COPTER | {"FS_OPTIONS": 13.0, "RC_OVERRIDE_TIME": -1.0}, {"RC_OVERRIDE_TIME": 3.0}),
+        ("ardupilot", COPTER | {"FS_OPTIONS": 13.0, "RC_OVERRIDE_TIME": 10.5}, {"RC_OVERRIDE_TIME": 3.0}),
+        ("ardupilot", COPTER | {"FS_OPTIONS": 13.0, "RC_OVERRIDE_TIME": 1.5}, {}),
+        ("px4", PX4, {"COM_RCL_EXCEPT": 7.0}),
+        ("px4", PX4 | {"COM_RCL_EXCEPT": 7.0, "NAV_RCL_ACT": 0.0}, {"NAV_RCL_ACT": 2.0}),
+        ("px4", PX4 | {"COM_RCL_EXCEPT": 15.0, "NAV_RCL_ACT": 3.0, "COM_RC_IN_MODE": 0.0}, {"COM_RC_IN_MODE": 1.0}),
+    ],
+)
+def test_what_is_to_be_written(autopilot: str, values: dict[str, float], to_write: dict[str, float]) -> None:
+    setup = setup_of(values, autopilot)
+    assert setup.to_write == to_write
+    assert (setup.known, setup.needed) == (True, bool(to_write))
+    written = setup_of(values | to_write, autopilot)
+    assert not written.needed
+    assert "is set up to fly without one" in written.text
+
+
+@pytest.mark.parametrize("autopilot", ["ardupilot", "px4"])
+def test_each_row_is_explained_in_a_short_sentence(autopilot: str) -> None:
+    for row in setup_of({}, autopilot).rows:
+        assert row.why.endswith(".") and len(row.why) < 100
+        assert (row.now, row.ok) == (None, False)
+
+
+@pytest.mark.parametrize(
+    ("has_radio", "values", "needed", "known", "words"),
+    [
+        (True, COPTER, False, True, "none of this is needed"),
+        (None, COPTER, False, True, "not known whether"),
+        (False, COPTER, True, True, "not set up"),
+        (False, {"FS_THR_ENABLE": 1.0}, True, False, "not every parameter"),
+        (False, COPTER | {"FS_OPTIONS": float("nan")}, True, False, "not every parameter"),
+    ],
+)
+def test_what_is_said(has_radio: bool | None, values: dict[str, float], needed: bool, known: bool, words: str) -> None:
+    setup = setup_of(values, has_radio=has_radio)
+    assert (setup.needed, setup.known) == (needed, known)
+    assert words in setup.text
+
+
+@pytest.mark.parametrize("parameters", [None, LossParameters(autopilot="", values={}, complete=True, has_radio=False)])
+def test_another_autopilot_has_no_rows(parameters: LossParameters | None) -> None:
+    setup = receiver_setup(parameters)
+    assert (setup.rows, setup.needed, setup.known, setup.autopilot) == ((), False, False, "")

@@ -1,0 +1,185 @@
+/** An open hold and a lost action in words for people: what the drone does now, what it will do, and when. Pure. */
+
+import type { HoldView, LostAction } from './wire_types';
+
+export interface HoldReading {
+  readonly phase: HoldView['phase'];
+  readonly tone: 'good' | 'warning';
+  /** One line that names the drone. */
+  readonly title: string;
+  /** More sentences about the same. */
+  readonly notes: readonly string[];
+  /** A few words for a row of a list. */
+  readonly badge: string;
+  /** To the lost action; null while nothing is counted. 0 once it is due. */
+  readonly secondsLeft: number | null;
+  /** For who hears the page: changes with the state and not with each second. */
+  readonly said: string;
+  /** Whether "stay" would stop it now. */
+  readonly canStay: boolean;
+}
+
+export interface HoldContext {
+  readonly droneName: string;
+  readonly lostActionS: number;
+  /** By how much the tower's time of day is behind our clock. */
+  readonly towerLagMs: number;
+}
+
+export const DOES: Record<LostAction, string> = {
+  return: 'returns',
+  land: 'lands',
+  continue: 'goes on with its mission',
+  stay: 'stays where it is',
+};
+const TO_DO: Record<LostAction, string> = {
+  return: 'return',
+  land: 'land',
+  continue: 'go on with its mission',
+  stay: 'stay where it is',
+};
+export const DOING: Record<LostAction, string> = {
+  return: 'returning',
+  land: 'landing',
+  continue: 'going on with its mission',
+  stay: 'staying where it is',
+};
+const IF_AGENT_STOPS: Record<HoldView['after_sticks'], (name: string) => string> = {
+  stays: () => '',
+  sinks: (name) => `If its agent stops, ${name} sinks to the ground.`,
+  returns: (name) => `If its agent stops, the autopilot returns ${name}.`,
+  lands: (name) => `If its agent stops, the autopilot lands ${name}.`,
+  unknown: (name) => `What ${name} does if its agent stops is not known.`,
+};
+
+/** Modes as the console writes them. */
+export const plainMode = (mode: string): string => mode.replaceAll('_', ' ');
+
+const capital = (text: string): string => text.charAt(0).toUpperCase() + text.slice(1);
+const ended = (text: string): string => (/[.!?]$/.test(text) ? text : `${text}.`);
+
+/** A newer tower may name an action that this console does not know. */
+const knownAction = (action: HoldView['action']): LostAction | null =>
+  action !== null && action in DOES ? action : null;
+
+/** On our clock; null unless it counts. */
+export function dueMs(hold: HoldView | null, towerLagMs: number): number | null {
+  const atMs = hold?.phase === 'counting' && hold.due_at !== null ? Date.parse(hold.due_at) + towerLagMs : NaN;
+  return Number.isFinite(atMs) ? atMs : null;
+}
+
+/** Without its last point. */
+function nowWords(name: string, hold: HoldView): string {
+  const mode = plainMode(hold.mode);
+  if (!hold.open) return mode ? `${name} flies on in ${mode}` : `What ${name} does is not known`;
+  if (hold.stage === 'none') return `${name} is told to hold, not confirmed yet`;
+  if (hold.stage === 'altitude') {
+    return `${name} holds height only: ${hold.waiting_for.replace(/\.$/, '') || 'still slowing down'}`;
+  }
+  return `${name} holds: ${mode}, ${hold.sticks ? 'sticks kept by its agent' : 'stays by itself'}`;
+}
+
+function nowBadge(hold: HoldView): string {
+  if (!hold.open) return `Flies on: ${plainMode(hold.mode)}`;
+  if (hold.stage === 'none') return 'Hold not confirmed';
+  return hold.stage === 'altitude' ? 'Holds height only' : `Holds: ${plainMode(hold.mode)}`;
+}
+
+const whyNow = (lost: HoldView['lost']): string =>
+  lost === 'tower' ? ': it has lost the tower' : lost === 'person' ? ': nobody flies it' : '';
+const whyThen = (lost: HoldView['lost'], afterS: number): string =>
+  lost === 'tower'
+    ? `: it had lost the tower for ${afterS} s`
+    : lost === 'person'
+      ? `: nobody flew it for ${afterS} s`
+      : '';
+
+/** So that it is said twice or thrice, and not each second. */
+function aboutWords(secondsLeft: number | null): string {
+  if (secondsLeft === null) return '';
+  const bound = [10, 30, 60].find((seconds) => secondsLeft <= seconds);
+  return bound === undefined ? ' in more than a minute' : ` in less than ${bound} s`;
+}
+
+/** The words of the lost action; null while nobody is lost. */
+function actionWords(
+  hold: HoldView,
+  { droneName: name, lostActionS }: HoldContext,
+  secondsLeft: number | null,
+): { readonly title: string; readonly badge: string; readonly said?: string } | null {
+  const action = knownAction(hold.action);
+  switch (hold.phase) {
+    case 'quiet':
+      return null;
+    case 'stayed':
+      return {
+        title: `${name} ${hold.open ? 'stays' : 'flies on'} until its battery needs the way home`,
+        badge: hold.open ? 'Stays' : 'Flies on',
+      };
+    case 'counting': {
+      const why = whyNow(hold.lost);
+      if (action === null) return { title: `What ${name} will do is not known${why}`, badge: 'Nobody flies it' };
+      if (hold.stale && secondsLeft === 0) {
+        const should = `should be ${DOING[action]} now`;
+        return { title: `${name} ${should}${why}`, badge: capital(should) };
+      }
+      const does = hold.stale ? `should ${TO_DO[action]}` : DOES[action];
+      const when = secondsLeft === null ? ' soon' : secondsLeft > 0 ? ` in ${secondsLeft} s` : ' now';
+      return {
+        title: `${name} ${does}${when}${why}`,
+        badge: capital(`${does}${when}`),
+        said: `${name} ${does}${secondsLeft === null ? ' soon' : aboutWords(secondsLeft)}${why}`,
+      };
+    }
+    case 'asking': {
+      const told = action === null ? 'acts by itself' : `${hold.stale ? 'was' : 'is'} told to ${TO_DO[action]}`;
+      return { title: `${name} ${told}${whyThen(hold.lost, lostActionS)}`, badge: capital(told) };
+    }
+    case 'done': {
+      const does = action === null ? 'has acted' : hold.stale ? `was ${DOING[action]}` : DOES[action];
+      return { title: `${name} ${does}${whyThen(hold.lost, lostActionS)}`, badge: capital(`${does}, by itself`) };
+    }
+    default:
+      return { title: `${name}: ${String(hold.phase)}`, badge: '' };
+  }
+}
+
+/** `hold` null: there is nothing to tell. */
+export function readHold(hold: HoldView | null, context: HoldContext, nowMs: number): HoldReading | null {
+  if (hold === null) return null;
+  const name = context.droneName;
+  const due = dueMs(hold, context.towerLagMs);
+  const secondsLeft = due === null ? null : Math.max(0, Math.ceil((due - nowMs) / 1000));
+  const acts = actionWords(hold, context, secondsLeft);
+  const now = nowWords(name, hold);
+  const title = acts?.title ?? now;
+
+  const notes: string[] = [];
+  if (hold.stale) notes.push(staleWords(hold, context.towerLagMs, nowMs));
+  if (acts && hold.phase !== 'done' && hold.phase !== 'asking') notes.push(ended(now));
+  if (hold.phase === 'asking') notes.push('Not confirmed by the autopilot yet.');
+  if (hold.open && hold.stage === 'altitude' && hold.sticks) notes.push('Its agent keeps the sticks centred.');
+  if (hold.open) notes.push(IF_AGENT_STOPS[hold.after_sticks]?.(name) ?? '');
+  if (hold.detail) notes.push(ended(capital(hold.detail)));
+
+  const badge = acts?.badge || nowBadge(hold);
+  const isSafe = hold.stage === 'stay' && (hold.phase === 'quiet' || hold.phase === 'stayed') && !hold.stale;
+  return {
+    phase: hold.phase,
+    tone: isSafe && hold.after_sticks !== 'sinks' ? 'good' : 'warning',
+    title: ended(title),
+    notes: notes.filter((note) => note !== ''),
+    badge: hold.stale ? `Last told: ${badge.charAt(0).toLowerCase()}${badge.slice(1)}` : badge,
+    secondsLeft,
+    said: ended(acts?.said ?? title),
+    canStay: hold.phase === 'counting' && hold.lost === 'person' && hold.action !== 'stay' && !hold.stale,
+  };
+}
+
+function staleWords({ as_of: asOf }: HoldView, towerLagMs: number, nowMs: number): string {
+  const atMs = Date.parse(asOf) + towerLagMs;
+  if (!Number.isFinite(atMs)) return 'As its agent told last: its link is down.';
+  const seconds = Math.max(0, Math.round((nowMs - atMs) / 1000));
+  const ago = seconds < 120 ? `${seconds} s` : `${Math.round(seconds / 60)} min`;
+  return `As its agent told last, ${ago} ago: its link is down.`;
+}

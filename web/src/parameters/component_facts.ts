@@ -1,0 +1,90 @@
+/**
+ * What a vehicle says about its own parameters: the file of type 1 of MAVLink's component metadata, and how it is laid over ours.
+ * The file comes from a drone: whatever in it is not as it should be is passed over.
+ */
+
+import { factOf, withOpenness, type Choice, type Fact, type Facts, type Numbers } from './facts';
+
+/** More than any autopilot has. */
+const MAX_PARAMETERS = 20_000;
+const MAX_TEXT = 1_000;
+/** Of numbered parameters the file writes `{n}` for the number. */
+const NUMBER = '{n}';
+
+type Json = Readonly<Record<string, unknown>>;
+
+const isObject = (value: unknown): value is Json =>
+  typeof value === 'object' && value !== null && !Array.isArray(value);
+const objects = (value: unknown): Json[] => (Array.isArray(value) ? value.filter(isObject) : []);
+const text = (value: unknown): string => (typeof value === 'string' ? value.slice(0, MAX_TEXT) : '');
+const number = (value: unknown): number | null => (Number.isFinite(value) ? (value as number) : null);
+
+function listOf(value: unknown, key: 'value' | 'index'): Choice[] {
+  const found = new Map<number, Choice>();
+  for (const one of objects(value)) {
+    const at = number(one[key]);
+    const words = text(one['description']);
+    if (at !== null && words !== '' && !found.has(at)) found.set(at, { value: at, words });
+  }
+  return [...found.values()].toSorted((a, b) => a.value - b.value);
+}
+
+/** Throws a RangeError where the file is none of parameters; never worse. */
+export function factsOfComponent(json: unknown): Facts {
+  if (!isObject(json) || json['version'] !== 1 || !Array.isArray(json['parameters'])) {
+    throw new RangeError('This is no metadata of parameters, version 1.');
+  }
+  const words = new Map<string, Fact>();
+  const numbers = new Map<string, Numbers>();
+  const choices = new Map<string, readonly Choice[]>();
+  const bits = new Map<string, readonly Choice[]>();
+  for (const one of objects(json['parameters']).slice(0, MAX_PARAMETERS)) {
+    const name = text(one['name']).replaceAll(NUMBER, '#');
+    if (name === '' || numbers.has(name)) continue;
+    const [least, most] = [number(one['min']), number(one['max'])];
+    const isRange = least === null || most === null || least < most;
+    const [unit, standard, needsReboot] = [text(one['units']), number(one['default']), one['rebootRequired'] === true];
+    numbers.set(name, [unit, isRange ? least : null, isRange ? most : null, standard, needsReboot]);
+    const values = listOf(one['values'], 'value');
+    const mask = listOf(one['bitmask'], 'index');
+    if (values.length > 0) choices.set(name, values);
+    if (mask.length > 0) bits.set(name, mask);
+    const title = text(one['shortDesc']);
+    if (title === '') continue;
+    const nothing = {
+      unit: '',
+      least: null,
+      most: null,
+      standard: null,
+      needsReboot,
+      choices: [],
+      isOpen: false,
+      bits: [],
+    };
+    words.set(name, { title, text: text(one['longDesc']), ...nothing });
+  }
+  return { words, numbers, choices, bits };
+}
+
+/** The vehicle's numbers and lists, which are of its very firmware, with our words where we have some. */
+export function factWithVehicle(ours: Facts, vehicle: Facts, name: string): Fact | null {
+  const [known, told] = [factOf(ours, name), factOf(vehicle, name)];
+  if (!known || !told) return known ?? told;
+  const hasRange = told.least !== null || told.most !== null;
+  const worded = (list: readonly Choice[], ofOurs: readonly Choice[]): readonly Choice[] => {
+    const wordsOf = new Map(ofOurs.map(({ value, words }) => [value, words]));
+    return list.length === 0 ? ofOurs : list.map((one) => ({ ...one, words: wordsOf.get(one.value) ?? one.words }));
+  };
+  return withOpenness(name, {
+    isOpen: false,
+    title: known.title || told.title,
+    text: known.text || told.text,
+    unit: told.unit || known.unit,
+    least: hasRange ? told.least : known.least,
+    most: hasRange ? told.most : known.most,
+    standard: told.standard ?? known.standard,
+    needsReboot: told.needsReboot,
+    choices: worded(told.choices, known.choices),
+    bits: worded(told.bits, known.bits),
+  });
+}

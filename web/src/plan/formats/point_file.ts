@@ -1,0 +1,127 @@
+/**
+ * The text files of places of Mission Planner and MAVProxy: a fence (`.fen`, `.txt`: the first line is the return point, the border
+ * follows and ends where it began), outlines of fields (`.poly`: the border alone; several have a "Name:" each) and rally points
+ * (`.ral`: "RALLY", latitude, longitude, height, height to break off at, direction to land in, flags).
+ */
+
+import { FRAME } from '../frames';
+import { EMPTY_PLAN, type FenceReturn, type RallyPoint, type Spot } from '../plan_types';
+import { placeOf } from './json_values';
+import {
+  counted,
+  float32Of,
+  heldToMost,
+  NotAPlanFile,
+  shortFloat,
+  type ReadFile,
+  type ReadSettings,
+} from './plan_file';
+import { linesOf, numberOf, wholeOf, type TextLine } from './text_lines';
+
+const RALLY = /^rally$/i;
+/** What Mission Planner writes before each of several outlines. */
+const TITLE = /^(name|color):/i;
+const NUMBER = /^[-+]?(\d|\.\d)/;
+
+export function looksLikePoints(text: string): boolean {
+  const [first] = linesOf(text.slice(0, 10_000));
+  if (!first) return false;
+  const [head = ''] = first.fields;
+  return (
+    RALLY.test(head) || TITLE.test(head) || (first.fields.length === 2 && first.fields.every((one) => NUMBER.test(one)))
+  );
+}
+
+function spotOfLine(latitude: string, longitude: string, line: number): Spot {
+  const spot = placeOf(numberOf(latitude, line), numberOf(longitude, line));
+  if (!spot) throw new NotAPlanFile(`Line ${line}: that is not a place on earth.`);
+  return spot;
+}
+
+const isSame = (a: Spot | undefined, b: Spot | undefined): boolean => a?.latE7 === b?.latE7 && a?.lonE7 === b?.lonE7;
+
+/** The corners, without the first one a second time at the end. */
+function cornersOf(border: readonly Spot[], what: string): readonly Spot[] {
+  const corners = border.length > 1 && isSame(border[0], border.at(-1)) ? border.slice(0, -1) : border;
+  if (corners.length < 3) {
+    throw new NotAPlanFile(`${what} has ${counted(corners.length, 'corner', 'corners')}; it needs three.`);
+  }
+  heldToMost(corners.length, 'corners');
+  return corners;
+}
+
+/** Flags: bit 2 says that bits 3 and 4 name what the height is measured from. */
+const HEIGHT_FRAMES: readonly (number | null)[] = [
+  FRAME.GLOBAL,
+  FRAME.GLOBAL_RELATIVE_ALT,
+  null,
+  FRAME.GLOBAL_TERRAIN_ALT,
+];
+
+function rallyPoint({ fields, number: line }: TextLine, id: number, dropped: string[]): RallyPoint {
+  if (fields.length !== 7 || !RALLY.test(fields[0]!)) {
+    throw new NotAPlanFile(`Line ${line} is not "RALLY" with six numbers.`);
+  }
+  const spot = spotOfLine(fields[1]!, fields[2]!, line);
+  const [heightM, breakM, direction] = fields.slice(3, 6).map((one) => float32Of(numberOf(one, line)));
+  if (typeof heightM !== 'number') throw new NotAPlanFile(`Line ${line} has no height.`);
+  const flags = wholeOf(fields[6]!, line, 'the flags', 0xff);
+  const told = (flags & 4) !== 0 ? HEIGHT_FRAMES[(flags >> 3) & 3]! : FRAME.GLOBAL_RELATIVE_ALT;
+  const lost = [
+    ...(breakM ? [`the height to break off at (${shortFloat(breakM)} m)`] : []),
+    ...(direction ? [`the direction to land in (${shortFloat(direction)})`] : []),
+    ...(flags & 1 ? ['"only with the wind"'] : []),
+    ...(flags & 2 ? ['"land at once"'] : []),
+  ];
+  if (lost.length > 0) dropped.push(`Rally point ${id} was taken without ${lost.join(', ')}.`);
+  if (told === null) dropped.push(`Rally point ${id}: its height above the origin was taken as one above home.`);
+  return { id, frame: told ?? FRAME.GLOBAL_RELATIVE_ALT, spot, heightM };
+}
+
+function readRally(lines: readonly TextLine[], settings: ReadSettings): ReadFile {
+  heldToMost(lines.length, 'rally points');
+  const dropped: string[] = [];
+  const rally = lines.map((line, at) => rallyPoint(line, at + 1, dropped));
+  const plan = { ...EMPTY_PLAN, defaults: settings.defaults, rally, nextId: rally.length + 1 };
+  return { format: 'rally file', plan, areas: [], dropped };
+}
+
+function readOutlines(borders: readonly (readonly Spot[])[], settings: ReadSettings): ReadFile {
+  const areas = borders.map((border, at) => cornersOf(border, `Outline ${at + 1}`));
+  return { format: 'polygon file', plan: { ...EMPTY_PLAN, defaults: settings.defaults }, areas, dropped: [] };
+}
+
+/** A border that ends where the file began has no return point: it is an outline. Where it is open, the file's name tells. */
+function isOutline(spots: readonly Spot[], settings: ReadSettings): boolean {
+  if (isSame(spots[1], spots.at(-1))) return false;
+  return isSame(spots[0], spots.at(-1)) || /\.poly$/i.test(settings.fileName ?? '');
+}
+
+export function readPoints(text: string, settings: ReadSettings): ReadFile {
+  const lines = linesOf(text);
+  if (RALLY.test(lines[0]?.fields[0] ?? '')) return readRally(lines, settings);
+  const borders: Spot[][] = [[]];
+  let hasTitles = false;
+  for (const { fields, number } of lines) {
+    if (TITLE.test(fields[0]!)) {
+      hasTitles = true;
+      if (borders.at(-1)!.length > 0) borders.push([]);
+    } else if (fields.length === 2) {
+      borders.at(-1)!.push(spotOfLine(fields[0]!, fields[1]!, number));
+    } else {
+      throw new NotAPlanFile(
+        `Line ${number} has ${counted(fields.length, 'field', 'fields')}, not latitude and longitude.`,
+      );
+    }
+  }
+  const [spots = []] = borders;
+  if (hasTitles || isOutline(spots, settings)) return readOutlines(borders, settings);
+  const [home, ...border] = spots;
+  const corners = cornersOf(border, 'The border of this fence, behind its first line, the return point,');
+  const isGiven = home && (home.latE7 !== 0 || home.lonE7 !== 0);
+  const returnPoint: FenceReturn | null = isGiven ? { frame: FRAME.GLOBAL_RELATIVE_ALT, spot: home, heightM: 0 } : null;
+  // Fences of that time know nothing but one border, inside of which one stays.
+  const shapes = [{ shape: 'polygon', id: 1, inclusion: true, group: 0, frame: FRAME.GLOBAL, corners } as const];
+  const plan = { ...EMPTY_PLAN, defaults: settings.defaults, fence: { shapes, returnPoint }, nextId: 2 };
+  return { format: 'fence file', plan, areas: [], dropped: [] };
+}

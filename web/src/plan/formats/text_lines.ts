@@ -1,0 +1,43 @@
+/** Lines of numbers, as the text files of ground stations have them: fields apart by tabs, blanks or commas, `#` before comments. */
+
+import { NotAPlanFile } from './plan_file';
+
+export interface TextLine {
+  /** Counted from 1, as editors do. */
+  readonly number: number;
+  readonly fields: readonly string[];
+}
+
+const DECIMAL_COMMA = /^[-+]?\d+,\d+$/;
+
+/** A comma stands between fields, or, where blanks do that, in a number of a computer set to German or French. */
+function fieldsOf(line: string): string[] {
+  const fields = line.trim().split(/\s+/);
+  if (fields.length === 1 || fields.some((one) => one.split(',').length > 2 || one.endsWith(','))) {
+    return line.trim().split(/[\s,]+/);
+  }
+  return fields.map((one) => (DECIMAL_COMMA.test(one) ? one.replace(',', '.') : one));
+}
+
+/** Without comments and empty lines. */
+export function linesOf(text: string): TextLine[] {
+  return text.split(/\r\n|\r|\n/).flatMap((line, at): TextLine[] => {
+    if (line.trim() === '' || line.trimStart().startsWith('#')) return [];
+    return [{ number: at + 1, fields: fieldsOf(line) }];
+  });
+}
+
+/** `null` is "not given" (NaN). Throws NotAPlanFile with the number of the line. */
+export function numberOf(text: string, line: number): number | null {
+  if (text.toLowerCase() === 'nan') return null;
+  const value = text === '' ? NaN : Number(text);
+  if (Number.isNaN(value)) throw new NotAPlanFile(`Line ${line}: "${text.slice(0, 20)}" is not a number.`);
+  return value;
+}
+
+/** Throws NotAPlanFile; some programs write whole numbers as `16.000000`. */
+export function wholeOf(text: string, line: number, what: string, most: number): number {
+  const value = numberOf(text, line);
+  if (value !== null && Number.isInteger(value) && value >= 0 && value <= most) return value;
+  throw new NotAPlanFile(`Line ${line}: ${what} is not a whole number from 0 to ${most}.`);
+}

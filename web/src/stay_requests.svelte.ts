@@ -1,0 +1,37 @@
+/** "Stay": asked of the tower once, and what became of it shown wherever the drone's countdown is. */
+
+import { SvelteMap } from 'svelte/reactivity';
+
+import type { Drone } from './link/wire_types';
+import { wordsOf } from './loading.svelte';
+import { tower } from './tower.svelte';
+
+export interface StayRequest {
+  readonly phase: 'asking' | 'told' | 'refused';
+  /** Of a refusal. */
+  readonly words: string;
+}
+
+/** A refusal is shown for so long; then the button is what there is to read. */
+const REFUSAL_SHOWN_MS = 15_000;
+
+export const stayRequests = new SvelteMap<number, StayRequest>();
+
+export async function requestStay(drone: Drone): Promise<void> {
+  if (stayRequests.get(drone.id)?.phase === 'asking') return;
+  stayRequests.set(drone.id, { phase: 'asking', words: '' });
+  try {
+    await tower.control(drone.id, 'stay');
+    stayRequests.set(drone.id, { phase: 'told', words: '' });
+  } catch (error) {
+    const refusal: StayRequest = { phase: 'refused', words: wordsOf(error) };
+    tower.record({ droneId: drone.id, source: 'tower', severity: 'error', text: `Stay refused: ${refusal.words}` });
+    stayRequests.set(drone.id, refusal);
+    tower.clock.after(REFUSAL_SHOWN_MS, () => {
+      if (stayRequests.get(drone.id) === refusal) stayRequests.delete(drone.id);
+    });
+  }
+}
+
+/** The countdown is over: the next one begins without the answer to this one. */
+export const forgetStay = (droneId: number): boolean => stayRequests.delete(droneId);

@@ -1,0 +1,20 @@
+/** By what the tower knows a drone's agent, in words. */
+
+import type { DroneIdentity } from '../link/wire_types';
+import { dateMinute } from './dates';
+
+/** `SHA256:` and so many characters are enough to compare by eye; the whole is shown besides. */
+const SHOWN = 'SHA256:'.length + 12;
+
+export function identityWords(identity: DroneIdentity | undefined): string {
+  switch (identity?.kind) {
+    case 'key':
+      return `${(identity.fingerprint ?? '').slice(0, SHOWN)}…, since ${dateMinute(identity.since)}`;
+    case 'credential':
+      return 'a credential, until its next sign-in';
+    case 'none':
+      return 'not enrolled';
+    case undefined:
+      return '';
+  }
+}

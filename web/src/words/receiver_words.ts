@@ -1,0 +1,34 @@
+/** Flying without a radio receiver: what is set for it, and why it cannot be set now. */
+
+import { mayCommand } from '../link/drone_view';
+import type { ReceiverSetupRow } from '../link/safety_types';
+import type { Drone, User } from '../link/wire_types';
+import { UNKNOWN } from './format';
+
+/** Parameters are float32: 0.1 comes back as 0.10000000149. */
+const figure = (value: number): string => String(Number(value.toPrecision(6)));
+
+/** "0 → 1", or that it is right as it is. */
+export function rowWords({ now, wanted, ok }: ReceiverSetupRow): string {
+  if (ok) return `${figure(now ?? wanted)}, stays`;
+  return `${now === null ? UNKNOWN : figure(now)} → ${figure(wanted)}`;
+}
+
+export interface SetupSituation {
+  readonly drone: Drone;
+  readonly user: Pick<User, 'id'>;
+  readonly armed: boolean | null;
+  readonly isConnected: boolean;
+  /** Every one of the parameters was read. */
+  readonly isKnown: boolean;
+}
+
+/** Why the parameters cannot be written now; empty when they can. */
+export function setupBlockedWords({ drone, user, armed, isConnected, isKnown }: SetupSituation): string {
+  if (!isConnected) return 'The connection to the tower is down.';
+  if (!drone.online) return `${drone.name} is offline.`;
+  if (!mayCommand(drone, user)) return `Take up the controls of ${drone.name} first.`;
+  if (!isKnown) return `Not every one of them was read yet: ${drone.name} is asked again.`;
+  if (armed === null) return `Whether ${drone.name} is armed is not known.`;
+  return armed ? `${drone.name} is armed. Disarm it first.` : '';
+}

@@ -1,0 +1,23 @@
+/** What people read about teams. */
+
+import type { NamedRef } from '../link/admin_types';
+import type { TeamRole } from '../link/team_rest';
+import type { Drone } from '../link/wire_types';
+
+export const ROLE_WORDS: Record<TeamRole, { readonly label: string; readonly does: string }> = {
+  observer: { label: 'Observer', does: 'watches' },
+  operator: { label: 'Operator', does: 'watches and flies' },
+  admin: { label: 'Team admin', does: 'flies, takes controls, looks after the team' },
+};
+
+/** What becomes of the drones that somebody flies, when they may not any more. */
+export function flownThen(drones: readonly Drone[], userIds: readonly number[] | null): string {
+  const flown = drones.filter(({ holder }) => holder && (userIds === null || userIds.includes(holder.id)));
+  return flown
+    .map(({ name, holder }) => `${holder?.name} has the controls of ${name} now: ${name} is told to hold.`)
+    .join(' ');
+}
+
+/** The drones that this user may put into a team. */
+export const freeToJoin = (drones: readonly Drone[], user: NamedRef, isAdmin: boolean): Drone[] =>
+  drones.filter(({ owners, team }) => !team && (isAdmin || owners.some(({ id }) => id === user.id)));

@@ -1,0 +1,40 @@
+import { describe, expect, it } from 'vitest';
+
+import { COPTER_MODE, MAV_AUTOPILOT } from '../../src/link/generated/mavlink.gen';
+import { flightTask, modeName, modeSetOf, type FlightTask } from '../../src/link/modes';
+
+const { ARDUPILOTMEGA, PX4, INVALID } = MAV_AUTOPILOT;
+const px4 = (main: number, sub = 0): number => ((main << 16) | (sub << 24)) >>> 0;
+
+describe('what a drone does in a mode', () => {
+  it.each<[number, number, FlightTask | null]>([
+    [ARDUPILOTMEGA, COPTER_MODE.AUTO, 'mission'],
+    [ARDUPILOTMEGA, COPTER_MODE.RTL, 'return'],
+    [ARDUPILOTMEGA, COPTER_MODE.SMART_RTL, 'return'],
+    [ARDUPILOTMEGA, COPTER_MODE.AUTO_RTL, 'return'],
+    [ARDUPILOTMEGA, COPTER_MODE.LAND, 'landing'],
+    [ARDUPILOTMEGA, COPTER_MODE.LOITER, 'by-hand'],
+    [ARDUPILOTMEGA, COPTER_MODE.BRAKE, 'by-itself'],
+    [ARDUPILOTMEGA, COPTER_MODE.FLIP, null],
+    [PX4, px4(4, 4), 'mission'],
+    [PX4, px4(4, 5), 'return'],
+    [PX4, px4(4, 6), 'landing'],
+    [PX4, px4(4, 9), 'landing'],
+    [PX4, px4(3), 'by-hand'],
+    [PX4, px4(4, 3), 'by-itself'],
+    // The number of ArduCopter's AUTO and of nothing of PX4's.
+    [PX4, COPTER_MODE.AUTO, null],
+    [INVALID, COPTER_MODE.RTL, null],
+  ])('of autopilot %i, %i: %s', (autopilot, customMode, task) => {
+    expect(flightTask(autopilot, customMode)).toBe(task);
+  });
+
+  it('is not known before anything was heard', () => {
+    expect(flightTask(null, null)).toBeNull();
+  });
+});
+
+it('names a precision landing, which nobody can choose', () => {
+  expect(modeName(PX4, px4(4, 9))).toBe('PRECISION LAND');
+  expect(modeSetOf(PX4)?.modes.map(({ name }) => name)).not.toContain('PRECISION LAND');
+});

@@ -1,0 +1,421 @@
+/** Files of ground stations of the last ten years that are no longer written, or are written in more than one way. */
+
+import fc from 'fast-check';
+import { describe, expect, it } from 'vitest';
+
+import { openPlanFile } from '../../src/plan/formats/open_plan_file';
+import { NotAPlanFile, type ReadFile } from '../../src/plan/formats/plan_file';
+import { writeQgcPlan } from '../../src/plan/formats/qgc_plan';
+import { writeWaypoints } from '../../src/plan/formats/waypoint_file';
+import { degOf, spotOf, type Plan, type PlanKind, type Spot } from '../../src/plan/plan_types';
+import { itemsOf, rowOf } from '../../src/plan/wire_items';
+import { drawnPlan, spot } from './plan_arbitraries';
+
+const DEFAULTS = { heightM: 60, frame: 3, speedMS: 4 };
+const noXml = (): Document => {
+  throw new Error('no file here is XML');
+};
+const open = (text: string, fileName = ''): ReadFile => openPlanFile(text, { defaults: DEFAULTS, fileName }, noXml);
+const rows = (plan: Plan, kind: PlanKind): unknown[] => itemsOf(plan, kind).map(rowOf);
+const KINDS: readonly PlanKind[] = ['mission', 'fence', 'rally'];
+const TAKEOFF = [22, 3, [15, 0, 0, 0], 473_977_000, 85_456_000, 25, 1];
+const WAYPOINT = [16, 3, [2, 0, 0, 0], 473_982_000, 85_441_000, 40, 1];
+const JUMP_TO_SECOND = [177, 2, [1, 3, 0, 0], 0, 0, 0, 1];
+
+describe('a .mission of QGroundControl', () => {
+  const place = (command: number, latDeg: number, lonDeg: number, heightM: number): object => ({
+    autoContinue: true,
+    command,
+    coordinate: [latDeg, lonDeg, heightM],
+    frame: 3,
+  });
+  const home = { ...place(16, 47.3977, 8.5456, 488), frame: 0, id: 0, param1: 0, param2: 0, param3: 0, param4: 0 };
+
+  it('of the first form: parameters by name, jumps by id, home an item, no file type', () => {
+    const { plan, dropped } = open(
+      JSON.stringify({
+        MAV_AUTOPILOT: 3,
+        complexItems: [],
+        groundStation: 'QGroundControl',
+        items: [
+          {
+            ...place(22, 47.3977, 8.5456, 25),
+            id: 1,
+            param1: 15,
+            param2: 0,
+            param3: 0,
+            param4: 0,
+            type: 'missionItem',
+          },
+          { ...place(16, 47.3982, 8.5441, 40), id: 2, param1: 2, param2: 0, param3: 0, param4: 0, type: 'missionItem' },
+          { ...place(177, 0, 0, 0), frame: 2, id: 3, param1: 2, param2: 3, param3: 0, param4: 0, type: 'missionItem' },
+        ],
+        plannedHomePosition: home,
+        version: '1.0',
+      }),
+    );
+    expect(rows(plan, 'mission')).toEqual([TAKEOFF, WAYPOINT, JUMP_TO_SECOND]);
+    expect(plan.home).toEqual({ spot: spotOf(47.3977, 8.5456), altM: 488 });
+    expect(dropped).toEqual([]);
+  });
+
+  it('of the first form with a survey: its outline, in its place among the items', () => {
+    const { areas, dropped, plan } = open(
+      JSON.stringify({
+        MAV_AUTOPILOT: 12,
+        complexItems: [
+          {
+            id: 2,
+            polygon: [
+              [47.1, 8.1],
+              [47.2, 8.1],
+              [47.2, 8.2],
+            ],
+            type: 'survey',
+            version: 1,
+          },
+        ],
+        items: [
+          {
+            ...place(22, 47.3977, 8.5456, 25),
+            id: 1,
+            param1: 15,
+            param2: 0,
+            param3: 0,
+            param4: 0,
+            type: 'missionItem',
+          },
+          {
+            ...place(16, 47.3982, 8.5441, 40),
+            id: 30,
+            param1: 2,
+            param2: 0,
+            param3: 0,
+            param4: 0,
+            type: 'missionItem',
+          },
+          {
+            ...place(177, 0, 0, 0),
+            frame: 2,
+            id: 31,
+            param1: 30,
+            param2: 3,
+            param3: 0,
+            param4: 0,
+            type: 'missionItem',
+          },
+        ],
+        plannedHomePosition: home,
+        version: '1.0',
+      }),
+    );
+    expect(rows(plan, 'mission')).toEqual([TAKEOFF, WAYPOINT, JUMP_TO_SECOND]);
+    expect(areas).toEqual([[spotOf(47.1, 8.1), spotOf(47.2, 8.1), spotOf(47.2, 8.2)]]);
+    expect(dropped).toEqual([
+      'Item 2, a survey: the file does not say which waypoints it stands for. Its outline was taken, its settings were not.',
+    ]);
+  });
+
+  const four = (command: number, params: number[], at: readonly number[], doJumpId: number, frame = 3): object => ({
+    autoContinue: true,
+    command,
+    coordinate: at,
+    doJumpId,
+    frame,
+    params,
+    type: 'SimpleItem',
+  });
+  const second = {
+    cruiseSpeed: 16,
+    firmwareType: 12,
+    hoverSpeed: 4,
+    items: [
+      four(22, [15, 0, 0, 0], [47.3977, 8.5456, 25], 1),
+      four(16, [2, 0, 0, 0], [47.3982, 8.5441, 40], 2),
+      four(177, [2, 3, 0, 0], [0, 0, 0], 3, 2),
+    ],
+    plannedHomePosition: [47.3977, 8.5456, 488],
+    vehicleType: 2,
+    version: 2,
+  };
+
+  it.each([
+    ['in a file of its own', { fileType: 'Mission', ...second }],
+    ['in a .plan', { fileType: 'Plan', version: 1, mission: second }],
+    ['of Mission Planner, without a file type', { groundStation: 'MissionPlanner', fileType: null, mission: second }],
+  ])('of four parameters and a place, %s', (_where, json) => {
+    const { plan, dropped, format } = open(JSON.stringify(json));
+    expect(format).toBe('QGroundControl plan');
+    expect(rows(plan, 'mission')).toEqual([TAKEOFF, WAYPOINT, JUMP_TO_SECOND]);
+    expect(plan.home).toEqual({ spot: spotOf(47.3977, 8.5456), altM: 488 });
+    expect(plan.defaults.speedMS).toBe(4);
+    expect(dropped).toEqual([]);
+  });
+
+  it('of Mission Planner, which numbers no item: jumps count them, home being 0', () => {
+    const items = second.items.map((item) => ({ ...item, doJumpId: 0, type: null }));
+    const { plan, dropped } = open(JSON.stringify({ version: 1, mission: { ...second, items } }));
+    expect(rows(plan, 'mission')).toEqual([TAKEOFF, WAYPOINT, JUMP_TO_SECOND]);
+    expect(dropped).toEqual([]);
+  });
+
+  it('says where a height was computed from the ground', () => {
+    const items = [{ ...four(16, [2, 0, 0, 0], [47.3982, 8.5441, 540], 1, 0), AltitudeMode: 3, Altitude: 40 }];
+    const { dropped } = open(JSON.stringify({ fileType: 'Mission', ...second, items }));
+    expect(dropped).toEqual([
+      'Item 1: its height was computed from the ground there; it is kept as a height above the sea.',
+    ]);
+  });
+
+  it.each([
+    [{ ...second, version: 3 }, 'other than 1 and 2'],
+    [{ ...second, items: [{ type: 'SimpleItem', command: 16, frame: 3, params: [0, 0, 0, 0] }] }, 'seven parameters'],
+    [{ ...second, items: [{ type: 'missionItem', command: 16, frame: 3, param1: 0 }] }, 'does not have its parameters'],
+  ])('that is damaged is refused in words: %#', (json, words) => {
+    expect(() => open(JSON.stringify({ fileType: 'Mission', ...json }))).toThrow(NotAPlanFile);
+    expect(() => open(JSON.stringify({ fileType: 'Mission', ...json }))).toThrow(words);
+  });
+});
+
+describe('other parts of old plans', () => {
+  it('.fence and .rally of QGroundControl are files of their own', () => {
+    const polygon = [
+      [47.1, 8.1],
+      [47.2, 8.1],
+      [47.2, 8.2],
+    ];
+    const parameters = [{ compId: 1, name: 'FENCE_RADIUS', value: 150 }];
+    const fence = open(
+      JSON.stringify({ fileType: 'GeoFence', version: 1, polygon, breachReturn: [47.15, 8.15], parameters }),
+    );
+    expect(rows(fence.plan, 'fence')).toHaveLength(4);
+    expect(fence.dropped).toEqual([
+      'The parameters of the fence (circle, heights, what happens) are left out: set them on the drone.',
+      'The fence is of version 1: its border was taken as one to stay inside of.',
+    ]);
+    const rally = open(JSON.stringify({ fileType: 'RallyPoints', version: 1, points: [[47.1, 8.1, 30]] }));
+    expect(rows(rally.plan, 'rally')).toEqual([[5100, 3, [0, 0, 0, 0], 471_000_000, 81_000_000, 30, 1]]);
+  });
+
+  it('a survey of 2017, which has no items, gives its outline', () => {
+    const survey = {
+      complexItemType: 'survey',
+      grid: { altitude: 50, angle: 30, spacing: 20 },
+      polygon: [
+        [47.1, 8.1],
+        [47.2, 8.1],
+        [47.2, 8.2],
+      ],
+      type: 'ComplexItem',
+      version: 3,
+    };
+    const { areas, dropped } = open(JSON.stringify({ fileType: 'Plan', version: 1, mission: { items: [survey] } }));
+    expect(areas).toHaveLength(1);
+    expect(dropped[0]).toContain('Item 1, a survey: the file does not say which waypoints');
+  });
+});
+
+describe('a waypoint file', () => {
+  const row = '\t0\t3\t16\t2\t0\t0\t0\t47.3982\t8.5441\t40\t1';
+  const HOME = '0\t1\t0\t16\t0\t0\t0\t0\t47.3977\t8.5456\t488\t1';
+  const JUMP = '\t0\t2\t177\t2\t3\t0\t0\t0\t0\t0\t1';
+
+  it('has blanks or tabs, any ends of lines, a mark before it, comments and numbers with a comma', () => {
+    const lines = ['QGC WPL 110', HOME, `1${row}`, `2${row}`, `3${JUMP}`];
+    const { plan } = open(lines.join('\n'));
+    expect(rows(plan, 'mission')).toEqual([WAYPOINT, WAYPOINT, JUMP_TO_SECOND]);
+    for (const text of [
+      lines.join('\r\n'),
+      lines.join('\r'),
+      `\uFEFF${lines.join('\n')}\n\n`,
+      lines.join('\n').replaceAll('\t', '   '),
+      lines.join('\n').replaceAll('\t', ','),
+      lines.join('\n').replaceAll('.', ','),
+      `QGC WPL 110\n# of today\n\n${lines.slice(1).join('\n  # another\n')}`,
+    ]) {
+      const again = open(text);
+      expect(again.dropped).toEqual([]);
+      expect(KINDS.map((kind) => rows(again.plan, kind))).toEqual(KINDS.map((kind) => rows(plan, kind)));
+      expect(again.plan.home).toEqual(plan.home);
+    }
+  });
+
+  it('with broken numbers is taken as it stands, and says so', () => {
+    const { plan, dropped } = open(['QGC WPL 110', HOME, `1${row}`, `7${row}`, `7${JUMP}`].join('\n'));
+    expect(rows(plan, 'mission')).toEqual([WAYPOINT, WAYPOINT, JUMP_TO_SECOND]);
+    expect(dropped).toEqual(['Line 4 is numbered 7, not 2: the lines were taken as they stand, and jumps count them.']);
+  });
+
+  it('that begins at 1 has left home out, and its jumps count it nevertheless', () => {
+    const { plan, dropped } = open(['QGC WPL 110', `1${row}`, `2${row}`, `3${JUMP}`].join('\n'));
+    expect(rows(plan, 'mission')).toEqual([WAYPOINT, WAYPOINT, JUMP_TO_SECOND]);
+    expect(plan.home).toBeNull();
+    expect(dropped).toHaveLength(1);
+  });
+
+  it('has home in line 0 whatever its frame and command, and says so', () => {
+    for (const line of [HOME.replace('\t0\t16', '\t3\t16'), HOME.replace('\t0\t16', '\t0\t0')]) {
+      const { plan } = open(['QGC WPL 110', line, `1${row}`].join('\n'));
+      expect(rows(plan, 'mission')).toEqual([WAYPOINT]);
+      expect(plan.home?.spot).toEqual(spotOf(47.3977, 8.5456));
+    }
+    expect(open(['QGC WPL 110', HOME.replace('\t0\t16', '\t3\t16')].join('\n')).dropped).toEqual([
+      'Line 2 is home in such files, and was taken for it, though its frame is 3.',
+    ]);
+  });
+
+  it('of version 120 has no home, and jumps count from its first line', () => {
+    const { plan, dropped } = open(
+      ['QGC WPL 120', `0${row}`, `1${row}`, `2${JUMP.replace('177\t2', '177\t1')}`].join('\n'),
+    );
+    expect(rows(plan, 'mission')).toEqual([WAYPOINT, WAYPOINT, JUMP_TO_SECOND]);
+    expect(dropped).toEqual([]);
+  });
+
+  it('of version 100 has its fields in another order', () => {
+    const lines = ['QGC WPL 100', '0 0 25 0 0 0 0 1 8.5456 47.3977 488 0 1', '1 3 24 0 0 15 0 0 8.5456 47.3977 25 0 1'];
+    const { plan } = open(lines.join('\n'));
+    expect(rows(plan, 'mission')).toEqual([TAKEOFF]);
+    expect(plan.home).toEqual({ spot: spotOf(47.3977, 8.5456), altM: 488 });
+    expect(() => open('QGC WPL 100\n0 0 77 0 0 0 0 1 8.5 47.3 488 0 1')).toThrow('action 77');
+  });
+
+  it('of MAVProxy has a fence or rally points without home, and nothing is missed', () => {
+    const corner = (index: number, latDeg: number): string => `${index} 0 0 5001 3 0 0 0 ${latDeg} 8.${index} 0 1`;
+    const { plan, dropped } = open(['QGC WPL 110', corner(0, 47.1), corner(1, 47.2), corner(2, 47.1)].join('\n'));
+    expect(rows(plan, 'fence')).toHaveLength(3);
+    expect(dropped).toEqual([]);
+  });
+
+  it('says where a jump goes to nothing', () => {
+    const { dropped } = open(['QGC WPL 110', HOME, `1${row}`, `2${JUMP.replace('177\t2', '177\t9')}`].join('\n'));
+    expect(dropped).toEqual(['The jump in item 2 goes to nothing: choose where to.']);
+  });
+});
+
+describe('a text file of places', () => {
+  const line = (one: Spot): string => `${degOf(one.latE7).toFixed(7)} ${degOf(one.lonE7).toFixed(7)}`;
+  const spots = fc.uniqueArray(spot, {
+    minLength: 4,
+    maxLength: 12,
+    selector: ({ latE7, lonE7 }) => `${latE7} ${lonE7}`,
+  });
+  const given = spots.filter((all) => all.every(({ latE7, lonE7 }) => latE7 !== 0 || lonE7 !== 0));
+
+  it('is a fence: return point, border, and its first corner again or not', () => {
+    fc.assert(
+      fc.property(given, fc.boolean(), fc.constantFrom(' ', '\t', ', '), ([home, ...border], isClosed, between) => {
+        const all = [home!, ...border, ...(isClosed ? [border[0]!] : [])];
+        const text = `#saved by a ground station\r\n${all.map(line).join('\r\n').replaceAll(' ', between)}\r\n`;
+        const { plan, dropped, areas, format } = open(text, 'fence.fen');
+        expect(format).toBe('fence file');
+        expect([dropped, areas]).toEqual([[], []]);
+        expect(plan.fence.returnPoint?.spot).toEqual(home);
+        expect(plan.fence.shapes).toMatchObject([{ shape: 'polygon', inclusion: true, corners: border }]);
+      }),
+    );
+  });
+
+  it('is an outline where the border ends where the file begins, or its name says so', () => {
+    fc.assert(
+      fc.property(given, (border) => {
+        const closed = [...border, border[0]!].map(line).join('\n');
+        for (const read of [open(closed, 'field.txt'), open(border.map(line).join('\n'), 'field.POLY')]) {
+          expect(read.format).toBe('polygon file');
+          expect(read.areas).toEqual([border]);
+          expect(read.plan.fence.shapes).toEqual([]);
+        }
+      }),
+    );
+  });
+
+  it('has several outlines with a name each', () => {
+    const one = ['47.1 8.1', '47.2 8.1', '47.2 8.2', '47.1 8.1'];
+    const text = ['#saved', 'Name:North', 'Color:Color [Red]', ...one, 'Name:South', 'Color:Color [Blue]', ...one];
+    expect(open(text.join('\n'), 'regions.poly').areas).toHaveLength(2);
+  });
+
+  it('has numbers of a computer set to German', () => {
+    const { areas } = open('47,1 8,1\n47,2 8,1\n47,2 8,2\n47,1 8,1\n');
+    expect(areas).toEqual([[spotOf(47.1, 8.1), spotOf(47.2, 8.1), spotOf(47.2, 8.2)]]);
+  });
+
+  it('is rally points: heights above home unless the flags name another frame, and what is lost is said', () => {
+    const { plan, dropped, format } = open(
+      [
+        '#saved by a ground station',
+        'RALLY\t47.1\t8.1\t30.5\t0\t0\t0',
+        'RALLY 47.2\t8.2\t40.000000\t15.000000\t90.000000\t3',
+        'rally 47.3 8.3 540 0 0 4',
+        'RALLY 47.4 8.4 60 0 0 28',
+        'RALLY 47.5 8.5 60 0 0 20',
+      ].join('\n'),
+    );
+    expect(format).toBe('rally file');
+    expect(plan.rally.map(({ frame, heightM }) => [frame, heightM])).toEqual([
+      [3, 30.5],
+      [3, 40],
+      [0, 540],
+      [10, 60],
+      [3, 60],
+    ]);
+    expect(dropped).toEqual([
+      'Rally point 2 was taken without the height to break off at (15 m), the direction to land in (90), "only with the wind", "land at once".',
+      'Rally point 5: its height above the origin was taken as one above home.',
+    ]);
+  });
+
+  it.each([
+    ['47.1 8.1\n47.2 8.1\n47.3 8.1', 'it needs three'],
+    ['47.1 8.1\n47.2 8.1 5\n47.3 8.1', 'Line 2 has 3 fields'],
+    ['147.1 8.1\n47.2 8.1\n47.3 8.1', 'Line 1: that is not a place on earth'],
+    ['RALLY 47.1 8.1 30', 'Line 1 is not "RALLY" with six numbers'],
+    ['RALLY 47.1 8.1 30 0 0 x', '"x" is not a number'],
+  ])('that is damaged is refused in words: %j', (text, words) => {
+    expect(() => open(text)).toThrow(NotAPlanFile);
+    expect(() => open(text)).toThrow(words);
+  });
+});
+
+it('what was opened from an old file is kept by the files that are written today', () => {
+  fc.assert(
+    fc.property(drawnPlan, (plan) => {
+      // As version 120 had it: no home, jumps from 0.
+      const lines = writeWaypoints(plan).text.split('\n').slice(2, -1);
+      const old = lines.map((text, at) => {
+        const fields = text.split('\t');
+        if (fields[3] === '177') fields[4] = `${Number(fields[4]) - 1}`;
+        return [`${at}`, ...fields.slice(1)].join('   ');
+      });
+      const read = open(['QGC WPL 120', ...old].join('\r\n'));
+      expect(rows(read.plan, 'mission')).toEqual(rows(plan, 'mission'));
+      for (const again of [writeQgcPlan(read.plan), writeWaypoints(read.plan)]) {
+        expect(rows(open(again.text).plan, 'mission')).toEqual(rows(plan, 'mission'));
+      }
+    }),
+  );
+});
+
+it('any text behind the beginning of such a file is read or refused, never worse', () => {
+  const starts = fc.constantFrom('QGC WPL 100\n', 'QGC WPL 120\n', 'RALLY ', 'Name:a\n', '47.1 8.1\n', '#saved\n');
+  const numbers = fc.array(fc.oneof(fc.double().map(String), fc.constantFrom('\n', ' ', '\t', ',', 'nan')), {
+    maxLength: 40,
+  });
+  fc.assert(
+    fc.property(
+      starts,
+      fc.oneof(
+        fc.string(),
+        numbers.map((all) => all.join(' ')),
+      ),
+      (start, rest) => {
+        try {
+          open(start + rest);
+        } catch (error) {
+          expect(error).toBeInstanceOf(NotAPlanFile);
+        }
+      },
+    ),
+    { numRuns: 300 },
+  );
+});

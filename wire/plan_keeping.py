@@ -1,0 +1,151 @@
+"""Whether the plan that was read back is the plan that was sent, by what its autopilot keeps of each item. Pure.
+
+One source for agent, tower and console: the agent compares with it what came back, the tower tells from it beforehand
+what will not be kept. The tables with their sources: plan_keeping_ardupilot, plan_keeping_px4.
+"""
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from wire.dialect import mavlink
+from wire.plan_fields import Effect, ItemKept, Keeping, becomes, fields_of, item_of, same_or_open
+from wire.plan_keeping_ardupilot import ArduPilot
+from wire.plan_keeping_px4 import Px4
+from wire.plan_room import LARGEST_ROOM
+from wire.plans import Plan, PlanItem, PlanKind
+
+COUNT: Final = "count"
+_PLANES: Final = frozenset({mavlink.MAV_TYPE_FIXED_WING, *range(19, 26)})
+"""MAV_TYPE 19 to 25 take off and land upright."""
+
+
+class Verbatim:
+    """A Keeping of an autopilot that is not known: every bit must come back."""
+
+    name = "The autopilot"
+    room = LARGEST_ROOM
+
+    def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
+        """Just so."""
+        del kind
+        return item
+
+    def kept(self, kind: PlanKind, item: PlanItem) -> ItemKept:
+        """The item as it was sent."""
+        del kind
+        return ItemKept({name: same_or_open(value) for name, value in fields_of(item).items()})
+
+
+def keeping_of(autopilot: int, vehicle_type: int) -> Keeping:
+    """The table for a MAV_AUTOPILOT and a MAV_TYPE."""
+    if autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
+        return ArduPilot(is_plane=vehicle_type in _PLANES)
+    return Px4() if autopilot == mavlink.MAV_AUTOPILOT_PX4 else Verbatim()
+
+
+def to_send(keeping: Keeping, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
+    """The plan as it goes to the autopilot: what it would cut is rounded first."""
+    return tuple(keeping.to_send(kind, item) for item in plan)
+
+
+def _kept(keeping: Keeping, kind: PlanKind, item: PlanItem) -> ItemKept:
+    """What becomes of an item, with the height as it is best sent."""
+    kept = keeping.kept(kind, item)
+    going = keeping.to_send(kind, item)
+    if going == item:
+        return kept
+    back = keeping.kept(kind, going).fields["z"].value
+    return kept._replace(fields={**kept.fields, "z": becomes(item.z, back, Effect.QUIET)})
+
+
+class Change(NamedTuple):
+    """A field that comes back otherwise than it was sent. `item` from 0. `kept` of what is refused: as it was sent.
+
+    Of the field "count": `item` is the first that the autopilot has no room for, `kept` how many it has room for.
+    """
+
+    item: int
+    field: str
+    sent: float | None
+    kept: float | None
+    effect: Effect
+
+
+def changes_ahead(keeping: Keeping, kind: PlanKind, plan: Sequence[PlanItem]) -> list[Change]:
+    """What the autopilot will not keep, its want of room first, then in the order of the items.
+
+    To be told before a plan is sent.
+    """
+    found = []
+    most = keeping.room[kind]
+    if len(plan) > most:
+        found.append(Change(most, COUNT, len(plan), most, Effect.REFUSED))
+    for number, item in enumerate(plan):
+        kept = _kept(keeping, kind, item).fields
+        for field, sent in fields_of(item).items():
+            if kept[field].effect is not Effect.SAME:
+                found.append(Change(number, field, sent, kept[field].value, kept[field].effect))
+    return found
+
+
+def as_kept(keeping: Keeping, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
+    """The plan as it comes back; where the autopilot refuses it, as it was sent."""
+    items = (_kept(keeping, kind, item).fields for item in plan)
+    return tuple(item_of({name: one.value for name, one in item.items()}) for item in items)
+
+
+def differences(
+    keeping: Keeping, kind: PlanKind, sent: Sequence[PlanItem], got: Sequence[PlanItem], *, exactly: bool = False
+) -> list[Change]:
+    """Where `got` is not what must come back of `sent`; `kept` is what `got` has. Empty: it is the same plan.
+
+    `exactly`: heights too, which else may be off by the autopilot's step.
+    """
+    found: list[Change] = []
+    if len(sent) != len(got):
+        found.append(Change(min(len(sent), len(got)), COUNT, len(sent), len(got), Effect.FLIGHT))
+    for number, (one, other) in enumerate(zip(sent, got, strict=False)):
+        kept = _kept(keeping, kind, one)
+        back = fields_of(other)
+        for field, value in fields_of(one).items():
+            step_m = kept.height_step_m if field == "z" and not exactly else 0.0
+            if not kept.fields[field].comes_back_as(back[field], within=step_m):
+                found.append(Change(number, field, value, back[field], Effect.FLIGHT))
+    return found
+
+
+def same_plan(
+    keeping: Keeping, kind: PlanKind, sent: Sequence[PlanItem], got: Sequence[PlanItem], *, exactly: bool = False
+) -> bool:
+    """Whether the plan on board is the whole of what was sent, as its autopilot keeps it."""
+    return not differences(keeping, kind, sent, got, exactly=exactly)
+
+
+_FIELD_WORDS: Final = {
+    "command": "the command",
+    "frame": "the frame",
+    "x": "x (latitude)",
+    "y": "y (longitude)",
+    "z": "the height (z)",
+    **{f"param{number}": f"parameter {number}" for number in range(1, 5)},
+}
+
+
+def change_words(keeping: Keeping, change: Change) -> str:
+    """A sentence or two about a change ahead."""
+    if change.field == COUNT:
+        room = f"{keeping.name} has room for {change.kept:.0f} on the usual boards"
+        return f"{change.sent:.0f} items: {room}. One that has no more refuses them all."
+    what, sent, kept = (
+        _FIELD_WORDS.get(change.field, change.field),
+        number_words(change.sent),
+        number_words(change.kept),
+    )
+    if change.effect is Effect.REFUSED:
+        return f"Item {change.item + 1}: {keeping.name} does not take {sent} as {what}."
+    return f"Item {change.item + 1}: {keeping.name} keeps {what} as {kept}, not {sent}."
+
+
+def number_words(value: float | None) -> str:
+    """A number for people; NaN is "open"."""
+    return "open" if value is None else f"{value:.9g}"

@@ -1,0 +1,98 @@
+"""How a drone proves at sign-in that it is itself, and the tower that it is the one that enrolled the drone.
+
+The tower sends a challenge, the agent answers with a hello that it has signed, and the tower signs its welcome. Both
+sign the same transcript, which holds whatever this one sign-in is about; so a signature is worth nothing in another
+one, at another tower, for another drone, over another TLS channel or with other keys of the link. No I/O; randomness is
+passed in.
+"""
+
+import hashlib
+import struct
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+from wire.drone_key import KEY_BYTES
+from wire.ids import LinkId
+
+SIGN_IN_PROTOCOL: Final = 2
+NONCE_BYTES: Final = 32
+LONGEST_TOWER_NAME: Final = 255
+LARGEST_BINDING_BYTES: Final = 64
+
+_DOMAIN: Final = b"control-tower drone sign-in\0"
+_BY_AGENT: Final = b"control-tower agent signs hello\0"
+_BY_TOWER: Final = b"control-tower tower signs welcome\0"
+_SALT: Final = b"control-tower link keys\0"
+
+
+class MalformedTranscript(ValueError):
+    """Something in it has a size that it cannot have."""
+
+
+class SignInPurpose(IntEnum):
+    """What the agent wants with its signature."""
+
+    LINK = 1
+    EXCHANGE = 2
+    """A link, and that this key takes the place of the bearer credential which the upgrade request showed."""
+    TRIAL = 3
+    """To know whether the key is good, and no link."""
+
+
+@dataclass(frozen=True)
+class Transcript:
+    """All that a sign-in is about. Keys and nonces are 32 bytes each.
+
+    `tower`: its host and port, as the agent knows them. `binding`: of the TLS channel (wire.channel_binding), empty
+    where the tower knows none. `resume`: the link that shall go on. Raises MalformedTranscript.
+    """
+
+    purpose: SignInPurpose
+    drone_id: int
+    tower: str
+    drone_key: bytes
+    tower_key: bytes
+    agent_nonce: bytes
+    tower_nonce: bytes
+    agent_public_key: bytes
+    tower_public_key: bytes
+    binding: bytes
+    resume: int | None
+
+    def __post_init__(self) -> None:
+        if any(len(part) != KEY_BYTES for part in self._fixed):
+            raise MalformedTranscript("keys and nonces of a sign-in have 32 bytes")
+        if len(self.tower.encode()) > LONGEST_TOWER_NAME or len(self.binding) > LARGEST_BINDING_BYTES:
+            raise MalformedTranscript("the tower's name or the channel's binding is too long")
+
+    @property
+    def _fixed(self) -> tuple[bytes, ...]:
+        return (
+            self.drone_key,
+            self.tower_key,
+            self.agent_nonce,
+            self.tower_nonce,
+            self.agent_public_key,
+            self.tower_public_key,
+        )
+
+    def encode(self) -> bytes:
+        """One text for each sign-in: fixed sizes, and lengths before what has none."""
+        tower = self.tower.encode()
+        head = struct.pack("<HBI", SIGN_IN_PROTOCOL, self.purpose, self.drone_id)
+        resume = b"\0" if self.resume is None else struct.pack("<BI", 1, self.resume)
+        sized = b"".join(struct.pack("<H", len(part)) + part for part in (tower, self.binding))
+        return _DOMAIN + head + b"".join(self._fixed) + resume + sized
+
+    def for_agent(self) -> bytes:
+        """What the agent signs with the drone's key."""
+        return _BY_AGENT + self.encode()
+
+    def for_tower(self, link_id: LinkId) -> bytes:
+        """What the tower signs with its own: that it has understood all this, and which link it gives."""
+        return _BY_TOWER + hashlib.sha256(self.encode()).digest() + link_id.to_bytes(4, "little")
+
+    def salt(self) -> bytes:
+        """For the keys of the link (wire.key_agreement): they are of this sign-in. 32 bytes, no secret."""
+        return hashlib.sha256(_SALT + self.encode()).digest()
