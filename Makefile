@@ -51,7 +51,7 @@ test: setup ## run every test: unit, integration, and the browser's; TEST_WORKER
 	(cd web && npm test --silent); \
 	wait $$parts
 	@$(SAY) "Unit, integration and browser tests"
-	@$(BIN)/python -m pytest -n $(TEST_WORKERS) --durations=40 --durations-min=10
+	@TEST_WORKERS=$(TEST_WORKERS) $(BIN)/python tests/run_all.py
 
 .PHONY: audit
 audit: $(DEV_READY) ## ask the public lists of known weaknesses about every pinned package

@@ -75,5 +75,8 @@ export default defineConfig({
   test: {
     include: ['test/**/*.test.ts'],
     environment: 'node',
+    setupFiles: ['test/same_examples_in_ci.ts'],
+    // A property tries hundreds of examples; five seconds are few for that on a busy machine.
+    testTimeout: 30_000,
   },
 });
