@@ -93,7 +93,7 @@ def test_a_bad_credential_is_refused_and_not_repeated(text: str) -> None:
 
 
 TO_TOWER: list[ToTower] = [
-    Hello(agent_version="0.1.0", public_key=b"\0\xff" * 16),
+    Hello(agent_version="0.2.0", public_key=b"\0\xff" * 16),
     HoldProgress(order_id=3, epoch=4, step=HoldStep.CONFIRMED, detail='ALT_HOLD "2"', elapsed_ms=41.5),
     AutopilotState(heard=True, armed=False, airborne=False),
 ]
