@@ -102,7 +102,6 @@ from server.teams import routes as team_routes
 from server.tile_source import TileAddresses
 from server.tiles import routes as tile_routes
 from server.tower import Tower
-from server.vault import Vault
 from server.video import routes as video_routes
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
@@ -196,7 +195,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
 
 def _compose(settings: Settings, clock: Clock) -> Tower:
     database = open_database(settings.database_url)
-    vault = Vault.of(settings)
+    vault = settings.vault()
     anonymous = AnonymousBudget(now=time.monotonic(), trusted_proxies=settings.trusted_proxies)
     passwords = Passwords(
         concurrency=settings.argon2_concurrency,

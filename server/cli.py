@@ -18,7 +18,7 @@ from server.listening import CannotListen, address_in_words, listen
 from server.refusal import Refusal
 from server.schema import DatabaseNotReady, migrate, newest_revision
 from server.settings import Settings, SettingsError
-from server.vault import Vault, VaultError, new_key
+from server.vault import VaultError, new_key
 
 app = typer.Typer(
     name="tower",
@@ -68,7 +68,7 @@ def migrate_database() -> None:
     async def work() -> None:
         database = open_database(settings.database_url)
         try:
-            await migrate(database, vault=Vault.of(settings))
+            await migrate(database, vault=settings.vault())
         finally:
             await database.close()
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 from urllib.parse import urlsplit
 
 from server.tile_source import TileSource, read_tiles
-from server.vault import KEY_FILE, parse_keys
+from server.vault import KEY_FILE, Vault, parse_keys
 
 _CHECKOUT: Final = Path(__file__).resolve().parent.parent
 _DAY_S: Final = 86_400
@@ -224,6 +224,10 @@ class Settings:
     def secret_key_list(self) -> tuple[str, ...]:
         """Newest first."""
         return parse_keys(self.secret_keys, ",") if self.secret_keys else ()
+
+    def vault(self) -> Vault:
+        """A vault with these keys. It reads its key file only when it is told to find its keys."""
+        return Vault(keys=self.secret_key_list, key_file=self.secret_key_file)
 
     @property
     def is_sqlite(self) -> bool:

@@ -4,17 +4,12 @@ database alone is worth nothing. Everything else secret is kept as a hash.
 The keys are Fernet's, of the library `cryptography`, newest first: the first one seals, all of them open.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cryptography.fernet import Fernet, InvalidToken, MultiFernet
-
-if TYPE_CHECKING:
-    from server.settings import Settings
 
 KEY_FILE: Final = "secret.key"
 """Beside the database of a tower that was told nothing else; one key a line."""
@@ -47,10 +42,6 @@ class Vault:
         self._fernet: MultiFernet | None = None
         if keys:
             self._take(keys)
-
-    @classmethod
-    def of(cls, settings: Settings) -> Vault:
-        return cls(keys=settings.secret_key_list, key_file=settings.secret_key_file)
 
     @property
     def where(self) -> str:

@@ -26,7 +26,7 @@ _PAIRS = (("totp_secret", "totp_sealed"), ("totp_pending", "totp_pending_sealed"
 
 def _vault() -> Vault:
     given = context.config.attributes.get("vault")
-    return given if isinstance(given, Vault) else Vault.of(read_settings(os.environ))
+    return given if isinstance(given, Vault) else read_settings(os.environ).vault()
 
 
 def _about(user_id: int) -> str:

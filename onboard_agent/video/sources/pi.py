@@ -15,7 +15,7 @@ from typing import IO, Final
 import av
 import numpy as np
 
-from onboard_agent.video.sources.schemes import Mode
+from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.source import (
     OPEN_PATIENCE_S,
     READ_PATIENCE_S,

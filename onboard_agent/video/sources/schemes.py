@@ -11,18 +11,11 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 from urllib.parse import parse_qsl, urlsplit
 
 from onboard_agent.unusable import Unusable
+from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.picture_size import TooLarge, check_size
 
 if TYPE_CHECKING:
     from onboard_agent.video.sources.source import Source
-
-
-class Mode(NamedTuple):
-    """What a camera was told to give; 0: as it suits."""
-
-    width: int = 0
-    height: int = 0
-    rate_hz: int = 0
 
 
 class CameraSpec(NamedTuple):

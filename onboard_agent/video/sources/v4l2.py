@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 
 from onboard_agent.video.sources.decoding import JpegDecoder
+from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.picture_size import TooLarge, check_size
-from onboard_agent.video.sources.schemes import Mode
 from onboard_agent.video.sources.source import CameraLost, PictureWish, Source, Taken, now_us
 
 _OLDEST_STAMP_US: Final = 1_000_000

@@ -8,9 +8,10 @@ import pytest
 from onboard_agent.unusable import Unusable
 from onboard_agent.video.sources.http_camera import HttpCamera
 from onboard_agent.video.sources.looped_file import LoopedFile
+from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.network import NetworkSource
 from onboard_agent.video.sources.pi import PiSource
-from onboard_agent.video.sources.schemes import FORMS, Mode, check_spec, help_text, make_source, parse_spec, shown
+from onboard_agent.video.sources.schemes import FORMS, check_spec, help_text, make_source, parse_spec, shown
 from onboard_agent.video.sources.v4l2 import V4l2Source
 
 

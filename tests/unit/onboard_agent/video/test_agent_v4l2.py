@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from onboard_agent.video.sources.schemes import Mode
+from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.source import CameraLost, PictureWish, now_us
 from onboard_agent.video.sources.v4l2 import V4l2Source
 
