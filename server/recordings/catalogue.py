@@ -15,6 +15,7 @@ from server.audit.deed import Deed
 from server.recordings.finishing import Finished
 from server.recordings.refusals import RecordingBusy, UnknownRecording
 from server.recordings.tables import RecordingRow
+from server.recordings.views import RecordedByView, RecordingView
 
 MOST_LISTED: Final = 500
 OPEN_STATES: Final = ("recording", "finishing")
@@ -133,3 +134,26 @@ async def oldest_over(
         RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES), RecordingRow.drone_id.in_(list(drone_ids))
     )
     return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id).limit(most))).all()
+
+
+def view_of(row: RecordingRow) -> RecordingView:
+    """How it looks from outside."""
+    return RecordingView.model_validate(
+        {
+            "id": row.id,
+            "drone_id": row.drone_id,
+            "by": RecordedByView(id=row.by_id, name=row.by_name),
+            "state": row.state,
+            "words": row.words,
+            "quality": row.quality,
+            "codec": row.codec,
+            "began_at": row.began_at,
+            "ended_at": row.ended_at,
+            "flights": row.flights,
+            "size_bytes": row.size_bytes,
+            "duration_s": row.duration_s,
+            "pictures": row.pictures,
+            "width": row.width,
+            "height": row.height,
+        }
+    )

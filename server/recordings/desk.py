@@ -95,7 +95,7 @@ class RecordingDesk:
 
     def view(self, row: RecordingRow) -> RecordingView:
         """With what has come by now."""
-        view = RecordingView.of(row)
+        view = catalogue.view_of(row)
         if row.state == "ready" and row.store != self._store.id:
             return view.model_copy(update={"words": NOT_HERE})
         running = self._running.get(row.id)
@@ -267,7 +267,7 @@ class RecordingDesk:
         if row is None:
             await asyncio.to_thread(self._store.remove, running.drone_id, running.row.file)
             return
-        self._telling.tell("ended", RecordingView.of(row))
+        self._telling.tell("ended", catalogue.view_of(row))
         self._finisher.add(row.id)
 
     async def close(self) -> None:

@@ -19,7 +19,6 @@ from server.recordings.room import RecordingRoom
 from server.recordings.store import MP4, PART, UNITS, RecordingStore
 from server.recordings.tables import RecordingRow
 from server.recordings.telling import RecordingTelling
-from server.recordings.views import RecordingView
 
 CUT_OFF: Final = "the tower went down while it was recorded"
 GONE: Final = "its file is gone"
@@ -137,7 +136,7 @@ class RecordingFinisher:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
             return
         await asyncio.to_thread(units.unlink, missing_ok=True)
-        self._telling.tell("ready", RecordingView.of(ready))
+        self._telling.tell("ready", catalogue.view_of(ready))
 
     async def _fail(self, row: RecordingRow, words: str, units: Path, *, hopeless: bool) -> None:
         _log.error("recording_failed", recording=row.id, drone_id=row.drone_id, why=words)
@@ -147,7 +146,7 @@ class RecordingFinisher:
         if hopeless or failed is None:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
         if failed is not None:
-            self._telling.tell("failed", RecordingView.of(failed))
+            self._telling.tell("failed", catalogue.view_of(failed))
 
 
 def _size_and_time(path: Path) -> tuple[int, datetime] | None:

@@ -22,7 +22,6 @@ from server.recordings import catalogue
 from server.recordings.store import RecordingStore, Stray
 from server.recordings.tables import RecordingRow
 from server.recordings.telling import RecordingTelling
-from server.recordings.views import RecordingView
 from wire.video import LARGEST_UNIT_BYTES
 
 LEAST_ROOM_BYTES: Final = LARGEST_UNIT_BYTES
@@ -164,4 +163,4 @@ class RecordingRoom:
             removed = await catalogue.remove_for_room(session, row.id, deed=deed)
         if removed is not None:
             await asyncio.to_thread(self._store.remove, removed.drone_id, removed.file)
-            self._telling.tell("removed", RecordingView.of(removed))
+            self._telling.tell("removed", catalogue.view_of(removed))

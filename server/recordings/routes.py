@@ -183,7 +183,7 @@ async def delete_recording(
         row = await catalogue.delete(session, drone.drone_id, recording_id, deed=_deed(request, principal))
     if row.store == tower.recordings.store.id:
         await asyncio.to_thread(tower.recordings.store.remove, row.drone_id, row.file)
-    tower.recordings.telling.tell("removed", RecordingView.of(row))
+    tower.recordings.telling.tell("removed", catalogue.view_of(row))
 
 
 async def _view(request: Request, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingView:

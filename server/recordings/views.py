@@ -7,8 +7,6 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.recordings.tables import RecordingRow
-
 State = Literal["recording", "finishing", "ready", "failed"]
 
 
@@ -43,25 +41,3 @@ class RecordingView(BaseModel):
     pictures: int
     width: int | None
     height: int | None
-
-    @classmethod
-    def of(cls, row: RecordingRow) -> RecordingView:
-        return cls.model_validate(
-            {
-                "id": row.id,
-                "drone_id": row.drone_id,
-                "by": RecordedByView(id=row.by_id, name=row.by_name),
-                "state": row.state,
-                "words": row.words,
-                "quality": row.quality,
-                "codec": row.codec,
-                "began_at": row.began_at,
-                "ended_at": row.ended_at,
-                "flights": row.flights,
-                "size_bytes": row.size_bytes,
-                "duration_s": row.duration_s,
-                "pictures": row.pictures,
-                "width": row.width,
-                "height": row.height,
-            }
-        )
