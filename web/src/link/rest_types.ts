@@ -34,9 +34,8 @@ type Body<O> = [OperationRequestBodyContent<O>] extends [undefined]
     : { readonly body: OperationRequestBodyContent<O> };
 
 /** Parameters by where they go (`path`, `query`, `header`), and the `body`. */
-export type RequestOf<M extends Method, P extends PathOf<M>> = OperationAt<M, P> extends { readonly parameters: infer Q }
-  ? Q & Body<OperationAt<M, P>>
-  : never;
+export type RequestOf<M extends Method, P extends PathOf<M>> =
+  OperationAt<M, P> extends { readonly parameters: infer Q } ? Q & Body<OperationAt<M, P>> : never;
 
 /** May be left out where nothing in it is required. */
 export type RequestArguments<M extends Method, P extends PathOf<M>> =

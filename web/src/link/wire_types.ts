@@ -31,9 +31,10 @@ export type Relation = Schemas['Relation'];
 type SaidLater = 'loans' | 'identity' | 'plans' | 'parameters' | 'suspicious_motion' | 'relation' | 'team';
 
 /** As REST and the live channel say it; an older tower leaves out what was added later. */
-export interface Drone extends Omit<Schemas['DroneView'], SaidLater>, Partial<
-  Pick<Schemas['DroneView'], Exclude<SaidLater, 'plans' | 'parameters'>>
-> {
+export interface Drone
+  extends
+    Omit<Schemas['DroneView'], SaidLater>,
+    Partial<Pick<Schemas['DroneView'], Exclude<SaidLater, 'plans' | 'parameters'>>> {
   /** What is on board of each kind, in what a watcher hears first; `plan_on_board` says the changes. */
   readonly plans?: Readonly<Partial<Record<PlanKind, PlanOnBoard>>>;
   readonly parameters?: ParametersKnown | null;

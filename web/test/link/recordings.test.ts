@@ -1,7 +1,14 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
 import { mayDeleteRecordings, mayRecord } from '../../src/link/drone_view';
-import { Recordings, recordingHref, TRY_AGAIN_MS, withRecording, type Recording, type RecordingState } from '../../src/link/recordings';
+import {
+  Recordings,
+  recordingHref,
+  TRY_AGAIN_MS,
+  withRecording,
+  type Recording,
+  type RecordingState,
+} from '../../src/link/recordings';
 import { Rest } from '../../src/link/rest';
 import { A_DRONE, FakeClock, settled } from './fakes';
 

@@ -61,7 +61,10 @@ describe('the REST client', () => {
   it('says which field of a request was at fault', async () => {
     const errors = [{ in: 'body', field: 'lost_hold_s', message: 'too small' }, null, { field: 3 }];
     const error = await failure(
-      answering(422, JSON.stringify({ title: 'no', errors })).rest.call('PATCH', '/drones/{drone_id}/settings', { path: { drone_id: 1 }, body: {} }),
+      answering(422, JSON.stringify({ title: 'no', errors })).rest.call('PATCH', '/drones/{drone_id}/settings', {
+        path: { drone_id: 1 },
+        body: {},
+      }),
     );
     expect(error.errors).toEqual([{ field: 'lost_hold_s', message: 'too small' }]);
   });
@@ -109,7 +112,10 @@ describe('a request of the document', () => {
     const { rest, calls } = answering(200, '[]');
     await rest.call('GET', '/audit', { query: { actor: 'Ann & Bob', drone_id: 4, before: null } });
     await rest.call('PUT', '/me/preferences/{name}', { path: { name: 'a/b?' }, body: {} });
-    await rest.call('GET', '/drones/{drone_id}/parameters', { path: { drone_id: 4 }, header: { 'if-none-match': '"x"' } });
+    await rest.call('GET', '/drones/{drone_id}/parameters', {
+      path: { drone_id: 4 },
+      header: { 'if-none-match': '"x"' },
+    });
     expect(calls.map(([path]) => path)).toEqual([
       '/api/v1/audit?actor=Ann+%26+Bob&drone_id=4',
       '/api/v1/me/preferences/a%2Fb%3F',
