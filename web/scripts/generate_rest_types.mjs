@@ -18,7 +18,7 @@ const TYPES = fileURLToPath(new URL('../src/link/generated/rest.gen.d.ts', impor
 
 /**
  * Drops what the client has no use for: titles that repeat the name, the words about operations, and answers that are
- * no success (each is a Problem, and link/rest.ts makes a RestError of it). It is three quarters of the types.
+ * no success (each is a Problem, and link/rest.ts makes a RestError of it). They are two thirds of the types.
  */
 function pruned(document) {
   const paths = {};
