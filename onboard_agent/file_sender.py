@@ -2,6 +2,9 @@
 
 The bytes go out in a thread of their own, by the uplinks and under the trust of the control channel. A network that
 breaks off, and a tower that is not ready (status 5xx), are tried again; what the tower refuses is the end.
+
+Why http.client and not httpx: the socket comes connected, bound to an uplink, and another thread shuts it down. httpx
+takes no open socket without a network backend of ours. Its memory and start: onboard_agent/enrolment.py.
 """
 
 import asyncio

@@ -1,6 +1,9 @@
 """MJPEG over HTTP, read by ourselves: a picture as soon as its last byte is there, timed when its first one came.
 
 What is not a row of JPEG parts, or asks for more than a password in the clear, FFmpeg gets (network.py).
+
+Why http.client and not httpx: `read1` returns what has arrived, and `interrupt` shuts the socket down from another
+thread. httpx shows neither. Its memory and start: onboard_agent/enrolment.py.
 """
 
 import base64
