@@ -30,7 +30,7 @@ run: $(RUN_READY) $(CONSOLE) ## build what is missing, then start the tower with
 setup: $(DEV_READY) $(WEB_READY) $(CONSOLE) ## install everything into .venv and web/, start nothing
 
 .PHONY: check check-python check-console
-check: check-python check-console ## format, lint, types and import rules, of Python and of the console
+check: check-python check-console check-generated ## format, lint, types and import rules; generated files are current
 
 check-python: $(DEV_READY)
 	@$(SAY) "Python: format, lint, types, import rules"
@@ -42,6 +42,15 @@ check-python: $(DEV_READY)
 check-console: $(WEB_READY)
 	@$(SAY) "Console: format, lint, types"
 	@cd web && npm run --silent check
+
+check-generated: $(DEV_READY) $(WEB_READY)
+	@$(SAY) "Generated files: the console's REST types"
+	@cd web && PYTHON=$(CURDIR)/$(BIN)/python npm run --silent generate:check
+
+.PHONY: generate
+generate: $(DEV_READY) $(WEB_READY) ## write the files that are made from the MAVLink dialect and the OpenAPI document
+	@$(BIN)/python web/scripts/generate_mavlink.py
+	@cd web && PYTHON=$(CURDIR)/$(BIN)/python npm run --silent generate
 
 .PHONY: test
 test: setup ## run every test: unit, integration, and the browser's; TEST_WORKERS=3 at a time

@@ -33,6 +33,9 @@ router = APIRouter(
 )
 
 
+ProofKind = Literal["passkey", "password"]
+
+
 class PasswordProof(Strict):
     """The password, and the code of the second factor where the account has one."""
 
@@ -88,7 +91,7 @@ class ProofView(BaseModel):
 
     fresh: Annotated[bool, Field(description="Credentials may be changed now")]
     fresh_until: Annotated[datetime | None, Field(description="null: there is no proof")]
-    kinds: Annotated[list[str], Field(description="How this person can prove who they are, the best first")]
+    kinds: Annotated[list[ProofKind], Field(description="How this person can prove who they are, the best first")]
     code_needed: Annotated[bool, Field(description="With the password goes a code of the second factor")]
 
     @classmethod
@@ -101,9 +104,9 @@ class ProofView(BaseModel):
         )
 
 
-def kinds_of(user: UserRow) -> list[str]:
+def kinds_of(user: UserRow) -> list[ProofKind]:
     """Every kind of proof that this person can give, the best first."""
-    return ["passkey"] * (user.passkey_count > 0) + ["password"]
+    return ["passkey", "password"] if user.passkey_count > 0 else ["password"]
 
 
 @router.get("")

@@ -58,6 +58,8 @@ class CodeProof(Strict):
 class Me(BaseModel):
     """Who is signed in."""
 
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
     id: int
     name: str
     role: Role

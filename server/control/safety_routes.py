@@ -81,6 +81,8 @@ class RehearsalView(BaseModel):
 class RehearsalBegun(BaseModel):
     """The rest comes as `rehearsal` events on `/api/v1/live`."""
 
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
     what: Literal["operator", "tower"]
     phase: Literal["begun"] = "begun"
 

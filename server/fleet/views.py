@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from server.fleet.relations import Relation
 from server.fleet.snapshot import DroneRecord, LoanRecord, UserRef
-from server.operations.board_views import NO_PARAMETERS, NO_PLANS, ParametersStateView, PlansView
+from server.operations.board_views import ANSWER_CONFIG, NO_PARAMETERS, NO_PLANS, ParametersStateView, PlansView
 from wire.drone_key import fingerprint
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
 from wire.stream_profiles import StreamChoice, StreamProfile
@@ -88,7 +88,7 @@ class IdentityView(BaseModel):
     """By what its agent is known. `credential`: the bearer secret of an older version, which the agent's next sign-in
     exchanges for a key."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ANSWER_CONFIG
 
     kind: Literal["none", "credential", "key"] = "none"
     fingerprint: Annotated[str | None, Field(description="`SHA256:...` of the key's public half")] = None
@@ -114,7 +114,7 @@ def _by_key(public_key: bytes, since: datetime | None) -> IdentityView:
 class DroneView(BaseModel):
     """One drone, with who owns it, who holds its controls, and whether it is there."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ANSWER_CONFIG
 
     id: int
     name: str

@@ -9,7 +9,7 @@ from server.flight_commands.bodies import Follow
 from server.flight_commands.steps import mode_step
 from server.flight_commands.vehicle import Vehicle
 from server.operations.follow_feed import Following, motion_of, why_beyond
-from server.operations.operation import Lane, Order, Step
+from server.operations.operation import Lane, Order, Step, WorkName
 from server.operations.refusals import DroneBusy, LoanForbids
 from server.refusal import Refusal
 from server.relay.hub import Hub
@@ -53,7 +53,7 @@ def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow,
 
 
 def order_for(
-    vehicle: Vehicle, following: Following, for_s: float, *, work: str, needs: str, about: dict[str, object]
+    vehicle: Vehicle, following: Following, for_s: float, *, work: WorkName, needs: str, about: dict[str, object]
 ) -> Order:
     """Into the mode that listens, and then to the place. `work`, `needs`, `about`: of the order."""
 

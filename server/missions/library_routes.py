@@ -8,7 +8,7 @@ from typing import Annotated, Any, Final
 
 import msgspec
 from fastapi import APIRouter, Header, Path, Request, Response
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, WithJsonSchema
 
 from server.access import Pilot, Viewer
 from server.accounts.sessions import Principal
@@ -79,7 +79,7 @@ class MissionView(BaseModel):
 
 
 class MissionWithDocument(MissionView):
-    document: Annotated[dict[str, Any], Field(description="`{mission, fence, rally, home?, defaults?}`")]
+    document: Annotated[dict[str, Any], WithJsonSchema(DOCUMENT_SCHEMA)]
 
 
 def _deed(request: Request, principal: Principal) -> Deed:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from wire.plans import PlanKind
 
 PlanStateName = Literal["known", "unknown"]
+ANSWER_CONFIG: Final = ConfigDict(frozen=True, json_schema_serialization_defaults_required=True)
+"""For views with defaults: every answer has every member, so the OpenAPI document requires them all."""
 
 
 class PlanBoardView(BaseModel):
     """Which plan of one kind is on board, as far as the tower knows."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ANSWER_CONFIG
 
     kind: PlanKind
     state: PlanStateName = "unknown"
@@ -30,7 +32,7 @@ class PlanBoardView(BaseModel):
 class PlansView(BaseModel):
     """One of each kind."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ANSWER_CONFIG
 
     mission: PlanBoardView = PlanBoardView(kind=PlanKind.MISSION)
     fence: PlanBoardView = PlanBoardView(kind=PlanKind.FENCE)
@@ -40,7 +42,7 @@ class PlansView(BaseModel):
 class ParametersStateView(BaseModel):
     """How far the drone's parameters are known to its agent."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ANSWER_CONFIG
 
     hash: Annotated[str | None, Field(description="Of all of them; null: they are being read, or not known")] = None
     count: Annotated[int, Field(description="How many are known ...")] = 0

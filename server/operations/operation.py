@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from server.fleet.snapshot import UserRef
 from wire.ids import DroneId, Epoch
@@ -15,6 +15,20 @@ from wire.transactions import TRANSACTIONS, LogEntry, Outcome, ParameterRefusal,
 
 if TYPE_CHECKING:
     from server.relay.agent_link import AgentLink
+
+WorkName = Literal[
+    "plan_upload",
+    "plan_download",
+    "plan_clear",
+    "plan_verify",
+    "parameters_read",
+    "parameters_write",
+    "command",
+    "log_list",
+    "log_download",
+    "follow",
+    "follow_me",
+]
 
 
 class State(StrEnum):
@@ -75,7 +89,7 @@ class Order:
     """What is asked for. `work`: its name for programs; `steps` are done one after the other, up to the first that
     does not end well. `writes`: it changes the drone. `hash`: of the plan that it is about. `about`: for the trail."""
 
-    work: str
+    work: WorkName
     lane: Lane
     steps: Sequence[Step]
     writes: bool

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.fleet.views import UserRefView
-from server.operations.operation import Operation, State
+from server.operations.operation import Operation, State, WorkName
 from wire.plans import PlanKind
 from wire.transactions import LogEntry
 
@@ -47,7 +47,7 @@ class OperationView(BaseModel):
 
     id: str
     drone_id: int
-    work: Annotated[str, Field(description="`plan_upload`, `plan_download`, `plan_clear`, `command`, ...")]
+    work: WorkName
     kind: Annotated[PlanKind | None, Field(description="Of the plan that it is about")]
     state: State
     phase: Annotated[str, Field(description="What it is at, for people")]

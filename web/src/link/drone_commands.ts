@@ -6,66 +6,15 @@
 import type { Outcome } from './commands';
 import type { Operation } from './operation_types';
 import { isOver, type Operations } from './operations';
+import type { BodyOf, Schemas } from './rest_types';
 
-export type DroneCommand =
-  | { readonly command: 'arm' | 'land' | 'rtl' | 'hold' | 'pause' | 'resume' }
-  | { readonly command: 'disarm'; readonly force?: boolean }
-  | { readonly command: 'mode'; readonly mode: string }
-  | { readonly command: 'takeoff'; readonly height_m: number }
-  | {
-      readonly command: 'goto';
-      readonly lat: number;
-      readonly lon: number;
-      readonly height_m: number;
-      readonly speed_m_s?: number;
-    }
-  | {
-      readonly command: 'set_home';
-      readonly lat: number;
-      readonly lon: number;
-      readonly altitude_m: number;
-      readonly while_flying?: boolean;
-    }
-  | { readonly command: 'set_home'; readonly here: true; readonly while_flying?: boolean }
-  | { readonly command: 'speed'; readonly m_s: number }
-  | { readonly command: 'yaw'; readonly deg: number; readonly relative?: boolean }
-  /** Items count from 0, as in the plan. */
-  | { readonly command: 'start'; readonly item?: number }
-  | { readonly command: 'jump'; readonly item: number }
-  | {
-      readonly command: 'orbit';
-      readonly lat: number;
-      readonly lon: number;
-      /** Negative: counter-clockwise. */
-      readonly radius_m: number;
-      readonly height_m: number;
-      readonly m_s?: number;
-    }
-  | { readonly command: 'roi'; readonly lat: number; readonly lon: number; readonly height_m: number }
-  | { readonly command: 'roi'; readonly none: true }
-  | FollowCommand
-  | FollowMeCommand;
-
+export type DroneCommand = BodyOf<'POST', typeof COMMANDS>;
 /** Keeps this place relative to another drone: it runs until something ends it, and then the drone holds. */
-export interface FollowCommand {
-  readonly command: 'follow';
-  readonly leader: number;
-  readonly north_m: number;
-  readonly east_m: number;
-  readonly up_m: number;
-  readonly for_s: number;
-}
-
+export type FollowCommand = Schemas['Follow'];
 /** Where the person is; from then on the live channel tells it. */
-export interface FollowMeCommand {
-  readonly command: 'follow_me';
-  readonly lat: number;
-  readonly lon: number;
-  readonly accuracy_m: number;
-  readonly age_ms: number;
-  readonly distance_m: number;
-  readonly for_s: number;
-}
+export type FollowMeCommand = Schemas['FollowMe'];
+
+const COMMANDS = '/drones/{drone_id}/commands';
 
 /** The same as what became of it, in words. */
 export async function outcomeOfCommand(
@@ -83,11 +32,11 @@ export async function outcomeOfCommand(
 
 /** Answers with the operation as it begins: it ends when the drone follows no more. Raises RestError when it is refused. */
 export const followLeader = (operations: Operations, droneId: number, command: FollowCommand): Promise<Operation> =>
-  operations.start('POST', `/drones/${droneId}/commands`, command);
+  operations.start('POST', COMMANDS, { path: { drone_id: droneId }, body: command });
 
 /** The same. */
 export const followPerson = (operations: Operations, droneId: number, command: FollowMeCommand): Promise<Operation> =>
-  operations.start('POST', `/drones/${droneId}/commands`, command);
+  operations.start('POST', COMMANDS, { path: { drone_id: droneId }, body: command });
 
 /** Answers with the operation as soon as the drone follows, or when it has ended before. */
 export function followsOrEnded(operations: Operations, id: string): Promise<Operation | null> {
@@ -109,4 +58,4 @@ export function followsOrEnded(operations: Operations, id: string): Promise<Oper
 
 /** Answers with the operation as it ended. Raises RestError when the tower refuses to begin it. */
 export const commandDrone = (operations: Operations, droneId: number, command: DroneCommand): Promise<Operation> =>
-  operations.run('POST', `/drones/${droneId}/commands`, command);
+  operations.run('POST', COMMANDS, { path: { drone_id: droneId }, body: command });

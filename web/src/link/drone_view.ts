@@ -19,7 +19,7 @@ const BEFORE_THESE_FIELDS = {
 } as const satisfies Partial<Drone>;
 
 /** What comes over the wire: the fields of the first version are there, the newer ones perhaps. */
-export type DroneOnWire = Omit<Drone, keyof typeof BEFORE_THESE_FIELDS> & Partial<Drone>;
+type DroneOnWire = Omit<Drone, keyof typeof BEFORE_THESE_FIELDS> & Partial<Drone>;
 
 export function readDrone(raw: DroneOnWire): Drone {
   return { ...BEFORE_THESE_FIELDS, ...raw };

@@ -3,26 +3,11 @@
 import type { Operation } from './operation_types';
 import type { Operations } from './operations';
 import type { Rest } from './rest';
+import type { Schemas } from './rest_types';
 
-export interface FlightLog {
-  readonly id: number;
-  readonly size_bytes: number;
-  /** Null: the autopilot's clock was not set. */
-  readonly began_at: string | null;
-}
-
-export interface KeptLog extends FlightLog {
-  readonly kept_at: string;
-}
-
-/** Newest first. */
-export interface FlightLogs {
-  /** When the list was read from the autopilot; null: not since the tower runs. */
-  readonly read_at: string | null;
-  /** Null: not known. */
-  readonly on_board: readonly FlightLog[] | null;
-  readonly kept: readonly KeptLog[];
-}
+export type FlightLog = Schemas['LogView'];
+export type KeptLog = Schemas['KeptLogView'];
+export type FlightLogs = Schemas['LogsView'];
 
 export interface LogLine extends FlightLog {
   readonly isOnBoard: boolean;
@@ -51,17 +36,18 @@ export class LogRest {
   }
 
   known(droneId: number): Promise<FlightLogs> {
-    return this.#rest.call('GET', `/drones/${droneId}/logs`);
+    return this.#rest.call('GET', '/drones/{drone_id}/logs', { path: { drone_id: droneId } });
   }
 
   /** From the autopilot; on the ground only. */
   list(droneId: number): Promise<Operation> {
-    return this.#operations.start('POST', `/drones/${droneId}/logs/list`);
+    return this.#operations.start('POST', '/drones/{drone_id}/logs/list', { path: { drone_id: droneId } });
   }
 
   /** By whoever has the controls: it takes the drone's whole link. */
   fetch(droneId: number, logId: number): Promise<Operation> {
-    return this.#operations.start('POST', `/drones/${droneId}/logs/${logId}/fetch`);
+    const path = { drone_id: droneId, log_id: logId };
+    return this.#operations.start('POST', '/drones/{drone_id}/logs/{log_id}/fetch', { path });
   }
 }
 

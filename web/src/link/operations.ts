@@ -4,18 +4,23 @@
  */
 
 import type { Operation, OperationWork, PlanKind } from './operation_types';
-import { RestError, type Rest } from './rest';
+import { RestError, type LooseRequest, type Rest } from './rest';
+import type { AnswerOf, Method, PathOf, RequestArguments } from './rest_types';
 import { Store } from './store';
 
 /** Beyond these the oldest that have ended are forgotten. */
 const MOST_KEPT = 300;
 const NOBODY_KNOWS = 'The connection broke meanwhile, and the tower does not know any more how this ended.';
 
+/** An id is a text everywhere but in a path. */
+const pathOf = (id: string) => ({ operation_id: Number(id) });
+
 export const isOver = ({ state }: Operation): boolean => state !== 'running';
 
-/** Begins a piece of work. Raises RestError when the tower refuses it. */
-export const startOperation = (rest: Rest, method: string, path: string, body?: unknown): Promise<Operation> =>
-  rest.call<Operation>(method, path, body, { Prefer: 'respond-async' });
+/** The requests that begin an operation, by their method. */
+export type WorkPath<M extends Method> = {
+  [P in PathOf<M>]: AnswerOf<M, P> extends Operation ? P : never;
+}[PathOf<M>];
 
 export class Operations {
   /** In the order that they were heard of. */
@@ -47,9 +52,18 @@ export class Operations {
     return true;
   }
 
-  /** Begins it, and answers with the operation as it begins. */
-  async start(method: string, path: string, body?: unknown): Promise<Operation> {
-    const begun = await startOperation(this.#rest, method, path, body);
+  /** Begins it, and answers with the operation as it begins. Raises RestError when the tower refuses it. */
+  start<M extends Method, P extends WorkPath<M>>(
+    method: M,
+    path: P,
+    ...[request]: RequestArguments<M, P>
+  ): Promise<Operation> {
+    return this.#start(method, path, request);
+  }
+
+  async #start(method: Method, path: string, request?: LooseRequest): Promise<Operation> {
+    const header = { prefer: 'respond-async' };
+    const begun = (await this.#rest.send(method, path, { ...request, header })) as Operation;
     const heard = this.all.get().get(begun.id);
     // The live channel is often quicker than the answer, and then knows more.
     if (!heard || isOver(begun)) this.put(begun);
@@ -57,8 +71,12 @@ export class Operations {
   }
 
   /** Begins it, and answers with the operation as it ended, however it did. */
-  async run(method: string, path: string, body?: unknown): Promise<Operation> {
-    return this.ended((await this.start(method, path, body)).id);
+  async run<M extends Method, P extends WorkPath<M>>(
+    method: M,
+    path: P,
+    ...[request]: RequestArguments<M, P>
+  ): Promise<Operation> {
+    return this.ended((await this.#start(method, path, request)).id);
   }
 
   ended(id: string): Promise<Operation> {
@@ -70,8 +88,8 @@ export class Operations {
   }
 
   /** The result still comes: a plan that was being written is put back first. */
-  cancel(id: string): Promise<void> {
-    return this.#rest.call('DELETE', `/operations/${encodeURIComponent(id)}`);
+  async cancel(id: string): Promise<void> {
+    await this.#rest.call('DELETE', '/operations/{operation_id}', { path: pathOf(id) });
   }
 
   /** After the live channel was gone: what was running then may have ended without our hearing of it. */
@@ -89,7 +107,7 @@ export class Operations {
 
   async #reread(operation: Operation): Promise<void> {
     try {
-      this.put(await this.#rest.call('GET', `/operations/${encodeURIComponent(operation.id)}`));
+      this.put(await this.#rest.call('GET', '/operations/{operation_id}', { path: pathOf(operation.id) }));
     } catch (error) {
       const isForgotten = error instanceof RestError && error.status === 404;
       if (isForgotten) this.put({ ...operation, state: 'failed', words: NOBODY_KNOWS });

@@ -3,21 +3,12 @@
 import type { Operation } from './operation_types';
 import type { Operations } from './operations';
 import { RestError, type Rest } from './rest';
+import type { Schemas } from './rest_types';
 
-export interface ParameterRow {
-  readonly name: string;
-  readonly value: number;
-  /** MAV_PARAM_TYPE. */
-  readonly kind: number;
-}
+export type ParameterRow = Schemas['ParameterView'];
+export type ParametersRead = Schemas['ParametersView'];
 
-export interface ParametersRead {
-  readonly hash: string;
-  readonly complete: boolean;
-  readonly read_at: string | null;
-  readonly values: readonly ParameterRow[];
-}
-
+const PARAMETERS = '/drones/{drone_id}/parameters';
 const NOT_MODIFIED = 304;
 
 export class ParameterTables {
@@ -38,9 +29,9 @@ export class ParameterTables {
   /** As the tower has it now: the very same object where nothing has changed. Raises RestError `parameters-unknown`. */
   async read(droneId: number): Promise<ParametersRead> {
     const before = this.kept(droneId);
-    const known: Record<string, string> = before ? { 'If-None-Match': `"${before.hash}"` } : {};
+    const header = before ? { 'if-none-match': `"${before.hash}"` } : {};
     try {
-      const now = await this.#rest.call<ParametersRead>('GET', `/drones/${droneId}/parameters`, undefined, known);
+      const now = await this.#rest.call('GET', PARAMETERS, { path: { drone_id: droneId }, header });
       this.#kept.set(droneId, now);
       return now;
     } catch (error) {
@@ -51,11 +42,11 @@ export class ParameterTables {
 
   /** From the autopilot itself. */
   readAgain(droneId: number): Promise<Operation> {
-    return this.#operations.start('POST', `/drones/${droneId}/parameters/read`);
+    return this.#operations.start('POST', `${PARAMETERS}/read`, { path: { drone_id: droneId } });
   }
 
   write(droneId: number, values: Readonly<Record<string, number>>): Promise<Operation> {
-    return this.#operations.start('PATCH', `/drones/${droneId}/parameters`, { values });
+    return this.#operations.start('PATCH', PARAMETERS, { path: { drone_id: droneId }, body: { values } });
   }
 
   /** Somebody else signs in. */

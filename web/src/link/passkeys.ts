@@ -3,17 +3,14 @@
  * wrong in words for people. The tower says what is asked for; nothing is decided here.
  */
 
+import type { Schemas } from './rest_types';
+
 /** What the tower asks for, as `navigator.credentials` knows it; binary members are base64url. */
-export type PasskeyOptions = Readonly<Record<string, unknown>>;
+export type PasskeyOptions = Schemas['PasskeyOptions']['public_key'];
 
 /** What an authenticator answered, as the tower reads it. */
-export interface PasskeyCredential {
-  readonly id: string;
-  readonly rawId: string;
-  readonly type: 'public-key';
-  readonly response: Readonly<Record<string, string | readonly string[]>>;
-}
-
+export type PasskeyCredential = Schemas['PasskeyAnswer'];
+export type MadePasskey = Schemas['MadePasskey'];
 export type Credentials = Pick<CredentialsContainer, 'create' | 'get'>;
 
 /** Why there is no passkey, in words. */
@@ -45,7 +42,7 @@ export async function offersAutofill(): Promise<boolean> {
 export async function makePasskey(
   options: PasskeyOptions,
   credentials: Credentials = navigator.credentials,
-): Promise<PasskeyCredential> {
+): Promise<MadePasskey> {
   const asked = withBytes(options) as unknown as PublicKeyCredentialCreationOptions;
   const made = await answerOf(() => credentials.create({ publicKey: asked }), asked.rp.id);
   const response = made.response as AuthenticatorAttestationResponse;

@@ -5,30 +5,11 @@
 
 import type { Clock } from './clock';
 import type { Rest } from './rest';
+import type { Schemas } from './rest_types';
 import { Store, type Readable } from './store';
 
-export type RecordingState = 'recording' | 'finishing' | 'ready' | 'failed';
-
-export interface Recording {
-  readonly id: number;
-  readonly drone_id: number;
-  /** `id` is null where the account is no more. */
-  readonly by: { readonly id: number | null; readonly name: string };
-  readonly state: RecordingState | (string & {});
-  /** Why it ended where nobody ended it, or why it failed. */
-  readonly words: string;
-  readonly quality: string;
-  readonly codec: string;
-  readonly began_at: string;
-  readonly ended_at: string | null;
-  /** When the flights began that it shows. */
-  readonly flights: readonly string[];
-  readonly size_bytes: number;
-  readonly duration_s: number | null;
-  readonly pictures: number;
-  readonly width: number | null;
-  readonly height: number | null;
-}
+export type Recording = Schemas['RecordingView'];
+export type RecordingState = Recording['state'];
 
 export interface RecordingEvent {
   readonly type: 'recording';
@@ -45,11 +26,15 @@ export interface KnownRecordings {
 
 export const TRY_AGAIN_MS = 5_000;
 const NOTHING_KNOWN: KnownRecordings = { list: null, problem: '' };
+const RECORDINGS = '/drones/{drone_id}/recordings';
+const RECORDING = '/drones/{drone_id}/recordings/{recording_id}';
 const ORDER = ['recording', 'finishing', 'failed', 'ready'];
 
 /** An answer and an event about the same one overtake each other: what is further on is newer. */
 const isOlder = (one: Recording, known: Recording): boolean =>
   ORDER.indexOf(one.state) < ORDER.indexOf(known.state) && known.state !== 'failed';
+
+const idsOf = ({ drone_id, id }: Recording) => ({ drone_id, recording_id: id });
 
 /** The list with what was heard of one. */
 export function withRecording(list: readonly Recording[], heard: Recording): Recording[] {
@@ -125,15 +110,15 @@ export class Recordings {
   }
 
   async begin(droneId: number): Promise<void> {
-    this.#put(await this.#rest.call<Recording>('POST', `/drones/${droneId}/recordings`, {}));
+    this.#put(await this.#rest.call('POST', RECORDINGS, { path: { drone_id: droneId }, body: {} }));
   }
 
-  async stop({ drone_id, id }: Recording): Promise<void> {
-    this.#put(await this.#rest.call<Recording>('POST', `/drones/${drone_id}/recordings/${id}/stop`));
+  async stop(recording: Recording): Promise<void> {
+    this.#put(await this.#rest.call('POST', `${RECORDING}/stop`, { path: idsOf(recording) }));
   }
 
   async remove(recording: Recording): Promise<void> {
-    await this.#rest.call('DELETE', `/drones/${recording.drone_id}/recordings/${recording.id}`);
+    await this.#rest.call('DELETE', RECORDING, { path: idsOf(recording) });
     this.take({ type: 'recording', drone_id: recording.drone_id, event: 'removed', recording });
   }
 
@@ -162,7 +147,7 @@ export class Recordings {
     entry.isReading = true;
     entry.isOld = false;
     try {
-      const list = await this.#rest.call<Recording[]>('GET', `/drones/${droneId}/recordings`);
+      const list = await this.#rest.call('GET', RECORDINGS, { path: { drone_id: droneId } });
       if (reading !== entry.readings) return;
       entry.known.set({ list, problem: '' });
     } catch (error) {

@@ -1,6 +1,6 @@
 /** What the tower says in JSON, as docs/wire-protocol.md (1.2) defines it. */
 
-import type { Enrolment, Loan } from './admin_types';
+import type { Enrolment } from './admin_types';
 import type {
   OperationEvent,
   ParametersEvent,
@@ -10,114 +10,34 @@ import type {
   PlanOnBoardEvent,
 } from './operation_types';
 import type { RecordingEvent } from './recordings';
+import type { Schemas } from './rest_types';
 
-export interface User {
-  readonly id: number;
-  readonly name: string;
-  readonly role: 'admin' | 'operator';
-  /** Somebody else made the password: nothing else may be done before a new one. Only REST says it. */
-  readonly must_change_password?: boolean;
-  readonly second_factor?: boolean;
-  /** An admin without a second factor, where the tower demands one: nothing else may be done before. */
-  readonly must_add_second_factor?: boolean;
-}
-
-export interface UserRef {
-  readonly id: number;
-  readonly name: string;
-}
-
+/** Only REST says more than who it is. */
+export type User = Pick<Schemas['Me'], 'id' | 'name' | 'role'> & Partial<Schemas['Me']>;
+export type UserRef = Schemas['UserRefView'];
 /** Somebody with live connections: browsers and programs. */
-export interface Online {
-  readonly user: UserRef;
-  readonly connections: number;
-}
-
+export type Online = Schemas['OnlineView'];
 /** What the drone does by itself when the tower or the person stays away. `stay`: until the battery needs the way home. */
-export type LostAction = 'return' | 'land' | 'continue' | 'stay';
-
+export type LostAction = Schemas['LostAction'];
 /** An open hold and a lost action, as the drone's agent told last (wire/open_holds.py). */
-export interface HoldView {
-  /** From its order until somebody flies, the lost action is done, or the drone is disarmed. */
-  readonly open: boolean;
-  /** `altitude`: the height alone, with the agent's centred sticks; `stay`: a mode that uses nobody's sticks. */
-  readonly stage: 'none' | 'altitude' | 'stay';
-  /** The autopilot's mode, by name. */
-  readonly mode: string;
-  /** The agent keeps centred sticks coming. */
-  readonly sticks: boolean;
-  /** What the autopilot does by itself when those stop, or the agent dies. */
-  readonly after_sticks: 'stays' | 'sinks' | 'returns' | 'lands' | 'unknown';
-  /** Why it is not yet in the stage `stay`, for people. */
-  readonly waiting_for: string;
-  readonly lost: 'tower' | 'person' | null;
-  readonly phase: 'quiet' | 'counting' | 'stayed' | 'asking' | 'done';
-  readonly action: LostAction | null;
-  /** By the tower's clock; null unless counting. */
-  readonly due_at: string | null;
-  readonly detail: string;
-  readonly as_of: string;
-  /** The agent's link is down: this is what it told last. */
-  readonly stale: boolean;
-}
-
+export type HoldView = Schemas['HoldView'];
 /** How much telemetry a drone sends. */
-export type StreamProfile = 'full' | 'thin' | 'minimal';
-
+export type StreamProfile = Schemas['StreamProfile'];
 /** By what the tower knows a drone's agent. `credential`: a bearer secret, until the agent's next sign-in. */
-export interface DroneIdentity {
-  readonly kind: 'none' | 'credential' | 'key';
-  /** `SHA256:...` of the key's public half. */
-  readonly fingerprint: string | null;
-  /** When the key was enrolled. */
-  readonly since: string | null;
-}
+export type DroneIdentity = Schemas['IdentityView'];
 /** How this user stands to a drone, from the strongest to the weakest: docs/teams.md says what each may do. */
-export type Relation = 'admin' | 'team-admin' | 'owner' | 'team-operator' | 'borrower' | 'observer' | 'stranger';
+export type Relation = Schemas['Relation'];
 
-export interface Drone {
-  readonly id: number;
-  readonly name: string;
-  readonly online: boolean;
-  readonly owners: readonly UserRef[];
-  readonly holder: UserRef | null;
-  readonly epoch: number;
-  readonly taken_from: UserRef | null;
-  readonly autopilot_heard: boolean;
-  /** Null: not known, because the autopilot is silent or the agent is not there. */
-  readonly armed: boolean | null;
-  readonly airborne: boolean | null;
-  /** When it left the ground, by the tower's clock; null where the tower does not know. */
-  readonly airborne_since: string | null;
-  /** The controls were given back to `taken_from`, who has not accepted yet. */
-  readonly offered: boolean;
-  readonly assistant: UserRef | null;
-  /** False for an operator from whom the view was taken as well. */
-  readonly may_watch: boolean;
-  /** False for an operator from whom the video was taken, or the whole view. */
-  readonly may_watch_video: boolean;
-  readonly lost_action: LostAction;
-  readonly lost_action_s: number;
-  /** Null where no hold is open, nobody is lost, and no lost action is under way or just done. */
-  readonly hold: HoldView | null;
-  /** In force now, as the agent says; null while that is not known. */
-  readonly profile: StreamProfile | null;
-  /** What an admin chose; `auto`: the agent decides. */
-  readonly profile_chosen: StreamProfile | 'auto';
-  /** Why it is this profile, for people. */
-  readonly profile_why: string;
-  /** Who may use it until when, besides its owners. */
-  readonly loans?: readonly Loan[];
-  readonly identity?: DroneIdentity;
+type SaidLater = 'loans' | 'identity' | 'plans' | 'parameters' | 'suspicious_motion' | 'relation' | 'team';
+
+/** As REST and the live channel say it; an older tower leaves out what was added later. */
+export interface Drone
+  extends
+    Omit<Schemas['DroneView'], SaidLater>,
+    Partial<Pick<Schemas['DroneView'], Exclude<SaidLater, 'plans' | 'parameters'>>> {
   /** What is on board of each kind, in what a watcher hears first; `plan_on_board` says the changes. */
   readonly plans?: Readonly<Partial<Record<PlanKind, PlanOnBoard>>>;
   readonly parameters?: ParametersKnown | null;
-  /** Armed, it does not move as a machine can: what the tower found in the last minute. */
-  readonly suspicious_motion?: 'jump' | 'speed' | 'height' | 'course' | null;
-  /** An older tower does not say it. */
-  readonly relation?: Relation;
-  /** The team that it belongs to, where that is this user's to know. */
-  readonly team?: UserRef | null;
 }
 
 export type ControlChange =
@@ -151,7 +71,7 @@ export interface TurnEvent {
   readonly user: UserRef;
 }
 
-export type RehearsedLoss = 'operator' | 'tower';
+export type RehearsedLoss = Schemas['RehearsalRequest']['what'];
 
 export interface RehearsalEvent {
   readonly type: 'rehearsal';

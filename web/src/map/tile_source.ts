@@ -5,17 +5,9 @@ import { addProtocol } from 'maplibre-gl';
 import type { Rest } from '../link/rest';
 import type { Tiles } from './tile_layers';
 
-interface MapOnWire {
-  readonly tiles: 'none' | 'addresses' | 'file';
-  readonly kind: 'raster' | 'vector' | null;
-  readonly url: string;
-  readonly most_zoom: number | null;
-  readonly attribution: string;
-}
-
 /** Null where the map is the coastline alone. Raises RestError, or whatever is wrong with the file. */
 export async function readTiles(rest: Rest): Promise<Tiles | null> {
-  const said = await rest.call<MapOnWire>('GET', '/map');
+  const said = await rest.call('GET', '/map');
   if (said.tiles === 'none' || said.kind === null) return null;
   const { tiles: from, kind, most_zoom: mostZoom, attribution } = said;
   if (from === 'addresses') return { from, kind, url: said.url, mostZoom, attribution, layers: [] };

@@ -1,7 +1,7 @@
 /** What people read about teams. */
 
 import type { NamedRef } from '../link/admin_types';
-import type { TeamRole } from '../link/team_rest';
+import type { TeamRole } from '../link/team_types';
 import type { Drone } from '../link/wire_types';
 
 export const ROLE_WORDS: Record<TeamRole, { readonly label: string; readonly does: string }> = {

@@ -5,8 +5,11 @@ import type { Operation } from '../../src/link/operation_types';
 import { Rest } from '../../src/link/rest';
 import { settled } from './fakes';
 
+const PLAN = '/drones/{drone_id}/{kind}';
+const MISSION = { path: { drone_id: 1, kind: 'mission' }, body: { items: [] } } as const;
+
 const operation = (changes: Partial<Operation> = {}): Operation => ({
-  id: 'a1',
+  id: '41',
   drone_id: 1,
   work: 'plan_upload',
   kind: 'mission',
@@ -17,6 +20,8 @@ const operation = (changes: Partial<Operation> = {}): Operation => ({
   words: '',
   item: null,
   code: '',
+  seen: null,
+  logs: null,
   hash: null,
   refusals: [],
   refused: 0,
@@ -43,14 +48,14 @@ beforeEach(() => {
   operations = new Operations(rest);
 });
 
-const seen = (id = 'a1'): Operation | undefined => operations.all.get().get(id);
+const seen = (id = '41'): Operation | undefined => operations.all.get().get(id);
 
 describe('an operation that we begin', () => {
   it('is asked for without waiting for its end, and followed over the live channel', async () => {
     answers['PUT /api/v1/drones/1/mission'] = answer(202, operation());
-    const ended = operations.run('PUT', '/drones/1/mission', { items: [] });
+    const ended = operations.run('PUT', PLAN, MISSION);
     await settled();
-    expect((asked[0]!.init.headers as Record<string, string>)['Prefer']).toBe('respond-async');
+    expect((asked[0]!.init.headers as Record<string, string>)['prefer']).toBe('respond-async');
     operations.put(operation({ done: 5 }));
     expect(seen()!.done).toBe(5);
     operations.put(DONE);
@@ -62,17 +67,17 @@ describe('an operation that we begin', () => {
       operations.put(operation({ done: 9 }));
       return answer(202, operation())();
     };
-    expect((await operations.start('PUT', '/drones/1/mission')).done).toBe(9);
+    expect((await operations.start('PUT', PLAN, MISSION)).done).toBe(9);
     answers['PUT /api/v1/drones/1/mission'] = () => {
       operations.put(DONE);
       return answer(202, operation())();
     };
-    expect(await operations.run('PUT', '/drones/1/mission')).toEqual(DONE);
+    expect(await operations.run('PUT', PLAN, MISSION)).toEqual(DONE);
   });
 
   it('that is refused by the tower never began', async () => {
     answers['PUT /api/v1/drones/1/mission'] = answer(409, { type: 'urn:x:not-in-control', detail: 'Not yours.' });
-    await expect(operations.run('PUT', '/drones/1/mission')).rejects.toThrow('Not yours.');
+    await expect(operations.run('PUT', PLAN, MISSION)).rejects.toThrow('Not yours.');
     expect(operations.all.get().size).toBe(0);
   });
 });
@@ -93,8 +98,8 @@ describe('an operation', () => {
 
   it('that ended while the connection was gone is asked for', async () => {
     operations.put(operation());
-    const ended = operations.ended('a1');
-    answers['GET /api/v1/operations/a1'] = answer(200, DONE);
+    const ended = operations.ended('41');
+    answers['GET /api/v1/operations/41'] = answer(200, DONE);
     await operations.reread();
     expect(await ended).toEqual(DONE);
   });
@@ -108,14 +113,14 @@ describe('an operation', () => {
 
   it('goes on when it cannot be asked for', async () => {
     operations.put(operation());
-    answers['GET /api/v1/operations/a1'] = () => Promise.reject(new TypeError('offline'));
+    answers['GET /api/v1/operations/41'] = () => Promise.reject(new TypeError('offline'));
     await operations.reread();
     expect(seen()!.state).toBe('running');
   });
 
   it('is waited for by nobody after a sign-out', async () => {
     operations.put(operation());
-    const ended = operations.ended('a1');
+    const ended = operations.ended('41');
     operations.clear();
     expect((await ended).state).toBe('failed');
     expect(operations.all.get().size).toBe(0);

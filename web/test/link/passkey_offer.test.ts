@@ -3,7 +3,12 @@ import { describe, expect, it } from 'vitest';
 import { PasskeyOffer, RENEW_MS } from '../../src/link/passkey_offer';
 import { PasskeyError, type PasskeyCredential } from '../../src/link/passkeys';
 
-const CREDENTIAL: PasskeyCredential = { id: 'AQ', rawId: 'AQ', type: 'public-key', response: {} };
+const CREDENTIAL: PasskeyCredential = {
+  id: 'AQ',
+  rawId: 'AQ',
+  type: 'public-key',
+  response: { authenticatorData: '', clientDataJSON: '', signature: '' },
+};
 
 /** A browser whose person has not picked anything yet, and a clock that goes on by being told. */
 class Scene {

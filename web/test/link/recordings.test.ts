@@ -1,11 +1,18 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
 import { mayDeleteRecordings, mayRecord } from '../../src/link/drone_view';
-import { Recordings, recordingHref, TRY_AGAIN_MS, withRecording, type Recording } from '../../src/link/recordings';
+import {
+  Recordings,
+  recordingHref,
+  TRY_AGAIN_MS,
+  withRecording,
+  type Recording,
+  type RecordingState,
+} from '../../src/link/recordings';
 import { Rest } from '../../src/link/rest';
 import { A_DRONE, FakeClock, settled } from './fakes';
 
-const recording = (id: number, state = 'ready', more: Partial<Recording> = {}): Recording => ({
+const recording = (id: number, state: RecordingState = 'ready', more: Partial<Recording> = {}): Recording => ({
   id,
   drone_id: 1,
   by: { id: 5, name: 'alice' },

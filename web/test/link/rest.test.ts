@@ -60,7 +60,12 @@ describe('the REST client', () => {
 
   it('says which field of a request was at fault', async () => {
     const errors = [{ in: 'body', field: 'lost_hold_s', message: 'too small' }, null, { field: 3 }];
-    const error = await failure(answering(422, JSON.stringify({ title: 'no', errors })).rest.changeSettings(1, {}));
+    const error = await failure(
+      answering(422, JSON.stringify({ title: 'no', errors })).rest.call('PATCH', '/drones/{drone_id}/settings', {
+        path: { drone_id: 1 },
+        body: {},
+      }),
+    );
     expect(error.errors).toEqual([{ field: 'lost_hold_s', message: 'too small' }]);
   });
 
@@ -102,7 +107,41 @@ describe('the REST client', () => {
   });
 });
 
+describe('a request of the document', () => {
+  it('has its parameters where they belong, and leaves out what is not given', async () => {
+    const { rest, calls } = answering(200, '[]');
+    await rest.call('GET', '/audit', { query: { actor: 'Ann & Bob', drone_id: 4, before: null } });
+    await rest.call('PUT', '/me/preferences/{name}', { path: { name: 'a/b?' }, body: {} });
+    await rest.call('GET', '/drones/{drone_id}/parameters', {
+      path: { drone_id: 4 },
+      header: { 'if-none-match': '"x"' },
+    });
+    expect(calls.map(([path]) => path)).toEqual([
+      '/api/v1/audit?actor=Ann+%26+Bob&drone_id=4',
+      '/api/v1/me/preferences/a%2Fb%3F',
+      '/api/v1/drones/4/parameters',
+    ]);
+    expect(calls[2]![1].headers).toMatchObject({ 'if-none-match': '"x"' });
+  });
+
+  it('is held against the document by the compiler', async () => {
+    const { rest, calls } = answering(200, '{}');
+    // @ts-expect-error: no such path
+    await rest.call('GET', '/nowhere');
+    // @ts-expect-error: the body is missing
+    await rest.call('POST', '/session');
+    // @ts-expect-error: a member that the tower does not know
+    await rest.call('POST', '/session', { body: { name: 'a', password: 'b', kode: '1' } });
+    // @ts-expect-error: a path parameter is missing
+    await rest.call('GET', '/drones/{drone_id}');
+    // @ts-expect-error: it takes no body
+    await rest.call('GET', '/teams', { body: {} });
+    expect(calls).toHaveLength(5);
+  });
+});
+
 describe('a request that needs a proof of who sits there', () => {
+  const TOKEN = { body: { name: 'x', scopes: ['watch'] } } as const;
   const NEEDED = JSON.stringify({ type: '/problems/proof-needed', title: 'Confirm that it is you', status: 403 });
 
   function provable(answers: readonly [number, string][]): { rest: Rest; bodies: unknown[] } {
@@ -122,26 +161,27 @@ describe('a request that needs a proof of who sits there', () => {
     ]);
     let asked = 0;
     rest.onProofNeeded = () => Promise.resolve(++asked > 0);
-    expect(await rest.call('POST', '/tokens', { name: 'x' })).toEqual({ id: 4 });
-    expect([asked, bodies]).toEqual([1, ['{"name":"x"}', '{"name":"x"}']]);
+    expect(await rest.call('POST', '/tokens', TOKEN)).toEqual({ id: 4 });
+    const body = JSON.stringify(TOKEN.body);
+    expect([asked, bodies]).toEqual([1, [body, body]]);
   });
 
   it('fails when it was not given, and asks once only', async () => {
     const refused = provable([[403, NEEDED]]);
     refused.rest.onProofNeeded = () => Promise.resolve(false);
-    expect((await failure(refused.rest.call('POST', '/tokens'))).slug).toBe('proof-needed');
+    expect((await failure(refused.rest.call('POST', '/tokens', TOKEN))).slug).toBe('proof-needed');
     const again = provable([
       [403, NEEDED],
       [403, NEEDED],
     ]);
     again.rest.onProofNeeded = () => Promise.resolve(true);
-    expect((await failure(again.rest.call('POST', '/tokens'))).slug).toBe('proof-needed');
+    expect((await failure(again.rest.call('POST', '/tokens', TOKEN))).slug).toBe('proof-needed');
     expect(again.bodies).toHaveLength(2);
   });
 
   it('asks for nothing where another thing is wrong', async () => {
     const { rest } = provable([[403, '{"type":"/problems/in-person-only"}']]);
     rest.onProofNeeded = () => Promise.reject(new Error('asked'));
-    expect((await failure(rest.call('POST', '/tokens'))).slug).toBe('in-person-only');
+    expect((await failure(rest.call('POST', '/tokens', TOKEN))).slug).toBe('in-person-only');
   });
 });

@@ -20,6 +20,8 @@ const operation = (changes: Partial<Operation> = {}): Operation => ({
   words: 'The mission is on board.',
   item: null,
   code: '',
+  seen: null,
+  logs: null,
   hash: null,
   refusals: [],
   refused: 0,

@@ -53,7 +53,7 @@ it('says what became of it and why', () => {
   expect(recordingState({ ...recording, state: 'failed', words: 'not one picture came' })).toBe(
     'Failed: not one picture came',
   );
-  expect(recordingState({ ...recording, state: 'new-state' })).toBe('new-state');
+  expect(recordingState({ ...recording, state: 'new-state' as Recording['state'] })).toBe('new-state');
 });
 
 it('says which flights it shows', () => {
