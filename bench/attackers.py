@@ -52,8 +52,11 @@ class Attack:
         return f"127.{self._kind}.{number % NETWORKS}.1"
 
     @contextlib.asynccontextmanager
-    async def connection(self, number: int) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
-        reader, writer = await asyncio.open_connection(self.host, self.port, local_addr=(self.source(number), 0))
+    async def connection(
+        self, number: int, source: str = ""
+    ) -> AsyncIterator[tuple[asyncio.StreamReader, asyncio.StreamWriter]]:
+        local = (source or self.source(number), 0)
+        reader, writer = await asyncio.open_connection(self.host, self.port, local_addr=local)
         self.done["connections"] += 1
         try:
             yield reader, writer
@@ -189,6 +192,20 @@ async def sign_ins(attack: Attack) -> None:
     await asyncio.gather(*(attack.over_and_over(number, once) for number in range(64)))
 
 
+async def one_64(attack: Attack) -> None:
+    """Wrong passwords from the addresses of one IPv6 /64, as a proxy that the tower trusts passes them on."""
+
+    async def once(number: int) -> None:
+        body = json.dumps({"name": f"nobody {number % 9}", "password": "wrong"}).encode()
+        client = f"X-Forwarded-For: 2001:db8:1:2::{attack.chance.getrandbits(16):x}"
+        async with attack.connection(number, "127.0.0.1") as (reader, writer):
+            writer.write(_request("POST", "/api/v1/session", client, body=body))
+            attack.done[f"answered {await _answer(reader)}"] += 1
+        await asyncio.sleep(0.05)
+
+    await asyncio.gather(*(attack.over_and_over(number, once) for number in range(180)))
+
+
 async def junk(attack: Attack) -> None:
     """Datagrams: noise of all lengths, and what looks like a datagram of a link that there is not."""
     sockets = []
@@ -227,11 +244,14 @@ KINDS: Final[dict[str, Callable[[Attack], Awaitable[None]]]] = {
     "junk": junk,
 }
 
+_ALL: Final = KINDS | {"one-64": one_64}
+"""Also what needs a tower that trusts 127.0.0.1 as a proxy."""
+
 
 async def run(kind: str, url: str, udp_port: int, seconds: float) -> Counter[str]:
     """Until the time is over. Returns what was done."""
-    attack = Attack(10 + list(KINDS).index(kind), url, udp_port, seconds)
-    await KINDS[kind](attack)
+    attack = Attack(10 + list(_ALL).index(kind), url, udp_port, seconds)
+    await _ALL[kind](attack)
     return attack.done
 
 

@@ -11,7 +11,7 @@ import contextlib
 import json
 import re
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -191,14 +191,22 @@ async def figures_of(tower: LoadTower) -> dict[str, float]:
 
 
 @contextlib.asynccontextmanager
-async def flown_by_hand(folder: Path, tower: LoadTower) -> AsyncIterator[HandFlight]:
-    """The tower's last drone, flown by its admin until the block ends."""
+async def flown_by_hand(
+    folder: Path,
+    tower: LoadTower,
+    *,
+    pilot: LoadTower | None = None,
+    made: Callable[[int], TalkingAutopilot] = TalkingAutopilot,
+) -> AsyncIterator[HandFlight]:
+    """The tower's last drone, flown until the block ends: by the admin, or by `pilot`, the tower with the cookie of
+    somebody else. `made`: its autopilot, for a port."""
     drone_id = len(tower.keys)
-    async with real_agent(folder, tower, TalkingAutopilot) as autopilot:
-        browser = await tower.browser()
+    pilot = pilot or tower
+    async with real_agent(folder, tower, made) as autopilot:
+        browser = await pilot.browser()
         flight = HandFlight(tower, drone_id, autopilot, browser)
         browser.send_text(json.dumps({"type": "focus", "drone_id": drone_id}))
-        await take(tower, drone_id, "acquire")
+        await take(pilot, drone_id, "acquire")
         flying = asyncio.create_task(flight.fly())
         autopilot.is_armed = True
         try:

@@ -34,7 +34,7 @@ from onboard_agent.control_channel import NoLink, OpenedChannel, open_channel
 from onboard_agent.identity import Identity, parse_kept
 from onboard_agent.tower_url import TowerUrl, parse_tower_url
 from wire.content import Frames
-from wire.control_messages import AutopilotState, ControlChanged, decode_to_agent, encode_message
+from wire.control_messages import AutopilotState, ControlChanged, ToAgent, ToTower, decode_to_agent, encode_message
 from wire.drops import Dropped
 from wire.following import FOLLOW, FOLLOW_PERSON
 from wire.ids import Epoch
@@ -65,7 +65,8 @@ class Telemetry:
 
 
 class LoadAgent:
-    """One agent. `on_frames` is called with frames that the tower sends for its autopilot."""
+    """One agent. `on_frames` is called with frames that the tower sends for its autopilot, `on_message` with what the
+    tower says on the control channel."""
 
     def __init__(self, opened: OpenedChannel) -> None:
         self._opened = opened
@@ -76,6 +77,7 @@ class LoadAgent:
         self.drone_id = opened.welcome.drone_id
         self.epoch = Epoch(opened.welcome.epoch)
         self.on_frames: Callable[[Frames], None] = lambda frames: None
+        self.on_message: Callable[[ToAgent], None] = lambda message: None
         self.sent_frames = 0
         self.sent_events = 0
         """Transactional ones: the number of the last."""
@@ -96,10 +98,18 @@ class LoadAgent:
         """The UDP port of the tower."""
         return self._opened.welcome.udp_port
 
+    @property
+    def ticket(self) -> str:
+        """Opens what an agent does by HTTP."""
+        return self._opened.welcome.ticket
+
+    async def say(self, message: ToTower) -> None:
+        """Anything, on the control channel."""
+        await self._opened.connection.send(encode_message(message))
+
     async def tell_state(self, *, armed: bool = True, airborne: bool = True) -> None:
         """The autopilot is heard; the drone is in the air, unless said otherwise."""
-        state = AutopilotState(heard=True, armed=armed, airborne=airborne)
-        await self._opened.connection.send(encode_message(state))
+        await self.say(AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def send_burst(self, telemetry: Telemetry) -> None:
         """The next frames of its telemetry, now."""
@@ -165,6 +175,7 @@ class LoadAgent:
                         self.epoch = Epoch(max(self.epoch, message.epoch))
                     elif isinstance(message, VideoWanted):
                         self.video_wanted = message
+                    self.on_message(message)
 
     async def close(self) -> None:
         """Leaves."""

@@ -9,7 +9,7 @@ import re
 import secrets
 import sys
 from collections.abc import AsyncIterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -137,6 +137,14 @@ async def load_tower(
         if tower is not None:
             tower.close_browsers()
         await end(process)
+
+
+async def as_somebody(tower: LoadTower, name: str) -> LoadTower:
+    """The same tower with the cookie of one of its operators."""
+    async with httpx.AsyncClient(base_url=tower.url, timeout=30, trust_env=False) as client:
+        answer = await client.post("/api/v1/session", json={"name": name, "password": PASSWORD})
+        answer.raise_for_status()
+        return replace(tower, cookie="; ".join(f"{name}={value}" for name, value in client.cookies.items()))
 
 
 async def end(process: asyncio.subprocess.Process) -> None:

@@ -11,7 +11,7 @@ from functools import cached_property
 from sqlalchemy import select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts.tables import ApiTokenRow, Role, UserRow
+from server.accounts.tables import ApiTokenRow, Role, SessionRow, UserRow
 from server.control.tables import ControlLeaseRow
 from server.fleet.relations import TeamRole, Ties
 from server.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow
@@ -104,6 +104,8 @@ class FleetSnapshot:
     users: Mapping[UserId, UserRecord]
     token_ids: frozenset[int] = frozenset()
     """The API tokens that have not been revoked."""
+    session_ids: frozenset[int] = frozenset()
+    """The sessions that have not been ended. Beginning one is no change of the fleet: newer ones may be missing."""
 
 
 async def read_revision(session: AsyncSession) -> int:
@@ -168,7 +170,10 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
             )
         )
     token_ids = frozenset(await session.scalars(select(ApiTokenRow.id)))
-    return FleetSnapshot(revision=revision, drones=tuple(drones), users=users, token_ids=token_ids)
+    session_ids = frozenset(await session.scalars(select(SessionRow.id)))
+    return FleetSnapshot(
+        revision=revision, drones=tuple(drones), users=users, token_ids=token_ids, session_ids=session_ids
+    )
 
 
 async def ties_of(session: AsyncSession, drone_id: int, now: datetime) -> Ties:

@@ -88,12 +88,12 @@ class Audience:
         shows = None if browser.viewport is None else browser.viewport.shows
         browser.outbox.far = {drone_id for drone_id, place in places.items() if shows and not shows(*place)}
 
-    def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
+    def end_sessions(self, session_ids: Iterable[SignInId], why: str) -> None:
         """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
         ended = set(session_ids)
         users = set()
         for browser in [one for one in self._state.browsers.values() if one.viewer.session_id in ended]:
-            self._close(browser, "the session has ended")
+            self._close(browser, why)
             if browser.viewer.may_fly:
                 users.add(browser.viewer.user_id)
         for user_id in users:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Final, Literal
 
-from server.accounts.sessions import Principal, TokenId
+from server.accounts.sessions import Principal, SignInId, TokenId
 from server.accounts.tables import Role
 from server.fleet.relations import Right
 from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
@@ -33,6 +33,16 @@ class FleetChanges:
         self._lease_learnt = lease_learnt
         self._revision = -1
         self._users: Mapping[UserId, UserRecord] = {}
+        self._sign_ins: frozenset[SignInId] = frozenset()
+
+    @property
+    def revision(self) -> int:
+        """Of the last snapshot; -1 before the first."""
+        return self._revision
+
+    def knows_sign_in(self, sign_in: SignInId) -> bool:
+        """Whether the last snapshot has this session or token. It lacks a session that began after it was read."""
+        return sign_in in self._sign_ins
 
     def apply(self, snapshot: FleetSnapshot) -> None:
         """Drones, owners, accounts and leases as the database knows them."""
@@ -40,6 +50,7 @@ class FleetChanges:
             return
         self._revision = snapshot.revision
         self._users = snapshot.users
+        self._sign_ins = snapshot.session_ids | frozenset(TokenId(one) for one in snapshot.token_ids)
         state = self._state
         records = {record.id: record for record in snapshot.drones}
         for drone_id in [known for known in state.drones if known not in records]:
@@ -176,6 +187,11 @@ def _why_lost(
     return NOT_OF_ITS_TEAM if user.id in drone.crew_before else "no longer an owner of this drone"
 
 
+def role_changed(role: Role) -> str:
+    """In words for whoever is signed in with the one that the account had."""
+    return f"the account is now that of an {role.value}"
+
+
 def why_signed_out(principal: Principal, snapshot: FleetSnapshot) -> str:
     """In words for whoever sits there; empty where they may stay."""
     account = snapshot.users.get(principal.user_id)
@@ -184,7 +200,7 @@ def why_signed_out(principal: Principal, snapshot: FleetSnapshot) -> str:
     if account.disabled:
         return ACCOUNT_DISABLED
     if account.role != principal.role:
-        return f"the account is now that of an {account.role.value}"
+        return role_changed(account.role)
     if account.must_change_password:
         return "an admin has set a new password"
     signed_in_by = principal.session_id

@@ -192,6 +192,15 @@ class Hub:
         """`drones_for`, as it is told to the outside."""
         return [drone.view_for(user_id, role) for drone in self.drones_for(user_id, role)]
 
+    @property
+    def fleet_revision(self) -> int:
+        """Of the last snapshot; -1 before the first."""
+        return self._fleet.revision
+
+    def knows_sign_in(self, sign_in: SignInId) -> bool:
+        """Whether the last snapshot has this session or token. It lacks a session that began after it was read."""
+        return self._fleet.knows_sign_in(sign_in)
+
     def is_admin(self, user_id: UserId) -> bool:
         """Whether this account is that of an admin of the tower."""
         return self._fleet.is_admin(user_id)
@@ -286,11 +295,11 @@ class Hub:
         live_ones = sum(browser.viewer.session_id == signed_in_by for browser in self._state.browsers.values())
         return live_ones + self.video.sockets_of(signed_in_by)
 
-    def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
+    def end_sessions(self, session_ids: Iterable[SignInId], why: str = "the session has ended") -> None:
         """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
         ended = list(session_ids)
-        self._audience.end_sessions(ended)
-        self.video.end_sessions(ended)
+        self._audience.end_sessions(ended, why)
+        self.video.end_sessions(ended, why)
 
     def end_user(self, user_id: UserId, why: str) -> None:
         """Closes every browser of an account, which reads why."""

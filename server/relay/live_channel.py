@@ -145,6 +145,6 @@ class LiveChannel:
             over=self._session_over,
         )
 
-    def _session_over(self) -> None:
-        self._hub.end_sessions([self._browser.viewer.session_id])
-        self._ending.wish(SESSION_ENDED, "the session has ended")
+    def _session_over(self, why: str) -> None:
+        self._hub.end_sessions([self._browser.viewer.session_id], why)
+        self._ending.wish(SESSION_ENDED, why)

@@ -8,7 +8,7 @@ from starlette.websockets import WebSocket
 from server.access import AccessRequest, Action, judge
 from server.relay.agent_channel import AgentChannel
 from server.relay.live_channel import BROWSER_SUBPROTOCOL, LiveChannel
-from server.relay.viewer_sign_in import sign_in_viewer, still_signed_in, turn_away
+from server.relay.viewer_sign_in import StillSignedIn, sign_in_viewer, turn_away
 from server.tower import tower_of
 
 NOT_FOR_WATCHING: Final = 4403
@@ -24,6 +24,7 @@ async def live(websocket: WebSocket) -> None:
     """
     tower = tower_of(websocket)
     subprotocol = BROWSER_SUBPROTOCOL if BROWSER_SUBPROTOCOL in websocket.scope["subprotocols"] else None
+    revision = tower.hub.fleet_revision
     viewer = await sign_in_viewer(websocket, subprotocol)
     if viewer is None:
         return
@@ -38,7 +39,7 @@ async def live(websocket: WebSocket) -> None:
         clock=tower.clock,
         looks=tower.looks,
         subprotocol=subprotocol,
-        still_signed_in=still_signed_in(tower, viewer.session_id),
+        still_signed_in=StillSignedIn(tower, viewer, revision=revision),
         write_round=websocket.app.state.data_endpoint.write_round,
     )
     await channel.run()

@@ -13,19 +13,24 @@ ASK_DATABASE_EVERY_S: Final = 60.0
 
 
 async def watch_session(
-    viewer: Principal, *, clock: Clock, looks: Looks, still_signed_in: StillSignedIn, over: Callable[[], None]
+    viewer: Principal, *, clock: Clock, looks: Looks, still_signed_in: StillSignedIn, over: Callable[[str], None]
 ) -> None:
-    """Returns when it has ended, after `over` was called."""
+    """Returns when it has ended, after `over` was called with the reason in words.
+
+    Asks the database once a minute, when the sign-in should end by itself, and within a second of a change of accounts
+    after which it may be gone.
+    """
     asked, expires_at = time.monotonic(), viewer.expires_at
 
     def is_due() -> bool:
-        return clock() >= expires_at or time.monotonic() - asked >= ASK_DATABASE_EVERY_S
+        in_doubt = still_signed_in.comes_into_doubt()
+        return in_doubt or clock() >= expires_at or time.monotonic() - asked >= ASK_DATABASE_EVERY_S
 
     while True:
         await looks.until(is_due)
         asked = time.monotonic()
-        principal = await still_signed_in(clock())
-        if principal is None:
-            over()
+        found = await still_signed_in.ask(clock())
+        if isinstance(found, str):
+            over(found)
             return
-        expires_at = principal.expires_at
+        expires_at = found.expires_at

@@ -1,23 +1,20 @@
 """How whoever watches signs in on a WebSocket: a session cookie from a page of ours, or a token. One way for all."""
 
-from collections.abc import Awaitable, Callable
 from datetime import datetime
 from typing import Final
 
 from starlette.websockets import WebSocket
 
-from server.access import authenticate, token_in
+from server.access import AccessRequest, Action, authenticate, judge, token_in
 from server.accounts.scopes import ALL_SCOPES, Scope
-from server.accounts.sessions import Principal, SignInId, TokenId
+from server.accounts.sessions import Principal, TokenId
 from server.origin import origin_allowed
 from server.refusal import Refusal
+from server.relay.fleet_changes import role_changed
 from server.tower import Tower, tower_of
 
 NOT_SIGNED_IN: Final = 4401
 WRONG_ORIGIN: Final = 4403
-
-StillSignedIn = Callable[[datetime], Awaitable[Principal | None]]
-"""Asks the database whether the sign-in still stands; called about once a minute, off the frame path."""
 
 
 async def sign_in_viewer(websocket: WebSocket, subprotocol: str | None) -> Principal | None:
@@ -42,15 +39,39 @@ async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, wh
     await websocket.close(code, why)
 
 
-def still_signed_in(tower: Tower, signed_in_by: SignInId) -> StillSignedIn:
-    """For a connection that stays open."""
+class StillSignedIn:
+    """Whether the sign-in of a connection that stays open still stands.
 
-    async def ask(now: datetime) -> Principal | None:
+    `revision`: `hub.fleet_revision` before the sign-in was looked up. What changes between then and the moment at which
+    the hub has the connection would otherwise be told to nobody.
+    """
+
+    def __init__(self, tower: Tower, viewer: Principal, *, revision: int) -> None:
+        self._tower = tower
+        self._viewer = viewer
+        self._revision = revision
+        self._is_new = True
+
+    def comes_into_doubt(self) -> bool:
+        """Whether the fleet has changed since the last call, and the database must be asked. Call it each second."""
+        hub, is_new = self._tower.hub, self._is_new
+        changed = hub.fleet_revision != self._revision
+        self._revision, self._is_new = hub.fleet_revision, False
+        return changed and (is_new or not hub.knows_sign_in(self._viewer.session_id))
+
+    async def ask(self, now: datetime) -> Principal | str:
+        """What the database says, off the frame path; in words, where the connection must end."""
+        signed_in_by = self._viewer.session_id
         if isinstance(signed_in_by, TokenId):
-            return await tower.tokens.touch(signed_in_by, now)
-        return await tower.sessions.touch(signed_in_by, now)
-
-    return ask
+            found = await self._tower.tokens.touch(signed_in_by, now)
+        else:
+            found = await self._tower.sessions.touch(signed_in_by, now)
+        if found is None:
+            return "the session has ended"
+        if found.role is not self._viewer.role:
+            return role_changed(found.role)
+        refusal = judge(AccessRequest(found, Action.SEE_SQUAD)).refusal
+        return found if refusal is None else refusal.message
 
 
 def _scopes_wanted(websocket: WebSocket) -> frozenset[Scope]:

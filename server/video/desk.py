@@ -162,10 +162,10 @@ class VideoDesk:
             if why:
                 self.end(viewer, SESSION_ENDED, why)
 
-    def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
+    def end_sessions(self, session_ids: Iterable[SignInId], why: str) -> None:
         """Sessions and tokens that have ended."""
         ended = set(session_ids)
-        self.end_where(lambda principal: "the session has ended" if principal.session_id in ended else "")
+        self.end_where(lambda principal: why if principal.session_id in ended else "")
 
     def end_user(self, user_id: UserId, why: str) -> None:
         """Everything that an account watches."""

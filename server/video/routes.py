@@ -11,7 +11,7 @@ from starlette.websockets import WebSocket
 from server.access import UnknownDrone, Viewer
 from server.operations.refusals import ViewTaken
 from server.problem_docs import answers
-from server.relay.viewer_sign_in import sign_in_viewer, still_signed_in, turn_away
+from server.relay.viewer_sign_in import StillSignedIn, sign_in_viewer, turn_away
 from server.tower import tower_of
 from server.video.agent_channel import AgentVideoSocket
 from server.video.viewer_channel import BAD_REQUEST, ViewerChannel
@@ -41,6 +41,7 @@ async def watch_video(websocket: WebSocket, drone_id: str) -> None:
     tower = tower_of(websocket)
     offered = websocket.scope["subprotocols"]
     subprotocol = VIEWER_VIDEO_SUBPROTOCOL if VIEWER_VIDEO_SUBPROTOCOL in offered else None
+    revision = tower.hub.fleet_revision
     viewer = await sign_in_viewer(websocket, subprotocol)
     if viewer is None:
         return
@@ -55,7 +56,7 @@ async def watch_video(websocket: WebSocket, drone_id: str) -> None:
         await turn_away(websocket, subprotocol, BAD_REQUEST, str(error))
         return
     key = tower.hub.video.first_offered(number, keys)
-    signed_in = still_signed_in(tower, viewer.session_id)
+    signed_in = StillSignedIn(tower, viewer, revision=revision)
     channel = ViewerChannel(
         websocket, tower.hub, viewer, number, key, clock=tower.clock, looks=tower.looks, still_signed_in=signed_in
     )

@@ -1,7 +1,9 @@
 """A made-up drone is flown at one that its owner may not see, to find out where that is.
 
-bob's agent says whatever he likes; alice's drone 1 is the hidden one. What bob may learn is what a pilot needs to avoid
-it, from an armed and credible drone, now and then. alice must not be alarmed by what is none.
+bob's agent says whatever he likes; alice's drone 1 is the hidden one, and she flies it by hand all the time. What bob
+may learn is what a pilot needs to avoid it, from an armed and credible drone, now and then. alice must not be alarmed
+by what is none, and every stick and frame of hers passes. Time is made up here; test_tenants_beside_a_flight.py
+searches through a real tower.
 """
 
 from math import cos, radians
@@ -9,16 +11,18 @@ from typing import Any, Final
 
 import msgspec
 import pytest
-from hub_world import FakeBrowser, HubWorld, record
+from hub_world import FakeAgent, FakeBrowser, HubWorld, record, sticks
 
 from server.accounts.tables import Role
 from server.relay import live_messages as live
-from server.relay.hub_events import HubEvent, MotionSuspected
+from server.relay.hub_events import HolderExpired, HolderGone, HubEvent, MotionSuspected, RightLost, RttTooLong
 from server.separation.motion import METRES_PER_DEGREE
 from server.separation.strangers import BEGUN_AT_ONCE, BEGUN_EVERY_S, FIGURES_EVERY_S
-from wire.control_messages import AutopilotState
+from wire.control_messages import AutopilotState, HoldOrder
 from wire.dialect import build, mavlink
+from wire.frames import message_id
 from wire.ids import DroneId, UserId
+from wire.tagged import split_tagged, tag
 
 HIDDEN: Final = 1
 MADE_UP: Final = 2
@@ -26,6 +30,8 @@ ARMED: Final = mavlink.MAV_MODE_FLAG_SAFETY_ARMED
 QUAD: Final = mavlink.MAV_TYPE_QUADROTOR
 ARDUPILOT: Final = mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
 TICK_S: Final = 0.1
+WRONG: Final = HolderGone | HolderExpired | RightLost | RttTooLong
+"""What would hold a drone, or take it from its pilot."""
 Place = tuple[float, float, float]
 
 
@@ -57,6 +63,8 @@ class Sky(HubWorld):
             self.say_state(number)
         self.alice, self.bob, self.admin = self.browser(1), self.browser(2), self.browser(9)
         self.learnt: dict[str, list[dict[str, Any]]] = {"alice": [], "bob": [], "admin": []}
+        self.apply(record(HIDDEN, (1,), holder=1, epoch=1), record(MADE_UP, (2,)))
+        self.hub.focus(self.alice.browser, DroneId(HIDDEN), 0.0)
 
     def say_state(self, number: int, *, armed: bool = True, airborne: bool = True) -> None:
         self.hub.report(self.agents[number].link, AutopilotState(heard=True, armed=armed, airborne=airborne))
@@ -64,6 +72,7 @@ class Sky(HubWorld):
     def fly(self, for_s: float) -> None:
         for _ in range(round(for_s / TICK_S)):
             self.now = round(self.now + TICK_S, 3)
+            self.alice.send(tag(DroneId(HIDDEN), sticks()), self.now)
             for number, agent in self.agents.items():
                 moved = tuple(a + v * TICK_S for a, v in zip(self.places[number], self.speeds[number], strict=True))
                 self.places[number] = moved[0], moved[1], moved[2]
@@ -83,7 +92,19 @@ class Sky(HubWorld):
                 agent.send(*frames, now=self.now)
             self.hub.tick(self.now)
             for name, browser in (("alice", self.alice), ("bob", self.bob), ("admin", self.admin)):
-                self.learnt[name] += heard(browser)
+                self.learnt[name] += heard(browser, self.now)
+            if HIDDEN in self.agents:
+                self.assert_alice_flies(self.agents[HIDDEN])
+
+    def assert_alice_flies(self, agent: FakeAgent) -> None:
+        """Her stick has come out at her drone, its frame at her screen, and nothing holds it."""
+        passed = [message_id(frame) for _, frame in agent.received(self.now)]
+        assert passed == [mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL], self.now
+        agent.answer_pings(self.now)
+        seen = [message_id(frame) for _, frame in split_all(self.alice.frames(self.now))]
+        assert seen.count(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT) == 1, self.now
+        assert not [one for one in agent.posted if isinstance(one, HoldOrder)], self.now
+        assert not [one for one in self.noticed if isinstance(one, WRONG)], self.now
 
     def approach(self, speed_m_s: float = 10.0) -> None:
         """As a machine would fly it, from where it is to where the hidden one is."""
@@ -98,9 +119,19 @@ class Sky(HubWorld):
         return drone.suspicious_motion
 
 
-def heard(browser: FakeBrowser) -> list[dict[str, Any]]:
-    events = [one for one in browser.events() if isinstance(one, live.Separation)]
-    return [msgspec.json.decode(live.encode_event(one)) for one in events]
+def heard(browser: FakeBrowser, now: float) -> list[dict[str, Any]]:
+    """What was said of separation. Pings are answered."""
+    told = []
+    for one in browser.events():
+        if isinstance(one, live.Ping):
+            browser.browser.trip.pong(one.sequence, now)
+        elif isinstance(one, live.Separation):
+            told.append(msgspec.json.decode(live.encode_event(one)))
+    return told
+
+
+def split_all(messages: list[bytes]) -> list[tuple[DroneId, bytes]]:
+    return [pair for message in messages for pair in split_tagged(message)]
 
 
 def without_number(events: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -226,7 +257,7 @@ def test_coming_back_to_the_page_is_no_second_look() -> None:
     said = [one for one in sky.learnt["bob"] if one["level"] != "clear"][-1]
     for _ in range(20):
         late = FakeBrowser(sky.hub, 2)
-        assert heard(late) == [said]
+        assert heard(late, sky.now) == [said]
         sky.hub.detach_browser(late.browser, sky.now)
 
 

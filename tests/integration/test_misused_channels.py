@@ -1,17 +1,20 @@
 """What no program of ours would send on a WebSocket: its channel ends with a code, it is counted, nothing is logged."""
 
 import logging
+import time
 from collections.abc import AsyncIterator
 from pathlib import Path
 
 import pytest
 import structlog
+from structlog.testing import capture_logs
 from tower_world import NewDrone, TowerWorld, start_tower
 from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Subprotocol
 
 from server.accounts.tables import Role
+from server.anonymous.limits import LIMITS
 from server.log import configure_log
 from wire.control_messages import AGENT_SUBPROTOCOL
 from wire.drops import DropReason
@@ -97,6 +100,25 @@ async def test_a_browser_that_talks_nonsense_is_answered_briefly_and_ended_at_la
     assert answers
     assert max(map(len, answers)) < 500
     assert world.tower.hub.drops == {DropReason.MALFORMED: 20}
+
+
+async def test_unknown_agents_write_few_log_lines(world: TowerWorld) -> None:
+    """They wrote one each."""
+    tries, began = 60, time.monotonic()
+    headers = {"Authorization": "Bearer nonsense"}
+    with capture_logs() as lines:
+        for _ in range(tries):
+            with pytest.raises(InvalidStatus):
+                await connect(
+                    world.agent_url,
+                    subprotocols=[Subprotocol(AGENT_SUBPROTOCOL)],
+                    additional_headers=headers,
+                    proxy=None,
+                )
+    written = sum(line["event"] == "agent_refused" for line in lines)
+    allowed = LIMITS.log_lines_burst + LIMITS.log_lines_per_s * (time.monotonic() - began) + 1
+    assert 0 < written <= allowed
+    assert world.tower.anonymous.log.left_out == tries - written
 
 
 def test_a_text_that_is_no_utf8_leaves_no_traceback_in_the_log(capsys: pytest.CaptureFixture[str]) -> None:

@@ -21,6 +21,7 @@ def test_defaults() -> None:
     assert settings.var == Path("var").absolute()
     assert settings.database_url == f"sqlite+aiosqlite:///{settings.var}/tower.sqlite3"
     assert settings.is_sqlite
+    assert (settings.session_idle_s, settings.session_lifetime_s) == (12 * 3600, 7 * 24 * 3600)
 
 
 def test_what_is_set_is_taken_and_what_is_empty_is_not_set() -> None:
