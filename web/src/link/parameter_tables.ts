@@ -19,6 +19,7 @@ export interface ParametersRead {
 }
 
 const NOT_MODIFIED = 304;
+const NOT_FOUND = 404;
 
 export class ParameterTables {
   readonly #rest: Rest;
@@ -45,6 +46,16 @@ export class ParameterTables {
       return now;
     } catch (error) {
       if (before && error instanceof RestError && error.status === NOT_MODIFIED) return before;
+      throw error;
+    }
+  }
+
+  /** What the vehicle itself says of its parameters, as it came; null: nothing. The browser keeps it by its ETag. */
+  async metadata(droneId: number): Promise<unknown> {
+    try {
+      return await this.#rest.call<unknown>('GET', `/drones/${droneId}/parameters/metadata`);
+    } catch (error) {
+      if (error instanceof RestError && error.status === NOT_FOUND) return null;
       throw error;
     }
   }
