@@ -18,8 +18,21 @@ from typing import Any, Final
 from bench.rig import wait_for
 from wire.dialect import build, decode, mavlink
 from wire.frame_stream import FrameStream
+from wire.frames import message_id
 
 REQUESTED: Final = {"version": 148, "modes": 435, "metadata": 397, "camera": 259, "gimbal": 280}
+PAYLOADS: Final = (
+    (100, "CAMERA_INFORMATION"),
+    (100, "CAMERA_SETTINGS"),
+    (100, "STORAGE_INFORMATION"),
+    (100, "CAMERA_CAPTURE_STATUS"),
+    (154, "GIMBAL_DEVICE_INFORMATION"),
+    (154, "GIMBAL_DEVICE_ATTITUDE_STATUS"),
+    (1, "GIMBAL_MANAGER_INFORMATION"),
+    (1, "GIMBAL_MANAGER_STATUS"),
+)
+"""What a vehicle with a camera and a gimbal says when it is asked, and which component says it."""
+METADATA: Final = 397
 TRIES: Final = 5
 ANSWER_S: Final = 1.5
 SILENCE_S: Final = 1.0
@@ -46,6 +59,8 @@ class GroundStation:
         self._sequence = 0
         self._files = 0
         self._heard: asyncio.Queue[Any] = asyncio.Queue()
+        self._metadata_heard = 0
+        """COMPONENT_METADATA, which the dialect lacks."""
         self._tasks = [asyncio.create_task(self._read()), asyncio.create_task(self._beat())]
 
     @classmethod
@@ -71,6 +86,7 @@ class GroundStation:
         stream = FrameStream()
         while data := await self._reader.read(65536):
             for frame in stream.feed(data):
+                self._metadata_heard += message_id(frame) == METADATA
                 message = decode(frame)
                 if message is not None:
                     self._heard.put_nowait(message)
@@ -108,6 +124,15 @@ class GroundStation:
         for name, number in REQUESTED.items():
             ask = mavlink.MAVLink_command_long_message(1, 1, 512, 0, number, *[0.0] * 6)
             await self._asked(name, ask, lambda m: m.get_type() == "COMMAND_ACK" and m.command == 512)
+
+    async def asks_payloads(self) -> None:
+        """Camera, gimbal and metadata say what they are asked for, not only that they will. Raises NotAnswered."""
+        for component, name in PAYLOADS:
+            number = getattr(mavlink, f"MAVLINK_MSG_ID_{name}")
+            ask = mavlink.MAVLink_command_long_message(1, component, 512, 0, number, *[0.0] * 6)
+            await self._asked(name, ask, partial(_is_from, component, name))
+        if not self._metadata_heard:
+            raise NotAnswered("COMPONENT_METADATA")
 
     async def asks_for_plans(self) -> None:
         """The counts of all three come. Raises NotAnswered."""
@@ -216,6 +241,10 @@ def _entries(data: bytes) -> tuple[int, int]:
     if at > len(data):
         raise NotAnswered("the end of the file of parameters")
     return len(names), total
+
+
+def _is_from(component: int, name: str, message: Any) -> bool:
+    return bool(message.get_type() == name and message.get_srcComponent() == component)
 
 
 def _is_count(kind: int, message: Any) -> bool:

@@ -128,7 +128,7 @@ async def _trial(
         if slow:
             network = await stack.enter_async_context(emulated_network({"drone": LINE, "browser": LINE}))
             stack.enter_context(network.inside("tower"))
-        rig = MissionsRig(folder, network, autopilot)
+        rig = MissionsRig(folder, network, autopilot, payloads=connects_only)
         stack.push_async_callback(rig.stop)
         await rig.start()
         yield Trial(rig, network, Figures(report), items, connects_only)
@@ -205,6 +205,8 @@ async def _ground_station(trial: Trial, rounds: int) -> None:
             began = loop.time()
             try:
                 await station.asks_for_messages()
+                if trial.rig.has_payloads:
+                    await station.asks_payloads()
                 got, count, asked = await station.lists()
                 figures.took(OURS, f"{CONNECTION}, by list", loop.time() - began)
                 figures.report.say(f"    {got} of {count} by list, {asked} of them asked for one by one")

@@ -82,10 +82,14 @@ class RestPerson:
 class MissionsRig(Rig):
     """A Rig without a tap, whose simulator flies another vehicle for MAVSDK."""
 
-    def __init__(self, folder: Path, network: Network | None, autopilot: Path | None = None) -> None:
-        """`autopilot`: the program of a real ArduCopter's simulator, in place of ours."""
+    def __init__(
+        self, folder: Path, network: Network | None, autopilot: Path | None = None, *, payloads: bool = False
+    ) -> None:
+        """`autopilot`: the program of a real ArduCopter's simulator, in place of ours. `payloads`: ours has a camera, a
+        gimbal, and metadata of its parameters."""
         super().__init__(folder, COPTER, network)
         self._autopilot = autopilot
+        self.has_payloads = payloads and autopilot is None
         self._real: list[RealAutopilot] = []
         self._taps: list[AutopilotTap] = []
         self._ground_port = free_udp_port()
@@ -105,7 +109,8 @@ class MissionsRig(Rig):
             return
         home = ",".join(str(number) for number in HOME)
         outs = ("--out", f"udp:{at}", "--out", f"udp:{ground}:{self._ground_port}")
-        flown = ("--home", f"{home},0", "--count", "2", *outs, *self.kind.options)
+        payloads = ("--camera-component", "--gimbal", "--metadata") if self.has_payloads else ()
+        flown = ("--home", f"{home},0", "--count", "2", *outs, *payloads, *self.kind.options)
         await self._run("simulator", *self._drone_command("tower-sim", *flown))
 
     async def _start_real(self, other_end: tuple[str, int], bound_to: str) -> None:

@@ -26,6 +26,7 @@ from onboard_agent.transactions.journal_files import JournalFiles
 from onboard_agent.transactions.journal_thread import JournalThread
 from onboard_agent.transactions.log_desk import LogDesk
 from onboard_agent.transactions.log_files import LogFiles
+from onboard_agent.transactions.metadata_service import MetadataService
 from onboard_agent.transactions.parameter_desk import ParameterDesk
 from onboard_agent.transactions.parameter_files import ParameterFiles
 from onboard_agent.video.camera_setting import NO_CAMERA
@@ -115,8 +116,11 @@ class Agent:
     def _make_desks(self, maker: FrameMaker) -> list[Desk]:
         """Each kind of work at the drone that needs a disk or a network."""
         state = self._state
+        parameters = ParameterDesk(maker, ParameterFiles(None if state is None else state / "parameters"))
         return [
-            ParameterDesk(maker, ParameterFiles(None if state is None else state / "parameters")),
+            # Before the parameters: it closes its file before they open theirs.
+            MetadataService(maker, parameters_busy=parameters.busy),
+            parameters,
             LogDesk(maker, LogFiles(None if state is None else state / "logs"), self._files),
         ]
 

@@ -47,6 +47,7 @@ from wire.frames import message_id, source
 from wire.ids import DroneId, Epoch
 from wire.lateness import Lateness
 from wire.open_holds import Stay
+from wire.parameter_metadata import MetadataWanted
 from wire.transactions import CancelTransaction, CommandWork, Transaction
 
 _log = logging.getLogger(__name__)
@@ -302,13 +303,13 @@ class Onboard:
             self._failsafe.settings = settings
         elif isinstance(message, StreamSettings):
             self.stream.chosen(message)
-        elif isinstance(message, Transaction | CancelTransaction):
+        elif isinstance(message, Transaction | CancelTransaction | MetadataWanted):
             self._work_wanted(message, now)
         elif isinstance(message, LeaderPosition):
             self._work.leader(message, self._lateness.late_by(message.sent_ms, now), now)
         self._work.epoch(self.downlink.epoch, now)
 
-    def _work_wanted(self, message: Transaction | CancelTransaction, now: float) -> None:
+    def _work_wanted(self, message: Transaction | CancelTransaction | MetadataWanted, now: float) -> None:
         if isinstance(message, Transaction):
             self._epoch_told(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
@@ -343,7 +344,7 @@ class Onboard:
             if refused is not None:
                 self.counts[refused] += 1
                 continue
-            self._to_autopilot.append(frame)
+            self._to_autopilot += [*self._work.ahead_of(frame, now), frame]
         self._work.epoch(self.downlink.epoch, now)
 
     @property

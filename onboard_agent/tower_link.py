@@ -37,6 +37,7 @@ from wire.drops import DropReason
 from wire.following import FOLLOW, FOLLOW_PERSON, LeaderPosition
 from wire.ids import DroneId, Epoch
 from wire.open_holds import OPEN_HOLDS, Stay
+from wire.parameter_metadata import PARAMETER_METADATA
 from wire.transactions import TRANSACTIONS
 from wire.video import ClockAnswer, ClockProbe
 
@@ -98,7 +99,7 @@ class TowerLink:
     ) -> None:
         """`takes`: what the hello says besides what every agent takes."""
         self._url = url
-        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, *takes)
+        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, PARAMETER_METADATA, *takes)
         self._identity = identity
         self._user = user
         self._process = secrets.randbelow(0xFFFFFFFF) + 1

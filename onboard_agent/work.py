@@ -17,18 +17,23 @@ from onboard_agent.transactions.command_desk import CommandDesk
 from onboard_agent.transactions.desk import Around, Desk
 from onboard_agent.transactions.follow_desk import FollowDesk
 from onboard_agent.transactions.journal import JournalStore
+from onboard_agent.transactions.metadata_service import MetadataService
 from onboard_agent.transactions.plan_watch import PlanWatch
 from onboard_agent.transactions.start_gate import LOOKED_AT, LatestStart, StartGate, may_start, starts_mission
 from onboard_agent.transactions.transactions import Transactions
 from wire.dialect import mavlink
 from wire.following import LeaderPosition
 from wire.frames import message_id
+from wire.parameter_metadata import MetadataWanted
 from wire.transactions import TRANSACTIONS, CancelTransaction, Outcome, Transaction, TransactionToTower
 
 _log = logging.getLogger(__name__)
 
 STATION_READS_S: Final = 30.0
 """So long after a ground station asked for parameters all values go up to it, though we may be reading them as well."""
+
+STATION_FILES_S: Final = 5.0
+"""So long after a ground station asked for files the agent reads none that nobody waits for."""
 
 _ASKS_FOR_PARAMETERS: Final = frozenset(
     {
@@ -65,13 +70,17 @@ class WorkAtDrone:
         self._follow = FollowDesk(
             maker, send=self._why_not_command, commanded=lambda: holder.commanded, moved=lambda: holder.moved
         )
-        self._transactions = Transactions([self._plans, commands, self._follow, *make_desks(maker)])
+        more = make_desks(maker)
+        self._metadata = next((one for one in more if isinstance(one, MetadataService)), None)
+        self._transactions = Transactions([self._plans, commands, self._follow, *more])
         self._gate = StartGate(maker)
         self._latest_start = LatestStart()
         self._answers: list[bytes] = []
-        self._taken = False
+        self._takes: tuple[str, ...] = ()
         self._station_asked_at = float("-inf")
         """When a ground station asked the autopilot for parameters."""
+        self._station_files_at = float("-inf")
+        """When one asked it for files."""
         self.hears: Final = self._transactions.hears
         """Ids of the autopilot's messages for `heard`."""
 
@@ -79,12 +88,12 @@ class WorkAtDrone:
 
     def link_up(self, takes: Sequence[str]) -> None:
         """A new link. `takes`: of the tower's welcome."""
-        self._taken = TRANSACTIONS in takes
-        self._transactions.link_up(taken=self._taken)
+        self._takes = tuple(takes)
+        self.resumed()
 
     def resumed(self) -> None:
         """The link goes on with another control channel."""
-        self._transactions.link_up(taken=self._taken)
+        self._transactions.link_up(taken=TRANSACTIONS in self._takes, takes=self._takes)
 
     def link_down(self) -> None:
         """Nobody to tell. What was begun goes on."""
@@ -103,6 +112,15 @@ class WorkAtDrone:
             return "no mission may be started"
         return "a plan is being written" if self._plans.keeps_out(frame, now) else None
 
+    def ahead_of(self, frame: bytes, now: float) -> list[bytes]:
+        """What goes to the autopilot before this frame of the tower's: where a ground station asks for files, a file
+        that nobody waits for is closed first. Autopilots open one at a time."""
+        if message_id(frame) != mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL:
+            return []
+        self._station_files_at = now
+        around = self._around(now)
+        return [] if self._metadata is None or around is None else self._metadata.due(around, now)
+
     @property
     def may_start(self) -> bool:
         """Whether the mission on board may be flown."""
@@ -117,10 +135,13 @@ class WorkAtDrone:
         """The tower wants something that is not even begun."""
         self._transactions.refuse(transaction.id, Outcome.REFUSED, words)
 
-    def message(self, message: Transaction | CancelTransaction, now: float) -> None:
+    def message(self, message: Transaction | CancelTransaction | MetadataWanted, now: float) -> None:
         """The tower wants something, or wants it no more."""
         if isinstance(message, Transaction):
             self._transactions.begin(message, self._around(now), now)
+        elif isinstance(message, MetadataWanted):
+            if self._metadata is not None:
+                self._metadata.wanted(message.hash)
         else:
             self._transactions.cancel(message.id, now)
 
@@ -208,4 +229,5 @@ class WorkAtDrone:
             narrow_line=self._narrow_line,
             holding=self._hold.acting,
             commanded=self._holder.commanded,
+            busy=self._transactions.busy or self._plans.busy or now - self._station_files_at < STATION_FILES_S,
         )

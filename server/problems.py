@@ -72,6 +72,7 @@ from server.operations.refusals import (
     ViewTaken,
     WouldFall,
 )
+from server.parameters.metadata import NoMetadata
 from server.parameters.orders import ParametersUnknown
 from server.private_path import NotPrivate
 from server.recordings.refusals import (
@@ -191,6 +192,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     MalformedBody: Kind(MALFORMED_JSON.slug, MALFORMED_JSON.status, MALFORMED_JSON.title),
     BadPlan: Kind(INVALID.slug, INVALID.status, INVALID.title),
     ParametersUnknown: Kind("parameters-unknown", 409, "The parameters are not known yet"),
+    NoMetadata: Kind("no-metadata", 404, "The vehicle says nothing of its parameters"),
     NotKnownHow: Kind("not-supported", 409, "Not with this vehicle"),
     NotKnownYet: Kind("not-known-yet", 409, "Not known yet"),
     NoSuchMode: Kind(INVALID.slug, INVALID.status, INVALID.title, field="mode"),

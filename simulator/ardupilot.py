@@ -32,6 +32,7 @@ ARDUPILOT = Flavour(
     home_slot=True,
     keeps_dataflash_logs=True,
     keeps_parameter_file=True,
+    offers_metadata=False,
     storage=Storage(take, why_not_jump, why_not_whole, fence_total),
     items_max={PlanKind.MISSION: 650, PlanKind.FENCE: 70, PlanKind.RALLY: 46},
     fence_limits=fence_limits,

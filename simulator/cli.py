@@ -75,7 +75,15 @@ def simulate(
     battery_mah: Annotated[float, typer.Option(min=100)] = 5200.0,
     param: Annotated[list[str] | None, typer.Option(help="NAME=VALUE, set before the start.")] = None,
     param_count: Annotated[int, typer.Option(min=0, max=5000, help="Fill the table up to so many.")] = 0,
+    metadata: Annotated[
+        bool | None,
+        typer.Option(help="Answer COMPONENT_METADATA, or do not; PX4 does by itself, ArduCopter does not."),
+    ] = None,
     camera: Annotated[list[str] | None, typer.Option(help=CAMERA_HELP)] = None,
+    camera_component: Annotated[
+        bool, typer.Option("--camera-component", help="Each has a camera as a MAVLink component.")
+    ] = False,
+    gimbal: Annotated[bool, typer.Option("--gimbal", help="Each has a gimbal as a MAVLink component.")] = False,
     fail: Annotated[list[str] | None, typer.Option(help=FAIL_HELP)] = None,
 ) -> None:
     """Fly simulated quadrotors that speak MAVLink 2."""
@@ -99,6 +107,9 @@ def simulate(
             parameter_count=param_count,
             failures=tuple(parse_failure(text) for text in fail or ()),
             flavour=FLAVOURS[flavour],
+            metadata=metadata,
+            camera=camera_component,
+            gimbal=gimbal,
         )
         vehicles = make_squad(count, settings)
         cameras = _cameras(camera, vehicles, place, seed) if camera else None
@@ -121,7 +132,11 @@ def _cameras(texts: list[str], vehicles: list[Vehicle], home: Place, seed: int) 
     from simulator.camera.on_board import SquadCameras
     from simulator.camera.server import parse_camera
 
-    return SquadCameras([parse_camera(text) for text in texts], vehicles, home, seed)
+    endpoints = [parse_camera(text) for text in texts]
+    cameras = SquadCameras(endpoints, vehicles, home, seed)
+    for vehicle, endpoint in zip(vehicles, endpoints, strict=False):
+        vehicle.films_at(str(endpoint))
+    return cameras
 
 
 def _run(flight: Coroutine[Any, Any, None]) -> None:

@@ -5,16 +5,19 @@ No other file of the package may import pymavlink.
 
 from __future__ import annotations
 
+import struct
 from typing import Any
 
 from pymavlink.dialects.v20 import ardupilotmega as mavlink
 
-__all__ = ["AUTOPILOT_COMPONENT", "Codec", "Message", "mavlink", "number_of"]
+__all__ = ["AUTOPILOT_COMPONENT", "COMPONENT_METADATA", "Codec", "ComponentMetadata", "Message", "mavlink", "number_of"]
 
 Message = Any
 """A pymavlink message object; the generated module has no useful static types."""
 
 AUTOPILOT_COMPONENT = 1
+
+COMPONENT_METADATA = 397
 
 RECEIVE_BUFFER_MAX = 4096
 """What one call may bring; the rest of a longer one is dropped. A UDP datagram carries at most a few frames."""
@@ -61,3 +64,20 @@ class Codec:
 def number_of(message_class: Message) -> int:
     """The message id of a generated message class."""
     return int(message_class.id)
+
+
+class ComponentMetadata:
+    """COMPONENT_METADATA, which this dialect lacks: as its own messages are, as far as `Codec.encode` goes."""
+
+    _CRC_EXTRA = 182
+    _FIELDS = struct.Struct("<II100s")
+
+    def __init__(self, time_boot_ms: int, file_crc: int, uri: bytes) -> None:
+        self._payload = self._FIELDS.pack(time_boot_ms, file_crc, uri)
+
+    def get_type(self) -> str:
+        return "COMPONENT_METADATA"
+
+    def pack(self, mav: Any) -> bytes:
+        frame = mavlink.MAVLink_message(COMPONENT_METADATA, self.get_type())
+        return bytes(frame._pack(mav, self._CRC_EXTRA, self._payload))

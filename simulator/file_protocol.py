@@ -1,4 +1,6 @@
-"""The server half of MAVLink FTP, as far as ArduPilot's file of parameters goes: open, read, burst, close.
+"""The server half of MAVLink FTP, as far as reading goes: open, read, burst, close.
+
+ArduPilot's file of parameters is made for the blocks that are asked for; other files are as they lie there.
 
 One session at a time for all who ask; who asks in another one is refused until the first was silent for a while.
 """
@@ -30,13 +32,23 @@ Peer = tuple[int, int]
 
 
 class FileServer:
-    def __init__(self, parameters: Parameters, send: Callable[[Message], None]) -> None:
+    def __init__(
+        self,
+        parameters: Parameters,
+        send: Callable[[Message], None],
+        *,
+        packs_parameters: bool = True,
+        file: Callable[[bytes], bytes | None] = lambda _name: None,
+    ) -> None:
+        """`packs_parameters`: there is ArduPilot's file of them. `file`: any other one by its name, if there is one."""
         self._parameters = parameters
         self._send = send
+        self._packs_parameters = packs_parameters
+        self._file = file
         self._waiting: deque[tuple[bytes, Peer]] = deque()
         self._session: int | None = None
         self._block = 0
-        """Bytes of the first block that was asked for: the session keeps to it."""
+        """Bytes of the first block of the file of parameters that was asked for: the session keeps to it. 0: any."""
         self._content: bytes | None = None
         self._heard_at = float("-inf")
         self._now_s = 0.0
@@ -91,19 +103,23 @@ class FileServer:
         self._heard_at = self._now_s
 
     def _open(self, session: int, name: bytes, answer: Callable[..., None]) -> None:
+        name = name.split(b"\0")[0]
+        packed = self._packs_parameters and name.split(b"?")[0] == b"@PARAM/param.pck"
+        content = None if packed else self._file(name)
         if self._session is not None or self.refuses:
             answer(NACK, bytes([FAIL]))
-        elif name.split(b"\0")[0].split(b"?")[0] != b"@PARAM/param.pck":
+        elif not packed and content is None:
             answer(NACK, bytes([NOT_FOUND]))
         else:
-            self._session, self._content = session, None
-            answer(ACK, struct.pack("<I", ENTRY_USUAL * len(self._parameters)))
+            self._session, self._content, self._block = session, content, 0
+            size = ENTRY_USUAL * len(self._parameters) if content is None else len(content)
+            answer(ACK, struct.pack("<I", size))
 
     def _read(self, offset: int, size: int) -> bytes:
         if self._content is None:
             self._block = size
             self._content = pack_parameters(self._parameters, max(size, 1))
-        return self._content[offset : offset + size] if size == self._block else b""
+        return self._content[offset : offset + size] if self._block in (0, size) else b""
 
     def _burst(self, offset: int, size: int, answer: Callable[..., None]) -> None:
         more = 0

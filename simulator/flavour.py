@@ -104,6 +104,8 @@ class Flavour:
     keeps_dataflash_logs: bool
     keeps_parameter_file: bool
     """All parameters can be read as a file by MAVLink FTP."""
+    offers_metadata: bool
+    """COMPONENT_METADATA is answered, unless the vehicle is told otherwise."""
     storage: Storage
     items_max: Mapping[PlanKind, int]
     fence_limits: Callable[[Flight], Limits]

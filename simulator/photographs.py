@@ -33,6 +33,11 @@ class Camera:
         """Of those in a row; -1 is no end."""
         self._due_s = 0.0
 
+    @property
+    def interval_s(self) -> float | None:
+        """Between those that it takes in a row; None: it takes none."""
+        return self._every_s if self._left else None
+
     def every_metres(self, flight: Flight, distance_m: float, *, at_once: bool) -> None:
         """0 ends it."""
         self._every_m = max(distance_m, 0.0)

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 from simulator.ardupilot import ARDUPILOT
 from simulator.commands import ACCEPTED, FAILED, UNSUPPORTED, Command, carry_out, read_command
 from simulator.commands_flight import jump_to_item
-from simulator.dialect import Codec, Message, mavlink
+from simulator.components import Components
+from simulator.dialect import COMPONENT_METADATA, Codec, Message, mavlink
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.file_protocol import FileServer
 from simulator.flavour import Flavour
@@ -23,9 +24,11 @@ from simulator.flight import Flight, FlightSettings
 from simulator.flight_constants import TICK_S
 from simulator.log_protocol import LogServer
 from simulator.logbook import Logbook
+from simulator.metadata import ComponentFiles
 from simulator.missions import MissionServer
 from simulator.notices import Notice, Severity
 from simulator.parameter_protocol import ParameterServer
+from simulator.reports_common import ms
 from simulator.setpoints import receive_setpoint
 from simulator.telemetry import Telemetry
 
@@ -49,6 +52,11 @@ class VehicleSettings:
     parameter_count: int = 0
     failures: tuple[PlannedFailure, ...] = field(default=())
     flavour: Flavour = ARDUPILOT
+    metadata: bool | None = None
+    """Whether COMPONENT_METADATA is answered; None: as the flavour does."""
+    camera: bool = False
+    """A camera as a component of its own."""
+    gimbal: bool = False
 
 
 class Vehicle:
@@ -76,6 +84,7 @@ class Vehicle:
         self._text_id = 0
         self._owed: list[int] = []
         self.overflowed = 0
+        self.video_uri = ""
         self._boot()
 
     def _boot(self) -> None:
@@ -90,7 +99,18 @@ class Vehicle:
         self._missions = MissionServer(self.flight, self._send, self._restart_soon)
         self._logs = LogServer(self.flight, self._logbook, self._send)
         self._parameter_server = ParameterServer(self.parameters, self._send, self._say)
-        self._files = FileServer(self.parameters, self._send) if self.settings.flavour.keeps_parameter_file else None
+        settings = self.settings
+        offers = settings.flavour.offers_metadata if settings.metadata is None else settings.metadata
+        self._metadata = ComponentFiles(self.parameters) if offers else None
+        self._files = FileServer(
+            self.parameters,
+            self._send,
+            packs_parameters=settings.flavour.keeps_parameter_file,
+            file=self._metadata.file if self._metadata else lambda _name: None,
+        )
+        self.components = Components(settings.system_id, self._send, camera=settings.camera, gimbal=settings.gimbal)
+        if self.components.camera is not None:
+            self.components.camera.video_uri = self.video_uri
         self._say(Severity.INFO, self.settings.flavour.banner[0])
 
     # The outside.
@@ -143,10 +163,12 @@ class Vehicle:
         self._parameter_server.has_locked = Failure.PARAMETERS_LOCKED in self.failures
         self._parameter_server.is_slow = Failure.PARAMETERS_SLOW in self.failures
         self._parameter_server.tick()
-        if self._files is not None:
-            self._files.refuses = Failure.FILES_REFUSED in self.failures
-            self._files.drop_every_seventh = Failure.FILES_DROPPED in self.failures
-            self._files.tick(flight.now_s)
+        self._files.refuses = Failure.FILES_REFUSED in self.failures
+        self._files.drop_every_seventh = Failure.FILES_DROPPED in self.failures
+        if self._metadata is not None:
+            self._metadata.missing = Failure.METADATA_MISSING in self.failures
+            self._metadata.damaged = Failure.METADATA_DAMAGED in self.failures
+        self._files.tick(flight.now_s)
         self._logs.tick()
         if self.settings.flavour.keeps_dataflash_logs:
             self._logbook.update(flight, [notice.text for notice in flight.notices])
@@ -157,6 +179,7 @@ class Vehicle:
         for message_id in self._owed:
             self._send_report(message_id)
         self._owed.clear()
+        self.components.tick(flight)
         if self._reboot_tick is not None and self._ticks >= self._reboot_tick:
             self._reboot()
 
@@ -192,7 +215,11 @@ class Vehicle:
             if not self.settings.flavour.heeds_any_ground_station or message.type == mavlink.MAV_TYPE_GCS:
                 self._ground_station_seen(sender[0])
         elif name in ("COMMAND_LONG", "COMMAND_INT"):
-            self._handle_command(read_command(message), sender)
+            component = self.components.of(message.target_component)
+            if component is None:
+                self._handle_command(read_command(message), sender)
+            else:
+                component.receive(flight, read_command(message), sender)
         elif name in ("RC_CHANNELS_OVERRIDE", "MANUAL_CONTROL"):
             self._handle_sticks(message, sender[0])
         elif name.startswith("MISSION_"):
@@ -201,7 +228,7 @@ class Vehicle:
             self._logs.receive(message, sender)
         elif name.startswith("PARAM_"):
             self._handle_parameter(message)
-        elif name == "FILE_TRANSFER_PROTOCOL" and self._files is not None:
+        elif name == "FILE_TRANSFER_PROTOCOL":
             self._files.receive(message, sender)
         elif name.startswith("SET_POSITION_TARGET_"):
             receive_setpoint(flight, message)
@@ -256,7 +283,9 @@ class Vehicle:
     # Commands.
 
     def _handle_command(self, command: Command, sender: tuple[int, int]) -> None:
-        result = self._carry_out(command)
+        gimbal = self.components.gimbal
+        managed = gimbal.manage(command, sender) if gimbal is not None else None
+        result = self._carry_out(command) if managed is None else managed
         if Failure.COMMAND_ACK_MISSING not in self.failures:
             ack = mavlink.MAVLink_command_ack_message(command.number, result, 0, 0, *sender)
             self._send(ack)
@@ -302,15 +331,22 @@ class Vehicle:
 
     def _promise(self, message_id: int) -> int:
         """The report goes out at the end of this tick, after the acknowledgement."""
-        if self._telemetry.report(message_id, self.flight) is None:
+        if self._report(message_id) is None:
             return FAILED
         self._owed.append(message_id)
         return ACCEPTED
 
     def _send_report(self, message_id: int) -> None:
-        message = self._telemetry.report(message_id, self.flight)
+        message = self._report(message_id)
         if message is not None:
             self._send(message)
+
+    def _report(self, message_id: int) -> Message | None:
+        gimbal = self.components.gimbal
+        if message_id == COMPONENT_METADATA and self._metadata is not None:
+            return self._metadata.named(ms(self.flight))
+        managed = gimbal.manager_report(message_id, self.flight) if gimbal is not None else None
+        return self._telemetry.report(message_id, self.flight) if managed is None else managed
 
     def _say(self, severity: Severity, text: str) -> None:
         self._speak(Notice(severity, text))
@@ -326,9 +362,16 @@ class Vehicle:
         for sequence, piece in enumerate(pieces):
             self._send(mavlink.MAVLink_statustext_message(int(notice.severity), piece, number, sequence))
 
-    def _send(self, message: Message) -> None:
+    def films_at(self, uri: str) -> None:
+        """Its camera component, if it has one, says that its pictures are there."""
+        self.video_uri = uri
+        if self.components.camera is not None:
+            self.components.camera.video_uri = uri
+
+    def _send(self, message: Message, codec: Codec | None = None) -> None:
+        """`codec`: of another component than the autopilot."""
         self._sent += 1
-        frame = self._codec.encode(message)
+        frame = (codec or self._codec).encode(message)
         if Failure.SILENT in self.failures:
             return
         if Failure.DROP_EVERY_TENTH in self.failures and self._sent % 10 == 0:

@@ -10,7 +10,12 @@ from pymavlink.dialects.v20 import ardupilotmega as _dialect
 
 mavlink: Any = _dialect
 
-CRC_EXTRA: Final[dict[int, int]] = {msgid: cls.crc_extra for msgid, cls in mavlink.mavlink_map.items()}
+COMPONENT_METADATA: Final = 397
+"""A message of `common` that ArduPilot's dialect lacks: it is read by `onboard_agent.transactions.metadata_general`."""
+
+CRC_EXTRA: Final[dict[int, int]] = {msgid: cls.crc_extra for msgid, cls in mavlink.mavlink_map.items()} | {
+    COMPONENT_METADATA: 182
+}
 """Message id to the seed byte that ends its checksum."""
 
 

@@ -12,6 +12,7 @@ from typing import Annotated, Final
 import msgspec
 
 from wire.following import FollowWork, LeaderPosition
+from wire.parameter_metadata import MetadataToTower, MetadataWanted
 from wire.plans import I32, ITEMS_MOST, U8, U16, BoundedPlan, PlanKind
 
 LARGEST_TRANSACTION_BYTES: Final = 256 * 1024
@@ -247,7 +248,13 @@ class ParameterChanged(msgspec.Struct, frozen=True, tag="parameter_changed", tag
     hash: Hash
 
 
-TransactionToAgent = Transaction | CancelTransaction | LeaderPosition
+TransactionToAgent = Transaction | CancelTransaction | LeaderPosition | MetadataWanted
 TransactionToTower = (
-    TransactionProgress | TransactionResult | PlanOnBoard | ParameterCache | ParameterTable | ParameterChanged
+    TransactionProgress
+    | TransactionResult
+    | PlanOnBoard
+    | ParameterCache
+    | ParameterTable
+    | ParameterChanged
+    | MetadataToTower
 )

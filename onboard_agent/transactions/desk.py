@@ -34,6 +34,9 @@ class Around:
     """How often somebody has said through the tower how to fly, and how often the drone was made to hold."""
     narrow_line: bool
     """No room to spare on the way to the autopilot: what nobody waits for is not done while it is flown by hand."""
+    busy: bool = False
+    """Something is under way at the autopilot that somebody waits for: a transaction, plans that are read, a ground
+    station's files."""
 
 
 class Desk(Protocol):

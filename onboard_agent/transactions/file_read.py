@@ -87,6 +87,11 @@ class FileRead:
             self._next_offset += LARGEST_BLOCK_BYTES
         return out
 
+    def give_up(self) -> None:
+        """It is wanted no more: `due` closes it."""
+        if not self._over:
+            self.why_not = "it was given up"
+
     # Inside.
 
     @property

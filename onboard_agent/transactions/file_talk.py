@@ -8,7 +8,7 @@ from enum import IntEnum
 from struct import Struct
 from typing import Any, Final
 
-from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker, agent_sender
+from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker, Sender
 from wire.dialect import mavlink
 
 _HEAD: Final = Struct("<HBBBBBxI")
@@ -44,9 +44,9 @@ class FileAnswer:
     code: int | None
 
 
-def read_answer(message: Any, system_id: int) -> FileAnswer | None:
-    """Of a FILE_TRANSFER_PROTOCOL; None where it answers somebody else, or is no answer."""
-    if (message.target_system, message.target_component) != (system_id, AGENT_COMPONENT):
+def read_answer(message: Any, system_id: int, component: int = AGENT_COMPONENT) -> FileAnswer | None:
+    """Of a FILE_TRANSFER_PROTOCOL; None where it answers somebody else, or is no answer. `component`: who asked."""
+    if (message.target_system, message.target_component) != (system_id, component):
         return None
     payload = bytes(message.payload).ljust(_PAYLOAD_BYTES, b"\0")
     sequence, session, op, size, _, _, _ = _HEAD.unpack_from(payload)
@@ -58,10 +58,11 @@ def read_answer(message: Any, system_id: int) -> FileAnswer | None:
 
 
 class FileTalk:
-    """Makes the frames for one vehicle."""
+    """Makes the frames for one vehicle. `component`: under which they go, and to which the answers come."""
 
-    def __init__(self, maker: FrameMaker, *, vehicle_system_id: int) -> None:
+    def __init__(self, maker: FrameMaker, *, vehicle_system_id: int, component: int = AGENT_COMPONENT) -> None:
         self._maker = maker
+        self._sender = Sender(vehicle_system_id, component)
         self.system_id = vehicle_system_id
 
     def ask(self, op: Op, *, sequence: int, session: int, offset: int = 0, size: int = 0, data: bytes = b"") -> bytes:
@@ -69,4 +70,4 @@ class FileTalk:
         head = _HEAD.pack(sequence & 0xFFFF, session, op, len(data) or size, 0, 0, offset)
         payload = (head + data).ljust(_PAYLOAD_BYTES, b"\0")
         message = mavlink.MAVLink_file_transfer_protocol_message(0, self.system_id, _AUTOPILOT_COMPONENT, payload)
-        return self._maker.make(message, agent_sender(self.system_id))
+        return self._maker.make(message, self._sender)

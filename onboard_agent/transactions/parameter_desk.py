@@ -50,6 +50,8 @@ AGAIN_AFTER_S: Final = 30.0
 RELIST_AFTER_S: Final = 2.0
 SAVE_AFTER_S: Final = 5.0
 READERS_MOST: Final = 4
+SOON_S: Final = 10.0
+"""Who wants the autopilot's files for something else begins nothing so shortly before they are read."""
 
 _NOT_HEARD: Final = "The autopilot is not heard."
 
@@ -185,6 +187,11 @@ class ParameterDesk:
         """The tower may know nothing."""
         self._sent_hash = None
         self._table.tell_again()
+
+    def busy(self, now: float) -> bool:
+        """They are being read or written, or will be in a moment."""
+        soon = self._list_at is not None and now >= self._list_at - SOON_S
+        return self._listing is not None or self._write is not None or soon
 
     # What the autopilot tells.
 

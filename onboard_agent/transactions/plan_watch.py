@@ -101,6 +101,11 @@ class PlanWatch:
         self._changes.from_ground_station(frame, now)
         return False
 
+    @property
+    def busy(self) -> bool:
+        """A plan is being read or written."""
+        return self._pause is not None or self._desk.busy or bool(self._desk.looks)
+
     def take_warnings(self) -> list[str]:
         """Sentences for everybody who sees the drone, once."""
         warnings, self._warnings = self._warnings, []

@@ -11,12 +11,13 @@ Laws, each with a test:
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 
 from onboard_agent.transactions.desk import Around, Desk
 from wire.following import FollowWork
 from wire.frames import message_id
+from wire.parameter_metadata import PARAMETER_METADATA, MetadataToTower
 from wire.transactions import (
     CommandWork,
     Outcome,
@@ -56,6 +57,7 @@ class Transactions:
         """Ids of the autopilot's messages that some desk wants to see."""
         self._epoch = 0
         self._taken = False
+        self._takes: frozenset[str] = frozenset()
         self._now = 0.0
         self._waiting: deque[TransactionToTower] = deque()
         self._told: deque[tuple[float, TransactionResult]] = deque(maxlen=RESULTS_KEPT)
@@ -64,13 +66,15 @@ class Transactions:
 
     # The link.
 
-    def link_up(self, *, taken: bool) -> None:
-        """A new link, or another control channel of the same one. `taken`: the tower understands such messages."""
+    def link_up(self, *, taken: bool, takes: Collection[str] = ()) -> None:
+        """A new link, or another control channel of the same one. `taken`: the tower understands such messages.
+        `takes`: of its welcome."""
         again = [result for at, result in self._told if self._now - at <= AGAIN_WITHIN_S]
         self._told.clear()
         results = [one for one in self._waiting if isinstance(one, TransactionResult)]
         self._waiting = deque([*again, *results][-RESULTS_KEPT:])
         self._taken = taken
+        self._takes = frozenset(takes)
         for desk in self._desks:
             desk.tell_again()
 
@@ -119,6 +123,11 @@ class Transactions:
         for desk in self._desks:
             desk.epoch_changed(epoch, now)
 
+    @property
+    def busy(self) -> bool:
+        """Something that the tower wants is under way."""
+        return bool(self._going_on)
+
     # The autopilot.
 
     def autopilot_came(self, around: Around, now: float) -> None:
@@ -159,6 +168,8 @@ class Transactions:
             self._going_on.discard(news.id)
         for one in [one for one in self._waiting if _says_more(news, one)]:
             self._waiting.remove(one)
+        if isinstance(news, MetadataToTower) and PARAMETER_METADATA not in self._takes:
+            return
         if self._taken or isinstance(news, TransactionResult):
             self._waiting.append(news)
 

@@ -11,6 +11,7 @@ from hashlib import sha256
 import msgspec
 
 from server.operations.board_views import NO_PARAMETERS, NO_PLANS, ParametersStateView, PlanBoardView, PlansView
+from server.operations.metadata_store import MetadataStore
 from wire.control_messages import MalformedMessage
 from wire.parameters import Parameter, Table, by_name, table_hash, unpack_table
 from wire.plans import Plan, PlanKind, unpack_plan
@@ -46,6 +47,7 @@ class Board:
     def __init__(self) -> None:
         self.plans: PlansView = NO_PLANS
         self.parameters = ParameterShelf()
+        self.metadata = MetadataStore()
         self.logs: tuple[LogEntry, ...] | None = None
         """On board, when the list was read last."""
         self.logs_read_at: datetime | None = None
@@ -82,6 +84,7 @@ class Board:
         self.plans = NO_PLANS
         self._known.clear()
         self.parameters.told = NO_PARAMETERS
+        self.metadata.forget()
 
 
 class ParameterShelf:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+from asyncio import to_thread
 from typing import Annotated, Final
 
 from fastapi import APIRouter, Header, Path, Request, Response
@@ -23,6 +24,7 @@ from server.operations.refusals import (
     ViewTaken,
 )
 from server.operations.views import OperationView
+from server.parameters.metadata import MetadataView, NoMetadata, metadata_json
 from server.parameters.orders import (
     VALUES_SCHEMA,
     ParametersUnknown,
@@ -72,6 +74,45 @@ async def get_parameters(
         body = gzip.compress(body, GZIP_LEVEL, mtime=0)
         headers["Content-Encoding"] = "gzip"
     return Response(body, media_type="application/json", headers=headers)
+
+
+@router.get(
+    "/metadata",
+    response_model=MetadataView,
+    responses=answers(NoMetadata) | {304: {"description": "Still that of `If-None-Match`"}},
+)
+async def get_parameter_metadata(
+    request: Request,
+    principal: Viewer,
+    drone_id: DronePath,
+    if_none_match: Annotated[str | None, Header(description="Hashes that are known already")] = None,
+    accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
+) -> Response:
+    """What the vehicle itself says of its parameters: words, units, ranges, defaults, choices, bits. Its agent reads it
+    from the autopilot, where that offers it (COMPONENT_METADATA)."""
+    drone = watched_drone(request, principal, drone_id)
+    metadata = drone.board.metadata
+    packed = metadata.packed()
+    if packed is None:
+        raise NoMetadata(drone.record.name, metadata.words)
+    tag = f'"{metadata.told}"'
+    headers = {"ETag": tag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
+    if _names(if_none_match, tag):
+        return Response(status_code=304, headers=headers)
+    coded = "gzip" in accepted_codings(accept_encoding or "")
+    try:
+        body = await to_thread(_metadata_body, packed, coded=coded)
+    except ValueError:
+        metadata.unreadable(packed)
+        raise NoMetadata(drone.record.name, metadata.words) from None
+    if coded:
+        headers["Content-Encoding"] = "gzip"
+    return Response(body, media_type="application/json", headers=headers)
+
+
+def _metadata_body(packed: bytes, *, coded: bool) -> bytes:
+    body = metadata_json(packed)
+    return gzip.compress(body, GZIP_LEVEL, mtime=0) if coded else body
 
 
 @router.post(

@@ -52,6 +52,7 @@ from wire.drops import Dropped, DropReason
 from wire.ids import LinkId
 from wire.key_agreement import BadPublicKey
 from wire.open_holds import OPEN_HOLDS
+from wire.parameter_metadata import PARAMETER_METADATA
 from wire.resuming import NONCE_BYTES, Challenge
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
@@ -275,7 +276,7 @@ class AgentChannel:
                 epoch=drone.lease.epoch,
                 holder=drone.lease.holder.name if drone.lease.holder else None,
                 holder_present=drone.somebody_flies(),
-                takes=(TRANSACTIONS, VIDEO, OPEN_HOLDS),
+                takes=(TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA),
                 signature=signed_in.signature(link_id),
                 credential_forgotten=signed_in.credential_forgotten,
                 ticket=ticket,

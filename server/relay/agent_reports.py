@@ -15,6 +15,7 @@ from server.relay.live_state import LiveState
 from server.video.desk import VideoDesk
 from wire.control_messages import AutopilotState, HoldCause, HoldProgress, LossParameters, StreamState, ToTower
 from wire.open_holds import HoldState
+from wire.parameter_metadata import PARAMETER_METADATA, MetadataKnown, MetadataPiece, MetadataToTower, MetadataWanted
 from wire.transactions import TRANSACTIONS, TransactionToTower
 from wire.video import VIDEO, VideoState
 
@@ -55,9 +56,20 @@ class AgentReports:
             case VideoState():
                 if VIDEO in link.takes:
                     self._video.state_told(link, message)
+            case MetadataKnown() | MetadataPiece():
+                if PARAMETER_METADATA in link.takes:
+                    self._metadata(drone, link, message)
             case _:
                 if isinstance(message, TransactionToTower) and TRANSACTIONS in link.takes:
                     self._operations.take(drone, link, message)
+
+    def _metadata(self, drone: LiveDrone, link: AgentLink, message: MetadataToTower) -> None:
+        if isinstance(message, MetadataPiece):
+            drone.board.metadata.piece_told(message)
+            return
+        lacking = drone.board.metadata.known_told(message)
+        if lacking is not None:
+            link.post(MetadataWanted(hash=lacking))
 
     def _autopilot_state(self, drone: LiveDrone, state: AutopilotState, at: datetime | None) -> None:
         before = (drone.autopilot_heard, drone.armed, drone.airborne)

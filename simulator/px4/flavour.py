@@ -60,6 +60,7 @@ PX4 = Flavour(
     home_slot=False,
     keeps_dataflash_logs=False,
     keeps_parameter_file=False,
+    offers_metadata=True,
     storage=Storage(take, why_not_jump, why_not_whole),
     items_max={PlanKind.MISSION: 2000, PlanKind.FENCE: 64, PlanKind.RALLY: 32},
     fence_limits=fence_limits,

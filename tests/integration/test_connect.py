@@ -37,13 +37,17 @@ class Program:
         self._socket.connect((host, int(port)))
         self._stream = FrameStream()
         self.messages: list[Any] = []
+        self.frames: list[bytes] = []
+        """As they came."""
 
     def say(self, message: Any) -> None:
         self._socket.send(build(message, system_id=255, component_id=190, sequence=0))
 
     def listen(self) -> list[Any]:
         with contextlib.suppress(TimeoutError, ConnectionError):
-            self.messages += [decode(frame) for frame in self._stream.feed(self._socket.recv(65536))]
+            frames = self._stream.feed(self._socket.recv(65536))
+            self.frames += frames
+            self.messages += map(decode, frames)
         return self.messages
 
     def has(self, kind: str, **fields: Any) -> bool:

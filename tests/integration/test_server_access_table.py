@@ -50,7 +50,16 @@ TABLE: Final[dict[str, str]] = {
     ),
     **dict.fromkeys(("take", "give", "assist", "unassist"), COMMAND),
     **dict.fromkeys(
-        ("get_plan", "verify_plan", "foresee_plan", "get_parameters", "read_parameters", "get_video"), OWN_LOOK
+        (
+            "get_plan",
+            "verify_plan",
+            "foresee_plan",
+            "get_parameters",
+            "get_parameter_metadata",
+            "read_parameters",
+            "get_video",
+        ),
+        OWN_LOOK,
     ),
     **dict.fromkeys(("get_logs", "list_logs", "get_log_file"), OWN_LOOK),
     **dict.fromkeys(("put_plan", "clear_plan", "write_parameters", "command_drone", "fetch_log"), OWN_FLY),

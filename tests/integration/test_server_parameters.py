@@ -8,6 +8,17 @@ from control_world import live, until
 from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
+from wire.parameter_metadata import (
+    PARAMETER_METADATA,
+    MetadataDocument,
+    MetadataEntry,
+    MetadataKnown,
+    MetadataPiece,
+    MetadataWanted,
+    encode_metadata,
+    metadata_hash,
+    pack_text,
+)
 from wire.parameters import table_hash
 from wire.transactions import ParameterCache, ParametersReadWork, ParametersWriteWork
 
@@ -85,3 +96,65 @@ async def test_what_are_no_values_is_refused(scene: Scene, values: object) -> No
     answer = await scene.holder.patch(f"{scene.path}/parameters", json={"values": values})
     assert_problem(answer, 422, "invalid-request")
     assert scene.agent.asked == []
+
+
+DOCUMENT = MetadataDocument(parameters=(MetadataEntry(name="RTL_ALT", units="cm", min=30.0, max=8000.0),))
+
+
+def tell_metadata(scene: Scene, packed: bytes, *, hash_: str = "") -> None:
+    """As an agent does: the hash, and the pieces that it is asked for."""
+    hash_ = hash_ or metadata_hash(packed)
+    scene.agent.tell(MetadataKnown(hash=hash_, size_bytes=len(packed)))
+    if MetadataWanted(hash=hash_) in scene.agent.posted:
+        for at in range(0, len(packed), 50):
+            scene.agent.tell(MetadataPiece(hash=hash_, offset=at, data=packed[at : at + 50]))
+
+
+def knows_of_metadata(scene: Scene) -> None:
+    scene.agent.link.takes |= {PARAMETER_METADATA}
+
+
+async def test_what_the_vehicle_says_of_them_is_answered_with_its_hash(scene: Scene) -> None:
+    knows_of_metadata(scene)
+    path, packed = f"{scene.path}/parameters/metadata", pack_text(encode_metadata(DOCUMENT))
+    assert "has told none" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
+    scene.agent.tell(MetadataKnown(hash=None, words="The vehicle offers none."))
+    assert "offers none" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
+    scene.agent.tell(MetadataKnown(hash=metadata_hash(packed), size_bytes=len(packed)))
+    assert "on its way" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
+    tell_metadata(scene, packed)
+    answer = await scene.watcher.get(path)
+    assert answer.status_code == 200, answer.text
+    assert answer.json() == {
+        "version": 1,
+        "parameters": [{"name": "RTL_ALT", "units": "cm", "min": 30.0, "max": 8000.0}],
+    }
+    assert answer.headers["ETag"] == f'"{metadata_hash(packed)}"'
+    for accepted, coding in (("gzip, br", "gzip"), ("identity", None), ("gzip;q=0", None)):
+        coded = await scene.watcher.get(path, headers={"Accept-Encoding": accepted})
+        assert (coded.json(), coded.headers.get("Content-Encoding")) == (answer.json(), coding)
+        assert coded.headers["Vary"] == "Accept-Encoding"
+    for known, status in ((answer.headers["ETag"], 304), ('"x"', 200)):
+        assert (await scene.watcher.get(path, headers={"If-None-Match": known})).status_code == status
+    wanted = len([one for one in scene.agent.posted if isinstance(one, MetadataWanted)])
+    tell_metadata(scene, packed)
+    assert len([one for one in scene.agent.posted if isinstance(one, MetadataWanted)]) == wanted, "the tower has it"
+
+
+@pytest.mark.parametrize("junk", [b"no gzip", pack_text(b'{"version":1,"parameters":7}')], ids=["bytes", "json"])
+async def test_what_is_no_metadata_is_given_to_nobody(scene: Scene, junk: bytes) -> None:
+    knows_of_metadata(scene)
+    tell_metadata(scene, junk)
+    for _ in range(2):
+        problem = assert_problem(await scene.watcher.get(f"{scene.path}/parameters/metadata"), 404, "no-metadata")
+        assert "no metadata" in problem["detail"]
+    good = pack_text(encode_metadata(DOCUMENT))
+    tell_metadata(scene, good)
+    assert (await scene.watcher.get(f"{scene.path}/parameters/metadata")).status_code == 200
+
+
+async def test_an_older_agent_is_not_asked_for_what_it_does_not_know(scene: Scene) -> None:
+    """An unknown type would end its channel; one that tells all the same is not heard."""
+    tell_metadata(scene, pack_text(encode_metadata(DOCUMENT)))
+    assert not [one for one in scene.agent.posted if isinstance(one, MetadataWanted)]
+    assert_problem(await scene.watcher.get(f"{scene.path}/parameters/metadata"), 404, "no-metadata")

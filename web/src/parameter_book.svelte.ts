@@ -8,6 +8,7 @@ import { RestError } from './link/rest';
 import type { ParametersRead } from './link/parameter_tables';
 import type { Vehicle } from './link/vehicle';
 import { wordsOf } from './loading.svelte';
+import { factsOfComponent, withVehicle } from './parameters/component_facts';
 import { changes, EMPTY_TRAY, put, takenOut, type Change, type Tray } from './parameters/tray';
 import { NO_FACTS, type Facts } from './parameters/facts';
 import { isSame, tableOf, type Table } from './parameters/kinds';
@@ -18,13 +19,17 @@ const NOT_READ = 'parameters-unknown';
 
 export class ParameterBook {
   read = $state.raw<ParametersRead | null>(null);
-  facts = $state.raw<Facts>(NO_FACTS);
   tray = $state.raw<Tray>(EMPTY_TRAY);
   /** The work that this page began last: reading or writing. */
   operation = $state.raw<Operation | null>(null);
   /** What was changed since the page was opened, not by its own writing: name and the value before. */
   changedElsewhere = $state.raw<ReadonlyMap<string, number>>(new Map());
   problem = $state('');
+  #ours = $state.raw<Facts>(NO_FACTS);
+  #vehicles = $state.raw<Facts | null>(null);
+  /** What is known of the parameters: ours, under what the vehicle says of its own. */
+  readonly facts: Facts = $derived(this.#vehicles ? withVehicle(this.#ours, this.#vehicles) : this.#ours);
+  readonly isToldByVehicle: boolean = $derived(this.#vehicles !== null);
   readonly table: Table = $derived(tableOf(this.read?.values ?? []));
   readonly changes: readonly Change[] = $derived(changes(this.tray, this.table));
   readonly isBusy: boolean = $derived(this.operation?.state === 'running');
@@ -43,10 +48,20 @@ export class ParameterBook {
 
   async know(autopilot: Autopilot): Promise<void> {
     try {
-      this.facts = await loadFacts(autopilot);
+      this.#ours = await loadFacts(autopilot);
     } catch {
       this.problem =
         'What is known of the parameters could not be loaded from the tower. They can be changed all the same.';
+    }
+  }
+
+  /** What the vehicle says of its own parameters. Where that cannot be had, or is none, ours do. */
+  async askVehicle(): Promise<void> {
+    try {
+      const told = await tower.parameterTables.metadata(this.#droneId);
+      this.#vehicles = told === null ? null : factsOfComponent(told);
+    } catch {
+      // Nobody waits for it.
     }
   }
 

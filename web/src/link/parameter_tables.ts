@@ -10,6 +10,7 @@ export type ParametersRead = Schemas['ParametersView'];
 
 const PARAMETERS = '/drones/{drone_id}/parameters';
 const NOT_MODIFIED = 304;
+const NOT_FOUND = 404;
 
 export class ParameterTables {
   readonly #rest: Rest;
@@ -36,6 +37,16 @@ export class ParameterTables {
       return now;
     } catch (error) {
       if (before && error instanceof RestError && error.status === NOT_MODIFIED) return before;
+      throw error;
+    }
+  }
+
+  /** What the vehicle itself says of its parameters, as it came; null: nothing. The browser keeps it by its ETag. */
+  async metadata(droneId: number): Promise<unknown> {
+    try {
+      return await this.#rest.call<unknown>('GET', `/drones/${droneId}/parameters/metadata`);
+    } catch (error) {
+      if (error instanceof RestError && error.status === NOT_FOUND) return null;
       throw error;
     }
   }

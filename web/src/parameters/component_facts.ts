@@ -66,9 +66,16 @@ export function factsOfComponent(json: unknown): Facts {
   return { words, numbers, choices, bits };
 }
 
-/** The vehicle's numbers and lists, which are of its very firmware, with our words where we have some. */
-export function factWithVehicle(ours: Facts, vehicle: Facts, name: string): Fact | null {
-  const [known, told] = [factOf(ours, name), factOf(vehicle, name)];
+/** Ours with the vehicle's numbers and lists, which are of its very firmware, and our words where we have some. */
+export function withVehicle(ours: Facts, vehicle: Facts): Facts {
+  return { ...ours, overlay: (known, name) => laidOver(name, known, factOf(vehicle, name)) };
+}
+
+/** What is known of one parameter with what the vehicle says of it. */
+export const factWithVehicle = (ours: Facts, vehicle: Facts, name: string): Fact | null =>
+  factOf(withVehicle(ours, vehicle), name);
+
+function laidOver(name: string, known: Fact | null, told: Fact | null): Fact | null {
   if (!known || !told) return known ?? told;
   const hasRange = told.least !== null || told.most !== null;
   const worded = (list: readonly Choice[], ofOurs: readonly Choice[]): readonly Choice[] => {

@@ -45,6 +45,8 @@ export interface Facts {
   readonly numbers: ReadonlyMap<string, Numbers>;
   readonly choices: Lists;
   readonly bits: Lists;
+  /** What somebody else knows better, laid over what is known here. */
+  readonly overlay?: (known: Fact | null, name: string) => Fact | null;
 }
 
 export const NO_FACTS: Facts = { words: new Map(), numbers: new Map(), choices: new Map(), bits: new Map() };
@@ -206,6 +208,11 @@ export function withOpenness(name: string, fact: Fact): Fact {
 
 /** What is known of it; null: nothing at all. */
 export function factOf(facts: Facts, name: string): Fact | null {
+  const known = ownFactOf(facts, name);
+  return facts.overlay ? facts.overlay(known, name) : known;
+}
+
+function ownFactOf(facts: Facts, name: string): Fact | null {
   const found = find(facts.words, name) ?? findFirst(facts.words, name) ?? findFamily(facts.words, name);
   const numbers = find(facts.numbers, name)?.it;
   const choices = find(facts.choices, name)?.it;

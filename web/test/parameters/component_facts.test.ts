@@ -1,7 +1,8 @@
 import fc from 'fast-check';
 import { describe, expect, it } from 'vitest';
 
-import { factsOfComponent, factWithVehicle } from '../../src/parameters/component_facts';
+import { factsOfComponent, factWithVehicle, withVehicle } from '../../src/parameters/component_facts';
+import { searchText } from '../../src/parameters/listing';
 import { factOf, factsOf } from '../../src/parameters/facts';
 
 const FILE = {
@@ -66,6 +67,17 @@ describe("a vehicle's own metadata", () => {
     expect(factWithVehicle(OURS, vehicle, 'BETA')).toMatchObject({ unit: 's', standard: 1 });
     expect(factWithVehicle(OURS, vehicle, 'MASK')?.bits).toHaveLength(1);
     expect(factWithVehicle(OURS, vehicle, 'NONE')).toBeNull();
+  });
+
+  it('is laid over ours wherever a fact is looked up, and ours stay as they are', () => {
+    const both = withVehicle(OURS, vehicle);
+    for (const name of ['ALPHA', 'MODE', 'BETA', 'MASK', 'OUT7_MIN', 'NONE']) {
+      expect(factOf(both, name)).toEqual(factWithVehicle(OURS, vehicle, name));
+    }
+    expect(factOf(both, 'OUT7_MIN')).toMatchObject({ title: 'Lowest', most: 2200 });
+    expect(factOf(OURS, 'ALPHA')).toMatchObject({ unit: 'cm', most: 100 });
+    expect(searchText('ODD2', both)).toBe(searchText('ODD2', OURS));
+    expect(searchText('OUT7_MIN', both)).toContain('lowest');
   });
 
   it('of any shape is read or refused, never worse', () => {

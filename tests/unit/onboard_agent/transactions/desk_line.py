@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from onboard_agent.transactions.desk import Around, Desk
 from simulator.dialect import Codec, Message
+from wire.frames import message_id
 from wire.transactions import Transaction, TransactionResult
 
 STEP_S = 0.005
@@ -67,10 +68,10 @@ class DeskLine:
         """Another component of the vehicle, straight to the desk."""
         assert not self.desk.heard(self._gimbal.encode(message), self.now)
 
-    def _put(self, way: str, message: Message, fault: Fault) -> None:
+    def _put(self, way: str, message: Message, fault: Fault, frame: bytes = b"") -> None:
         self._counts[way] += 1
         delays = fault(self._counts[way], message)
-        frame = self._codecs[way].encode(message)
+        frame = frame or self._codecs[way].encode(message)
         for delay in delays:
             heapq.heappush(self._on_the_way, (self.now + delay, len(self.sent) + self._counts[way], way, frame))
 
@@ -78,13 +79,14 @@ class DeskLine:
         self.now += self.step_s
         while self._on_the_way and self._on_the_way[0][0] < self.now:
             _, _, way, frame = heapq.heappop(self._on_the_way)
-            (message,) = self._codecs[way].decode(frame)
+            messages = self._codecs[way].decode(frame)  # none of a message that the dialect lacks
             if way == "down":
                 assert self.server is not None
-                self.server.receive(message)
+                for message in messages:
+                    self.server.receive(message)
             else:
-                if message.get_msgId() not in self.desk.hears or not self.desk.heard(frame, self.now):
-                    self.passed_up.append(message)
+                if message_id(frame) not in self.desk.hears or not self.desk.heard(frame, self.now):
+                    self.passed_up += messages
                 self._agent_sends()
         self._agent_sends()
         self.news += self.desk.news()
@@ -95,7 +97,7 @@ class DeskLine:
         for frame in self.desk.due(self.around(), self.now):
             (message,) = self._codecs["down"].decode(frame)
             self.sent.append(message)
-            self._put("down", message, self.to_server)
+            self._put("down", message, self.to_server, frame)
 
     def begin(self, work: Any, *, epoch: int = 1, deadline_s: float = 60.0) -> int:
         self._id += 1

@@ -40,6 +40,7 @@ class DroneWorld:
         narrow_line: bool = False,
         journal: MemoryJournal | None = None,
         make_desks: Any = lambda maker: (),
+        metadata: bool | None = None,
     ) -> None:
         self.make_desks = make_desks
         self.now = 1000.0
@@ -47,7 +48,7 @@ class DroneWorld:
         self.takes = takes
         self.narrow_line = narrow_line
         self.journal = MemoryJournal() if journal is None else journal
-        settings = VehicleSettings(FlightSettings(HOME, boot_s=0.5), flavour=flavour)
+        settings = VehicleSettings(FlightSettings(HOME, boot_s=0.5), flavour=flavour, metadata=metadata)
         self.vehicle = Vehicle(settings, failures)
         self.told: list[Any] = []
         self.seen: list[Any] = []

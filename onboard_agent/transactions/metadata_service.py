@@ -1,0 +1,317 @@
+"""What the vehicle itself says of its parameters: asked for, read by MAVLink FTP, and told to the tower. No I/O.
+
+Laws, each with a test:
+- COMPONENT_METADATA is asked for once AUTOPILOT_VERSION is there and names MAVLink FTP. A refusal or silence is final
+  until the autopilot comes again.
+- Nothing waits for this: it goes on only while the drone is disarmed and nothing else is under way at the autopilot.
+  What comes in between ends a file that is being read; it is read from its beginning when there is rest again.
+- It reads files of this autopilot alone, bounded in size and time, and unpacks a little of them at each tick. A damaged
+  file is read again, one that is no metadata is not.
+- A file whose CRC is known is not read again.
+- The tower is told the hash, on each link and when it has changed, and the bytes when it asks, piece by piece, while
+  the drone is disarmed.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+from onboard_agent.own_frames import FrameMaker, Sender, request_message
+from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.file_read import FileRead
+from onboard_agent.transactions.file_talk import FileTalk, read_answer
+from onboard_agent.transactions.metadata_general import (
+    MetadataDamaged,
+    MetadataUnusable,
+    OfferedFile,
+    general_file,
+    parameters_file,
+)
+from onboard_agent.transactions.metadata_unpacking import MAX_GENERAL_BYTES, Steps, packed_parameters, unpacked
+from wire.dialect import COMPONENT_METADATA, decode, mavlink
+from wire.frames import message_id, source
+from wire.parameter_metadata import MAX_PIECE_BYTES, MetadataKnown, MetadataPiece, metadata_hash
+from wire.transactions import Transaction, TransactionToTower
+
+COMPONENT: Final = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER4
+"""Under which it asks, so that no answer is taken for one to what flying needs."""
+ASK_AFTER_S: Final = 1.0
+"""After AUTOPILOT_VERSION. The parameters come first."""
+ASK_TRIES: Final = 3
+ANSWER_WITHIN_S: Final = 1.0
+FILE_TRIES: Final = 3
+FILE_AGAIN_S: Final = 10.0
+FILE_WITHIN_S: Final = 120.0
+REST_S: Final = 2.0
+"""So long nothing else must have been under way."""
+BLOCK_ANSWER_S: Final = 1.5
+PIECE_EVERY_S: Final = 0.5
+
+_NOT_YET: Final = "The vehicle has not been asked for it yet."
+_WAITS: Final = (mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS, mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
+
+
+class MetadataService:
+    """A Desk. `parameters_busy`: whether parameters are being read or written at this moment."""
+
+    works: tuple[type, ...] = ()
+    hears = frozenset(
+        {
+            mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+            mavlink.MAVLINK_MSG_ID_COMMAND_ACK,
+            mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL,
+            COMPONENT_METADATA,
+        }
+    )
+
+    def __init__(self, maker: FrameMaker, *, parameters_busy: Callable[[float], bool]) -> None:
+        self._maker = maker
+        self._parameters_busy = parameters_busy
+        self._autopilot: tuple[int, int] | None = None
+        """System id and kind."""
+        self._ask_at: float | None = None
+        self._asked = 0
+        self._general: OfferedFile | None = None
+        """To be read, as is the next one; None: not known, or done with."""
+        self._parameters: OfferedFile | None = None
+        self._read: FileRead | None = None
+        self._read_until = 0.0
+        self._read_at = 0.0
+        self._failures = 0
+        self._left_open: FileRead | None = None
+        """Given up, and to be closed."""
+        self._unpacking: Steps | None = None
+        self._busy_at = float("-inf")
+        self._known_file: OfferedFile | None = None
+        """That of which `_packed` is."""
+        self._packed = b""
+        self._known = MetadataKnown(hash=None, words=_NOT_YET)
+        self._pieces: Iterator[MetadataPiece] = iter(())
+        self._piece_at = float("-inf")
+        self._news: list[TransactionToTower] = [self._known]
+
+    # Desk.
+
+    def autopilot_came(self, around: Around, now: float) -> None:
+        """It is asked anew. What is known of this one stays until it says something else."""
+        if self._autopilot != (around.system_id, around.autopilot_kind):
+            self._autopilot = (around.system_id, around.autopilot_kind)
+            self._known_file = None
+            self._tell(b"", _NOT_YET)
+        self._ask_at, self._asked = None, 0
+        self._begin(None)
+
+    def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
+        """It has no `works`."""
+
+    def cancel(self, transaction_id: int, now: float) -> None:
+        """It has no `works`."""
+
+    def epoch_changed(self, epoch: int, now: float) -> None:
+        """It writes nothing."""
+
+    def heard(self, frame: bytes, now: float) -> bool:
+        """One of `hears` came."""
+        if self._autopilot is None or source(frame) != (self._autopilot[0], 1):
+            return False
+        kind = message_id(frame)
+        if kind == COMPONENT_METADATA:
+            self._named(frame)
+            return False
+        message = decode(frame)
+        if message is None:
+            return False
+        if kind == mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+            self._version(message, now)
+        elif kind == mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL:
+            answer = read_answer(message, self._autopilot[0], COMPONENT)
+            if answer is not None and self._read is not None:
+                self._read.heard(answer, now)
+            return answer is not None
+        else:
+            return self._acknowledged(message)
+        return False
+
+    def due(self, around: Around, now: float) -> list[bytes]:
+        """Frames to send to the autopilot now."""
+        self._tell_piece(around, now)
+        if self._in_the_way(around, now):
+            self._busy_at = now
+            self._stop()
+        out: list[bytes] = []
+        if self._left_open is not None:
+            out = self._left_open.due(now)
+            self._left_open = None
+        if now - self._busy_at < REST_S:
+            return out
+        if self._unpacking is not None:
+            self._unpack(self._unpacking, now)
+        elif self._general is not None or self._parameters is not None:
+            out += self._read_on(around, now)
+        else:
+            out += self._ask(around, now)
+        return out
+
+    def news(self) -> list[TransactionToTower]:
+        """What is to be told to the tower."""
+        news, self._news = self._news, []
+        return news
+
+    def tell_again(self) -> None:
+        """The tower may know nothing, and says what it lacks."""
+        self._pieces = iter(())
+        self._news = [self._known]
+
+    # The tower.
+
+    def wanted(self, hash_: str) -> None:
+        """The tower lacks this one."""
+        if hash_ == self._known.hash:
+            whole = self._packed
+            self._pieces = (
+                MetadataPiece(hash=hash_, offset=at, data=whole[at : at + MAX_PIECE_BYTES])
+                for at in range(0, len(whole), MAX_PIECE_BYTES)
+            )
+
+    # Inside.
+
+    def _in_the_way(self, around: Around, now: float) -> bool:
+        flies = around.armed or around.holding or around.starting
+        return flies or not around.heard or around.busy or self._parameters_busy(now)
+
+    def _version(self, version: Any, now: float) -> None:
+        if not version.capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_FTP:
+            self._none("has no MAVLink FTP")
+        elif self._ask_at is None:
+            self._ask_at = now + ASK_AFTER_S
+
+    def _ask(self, around: Around, now: float) -> list[bytes]:
+        if self._ask_at is None or now < self._ask_at:
+            return []
+        if self._asked >= ASK_TRIES:
+            self._none("does not answer when it is asked for it")
+            return []
+        self._asked += 1
+        self._ask_at = now + ANSWER_WITHIN_S
+        ask = request_message(around.system_id, COMPONENT_METADATA, confirmation=self._asked - 1)
+        return [self._maker.make(ask, Sender(around.system_id, COMPONENT))]
+
+    @property
+    def _asks(self) -> bool:
+        return self._asked > 0 and self._ask_at is not None and self._ask_at < float("inf")
+
+    def _acknowledged(self, ack: Any) -> bool:
+        assert self._autopilot is not None
+        ours = (ack.target_system, ack.target_component) == (self._autopilot[0], COMPONENT)
+        if not ours or not self._asks or ack.command != mavlink.MAV_CMD_REQUEST_MESSAGE:
+            return False
+        if ack.result not in _WAITS:
+            self._none("offers none")
+        return True
+
+    def _named(self, frame: bytes) -> None:
+        """COMPONENT_METADATA, whoever asked for it: it counts where we have asked."""
+        if not self._asks:
+            return
+        self._ask_at = float("inf")
+        offered = general_file(frame)
+        if offered is None:
+            self._none("names a general file of metadata that is not on board: it is not fetched")
+        else:
+            self._begin(offered)
+
+    def _begin(self, general: OfferedFile | None) -> None:
+        self._general, self._parameters = general, None
+        self._failures, self._read_at = 0, 0.0
+        self._stop()
+
+    def _stop(self) -> None:
+        """What is being read or unpacked is begun anew later: it says nothing of how it would have ended."""
+        self._unpacking = None
+        if self._read is not None:
+            self._read.give_up()
+            self._left_open, self._read = self._read, None
+
+    def _read_on(self, around: Around, now: float) -> list[bytes]:
+        offered = self._general or self._parameters
+        assert offered is not None
+        if self._read is None:
+            if now < self._read_at:
+                return []
+            talk = FileTalk(self._maker, vehicle_system_id=around.system_id, component=COMPONENT)
+            at_once = 1 if around.narrow_line else 2
+            self._read = FileRead(talk, offered.path, at_once=at_once, answer_s=BLOCK_ANSWER_S)
+            self._read_until = now + FILE_WITHIN_S
+        if now >= self._read_until:
+            self._read.give_up()
+        out = self._read.due(now)
+        end, why_not = self._read.end, self._read.why_not
+        if end is None and why_not is None:
+            return out
+        self._left_open, self._read = self._read, None
+        if end is None:
+            self._failed(f"has a file of metadata that could not be read: {why_not}", now)
+        elif self._general is not None:
+            self._unpacking = unpacked(end, offered.crc, max_bytes=MAX_GENERAL_BYTES)
+        else:
+            self._unpacking = packed_parameters(end, offered.crc)
+        return out
+
+    def _failed(self, why: str, now: float) -> None:
+        self._failures += 1
+        self._read_at = now + FILE_AGAIN_S
+        if self._failures >= FILE_TRIES:
+            self._none(why)
+
+    def _unpack(self, steps: Steps, now: float) -> None:
+        """One step of it."""
+        try:
+            data = _next(steps)
+            if data is not None:
+                self._unpacking = None
+                self._unpacked(data)
+        except MetadataDamaged as damaged:
+            self._unpacking = None
+            self._failed(str(damaged), now)
+        except MetadataUnusable as unusable:
+            self._none(str(unusable))
+
+    def _unpacked(self, data: bytes) -> None:
+        """The text of the general file, or what the tower is told of the parameters. Raises MetadataUnusable."""
+        if self._general is None:
+            self._known_file, self._parameters = self._parameters, None
+            self._tell(data, "")
+            return
+        offered = parameters_file(data)
+        self._begin(None)
+        if offered.crc is None or offered != self._known_file:
+            self._parameters = offered
+
+    def _none(self, why: str) -> None:
+        self._ask_at = float("inf")
+        self._begin(None)
+        self._known_file = None
+        self._tell(b"", f"The vehicle {why}."[:300])
+
+    def _tell(self, data: bytes, words: str) -> None:
+        known = MetadataKnown(hash=metadata_hash(data) if data else None, size_bytes=len(data), words=words)
+        if known != self._known:
+            self._packed, self._known = data, known
+            self._pieces = iter(())
+            self._news.append(known)
+
+    def _tell_piece(self, around: Around, now: float) -> None:
+        if around.armed or now < self._piece_at:
+            return
+        piece = next(self._pieces, None)
+        if piece is not None:
+            self._piece_at = now + PIECE_EVERY_S
+            self._news.append(piece)
+
+
+def _next(steps: Steps) -> bytes | None:
+    """One step; what has come of it all, or None where there is more to do."""
+    try:
+        next(steps)
+    except StopIteration as ended:
+        return bytes(ended.value)
+    return None

@@ -1,0 +1,69 @@
+"""What a vehicle says of its own parameters, as its agent told it in pieces. State and checks; no I/O.
+
+It is kept packed, at most MAX_PACKED_BYTES for each drone, and read when somebody asks for it: what it takes to read is
+no business of the loop that hands on frames.
+"""
+
+from typing import Final
+
+from wire.control_messages import MalformedMessage
+from wire.parameter_metadata import MetadataKnown, MetadataPiece, metadata_hash
+
+NOT_TOLD: Final = "Its agent has told none."
+COMING: Final = "It is on its way from the drone."
+UNREADABLE: Final = "What its agent told is no metadata of parameters."
+
+
+class MetadataStore:
+    """One for each drone."""
+
+    def __init__(self) -> None:
+        self.words = NOT_TOLD
+        """Why there is none."""
+        self.told: str | None = None
+        """The hash that the agent told last."""
+        self._size = 0
+        self._hash: str | None = None
+        self._packed = b""
+        self._coming = bytearray()
+
+    def known_told(self, told: MetadataKnown) -> str | None:
+        """The hash to ask for, where it is not here."""
+        self.told, self._size = told.hash, told.size_bytes
+        bad = told.hash is not None and told.hash == self._hash and not self._packed
+        self.words = told.words or (UNREADABLE if bad else COMING)
+        self._coming.clear()
+        return told.hash if told.hash is not None and told.hash != self._hash else None
+
+    def piece_told(self, piece: MetadataPiece) -> None:
+        """Those of another one, and those out of order, say nothing. Raises MalformedMessage about a whole that is not
+        what was said of it."""
+        if piece.hash != self.told or piece.hash == self._hash:
+            return
+        if piece.offset == 0:
+            self._coming.clear()
+        if piece.offset != len(self._coming):
+            return
+        self._coming += piece.data
+        if len(self._coming) > self._size:
+            raise MalformedMessage("more metadata than was said")
+        if len(self._coming) == self._size:
+            whole = bytes(self._coming)
+            self._coming.clear()
+            if metadata_hash(whole) != piece.hash:
+                raise MalformedMessage("metadata that is not what its hash says")
+            self._packed, self._hash = whole, piece.hash
+
+    def packed(self) -> bytes | None:
+        """Of the hash that was told last; None where it is not here."""
+        return (self._packed or None) if self.told is not None and self.told == self._hash else None
+
+    def unreadable(self, packed: bytes) -> None:
+        """These bytes are no metadata: nobody is given them."""
+        if packed == self._packed:
+            self._packed, self.words = b"", UNREADABLE
+
+    def forget(self) -> None:
+        """The agent is gone. What is here stays until it says that it has another."""
+        self.told, self.words = None, NOT_TOLD
+        self._coming.clear()
