@@ -44,7 +44,7 @@ export class ParameterTables {
   /** What the vehicle itself says of its parameters, as it came; null: nothing. The browser keeps it by its ETag. */
   async metadata(droneId: number): Promise<unknown> {
     try {
-      return await this.#rest.call<unknown>('GET', `/drones/${droneId}/parameters/metadata`);
+      return await this.#rest.call('GET', `${PARAMETERS}/metadata`, { path: { drone_id: droneId } });
     } catch (error) {
       if (error instanceof RestError && error.status === NOT_FOUND) return null;
       throw error;

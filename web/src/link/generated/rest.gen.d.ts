@@ -465,6 +465,22 @@ export interface paths {
         readonly patch: operations["write_parameters"];
         readonly trace?: never;
     };
+    readonly "/drones/{drone_id}/parameters/metadata": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_parameter_metadata"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones/{drone_id}/parameters/read": {
         readonly parameters: {
             readonly query?: never;
@@ -1933,6 +1949,55 @@ export interface components {
         readonly MemberView: {
             readonly role: components["schemas"]["TeamRole"];
             readonly user: components["schemas"]["UserRefView"];
+        };
+        readonly MetadataBitView: {
+            readonly description: string;
+            /** @description 0 is the lowest */
+            readonly index: number;
+        };
+        readonly MetadataChoiceView: {
+            readonly description: string;
+            readonly value: number;
+        };
+        /** @description One parameter. What is left out is not known. */
+        readonly MetadataEntryView: {
+            /** @default [] */
+            readonly bitmask?: readonly components["schemas"]["MetadataBitView"][];
+            /** @default  */
+            readonly category?: string;
+            readonly decimalPlaces?: number | null;
+            readonly default?: number | null;
+            /** @default  */
+            readonly group?: string;
+            readonly increment?: number | null;
+            /** @default  */
+            readonly longDesc?: string;
+            readonly max?: number | null;
+            readonly min?: number | null;
+            /** @description `{n}` stands for a number: then these are several parameters */
+            readonly name: string;
+            /** @default false */
+            readonly readOnly?: boolean;
+            /** @default false */
+            readonly rebootRequired?: boolean;
+            /** @default  */
+            readonly shortDesc?: string;
+            /**
+             * @description Uint8 ... Int32, Float
+             * @default
+             */
+            readonly type?: string;
+            /** @default  */
+            readonly units?: string;
+            /** @default [] */
+            readonly values?: readonly components["schemas"]["MetadataChoiceView"][];
+            /** @default false */
+            readonly volatile?: boolean;
+        };
+        /** @description In the form of MAVLink's COMP_METADATA_TYPE_PARAMETER. What is not in it was left out by the agent. */
+        readonly MetadataView: {
+            readonly parameters: readonly components["schemas"]["MetadataEntryView"][];
+            readonly version: number;
         };
         /** @description One of the library, without its plan. */
         readonly MissionView: {
@@ -3800,6 +3865,31 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["OperationView"];
+                };
+            };
+        };
+    };
+    readonly get_parameter_metadata: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: {
+                /** @description Hashes that are known already */
+                readonly "if-none-match"?: string | null;
+            };
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["MetadataView"];
                 };
             };
         };
