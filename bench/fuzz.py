@@ -25,9 +25,9 @@ QUICK: Final = 50
 THROUGH_SOCKETS: Final = 0.02
 """Share of the datagrams that goes through a real UDP socket, besides."""
 
-MOST_OBJECTS_GROWN: Final = 1000
+MAX_OBJECTS_GROWN: Final = 1000
 """What caches and free lists need, whether for a thousand datagrams or a million."""
-MOST_GROWN_MB: Final = 10.0
+MAX_GROWN_MB: Final = 10.0
 
 KINDS: Final = {"live, bytes": 0.4, "live, text": 0.4, "agent, text": 0.2, "video, bytes": 0.1, "video, text": 0.1}
 """Share of the messages for each channel."""
@@ -80,7 +80,7 @@ async def _cores(report: Report, make: type[TowerCore] | type[AgentCore], datagr
     found = [*verdict.escaped, *verdict.wrong]
     if verdict.faults and not found:
         found.append(f"{case}: the account does not balance, or it serves no more")
-    if verdict.objects_grown > MOST_OBJECTS_GROWN:
+    if verdict.objects_grown > MAX_OBJECTS_GROWN:
         found.append(f"{case}: {verdict.objects_grown} objects more than after the warm-up")
     return found
 
@@ -121,7 +121,7 @@ async def _messages(report: Report, tower: FuzzedTower, kind: str, messages: int
     found = [f"{case}: {words}" for words in account.wrong]
     if counted.total() != account.refused.total():
         found.append(f"{case}: {account.refused.total()} were refused, the tower's metrics count {counted.total()}")
-    if grown_mb > MOST_GROWN_MB:
+    if grown_mb > MAX_GROWN_MB:
         found.append(f"{case}: the tower has grown by {grown_mb:.1f} MB")
     return found
 

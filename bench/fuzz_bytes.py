@@ -7,7 +7,7 @@ from typing import Final
 
 _EDGES: Final = (0x00, 0x01, 0x7F, 0x80, 0xFE, 0xFD, 0xFF)
 _EDGE_NUMBERS: Final = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF)
-_MOST_STEPS: Final = 4
+_MAX_STEPS: Final = 4
 
 
 class Mutator:
@@ -19,7 +19,7 @@ class Mutator:
     def mutate(self, data: bytes) -> bytes:
         """One to four mutations in a row. May give back the same bytes."""
         mutable = bytearray(data)
-        for _ in range(self.chance.randint(1, _MOST_STEPS)):
+        for _ in range(self.chance.randint(1, _MAX_STEPS)):
             self._step(mutable)
         return bytes(mutable)
 

@@ -21,20 +21,20 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 from websockets.typing import Subprotocol
 
-from bench.fuzz_messages import LARGEST_READ_BYTES, MessageFuzzer
+from bench.fuzz_messages import MAX_READ_BYTES, MessageFuzzer
 from bench.key_sign_in import say_hello
 from server.relay.live_messages import MalformedRequest, decode_request
 from wire.control_messages import KEY_SUBPROTOCOL, MalformedMessage, decode_to_tower
 from wire.drone_key import parse_drone_key
 from wire.frames import MalformedFrame
-from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged
+from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged
 
 _ANSWER_WITHIN_S: Final = 20.0
 _BATCH: Final = 32
 _MISUSED, _NO_UTF8, _TOO_LARGE = 4400, 1007, 1009
-_MOST_MALFORMED: Final = 20
+_MAX_MALFORMED: Final = 20
 """Texts after which the live channel is closed."""
-_MOST_TOLD: Final = 10
+_MAX_REPORTED: Final = 10
 
 
 @dataclass
@@ -49,7 +49,7 @@ class Account:
 
     def tell(self, words: str) -> None:
         """Something went otherwise than it must."""
-        if len(self.wrong) < _MOST_TOLD:
+        if len(self.wrong) < _MAX_REPORTED:
             self.wrong.append(words)
 
 
@@ -167,7 +167,7 @@ async def attack_live_in_bytes(
 
 def _frames_in(message: bytes) -> int:
     """How many fates a binary message has: one for each frame, or one if it is dropped whole."""
-    if len(message) > LARGEST_UPWARD_MESSAGE_BYTES:
+    if len(message) > MAX_UPWARD_MESSAGE_BYTES:
         return 1
     try:
         return len(split_tagged(split_stamp(message)[1]))
@@ -196,7 +196,7 @@ async def _texts_until_closed(browser: _Browser, fuzzer: MessageFuzzer, account:
         if deserved == _MISUSED:
             malformed += 1
             account.refused["malformed"] += 1
-            if malformed < _MOST_MALFORMED:
+            if malformed < _MAX_MALFORMED:
                 if not await browser.until(partial(browser.has_answered, malformed)):
                     account.tell(f"no answer to {text[:200]!r}")
                 if browser.closed:
@@ -255,7 +255,7 @@ async def _agent_until_closed(
 
 def _deserved(text: bytes, decode: Callable[[str], Any]) -> int | None:
     """The code that a text message earns (with others of its kind), or None if there is nothing wrong with it."""
-    if len(text) > LARGEST_READ_BYTES:
+    if len(text) > MAX_READ_BYTES:
         return _TOO_LARGE
     try:
         decode(text.decode())

@@ -15,7 +15,7 @@ from bench.fuzz_datagrams import DatagramFuzzer
 _BREATHE_EVERY: Final = 256
 """Datagrams between two turns of the event loop: what the cores have asked to be called back for is done then."""
 
-_MOST_TOLD: Final = 10
+_MAX_REPORTED: Final = 10
 WARM_UP_SHARE: Final = 0.2
 
 
@@ -85,7 +85,7 @@ def _one(core: Core, verdict: Verdict) -> None:
     try:
         reasons, answered = core.deliver(fuzzed.datagram)
     except Exception:
-        if len(verdict.escaped) < _MOST_TOLD:
+        if len(verdict.escaped) < _MAX_REPORTED:
             verdict.escaped.append(f"{fuzzed.mutation}: {fuzzed.datagram.hex()}\n{traceback.format_exc()}")
         return
     if reasons:
@@ -101,7 +101,7 @@ def _one(core: Core, verdict: Verdict) -> None:
 
 
 def _tell(verdict: Verdict, words: str) -> None:
-    if len(verdict.wrong) < _MOST_TOLD:
+    if len(verdict.wrong) < _MAX_REPORTED:
         verdict.wrong.append(words)
 
 

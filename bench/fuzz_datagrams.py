@@ -20,7 +20,7 @@ from wire.dialect import CRC_EXTRA, mavlink
 from wire.drops import DropReason as Reason
 from wire.ids import DroneId, Epoch
 from wire.sealed_link import SealedLink
-from wire.sealing import HEADER_BYTES, LARGEST_CONTENT_BYTES, LARGEST_DATAGRAM_BYTES
+from wire.sealing import HEADER_BYTES, MAX_CONTENT_BYTES, MAX_DATAGRAM_BYTES
 
 Outcomes = frozenset[Reason | None]
 _ACCEPTED: Final[Outcomes] = frozenset({None})
@@ -42,7 +42,7 @@ _HELD: Final = 32
 
 _MESSAGE_IDS: Final = tuple(CRC_EXTRA)
 _PASSING_IDS: Final = tuple(msgid for msgid in _MESSAGE_IDS if msgid != mavlink.MAVLINK_MSG_ID_SETUP_SIGNING)
-_LARGEST_FRAMES: Final = 4
+_MAX_FRAMES: Final = 4
 
 
 class Fuzzed(NamedTuple):
@@ -82,7 +82,7 @@ class DatagramFuzzer:
         """A datagram that the receiver itself has sealed."""
         self._table: tuple[tuple[str, Outcomes, bool, Callable[[], bytes]], ...] = (
             ("genuine", _ACCEPTED, True, self.genuine),
-            ("noise", _UNSEALED, False, lambda: self._mutator.noise(2 * LARGEST_DATAGRAM_BYTES)),
+            ("noise", _UNSEALED, False, lambda: self._mutator.noise(2 * MAX_DATAGRAM_BYTES)),
             ("truncated", frozenset({Reason.TOO_SHORT, Reason.NOT_AUTHENTIC}), False, self._truncated),
             ("extended", frozenset({Reason.TOO_LONG, Reason.NOT_AUTHENTIC}), False, self._extended),
             ("bits flipped", _UNSEALED, False, lambda: self._mutator.flip_bits(self.genuine())),
@@ -92,7 +92,7 @@ class DatagramFuzzer:
             ("reflected", _UNSEALED, False, lambda: self.reflected),
             ("replayed", frozenset({Reason.REPLAYED}), False, lambda: self._delivered),
             ("late", frozenset({None, Reason.REPLAYED, Reason.STALE_EPOCH}), True, self._late),
-            ("sealed noise", _INSIDE, True, lambda: self.seal(self._mutator.noise(LARGEST_CONTENT_BYTES) or b"\0")),
+            ("sealed noise", _INSIDE, True, lambda: self.seal(self._mutator.noise(MAX_CONTENT_BYTES) or b"\0")),
             ("sealed mutation", _INSIDE, True, self._sealed_mutation),
             ("foreign tag", frozenset({Reason.FOREIGN_TAG}), True, self._foreign_tag),
             ("old epoch", frozenset({Reason.STALE_EPOCH} if fenced else {None}), True, self._old_epoch),
@@ -131,7 +131,7 @@ class DatagramFuzzer:
             return encode_keepalive(Ping(self._u32(), trip_us=self._u32()))
         if pick < 0.25:
             return encode_urgent(json.dumps(self._urgent).encode())
-        return self.frames_content([self._frame() for _ in range(self._chance.randint(1, _LARGEST_FRAMES))])
+        return self.frames_content([self._frame() for _ in range(self._chance.randint(1, _MAX_FRAMES))])
 
     def frames_content(self, frames: list[bytes], *, drone_id: int | None = None, epoch: int | None = None) -> bytes:
         """The content with these frames, at most a datagram's worth; tag and epoch are the right ones unless given."""
@@ -156,7 +156,7 @@ class DatagramFuzzer:
         return datagram[: self._chance.randrange(len(datagram))]
 
     def _extended(self) -> bytes:
-        return self.genuine() + self._chance.randbytes(self._chance.randint(1, LARGEST_DATAGRAM_BYTES))
+        return self.genuine() + self._chance.randbytes(self._chance.randint(1, MAX_DATAGRAM_BYTES))
 
     def _header_mutated(self) -> bytes:
         datagram = self.genuine()
@@ -174,7 +174,7 @@ class DatagramFuzzer:
         return late
 
     def _sealed_mutation(self) -> bytes:
-        return self.seal(self._mutator.mutate(self._genuine_content())[:LARGEST_CONTENT_BYTES] or b"\0")
+        return self.seal(self._mutator.mutate(self._genuine_content())[:MAX_CONTENT_BYTES] or b"\0")
 
     def _foreign_tag(self) -> bytes:
         foreign = self._u32()
@@ -185,10 +185,10 @@ class DatagramFuzzer:
         return self.seal(self.frames_content([self._frame()], epoch=self._chance.randrange(max(newest, 1))))
 
     def _mutated_frames(self) -> bytes:
-        frames = [self._frame() for _ in range(self._chance.randint(1, _LARGEST_FRAMES))]
+        frames = [self._frame() for _ in range(self._chance.randint(1, _MAX_FRAMES))]
         at = self._chance.randrange(len(frames))
         frames[at] = self._mutator.mutate(frames[at])
-        return self.seal(self.frames_content(frames)[:LARGEST_CONTENT_BYTES])
+        return self.seal(self.frames_content(frames)[:MAX_CONTENT_BYTES])
 
     def _any_message(self) -> bytes:
         return self.seal(self.frames_content([self._frame()]))
@@ -198,12 +198,12 @@ class DatagramFuzzer:
 
     def _mutated_urgent(self) -> bytes:
         text = self._mutator.mutate(json.dumps(self._urgent).encode())
-        return self.seal(encode_urgent(text[: LARGEST_CONTENT_BYTES - 1] or b"{"))
+        return self.seal(encode_urgent(text[: MAX_CONTENT_BYTES - 1] or b"{"))
 
     def _nested_urgent(self) -> bytes:
         kind = json.dumps({**self._urgent, "more": 0})[:-2].encode()
         opening = self._chance.choice((b"[", b'{"a":'))
-        return self.seal(encode_urgent((kind + opening * LARGEST_CONTENT_BYTES)[: LARGEST_CONTENT_BYTES - 1]))
+        return self.seal(encode_urgent((kind + opening * MAX_CONTENT_BYTES)[: MAX_CONTENT_BYTES - 1]))
 
     def _keepalive(self) -> bytes:
         kind = self._chance.choice((Ping, Pong))

@@ -13,9 +13,9 @@ from bench.fuzz_bytes import Mutator
 from wire.control_messages import AutopilotState, HoldProgress, HoldStep, LossParameters, encode_message
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
-from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, stamp, tag
+from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, stamp, tag
 
-LARGEST_READ_BYTES: Final = 64 * 1024
+MAX_READ_BYTES: Final = 64 * 1024
 """The tower's limit of a message: larger ones end the connection."""
 
 _BROWSER: Final[tuple[dict[str, Any], ...]] = (
@@ -91,7 +91,7 @@ class MessageFuzzer:
             lambda: stamp(self._chance.getrandbits(32)) + self._mutator.mutate(self._tagged()),
         )
         if self._chance.random() < 0.005:
-            return BinaryMessage(self._chance.randbytes(self._chance.randint(LARGEST_UPWARD_MESSAGE_BYTES, 60_000)))
+            return BinaryMessage(self._chance.randbytes(self._chance.randint(MAX_UPWARD_MESSAGE_BYTES, 60_000)))
         return BinaryMessage(self._chance.choice(makers)())
 
     def _text(self, genuine: tuple[dict[str, Any], ...]) -> bytes:
@@ -108,7 +108,7 @@ class MessageFuzzer:
             opening = chance.choice(("[", '{"a":', '[{"b":'))
             return (json.dumps(message)[:-1] + ', "more": ' + opening * chance.choice((10, 500, 5000))).encode()
         if pick < 0.8:
-            return b'{"type":"' + b"g" * chance.choice((1000, 60_000, LARGEST_READ_BYTES + 1)) + b'"}'
+            return b'{"type":"' + b"g" * chance.choice((1000, 60_000, MAX_READ_BYTES + 1)) + b'"}'
         if pick < 0.84:
             return chance.randbytes(chance.randint(0, 60))
         if pick < 0.9:

@@ -14,9 +14,8 @@ from datetime import UTC, datetime
 from typing import Final
 
 from bench.fuzz_datagrams import DatagramFuzzer
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
+from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
+from server.domain.people import Principal, Role, UserRef
 from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
 from server.relay.data_endpoint import DataEndpoint

@@ -21,12 +21,12 @@ from bench.fuzz_bytes import Mutator
 from bench.fuzz_channels import Account, Target
 from bench.fuzz_messages import MessageFuzzer
 from bench.key_sign_in import say_hello
-from server.video.viewer_messages import LARGEST_REQUEST_BYTES, MalformedVideoRequest, decode_video_request
+from server.video.viewer_messages import MAX_REQUEST_BYTES, MalformedVideoRequest, decode_video_request
 from wire.control_messages import KEY_SUBPROTOCOL, decode_to_agent
 from wire.drone_key import parse_drone_key
 from wire.video import (
     AGENT_VIDEO_SUBPROTOCOL,
-    LARGEST_UNIT_BYTES,
+    MAX_UNIT_BYTES,
     VIDEO,
     VIEWER_VIDEO_SUBPROTOCOL,
     Codec,
@@ -41,9 +41,9 @@ from wire.video import (
 
 _ANSWER_WITHIN_S: Final = 20.0
 _MISUSED, _NO_UTF8, _TOO_LARGE, _CUT_OFF = 4400, 1007, 1009, 1006
-_MOST_UNITS: Final = 1000
+_MAX_UNITS: Final = 1000
 """On one connection: below what the tower takes for a flood."""
-_MOST_REQUESTS: Final = 500
+_MAX_REQUESTS: Final = 500
 
 
 @contextlib.asynccontextmanager
@@ -83,7 +83,7 @@ async def attack_video_in_text(target: Target, chance: random.Random, messages: 
 
 
 def _text_earns(text: bytes) -> tuple[int, ...]:
-    if len(text) > LARGEST_REQUEST_BYTES:
+    if len(text) > MAX_REQUEST_BYTES:
         return (_TOO_LARGE,)
     try:
         text.decode()
@@ -163,7 +163,7 @@ async def _watch(viewer: ClientConnection, account: Account) -> int:
 
 
 def _unit_earns(message: bytes) -> tuple[int, ...]:
-    if len(message) > LARGEST_UNIT_BYTES:
+    if len(message) > MAX_UNIT_BYTES:
         return _TOO_LARGE, _CUT_OFF  # the reason may be lost with what was still on its way
     try:
         decode_head(message)
@@ -181,7 +181,7 @@ async def _until_closed(
     *,
     text: bool,
 ) -> None:
-    for _ in range(_MOST_REQUESTS if text else _MOST_UNITS):
+    for _ in range(_MAX_REQUESTS if text else _MAX_UNITS):
         if account.messages >= messages:
             return
         message = make()
@@ -230,7 +230,7 @@ class _UnitFuzzer:
             return right[: chance.randrange(40)]
         if pick < 0.99:
             return chance.randbytes(chance.randint(0, 300))
-        return right + bytes(LARGEST_UNIT_BYTES)
+        return right + bytes(MAX_UNIT_BYTES)
 
     def _genuine(self) -> Unit:
         chance = self._chance

@@ -18,11 +18,11 @@ import httpx
 
 from bench.lean_browser import LeanBrowser, connect_browser
 from server.accounts.passwords import Passwords
-from server.accounts.tables import Role
 from server.accounts.users import create_user
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE
 from server.database import open_database
+from server.domain.people import Role
 from server.fleet.drones import create_drone, set_key
 from server.schema import migrate
 from wire.drone_key import KEY_BYTES, DroneKey
@@ -68,7 +68,7 @@ async def make_fleet(folder: Path, drones: int, operators: Sequence[str] = ()) -
     Returns their keys as text, in order."""
     database = open_database(f"sqlite+aiosqlite:///{folder / 'tower.sqlite3'}")
     passwords = Passwords(concurrency=1, memory_kib=19456, rounds=2)
-    deed = Deed(by=COMMAND_LINE, at=datetime.now(UTC))
+    deed = AuditAction(by=COMMAND_LINE, at=datetime.now(UTC))
     try:
         await migrate(database)
         hashed = await passwords.hash(PASSWORD)

@@ -22,12 +22,12 @@ from bench.relay_measure import Measured, idle_us_per_s, measure
 from bench.relay_sticks import stick_latencies_ms
 from bench.relay_systems import Pattern, System, in_c, mavproxy, ours, share_processors, to_websocket
 from bench.rows import Report
-from server.relay.read_rhythm import LONGEST_REST_S
+from server.relay.read_rhythm import MAX_REST_S
 
 PACKED: Final = Pattern("bursts of 5", 5)
 UNPACKED: Final = Pattern("bursts of 5, a datagram each", 5, packed=False)
 ONE_BY_ONE: Final = Pattern("one by one", 1)
-DEADLINE_MS: Final = 1e3 * LONGEST_REST_S
+DEADLINE_MS: Final = 1e3 * MAX_REST_S
 """How long a datagram may wait in the tower for others to be read with. Latency is told with it and beyond it."""
 
 FLOOR: Final = "forwarder, uvloop UDP to WebSocket"

@@ -13,12 +13,12 @@ from wire.frame_stream import FrameStream
 from wire.frames import MalformedFrame, message_id
 from wire.ids import DroneId
 from wire.lateness import stamp_ms
-from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_tagged, stamp, tag
+from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, split_tagged, stamp, tag
 
 PROGRAM_GONE_AFTER_S: Final = 5.0
 """Ground stations say a heartbeat each second: five missing are what autopilots, too, take for gone."""
 
-MOST_PROGRAMS: Final = 32
+MAX_PROGRAMS: Final = 32
 """Streams remembered at a time; the one that was silent for longest makes room."""
 
 CHATTER: Final = frozenset({mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_REQUEST_DATA_STREAM})
@@ -52,7 +52,7 @@ class Bridge:
         message = head
         for frame in frames:
             tagged = tag(self._drone_id, frame)
-            if len(message) + len(tagged) > LARGEST_UPWARD_MESSAGE_BYTES:
+            if len(message) + len(tagged) > MAX_UPWARD_MESSAGE_BYTES:
                 messages.append(message)
                 message = head
             message += tagged
@@ -82,7 +82,7 @@ class Bridge:
     def _stream_of(self, program: Hashable, now: float) -> FrameStream:
         stream = self._streams.get(program)
         if stream is None:
-            if len(self._streams) >= MOST_PROGRAMS:
+            if len(self._streams) >= MAX_PROGRAMS:
                 self.program_gone(min(self._streams, key=lambda one: self._heard_at.get(one, 0.0)))
             stream = self._streams[program] = FrameStream()
             self._heard_at.setdefault(program, now - PROGRAM_GONE_AFTER_S)

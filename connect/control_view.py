@@ -13,7 +13,7 @@ from wire.ids import DroneId
 REPEATED_AFTER_S: Final = 10.0
 """One sentence is said again after so long at the earliest, with how often it happened meanwhile."""
 
-MOST_REMEMBERED: Final = 64
+MAX_REMEMBERED: Final = 64
 
 _DID: Final = {
     "acquired": "has the controls",
@@ -86,7 +86,7 @@ class ControlView:
             self._unsaid[text] += count
             return
         times = count + self._unsaid.pop(text, 0)
-        if len(self._said_at) >= MOST_REMEMBERED:
+        if len(self._said_at) >= MAX_REMEMBERED:
             self._said_at.clear()
             self._unsaid.clear()
         self._said_at[text] = now

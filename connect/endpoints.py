@@ -12,13 +12,13 @@ Received = Callable[[Hashable, bytes], None]
 Gone = Callable[[Hashable], None]
 
 PEER_FORGOTTEN_AFTER_S: Final = 30.0
-MOST_PEERS: Final = 16
+MAX_PEERS: Final = 16
 """Programs on one UDP port. More of them are not answered until one falls silent."""
 
 MAGICS: Final = frozenset({0xFD, 0xFE})
 """How a MAVLink program begins to speak: with a frame of version 2 or 1."""
 
-MOST_UNREAD_BYTES: Final = 1 << 20
+MAX_UNREAD_BYTES: Final = 1 << 20
 """A TCP program that reads so little is cut off: half a minute of telemetry."""
 
 
@@ -104,7 +104,7 @@ class UdpOn:
             silent = [one for one, at in self._peers.items() if now - at > PEER_FORGOTTEN_AFTER_S]
             for one in silent:
                 del self._peers[one]
-            if len(self._peers) >= MOST_PEERS:
+            if len(self._peers) >= MAX_PEERS:
                 return False
         self._peers[address] = now
         return True
@@ -155,7 +155,7 @@ class TcpOn:
     def send(self, frames: list[bytes]) -> None:
         data = b"".join(frames)
         for writer in list(self._writers):
-            if writer.transport.get_write_buffer_size() > MOST_UNREAD_BYTES:
+            if writer.transport.get_write_buffer_size() > MAX_UNREAD_BYTES:
                 writer.transport.abort()
             else:
                 writer.write(data)

@@ -19,17 +19,17 @@ SIGNED_OUT: Final = 4401
 NOT_ALLOWED: Final = 4403
 
 FIRST_WAIT_S: Final = 0.25
-LONGEST_WAIT_S: Final = 2.0
+MAX_WAIT_S: Final = 2.0
 OPEN_WITHIN_S: Final = 10.0
 STEADY_S: Final = 2.0
 """A connection that ends sooner was none: a tower that lets us in and closes at once is not knocked at all the time."""
 
 LOOK_EVERY_S: Final = 0.5
 
-MOST_WAITING: Final = 256
+MAX_WAITING: Final = 256
 """Messages that the socket has not taken: two seconds of sticks and a mission. What does not fit is dropped."""
 
-LARGEST_MESSAGE_BYTES: Final = 1 << 22
+MAX_MESSAGE_BYTES: Final = 1 << 22
 
 
 class Live:
@@ -52,7 +52,7 @@ class Live:
         self._received = received
         self._say = say
         self._shut = shut
-        self._outgoing: asyncio.Queue[str | bytes] = asyncio.Queue(MOST_WAITING)
+        self._outgoing: asyncio.Queue[str | bytes] = asyncio.Queue(MAX_WAITING)
         self._socket: ClientConnection | None = None
         self._watch_only = True
         self._look_again = asyncio.Event()
@@ -109,7 +109,7 @@ class Live:
             if opened_at is not None and loop.time() - opened_at >= STEADY_S:
                 wait_s = 0.0
             await asyncio.sleep(wait_s * random.uniform(0.5, 1.0))  # noqa: S311 - spreads, guards nothing
-            wait_s = min(LONGEST_WAIT_S, wait_s * 2 or FIRST_WAIT_S)
+            wait_s = min(MAX_WAIT_S, wait_s * 2 or FIRST_WAIT_S)
 
     def _opened(self) -> connect:
         return connect(
@@ -119,13 +119,13 @@ class Live:
             compression=None,
             proxy=True if self._tower.secure else None,
             open_timeout=OPEN_WITHIN_S,
-            max_size=LARGEST_MESSAGE_BYTES,
+            max_size=MAX_MESSAGE_BYTES,
             ping_interval=5,
             ping_timeout=5,
         )
 
     async def _serve(self, socket: ClientConnection, watch_only: Callable[[], bool]) -> None:
-        self._outgoing = asyncio.Queue(MOST_WAITING)
+        self._outgoing = asyncio.Queue(MAX_WAITING)
         self._socket = socket
         parts = (self._read(socket), self._write(socket), self._until_other_scopes(watch_only))
         tasks = [asyncio.create_task(part) for part in parts]

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from typing import Final
 
-LONGEST_LINE_BYTES: Final = 1024
+MAX_LINE_BYTES: Final = 1024
 
 
 class Terminal:
@@ -52,14 +52,14 @@ class Terminal:
         assert number is not None
         if _in_the_background(number):
             return  # reading would stop us
-        data = os.read(number, LONGEST_LINE_BYTES)
+        data = os.read(number, MAX_LINE_BYTES)
         if not data:
             self.close()
             if self._answer is not None and not self._answer.done():
                 self._answer.set_result("")
             return
         *lines, half = (self._half_line + data).split(b"\n")
-        self._half_line = half[:LONGEST_LINE_BYTES]
+        self._half_line = half[:MAX_LINE_BYTES]
         for line in lines:
             text = line.decode(errors="replace").strip()
             if self._answer is not None and not self._answer.done():

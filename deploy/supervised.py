@@ -12,7 +12,7 @@ from typing import IO, Final
 
 AGAIN_AFTER_S: Final = 0.5
 SETTLED_AFTER_S: Final = 10.0
-MOST_QUICK_DEATHS: Final = 3
+MAX_QUICK_EXITS: Final = 3
 END_WITHIN_S: Final = 5.0
 TAIL_LINES: Final = 15
 
@@ -75,7 +75,7 @@ class Program:
         if self._process is None or self._process.poll() is None:
             return
         self._quick_deaths = self._quick_deaths + 1 if now - self._started_at < SETTLED_AFTER_S else 1
-        if self._quick_deaths > MOST_QUICK_DEATHS:
+        if self._quick_deaths > MAX_QUICK_EXITS:
             raise ProgramFailed(self, f"it ended {self._quick_deaths} times in a row, last with {self._ended_how()}")
         say(f"The {self.name} ended with {self._ended_how()}; starting it again")
         self._again_at = now + AGAIN_AFTER_S

@@ -20,19 +20,19 @@ from onboard_agent.state_directory import claim
 from onboard_agent.systemd import Systemd
 from onboard_agent.tower_link import TowerLink
 from onboard_agent.tower_url import TowerUrl
-from onboard_agent.transactions.desk import Desk
+from onboard_agent.transactions.handler import TransactionHandler
 from onboard_agent.transactions.journal import JournalStore, NoJournal
 from onboard_agent.transactions.journal_files import JournalFiles
 from onboard_agent.transactions.journal_thread import JournalThread
-from onboard_agent.transactions.log_desk import LogDesk
 from onboard_agent.transactions.log_files import LogFiles
+from onboard_agent.transactions.log_handler import LogHandler
 from onboard_agent.transactions.metadata_service import MetadataService
-from onboard_agent.transactions.parameter_desk import ParameterDesk
 from onboard_agent.transactions.parameter_files import ParameterFiles
+from onboard_agent.transactions.parameter_handler import ParameterHandler
 from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.child import VideoChild
-from onboard_agent.video.desk import VideoDesk
 from onboard_agent.video.lines import SetUp
+from onboard_agent.video.service import VideoService
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
 from wire.frame_stream import FrameStream
@@ -80,13 +80,13 @@ class Agent:
             steps_told=secrets.randbits(31),
             journal=journal,
             holds=self._holds,
-            make_desks=self._make_desks,
+            make_handlers=self._make_handlers,
         )
         has_camera = settings.camera != NO_CAMERA
         self._link = TowerLink(
             settings.tower, settings.identity, self, settings.uplinks, (VIDEO,) if has_camera else ()
         )
-        self._video = VideoDesk(has_camera=has_camera)
+        self._video = VideoService(has_camera=has_camera)
         self._video_child = VideoChild(
             self._video,
             SetUp(
@@ -113,15 +113,15 @@ class Agent:
             return NoJournal(), NoHoldStore()
         return JournalThread(JournalFiles(state / "plans")), HoldFiles(state)
 
-    def _make_desks(self, maker: FrameMaker) -> list[Desk]:
+    def _make_handlers(self, maker: FrameMaker) -> list[TransactionHandler]:
         """Each kind of work at the drone that needs a disk or a network."""
         state = self._state
-        parameters = ParameterDesk(maker, ParameterFiles(None if state is None else state / "parameters"))
+        parameters = ParameterHandler(maker, ParameterFiles(None if state is None else state / "parameters"))
         return [
             # Before the parameters: it closes its file before they open theirs.
             MetadataService(maker, parameters_busy=parameters.busy),
             parameters,
-            LogDesk(maker, LogFiles(None if state is None else state / "logs"), self._files),
+            LogHandler(maker, LogFiles(None if state is None else state / "logs"), self._files),
         ]
 
     async def run(self) -> None:

@@ -3,8 +3,8 @@
 Two signs of a link that is too narrow: packets are lost, or they queue (the round trip grows beyond what it was while
 the link was at ease). A link that is merely long, a satellite's, shows neither.
 
-A step up is a try. If the link does not carry it, the next try waits twice as long, up to MOST_PATIENCE times, so that
-a link with room for `thin` and no more is not disturbed every half minute.
+A step up is a try. If the link does not carry it, the next try waits twice as long, up to MAX_BACKOFF_FACTOR times, so
+that a link with room for `thin` and no more is not disturbed every half minute.
 """
 
 from collections import deque
@@ -49,7 +49,7 @@ AT_EASE: Final = Limits(0.04, 0.2)
 DOWN_AFTER_S: Final = 1.0
 """A single late answer is no trend."""
 
-SHORTEST_STAY_S: Final = 3.0
+MIN_STAY_S: Final = 3.0
 """Between a step and the next one down: the measurement must have seen what the first step did."""
 
 UP_AFTER_S: Final = 20.0
@@ -58,7 +58,7 @@ UP_AFTER_S: Final = 20.0
 FAILED_WITHIN_S: Final = 30.0
 """A step down this soon after one up means that the try has failed."""
 
-MOST_PATIENCE: Final = 8
+MAX_BACKOFF_FACTOR: Final = 8
 
 USUAL_OVER_S: Final = 60.0
 """The least round trip of this time is the length of the way without a queue."""
@@ -109,10 +109,10 @@ class AutoProfile:
     def _down(self, wanted: StreamProfile, measured: Measured, queueing_s: float, now: float) -> None:
         if self._too_much_since is None:
             self._too_much_since = now
-        if now - self._too_much_since < DOWN_AFTER_S or now - self._changed_at < SHORTEST_STAY_S:
+        if now - self._too_much_since < DOWN_AFTER_S or now - self._changed_at < MIN_STAY_S:
             return
         if now - self._went_up_at < FAILED_WITHIN_S:
-            self._patience = min(2 * self._patience, MOST_PATIENCE)
+            self._patience = min(2 * self._patience, MAX_BACKOFF_FACTOR)
         limit = WORST_FOR[self.profile].loss
         if measured.loss >= limit:
             why = f"{measured.loss:.0%} of the packets are lost"

@@ -12,7 +12,7 @@ STEADY_S: Final = 1.0
 """What lasts this long was good, and is renewed at once; what ends sooner waits as a failure does."""
 
 FIRST_S: Final = 0.25
-LONGEST_S: Final = 2.0
+MAX_DURATION_S: Final = 2.0
 
 
 class Backoff:
@@ -25,7 +25,7 @@ class Backoff:
     def next_delay_s(self) -> float:
         """Seconds to wait before the attempt that comes now."""
         delay_s = self._wait_s * (1.0 - self._fraction() / 2.0)
-        self._wait_s = min(LONGEST_S, self._wait_s * 2.0) if self._wait_s else FIRST_S
+        self._wait_s = min(MAX_DURATION_S, self._wait_s * 2.0) if self._wait_s else FIRST_S
         return delay_s
 
     def reset(self) -> None:

@@ -52,7 +52,7 @@ from wire.open_holds import OPEN_HOLDS
 from wire.resuming import Challenge
 from wire.sealed_link import SealedLink
 from wire.sign_in import SignInPurpose
-from wire.transactions import LARGEST_TRANSACTION_BYTES, TRANSACTIONS
+from wire.transactions import MAX_TRANSACTION_BYTES, TRANSACTIONS
 
 UPGRADE_WITHIN_S: Final = 5.0
 """TLS and the HTTP upgrade on a slow cellular network."""
@@ -355,7 +355,7 @@ async def upgrade(
             ping_interval=PING_INTERVAL_S,
             ping_timeout=PING_TIMEOUT_S,
             close_timeout=CLOSE_WITHIN_S,
-            max_size=LARGEST_TRANSACTION_BYTES,
+            max_size=MAX_TRANSACTION_BYTES,
             write_limit=WRITE_BUFFER_BYTES,
         )
     except InvalidStatus as error:

@@ -32,7 +32,7 @@ from wire.drone_key import (
 from wire.ids import DroneId
 
 TIMEOUT_S: Final = 20.0
-LARGEST_ANSWER_BYTES: Final = 64 * 1024
+MAX_ANSWER_BYTES: Final = 64 * 1024
 
 
 class NotReached(Unusable):
@@ -109,7 +109,7 @@ def _ask(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
     opener = urllib.request.build_opener(_NoRedirects, proxies)
     try:
         with opener.open(request, timeout=TIMEOUT_S) as answer:
-            told = json.loads(answer.read(LARGEST_ANSWER_BYTES))
+            told = json.loads(answer.read(MAX_ANSWER_BYTES))
         drone_id = DroneId(int(told["drone_id"]))
         kept = Kept(drone_id, DroneKey(drone_id, key.seed), tower_key=key_bytes(told["tower_key"]))
         return kept, str(told["drone"])
@@ -127,7 +127,7 @@ def _ask(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
 
 def _detail(error: urllib.error.HTTPError) -> str:
     try:
-        document = json.loads(error.read(LARGEST_ANSWER_BYTES))
+        document = json.loads(error.read(MAX_ANSWER_BYTES))
         return str(document.get("detail") or document["title"])
     except (ValueError, KeyError, TypeError, AttributeError, OSError):
         return f"status {error.code}"

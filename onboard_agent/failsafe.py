@@ -15,7 +15,7 @@ from onboard_agent.hold_memory import HoldRecord
 from onboard_agent.holder import Holder
 from onboard_agent.inquiry import Inquiry
 from onboard_agent.lost_action import Loss, LostActing
-from onboard_agent.lost_action_table import Deed
+from onboard_agent.lost_action_table import LossResponse
 from onboard_agent.mode_names import mode_name
 from onboard_agent.motion import Motion
 from onboard_agent.own_frames import FrameMaker
@@ -218,11 +218,11 @@ class Failsafe:
             ),
         )
         deed = self.lost.tick(now, loss=loss, settings=self.settings, modes=self._modes())
-        if deed not in (None, Deed.LEAVE):
+        if deed not in (None, LossResponse.LEAVE):
             self._holder.gate.close()
             self._watch.nobody_needed()
             self._hold.yield_mode()
-        if deed is Deed.STOP_STICKS:
+        if deed is LossResponse.STOP_STICKS:
             self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
         self._lost_action_done(now)
 

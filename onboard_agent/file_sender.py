@@ -31,7 +31,7 @@ PIECE_BYTES: Final = 32 * 1024
 SILENCE_S: Final = 20.0
 """A tower, or a network, that takes nothing for so long."""
 AGAIN_AFTER_S: Final = 2.0
-LARGEST_ANSWER_BYTES: Final = 64 * 1024
+MAX_ANSWER_BYTES: Final = 64 * 1024
 
 
 class _Refused(Exception):
@@ -172,7 +172,7 @@ class _Attempt:
 
 
 def _judge(answer: http.client.HTTPResponse) -> None:
-    body = answer.read(LARGEST_ANSWER_BYTES)
+    body = answer.read(MAX_ANSWER_BYTES)
     if 200 <= answer.status < 300:
         return
     if answer.status >= 500 or answer.status in (408, 429):

@@ -16,7 +16,7 @@ SAME_COUNT_S: Final = 0.5
 """A count that runs as it was told is no news."""
 SAME_PERCENT: Final = 5.0
 """A battery is told in whole percent, and what a flight uses is learnt from that."""
-LONGEST_WORDS: Final = 300
+MAX_TEXT_LENGTH: Final = 300
 
 
 class HoldNews:
@@ -74,10 +74,10 @@ class HoldNews:
             mode=mode_name(view.kind, view.vehicle_type, view.custom_mode) if view.heard else "",
             sticks=hold.sticks_on or self._failsafe.keeps_sticks,
             after_sticks=self._inquiry.after_sticks(view.kind, view.custom_mode),
-            waiting_for=hold.waiting_for[:LONGEST_WORDS] if hold.open else "",
+            waiting_for=hold.waiting_for[:MAX_TEXT_LENGTH] if hold.open else "",
             lost=lost.lost if lost_is_known else None,
             phase=lost.phase,
             action=lost.action if lost_is_known else None,
             due_in_s=None if lost.due_in_s is None else round(lost.due_in_s, 2),
-            detail=detail[:LONGEST_WORDS],
+            detail=detail[:MAX_TEXT_LENGTH],
         )

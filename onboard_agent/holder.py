@@ -1,14 +1,14 @@
 """What the holder does with the drone, by sticks and by command, and what hold and watches make of it. No I/O.
 
 Each frame of the holder that says how the drone is to fly goes through here, whichever way it came. Joins `StickGate`,
-`CommandWish` and `StickKeeper`; takes `now`.
+`CommandRequest` and `StickKeeper`; takes `now`.
 """
 
 from typing import Any, Final
 
 from onboard_agent.arming_sticks import ArmingSticks
 from onboard_agent.autopilot_state import AutopilotView
-from onboard_agent.command_wish import CommandWish
+from onboard_agent.command_request import CommandRequest
 from onboard_agent.flight_modes import FlightMode, flies_without_sticks, holds_when_centred, modes_of
 from onboard_agent.hold import Hold
 from onboard_agent.inquiry import Inquiry
@@ -40,7 +40,7 @@ class Holder:
         stream: TelemetryStream,
     ) -> None:
         self.gate = StickGate()
-        self.wish = CommandWish(maker)
+        self.wish = CommandRequest(maker)
         self.keeper = StickKeeper(maker)
         self.arming = ArmingSticks(maker)
         self.mission_before_hold = False

@@ -18,7 +18,7 @@ from onboard_agent.unusable import Unusable
 from wire.ids import DroneId
 
 _FOR_ENROLMENT: Final = "twe_"
-_LARGEST_BYTES: Final = 1024
+_MAX_BYTES: Final = 1024
 _SUPERUSER: Final = 0
 _log = logging.getLogger("onboard_agent")
 
@@ -82,7 +82,7 @@ def write_private(path: Path, text: str) -> None:
 def _read(path: Path) -> str:
     try:
         with path.open("rb") as file:
-            return file.read(_LARGEST_BYTES).decode("ascii")
+            return file.read(_MAX_BYTES).decode("ascii")
     except OSError as error:
         raise Unusable(f"the token file {path} cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:

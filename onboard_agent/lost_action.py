@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from onboard_agent.flight_modes import FlightMode, Modes
-from onboard_agent.lost_action_table import DEEDS, NEXT, TOLD_AS, Deed, LostEvent, Situation
+from onboard_agent.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
 from onboard_agent.mode_ladder import LadderStep, ModeLadder
 from onboard_agent.own_frames import FrameMaker
 from wire.control_messages import SafetySettings
@@ -27,7 +27,7 @@ BATTERY_NOTICE_S: Final = 10.0
 _LAST_SECONDS: Final = 5
 _WAITING: Final = frozenset({LostPhase.COUNTING, LostPhase.STAYED})
 _STAYING: Final = frozenset({LostAction.STAY, LostAction.CONTINUE})
-_MODES_NEEDED: Final = frozenset({Deed.RETURN, Deed.LAND, Deed.RESUME_MISSION})
+_MODES_NEEDED: Final = frozenset({LossResponse.RETURN, LossResponse.LAND, LossResponse.RESUME_MISSION})
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class LostActing:
         self._battery_at: float | None = None
         self._notices: list[str] = []
 
-    def tick(self, now: float, *, loss: Loss, settings: SafetySettings, modes: Modes | None) -> Deed | None:
+    def tick(self, now: float, *, loss: Loss, settings: SafetySettings, modes: Modes | None) -> LossResponse | None:
         """Time has passed. Returns the deed in the very call in which it begins."""
         tower = loss.tower_gone_s >= settings.lost_hold_s
         person = loss.person_gone_s is not None
@@ -85,14 +85,14 @@ class LostActing:
 
     def _lost_now(
         self, now: float, loss: Loss, settings: SafetySettings, modes: Modes | None, *, tower: bool
-    ) -> Deed | None:
+    ) -> LossResponse | None:
         self.lost = Lost.TOWER if tower else Lost.PERSON
         if not tower and settings.lost_action in _STAYING:
             loss = replace(loss, drifts=False)  # the tower sees it, and somebody may help
         deed = self._battery(now, loss, DEEDS[settings.lost_action, situation(loss, modes)])
         remaining_s = self._remaining_s(now, loss, settings)
         if self.phase is LostPhase.QUIET:
-            if deed is Deed.LEAVE:
+            if deed is LossResponse.LEAVE:
                 if loss.custom_mode == (modes.mission.custom_mode if modes else None):
                     self._leave_alone()
                 return None
@@ -110,30 +110,30 @@ class LostActing:
         if remaining_s > 0.0:
             self._count(remaining_s, deed)
             return None
-        if deed is Deed.STAY:
+        if deed is LossResponse.STAY:
             self._fire(LostEvent.STAY)
             self._say("it stays until the battery is needed for the way home")
             self.due_in_s = None
             return None
         return self._begin(deed, now, modes)
 
-    def _battery(self, now: float, loss: Loss, deed: Deed) -> Deed:
+    def _battery(self, now: float, loss: Loss, deed: LossResponse) -> LossResponse:
         """What is done where the battery is needed for the way home, and since when it is."""
-        if not loss.battery_due or deed is Deed.LEAVE or self.phase not in _WAITING:
+        if not loss.battery_due or deed is LossResponse.LEAVE or self.phase not in _WAITING:
             self._battery_at = None
             return deed
         if self._battery_at is None:
             self._battery_at = now
             self._say("the battery is needed for the way home")
-        return Deed.LAND if loss.drifts or deed is Deed.LAND else Deed.RETURN
+        return LossResponse.LAND if loss.drifts or deed is LossResponse.LAND else LossResponse.RETURN
 
     def _leave_alone(self) -> None:
         """Its mission is to go on: nothing is counted, and what comes after it may be."""
         if not self._left_alone:
             self._left_alone = True
-            self._say(f"the {self.lost} is lost: {Deed.LEAVE}")
+            self._say(f"the {self.lost} is lost: {LossResponse.LEAVE}")
 
-    def _begin(self, deed: Deed, now: float, modes: Modes | None) -> Deed:
+    def _begin(self, deed: LossResponse, now: float, modes: Modes | None) -> LossResponse:
         wanted = _wanted(deed, modes)
         self.due_in_s = None
         self.action = TOLD_AS[deed]
@@ -143,13 +143,13 @@ class LostActing:
         none_known = deed in _MODES_NEEDED and not wanted
         words = ", but no such mode is known for this vehicle" if none_known else ""
         self._say(f"the {self.lost} stays lost: {deed}{words}")
-        return Deed.STOP_STICKS if none_known else deed
+        return LossResponse.STOP_STICKS if none_known else deed
 
-    def _count_or_stay(self, deed: Deed, *, said: bool) -> None:
+    def _count_or_stay(self, deed: LossResponse, *, said: bool) -> None:
         if self.phase is LostPhase.COUNTING and said:
             self._fire(LostEvent.STAY)
             self._say("it stays, as somebody said, until the battery is needed for the way home")
-        elif self.phase is LostPhase.STAYED and not said and deed is not Deed.STAY:
+        elif self.phase is LostPhase.STAYED and not said and deed is not LossResponse.STAY:
             self._fire(LostEvent.COUNT)
 
     def _remaining_s(self, now: float, loss: Loss, settings: SafetySettings) -> float:
@@ -205,7 +205,7 @@ class LostActing:
             if step is LadderStep.CONFIRMED:
                 self._fire(LostEvent.CONFIRMED)
 
-    def _count(self, remaining_s: float, deed: Deed) -> None:
+    def _count(self, remaining_s: float, deed: LossResponse) -> None:
         whole_s = int(remaining_s) + 1
         if whole_s < self._told_s and (whole_s <= _LAST_SECONDS or whole_s % 10 == 0):
             self._say(f"the {self.lost} is lost: {deed} in {whole_s} s")
@@ -240,13 +240,13 @@ def situation(loss: Loss, modes: Modes | None) -> Situation:
     return Situation.HELD_ON_MISSION if loss.mission_before_hold else Situation.OTHERWISE
 
 
-def _wanted(deed: Deed, modes: Modes | None) -> tuple[FlightMode, ...]:
+def _wanted(deed: LossResponse, modes: Modes | None) -> tuple[FlightMode, ...]:
     if modes is None:
         return ()
-    if deed is Deed.RETURN:
+    if deed is LossResponse.RETURN:
         return (modes.return_, modes.land)
-    if deed is Deed.LAND:
+    if deed is LossResponse.LAND:
         return (modes.land,)
-    if deed is Deed.RESUME_MISSION:
+    if deed is LossResponse.RESUME_MISSION:
         return (modes.mission,)
     return ()

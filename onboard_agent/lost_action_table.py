@@ -19,7 +19,7 @@ class Situation(StrEnum):
     """It cannot find home, and cannot keep its place."""
 
 
-class Deed(StrEnum):
+class LossResponse(StrEnum):
     """What is done about it."""
 
     RETURN = "return"
@@ -34,37 +34,37 @@ class Deed(StrEnum):
 
 _S = Situation
 
-DEEDS: Final[dict[tuple[LostAction, Situation], Deed]] = {
-    (LostAction.RETURN, _S.GOING_HOME): Deed.LEAVE,
-    (LostAction.RETURN, _S.ON_MISSION): Deed.RETURN,
-    (LostAction.RETURN, _S.HELD_ON_MISSION): Deed.RETURN,
-    (LostAction.RETURN, _S.OTHERWISE): Deed.RETURN,
-    (LostAction.RETURN, _S.NO_POSITION): Deed.LAND,
-    (LostAction.LAND, _S.GOING_HOME): Deed.LEAVE,
-    (LostAction.LAND, _S.ON_MISSION): Deed.LAND,
-    (LostAction.LAND, _S.HELD_ON_MISSION): Deed.LAND,
-    (LostAction.LAND, _S.OTHERWISE): Deed.LAND,
-    (LostAction.LAND, _S.NO_POSITION): Deed.LAND,
-    (LostAction.CONTINUE, _S.GOING_HOME): Deed.LEAVE,
-    (LostAction.CONTINUE, _S.ON_MISSION): Deed.LEAVE,
-    (LostAction.CONTINUE, _S.HELD_ON_MISSION): Deed.RESUME_MISSION,
-    (LostAction.CONTINUE, _S.OTHERWISE): Deed.STAY,
-    (LostAction.CONTINUE, _S.NO_POSITION): Deed.LAND,
-    (LostAction.STAY, _S.GOING_HOME): Deed.LEAVE,
-    (LostAction.STAY, _S.ON_MISSION): Deed.STAY,
-    (LostAction.STAY, _S.HELD_ON_MISSION): Deed.STAY,
-    (LostAction.STAY, _S.OTHERWISE): Deed.STAY,
-    (LostAction.STAY, _S.NO_POSITION): Deed.LAND,
+DEEDS: Final[dict[tuple[LostAction, Situation], LossResponse]] = {
+    (LostAction.RETURN, _S.GOING_HOME): LossResponse.LEAVE,
+    (LostAction.RETURN, _S.ON_MISSION): LossResponse.RETURN,
+    (LostAction.RETURN, _S.HELD_ON_MISSION): LossResponse.RETURN,
+    (LostAction.RETURN, _S.OTHERWISE): LossResponse.RETURN,
+    (LostAction.RETURN, _S.NO_POSITION): LossResponse.LAND,
+    (LostAction.LAND, _S.GOING_HOME): LossResponse.LEAVE,
+    (LostAction.LAND, _S.ON_MISSION): LossResponse.LAND,
+    (LostAction.LAND, _S.HELD_ON_MISSION): LossResponse.LAND,
+    (LostAction.LAND, _S.OTHERWISE): LossResponse.LAND,
+    (LostAction.LAND, _S.NO_POSITION): LossResponse.LAND,
+    (LostAction.CONTINUE, _S.GOING_HOME): LossResponse.LEAVE,
+    (LostAction.CONTINUE, _S.ON_MISSION): LossResponse.LEAVE,
+    (LostAction.CONTINUE, _S.HELD_ON_MISSION): LossResponse.RESUME_MISSION,
+    (LostAction.CONTINUE, _S.OTHERWISE): LossResponse.STAY,
+    (LostAction.CONTINUE, _S.NO_POSITION): LossResponse.LAND,
+    (LostAction.STAY, _S.GOING_HOME): LossResponse.LEAVE,
+    (LostAction.STAY, _S.ON_MISSION): LossResponse.STAY,
+    (LostAction.STAY, _S.HELD_ON_MISSION): LossResponse.STAY,
+    (LostAction.STAY, _S.OTHERWISE): LossResponse.STAY,
+    (LostAction.STAY, _S.NO_POSITION): LossResponse.LAND,
 }
 """Without a position nothing stays: it drifts, and only the sticks of the agent keep its height."""
 
-TOLD_AS: Final[dict[Deed, LostAction]] = {
-    Deed.RETURN: LostAction.RETURN,
-    Deed.LAND: LostAction.LAND,
-    Deed.RESUME_MISSION: LostAction.CONTINUE,
-    Deed.LEAVE: LostAction.CONTINUE,
-    Deed.STAY: LostAction.STAY,
-    Deed.STOP_STICKS: LostAction.STAY,
+TOLD_AS: Final[dict[LossResponse, LostAction]] = {
+    LossResponse.RETURN: LostAction.RETURN,
+    LossResponse.LAND: LostAction.LAND,
+    LossResponse.RESUME_MISSION: LostAction.CONTINUE,
+    LossResponse.LEAVE: LostAction.CONTINUE,
+    LossResponse.STAY: LostAction.STAY,
+    LossResponse.STOP_STICKS: LostAction.STAY,
 }
 
 

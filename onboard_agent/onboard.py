@@ -70,7 +70,7 @@ FLIES: Final = (CommandWork, FollowWork)
 class Onboard:
     """One drone. `speaks_first`: the autopilot hears of us only when we have spoken. `narrow_line`: no room to spare on
     the way to it. `steps_told`: where the numbers of the steps of holds begin (Hold). `journal`: without one no plan is
-    written. `holds`: without it a process that is started again knows of no hold. `make_desks`: of the work at the
+    written. `holds`: without it a process that is started again knows of no hold. `make_handlers`: of the work at the
     drone that needs more than is here."""
 
     def __init__(
@@ -82,7 +82,7 @@ class Onboard:
         steps_told: int = 0,
         journal: JournalStore | None = None,
         holds: HoldStore | None = None,
-        make_desks: MakeDesks = lambda _maker: (),
+        make_handlers: MakeDesks = lambda _maker: (),
     ) -> None:
         maker = FrameMaker()
         self.autopilot = AutopilotView()
@@ -131,7 +131,7 @@ class Onboard:
             holder=self._holder,
             narrow_line=narrow_line,
             journal=journal or NoJournal(),
-            make_desks=make_desks,
+            make_handlers=make_handlers,
         )
         self._news = TowerNews(
             autopilot=self.autopilot,

@@ -22,29 +22,29 @@ ASK_AGAIN_AFTER_S: Final = 30.0
 """At most this often for that reason, so that two who disagree do not fight."""
 
 
-class Wish(NamedTuple):
+class RateRequest(NamedTuple):
     """A message, and its rate in Hz; 0 for once."""
 
     message_id: int
     rate_hz: float
 
 
-WISHES: Final[tuple[Wish, ...]] = (
-    Wish(mavlink.MAVLINK_MSG_ID_ATTITUDE, 10),
-    Wish(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 5),
-    Wish(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 1),
-    Wish(mavlink.MAVLINK_MSG_ID_VFR_HUD, 4),
-    Wish(mavlink.MAVLINK_MSG_ID_SYS_STATUS, 1),
-    Wish(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, 1),
-    Wish(mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT, 5),
-    Wish(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, 0.5),
-    Wish(mavlink.MAVLINK_MSG_ID_HOME_POSITION, 0.2),
-    Wish(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, 1),
-    Wish(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, 1),
-    Wish(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT, 1),
-    Wish(mavlink.MAVLINK_MSG_ID_RC_CHANNELS, 2),
-    Wish(mavlink.MAVLINK_MSG_ID_WIND, 1),
-    Wish(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0),
+WISHES: Final[tuple[RateRequest, ...]] = (
+    RateRequest(mavlink.MAVLINK_MSG_ID_ATTITUDE, 10),
+    RateRequest(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 5),
+    RateRequest(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_VFR_HUD, 4),
+    RateRequest(mavlink.MAVLINK_MSG_ID_SYS_STATUS, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_GPS_RAW_INT, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_EKF_STATUS_REPORT, 5),
+    RateRequest(mavlink.MAVLINK_MSG_ID_BATTERY_STATUS, 0.5),
+    RateRequest(mavlink.MAVLINK_MSG_ID_HOME_POSITION, 0.2),
+    RateRequest(mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_NAV_CONTROLLER_OUTPUT, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_POSITION_TARGET_GLOBAL_INT, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_RC_CHANNELS, 2),
+    RateRequest(mavlink.MAVLINK_MSG_ID_WIND, 1),
+    RateRequest(mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0),
 )
 
 _READ_HERE: Final = frozenset(
@@ -70,7 +70,7 @@ class Rates:
         self._maker = maker
         self._narrow_line = narrow_line
         self._profile = StreamProfile.FULL
-        self._asking: Asking[Wish] = Asking(timeout_s=ANSWER_WITHIN_S, tries=TRIES)
+        self._asking: Asking[RateRequest] = Asking(timeout_s=ANSWER_WITHIN_S, tries=TRIES)
         self._unsupported: set[int] = set()
         self._granted: dict[int, float] = {}
         self._watched_granted = False
@@ -106,7 +106,7 @@ class Rates:
             if wish.message_id not in self._unsupported and self._granted.get(wish.message_id) != wish.rate_hz
         )
 
-    def _wanted_hz(self, wish: Wish) -> float:
+    def _wanted_hz(self, wish: RateRequest) -> float:
         """Never below what a pilot needs: whoever takes the sticks must not wait for the autopilot to be asked."""
         if wish.message_id in _READ_HERE:
             return wish.rate_hz
@@ -143,7 +143,7 @@ class Rates:
             message = request_message(vehicle_system_id, wish.message_id, confirmation=asked)
         return self._maker.make(message, agent_sender(vehicle_system_id))
 
-    def _missing(self, now: float) -> list[Wish]:
+    def _missing(self, now: float) -> list[RateRequest]:
         """What does not come although nobody refused it: an answer says for which command it is, but not for which
         message, so that a late one may have stood for the next; and a busy autopilot may have answered nothing."""
         missing = []

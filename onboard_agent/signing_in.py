@@ -16,7 +16,7 @@ from wire.key_agreement import LinkKeys, agree, public_bytes
 from wire.sign_in import NONCE_BYTES, SIGN_IN_PROTOCOL, MalformedTranscript, SignInPurpose, Transcript
 
 RandomBytes = Callable[[int], bytes]
-_LONGEST_WORDS: Final = 100
+_MAX_TEXT_LENGTH: Final = 100
 
 
 class NotOurTower(Exception):
@@ -52,7 +52,9 @@ class KeySignIn:
             try:
                 binding = end_point(certificate)
             except BadCertificate as error:
-                raise NotOurTower(f"{tower} shows a certificate that is none: {str(error)[:_LONGEST_WORDS]}") from None
+                raise NotOurTower(
+                    f"{tower} shows a certificate that is none: {str(error)[:_MAX_TEXT_LENGTH]}"
+                ) from None
         self._key = key
         self._private_key = private_key
         self._tower_public_key = challenge.public_key

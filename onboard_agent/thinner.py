@@ -16,7 +16,7 @@ from wire.frames import is_known
 from wire.state_messages import StateKey, state_key
 from wire.stream_profiles import BEAT_S, StreamProfile, beats_between
 
-MOST_KINDS: Final = 1024
+MAX_KINDS: Final = 1024
 """Senders, messages and instances that are told apart; several times what any drone has. Beyond it a new kind is
 dropped and counted: the memory of a companion computer is small, and what has a thousand kinds is noise."""
 
@@ -70,7 +70,7 @@ class Thinner:
     def _wait(self, key: StateKey, frame: bytes) -> None:
         kind = self._kinds.get(key)
         if kind is None:
-            if len(self._kinds) >= MOST_KINDS:
+            if len(self._kinds) >= MAX_KINDS:
                 self.counts["too many kinds of state"] += 1
                 return
             kind = self._kinds[key] = _Kind()

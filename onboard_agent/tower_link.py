@@ -20,7 +20,7 @@ from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.identity import Identity
 from onboard_agent.successor import successor
 from onboard_agent.tower_url import TowerUrl
-from wire.content import LARGEST_URGENT_BYTES, Frames
+from wire.content import MAX_URGENT_BYTES, Frames
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,
@@ -318,7 +318,7 @@ class TowerLink:
     def _send_urgent(self, message: ToTower) -> None:
         """How a hold goes must not wait until TCP has noticed a lost packet: it goes over the data channel as well."""
         text = encode_message(message).encode()
-        if len(text) > LARGEST_URGENT_BYTES:
+        if len(text) > MAX_URGENT_BYTES:
             return
         self._send_copy(self._opened, text)
         for delay_s in URGENT_COPIES_AFTER_S:

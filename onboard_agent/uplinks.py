@@ -8,7 +8,7 @@ from typing import Final
 from onboard_agent.data_socket import ANY_UPLINK
 from onboard_agent.unusable import Unusable
 
-MOST_UPLINKS: Final = 4
+MAX_UPLINKS: Final = 4
 """The tower sends to no more than these."""
 
 _INTERFACE: Final = re.compile(r"[^\s/:,]{1,15}")
@@ -26,8 +26,8 @@ def parse_uplinks(words: Sequence[str]) -> tuple[str, ...]:
             raise Unusable(f"the uplink {uplink!r} is neither the name of an interface nor an address")
     if len(set(uplinks)) != len(uplinks):
         raise Unusable("an uplink is named twice")
-    if len(uplinks) > MOST_UPLINKS:
-        raise Unusable(f"{len(uplinks)} uplinks are more than the {MOST_UPLINKS} that a tower sends to")
+    if len(uplinks) > MAX_UPLINKS:
+        raise Unusable(f"{len(uplinks)} uplinks are more than the {MAX_UPLINKS} that a tower sends to")
     return uplinks or (ANY_UPLINK,)
 
 

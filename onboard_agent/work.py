@@ -1,6 +1,6 @@
-"""The work at the drone, between `Onboard` and the desks: what they must know, and what may go up or down. No I/O.
+"""The work at the drone, between `Onboard` and the handlers: what they must know, and what may go up or down. No I/O.
 
-Decides nothing about the flight; what a desk commands goes the way of a holder's frames.
+Decides nothing about the flight; what a handler commands goes the way of a holder's frames.
 """
 
 import logging
@@ -13,9 +13,9 @@ from onboard_agent.holder import Holder
 from onboard_agent.intent import INTERESTING
 from onboard_agent.mode_names import mission_modes
 from onboard_agent.own_frames import FrameMaker
-from onboard_agent.transactions.command_desk import CommandDesk
-from onboard_agent.transactions.desk import Around, Desk
-from onboard_agent.transactions.follow_desk import FollowDesk
+from onboard_agent.transactions.command_handler import CommandHandler
+from onboard_agent.transactions.follow_handler import FollowHandler
+from onboard_agent.transactions.handler import Around, TransactionHandler
 from onboard_agent.transactions.journal import JournalStore
 from onboard_agent.transactions.metadata_service import MetadataService
 from onboard_agent.transactions.plan_watch import PlanWatch
@@ -43,8 +43,8 @@ _ASKS_FOR_PARAMETERS: Final = frozenset(
     }
 )
 
-MakeDesks = Callable[[FrameMaker], Sequence[Desk]]
-"""Makes the desks that need more than the time and the frames (a disk, say), with whatever makes frames."""
+MakeDesks = Callable[[FrameMaker], Sequence[TransactionHandler]]
+"""Makes the handlers that need more than the time and the frames (a disk, say), with whatever makes frames."""
 
 
 class WorkAtDrone:
@@ -59,18 +59,18 @@ class WorkAtDrone:
         holder: Holder,
         narrow_line: bool,
         journal: JournalStore,
-        make_desks: MakeDesks,
+        make_handlers: MakeDesks,
     ) -> None:
         self._autopilot = autopilot
         self._hold = hold
         self._holder = holder
         self._narrow_line = narrow_line
         self._plans = PlanWatch(maker, journal)
-        commands = CommandDesk(maker, send=self._why_not_command, commanded=lambda: holder.commanded)
-        self._follow = FollowDesk(
+        commands = CommandHandler(maker, send=self._why_not_command, commanded=lambda: holder.commanded)
+        self._follow = FollowHandler(
             maker, send=self._why_not_command, commanded=lambda: holder.commanded, moved=lambda: holder.moved
         )
-        more = make_desks(maker)
+        more = make_handlers(maker)
         self._metadata = next((one for one in more if isinstance(one, MetadataService)), None)
         self._transactions = Transactions([self._plans, commands, self._follow, *more])
         self._gate = StartGate(maker)
@@ -205,7 +205,7 @@ class WorkAtDrone:
         return why
 
     def _why_not_command(self, frame: bytes, now: float) -> str | None:
-        """A command of a desk's goes the way of the holder's frames, and by the same gate."""
+        """A command of a handler's goes the way of the holder's frames, and by the same gate."""
         why = self._why_not_start(frame, now)
         if why is None and message_id(frame) in INTERESTING:
             self._holder.why_not(frame, now)  # a command always passes

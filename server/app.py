@@ -27,12 +27,12 @@ from server.accounts import (
 from server.accounts.challenges import Challenges
 from server.accounts.hashing_process import HashingProcess
 from server.accounts.known_addresses import remember_addresses
-from server.accounts.passkey_sign_in import PasskeyDoor
+from server.accounts.passkey_sign_in import PasskeySignInService
 from server.accounts.password_policy import PasswordPolicy
 from server.accounts.passwords import Passwords
 from server.accounts.sealed_factors import prepare_vault
 from server.accounts.sessions import Sessions
-from server.accounts.sign_in import Door
+from server.accounts.sign_in import SignInService
 from server.accounts.throttle import SignInThrottle
 from server.accounts.tokens import ApiTokens
 from server.anonymous.budget import AnonymousBudget, Over
@@ -40,40 +40,40 @@ from server.anonymous.request_gate import RequestGate
 from server.audit import routes as audit_routes
 from server.background import in_background
 from server.body import BodyCheck
-from server.clock import Clock, utc_now
 from server.console import serve_console
 from server.control import receiver_routes, safety_routes, settings_routes
 from server.control import routes as control_routes
 from server.control.after_start import end_assistance
-from server.control.desk import ControlDesk
+from server.control.hub_event_handler import HubEventHandler
 from server.control.lease_store import DatabaseLeaseStore
 from server.control.loss_checks import LossChecks
 from server.control.open_hold_store import load_open_holds
 from server.control.rehearsal import Rehearsals
+from server.control.service import ControlService
 from server.control.settings_store import load_into
 from server.control.stays import Stays
-from server.control.watchman import Watchman
 from server.cookie_prefix import CookiePrefix
 from server.database import open_database
+from server.domain.clock import Clock, utc_now
 from server.file_accounts import file_accounts
 from server.fleet import enrolment_routes, loan_routes
 from server.fleet import routes as fleet_routes
 from server.fleet.drones import deleted_among
 from server.fleet.enrolment_news import EnrolmentNews
 from server.fleet.exchange import CredentialExchange
-from server.fleet.loans import LoanKeeper
+from server.fleet.loans import LoanExpiry
 from server.fleet.roster import Roster
 from server.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.flight_commands import routes as command_routes
 from server.flight_logs import routes as log_routes
+from server.flight_logs.quota import FlightLogQuota
 from server.flight_logs.receiving import LogReceiver
-from server.flight_logs.shelf import LogShelf
 from server.guards import UnexpectedErrors
 from server.listening import CannotListen
 from server.metrics import routes as metrics_routes
 from server.missions import library_routes, plan_routes
 from server.operations import routes as operation_routes
-from server.operations.clerk import OperationClerk
+from server.operations.audit_writer import OperationAuditWriter
 from server.origin import OriginCheck
 from server.over_tls import OverTls
 from server.parameters import routes as parameter_routes
@@ -235,15 +235,15 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
     enrolment_news = EnrolmentNews(database, hub, clock)
-    desk = ControlDesk(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
+    service = ControlService(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
     mb = 1_000_000
-    log_shelf = LogShelf(
+    log_shelf = FlightLogQuota(
         settings.files,
         budget_bytes=settings.files_budget_mb * mb,
         largest_bytes=settings.file_largest_mb * mb,
     )
-    clerk = OperationClerk(database, clock)
-    hub.operations.on_began, hub.operations.on_ended = clerk.began, clerk.ended
+    audit_writer = OperationAuditWriter(database, clock)
+    hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
     return Tower(
         settings=settings,
         clock=clock,
@@ -253,17 +253,17 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         password_policy=PasswordPolicy(urlsplit(settings.public_url).hostname or ""),
         sessions=sessions,
         tokens=ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor),
-        door=Door(database, passwords, sessions, throttle, vault),
-        passkey_door=PasskeyDoor(database, sessions, Challenges()),
+        door=SignInService(database, passwords, sessions, throttle, vault),
+        passkey_door=PasskeySignInService(database, sessions, Challenges()),
         hub=hub,
-        desk=desk,
+        service=service,
         roster=roster,
-        loan_keeper=LoanKeeper(database, hub, roster, clock),
+        loan_keeper=LoanExpiry(database, hub, roster, clock),
         loss_checks=loss_checks,
         rehearsals=rehearsals,
         stays=Stays(hub=hub, database=database, clock=clock),
-        watchman=Watchman(
-            desk=desk,
+        event_handler=HubEventHandler(
+            service=service,
             hub=hub,
             database=database,
             clock=clock,
@@ -278,7 +278,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             credentials_until=settings.drone_credentials_until,
             exchange=CredentialExchange(database, roster, clock),
         ),
-        clerk=clerk,
+        audit_writer=audit_writer,
         log_shelf=log_shelf,
         log_receiver=LogReceiver(log_shelf, lambda: file_accounts(hub)),
         recordings=new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock),
@@ -311,8 +311,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.passwords.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
         await end_assistance(tower.database, tower.clock)
-        tower.hub.on_event = tower.watchman.noticed
-        stack.push_async_callback(tower.watchman.stop)
+        tower.hub.on_event = tower.event_handler.noticed
+        stack.push_async_callback(tower.event_handler.stop)
         stack.push_async_callback(tower.rehearsals.stop)
         stack.push_async_callback(tower.enrolment_news.stop)
         await tower.loss_checks.load()
@@ -326,7 +326,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
             tower.loss_checks.look_again(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))
-        await stack.enter_async_context(in_background("operations trail", tower.clerk.work))
+        await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
         stack.push_async_callback(tower.tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))

@@ -13,9 +13,9 @@ from sqlalchemy.exc import DBAPIError
 from server.commands import drones, teams, tokens, users
 from server.commands.session import CommandError, settings_now, with_database
 from server.database import Database, open_database
+from server.domain.refusal import Refusal
 from server.fleet.tower_identity import forget_identity
 from server.listening import CannotListen, address_in_words, listen
-from server.refusal import Refusal
 from server.schema import DatabaseNotReady, migrate, newest_revision
 from server.settings import Settings, SettingsError
 from server.vault import VaultError, new_key

@@ -20,9 +20,9 @@ _BINARY: Final = 0x82
 """Whole messages in one frame."""
 _MASKED: Final = 0x80
 _MASK_BYTES: Final = 4
-_SHORTEST_HEAD: Final = 6
-LARGEST_TEXT_BYTES: Final = 125
-MOST_AT_ONCE_BYTES: Final = 4 * 1024
+_MIN_HEAD_BYTES: Final = 6
+MAX_TEXT_BYTES: Final = 125
+MAX_READ_BYTES: Final = 4 * 1024
 """Texts that come in larger lumps are no business of these ears: the parser takes them in slices."""
 
 
@@ -30,7 +30,7 @@ class FrameEars:
     """`parse`: takes what is not heard here. `parser_is_busy`: it has something that came before, and is to have what
     comes now as well.
 
-    `on_text`: each text message of up to LARGEST_TEXT_BYTES, which may be something else than UTF-8. `on_binary`: each
+    `on_text`: each text message of up to MAX_TEXT_BYTES, which may be something else than UTF-8. `on_binary`: each
     binary message of up to `largest_binary` bytes.
     """
 
@@ -64,7 +64,7 @@ class FrameEars:
             return
         if self._cut:
             data, self._cut = self._cut + data, b""
-        if self._on_binary is None and len(data) > MOST_AT_ONCE_BYTES and not self._left:
+        if self._on_binary is None and len(data) > MAX_READ_BYTES and not self._left:
             self._give_up(data)
             return
         at = 0
@@ -88,15 +88,15 @@ class FrameEars:
 
     def _begin(self, data: bytes, at: int) -> int:
         have, first = len(data) - at, data[at]
-        if have < _SHORTEST_HEAD:
+        if have < _MIN_HEAD_BYTES:
             self._cut = data[at:]
             return len(data)
         second = data[at + 1]
         length = second & 0x7F
-        if first == _TEXT and length <= LARGEST_TEXT_BYTES and second & _MASKED and self._on_text is not None:
-            end = at + _SHORTEST_HEAD + length
+        if first == _TEXT and length <= MAX_TEXT_BYTES and second & _MASKED and self._on_text is not None:
+            end = at + _MIN_HEAD_BYTES + length
             if end <= len(data) and not self._parser_is_busy():
-                self._on_text(apply_mask(data[at + _SHORTEST_HEAD : end], data[at + 2 : at + _SHORTEST_HEAD]))
+                self._on_text(apply_mask(data[at + _MIN_HEAD_BYTES : end], data[at + 2 : at + _MIN_HEAD_BYTES]))
                 return end
         more = 2 if length == 126 else 8 if length == 127 else 0
         mask = _MASK_BYTES if second & _MASKED else 0

@@ -6,7 +6,7 @@
 - One that pings and never reads would pile up pongs: while nothing can be written, no ping is answered.
 - Thousands of tiny messages that come at once would keep the loop busy: they are parsed SLICE_BYTES at a time, and the
   rest when those are handled.
-- The empty pieces of a message without end would pile up: it has MOST_PIECES, then it is closed with 1009.
+- The empty pieces of a message without end would pile up: it has MAX_PIECES, then it is closed with 1009.
 - A connection that was broken off, or ended by a fault, would stay in memory: it lets go of its parser at the end.
 - A refused upgrade would be called an error of ours, in the log, by anybody who likes to.
 """
@@ -21,7 +21,7 @@ from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIO
 from websockets.frames import CloseCode, Frame
 
 from server.anonymous.budget import GUEST
-from server.anonymous.connections import ConnectionBudget, Guest
+from server.anonymous.connections import AnonymousConnection, ConnectionBudget
 
 if TYPE_CHECKING:
     from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
@@ -36,8 +36,8 @@ NOT_SENT_BYTES: Final = 16 * 1024
 """What the kernel takes beyond what is on its way: the newest state is chosen late, not queued early."""
 SLICE_BYTES: Final = 4 * 1024
 """At most 680 messages: a few milliseconds."""
-MOST_PIECES: Final = 64
-MOST_SINCE_CLOSE_BYTES: Final = 64 * 1024
+MAX_PIECES: Final = 64
+MAX_SINCE_CLOSE_BYTES: Final = 64 * 1024
 
 _NOT_SENT: Final = getattr(socket, "TCP_NOTSENT_LOWAT", None)
 
@@ -53,9 +53,9 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
         self._since_close = 0
         self._stalled: asyncio.TimerHandle | None = None
         self._lingering: asyncio.TimerHandle | None = None
-        self._guest: tuple[Guest, ConnectionBudget] | None = None
+        self._guest: tuple[AnonymousConnection, ConnectionBudget] | None = None
 
-    def is_guest(self, guest: Guest, connections: ConnectionBudget) -> None:
+    def is_guest(self, guest: AnonymousConnection, connections: ConnectionBudget) -> None:
         """It has not signed in, and counts as that until it has, or ends."""
         self._guest = guest, connections
         if hasattr(self, "scope"):  # the handshake was good; the application's task has not begun yet
@@ -125,7 +125,7 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
         if self.close_sent:
             # Somewhere in there may be the answer to our goodbye. Who goes on sending is not worth looking for it.
             self._since_close += len(data)
-            if self._since_close > MOST_SINCE_CLOSE_BYTES:
+            if self._since_close > MAX_SINCE_CLOSE_BYTES:
                 return
         if len(data) <= self._slice_bytes and not self._unparsed:
             super().data_received(data)
@@ -175,7 +175,7 @@ class GuardedWebSocket(WebSocketsSansIOProtocol):
     def handle_cont(self, event: Frame) -> None:
         if self.close_sent:
             return
-        if len(self.frames) >= MOST_PIECES:
+        if len(self.frames) >= MAX_PIECES:
             self.conn.fail(CloseCode.MESSAGE_TOO_BIG, "a message in too many pieces")
             self.handle_parser_exception()
             return

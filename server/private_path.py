@@ -6,7 +6,7 @@ import ipaddress
 
 from starlette.requests import HTTPConnection
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
 
 class NotPrivate(Refusal):

@@ -11,7 +11,7 @@ from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute
 
-from server.access import (
+from server.domain.access import (
     FOR_ADMINS,
     IN_PERSON,
     NEEDS,
@@ -24,13 +24,13 @@ from server.access import (
     InPersonOnly,
     NotSignedIn,
     PasswordChangeNeeded,
+    ProofNeeded,
     ScopeMissing,
     SecondFactorDemanded,
     SessionExpired,
 )
-from server.accounts.reauthentication import ProofNeeded
+from server.domain.refusal import Refusal
 from server.problems import INTERNAL, INVALID, JSON_ONLY, MALFORMED_JSON, PROBLEMS, TOO_LARGE, WRONG_ORIGIN, Kind
-from server.refusal import Refusal
 
 _REF: Final = {"application/problem+json": {"schema": {"$ref": "#/components/schemas/Problem"}}}
 _SCHEMA: Final[dict[str, Any]] = {

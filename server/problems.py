@@ -16,32 +16,35 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
-from server.access import (
-    AdminsOnly,
-    BadToken,
-    InPersonOnly,
-    NotSignedIn,
-    PasswordChangeNeeded,
-    ScopeMissing,
-    SecondFactorDemanded,
-    SessionExpired,
-    UnknownDrone,
-)
 from server.accounts.challenges import ChallengeOver, TooManyChallenges
 from server.accounts.passkey_sign_in import PasskeyRefused, PasswordNeeded, WrongPasskey
 from server.accounts.passkeys import PasskeyKnown, TooManyPasskeys, UnknownPasskey
 from server.accounts.password_policy import BadPassword, TooManyJudgements
 from server.accounts.passwords import TooManySignIns
 from server.accounts.preferences import BadPreference, PreferenceTooLarge, TooManyPreferences
-from server.accounts.reauthentication import CodeNeeded, ProofNeeded
+from server.accounts.reauthentication import CodeNeeded
 from server.accounts.relying_party import PasskeysUnavailable
 from server.accounts.second_factor import LastFactor, NoSecondFactorBegun, SecondFactorOn, WrongCode
 from server.accounts.sessions import UnknownSession
 from server.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
 from server.accounts.tokens import BadExpiry, BadScopes, TooManyTokens, UnknownToken
 from server.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
-from server.control.desk import ControlRefused
-from server.control.drone_settings import BadDroneSettings
+from server.control.service import ControlRefused
+from server.domain.access import (
+    AdminsOnly,
+    BadToken,
+    InPersonOnly,
+    NotSignedIn,
+    PasswordChangeNeeded,
+    ProofNeeded,
+    ScopeMissing,
+    SecondFactorDemanded,
+    SessionExpired,
+    UnknownDrone,
+)
+from server.domain.drone_settings import BadDroneSettings
+from server.domain.names import BadName
+from server.domain.refusal import Refusal, RetryLater
 from server.fleet.drones import DroneNameTaken
 from server.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
 from server.fleet.loans import BadLoan, OwnerAlready
@@ -54,7 +57,6 @@ from server.missions.document import DocumentTooLarge
 from server.missions.library import ChangedMeanwhile, NotYourMission, TooManyMissions, UnknownMission, VersionNeeded
 from server.missions.plan_body import BadPlan, MalformedBody
 from server.missions.plans import PlanNotRead
-from server.names import BadName
 from server.operations.refusals import (
     AgentTooOld,
     Assisted,
@@ -86,7 +88,6 @@ from server.recordings.refusals import (
     TooManyRecordings,
     UnknownRecording,
 )
-from server.refusal import Refusal, RetryLater
 from server.teams.refusals import (
     DroneInUse,
     InAnotherTeam,

@@ -17,16 +17,16 @@ from typing import Final
 import uvicorn
 from fastapi import FastAPI
 
+from server.aligned_timers import BEAT_S, rest
 from server.anonymous.acceptor import Acceptor
-from server.anonymous.connections import Guest
+from server.anonymous.connections import AnonymousConnection
 from server.anonymous.read_turns import ReadTurns
-from server.beats import BEAT_S, rest
 from server.direct_websocket import DirectWebSocket
 from server.garbage import settle_memory
 from server.tower import Tower
 from server.upgrading_http import UpgradingHttp
 
-LARGEST_MESSAGE_BYTES: Final = 64 * 1024
+MAX_MESSAGE_BYTES: Final = 64 * 1024
 """Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is for telling why it was refused."""
 GRACE_S: Final = 2
 SWITCH_INTERVAL_S: Final = 0.001
@@ -46,7 +46,7 @@ class TowerServer(uvicorn.Server):
                 lifespan="off",
                 http=UpgradingHttp,
                 ws=DirectWebSocket,
-                ws_max_size=LARGEST_MESSAGE_BYTES,
+                ws_max_size=MAX_MESSAGE_BYTES,
                 ws_per_message_deflate=False,  # telemetry hardly shrinks, and every message would cost more
                 timeout_graceful_shutdown=GRACE_S,
                 proxy_headers=True,
@@ -78,7 +78,7 @@ class TowerServer(uvicorn.Server):
         self._acceptors = [Acceptor(one, self._budget, self._connection) for one in sockets or ()]
         self._on_listening()
 
-    def _connection(self, guest: Guest) -> UpgradingHttp:
+    def _connection(self, guest: AnonymousConnection) -> UpgradingHttp:
         return UpgradingHttp(
             config=self.config,
             server_state=self.server_state,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final, Literal
 from urllib.parse import urlsplit
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
 PLACES: Final = ("{z}", "{x}", "{y}")
 TileKind = Literal["raster", "vector"]

@@ -8,31 +8,31 @@ from typing import TYPE_CHECKING, cast
 
 from starlette.requests import HTTPConnection
 
-from server.beats import Looks
+from server.aligned_timers import SharedChecks
 
 if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not import them in earnest
     from datetime import datetime
 
-    from server.accounts.passkey_sign_in import PasskeyDoor
+    from server.accounts.passkey_sign_in import PasskeySignInService
     from server.accounts.password_policy import PasswordPolicy
     from server.accounts.passwords import Passwords
     from server.accounts.sessions import Sessions
-    from server.accounts.sign_in import Door
+    from server.accounts.sign_in import SignInService
     from server.accounts.tokens import ApiTokens
     from server.anonymous.budget import AnonymousBudget
-    from server.clock import Clock
-    from server.control.desk import ControlDesk
+    from server.control.hub_event_handler import HubEventHandler
     from server.control.loss_checks import LossChecks
     from server.control.rehearsal import Rehearsals
+    from server.control.service import ControlService
     from server.control.stays import Stays
-    from server.control.watchman import Watchman
     from server.database import Database
+    from server.domain.clock import Clock
     from server.fleet.enrolment_news import EnrolmentNews
-    from server.fleet.loans import LoanKeeper
+    from server.fleet.loans import LoanExpiry
     from server.fleet.roster import Roster
+    from server.flight_logs.quota import FlightLogQuota
     from server.flight_logs.receiving import LogReceiver
-    from server.flight_logs.shelf import LogShelf
-    from server.operations.clerk import OperationClerk
+    from server.operations.audit_writer import OperationAuditWriter
     from server.recordings.recordings import Recordings
     from server.relay.agent_sign_in import SignInRules
     from server.relay.hub import Hub
@@ -51,26 +51,26 @@ class Tower:
     password_policy: PasswordPolicy
     sessions: Sessions
     tokens: ApiTokens
-    door: Door
-    passkey_door: PasskeyDoor
+    door: SignInService
+    passkey_door: PasskeySignInService
     hub: Hub
-    desk: ControlDesk
+    service: ControlService
     roster: Roster
-    loan_keeper: LoanKeeper
+    loan_keeper: LoanExpiry
     loss_checks: LossChecks
     rehearsals: Rehearsals
     stays: Stays
-    watchman: Watchman
+    event_handler: HubEventHandler
     enrolment_news: EnrolmentNews
     sign_in_rules: SignInRules
-    clerk: OperationClerk
-    log_shelf: LogShelf
+    audit_writer: OperationAuditWriter
+    log_shelf: FlightLogQuota
     log_receiver: LogReceiver
     recordings: Recordings
     loop_lag: LoopLag
     anonymous: AnonymousBudget
     started_at: datetime
-    looks: Looks = field(default_factory=Looks)
+    looks: SharedChecks = field(default_factory=SharedChecks)
     before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
     """Run, in order, while connections are still open: the place to say good-bye on them."""
 

@@ -18,7 +18,7 @@ from typing import Any, Final, cast
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from server.anonymous.budget import GUEST, AnonymousBudget, Over
-from server.anonymous.connections import Guest
+from server.anonymous.connections import AnonymousConnection
 from server.anonymous.limits import LIMITS
 from server.anonymous.read_turns import ReadTurns
 from server.guarded_websocket import GuardedWebSocket
@@ -44,7 +44,7 @@ class UpgradingHttp(HttpToolsProtocol):
         *args: Any,
         budget: AnonymousBudget | None = None,
         turns: ReadTurns | None = None,
-        guest: Guest | None = None,
+        guest: AnonymousConnection | None = None,
         **options: Any,
     ) -> None:
         """`guest`: what the connection counts as until it has signed in; without one nothing is counted."""

@@ -23,7 +23,7 @@ log = logging.getLogger("simulator")
 
 
 @dataclass(slots=True)
-class Berth:
+class VehicleSlot:
     """A vehicle and the link that it talks on."""
 
     vehicle: Vehicle
@@ -56,13 +56,13 @@ async def fly(
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop.set)
     clock = Clock(speed)
-    berths: list[Berth] = []
+    berths: list[VehicleSlot] = []
     try:
         if cameras is not None:
             cameras.start()
         for index, (vehicle, endpoint) in enumerate(zip(vehicles, endpoints, strict=True)):
             camera = cameras.of(index) if cameras is not None else None
-            berths.append(Berth(vehicle, await _berth(vehicle, endpoint, clock), camera))
+            berths.append(VehicleSlot(vehicle, await _berth(vehicle, endpoint, clock), camera))
         await _keep_time(berths, clock, stop)
     finally:
         for berth in berths:
@@ -75,7 +75,7 @@ async def _berth(vehicle: Vehicle, endpoint: Endpoint, clock: Clock) -> Link:
     return await open_link(endpoint, lambda data: vehicle.receive(data, clock.now_s()))
 
 
-async def _keep_time(berths: list[Berth], clock: Clock, stop: asyncio.Event) -> None:
+async def _keep_time(berths: list[VehicleSlot], clock: Clock, stop: asyncio.Event) -> None:
     loop = asyncio.get_running_loop()
     next_s, stepped_s, late_s, report_s = loop.time(), 0.0, 0.0, loop.time() + LATE_REPORT_S
     while not stop.is_set():

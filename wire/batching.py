@@ -1,7 +1,7 @@
 """Packs frames to one peer into as few datagrams as the deadline allows. No I/O; takes `now`.
 
 A datagram costs the same whether it carries one frame or twenty: a system call and a seal here, an opening there, and
-28 bytes of headers on the air. So a frame that nobody waits for (`wire.urgency`) stays for at most LONGEST_WAIT_S and
+28 bytes of headers on the air. So a frame that nobody waits for (`wire.urgency`) stays for at most MAX_WAIT_S and
 goes with those that come meanwhile. One that somebody waits for leaves at once, and takes along what was waiting: the
 order never changes. A batch has one epoch; a frame of another one sends the batch off.
 """
@@ -12,7 +12,7 @@ from typing import Final, NamedTuple
 from wire.ids import Epoch
 from wire.urgency import is_urgent
 
-LONGEST_WAIT_S: Final = 0.010
+MAX_WAIT_S: Final = 0.010
 """Half the interval of sticks at 50 Hz; nobody sees it on a map."""
 
 
@@ -49,7 +49,7 @@ class Batcher:
                 leaving.append(self._take())
             if not self._frames:
                 self._epoch = epoch
-                self.due_at = now + LONGEST_WAIT_S
+                self.due_at = now + MAX_WAIT_S
             self._frames.append(frame)
             self._bytes += size
             urgent = urgent or is_urgent(frame)

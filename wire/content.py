@@ -11,7 +11,7 @@ from typing import Final, NamedTuple
 from wire.drops import Dropped, DropReason
 from wire.frames import MalformedFrame, split_frames
 from wire.ids import DroneId, Epoch
-from wire.sealing import LARGEST_CONTENT_BYTES
+from wire.sealing import MAX_CONTENT_BYTES
 
 _FRAMES: Final = 1
 _URGENT: Final = 4
@@ -19,7 +19,7 @@ _PING: Final = 7
 _PONG: Final = 8
 _PING_AND_FRAMES: Final = 9
 
-LARGEST_URGENT_BYTES: Final = LARGEST_CONTENT_BYTES - 1
+MAX_URGENT_BYTES: Final = MAX_CONTENT_BYTES - 1
 
 _FRAMES_HEADER: Final = Struct("<BIII")
 FRAMES_HEADER_BYTES: Final = _FRAMES_HEADER.size
@@ -104,8 +104,8 @@ Content = Frames | Ping | Pong | Urgent
 
 
 def encode_urgent(text: bytes) -> bytes:
-    """1 byte more than the text, which is at most LARGEST_URGENT_BYTES long. Raises ValueError if it is longer."""
-    if not 0 < len(text) <= LARGEST_URGENT_BYTES:
+    """1 byte more than the text, which is at most MAX_URGENT_BYTES long. Raises ValueError if it is longer."""
+    if not 0 < len(text) <= MAX_URGENT_BYTES:
         raise ValueError(f"an urgent message of {len(text)} bytes does not fit into a datagram")
     return bytes((_URGENT,)) + text
 
@@ -124,7 +124,7 @@ def encode_frames(
     sent_ms: int,
     frames: Sequence[bytes],
     *,
-    largest_bytes: int = LARGEST_CONTENT_BYTES,
+    largest_bytes: int = MAX_CONTENT_BYTES,
     ping: Ping | None = None,
 ) -> list[bytes]:
     """As few contents of at most `largest_bytes` as the frames fit into, in order. Each frame (280 bytes at most) stays

@@ -19,7 +19,7 @@ PROTOCOL: Final = 1
 AGENT_SUBPROTOCOL: Final = "tower-agent.v1"
 KEY_SUBPROTOCOL: Final = "tower-agent.v2"
 """The tower speaks first, with a challenge, and the hello is signed."""
-LARGEST_MESSAGE_BYTES: Final = 64 * 1024
+MAX_MESSAGE_BYTES: Final = 64 * 1024
 
 
 U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]

@@ -29,13 +29,13 @@ its place in the wind."""
 FARTHEST_M: Final = 200.0
 """From the leader: beyond it nobody follows any more."""
 
-OFFSET_MOST_M: Final = 100.0
+MAX_OFFSET_M: Final = 100.0
 
 _U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
 _E7 = Annotated[int, msgspec.Meta(ge=-1_800_000_000, le=1_800_000_000)]
 _Mm = Annotated[int, msgspec.Meta(ge=-10_000_000, le=100_000_000)]
 _CmS = Annotated[int, msgspec.Meta(ge=-32768, le=32767)]
-_Offset = Annotated[float, msgspec.Meta(ge=-OFFSET_MOST_M, le=OFFSET_MOST_M)]
+_Offset = Annotated[float, msgspec.Meta(ge=-MAX_OFFSET_M, le=MAX_OFFSET_M)]
 
 
 class FollowWork(msgspec.Struct, frozen=True, tag="follow", tag_field="work"):

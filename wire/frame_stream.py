@@ -6,9 +6,9 @@ Bytes in, whole frames out, nothing else.
 
 from wire.dialect import CRC_EXTRA
 from wire.frames import (
-    LARGEST_FRAME_BYTES,
     MAGIC_V1,
     MAGIC_V2,
+    MAX_FRAME_BYTES,
     MalformedFrame,
     checksum_holds,
     frame_length,
@@ -57,7 +57,7 @@ class FrameStream:
                 at += 1
                 self.skipped_bytes += 1
         self._buffer = buffer[at:]
-        assert len(self._buffer) < LARGEST_FRAME_BYTES
+        assert len(self._buffer) < MAX_FRAME_BYTES
         return frames
 
     def _skip(self, buffer: bytes, at: int) -> int:

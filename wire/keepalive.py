@@ -34,7 +34,7 @@ PROBE_SEQUENCES: Final = 1 << 31
 REMEMBERED: Final = 20
 """Pings over which the loss is told: ten seconds, or twenty at leisure."""
 
-_LONGEST_TOLD_US: Final = (1 << 32) - 1
+_MAX_REPORTED_US: Final = (1 << 32) - 1
 _NEVER: Final = float("inf")
 
 
@@ -125,7 +125,7 @@ class Keepalive:
             if self.next_ping_at == sent + PING_INTERVAL_S:  # else it is to hurry
                 self.next_ping_at += self._rests_s
         sample = max(0.0, now - sent)
-        self._to_tell_us = min(max(round(sample * 1e6), 1), _LONGEST_TOLD_US)
+        self._to_tell_us = min(max(round(sample * 1e6), 1), _MAX_REPORTED_US)
         self._smooth(sample)
         return sample
 

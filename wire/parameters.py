@@ -16,7 +16,7 @@ import msgspec
 
 ENTRIES_MOST: Final = 4096
 """More parameters than any autopilot has."""
-LARGEST_TABLE_BYTES: Final = ENTRIES_MOST * 64
+MAX_TABLE_BYTES: Final = ENTRIES_MOST * 64
 
 _HASHED: Final = Struct("<16sBd")
 _NO_TABLE: Final = "no table of parameters"
@@ -71,7 +71,7 @@ def unpack_table(packed: bytes) -> Table:
     """What `pack_table` made, sorted by name. Raises ValueError about anything else, and about more than fits."""
     unpacker = zlib.decompressobj()
     try:
-        text = unpacker.decompress(packed, LARGEST_TABLE_BYTES)
+        text = unpacker.decompress(packed, MAX_TABLE_BYTES)
         if not unpacker.eof or unpacker.unused_data:
             raise ValueError(_NO_TABLE)
         return by_name(_decoder.decode(text))

@@ -11,7 +11,7 @@ Where several uplinks are in use, each datagram goes by all of them, so the leas
 from collections.abc import Collection
 from typing import Final
 
-from wire.sealing import LARGEST_DATAGRAM_BYTES
+from wire.sealing import MAX_DATAGRAM_BYTES
 
 SAFE_DATAGRAM_BYTES: Final = 1200
 """Passes on every path that IPv6 allows, tunnels included: the size before anything is known of the path."""
@@ -36,8 +36,8 @@ class PathMtu:
     def __init__(self, now: float) -> None:
         self.datagram_bytes = SAFE_DATAGRAM_BYTES
         """The largest that is known to pass."""
-        self._trying = LARGEST_DATAGRAM_BYTES
-        self._too_large = LARGEST_DATAGRAM_BYTES + 1
+        self._trying = MAX_DATAGRAM_BYTES
+        self._too_large = MAX_DATAGRAM_BYTES + 1
         self._tries = 0
         self._next = now
         self._searching = True
@@ -74,9 +74,9 @@ class PathMtu:
             self._aim(now)
 
     def _search_again(self) -> None:
-        self._too_large = LARGEST_DATAGRAM_BYTES + 1
+        self._too_large = MAX_DATAGRAM_BYTES + 1
         self._searching = True
-        self._trying = LARGEST_DATAGRAM_BYTES
+        self._trying = MAX_DATAGRAM_BYTES
         self._tries = 0
 
     def _aim(self, now: float) -> None:

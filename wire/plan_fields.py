@@ -57,7 +57,7 @@ class ItemKept(NamedTuple):
     height_step_m: float = 0.0
 
 
-class Keeping(Protocol):
+class KeptFields(Protocol):
     """The table of one autopilot."""
 
     @property

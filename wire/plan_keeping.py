@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from wire.dialect import mavlink
-from wire.plan_fields import Effect, ItemKept, Keeping, becomes, fields_of, item_of, same_or_open
+from wire.plan_fields import Effect, ItemKept, KeptFields, becomes, fields_of, item_of, same_or_open
 from wire.plan_keeping_ardupilot import ArduPilot
 from wire.plan_keeping_px4 import Px4
-from wire.plan_room import LARGEST_ROOM
+from wire.plan_room import MAX_ROOM
 from wire.plans import Plan, PlanItem, PlanKind
 
 COUNT: Final = "count"
@@ -23,7 +23,7 @@ class Verbatim:
     """A Keeping of an autopilot that is not known: every bit must come back."""
 
     name = "The autopilot"
-    room = LARGEST_ROOM
+    room = MAX_ROOM
 
     def to_send(self, kind: PlanKind, item: PlanItem) -> PlanItem:
         """Just so."""
@@ -36,19 +36,19 @@ class Verbatim:
         return ItemKept({name: same_or_open(value) for name, value in fields_of(item).items()})
 
 
-def keeping_of(autopilot: int, vehicle_type: int) -> Keeping:
+def keeping_of(autopilot: int, vehicle_type: int) -> KeptFields:
     """The table for a MAV_AUTOPILOT and a MAV_TYPE."""
     if autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
         return ArduPilot(is_plane=vehicle_type in _PLANES)
     return Px4() if autopilot == mavlink.MAV_AUTOPILOT_PX4 else Verbatim()
 
 
-def to_send(keeping: Keeping, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
+def to_send(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
     """The plan as it goes to the autopilot: what it would cut is rounded first."""
     return tuple(keeping.to_send(kind, item) for item in plan)
 
 
-def _kept(keeping: Keeping, kind: PlanKind, item: PlanItem) -> ItemKept:
+def _kept(keeping: KeptFields, kind: PlanKind, item: PlanItem) -> ItemKept:
     """What becomes of an item, with the height as it is best sent."""
     kept = keeping.kept(kind, item)
     going = keeping.to_send(kind, item)
@@ -71,7 +71,7 @@ class Change(NamedTuple):
     effect: Effect
 
 
-def changes_ahead(keeping: Keeping, kind: PlanKind, plan: Sequence[PlanItem]) -> list[Change]:
+def changes_ahead(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> list[Change]:
     """What the autopilot will not keep, its want of room first, then in the order of the items.
 
     To be told before a plan is sent.
@@ -88,14 +88,14 @@ def changes_ahead(keeping: Keeping, kind: PlanKind, plan: Sequence[PlanItem]) ->
     return found
 
 
-def as_kept(keeping: Keeping, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
+def as_kept(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:
     """The plan as it comes back; where the autopilot refuses it, as it was sent."""
     items = (_kept(keeping, kind, item).fields for item in plan)
     return tuple(item_of({name: one.value for name, one in item.items()}) for item in items)
 
 
 def differences(
-    keeping: Keeping, kind: PlanKind, sent: Sequence[PlanItem], got: Sequence[PlanItem], *, exactly: bool = False
+    keeping: KeptFields, kind: PlanKind, sent: Sequence[PlanItem], got: Sequence[PlanItem], *, exactly: bool = False
 ) -> list[Change]:
     """Where `got` is not what must come back of `sent`; `kept` is what `got` has. Empty: it is the same plan.
 
@@ -115,7 +115,7 @@ def differences(
 
 
 def same_plan(
-    keeping: Keeping, kind: PlanKind, sent: Sequence[PlanItem], got: Sequence[PlanItem], *, exactly: bool = False
+    keeping: KeptFields, kind: PlanKind, sent: Sequence[PlanItem], got: Sequence[PlanItem], *, exactly: bool = False
 ) -> bool:
     """Whether the plan on board is the whole of what was sent, as its autopilot keeps it."""
     return not differences(keeping, kind, sent, got, exactly=exactly)
@@ -131,7 +131,7 @@ _FIELD_WORDS: Final = {
 }
 
 
-def change_words(keeping: Keeping, change: Change) -> str:
+def change_words(keeping: KeptFields, change: Change) -> str:
     """A sentence or two about a change ahead."""
     if change.field == COUNT:
         room = f"{keeping.name} has room for {change.kept:.0f} on the usual boards"

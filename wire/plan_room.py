@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-from wire.plans import ITEMS_MOST, PlanKind
+from wire.plans import MAX_ITEMS_ANY, PlanKind
 
 Room = Mapping[PlanKind, int]
 
@@ -23,8 +23,8 @@ ARDUPILOT_ROOM: Final = _room(649, 70, 46)
 at 15 an item are 650, of which one is home; 560 at 8 for the fence, 690 at 15 for rally points. Tried on its own
 simulator (tests/real). Boards of 15 KiB take 302 items of a mission, those of 32 KiB 1,305; with a card more."""
 
-PX4_ROOM: Final = _room(ITEMS_MOST, 64, 32)
+PX4_ROOM: Final = _room(MAX_ITEMS_ANY, 64, 32)
 """Source: dataman (1.16): 2,000 items of a mission, more than a plan here has; boards of little flash take fewer."""
 
-LARGEST_ROOM: Final = _room(ITEMS_MOST, ITEMS_MOST, ITEMS_MOST)
+MAX_ROOM: Final = _room(MAX_ITEMS_ANY, MAX_ITEMS_ANY, MAX_ITEMS_ANY)
 """Of an autopilot that is not known."""

@@ -18,7 +18,7 @@ import msgspec
 
 from wire.dialect import mavlink
 
-ITEMS_MOST: Final = 724
+MAX_ITEMS_ANY: Final = 724
 """The bound of every plan here, whatever the autopilot; what each has room for is in plan_room."""
 
 _FLOAT: Final = Struct("<f")
@@ -90,7 +90,7 @@ class PlanItem(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fiel
 
 
 Plan = tuple[PlanItem, ...]
-BoundedPlan = Annotated[tuple[PlanItem, ...], msgspec.Meta(max_length=ITEMS_MOST)]
+BoundedPlan = Annotated[tuple[PlanItem, ...], msgspec.Meta(max_length=MAX_ITEMS_ANY)]
 
 _encoder: Final = msgspec.json.Encoder()
 _decoder: Final[msgspec.json.Decoder[BoundedPlan]] = msgspec.json.Decoder(BoundedPlan)

@@ -24,10 +24,10 @@ _HEADER: Final = Struct("<BBIQ")
 HEADER_BYTES: Final = _HEADER.size
 POLY1305_BYTES: Final = 16
 OVERHEAD_BYTES: Final = HEADER_BYTES + POLY1305_BYTES
-SMALLEST_DATAGRAM_BYTES: Final = OVERHEAD_BYTES + 1
-LARGEST_DATAGRAM_BYTES: Final = 1452
+MIN_DATAGRAM_BYTES: Final = OVERHEAD_BYTES + 1
+MAX_DATAGRAM_BYTES: Final = 1452
 """1,500 of Ethernet less IPv6 and UDP headers: passes unfragmented on nearly every path."""
-LARGEST_CONTENT_BYTES: Final = LARGEST_DATAGRAM_BYTES - OVERHEAD_BYTES
+MAX_CONTENT_BYTES: Final = MAX_DATAGRAM_BYTES - OVERHEAD_BYTES
 
 _COUNTER_LIMIT: Final = 1 << 60
 """Far below the end of 64 bits: a nonce is never used twice under one key."""
@@ -35,9 +35,9 @@ _COUNTER_LIMIT: Final = 1 << 60
 
 def read_link_id(datagram: bytes) -> LinkId:
     """The link that a datagram claims to be of. Raises Dropped for a wrong length or version."""
-    if len(datagram) < SMALLEST_DATAGRAM_BYTES:
+    if len(datagram) < MIN_DATAGRAM_BYTES:
         raise Dropped(DropReason.TOO_SHORT)
-    if len(datagram) > LARGEST_DATAGRAM_BYTES:
+    if len(datagram) > MAX_DATAGRAM_BYTES:
         raise Dropped(DropReason.TOO_LONG)
     version, _, link_id, _ = _HEADER.unpack_from(datagram)
     if version != VERSION:
@@ -74,8 +74,8 @@ class Sealer:
         self._phase = (self._phase + 1) % KEY_PHASES
 
     def seal(self, content: bytes) -> bytes:
-        """One datagram; `content` is 1 to LARGEST_CONTENT_BYTES long. Each call uses up one counter."""
-        if not 0 < len(content) <= LARGEST_CONTENT_BYTES:
+        """One datagram; `content` is 1 to MAX_CONTENT_BYTES long. Each call uses up one counter."""
+        if not 0 < len(content) <= MAX_CONTENT_BYTES:
             raise ValueError(f"content of {len(content)} bytes does not fit into a datagram")
         counter = self._counter
         if counter >= _COUNTER_LIMIT:
@@ -114,7 +114,7 @@ class Opener:
 
     def open(self, datagram: bytes) -> bytes:
         """The content of a datagram of this link, 1 byte or more. Raises Dropped with the first check that it fails."""
-        if not SMALLEST_DATAGRAM_BYTES <= len(datagram) <= LARGEST_DATAGRAM_BYTES:
+        if not MIN_DATAGRAM_BYTES <= len(datagram) <= MAX_DATAGRAM_BYTES:
             read_link_id(datagram)  # says what is wrong with it
         header = datagram[:HEADER_BYTES]
         version, phase, link_id, counter = _HEADER.unpack(header)

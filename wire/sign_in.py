@@ -17,8 +17,8 @@ from wire.ids import LinkId
 
 SIGN_IN_PROTOCOL: Final = 2
 NONCE_BYTES: Final = 32
-LONGEST_TOWER_NAME: Final = 255
-LARGEST_BINDING_BYTES: Final = 64
+MAX_TOWER_NAME_LENGTH: Final = 255
+MAX_BINDING_BYTES: Final = 64
 
 _DOMAIN: Final = b"control-tower drone sign-in\0"
 _BY_AGENT: Final = b"control-tower agent signs hello\0"
@@ -63,7 +63,7 @@ class Transcript:
     def __post_init__(self) -> None:
         if any(len(part) != KEY_BYTES for part in self._fixed):
             raise MalformedTranscript("keys and nonces of a sign-in have 32 bytes")
-        if len(self.tower.encode()) > LONGEST_TOWER_NAME or len(self.binding) > LARGEST_BINDING_BYTES:
+        if len(self.tower.encode()) > MAX_TOWER_NAME_LENGTH or len(self.binding) > MAX_BINDING_BYTES:
             raise MalformedTranscript("the tower's name or the channel's binding is too long")
 
     @property

@@ -51,7 +51,7 @@ StateKey = tuple[int, int, int, int]
 _KNOWN: Final[dict[bytes, StateKey | None]] = {}
 """Sender and message id of version 2, as they stand in a frame, to the key; of messages without an instance."""
 
-_MOST_KNOWN: Final = 4096
+_MAX_KNOWN: Final = 4096
 _UNKNOWN: Final[StateKey] = (-1, -1, -1, -1)
 
 
@@ -78,7 +78,7 @@ def state_key(frame: bytes) -> StateKey | None:
         return (sysid, compid, msgid, int.from_bytes(payload(frame)[offset : offset + width], "little"))
     key = None if place is None else (sysid, compid, msgid, 0)
     if head:
-        if len(_KNOWN) >= _MOST_KNOWN:  # somebody sends what nobody has: what is real is soon known again
+        if len(_KNOWN) >= _MAX_KNOWN:  # somebody sends what nobody has: what is real is soon known again
             _KNOWN.clear()
         _KNOWN[head] = key
     return key

@@ -10,7 +10,7 @@ from wire.ids import DroneId
 NO_DRONE: Final = 0
 """The tag of a stamp: what follows is not a frame but the sender's clock (`wire.lateness`), 4 bytes."""
 
-LARGEST_UPWARD_MESSAGE_BYTES: Final = 16 * 1024
+MAX_UPWARD_MESSAGE_BYTES: Final = 16 * 1024
 """What a browser may send in one message: sticks at 50 Hz and a mission item are far below it."""
 
 _TAG: Final = Struct("<I")

@@ -13,13 +13,13 @@ import msgspec
 
 from wire.following import FollowWork, LeaderPosition
 from wire.parameter_metadata import MetadataToTower, MetadataWanted
-from wire.plans import I32, ITEMS_MOST, U8, U16, BoundedPlan, PlanKind
+from wire.plans import I32, MAX_ITEMS_ANY, U8, U16, BoundedPlan, PlanKind
 
-LARGEST_TRANSACTION_BYTES: Final = 256 * 1024
+MAX_TRANSACTION_BYTES: Final = 256 * 1024
 """A plan of 724 items is 118 kB as JSON at the most; the bound of a message is raised to this after the welcome."""
 
-LARGEST_PACKED_PLAN_BYTES: Final = 3 + 32 * ITEMS_MOST
-LARGEST_PACKED_TABLE_BYTES: Final = 45_000
+MAX_PACKED_PLAN_BYTES: Final = 3 + 32 * MAX_ITEMS_ANY
+MAX_PACKED_TABLE_BYTES: Final = 45_000
 """Base64 makes 60 kB of it."""
 
 TRANSACTIONS: Final = "transactions"
@@ -35,7 +35,7 @@ LOGS_MOST: Final = 500
 U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
 Words = Annotated[str, msgspec.Meta(max_length=600)]
 ParameterName = Annotated[str, msgspec.Meta(min_length=1, max_length=16)]
-PackedPlan = Annotated[bytes, msgspec.Meta(max_length=LARGEST_PACKED_PLAN_BYTES)]
+PackedPlan = Annotated[bytes, msgspec.Meta(max_length=MAX_PACKED_PLAN_BYTES)]
 Hash = Annotated[str, msgspec.Meta(min_length=16, max_length=16)]
 
 
@@ -234,7 +234,7 @@ class ParameterTable(msgspec.Struct, frozen=True, tag="parameter_table", tag_fie
     """Agent to tower, before the result of a ParametersReadWork. `packed`: `wire.parameters.pack_table`."""
 
     hash: Hash
-    packed: Annotated[bytes, msgspec.Meta(max_length=LARGEST_PACKED_TABLE_BYTES)]
+    packed: Annotated[bytes, msgspec.Meta(max_length=MAX_PACKED_TABLE_BYTES)]
 
 
 class ParameterChanged(msgspec.Struct, frozen=True, tag="parameter_changed", tag_field="type", kw_only=True):

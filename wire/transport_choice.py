@@ -29,8 +29,8 @@ PROBE_S: Final = 0.5
 ANSWERS_IN_A_ROW_WITHIN_S: Final = 1.5
 """A longer gap between two answered probes begins the row anew."""
 
-FEWEST_NEEDED: Final = 2
-MOST_NEEDED: Final = 32
+MIN_NEEDED: Final = 2
+MAX_NEEDED: Final = 32
 """16 s of answers."""
 
 SOON_S: Final = 60.0
@@ -48,7 +48,7 @@ class TransportChoice:
 
     def __init__(self, now: float) -> None:
         self.transport = Transport.UDP
-        self.needed = FEWEST_NEEDED
+        self.needed = MIN_NEEDED
         self._proven_at: float | None = now
         """Of the transport that is in use; None: not yet since the change."""
         self._changed_at = now
@@ -83,7 +83,7 @@ class TransportChoice:
         """Time has passed: several times a second."""
         if self.transport is Transport.UDP and self._without_proof_s(now) > FALL_BACK_AFTER_S:
             soon = self._returned_at is not None and now - self._returned_at < SOON_S
-            self.needed = min(2 * self.needed, MOST_NEEDED) if soon else FEWEST_NEEDED
+            self.needed = min(2 * self.needed, MAX_NEEDED) if soon else MIN_NEEDED
             self._change(Transport.WEBSOCKET, now)
 
     def probe_due(self, now: float) -> bool:

@@ -19,7 +19,7 @@ VIDEO: Final = "video"
 AGENT_VIDEO_SUBPROTOCOL: Final = "tower-agent-video.v1"
 VIEWER_VIDEO_SUBPROTOCOL: Final = "tower-video.v1"
 
-LARGEST_UNIT_BYTES: Final = 256 * 1024
+MAX_UNIT_BYTES: Final = 256 * 1024
 """Header and payload; a key picture of the highest quality is some 60 KiB."""
 
 _VERSION: Final = 1
@@ -136,7 +136,7 @@ def decode_unit(message: bytes) -> Unit:
 
 def decode_head(message: bytes) -> UnitHead:
     """The head of a whole message, checked, without a copy of the picture. Raises MalformedUnit."""
-    if not HEADER_BYTES < len(message) <= LARGEST_UNIT_BYTES:
+    if not HEADER_BYTES < len(message) <= MAX_UNIT_BYTES:
         raise MalformedUnit(f"{len(message)} bytes are no unit")
     version, flags, quality, codec, sequence, capture_us, width, height, rate, held_ms, bits = _HEADER.unpack_from(
         message
@@ -172,7 +172,7 @@ _U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
 _Words = Annotated[str, msgspec.Meta(max_length=200)]
 
 
-class StreamWish(msgspec.Struct, frozen=True):
+class StreamRequest(msgspec.Struct, frozen=True):
     """One stream that somebody watches."""
 
     quality: Quality
@@ -186,7 +186,7 @@ class VideoWanted(msgspec.Struct, frozen=True, tag="video_wanted", tag_field="ty
     """
 
     ticket: Annotated[str, msgspec.Meta(max_length=100)]
-    streams: Annotated[tuple[StreamWish, ...], msgspec.Meta(max_length=6)] = ()
+    streams: Annotated[tuple[StreamRequest, ...], msgspec.Meta(max_length=6)] = ()
 
 
 class CameraState(StrEnum):

@@ -8,7 +8,7 @@ from typing import Final
 OnBytes = Callable[[bytes], None]
 """Is given what came in one read."""
 
-LARGEST_BACKLOG_BYTES: Final = 16 * 1024
+MAX_BACKLOG_BYTES: Final = 16 * 1024
 """What may wait to be written to a stream: about a second at 115,200 baud. Older sticks than that would do harm."""
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import serial
 
-from onboard_agent.autopilot_port.port import LARGEST_BACKLOG_BYTES, AutopilotPort, OnBytes
+from onboard_agent.autopilot_port.port import MAX_BACKLOG_BYTES, AutopilotPort, OnBytes
 from onboard_agent.backoff import STEADY_S, Backoff
 
 _log = logging.getLogger(__name__)
@@ -75,7 +75,7 @@ class SerialLine(AutopilotPort):
     def send(self, data: bytes) -> None:
         if self._line is None:
             self.counts["autopilot not there"] += 1
-        elif len(self._backlog) + len(data) > LARGEST_BACKLOG_BYTES:
+        elif len(self._backlog) + len(data) > MAX_BACKLOG_BYTES:
             self.counts["autopilot too slow"] += 1
         elif self._backlog:
             self._backlog += data

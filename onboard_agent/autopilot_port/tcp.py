@@ -6,7 +6,7 @@ import logging
 from typing import cast
 
 from onboard_agent.autopilot_port.peer import FAITHFUL_FOR_S
-from onboard_agent.autopilot_port.port import LARGEST_BACKLOG_BYTES, AutopilotPort, OnBytes
+from onboard_agent.autopilot_port.port import MAX_BACKLOG_BYTES, AutopilotPort, OnBytes
 from onboard_agent.backoff import STEADY_S, Backoff
 from onboard_agent.unusable import Unusable
 
@@ -74,7 +74,7 @@ class _TcpPort(AutopilotPort):
         transport = self._transport
         if transport is None or transport.is_closing():
             self.counts["autopilot not there"] += 1
-        elif transport.get_write_buffer_size() + len(data) > LARGEST_BACKLOG_BYTES:
+        elif transport.get_write_buffer_size() + len(data) > MAX_BACKLOG_BYTES:
             self.counts["autopilot too slow"] += 1
         else:
             transport.write(data)

@@ -6,7 +6,7 @@ a round trip, on a fast line after milliseconds, on a slow one not before it can
 
 from typing import Final
 
-LEAST_S: Final = 0.06
+MIN_S: Final = 0.06
 """An autopilot looks at its line 50 to 400 times a second, and some of its work keeps it from that for longer."""
 MEAN_WEIGHT: Final = 1 / 8
 DEVIATION_WEIGHT: Final = 1 / 4
@@ -33,5 +33,5 @@ class AnswerTime:
         """Before the question is repeated that was sent `tries` times: each time twice as long."""
         if self._mean_s is None:
             return self._first_s
-        usual_s = max(LEAST_S, self._mean_s + DEVIATIONS * self._deviation_s)
+        usual_s = max(MIN_S, self._mean_s + DEVIATIONS * self._deviation_s)
         return float(min(self._first_s, usual_s * 2 ** min(tries - 1, 8)))

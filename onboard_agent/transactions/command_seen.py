@@ -9,7 +9,7 @@ from math import cos, hypot, radians
 from typing import Any, Final, Protocol
 
 from onboard_agent.mode_names import mission_modes
-from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.handler import Around
 from wire.dialect import mavlink
 from wire.transactions import CommandWork
 

@@ -11,19 +11,19 @@ Laws, each with a test:
 from typing import Final
 
 from onboard_agent.transactions.answer_time import AnswerTime
-from onboard_agent.transactions.file_talk import LARGEST_BLOCK_BYTES, FileAnswer, FileTalk, Nack, Op
+from onboard_agent.transactions.file_frames import MAX_BLOCK_BYTES, FileAnswer, FileFrames, Nack, Op
 
 SESSION: Final = 191
 """Ours, and not one with which ground stations begin: their reset must not end our reading."""
 OPEN_TRIES: Final = 3
 BLOCK_TRIES: Final = 8
-LARGEST_FILE_BYTES: Final = 1 << 18
+MAX_FILE_BYTES: Final = 1 << 18
 
 
 class FileRead:
     """Call `due` at each tick and after each `heard`, until `end` or `why_not` is there."""
 
-    def __init__(self, talk: FileTalk, name: bytes, *, at_once: int, answer_s: float) -> None:
+    def __init__(self, talk: FileFrames, name: bytes, *, at_once: int, answer_s: float) -> None:
         """`at_once`: blocks asked for at the same time. `answer_s`: the longest wait for one answer."""
         self._talk = talk
         self._name = name
@@ -41,7 +41,7 @@ class FileRead:
         """By offset: how often it was asked for, and until when an answer may come."""
         self._blocks: dict[int, bytes] = {}
         self._next_offset = 0
-        self._size = LARGEST_FILE_BYTES
+        self._size = MAX_FILE_BYTES
         self._said_goodbye = False
         self.end: bytes | None = None
         """The whole file."""
@@ -84,7 +84,7 @@ class FileRead:
             out.append(self._ask_block(offset, tries, now))
         while len(self._waiting) < self._at_once and self._next_offset < self._size:
             out.append(self._ask_block(self._next_offset, 0, now))
-            self._next_offset += LARGEST_BLOCK_BYTES
+            self._next_offset += MAX_BLOCK_BYTES
         return out
 
     def give_up(self) -> None:
@@ -133,7 +133,7 @@ class FileRead:
         self._sequence = self._sequence + 1 & 0xFFFF
         self._asked[self._sequence + 1 & 0xFFFF] = (offset, now)
         return self._talk.ask(
-            Op.READ, sequence=self._sequence, session=self._session, offset=offset, size=LARGEST_BLOCK_BYTES
+            Op.READ, sequence=self._sequence, session=self._session, offset=offset, size=MAX_BLOCK_BYTES
         )
 
     def _block(self, offset: int, answer: FileAnswer) -> None:
@@ -143,16 +143,16 @@ class FileRead:
         del self._waiting[offset]
         if answer.code is None:
             self._blocks[offset] = answer.data
-        if answer.code is not None or len(answer.data) < LARGEST_BLOCK_BYTES:
+        if answer.code is not None or len(answer.data) < MAX_BLOCK_BYTES:
             self._size = min(self._size, offset + (0 if answer.code is not None else len(answer.data)))
             self._waiting = {one: asked for one, asked in self._waiting.items() if one < self._size}
-        if self._size < LARGEST_FILE_BYTES and not self._waiting and self._next_offset >= self._size:
+        if self._size < MAX_FILE_BYTES and not self._waiting and self._next_offset >= self._size:
             whole = b"".join(self._blocks[one] for one in sorted(self._blocks))[: self._size]
             if len(whole) == self._size:
                 self.end = whole
             else:
                 self.why_not = "the file is shorter than one of its blocks says"
-        elif self._next_offset >= LARGEST_FILE_BYTES and not self._waiting:
+        elif self._next_offset >= MAX_FILE_BYTES and not self._waiting:
             self.why_not = "the file is too large"
 
     def _goodbye(self) -> list[bytes]:

@@ -1,4 +1,4 @@
-"""A file on its way to the tower, as a desk sees it. No I/O."""
+"""A file on its way to the tower, as a handler sees it. No I/O."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -9,7 +9,7 @@ Laws, each with a test:
 from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
-from onboard_agent.transactions.log_talk import CHUNK, LogPace, LogTalk
+from onboard_agent.transactions.log_frames import CHUNK, LogFrames, LogPace
 
 SENDS_NO_MORE: Final = "the autopilot sends no more of it"
 
@@ -38,7 +38,7 @@ class LogNotRead:
 class LogDownload:
     """Call `due` at each tick and after each `heard`, until `end` is there."""
 
-    def __init__(self, talk: LogTalk, pace: LogPace, file: LogFile, *, log_id: int, size: int, have: int) -> None:
+    def __init__(self, talk: LogFrames, pace: LogPace, file: LogFile, *, log_id: int, size: int, have: int) -> None:
         """`size`: as the list says. `have`: bytes that are in the file, a multiple of CHUNK or all of them."""
         self._talk = talk
         self._pace = pace

@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 from typing import Final
 
-from onboard_agent.transactions.log_talk import CHUNK
+from onboard_agent.transactions.log_frames import CHUNK
 from wire.transactions import LogEntry
 
 LEFT_FREE_BYTES: Final = 64 * 1024 * 1024

@@ -9,7 +9,7 @@ Laws, each with a test:
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.transactions.log_talk import ALL, LogPace, LogTalk
+from onboard_agent.transactions.log_frames import ALL, LogFrames, LogPace
 from wire.transactions import LogEntry
 
 SILENT: Final = "the autopilot does not answer (it gives no logs while somebody else reads them)"
@@ -33,7 +33,7 @@ class LogsNotListed:
 class LogListing:
     """Call `due` at each tick and after each `heard`, until `end` is there."""
 
-    def __init__(self, talk: LogTalk, pace: LogPace, *, only: int | None = None) -> None:
+    def __init__(self, talk: LogFrames, pace: LogPace, *, only: int | None = None) -> None:
         """`only`: the number of the one log that is of interest."""
         self._talk = talk
         self._pace = pace

@@ -1,4 +1,4 @@
-"""Where a flight log is kept between the autopilot and the tower, as a desk sees it. No I/O."""
+"""Where a flight log is kept between the autopilot and the tower, as a handler sees it. No I/O."""
 
 from pathlib import Path
 from typing import Protocol

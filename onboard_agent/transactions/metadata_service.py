@@ -16,9 +16,9 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from onboard_agent.own_frames import FrameMaker, Sender, request_message
-from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.file_frames import FileFrames, read_answer
 from onboard_agent.transactions.file_read import FileRead
-from onboard_agent.transactions.file_talk import FileTalk, read_answer
+from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.metadata_general import (
     MetadataDamaged,
     MetadataUnusable,
@@ -51,7 +51,7 @@ _WAITS: Final = (mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS, ma
 
 
 class MetadataService:
-    """A Desk. `parameters_busy`: whether parameters are being read or written at this moment."""
+    """A TransactionHandler. `parameters_busy`: whether parameters are being read or written at this moment."""
 
     works: tuple[type, ...] = ()
     hears = frozenset(
@@ -89,7 +89,7 @@ class MetadataService:
         self._piece_at = float("-inf")
         self._news: list[TransactionToTower] = [self._known]
 
-    # Desk.
+    # TransactionHandler.
 
     def autopilot_came(self, around: Around, now: float) -> None:
         """It is asked anew. What is known of this one stays until it says something else."""
@@ -237,7 +237,7 @@ class MetadataService:
         if self._read is None:
             if now < self._read_at:
                 return []
-            talk = FileTalk(self._maker, vehicle_system_id=around.system_id, component=COMPONENT)
+            talk = FileFrames(self._maker, vehicle_system_id=around.system_id, component=COMPONENT)
             at_once = 1 if around.narrow_line else 2
             self._read = FileRead(talk, offered.path, at_once=at_once, answer_s=BLOCK_ANSWER_S)
             self._read_until = now + FILE_WITHIN_S

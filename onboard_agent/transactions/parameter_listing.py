@@ -18,8 +18,8 @@ from typing import Final
 
 from onboard_agent.transactions.answer_time import AnswerTime
 from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, Told
-from onboard_agent.transactions.parameter_talk import Pace, ParameterTalk
-from onboard_agent.transactions.patience import Repeated
+from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
+from onboard_agent.transactions.retry_policy import Repeated
 from wire.parameters import ENTRIES_MOST, Parameter, Table, by_name
 
 RESTARTS_MOST: Final = 5
@@ -67,7 +67,7 @@ _NEVER_ASKED: Final = _Asked(0, 0.0, float("-inf"))
 class ParameterListing:
     """Call `due` at each tick and after each `heard`, until `end` is there."""
 
-    def __init__(self, talk: ParameterTalk, pace: Pace, *, known_hash: bytes | None = None) -> None:
+    def __init__(self, talk: ParameterFrames, pace: Pace, *, known_hash: bytes | None = None) -> None:
         """`known_hash`: of the table that we remember, where the autopilot told one."""
         self._talk = talk
         self._pace = pace

@@ -10,9 +10,9 @@ import msgspec
 
 from wire.dialect import mavlink
 from wire.parameters import ENTRIES_MOST, Table, pack_table, unpack_table
-from wire.transactions import LARGEST_PACKED_TABLE_BYTES
+from wire.transactions import MAX_PACKED_TABLE_BYTES
 
-LARGEST_RECORD_BYTES: Final = 2 * LARGEST_PACKED_TABLE_BYTES
+MAX_RECORD_BYTES: Final = 2 * MAX_PACKED_TABLE_BYTES
 
 
 class ParameterStore(Protocol):
@@ -67,7 +67,7 @@ def remember(store: ParameterStore, autopilot: str, what: Remembered) -> None:
 def recall(store: ParameterStore, autopilot: str) -> Remembered | None:
     """What was saved last, if it is whole."""
     saved = store.load(autopilot)
-    if saved is None or len(saved) > LARGEST_RECORD_BYTES:
+    if saved is None or len(saved) > MAX_RECORD_BYTES:
         return None
     try:
         record = _decoder.decode(saved)

@@ -8,12 +8,12 @@ Laws, each with a test:
 
 from typing import Final
 
+from onboard_agent.transactions.file_frames import FileAnswer, FileFrames
 from onboard_agent.transactions.file_read import FileRead
-from onboard_agent.transactions.file_talk import FileAnswer, FileTalk
 from onboard_agent.transactions.parameter_encoding import Told
 from onboard_agent.transactions.parameter_file import FILE_NAME, BadParameterFile, read_count, read_parameter_file
+from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
 from onboard_agent.transactions.parameter_listing import Listed, ListingFailed, ParameterListing, Unchanged
-from onboard_agent.transactions.parameter_talk import Pace, ParameterTalk
 from wire.parameters import Parameter, by_name
 
 FILE_TRIES: Final = 2
@@ -24,7 +24,9 @@ USUAL_ENTRY_BYTES: Final = 12
 class ParameterReading:
     """Call `due` at each tick and after each `heard` and `heard_file`, until `end` is there."""
 
-    def __init__(self, talk: ParameterTalk, pace: Pace, *, files: FileTalk | None, known_hash: bytes | None) -> None:
+    def __init__(
+        self, talk: ParameterFrames, pace: Pace, *, files: FileFrames | None, known_hash: bytes | None
+    ) -> None:
         """`files`: where the autopilot has files. `known_hash`: as of ParameterListing."""
         self._talk = talk
         self._pace = pace
@@ -80,7 +82,7 @@ class ParameterReading:
 
     # Inside.
 
-    def _open(self, files: FileTalk) -> FileRead:
+    def _open(self, files: FileFrames) -> FileRead:
         self._file_tries += 1
         self._newer.clear()
         return FileRead(files, FILE_NAME, at_once=self._pace.blocks_at_once, answer_s=self._pace.answer_s)

@@ -14,8 +14,8 @@ from enum import StrEnum
 from typing import Any, Final
 
 from onboard_agent.transactions.parameter_encoding import HASH_NAME, NAME, Told, as_kept, why_not, words_of
-from onboard_agent.transactions.parameter_talk import Pace, ParameterTalk
-from onboard_agent.transactions.patience import Repeated
+from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
+from onboard_agent.transactions.retry_policy import Repeated
 from wire.dialect import mavlink
 from wire.parameters import Parameter
 from wire.transactions import REFUSALS_MOST, Outcome, ParameterRefusal
@@ -57,7 +57,7 @@ class ParameterWrite:
 
     def __init__(
         self,
-        talk: ParameterTalk,
+        talk: ParameterFrames,
         values: Sequence[tuple[str, float]],
         known: Mapping[str, Parameter],
         pace: Pace,

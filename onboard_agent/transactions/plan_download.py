@@ -1,6 +1,6 @@
 """Reads one plan off the autopilot: MISSION_REQUEST_LIST, then its items. No I/O; takes `now`.
 
-An autopilot that answers each question by itself (`PlanTalk.asks_ahead`) is asked for several items at once: it looks
+An autopilot that answers each question by itself (`PlanFrames.asks_ahead`) is asked for several items at once: it looks
 at its line a few hundred times a second, so that item by item 200 of them take a second.
 
 Laws, each with a test:
@@ -13,11 +13,11 @@ Laws, each with a test:
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.transactions.patience import Patience, Repeated
-from onboard_agent.transactions.plan_talk import PlanTalk
+from onboard_agent.transactions.plan_frames import PlanFrames
 from onboard_agent.transactions.plan_words import code_name, sentence
+from onboard_agent.transactions.retry_policy import Repeated, RetryPolicy
 from wire.dialect import mavlink
-from wire.plans import ITEMS_MOST, Plan, PlanItem, read_item
+from wire.plans import MAX_ITEMS_ANY, Plan, PlanItem, read_item
 
 RESTARTS_MOST: Final = 3
 _PASSING: Final = frozenset(
@@ -50,7 +50,7 @@ class DownloadFailed:
 class PlanDownload:
     """Call `due` at each tick and after each `heard`, until `end` is there."""
 
-    def __init__(self, talk: PlanTalk, patience: Patience, *, wait_s: float = 0.0) -> None:
+    def __init__(self, talk: PlanFrames, patience: RetryPolicy, *, wait_s: float = 0.0) -> None:
         """`wait_s`: from the first `due` on nothing is asked for so long."""
         self._talk = talk
         self._wait_s = wait_s
@@ -112,8 +112,8 @@ class PlanDownload:
             if self._restarts > RESTARTS_MOST:
                 self.end = DownloadFailed("the plan on board kept changing while it was read")
                 return
-        if count > ITEMS_MOST + self._talk.first:
-            self.end = DownloadFailed(f"the autopilot says that it has {count} items, more than {ITEMS_MOST}")
+        if count > MAX_ITEMS_ANY + self._talk.first:
+            self.end = DownloadFailed(f"the autopilot says that it has {count} items, more than {MAX_ITEMS_ANY}")
             return
         self._forget_items()
         self._count, self._last_no = count, None

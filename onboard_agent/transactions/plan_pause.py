@@ -14,7 +14,7 @@ from onboard_agent.flight_modes import modes_of
 from onboard_agent.mode_ladder import LadderStep, ModeLadder
 from onboard_agent.mode_names import mode_name
 from onboard_agent.own_frames import FrameMaker
-from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.handler import Around
 
 RUNG_PATIENCE_S: Final = 1.5
 """More than one beat of an autopilot that beats once a second."""

@@ -25,11 +25,11 @@ from enum import StrEnum
 from typing import Any, Final
 
 from onboard_agent.transactions.journal import Intent, JournalStore, Lasting, write_intent
-from onboard_agent.transactions.patience import Patience
 from onboard_agent.transactions.plan_download import DownloadFailed, PlanDownload
-from onboard_agent.transactions.plan_talk import PlanTalk
+from onboard_agent.transactions.plan_frames import PlanFrames
 from onboard_agent.transactions.plan_words import THE, item_words, kept_words
 from onboard_agent.transactions.plan_write import PlanWrite, WriteFailed, Written
+from onboard_agent.transactions.retry_policy import RetryPolicy
 from wire.plan_keeping import Change, differences, number_words, same_plan
 from wire.plans import Plan
 from wire.transactions import Outcome
@@ -72,7 +72,13 @@ class PlanReplacement:
     """Call `due` at each tick and after each `heard`, until `end` is there; `stop` where it is not wanted any more."""
 
     def __init__(
-        self, talk: PlanTalk, new: Plan, journal: JournalStore, patience: Patience, *, left_open: Intent | None = None
+        self,
+        talk: PlanFrames,
+        new: Plan,
+        journal: JournalStore,
+        patience: RetryPolicy,
+        *,
+        left_open: Intent | None = None,
     ) -> None:
         """`left_open`: what the journal has of an earlier write: its old plan is the one to go back to."""
         self._talk = talk
@@ -96,7 +102,9 @@ class PlanReplacement:
         self.end: ReplacementEnd | None = None
 
     @classmethod
-    def recovery(cls, talk: PlanTalk, intent: Intent, journal: JournalStore, patience: Patience) -> "PlanReplacement":
+    def recovery(
+        cls, talk: PlanFrames, intent: Intent, journal: JournalStore, patience: RetryPolicy
+    ) -> "PlanReplacement":
         """After a crash, or where it ended without knowing: the plan on board becomes one of the two."""
         made = cls(talk, intent.new, journal, patience, left_open=intent)
         made._recovers = True
@@ -218,7 +226,7 @@ class PlanReplacement:
             self._restore()
 
     def _was_dropped(self, on_board: Plan) -> bool:
-        """Whether the autopilot took the plan and dropped it again (PlanTalk.settle_s). It does so once."""
+        """Whether the autopilot took the plan and dropped it again (PlanFrames.settle_s). It does so once."""
         dropped = self._accepted and self._talk.settle_s > 0.0 and bool(self._new) and not on_board
         return dropped and self._trouble is None and not self._written_again
 

@@ -1,6 +1,6 @@
-"""The desk for plans: what is on board is known to the tower from the start, and nobody else's change goes unnoticed.
+"""The handler for plans: the tower knows from the start what is on board, and nobody else's change goes unnoticed.
 
-Around `PlanDesk`, which carries out one transaction at a time. No I/O but the journal's; takes `now`.
+Around `PlanHandler`, which carries out one transaction at a time. No I/O but the journal's; takes `now`.
 
 Laws, each with a test:
 - When an autopilot comes, or has rebooted, its plans are read; on a narrow line not while it is flown by hand.
@@ -18,13 +18,13 @@ import msgspec
 
 from onboard_agent.mode_names import mission_modes, mode_name
 from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
-from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.journal import JournalStore
-from onboard_agent.transactions.patience import Patience
 from onboard_agent.transactions.plan_changes import TALK, PlanChanges
-from onboard_agent.transactions.plan_desk import PlanDesk
+from onboard_agent.transactions.plan_handler import PlanHandler
 from onboard_agent.transactions.plan_messages import HEARD
 from onboard_agent.transactions.plan_pause import PATIENCE_S, PlanPause
+from onboard_agent.transactions.retry_policy import RetryPolicy
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.plan_keeping import keeping_of
@@ -55,14 +55,14 @@ _NOT_THERE: Final = "MAV_MISSION_UNSUPPORTED"
 
 
 class PlanWatch:
-    """A Desk. `keeps_out` and `why_no_start` are for whoever passes frames on to the autopilot."""
+    """A TransactionHandler. `keeps_out` and `why_no_start` are for whoever passes frames on to the autopilot."""
 
     works = (PlanDownloadWork, PlanUploadWork, PlanClearWork, PlanVerifyWork)
     hears = HEARD | TALK | {_ACK, _BEAT, _CURRENT}
 
-    def __init__(self, maker: FrameMaker, journal: JournalStore, patience: Patience | None = None) -> None:
+    def __init__(self, maker: FrameMaker, journal: JournalStore, patience: RetryPolicy | None = None) -> None:
         self._maker = maker
-        self._desk = PlanDesk(maker, journal, patience)
+        self._handler = PlanHandler(maker, journal, patience)
         self._changes = PlanChanges()
         self._system: int | None = None
         self._pause: tuple[Transaction, PlanPause] | None = None
@@ -89,14 +89,14 @@ class PlanWatch:
         """A sentence where no mission may be started now, or None."""
         if self._pause is not None:
             return "The plan on board is about to be written: no mission is started now."
-        return self._desk.why_no_start
+        return self._handler.why_no_start
 
     def keeps_out(self, frame: bytes, now: float) -> bool:
         """A frame from a ground station is on its way to the autopilot: whether it must not pass."""
         msgid = message_id(frame)
         if msgid not in TALK:
             return False
-        if self._desk.keeps_out(msgid):
+        if self._handler.keeps_out(msgid):
             return True
         self._changes.from_ground_station(frame, now)
         return False
@@ -104,21 +104,23 @@ class PlanWatch:
     @property
     def busy(self) -> bool:
         """A plan is being read or written."""
-        return self._pause is not None or self._desk.busy or bool(self._desk.looks)
+        return self._pause is not None or self._handler.busy or bool(self._handler.looks)
 
     def take_warnings(self) -> list[str]:
         """Sentences for everybody who sees the drone, once."""
         warnings, self._warnings = self._warnings, []
         return warnings
 
-    # As a desk.
+    # As a handler.
 
     def autopilot_came(self, around: Around, now: float) -> None:
         """Nothing is known of its plans; they are read."""
         self._system = around.system_id
         is_ardupilot = around.autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
         keeping = keeping_of(around.autopilot_kind, around.vehicle_type)
-        self._desk.autopilot_came(vehicle_system_id=around.system_id, home_slot=is_ardupilot, keeping=keeping, now=now)
+        self._handler.autopilot_came(
+            vehicle_system_id=around.system_id, home_slot=is_ardupilot, keeping=keeping, now=now
+        )
         for kind in PlanKind:
             self._changes.looked(kind)
             self._not_known(kind, now)
@@ -130,7 +132,9 @@ class PlanWatch:
             self._refuse(transaction, "The autopilot is not heard.")
         elif self._pause is not None:
             self._refuse(transaction, "Busy: the mission is being stopped, so that another plan can be written.")
-        elif isinstance(work, PlanUploadWork | PlanClearWork) and self._flies_mission(around) and not self._desk.busy:
+        elif (
+            isinstance(work, PlanUploadWork | PlanClearWork) and self._flies_mission(around) and not self._handler.busy
+        ):
             mode = mode_name(around.autopilot_kind, around.vehicle_type, around.custom_mode)
             if work.while_flying:
                 patience_s = min(PATIENCE_S, transaction.deadline_s)
@@ -143,29 +147,29 @@ class PlanWatch:
                 )
                 self._refuse(transaction, words)
         else:
-            self._desk.begin(transaction, now)
+            self._handler.begin(transaction, now)
 
     def cancel(self, transaction_id: int, now: float) -> None:
         """The tower wants it no more."""
         if self._pause is not None and self._pause[0].id == transaction_id:
             self._no_pause(Outcome.CANCELLED, "It was cancelled")
-        self._desk.cancel(transaction_id, now)
+        self._handler.cancel(transaction_id, now)
 
     def epoch_changed(self, epoch: int, now: float) -> None:
         """What the last holder writes is put back."""
         if self._pause is not None and self._pause[0].epoch != epoch:
             self._no_pause(Outcome.STALE_EPOCH, "The controls changed hands meanwhile")
-        self._desk.epoch_changed(epoch, now)
+        self._handler.epoch_changed(epoch, now)
 
     def heard(self, frame: bytes, now: float) -> bool:
         """One of `hears` came."""
         if source(frame) != (self._system, _AUTOPILOT):
             return False
-        if self._desk.heard(frame, now):
+        if self._handler.heard(frame, now):
             return True
         msgid = message_id(frame)
         if msgid in TALK or msgid == _CURRENT:
-            if not self._desk.writes:
+            if not self._handler.writes:
                 self._changes.from_autopilot(frame, now)
         else:
             for pause in (self._stop, None if self._pause is None else self._pause[1]):
@@ -177,10 +181,10 @@ class PlanWatch:
         """Frames to send to the autopilot now."""
         out = [] if self._pause is None else self._go_on_pausing(*self._pause, around, now)
         if self._flies_mission(around):
-            self._desk.mission_flown(now)
+            self._handler.mission_flown(now)
         out += self._stop_what_is_in_doubt(around, now)
-        out += self._desk.due(now)
-        self._hear_desk()
+        out += self._handler.due(now)
+        self._hear_handler()
         for kind in self._changes.take():
             self._not_known(kind, now)
         self._read_next(around, now)
@@ -188,7 +192,7 @@ class PlanWatch:
 
     def news(self) -> list[TransactionToTower]:
         """What is to be told to the tower, once, in order."""
-        self._hear_desk()
+        self._hear_handler()
         news, self._news = self._news, []
         return news
 
@@ -199,8 +203,8 @@ class PlanWatch:
 
     # Inside.
 
-    def _hear_desk(self) -> None:
-        for one in self._desk.news():
+    def _hear_handler(self) -> None:
+        for one in self._handler.news():
             if isinstance(one, PlanOnBoard):
                 self._learnt(one)
             elif isinstance(one, TransactionResult):
@@ -234,20 +238,26 @@ class PlanWatch:
         self._know(told)
 
     def _read_next(self, around: Around, now: float) -> None:
-        for kind, code in self._desk.read_failed.items():
+        for kind, code in self._handler.read_failed.items():
             if kind in self._to_read:
                 self._could_not_read(kind, code, now)
-        self._desk.read_failed.clear()
+        self._handler.read_failed.clear()
         if around.narrow_line and around.flown_by_hand:
-            self._desk.look_no_more()
+            self._handler.look_no_more()
             return
-        if not self._to_read or self._desk.busy or self._desk.looks or self._pause is not None or not around.heard:
+        if (
+            not self._to_read
+            or self._handler.busy
+            or self._handler.looks
+            or self._pause is not None
+            or not around.heard
+        ):
             return
         if not self._changes.quiet(now):
             return
         kind = min(self._to_read, key=lambda one: (self._read_at[one], list(PlanKind).index(one)))
         if now >= self._read_at[kind]:
-            self._desk.read(kind, now)
+            self._handler.read(kind, now)
 
     def _could_not_read(self, kind: PlanKind, code: str, now: float) -> None:
         if code == _NOT_THERE:
@@ -257,7 +267,7 @@ class PlanWatch:
         self._read_at[kind] = now + min(READ_AGAIN_S * 2 ** (self._failures[kind] - 1), READ_AGAIN_MOST_S)
 
     def _stop_what_is_in_doubt(self, around: Around, now: float) -> list[bytes]:
-        in_doubt = _shows_mission(around) and self._desk.mission_in_doubt and not around.holding
+        in_doubt = _shows_mission(around) and self._handler.mission_in_doubt and not around.holding
         if in_doubt and self._pause is None and self._stop is None and now >= self._stop_again_at:
             self._stop = PlanPause(self._maker, around, now)
             self._warnings.append("The mission was started while it may be half of one: the drone is made to hold.")
@@ -280,7 +290,7 @@ class PlanWatch:
             self._start_stopped = True
             self._paused = (transaction.id, pause.mode)
             left_s = max(transaction.deadline_s - (now - pause.began_at), 0.0)
-            self._desk.begin(msgspec.structs.replace(transaction, deadline_s=left_s), now)
+            self._handler.begin(msgspec.structs.replace(transaction, deadline_s=left_s), now)
         return out
 
     def _no_pause(self, outcome: Outcome, why: str) -> None:

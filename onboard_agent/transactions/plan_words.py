@@ -3,7 +3,7 @@
 from typing import Final
 
 from wire.dialect import mavlink
-from wire.plan_fields import Effect, Keeping
+from wire.plan_fields import Effect, KeptFields
 from wire.plan_keeping import COUNT, change_words, changes_ahead, differences
 from wire.plans import Plan, PlanKind
 from wire.transactions import Outcome
@@ -49,7 +49,7 @@ def item_words(item: int | None) -> str:
     return "" if item is None else f"item {item + 1}: "
 
 
-def kept_words(keeping: Keeping, kind: PlanKind, plan: Plan) -> str:
+def kept_words(keeping: KeptFields, kind: PlanKind, plan: Plan) -> str:
     """What the autopilot did not keep of a plan that is on board: sentences after a blank, or nothing."""
     changed = changes_ahead(keeping, kind, plan)
     flown = [change for change in changed if change.effect > Effect.QUIET and change.field != COUNT]
@@ -62,7 +62,7 @@ def kept_words(keeping: Keeping, kind: PlanKind, plan: Plan) -> str:
     return ""
 
 
-def compared(keeping: Keeping, kind: PlanKind, plan: Plan, on_board: Plan) -> tuple[Outcome, str, int | None]:
+def compared(keeping: KeptFields, kind: PlanKind, plan: Plan, on_board: Plan) -> tuple[Outcome, str, int | None]:
     """Whether the plan on board is this one; else in which item, from 0, they differ first."""
     the = THE[kind]
     different = next(iter(differences(keeping, kind, plan, on_board)), None)

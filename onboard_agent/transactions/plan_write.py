@@ -13,9 +13,9 @@ Laws, each with a test:
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.transactions.patience import Patience, Repeated
-from onboard_agent.transactions.plan_talk import PlanTalk
+from onboard_agent.transactions.plan_frames import PlanFrames
 from onboard_agent.transactions.plan_words import code_name, sentence
+from onboard_agent.transactions.retry_policy import Repeated, RetryPolicy
 from wire.dialect import mavlink
 from wire.plans import Plan
 
@@ -41,7 +41,7 @@ class WriteFailed:
 class PlanWrite:
     """Call `due` at each tick and after each `heard`, until `end` is there."""
 
-    def __init__(self, talk: PlanTalk, plan: Plan, patience: Patience) -> None:
+    def __init__(self, talk: PlanFrames, plan: Plan, patience: RetryPolicy) -> None:
         self._talk = talk
         self._patience = patience
         self._items = talk.to_board(plan) if plan else ()

@@ -1,11 +1,11 @@
-"""The work that the tower has done at the drone: brings it to the desks, and what comes of it to the tower. No I/O.
+"""The work that the tower has done at the drone: brings it to the handlers, and what comes of it to the tower. No I/O.
 
 Laws, each with a test:
-- A transaction goes to the desk that does such work. Each gets one result: what no desk does, and what writes under an
+- A transaction goes to the handler of its work. Each gets one result: what no handler does, and what writes under an
   older epoch than the one that is known, is refused here.
 - Nothing is told to a tower that has not said that it takes it. Results wait for one that does.
 - What was told shortly before a control channel was lost may be lost with it: results of the last AGAIN_WITHIN_S are
-  told again on the next one, and the state of every desk. An id that is begun anew has no older result.
+  told again on the next one, and the state of every handler. An id that is begun anew has no older result.
 - Who cancels what never came here, or ended long ago, is told so: nobody waits for the end of what was lost on its way.
 - Of progress only the newest waits, and none of what is over. Where too much waits, state is thrown away and told anew.
 """
@@ -14,7 +14,7 @@ from collections import deque
 from collections.abc import Collection, Sequence
 from typing import Final
 
-from onboard_agent.transactions.desk import Around, Desk
+from onboard_agent.transactions.handler import Around, TransactionHandler
 from wire.following import FollowWork
 from wire.frames import message_id
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataToTower
@@ -50,11 +50,11 @@ class Transactions:
     """Call `due` at each tick and after each `heard`; hand on what `news` has. Bring frames of the autopilot that are
     in `hears` to `heard`."""
 
-    def __init__(self, desks: Sequence[Desk]) -> None:
-        self._desks = tuple(desks)
-        self._desk_of = {work: desk for desk in desks for work in desk.works}
-        self.hears: frozenset[int] = frozenset[int]().union(*(desk.hears for desk in desks))
-        """Ids of the autopilot's messages that some desk wants to see."""
+    def __init__(self, handlers: Sequence[TransactionHandler]) -> None:
+        self._handlers = tuple(handlers)
+        self._desk_of = {work: handler for handler in handlers for work in handler.works}
+        self.hears: frozenset[int] = frozenset[int]().union(*(handler.hears for handler in handlers))
+        """Ids of the autopilot's messages that some handler wants to see."""
         self._epoch = 0
         self._taken = False
         self._takes: frozenset[str] = frozenset()
@@ -62,7 +62,7 @@ class Transactions:
         self._waiting: deque[TransactionToTower] = deque()
         self._told: deque[tuple[float, TransactionResult]] = deque(maxlen=RESULTS_KEPT)
         self._going_on: set[int] = set()
-        """Begun at a desk, and not ended."""
+        """Begun at a handler, and not ended."""
 
     # The link.
 
@@ -75,8 +75,8 @@ class Transactions:
         self._waiting = deque([*again, *results][-RESULTS_KEPT:])
         self._taken = taken
         self._takes = frozenset(takes)
-        for desk in self._desks:
-            desk.tell_again()
+        for handler in self._handlers:
+            handler.tell_again()
 
     def link_down(self) -> None:
         """Nobody to tell."""
@@ -90,8 +90,8 @@ class Transactions:
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
         """The tower wants something. The newest epoch that is known has been told with `epoch_changed`."""
-        desk = self._desk_of.get(type(transaction.work))
-        if desk is None:
+        handler = self._desk_of.get(type(transaction.work))
+        if handler is None:
             self.refuse(transaction.id, Outcome.REFUSED, "The agent on this drone is too old for that.")
         elif isinstance(transaction.work, WRITES) and transaction.epoch < self._epoch:
             words = "The controls have changed hands since this was asked for."
@@ -99,7 +99,7 @@ class Transactions:
         else:
             self._forget(transaction.id)
             self._going_on.add(transaction.id)
-            desk.begin(transaction, around, now)
+            handler.begin(transaction, around, now)
 
     def refuse(self, transaction_id: int, outcome: Outcome, words: str) -> None:
         """It is not begun."""
@@ -110,8 +110,8 @@ class Transactions:
         """The tower wants it no more, or asks what became of it."""
         ended = [*(one for _, one in self._told), *self._waiting]
         if transaction_id in self._going_on:
-            for desk in self._desks:
-                desk.cancel(transaction_id, now)
+            for handler in self._handlers:
+                handler.cancel(transaction_id, now)
         elif not any(isinstance(one, TransactionResult) and one.id == transaction_id for one in ended):
             self._wait(TransactionResult(id=transaction_id, outcome=Outcome.REFUSED, words=NOT_HERE))
 
@@ -120,8 +120,8 @@ class Transactions:
         if epoch == self._epoch:
             return
         self._epoch = epoch
-        for desk in self._desks:
-            desk.epoch_changed(epoch, now)
+        for handler in self._handlers:
+            handler.epoch_changed(epoch, now)
 
     @property
     def busy(self) -> bool:
@@ -132,13 +132,13 @@ class Transactions:
 
     def autopilot_came(self, around: Around, now: float) -> None:
         """It is heard for the first time, or again after it was silent, or has rebooted."""
-        for desk in self._desks:
-            desk.autopilot_came(around, now)
+        for handler in self._handlers:
+            handler.autopilot_came(around, now)
 
     def heard(self, frame: bytes, now: float) -> bool:
-        """One of `hears` came. True: it answers a desk alone, and need not go up to the tower."""
+        """One of `hears` came. True: it answers a handler alone, and need not go up to the tower."""
         msgid = message_id(frame)
-        answers = [desk.heard(frame, now) for desk in self._desks if msgid in desk.hears]
+        answers = [handler.heard(frame, now) for handler in self._handlers if msgid in handler.hears]
         return any(answers)
 
     def due(self, around: Around | None, now: float) -> list[bytes]:
@@ -146,14 +146,14 @@ class Transactions:
         self._now = now
         if around is None:
             return []
-        return [frame for desk in self._desks for frame in desk.due(around, now)]
+        return [frame for handler in self._handlers for frame in handler.due(around, now)]
 
     # What is to be told.
 
     def news(self, *, room: int = WAITING_MOST) -> list[TransactionToTower]:
         """Messages for the control channel, in order, at most `room`; none where nobody takes them."""
-        for desk in self._desks:
-            for one in desk.news():
+        for handler in self._handlers:
+            for one in handler.news():
                 self._wait(one)
         if len(self._waiting) > WAITING_MOST:
             self._throw_state_away()
@@ -176,8 +176,8 @@ class Transactions:
     def _throw_state_away(self) -> None:
         results = [one for one in self._waiting if isinstance(one, TransactionResult)]
         self._waiting = deque(results[-RESULTS_KEPT:])
-        for desk in self._desks:
-            desk.tell_again()
+        for handler in self._handlers:
+            handler.tell_again()
 
     def _forget(self, transaction_id: int) -> None:
         """A tower that was started anew may count from the beginning."""

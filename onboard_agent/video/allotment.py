@@ -7,12 +7,12 @@ the higher quality gives way first.
 from collections.abc import Iterable
 from typing import Final
 
-from wire.video import LIMITS, Codec, Quality, StreamWish
+from wire.video import LIMITS, Codec, Quality, StreamRequest
 
 SHARE_OF_MPEG1: Final = {Codec.MPEG1: 1.0, Codec.H264: 0.6}
 """What a codec needs for the same picture."""
 
-LEAST_AT_ALL_BPS: Final = 12_000
+MIN_BPS: Final = 12_000
 """A stream that would get less rests."""
 
 THIN_AFTER_S: Final = 2.0
@@ -20,21 +20,21 @@ NOT_THIN_FROM: Final = 1.2
 """Times what is needed."""
 
 
-def least_bps(wish: StreamWish) -> int:
+def least_bps(wish: StreamRequest) -> int:
     """Below this the picture is not what was asked for."""
     return round(LIMITS[wish.quality].least_bits_per_s * SHARE_OF_MPEG1[wish.codec])
 
 
-def most_bps(wish: StreamWish) -> int:
+def most_bps(wish: StreamRequest) -> int:
     """More than this helps nobody."""
     return round(LIMITS[wish.quality].bits_per_s * SHARE_OF_MPEG1[wish.codec])
 
 
-def allot(budget_bps: float, wishes: Iterable[StreamWish]) -> dict[StreamWish, int]:
+def allot(budget_bps: float, wishes: Iterable[StreamRequest]) -> dict[StreamRequest, int]:
     """Bits a second for each; 0: it rests, because the others need everything. One stream alone never rests."""
     order = sorted(wishes, key=lambda wish: (wish.quality, -wish.codec))
     left = int(budget_bps)
-    shares: dict[StreamWish, int] = {}
+    shares: dict[StreamRequest, int] = {}
     for wish in order:
         shares[wish] = min(left, least_bps(wish))
         left -= shares[wish]
@@ -43,8 +43,8 @@ def allot(budget_bps: float, wishes: Iterable[StreamWish]) -> dict[StreamWish, i
         shares[wish] += more
         left -= more
     for place, wish in enumerate(order):
-        if shares[wish] < LEAST_AT_ALL_BPS:
-            shares[wish] = LEAST_AT_ALL_BPS if place == 0 else 0
+        if shares[wish] < MIN_BPS:
+            shares[wish] = MIN_BPS if place == 0 else 0
     return shares
 
 
@@ -55,7 +55,7 @@ class Thinness:
         self.thin = False
         self._since: float | None = None
 
-    def judge(self, budget_bps: float, wishes: Iterable[StreamWish], now: float) -> bool:
+    def judge(self, budget_bps: float, wishes: Iterable[StreamRequest], now: float) -> bool:
         """Whether it is so now."""
         needed = sum(least_bps(wish) for wish in wishes)
         if self.thin:

@@ -30,13 +30,13 @@ from onboard_agent.video.link_memory import LinkMemory
 from onboard_agent.video.link_rate import LinkRate
 from onboard_agent.video.on_the_way import piece_bytes, wire_bits
 from onboard_agent.video.streaming import Departure
-from wire.video import AGENT_VIDEO_SUBPROTOCOL, KeyWanted, MalformedUnit, StreamWish, decode_got
+from wire.video import AGENT_VIDEO_SUBPROTOCOL, KeyWanted, MalformedUnit, StreamRequest, decode_got
 
 _log = logging.getLogger(__name__)
 
 OPEN_WITHIN_S: Final = 5.0
 CLOSE_WITHIN_S: Final = 0.2
-LARGEST_ANSWER_BYTES: Final = 1024
+MAX_ANSWER_BYTES: Final = 1024
 WRITE_BUFFER_BYTES: Final = 16 * 1024
 STIR_EVERY_S: Final = 0.025
 """Three of them, and TCP knows what is missing. Over a lossy 4G line the longest standstill was 0.9 s without them, and
@@ -63,7 +63,7 @@ class VideoChannel:
         memory: LinkMemory,
         *,
         opened: Callable[[], None],
-        key_wanted: Callable[[StreamWish], None],
+        key_wanted: Callable[[StreamRequest], None],
     ) -> None:
         self._url = url
         self._uplinks = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
@@ -141,7 +141,7 @@ class VideoChannel:
                 open_timeout=OPEN_WITHIN_S,
                 ping_interval=None,  # each unit is answered
                 close_timeout=CLOSE_WITHIN_S,
-                max_size=LARGEST_ANSWER_BYTES,
+                max_size=MAX_ANSWER_BYTES,
                 write_limit=WRITE_BUFFER_BYTES,
             )
         except BaseException:
@@ -205,7 +205,7 @@ class VideoChannel:
                         self._rate.got(decode_got(message), time.monotonic())
                     else:
                         wish = _wishes.decode(message)
-                        self._key_wanted(StreamWish(wish.quality, wish.codec))
+                        self._key_wanted(StreamRequest(wish.quality, wish.codec))
                 except (MalformedUnit, msgspec.DecodeError) as error:
                     _log.warning("video: the tower said what cannot be understood: %s", error)
                     await connection.close(1008, "malformed message")

@@ -16,8 +16,8 @@ from typing import Final
 import msgspec
 
 from onboard_agent.video.child_watch import LOOK_EVERY_S, ChildWatch, Verdict, state_of
-from onboard_agent.video.desk import VideoDesk
-from onboard_agent.video.lines import LARGEST_LINE_BYTES, BadLine, SetUp, Watched, decode_from_child, encode_line
+from onboard_agent.video.lines import MAX_LINE_BYTES, BadLine, SetUp, Watched, decode_from_child, encode_line
+from onboard_agent.video.service import VideoService
 
 _log = logging.getLogger(__name__)
 
@@ -28,17 +28,17 @@ GONE_WITHIN_S: Final = 2.0
 wait for that."""
 STEADY_S: Final = 20.0
 FIRST_PAUSE_S: Final = 0.25
-LONGEST_PAUSE_S: Final = 15.0
+MAX_PAUSE_S: Final = 15.0
 """Starting costs seconds of a small computer's time."""
 
 
 class VideoChild:
-    """Run it; `wake` when the desk wants something else. `changed`: called when the desk has heard something."""
+    """Run it; `wake` when the service wants something else. `changed`: called when the service has heard something."""
 
     def __init__(
-        self, desk: VideoDesk, set_up: SetUp, changed: Callable[[], None], command: tuple[str, ...] = COMMAND
+        self, service: VideoService, set_up: SetUp, changed: Callable[[], None], command: tuple[str, ...] = COMMAND
     ) -> None:
-        self._desk = desk
+        self._service = service
         self._set_up = set_up
         self._changed = changed
         self._command = command
@@ -57,7 +57,7 @@ class VideoChild:
         return None if self._process is None else self._process.pid
 
     def wake(self) -> None:
-        """The desk wants something else, perhaps."""
+        """The service wants something else, perhaps."""
         self._tell()
         self._wake.set()
 
@@ -65,7 +65,7 @@ class VideoChild:
         """Until cancelled; then the child is gone too."""
         pause_s = 0.0
         while True:
-            while not self._desk.should_run(self._loop.time()):
+            while not self._service.should_run(self._loop.time()):
                 self._wake.clear()
                 await self._wake.wait()
             if self._last is not None:
@@ -77,16 +77,16 @@ class VideoChild:
                 _log.exception("the video process cannot be looked after")
                 words = f"cannot be looked after: {error!r}"
             if not words:
-                self._desk.stopped()
+                self._service.stopped()
                 pause_s = 0.0
                 continue
             _log.warning("the video process %s", words)
-            self._desk.ended()
+            self._service.ended()
             self._changed()
             if self._loop.time() - begun_at >= STEADY_S:
                 pause_s = 0.0
             await asyncio.sleep(pause_s)
-            pause_s = min(LONGEST_PAUSE_S, max(FIRST_PAUSE_S, 2 * pause_s))
+            pause_s = min(MAX_PAUSE_S, max(FIRST_PAUSE_S, 2 * pause_s))
 
     async def _live(self) -> str:
         """One child, from its start to its end. Returns what was wrong; empty: it was not wanted any more."""
@@ -95,7 +95,7 @@ class VideoChild:
                 *self._command,
                 stdin=asyncio.subprocess.PIPE,
                 stdout=asyncio.subprocess.PIPE,
-                limit=LARGEST_LINE_BYTES,
+                limit=MAX_LINE_BYTES,
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
             )
         except OSError as error:
@@ -105,7 +105,7 @@ class VideoChild:
         self._well = ChildWatch(self._loop.time())
         reading = asyncio.create_task(self._read(process))
         try:
-            self._write(encode_line(msgspec.structs.replace(self._set_up, link=self._desk.link)))
+            self._write(encode_line(msgspec.structs.replace(self._set_up, link=self._service.link)))
             self._tell()
             return await self._watch(process, reading)
         finally:
@@ -118,7 +118,7 @@ class VideoChild:
             now = self._loop.time()
             if reading.done():
                 return reading.result()
-            if not self._desk.should_run(now):
+            if not self._service.should_run(now):
                 return ""
             well = self._well
             verdict = well.look(_states(process.pid) if well.is_silent else "", now)
@@ -126,10 +126,10 @@ class VideoChild:
                 _kill(process)
                 return f"hangs: it has said nothing for {well.silent_s:.1f} s"
             if verdict is Verdict.SILENT:
-                self._desk.silent()
+                self._service.silent()
                 self._changed()
             assert process.stdin is not None
-            if process.stdin.transport.get_write_buffer_size() > LARGEST_LINE_BYTES:
+            if process.stdin.transport.get_write_buffer_size() > MAX_LINE_BYTES:
                 _kill(process)
                 return "hangs: it does not read"
 
@@ -146,12 +146,12 @@ class VideoChild:
             except (BadLine, ValueError) as error:
                 return f"said what cannot be understood: {error}"
             self._well.heard()
-            self._desk.reported(report)
+            self._service.reported(report)
             self._changed()
 
     def _tell(self) -> None:
-        if self._process is not None and self._told != self._desk.watched:
-            self._told = self._desk.watched
+        if self._process is not None and self._told != self._service.watched:
+            self._told = self._service.watched
             self._write(encode_line(self._told))
 
     def _write(self, line: bytes) -> None:

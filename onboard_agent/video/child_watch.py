@@ -10,7 +10,7 @@ from enum import Enum
 from typing import Final
 
 LOOK_EVERY_S: Final = 0.25
-LONGEST_STEP_S: Final = 0.3
+MAX_STEP_S: Final = 0.3
 """After a longer pause between two looks it was we who were not there: that is no silence of the child's."""
 FIRST_WORD_WITHIN_S: Final = 30.0
 """A small computer that reads all libraries from a memory card."""
@@ -57,7 +57,7 @@ class ChildWatch:
     def look(self, states: str, now: float) -> Verdict:
         """Every LOOK_EVERY_S. `states`: the letters that the system has for its threads (proc(5)); empty where they
         are not known or, while it is not silent, were not looked up."""
-        step_s = min(LONGEST_STEP_S, max(0.0, now - self._looked_at))
+        step_s = min(MAX_STEP_S, max(0.0, now - self._looked_at))
         self._looked_at = now
         self.silent_s += step_s
         self._stopped_s = self._stopped_s + step_s if set(states) == {STOPPED} else 0.0

@@ -12,11 +12,11 @@ from typing import Final
 
 from onboard_agent.tower_url import parse_tower_url
 from onboard_agent.video.encoders.choice import make_encoder, usable_codecs
-from onboard_agent.video.lines import LARGEST_LINE_BYTES, BadLine, Report, SetUp, decode_to_child, encode_line
+from onboard_agent.video.lines import MAX_LINE_BYTES, BadLine, Report, SetUp, decode_to_child, encode_line
 from onboard_agent.video.process import CameraThread, Parts, VideoProcess
 from onboard_agent.video.sources.camera import Camera
 from onboard_agent.video.sources.schemes import make_source
-from onboard_agent.video.sources.source import PictureWish
+from onboard_agent.video.sources.source import PictureRequest
 
 _log = logging.getLogger("onboard_agent")
 
@@ -43,7 +43,7 @@ def _die_with_parent() -> None:
 
 async def _run(out: int) -> None:
     loop = asyncio.get_running_loop()
-    reader = asyncio.StreamReader(limit=LARGEST_LINE_BYTES)
+    reader = asyncio.StreamReader(limit=MAX_LINE_BYTES)
     await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
     try:
         set_up = decode_to_child(await reader.readline())
@@ -53,7 +53,7 @@ async def _run(out: int) -> None:
         return
     _set_up_logging(set_up.log_level)
 
-    def make_camera(wish: PictureWish, on_change: Callable[[], None]) -> CameraThread:
+    def make_camera(wish: PictureRequest, on_change: Callable[[], None]) -> CameraThread:
         return Camera(make_source(set_up.camera), wish, on_change)
 
     def say(report: Report) -> None:

@@ -6,9 +6,9 @@ from typing import Final
 import msgspec
 
 from onboard_agent.video.link_memory import Remembered
-from wire.video import CameraState, Codec, StreamWish
+from wire.video import CameraState, Codec, StreamRequest
 
-LARGEST_LINE_BYTES: Final = 16 * 1024
+MAX_LINE_BYTES: Final = 16 * 1024
 REPORT_EVERY_S: Final = 0.2
 """The child reports on each change, and so often in any case: it is alive (`child_watch`)."""
 
@@ -34,7 +34,7 @@ class Watched(msgspec.Struct, frozen=True, tag="watched", tag_field="type", kw_o
     """To the child, on each change: which streams to make, and the ticket that opens the tower. None: rest."""
 
     ticket: str = ""
-    streams: tuple[StreamWish, ...] = ()
+    streams: tuple[StreamRequest, ...] = ()
 
 
 class Report(msgspec.Struct, frozen=True, tag="report", tag_field="type", kw_only=True):

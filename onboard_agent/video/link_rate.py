@@ -21,12 +21,12 @@ from onboard_agent.video.on_the_way import Arrival, OnTheWay, Sent
 from wire.video import Got
 
 FIRST_PACING_BPS: Final = 1_000_000.0
-LEAST_PACING_BPS: Final = 60_000.0
-MOST_PACING_BPS: Final = 100_000_000.0
+MIN_PACING_BPS: Final = 60_000.0
+MAX_PACING_BPS: Final = 100_000_000.0
 """From here on a key picture is away within 5 ms, and nothing is to be gained."""
 
 FIRST_BUDGET_BPS: Final = 300_000.0
-LEAST_BUDGET_BPS: Final = 20_000.0
+MIN_BUDGET_BPS: Final = 20_000.0
 BUDGET_SHARE: Final = 0.75
 """Of the pacing: a key picture is several times as large as the others, and must be away before long."""
 
@@ -35,7 +35,7 @@ BELOW: Final = 0.95
 SLOWER: Final = 0.9
 """A link that carries less than this share of the pacing is slower than that."""
 SAMPLES_OVER_S: Final = 3.0
-LEAST_SAMPLES: Final = 3
+MIN_SAMPLES: Final = 3
 """One alone may have met a packet that was lost."""
 
 STEP_FIRST: Final = 2.0
@@ -66,7 +66,7 @@ lost packet or a busy computer, not by a slow link."""
 HOPED_SHARE: Final = 0.75
 """Of the budget that the link had when it was used before."""
 SHOWN_FOR_S: Final = 0.3
-MOST_HOPED_BPS: Final = 10_000_000.0
+MAX_PROBED_BPS: Final = 10_000_000.0
 """Pacing; it soon rises by itself."""
 
 LATE_S: Final = 0.1
@@ -152,8 +152,8 @@ class LinkRate:
         self._samples.clear()
         self._cut_at = self._hoped = None
         self._previous_late_s = 0.0
-        self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, FIRST_BUDGET_BPS))
-        self.pacing_bps = max(LEAST_PACING_BPS, min(self.pacing_bps, FIRST_PACING_BPS))
+        self._budget_bps = max(MIN_BUDGET_BPS, min(self._budget_bps, FIRST_BUDGET_BPS))
+        self.pacing_bps = max(MIN_PACING_BPS, min(self.pacing_bps, FIRST_PACING_BPS))
         self._rested_at = self._stepped_at = self._risen_at = now
 
     def begin(self, now: float, hoped: Known | None = None) -> None:
@@ -163,8 +163,8 @@ class LinkRate:
         self.reconnected(now)
         self._hoped = hoped
         if hoped is not None:
-            self.pacing_bps = max(LEAST_PACING_BPS, min(hoped.pacing_bps, MOST_HOPED_BPS))
-            self._budget_bps = max(LEAST_BUDGET_BPS, min(hoped.budget_bps, FIRST_BUDGET_BPS))
+            self.pacing_bps = max(MIN_PACING_BPS, min(hoped.pacing_bps, MAX_PROBED_BPS))
+            self._budget_bps = max(MIN_BUDGET_BPS, min(hoped.budget_bps, FIRST_BUDGET_BPS))
             self._bound_bps = hoped.bound_bps
             self.way.expect(hoped.base_s, now)
 
@@ -232,11 +232,11 @@ class LinkRate:
         self.queues += 1
         self._samples.clear()
         if carries is None:
-            self._budget_bps = max(LEAST_BUDGET_BPS, LESS * self._budget_bps)
+            self._budget_bps = max(MIN_BUDGET_BPS, LESS * self._budget_bps)
         else:
             carries = self._bound_bps = min(self.pacing_bps, carries)
-            self.pacing_bps = max(LEAST_PACING_BPS, min(self.pacing_bps, BELOW * carries))
-            self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, self._after(least_late_s) * carries))
+            self.pacing_bps = max(MIN_PACING_BPS, min(self.pacing_bps, BELOW * carries))
+            self._budget_bps = max(MIN_BUDGET_BPS, min(self._budget_bps, self._after(least_late_s) * carries))
         self._cut_at, self._cut_late_s = now, least_late_s
         self._rested_at = self._stepped_at = now
         return True
@@ -282,15 +282,15 @@ class LinkRate:
             self._samples.popleft()
         if carried_bps >= SLOWER * offered_bps:
             if carried_bps >= SLOWER * self.pacing_bps and now - self._stepped_at >= self._step_rest_s:
-                self.pacing_bps = min(MOST_PACING_BPS, self.pacing_bps * self._step())
+                self.pacing_bps = min(MAX_PACING_BPS, self.pacing_bps * self._step())
                 self._stepped_at = now
             return
         telling = [sample.carried_bps for sample in self._samples if sample.offered_bps >= SLOWER * self.pacing_bps]
         carries_bps = max(telling, default=0.0)
-        if len(telling) >= LEAST_SAMPLES and carries_bps < SLOWER * self.pacing_bps:
+        if len(telling) >= MIN_SAMPLES and carries_bps < SLOWER * self.pacing_bps:
             self._bound_bps = carries_bps
-            self.pacing_bps = max(LEAST_PACING_BPS, BELOW * carries_bps)
-            self._budget_bps = max(LEAST_BUDGET_BPS, min(self._budget_bps, BUDGET_SHARE * self.pacing_bps))
+            self.pacing_bps = max(MIN_PACING_BPS, BELOW * carries_bps)
+            self._budget_bps = max(MIN_BUDGET_BPS, min(self._budget_bps, BUDGET_SHARE * self.pacing_bps))
             self._stepped_at = now
 
     @property
@@ -313,7 +313,7 @@ class LinkRate:
         self._risen_at = now
         most = BUDGET_SHARE * self.pacing_bps
         if self._budget_bps >= most:
-            self._budget_bps = max(LEAST_BUDGET_BPS, most)
+            self._budget_bps = max(MIN_BUDGET_BPS, most)
         elif self._recent[-1].late_s > QUEUE_S + self.way.noise_s:
             return  # it is too much as it is
         elif now - self._rested_at >= RISE_REST_S or self._bound_bps is None:

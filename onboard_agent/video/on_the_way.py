@@ -26,8 +26,8 @@ BURST_S: Final = 0.4
 UNKNOWN_BASE_S: Final = 0.3
 """As long as nothing has been got."""
 
-LEAST_NOISE_S: Final = 0.003
-MOST_NOISE_S: Final = 0.008
+MIN_NOISE_S: Final = 0.003
+MAX_NOISE_S: Final = 0.008
 
 
 def wire_bits(unit_bytes: int) -> int:
@@ -148,7 +148,7 @@ class OnTheWay:
     @property
     def noise_s(self) -> float:
         """So much earlier or later a unit may be for no reason of ours."""
-        return min(MOST_NOISE_S, max(LEAST_NOISE_S, self._jitter_s))
+        return min(MAX_NOISE_S, max(MIN_NOISE_S, self._jitter_s))
 
     def waiting_s(self, now: float) -> float:
         """Until all that is sent has left this machine."""
@@ -178,7 +178,7 @@ class OnTheWay:
     def _measure_noise(self, sent: Sent, way_s: float) -> None:
         """By units that did not wait for one another (after RFC 3550, 6.4.1)."""
         if self._last_way_s is not None and sent.begins_burst:
-            change_s = min(2 * MOST_NOISE_S, abs(way_s - self._last_way_s))
+            change_s = min(2 * MAX_NOISE_S, abs(way_s - self._last_way_s))
             self._jitter_s += (change_s - self._jitter_s) / 16
         self._last_way_s = way_s
 

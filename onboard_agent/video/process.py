@@ -19,17 +19,17 @@ from onboard_agent.tower_url import TowerUrl
 from onboard_agent.video.channel import VideoChannel
 from onboard_agent.video.lines import REPORT_EVERY_S, Report, Watched
 from onboard_agent.video.link_memory import LinkMemory, Remembered
-from onboard_agent.video.sources.source import Picture, PictureWish
+from onboard_agent.video.sources.source import Picture, PictureRequest
 from onboard_agent.video.streaming import Encoded, Order, Streaming
 from onboard_agent.video.workbench import MakeEncoder, Workbench
-from wire.video import LIMITS, CameraState, Codec, StreamWish
+from wire.video import LIMITS, CameraState, Codec, StreamRequest
 
 _log = logging.getLogger(__name__)
 
 TICK_S: Final = 0.1
 CAMERA_KEPT_S: Final = 3.0
 """After the last wish: who switches from one stream to another need not wait for the camera."""
-CAMERA_WISH: Final = PictureWish(
+CAMERA_WISH: Final = PictureRequest(
     max(limits.width for limits in LIMITS.values()),
     max(limits.height for limits in LIMITS.values()),
     max(limits.rate_hz for limits in LIMITS.values()),
@@ -64,7 +64,7 @@ class Parts:
     """What the process works with. `make_camera`: of what is wanted of it, and of a function that it calls, in its own
     thread, when there is a picture or its state has changed. `usable_codecs` takes its time."""
 
-    make_camera: Callable[[PictureWish, Callable[[], None]], CameraThread]
+    make_camera: Callable[[PictureRequest, Callable[[], None]], CameraThread]
     make_encoder: MakeEncoder
     usable_codecs: Callable[[], tuple[Codec, ...]]
 
@@ -156,7 +156,7 @@ class VideoProcess:
             self._channel_task.cancel()
         self._channel = self._channel_task = None
 
-    def _key_wanted(self, wish: StreamWish) -> None:
+    def _key_wanted(self, wish: StreamRequest) -> None:
         self._streaming.key_wanted(wish, time.monotonic())
 
     # -- the camera ------------------------------------------------------------------------------------------------

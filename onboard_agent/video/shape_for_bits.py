@@ -4,7 +4,7 @@ No I/O."""
 from typing import Final, NamedTuple
 
 from onboard_agent.video.allotment import most_bps
-from wire.video import LIMITS, StreamWish
+from wire.video import LIMITS, StreamRequest
 
 
 class Shape(NamedTuple):
@@ -39,7 +39,7 @@ and people see that."""
 class ShapeForBits:
     """Of one stream."""
 
-    def __init__(self, wish: StreamWish) -> None:
+    def __init__(self, wish: StreamRequest) -> None:
         self.wish = wish
         self._limits = LIMITS[wish.quality]
         self._most_bps = most_bps(wish)

@@ -13,9 +13,9 @@ from onboard_agent.video.link_rate import LinkRate
 from onboard_agent.video.on_the_way import Sent, wire_bits
 from onboard_agent.video.overshoot import Overshoot
 from onboard_agent.video.shape_for_bits import Shape, ShapeForBits
-from wire.video import HEADER_BYTES, LARGEST_UNIT_BYTES, Got, StreamWish, Unit, encode_unit
+from wire.video import HEADER_BYTES, MAX_UNIT_BYTES, Got, StreamRequest, Unit, encode_unit
 
-LONGEST_HELD_MS: Final = 0xFFFF
+MAX_HELD_MS: Final = 0xFFFF
 KEY_ASKED_PAUSE_S: Final = 0.3
 """So often at most a key picture is made because somebody asks: it costs several others."""
 
@@ -23,7 +23,7 @@ KEY_ASKED_PAUSE_S: Final = 0.3
 class Order(NamedTuple):
     """One picture for one stream."""
 
-    wish: StreamWish
+    wish: StreamRequest
     shape: Shape
     force_key: bool
     is_break: bool
@@ -48,7 +48,7 @@ class Departure(NamedTuple):
 
 
 class _Stream:
-    def __init__(self, wish: StreamWish) -> None:
+    def __init__(self, wish: StreamRequest) -> None:
         self.cadence = Cadence()
         self.shapes = ShapeForBits(wish)
         self.overshoot = Overshoot()
@@ -68,19 +68,19 @@ class Streaming:
         self.left_out = 0
         """Pictures that a stream should have had, and that would have come late."""
         self.thin = False
-        self._streams: dict[StreamWish, _Stream] = {}
-        self._sequences: dict[StreamWish, int] = {}
+        self._streams: dict[StreamRequest, _Stream] = {}
+        self._sequences: dict[StreamRequest, int] = {}
         """Go on when a stream is watched again."""
         self._thinness = Thinness()
 
-    def watch(self, wishes: Iterable[StreamWish], now: float) -> None:
+    def watch(self, wishes: Iterable[StreamRequest], now: float) -> None:
         """These streams, from now on."""
         before = self._streams
         self._streams = {wish: before.get(wish) or _Stream(wish) for wish in wishes}
         self.tick(now)
 
     @property
-    def watched(self) -> tuple[StreamWish, ...]:
+    def watched(self) -> tuple[StreamRequest, ...]:
         return tuple(self._streams)
 
     def begin_anew(self) -> None:
@@ -88,13 +88,13 @@ class Streaming:
         for stream in self._streams.values():
             stream.key_due = True
 
-    def key_wanted(self, wish: StreamWish, now: float) -> None:
+    def key_wanted(self, wish: StreamRequest, now: float) -> None:
         """The tower asks for one."""
         stream = self._streams.get(wish)
         if stream is not None and now - stream.key_asked_at >= KEY_ASKED_PAUSE_S:
             stream.key_due, stream.key_asked_at = True, now
 
-    def rest(self, wish: StreamWish, until: float) -> None:
+    def rest(self, wish: StreamRequest, until: float) -> None:
         """Its encoder has failed; it begins anew after a while."""
         stream = self._streams.get(wish)
         if stream is not None:
@@ -137,7 +137,7 @@ class Streaming:
         stream = self._streams.get(wish)
         if stream is None:
             return None
-        if (stream.key_due and not encoded.key) or len(encoded.payload) > LARGEST_UNIT_BYTES - HEADER_BYTES:
+        if (stream.key_due and not encoded.key) or len(encoded.payload) > MAX_UNIT_BYTES - HEADER_BYTES:
             stream.key_due = True
             return None
         stream.key_due = stream.break_due = False
@@ -155,7 +155,7 @@ class Streaming:
                 height=encoded.height,
                 rate_hz=order.shape.rate_hz,
                 bits_per_s=order.shape.bits_per_s,
-                held_ms=min(LONGEST_HELD_MS, max(0, round(now * 1000 - encoded.capture_us / 1000))),
+                held_ms=min(MAX_HELD_MS, max(0, round(now * 1000 - encoded.capture_us / 1000))),
                 payload=encoded.payload,
             )
         )

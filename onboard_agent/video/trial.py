@@ -6,10 +6,10 @@ from typing import Final
 
 from onboard_agent.tower_url import TowerUrl
 from onboard_agent.video.child import VideoChild
-from onboard_agent.video.desk import VideoDesk
 from onboard_agent.video.lines import SetUp
+from onboard_agent.video.service import VideoService
 from onboard_agent.video.sources.schemes import shown
-from wire.video import VIDEO, CameraState, Codec, Quality, StreamWish, VideoState, VideoWanted
+from wire.video import VIDEO, CameraState, Codec, Quality, StreamRequest, VideoState, VideoWanted
 
 WITHIN_S: Final = 30.0
 """A small computer that reads all libraries from a memory card, and then a camera that wakes up."""
@@ -17,10 +17,11 @@ WITHIN_S: Final = 30.0
 
 async def try_camera(camera: str, tower: TowerUrl) -> tuple[bool, str]:
     """Whether it gives pictures, and in words what it does. Nothing is sent: the ticket is none."""
-    desk = VideoDesk(has_camera=True)
-    desk.link_up((VIDEO,))
-    desk.wanted(
-        VideoWanted(ticket="none", streams=(StreamWish(Quality.HIGH, Codec.MPEG1),)), asyncio.get_running_loop().time()
+    service = VideoService(has_camera=True)
+    service.link_up((VIDEO,))
+    service.wanted(
+        VideoWanted(ticket="none", streams=(StreamRequest(Quality.HIGH, Codec.MPEG1),)),
+        asyncio.get_running_loop().time(),
     )
     tried = asyncio.Event()
     state = VideoState(camera=CameraState.OPENING)
@@ -29,12 +30,12 @@ async def try_camera(camera: str, tower: TowerUrl) -> tuple[bool, str]:
         nonlocal state
         if tried.is_set():
             return
-        state = desk.take_to_tower() or state
+        state = service.take_to_tower() or state
         if state.camera in (CameraState.LIVE, CameraState.LOST):
             tried.set()
 
     child = VideoChild(
-        desk, SetUp(tower=str(tower), camera=camera, uplinks=("",), log_level="critical", trial=True), changed
+        service, SetUp(tower=str(tower), camera=camera, uplinks=("",), log_level="critical", trial=True), changed
     )
     running = asyncio.create_task(child.run())
     with contextlib.suppress(TimeoutError):

@@ -10,7 +10,7 @@ from typing import Final
 from onboard_agent.video.encoders.encoder import Encoder, EncoderBroken
 from onboard_agent.video.sources.source import Picture
 from onboard_agent.video.streaming import Encoded, Order
-from wire.video import Codec, Quality, StreamWish
+from wire.video import Codec, Quality, StreamRequest
 
 _log = logging.getLogger(__name__)
 
@@ -29,8 +29,8 @@ class Workbench:
         self._make_encoder = make_encoder
         self._done = done
         self._broken = broken
-        self._encoders: dict[StreamWish, Encoder] = {}
-        self._tuned: dict[StreamWish, tuple[int, float, float]] = {}
+        self._encoders: dict[StreamRequest, Encoder] = {}
+        self._tuned: dict[StreamRequest, tuple[int, float, float]] = {}
 
     def encode(self, picture: Picture, orders: Iterable[Order]) -> None:
         """One picture for each stream that takes it."""
@@ -60,12 +60,12 @@ class Workbench:
             self._tuned[wish] = (shape.bits_per_s, shape.rate_hz, shape.scale)
         return encoder
 
-    def keep(self, wishes: Iterable[StreamWish]) -> None:
+    def keep(self, wishes: Iterable[StreamRequest]) -> None:
         """Only these are watched."""
         kept = set(wishes)
         self.drop([wish for wish in self._encoders if wish not in kept])
 
-    def drop(self, wishes: Iterable[StreamWish]) -> None:
+    def drop(self, wishes: Iterable[StreamRequest]) -> None:
         """Their encoders go."""
         for wish in wishes:
             self._tuned.pop(wish, None)

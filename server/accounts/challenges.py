@@ -14,7 +14,7 @@ from enum import StrEnum
 from typing import Final
 
 from server.anonymous.networks import origin_of
-from server.refusal import Refusal, RetryLater
+from server.domain.refusal import Refusal, RetryLater
 from server.relay.token_bucket import TokenBucket
 
 CHALLENGE_BYTES: Final = 32

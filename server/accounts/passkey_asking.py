@@ -13,7 +13,7 @@ from fastapi import Request, Response
 from server.accounts.challenges import LIFETIME_S, ChallengeOver, Purpose
 from server.accounts.passkey_sign_in import Asked
 from server.accounts.relying_party import RelyingParty, relying_party
-from server.accounts.sessions import Principal
+from server.domain.people import Principal
 from server.tower import address_of, tower_of
 
 BROWSER_COOKIE: Final = "tower_passkey"

@@ -6,7 +6,7 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Path, Request, Response
 
-from server.access import COOKIE, FactorSetter, InPerson, InPersonOnly, NotSignedIn, Proved, SessionExpired
+from server.access import COOKIE, FactorSetter, InPerson, Proved
 from server.accounts import passkeys, webauthn_check
 from server.accounts.challenges import ChallengeOver, Purpose, TooManyChallenges
 from server.accounts.passkey_asking import ask_at_the_door, asked_at_the_door, asked_of, challenge_for
@@ -24,11 +24,13 @@ from server.accounts.relying_party import PasskeysUnavailable
 from server.accounts.second_factor import LastFactor
 from server.accounts.second_factor_routes import is_factor_demanded
 from server.accounts.session_routes import set_session_cookie
-from server.accounts.sessions import Principal, void_proofs
+from server.accounts.sessions import void_proofs
 from server.accounts.views import Me
 from server.accounts.webauthn_check import PasskeyFault
-from server.audit.deed import Deed
-from server.names import clean_name
+from server.audit.action import AuditAction
+from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired
+from server.domain.names import clean_name
+from server.domain.people import Principal
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 
@@ -38,8 +40,8 @@ PasskeyPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 _OWN: Final = (NotSignedIn, SessionExpired, InPersonOnly)
 
 
-def _deed(request: Request, principal: Principal) -> Deed:
-    return Deed(by=principal, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, principal: Principal) -> AuditAction:
+    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
 @router.post("/session/passkey/options", responses=answers(PasskeysUnavailable, TooManyChallenges))

@@ -27,7 +27,7 @@ from server.accounts.webauthn_check import (
 )
 from server.audit.trail import Actor, record
 from server.database import Database
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
 
 class PasskeyRefused(Refusal):
@@ -68,7 +68,7 @@ class _Checked:
 
 
 @dataclass(frozen=True)
-class PasskeyDoor:
+class PasskeySignInService:
     database: Database
     sessions: Sessions
     challenges: Challenges

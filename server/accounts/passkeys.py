@@ -17,11 +17,11 @@ from server.accounts.second_factor import LastFactor, forget_codes, new_codes
 from server.accounts.tables import PasskeyRow, UserRow
 from server.accounts.users import UnknownUser
 from server.accounts.webauthn_check import Assertion, KnownCredential, NewCredential, PasskeyFault
-from server.audit.deed import Deed
-from server.names import clean_name
-from server.refusal import Refusal
+from server.audit.action import AuditAction
+from server.domain.names import clean_name
+from server.domain.refusal import Refusal
 
-MAX_OF_ONE_USER: Final = 20
+MAX_PER_USER: Final = 20
 HANDLE_BYTES: Final = 32
 
 
@@ -34,7 +34,7 @@ class UnknownPasskey(Refusal):
 
 class TooManyPasskeys(Refusal):
     def __init__(self) -> None:
-        super().__init__(f"a user has at most {MAX_OF_ONE_USER} passkeys: remove one first")
+        super().__init__(f"a user has at most {MAX_PER_USER} passkeys: remove one first")
 
 
 class PasskeyKnown(Refusal):
@@ -51,7 +51,7 @@ async def begin_adding(session: AsyncSession, user_id: int) -> tuple[UserRow, li
     """The user, who has a handle from then on, and what they have. Raises TooManyPasskeys."""
     row = await _locked(session, user_id)
     there = await list_passkeys(session, row.id)
-    if len(there) >= MAX_OF_ONE_USER:
+    if len(there) >= MAX_PER_USER:
         raise TooManyPasskeys
     if row.passkey_handle is None:
         row.passkey_handle = secrets.token_bytes(HANDLE_BYTES)
@@ -59,7 +59,7 @@ async def begin_adding(session: AsyncSession, user_id: int) -> tuple[UserRow, li
 
 
 async def add(
-    session: AsyncSession, *, user_id: int, new: NewCredential, name: str, party_id: str, deed: Deed
+    session: AsyncSession, *, user_id: int, new: NewCredential, name: str, party_id: str, deed: AuditAction
 ) -> tuple[PasskeyRow, list[str]]:
     """The passkey, and recovery codes where this is the first factor: they are told this once.
 
@@ -67,7 +67,7 @@ async def add(
     """
     name = clean_name(name)
     row = await _locked(session, user_id)
-    if row.passkey_count >= MAX_OF_ONE_USER:
+    if row.passkey_count >= MAX_PER_USER:
         raise TooManyPasskeys
     if await session.scalar(select(PasskeyRow.id).where(PasskeyRow.credential_id == new.id)) is not None:
         raise PasskeyKnown
@@ -90,7 +90,7 @@ async def add(
     return passkey, codes
 
 
-async def rename(session: AsyncSession, *, user_id: int, passkey_id: int, name: str, deed: Deed) -> PasskeyRow:
+async def rename(session: AsyncSession, *, user_id: int, passkey_id: int, name: str, deed: AuditAction) -> PasskeyRow:
     """Raises UnknownPasskey or BadName."""
     name = clean_name(name)
     passkey = await _own(session, user_id, passkey_id)
@@ -100,7 +100,7 @@ async def rename(session: AsyncSession, *, user_id: int, passkey_id: int, name: 
     return passkey
 
 
-async def remove(session: AsyncSession, *, user_id: int, passkey_id: int, deed: Deed, is_demanded: bool) -> None:
+async def remove(session: AsyncSession, *, user_id: int, passkey_id: int, deed: AuditAction, is_demanded: bool) -> None:
     """`is_demanded`: the user must have a second factor. Raises UnknownPasskey or LastFactor."""
     row = await _locked(session, user_id)
     passkey = await _own(session, user_id, passkey_id)

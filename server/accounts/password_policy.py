@@ -21,12 +21,12 @@ from typing import Any, Final
 from zxcvbn import zxcvbn
 from zxcvbn.matching import L33T_TABLE
 
-from server.refusal import Refusal, RetryLater
+from server.domain.refusal import Refusal, RetryLater
 
 MIN_LENGTH: Final = 12
 MAX_LENGTH: Final = 256
 """Hashing time does not grow with it, but a request has to end somewhere."""
-LEAST_SCORE: Final = 3
+MIN_SCORE: Final = 3
 """Of 0 to 4: over 10^8 guesses, and over 10^10 for 4."""
 JUDGED_CHARACTERS: Final = 32
 MAX_LEET_SIGNS: Final = 2
@@ -66,7 +66,7 @@ def judge_password(password: str, names: Collection[str] = ()) -> Judgement:
         return Judgement(f"a password has at most {MAX_LENGTH} characters")
     known = [part for name in (*names, *_ALWAYS_TRIED) if (part := name.strip().lower()[:64])]
     found: dict[str, Any] = zxcvbn(_bounded(password), user_inputs=known)
-    if found["score"] >= LEAST_SCORE:
+    if found["score"] >= MIN_SCORE:
         return Judgement()
     warning = str(found["feedback"]["warning"]).rstrip(".")
     return Judgement(f"this password is easy to guess{f' ({warning})' if warning else ''}: add another word or two")

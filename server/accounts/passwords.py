@@ -15,11 +15,11 @@ from passlib.hash import argon2
 from server.accounts.hash_worker import PARALLELISM
 from server.accounts.hashing_process import Hashing, HashingFailed, HashingThreads
 from server.anonymous.budget import AnonymousBudget, Over
-from server.anonymous.fair_line import Standing, Ticket
+from server.anonymous.fair_line import Priority, Ticket
 from server.anonymous.hashing import Caller, HashingSlots
 from server.anonymous.limits import LIMITS
 from server.anonymous.networks import Origin
-from server.refusal import RetryLater
+from server.domain.refusal import RetryLater
 
 
 class TooManySignIns(RetryLater):
@@ -84,7 +84,7 @@ class Passwords:
     async def _ask(self, caller: Caller | None, question: dict[str, Any]) -> str | bool:
         if caller is None:  # each by itself: they do not share the bounds of an address
             number = f"signed in {next(self._signed_in)}"
-            caller = Caller(Origin(number, number), Standing.KNOWN)
+            caller = Caller(Origin(number, number), Priority.KNOWN)
         ticket = await self._turn(caller)
         # Whoever goes meanwhile does not stop the hash, and its slot is taken until it is done.
         running = asyncio.create_task(self._answered(ticket, question))

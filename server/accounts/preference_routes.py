@@ -6,8 +6,9 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Path, Request
 
-from server.access import Anybody, BadToken, InPersonOnly, NotSignedIn, Oneself, SessionExpired
+from server.access import Anybody, Oneself
 from server.accounts.preferences import PreferenceTooLarge, TooManyPreferences, keep_preference, preferences_of
+from server.domain.access import BadToken, InPersonOnly, NotSignedIn, SessionExpired
 from server.problem_docs import answers
 from server.tower import tower_of
 

@@ -15,10 +15,10 @@ from sqlalchemy import func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.tables import PreferenceRow
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
-MOST_DOCUMENTS: Final = 16
-LARGEST_DOCUMENT_BYTES: Final = 8 * 1024
+MAX_DOCUMENTS: Final = 16
+MAX_DOCUMENT_BYTES: Final = 8 * 1024
 """As compact UTF-8. The settings of a gamepad take about 1 KiB each."""
 MAX_DEPTH: Final = 32
 """Of objects and lists in each other. What is much deeper can be stored, but not be sent as JSON again."""
@@ -26,7 +26,7 @@ MAX_DEPTH: Final = 32
 
 class TooManyPreferences(Refusal):
     def __init__(self) -> None:
-        super().__init__(f"at most {MOST_DOCUMENTS} documents are kept for a user")
+        super().__init__(f"at most {MAX_DOCUMENTS} documents are kept for a user")
 
 
 class BadPreference(Refusal):
@@ -36,7 +36,7 @@ class BadPreference(Refusal):
 
 class PreferenceTooLarge(Refusal):
     def __init__(self, size_bytes: int) -> None:
-        super().__init__(f"the document has {size_bytes} bytes; at most {LARGEST_DOCUMENT_BYTES} are kept")
+        super().__init__(f"the document has {size_bytes} bytes; at most {MAX_DOCUMENT_BYTES} are kept")
 
 
 async def preferences_of(session: AsyncSession, user_id: int) -> dict[str, dict[str, Any]]:
@@ -61,7 +61,7 @@ async def keep_preference(
         size_bytes = len(text.encode())
     except ValueError as error:  # Python reads NaN and half a surrogate pair; nobody else would read them back
         raise BadPreference from error
-    if size_bytes > LARGEST_DOCUMENT_BYTES:
+    if size_bytes > MAX_DOCUMENT_BYTES:
         raise PreferenceTooLarge(size_bytes)
     row = await session.get(PreferenceRow, (user_id, name))
     if not document:
@@ -72,7 +72,7 @@ async def keep_preference(
         row.document, row.changed_at = dict(document), now
         return
     count = select(func.count()).select_from(PreferenceRow).where(PreferenceRow.user_id == user_id)
-    if (await session.scalar(count) or 0) >= MOST_DOCUMENTS:
+    if (await session.scalar(count) or 0) >= MAX_DOCUMENTS:
         raise TooManyPreferences
     session.add(PreferenceRow(user_id=user_id, name=name, document=dict(document), changed_at=now))
 

@@ -9,22 +9,24 @@ from typing import Annotated, Any, Final, Literal
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, Discriminator, Field, Tag
 
-from server.access import InPersonOnly, NotSignedIn, Prover, SessionExpired
+from server.access import Prover
 from server.accounts import passkeys, webauthn_check
 from server.accounts.challenges import ChallengeOver, Purpose, TooManyChallenges
 from server.accounts.passkey_asking import asked_of, challenge_for
 from server.accounts.passkey_sign_in import WrongPasskey
 from server.accounts.passkey_views import PasskeyAnswer, PasskeyOptions
 from server.accounts.passwords import TooManySignIns
-from server.accounts.reauthentication import CodeNeeded, fresh_until, is_fresh, prove_by_password, renew
+from server.accounts.reauthentication import CodeNeeded, fresh_until, prove_by_password, renew
 from server.accounts.relying_party import PasskeysUnavailable
 from server.accounts.second_factor import WrongCode
-from server.accounts.sessions import Principal, UnknownSession
+from server.accounts.sessions import UnknownSession
 from server.accounts.sign_in import WrongPassword
 from server.accounts.tables import SessionRow, UserRow
 from server.accounts.users import SignInThrottled, get_user
 from server.accounts.views import Code, Secret, Strict
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
+from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired, is_fresh
+from server.domain.people import Principal
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 
@@ -61,15 +63,15 @@ Proof = Annotated[
 ]
 """A further kind is one more member of the union, and has a line in PROOF_KINDS."""
 
-Check = Callable[[Request, Principal, Any, Deed], Awaitable[None]]
+Check = Callable[[Request, Principal, Any, AuditAction], Awaitable[None]]
 """Checks the evidence, throttled as signing in is, and renews the session's proof; else raises a refusal."""
 
 
-async def _by_password(request: Request, principal: Principal, proof: PasswordProof, deed: Deed) -> None:
+async def _by_password(request: Request, principal: Principal, proof: PasswordProof, deed: AuditAction) -> None:
     await prove_by_password(tower_of(request).door, principal, password=proof.password, code=proof.code, deed=deed)
 
 
-async def _by_passkey(request: Request, principal: Principal, proof: PasskeyProof, deed: Deed) -> None:
+async def _by_passkey(request: Request, principal: Principal, proof: PasskeyProof, deed: AuditAction) -> None:
     """It verified its person, so it stands for the password and the code."""
     tower = tower_of(request)
     await tower.passkey_door.accept(
@@ -134,7 +136,7 @@ async def get_proof(request: Request, principal: Prover) -> ProofView:
 async def renew_proof(request: Request, principal: Prover, body: Proof) -> ProofView:
     """Proves again who one is. For five minutes credentials may be changed in this session."""
     tower = tower_of(request)
-    deed = Deed(by=principal, at=tower.clock(), address=address_of(request))
+    deed = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
     await PROOF_KINDS[body.kind](request, principal, body, deed)
     async with tower.database.reading() as session:
         user = await get_user(session, principal.user_id)

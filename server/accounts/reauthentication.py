@@ -10,28 +10,20 @@ throttle as signing in, and then calls `renew`.
 
 from __future__ import annotations
 
-from datetime import datetime, timedelta
-from typing import Final
+from datetime import datetime
 
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.second_factor import WrongCode, spend
-from server.accounts.sessions import Principal, TokenId, UnknownSession
-from server.accounts.sign_in import Door, WrongPassword
+from server.accounts.sessions import UnknownSession
+from server.accounts.sign_in import SignInService, WrongPassword
 from server.accounts.tables import SessionRow, UserRow
 from server.accounts.users import get_user
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import record
-from server.refusal import Refusal
-
-PROOF_MAX_AGE: Final = timedelta(minutes=5)
-
-
-class ProofNeeded(Refusal):
-    """The last proof is too old for what was asked."""
-
-    def __init__(self) -> None:
-        super().__init__("confirm first that it is you: this needs a proof that is not older than 5 minutes")
+from server.domain.access import PROOF_MAX_AGE
+from server.domain.people import Principal, TokenId
+from server.domain.refusal import Refusal
 
 
 class CodeNeeded(Refusal):
@@ -46,12 +38,7 @@ def fresh_until(proved_at: datetime | None) -> datetime | None:
     return None if proved_at is None else proved_at + PROOF_MAX_AGE
 
 
-def is_fresh(proved_at: datetime | None, now: datetime) -> bool:
-    """A proof from the future (a clock that was put back) counts for nothing."""
-    return proved_at is not None and proved_at <= now < proved_at + PROOF_MAX_AGE
-
-
-async def renew(session: AsyncSession, principal: Principal, *, kind: str, deed: Deed) -> None:
+async def renew(session: AsyncSession, principal: Principal, *, kind: str, deed: AuditAction) -> None:
     """Notes the proof in the session that gave it. In `Database.writing()`. Raises UnknownSession if it has ended."""
     if isinstance(principal.session_id, TokenId):
         raise UnknownSession
@@ -62,7 +49,9 @@ async def renew(session: AsyncSession, principal: Principal, *, kind: str, deed:
     deed.record(session, "session.proved", session_id=row.id, kind=kind)
 
 
-async def prove_by_password(door: Door, principal: Principal, *, password: str, code: str | None, deed: Deed) -> None:
+async def prove_by_password(
+    door: SignInService, principal: Principal, *, password: str, code: str | None, deed: AuditAction
+) -> None:
     """The password, and a code where the account has a second factor.
 
     Raises SignInThrottled, TooManySignIns, WrongPassword, CodeNeeded, WrongCode or UnknownSession.
@@ -83,7 +72,7 @@ async def prove_by_password(door: Door, principal: Principal, *, password: str, 
         door.code_was_right(principal, deed.address)
 
 
-async def _renewed(door: Door, principal: Principal, checked: UserRow, code: str, deed: Deed) -> bool:
+async def _renewed(door: SignInService, principal: Principal, checked: UserRow, code: str, deed: AuditAction) -> bool:
     """False where the code is wrong."""
     async with door.database.writing() as session:
         user = await get_user(session, principal.user_id)

@@ -16,8 +16,8 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.accounts import totp
 from server.accounts.sealed_factors import about
 from server.accounts.tables import PasskeyRow, RecoveryCodeRow, UserRow
-from server.audit.deed import Deed
-from server.refusal import Refusal
+from server.audit.action import AuditAction
+from server.domain.refusal import Refusal
 from server.vault import Vault
 
 
@@ -63,7 +63,7 @@ def begin(row: UserRow, vault: Vault) -> str:
     return secret
 
 
-async def confirm(session: AsyncSession, row: UserRow, code: str, deed: Deed, vault: Vault) -> list[str]:
+async def confirm(session: AsyncSession, row: UserRow, code: str, deed: AuditAction, vault: Vault) -> list[str]:
     """From here on the door asks for codes. Returns the recovery codes, which are told this once; none where a
     passkey brought them already."""
     await _lock(session, row)
@@ -101,7 +101,7 @@ async def spend(session: AsyncSession, row: UserRow, code: str, now: datetime, v
     return used.first() is not None
 
 
-async def renew_codes(session: AsyncSession, row: UserRow, deed: Deed) -> list[str]:
+async def renew_codes(session: AsyncSession, row: UserRow, deed: AuditAction) -> list[str]:
     """New recovery codes; the old ones are worth nothing. Raises NoSecondFactorBegun."""
     if not row.has_second_factor:
         raise NoSecondFactorBegun
@@ -109,7 +109,7 @@ async def renew_codes(session: AsyncSession, row: UserRow, deed: Deed) -> list[s
     return await new_codes(session, row)
 
 
-async def remove(session: AsyncSession, row: UserRow, deed: Deed, *, is_demanded: bool = False) -> None:
+async def remove(session: AsyncSession, row: UserRow, deed: AuditAction, *, is_demanded: bool = False) -> None:
     """By its user; their passkeys stay. `is_demanded`: one factor must. Raises NoSecondFactorBegun or LastFactor."""
     await _lock(session, row)
     if row.totp_sealed is None:
@@ -121,7 +121,7 @@ async def remove(session: AsyncSession, row: UserRow, deed: Deed, *, is_demanded
         await forget_codes(session, row.id)
 
 
-async def reset(session: AsyncSession, row: UserRow, deed: Deed) -> None:
+async def reset(session: AsyncSession, row: UserRow, deed: AuditAction) -> None:
     """Every factor goes, passkeys too. Harmless where there is none. An admin who does this for somebody ends their
     sessions and tokens as well."""
     await _lock(session, row)
@@ -153,7 +153,7 @@ async def _lock(session: AsyncSession, row: UserRow) -> None:
     await session.refresh(row, with_for_update=True)
 
 
-async def _remove_codes_of_authenticator(session: AsyncSession, row: UserRow, deed: Deed) -> None:
+async def _remove_codes_of_authenticator(session: AsyncSession, row: UserRow, deed: AuditAction) -> None:
     had_one = row.totp_sealed is not None
     row.totp_sealed = row.totp_pending_sealed = row.totp_last_step = None
     if had_one:

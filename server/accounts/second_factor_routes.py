@@ -10,14 +10,15 @@ from typing import Annotated
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
-from server.access import FactorSetter, InPerson, InPersonOnly, NotSignedIn, Proved, SessionExpired
+from server.access import FactorSetter, InPerson, Proved
 from server.accounts import second_factor, totp
 from server.accounts.second_factor import LastFactor, NoSecondFactorBegun, SecondFactorOn, WrongCode
-from server.accounts.sessions import Principal, void_proofs
-from server.accounts.tables import Role
+from server.accounts.sessions import void_proofs
 from server.accounts.users import SignInThrottled, get_user
 from server.accounts.views import CodeProof
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
+from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired
+from server.domain.people import Principal, Role
 from server.problem_docs import answers
 from server.settings import Settings
 from server.tower import address_of, tower_of
@@ -49,8 +50,8 @@ class RecoveryCodes(BaseModel):
     recovery_codes: list[str]
 
 
-def _deed(request: Request, principal: Principal) -> Deed:
-    return Deed(by=principal, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, principal: Principal) -> AuditAction:
+    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
 def is_factor_demanded(settings: Settings, principal: Principal) -> bool:

@@ -8,19 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from server.access import (
-    COOKIE,
-    AdminsOnly,
-    Anybody,
-    BadToken,
-    InPerson,
-    InPersonOnly,
-    NotSignedIn,
-    PasswordChanger,
-    Proved,
-    Prover,
-    SessionExpired,
-)
+from server.access import COOKIE, Anybody, InPerson, PasswordChanger, Proved, Prover
 from server.accounts.challenges import ChallengeOver
 from server.accounts.passkey_asking import asked_at_the_door
 from server.accounts.passkey_sign_in import PasskeyRefused, WrongPasskey
@@ -30,11 +18,13 @@ from server.accounts.passwords import TooManySignIns
 from server.accounts.relying_party import PasskeysUnavailable
 from server.accounts.sessions import NewSession, UnknownSession, end_session, list_sessions
 from server.accounts.sign_in import SecondFactorNeeded, SecondProof, WrongPassword, WrongSecondFactor
-from server.accounts.tables import Role, SessionRow, UserRow
+from server.accounts.tables import SessionRow, UserRow
 from server.accounts.users import SignInThrottled, UserChange, WrongSignIn, change_user, get_user
 from server.accounts.views import Me, NewPassword, PasswordChange, PasswordJudgement, SignIn
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import Actor, record
+from server.domain.access import AdminsOnly, BadToken, InPersonOnly, NotSignedIn, SessionExpired
+from server.domain.people import Role
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 
@@ -151,7 +141,7 @@ async def change_own_password(
         if (await get_user(session, user.id)).password_hash != user.password_hash:
             raise WrongPassword  # changed while it was being checked
         ended = [one.id for one, _ in await list_sessions(session, user_id=user.id)]
-        row = await change_user(session, user_id=user.id, change=change, deed=Deed(principal, now, address))
+        row = await change_user(session, user_id=user.id, change=change, deed=AuditAction(principal, now, address))
         agent = request.headers.get("user-agent", "")
         begun = await tower.sessions.begin(session, user_id=row.id, now=now, address=address, user_agent=agent)
     if body.keep_tokens:
@@ -159,7 +149,7 @@ async def change_own_password(
     else:
         tower.hub.end_user(principal.user_id, "the password was changed")
     await tower.roster.refresh()
-    await tower.watchman.caught_up()  # what was flown with them is held when this is answered
+    await tower.event_handler.caught_up()  # what was flown with them is held when this is answered
     set_session_cookie(request, response, begun)
     return Me.of(row, must_add=tower.sessions.lacks_demanded_factor(row))
 
@@ -218,11 +208,11 @@ async def end_one_session(
         if row is None or (row.user_id != principal.user_id and principal.role is not Role.ADMIN):
             raise UnknownSession
         owner = await get_user(session, row.user_id)
-        deed = Deed(by=principal, at=tower.clock(), address=address_of(request))
+        deed = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
         deed.record(session, "session.ended", user_id=owner.id, user=owner.name, session_id=row.id)
         await session.delete(row)
     tower.hub.end_sessions([session_id])
-    await tower.watchman.caught_up()  # what was flown with it is held when this is answered
+    await tower.event_handler.caught_up()  # what was flown with it is held when this is answered
 
 
 def _with_passkey(request: Request, answer: PasskeyAnswer) -> SecondProof:

@@ -8,17 +8,17 @@ from __future__ import annotations
 
 import hashlib
 import secrets
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final
 
 from sqlalchemy import delete, or_, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts.scopes import ALL_SCOPES, Scope
-from server.accounts.tables import Role, SessionRow, UserRow
+from server.accounts.tables import SessionRow, UserRow
 from server.database import Database
-from server.refusal import Refusal
+from server.domain.people import Principal, Role, SignInId
+from server.domain.refusal import Refusal
 from wire.ids import UserId
 
 SEEN_EVERY: Final = timedelta(minutes=1)
@@ -30,50 +30,6 @@ class UnknownSession(Refusal):
 
     def __init__(self) -> None:
         super().__init__("there is no such session")
-
-
-@dataclass(frozen=True)
-class TokenId:
-    """The number of an API token, where a session's could stand as well."""
-
-    id: int
-
-
-SignInId = int | TokenId
-"""By what somebody is signed in: a session (its number) or an API token."""
-
-
-@dataclass(frozen=True)
-class Principal:
-    """Somebody signed in."""
-
-    user_id: UserId
-    name: str
-    role: Role
-    session_id: SignInId
-    expires_at: datetime
-    """When the session ends if nothing more is heard of it, or the token in any case."""
-    proved_at: datetime | None = None
-    """When this person last proved who they are (`server/accounts/reauthentication.py`); never so with a token."""
-    scopes: frozenset[Scope] = ALL_SCOPES
-    """What this sign-in may be used for; what the user may do is another question."""
-    must_change_password: bool = False
-    must_add_second_factor: bool = False
-    """An admin without one, where the tower demands it of admins."""
-
-    @property
-    def in_person(self) -> bool:
-        """By a session, which only a password can begin."""
-        return not isinstance(self.session_id, TokenId)
-
-    @property
-    def may_fly(self) -> bool:
-        """Whether this sign-in counts as somebody at the controls."""
-        return Scope.FLY in self.scopes
-
-    def narrowed(self, scopes: frozenset[Scope]) -> Principal:
-        """The same, for no more than `scopes`."""
-        return replace(self, scopes=self.scopes & scopes)
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,15 @@ from typing import Final
 
 from server.accounts.passwords import Passwords
 from server.accounts.second_factor import WrongCode, factors_of, spend
-from server.accounts.sessions import NewSession, Principal, Sessions, end_session
+from server.accounts.sessions import NewSession, Sessions, end_session
 from server.accounts.tables import UserRow
 from server.accounts.throttle import SignInThrottle
 from server.accounts.users import SignInThrottled, WrongSignIn, find_user
 from server.audit.trail import Actor, record
 from server.database import Database
-from server.names import name_key
-from server.refusal import Refusal
+from server.domain.names import name_key
+from server.domain.people import Principal
+from server.domain.refusal import Refusal
 from server.vault import Vault
 
 _KINDS: Final = {"code": "the code of your authenticator", "passkey": "your passkey"}
@@ -55,7 +56,7 @@ class SignedIn:
 
 
 @dataclass(frozen=True)
-class Door:
+class SignInService:
     database: Database
     passwords: Passwords
     sessions: Sessions

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from datetime import datetime
-from enum import StrEnum
 from typing import Any
 
 from sqlalchemy import JSON, BigInteger, CheckConstraint, ForeignKey, LargeBinary, String, false
 from sqlalchemy.orm import Mapped, mapped_column
 
 from server.database import Base, UtcDateTime
-
-
-class Role(StrEnum):
-    ADMIN = "admin"
-    OPERATOR = "operator"
 
 
 class UserRow(Base):
@@ -28,7 +22,7 @@ class UserRow(Base):
     id: Mapped[int] = mapped_column(primary_key=True)
     name: Mapped[str] = mapped_column(String(64))
     name_key: Mapped[str] = mapped_column(String(256), unique=True)
-    """The name as it is compared: see `server/names.py`."""
+    """The name as it is compared: see `server/domain/names.py`."""
     password_hash: Mapped[str] = mapped_column(String(256))
     role: Mapped[str] = mapped_column(String(16))
     disabled: Mapped[bool] = mapped_column(default=False, server_default=false())

@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from server.anonymous.fair_line import Standing
+from server.anonymous.fair_line import Priority
 from server.anonymous.hashing import Caller
 from server.anonymous.known_addresses import KnownAddresses
 from server.anonymous.limits import LIMITS, AnonymousLimits
@@ -28,7 +28,7 @@ FREE_TRIES: Final = 5
 FREE_TRIES_OF_ADDRESS: Final = 50
 """A whole office may come from one address, in the morning."""
 FIRST_WAIT_S: Final = 1.0
-LONGEST_WAIT_S: Final = 300.0
+MAX_WAIT_S: Final = 300.0
 FORGOTTEN_AFTER_S: Final = 900.0
 """Longer than the longest wait: waiting it out does not clear the count."""
 MAX_ENTRIES: Final = 30_000
@@ -74,8 +74,8 @@ class SignInThrottle:
         """0 when the try may go on (it is then counted), else how many seconds to wait."""
         origin = origin_of(address)
         bounds = (
-            ((name, origin.address), FREE_TRIES, LONGEST_WAIT_S),
-            (("", origin.address), FREE_TRIES_OF_ADDRESS, LONGEST_WAIT_S),
+            ((name, origin.address), FREE_TRIES, MAX_WAIT_S),
+            (("", origin.address), FREE_TRIES_OF_ADDRESS, MAX_WAIT_S),
         )
         wait_s = max(self._wait_s(key, now_s) for key, _, _ in bounds)
         if wait_s <= 0 and not self._is_known(name, origin):
@@ -94,11 +94,11 @@ class SignInThrottle:
         """For whom a password is hashed, after `begin`."""
         origin = origin_of(address)
         if self._is_known(name, origin):
-            return Caller(origin, Standing.KNOWN)
+            return Caller(origin, Priority.KNOWN)
         tries = self._tries.get(_network_key(origin))
         recent = tries is not None and now_s - tries.last_s < FORGOTTEN_AFTER_S
         suspect = tries is not None and recent and tries.failures > SUSPECT_FROM
-        return Caller(origin, Standing.SUSPECT if suspect else Standing.FRESH)
+        return Caller(origin, Priority.SUSPECT if suspect else Priority.FRESH)
 
     def succeeded(self, *, name: str, address: str) -> None:
         """The name is cleared; of the address only this try: whoever has an account must not clear it for others."""

@@ -8,14 +8,15 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-from server.access import AdminsOnly, InPerson, InPersonOnly, NotSignedIn, Proved, SessionExpired
+from server.access import InPerson, Proved
 from server.accounts import tokens
-from server.accounts.scopes import Scope
-from server.accounts.sessions import Principal, TokenId
-from server.accounts.tables import ApiTokenRow, Role, UserRow
+from server.accounts.tables import ApiTokenRow, UserRow
 from server.accounts.tokens import TooManyTokens, UnknownToken, scopes_of
 from server.accounts.users import get_user
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
+from server.domain.access import AdminsOnly, InPersonOnly, NotSignedIn, SessionExpired
+from server.domain.people import Principal, Role, TokenId
+from server.domain.scopes import Scope
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 
@@ -74,8 +75,8 @@ class TokenWithSecret(BaseModel):
     secret: Annotated[str, Field(description="For `Authorization: Bearer`. The tower keeps only its hash")]
 
 
-def _deed(request: Request, principal: Principal) -> Deed:
-    return Deed(by=principal, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, principal: Principal) -> AuditAction:
+    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
 @router.get("", responses=answers(AdminsOnly))
@@ -121,4 +122,4 @@ async def revoke_token(request: Request, principal: Proved, token_id: Annotated[
         await tokens.revoke_token(session, token_id=token_id, of_user=of_user, deed=_deed(request, principal))
     tower.hub.end_sessions([TokenId(token_id)])
     await tower.roster.refresh()
-    await tower.watchman.caught_up()  # what was flown with it is held when this is answered
+    await tower.event_handler.caught_up()  # what was flown with it is held when this is answered

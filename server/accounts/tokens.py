@@ -21,22 +21,23 @@ from sqlalchemy import ColumnElement, delete, select, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts.scopes import FOR_ADMINS, Scope
-from server.accounts.sessions import Principal, TokenId, hash_token, lacks_demanded_factor
-from server.accounts.tables import ApiTokenRow, Role, UserRow
-from server.audit.deed import Deed
+from server.accounts.sessions import hash_token, lacks_demanded_factor
+from server.accounts.tables import ApiTokenRow, UserRow
+from server.audit.action import AuditAction
 from server.database import Database
+from server.domain.names import clean_name
+from server.domain.people import Principal, Role, TokenId
+from server.domain.refusal import Refusal
+from server.domain.scopes import FOR_ADMINS, Scope
 from server.fleet.snapshot import begin_fleet_change
-from server.names import clean_name
-from server.refusal import Refusal
 from wire.ids import UserId
 
 PREFIX: Final = "twt_"
 """So that people, and programs that look for secrets in the wrong places, know one when they see it."""
-MOST_OF_ONE_USER: Final = 50
+MAX_PER_USER: Final = 50
 USUAL_LIFE: Final = timedelta(days=90)
 """Where nobody says otherwise, and the tower allows it."""
-LONGEST_LIFE: Final = timedelta(days=365)
+MAX_LIFETIME: Final = timedelta(days=365)
 """Whatever the setting TOWER_TOKEN_LONGEST_DAYS says."""
 WRITE_USES_EVERY_S: Final = 60.0
 _log = structlog.get_logger(__name__)
@@ -51,7 +52,7 @@ class UnknownToken(Refusal):
 
 class TooManyTokens(Refusal):
     def __init__(self) -> None:
-        super().__init__(f"a user has at most {MOST_OF_ONE_USER} tokens: revoke one first")
+        super().__init__(f"a user has at most {MAX_PER_USER} tokens: revoke one first")
 
 
 class BadScopes(Refusal):
@@ -74,8 +75,8 @@ async def create_token(
     name: str,
     scopes: Collection[Scope],
     expires_at: datetime | None,
-    deed: Deed,
-    longest: timedelta = LONGEST_LIFE,
+    deed: AuditAction,
+    longest: timedelta = MAX_LIFETIME,
 ) -> tuple[ApiTokenRow, str]:
     """The row, and the token itself, which is told here and never again. Without an end: USUAL_LIFE, or `longest`."""
     name = clean_name(name)
@@ -113,7 +114,7 @@ async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> l
     return [(row, owner) for row, owner in await session.execute(query)]
 
 
-async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, deed: Deed) -> None:
+async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, deed: AuditAction) -> None:
     """`of_user`: whose it has to be; None for anybody's. Raises UnknownToken."""
     await begin_fleet_change(session)
     row = await session.get(ApiTokenRow, token_id)
@@ -124,10 +125,10 @@ async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | N
     await session.delete(row)
 
 
-async def _make_room(session: AsyncSession, owner: UserRow, deed: Deed) -> None:
+async def _make_room(session: AsyncSession, owner: UserRow, deed: AuditAction) -> None:
     """For one more. Expired ones are listed for as long as there is room, and stand in nobody's way."""
     kept = list(await session.scalars(select(ApiTokenRow).where(ApiTokenRow.user_id == owner.id)))
-    if len(kept) < MOST_OF_ONE_USER:
+    if len(kept) < MAX_PER_USER:
         return
     over = [row for row in kept if row.expires_at <= deed.at]
     if not over:

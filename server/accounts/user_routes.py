@@ -6,16 +6,17 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
 
-from server.access import Admin, AdminsOnly, NotSignedIn, ProvedAdmin, SessionExpired
+from server.access import Admin, ProvedAdmin
 from server.accounts import users
 from server.accounts.password_policy import TooManyJudgements
 from server.accounts.passwords import TooManySignIns
-from server.accounts.sessions import Principal
 from server.accounts.tables import UserRow
 from server.accounts.users import LastAdmin, UnknownUser, UserChange, UserNameTaken
 from server.accounts.views import AccountView, NewUser, UserPatch
-from server.audit.deed import Deed
-from server.names import clean_name
+from server.audit.action import AuditAction
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
+from server.domain.names import clean_name
+from server.domain.people import Principal
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 from wire.ids import UserId
@@ -25,8 +26,8 @@ router = APIRouter(prefix="/api/v1/users", tags=["users"], responses=answers(Not
 UserPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 
 
-def _deed(request: Request, admin: Principal) -> Deed:
-    return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, admin: Principal) -> AuditAction:
+    return AuditAction(by=admin, at=tower_of(request).clock(), address=address_of(request))
 
 
 def _view(request: Request, row: UserRow) -> AccountView:
@@ -79,7 +80,7 @@ async def change_user(request: Request, admin: ProvedAdmin, user_id: UserPath, b
     if body.disabled or password_hash is not None:
         why = "the account was disabled" if body.disabled else "an admin has set a new password"
         tower.hub.end_user(UserId(user_id), why)
-    await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
+    await tower.event_handler.caught_up()  # what they lose with it, they have lost when this is answered
     return _view(request, row)
 
 
@@ -93,7 +94,7 @@ async def reset_second_factor(request: Request, admin: ProvedAdmin, user_id: Use
     if had_one:
         await tower.roster.refresh()
         tower.hub.end_user(UserId(user_id), "an admin has removed the second factor")
-        await tower.watchman.caught_up()
+        await tower.event_handler.caught_up()
     return _view(request, row)
 
 
@@ -107,7 +108,7 @@ async def delete_user(request: Request, admin: ProvedAdmin, user_id: UserPath) -
         await users.change_user(session, user_id=user_id, change=gone, deed=_deed(request, admin))
     await tower.roster.refresh()
     tower.hub.end_user(UserId(user_id), "the account was deleted")
-    await tower.watchman.caught_up()
+    await tower.event_handler.caught_up()
     async with tower.database.writing() as session:
         await users.delete_user(session, user_id=user_id, deed=_deed(request, admin))
     await tower.roster.refresh()

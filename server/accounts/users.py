@@ -13,12 +13,13 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts import second_factor
 from server.accounts.sessions import end_sessions_of
-from server.accounts.tables import Role, UserRow
+from server.accounts.tables import UserRow
 from server.accounts.tokens import end_tokens_of
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
+from server.domain.names import clean_name, is_name, name_key
+from server.domain.people import Role
+from server.domain.refusal import Refusal, RetryLater
 from server.fleet.snapshot import begin_fleet_change
-from server.names import clean_name, is_name, name_key
-from server.refusal import Refusal, RetryLater
 
 
 class WrongSignIn(Refusal):
@@ -84,7 +85,7 @@ async def create_user(
     name: str,
     role: Role,
     password_hash: str,
-    deed: Deed,
+    deed: AuditAction,
     must_change_password: bool = True,
 ) -> UserRow:
     name = clean_name(name)
@@ -106,7 +107,7 @@ async def create_user(
     return row
 
 
-async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, deed: Deed) -> UserRow:
+async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, deed: AuditAction) -> UserRow:
     """Signs the user out everywhere when disabled or given a new password, and ends their API tokens."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
@@ -132,7 +133,7 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
     return row
 
 
-async def reset_second_factor(session: AsyncSession, *, user_id: int, deed: Deed) -> tuple[UserRow, bool]:
+async def reset_second_factor(session: AsyncSession, *, user_id: int, deed: AuditAction) -> tuple[UserRow, bool]:
     """For somebody who has lost it: whoever has found it may be signed in, so their sessions and tokens end as well.
     Also returns whether there was one; nothing changes where there was none."""
     await begin_fleet_change(session)
@@ -145,7 +146,7 @@ async def reset_second_factor(session: AsyncSession, *, user_id: int, deed: Deed
     return row, had_one
 
 
-async def delete_user(session: AsyncSession, *, user_id: int, deed: Deed) -> None:
+async def delete_user(session: AsyncSession, *, user_id: int, deed: AuditAction) -> None:
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     await _keep_an_admin(session, row)

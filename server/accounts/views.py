@@ -8,7 +8,8 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.accounts.passkey_views import PasskeyAnswer
-from server.accounts.tables import Role, UserRow
+from server.accounts.tables import UserRow
+from server.domain.people import Role
 
 
 class Strict(BaseModel):

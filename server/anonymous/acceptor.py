@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 from server.anonymous.budget import AnonymousBudget, Over, origin_of_guest
-from server.anonymous.connections import Guest
+from server.anonymous.connections import AnonymousConnection
 from server.anonymous.slices import Slices
 
 NO_MORE_FILES_REST_S: Final = 0.1
@@ -29,7 +29,10 @@ class Acceptor:
     """Of one listening socket. `make` gives the protocol of a connection."""
 
     def __init__(
-        self, listener: socket.socket, budget: AnonymousBudget, make: Callable[[Guest], asyncio.BaseProtocol]
+        self,
+        listener: socket.socket,
+        budget: AnonymousBudget,
+        make: Callable[[AnonymousConnection], asyncio.BaseProtocol],
     ) -> None:
         limits = budget.limits
         self._loop = asyncio.get_running_loop()
@@ -89,7 +92,7 @@ class Acceptor:
         self._opening.add(task)
         task.add_done_callback(self._opening.discard)
 
-    async def _open(self, opened: socket.socket, guest: Guest) -> None:
+    async def _open(self, opened: socket.socket, guest: AnonymousConnection) -> None:
         try:
             await self._loop.connect_accepted_socket(lambda: self._make(guest), opened)
         except Exception:  # it went before it was made

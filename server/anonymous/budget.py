@@ -10,8 +10,8 @@ from typing import Final
 
 from starlette.requests import HTTPConnection
 
-from server.anonymous.connections import ConnectionBudget, Guest
-from server.anonymous.fair_line import Standing
+from server.anonymous.connections import AnonymousConnection, ConnectionBudget
+from server.anonymous.fair_line import Priority
 from server.anonymous.known_addresses import KnownAddresses
 from server.anonymous.limits import LIMITS, AnonymousLimits
 from server.anonymous.log_lines import LogBudget
@@ -74,9 +74,9 @@ class AnonymousBudget:
         self.refused[Over.LOG_LINES] += 1
         return False
 
-    def standing(self, origin: Origin) -> Standing:
+    def standing(self, origin: Origin) -> Priority:
         """Of a request from there."""
-        return Standing.KNOWN if self.known.knows(origin) else Standing.FRESH
+        return Priority.KNOWN if self.known.knows(origin) else Priority.FRESH
 
     def begin_handshake(self, origin: Origin, *, is_known: bool) -> bool:
         """One more WebSocket that has not signed in. False: there are too many."""
@@ -96,10 +96,12 @@ class AnonymousBudget:
             del self.handshakes[origin.address]
 
 
-class Visit:
+class AnonymousVisit:
     """One request or WebSocket, from its beginning until it has signed in or ended."""
 
-    def __init__(self, budget: AnonymousBudget, origin: Origin, guest: Guest | None, *, is_handshake: bool) -> None:
+    def __init__(
+        self, budget: AnonymousBudget, origin: Origin, guest: AnonymousConnection | None, *, is_handshake: bool
+    ) -> None:
         self._budget = budget
         self._origin = origin
         self._guest = guest
@@ -123,7 +125,7 @@ class Visit:
 def admitted(connection: HTTPConnection) -> None:
     """Whoever sent this has signed in: call it where that has just been checked."""
     visit = connection.scope.get(VISIT)
-    if isinstance(visit, Visit):
+    if isinstance(visit, AnonymousVisit):
         visit.admit()
 
 

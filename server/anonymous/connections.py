@@ -12,7 +12,7 @@ from server.anonymous.networks import Origin
 
 
 @dataclass(eq=False, slots=True)
-class Guest:
+class AnonymousConnection:
     """One connection, from its acceptance until it has signed in or ended."""
 
     origin: Origin
@@ -32,17 +32,17 @@ class ConnectionBudget:
         self._limits = limits
         self._known = known
         self._of_address: Counter[str] = Counter()
-        self._of_network: dict[str, OrderedDict[Guest, None]] = {}
+        self._of_network: dict[str, OrderedDict[AnonymousConnection, None]] = {}
         self._strangers = 0
 
     def __len__(self) -> int:
         return sum(self._of_address.values())
 
-    def come(self, origin: Origin, *, is_proxy: bool, cut: Callable[[], None]) -> Guest | None:
+    def come(self, origin: Origin, *, is_proxy: bool, cut: Callable[[], None]) -> AnonymousConnection | None:
         """A new connection, or None where it must be closed. `cut` closes it when another one needs its place."""
         limits = self._limits
         if is_proxy:
-            return Guest(origin, is_known=True, is_proxy=True, cut=cut, is_counted=False)
+            return AnonymousConnection(origin, is_known=True, is_proxy=True, cut=cut, is_counted=False)
         is_known = self._known.knows(origin)
         factor = limits.known_address_factor if is_known else 1
         if self._of_address[origin.address] >= limits.max_connections_per_address * factor:
@@ -52,19 +52,19 @@ class ConnectionBudget:
             return None
         if not is_known and self._strangers >= limits.max_connections and not self._make_room(origin):
             return None
-        guest = Guest(origin, is_known=is_known, is_proxy=False, cut=cut)
+        guest = AnonymousConnection(origin, is_known=is_known, is_proxy=False, cut=cut)
         self._of_address[origin.address] += 1
         if not is_known:
             self._strangers += 1
             self._of_network.setdefault(origin.network, OrderedDict())[guest] = None
         return guest
 
-    def admit(self, guest: Guest) -> None:
+    def admit(self, guest: AnonymousConnection) -> None:
         """It has signed in."""
         self.gone(guest)
         guest.is_admitted = True
 
-    def gone(self, guest: Guest) -> None:
+    def gone(self, guest: AnonymousConnection) -> None:
         """It has ended. Harmless for one that was admitted, and a second time."""
         if not guest.is_counted:
             return

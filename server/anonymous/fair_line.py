@@ -18,7 +18,7 @@ from server.anonymous.networks import Origin
 T = TypeVar("T")
 
 
-class Standing(IntEnum):
+class Priority(IntEnum):
     """Who is served first."""
 
     KNOWN = 0
@@ -35,7 +35,7 @@ class Ticket(Generic[T]):
 
     item: T
     origin: Origin
-    standing: Standing
+    standing: Priority
     number: int
     waiting: bool = True
 
@@ -52,7 +52,7 @@ class Bounds:
 class FairLine(Generic[T]):
     """`join`, then `call` for whoever is next. `leave` takes somebody out who waits no longer."""
 
-    def __init__(self, bounds: Bounds, *, newest_first: Standing | None = None) -> None:
+    def __init__(self, bounds: Bounds, *, newest_first: Priority | None = None) -> None:
         """`newest_first`: of this standing, whoever came last is next. Where more come than can be served, some wait in
         vain whatever the order is; this way it is not all of them."""
         self._newest_first = newest_first
@@ -67,13 +67,13 @@ class FairLine(Generic[T]):
     def __len__(self) -> int:
         return self._waiting
 
-    def join(self, item: T, origin: Origin, standing: Standing) -> tuple[Ticket[T] | None, Ticket[T] | None]:
+    def join(self, item: T, origin: Origin, standing: Priority) -> tuple[Ticket[T] | None, Ticket[T] | None]:
         """(the place, who was pushed out for it). No place: address, network, or the whole line has too many."""
         bounds = self._bounds
-        factor = bounds.known_factor if standing is Standing.KNOWN else 1
+        factor = bounds.known_factor if standing is Priority.KNOWN else 1
         if self._of[f"a {origin.address}"] >= bounds.per_address * factor:
             return None, None
-        if standing is not Standing.KNOWN and self._of[f"n {origin.network}"] >= bounds.per_network:
+        if standing is not Priority.KNOWN and self._of[f"n {origin.network}"] >= bounds.per_network:
             return None, None
         pushed_out = None
         if self._waiting >= bounds.total:
@@ -90,7 +90,7 @@ class FairLine(Generic[T]):
         self._count(origin, 1)
         return ticket, pushed_out
 
-    def call(self, worst: Standing = Standing.SUSPECT) -> Ticket[T] | None:
+    def call(self, worst: Priority = Priority.SUSPECT) -> Ticket[T] | None:
         """Whoever is next and stands no worse than that; they are out of the line then."""
         while self._heap and not self._heap[0][3].waiting:
             heapq.heappop(self._heap)

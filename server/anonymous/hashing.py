@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from server.anonymous.fair_line import Bounds, FairLine, Standing, Ticket
+from server.anonymous.fair_line import Bounds, FairLine, Priority, Ticket
 from server.anonymous.limits import AnonymousLimits
 from server.anonymous.networks import Origin
 
@@ -22,7 +22,7 @@ class Caller:
     """For whom a password is hashed."""
 
     origin: Origin
-    standing: Standing
+    standing: Priority
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class HashingSlots(Generic[T]):
         bounds = Bounds(
             limits.max_waiting_hashes_per_address, limits.max_waiting_hashes_per_network, limits.max_waiting_hashes
         )
-        self._line = FairLine[T](bounds, newest_first=Standing.FRESH)
+        self._line = FairLine[T](bounds, newest_first=Priority.FRESH)
         self._slots = slots
         self._for_strangers = max(1, slots - limits.known_hash_slots)
         self._busy = 0
@@ -57,16 +57,16 @@ class HashingSlots(Generic[T]):
         """Who may begin now; their slot is taken."""
         if self._busy >= self._slots:
             return None
-        worst = Standing.SUSPECT if self._strangers < self._for_strangers else Standing.KNOWN
+        worst = Priority.SUSPECT if self._strangers < self._for_strangers else Priority.KNOWN
         ticket = self._line.call(worst)
         if ticket is not None:
             self._busy += 1
-            self._strangers += ticket.standing is not Standing.KNOWN
+            self._strangers += ticket.standing is not Priority.KNOWN
         return ticket
 
     def done(self, ticket: Ticket[T]) -> None:
         self._busy -= 1
-        self._strangers -= ticket.standing is not Standing.KNOWN
+        self._strangers -= ticket.standing is not Priority.KNOWN
 
     def leave(self, ticket: Ticket[T]) -> None:
         """It waits no longer."""

@@ -11,8 +11,8 @@ import time
 from typing import Protocol
 
 from server.anonymous.budget import AnonymousBudget, Over
-from server.anonymous.connections import Guest
-from server.anonymous.fair_line import Bounds, FairLine, Standing
+from server.anonymous.connections import AnonymousConnection
+from server.anonymous.fair_line import Bounds, FairLine, Priority
 from server.anonymous.slices import Slices
 
 _AS_MANY_AS_CONNECTIONS = Bounds(per_address=1_000_000, per_network=1_000_000, total=1_000_000)
@@ -21,7 +21,7 @@ _AS_MANY_AS_CONNECTIONS = Bounds(per_address=1_000_000, per_network=1_000_000, t
 class AnonymousReader(Protocol):
     """A connection that has not signed in."""
 
-    guest: Guest | None
+    guest: AnonymousConnection | None
     unread: bytes
     """What has come and waits for its turn."""
 
@@ -56,7 +56,7 @@ class ReadTurns:
         else:
             guest = reader.guest
             assert guest is not None
-            standing = Standing.KNOWN if guest.is_known else Standing.FRESH
+            standing = Priority.KNOWN if guest.is_known else Priority.FRESH
             if self._keep(reader, data):
                 reader.hold_reading()
                 self._line.join(reader, guest.origin, standing)

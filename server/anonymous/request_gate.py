@@ -15,9 +15,9 @@ from typing import Final
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from server.anonymous.budget import GUEST, VISIT, AnonymousBudget, Over, Visit
-from server.anonymous.connections import Guest
-from server.anonymous.fair_line import Bounds, FairLine, Standing
+from server.anonymous.budget import GUEST, VISIT, AnonymousBudget, AnonymousVisit, Over
+from server.anonymous.connections import AnonymousConnection
+from server.anonymous.fair_line import Bounds, FairLine, Priority
 from server.anonymous.networks import Origin, origin_of
 from server.relay.token_bucket import TokenBucket
 
@@ -61,7 +61,7 @@ class RequestGate:
         if scope["type"] == "lifespan":
             await self._app(scope, receive, send)
             return
-        guest: Guest | None = scope.get(GUEST)
+        guest: AnonymousConnection | None = scope.get(GUEST)
         forwarded = guest is None or (guest.is_proxy and any(name == _FORWARDED for name, _ in scope["headers"]))
         if guest is not None and guest.is_admitted and not forwarded:
             await self._app(scope, receive, send)
@@ -82,7 +82,9 @@ class RequestGate:
         except _TooManyRequests:
             await _refuse(scope, send)
             return
-        visit = Visit(self._budget, origin, None if forwarded else guest, is_handshake=is_handshake and not is_vouched)
+        visit = AnonymousVisit(
+            self._budget, origin, None if forwarded else guest, is_handshake=is_handshake and not is_vouched
+        )
         scope[VISIT] = visit
         try:
             await self._app(scope, receive, send)
@@ -94,7 +96,7 @@ class RequestGate:
         """Returns when this request may begin. Raises _TooManyRequests."""
         now = time.monotonic()
         standing = self._budget.standing(origin)
-        if standing is Standing.KNOWN and self._pace_of(origin.address, now).take(1.0, now):
+        if standing is Priority.KNOWN and self._pace_of(origin.address, now).take(1.0, now):
             return
         if not len(self._line) and self._pace(now).take(1.0, now):
             return

@@ -14,15 +14,16 @@ from fastapi.responses import StreamingResponse
 from pydantic import AwareDatetime, BaseModel, Field
 from sqlalchemy import Select, func, select
 
-from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
+from server.access import Admin
 from server.audit.tables import AuditEventRow
 from server.database import Database
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.problem_docs import answers
 from server.tower import tower_of
 
 router = APIRouter(prefix="/api/v1", tags=["audit"])
 
-MOST_IN_CSV: Final = 100_000
+MAX_IN_CSV: Final = 100_000
 ROWS_AT_ONCE: Final = 500
 _NO_NUL: Final = r"^[^\x00]*$"
 """Not every database can look for it, and nothing has it."""
@@ -112,7 +113,7 @@ async def _as_csv(database: Database, wanted: Filters) -> AsyncIterator[str]:
     """A page at a time, each by a question of its own: a slow download must not keep the database from its work."""
     yield ",".join(COLUMNS) + "\r\n"
     before: int | None = None
-    for _ in range(MOST_IN_CSV // ROWS_AT_ONCE):
+    for _ in range(MAX_IN_CSV // ROWS_AT_ONCE):
         async with database.reading() as session:
             page = list(await session.scalars(wanted.query(before=before, limit=ROWS_AT_ONCE)))
         if not page:

@@ -12,7 +12,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.audit.tables import AuditEventRow
 
 
-class Doer(Protocol):
+class Identified(Protocol):
     """Anything with a user's id and name: an `Actor`, or the `Principal` of a request."""
 
     @property
@@ -39,7 +39,7 @@ def record(
     session: AsyncSession,
     *,
     at: datetime,
-    actor: Doer,
+    actor: Identified,
     action: str,
     address: str = "",
     drone_id: int | None = None,

@@ -12,8 +12,9 @@ from server.accounts.tables import UserRow
 from server.accounts.users import find_user
 from server.commands.session import CommandError, as_table, deed_now, keep_secret, with_database
 from server.database import Database
+from server.domain.fleet import DroneRecord, FleetSnapshot
 from server.fleet import drones, enrolments
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, load_snapshot
+from server.fleet.snapshot import load_snapshot
 from server.fleet.tables import DroneRow
 from server.settings import Settings
 from wire.drone_key import fingerprint

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from server.accounts.passwords import Passwords
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE
 from server.database import Database, open_database
 from server.schema import check_schema
@@ -27,8 +27,8 @@ def settings_now() -> Settings:
     return read_settings(os.environ)
 
 
-def deed_now() -> Deed:
-    return Deed(by=COMMAND_LINE, at=datetime.now(UTC))
+def deed_now() -> AuditAction:
+    return AuditAction(by=COMMAND_LINE, at=datetime.now(UTC))
 
 
 def passwords_of(settings: Settings) -> Passwords:

@@ -12,7 +12,7 @@ from server.accounts.users import find_user
 from server.commands.drones import find_named
 from server.commands.session import CommandError, as_table, deed_now, with_database
 from server.database import Database
-from server.fleet.relations import TeamRole
+from server.domain.relations import TeamRole
 from server.settings import Settings
 from server.teams import teams
 from server.teams.tables import TeamRow

@@ -9,11 +9,11 @@ from typing import Annotated
 import typer
 
 from server.accounts import tokens
-from server.accounts.scopes import Scope
 from server.accounts.tables import ApiTokenRow, UserRow
 from server.accounts.users import find_user
 from server.commands.session import CommandError, as_table, deed_now, keep_secret, with_database
 from server.database import Database
+from server.domain.scopes import Scope
 from server.settings import Settings
 
 app = typer.Typer(no_args_is_help=True, help="API tokens: how programs sign in for a user.")

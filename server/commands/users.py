@@ -12,10 +12,11 @@ from sqlalchemy.ext.asyncio import AsyncSession
 from server.accounts import users
 from server.accounts.password_policy import check_password
 from server.accounts.passwords import generate_password
-from server.accounts.tables import Role, UserRow
+from server.accounts.tables import UserRow
 from server.accounts.users import UserChange
 from server.commands.session import CommandError, as_table, deed_now, passwords_of, with_database
 from server.database import Database
+from server.domain.people import Role
 from server.settings import Settings
 
 app = typer.Typer(no_args_is_help=True, help="Users: who may sign in.")

@@ -7,12 +7,12 @@ assistant could both pass in it; with a new epoch they cannot.
 from sqlalchemy import select
 
 from server.audit.trail import TOWER, record
-from server.clock import Clock
-from server.control.lease import TOWER as THE_TOWER
-from server.control.lease import Changed, Event, decide
 from server.control.lease_store import lease_of_row
 from server.control.tables import ControlLeaseRow
 from server.database import Database
+from server.domain.clock import Clock
+from server.domain.lease import TOWER as THE_TOWER
+from server.domain.lease import Changed, Event, decide
 
 
 async def end_assistance(database: Database, clock: Clock) -> None:

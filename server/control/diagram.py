@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import product
 from typing import Final
 
-from server.control.lease import Actor, Changed, Event, Lease, Order, Phase, decide
+from server.domain.lease import Actor, Changed, Event, Lease, Order, Phase, decide
 from wire.ids import UserId
 
 _OPERATOR: Final = UserId(1)

@@ -13,16 +13,16 @@ from sqlalchemy import CursorResult, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role, UserRow
+from server.accounts.tables import UserRow
 from server.audit.trail import TOWER as TOWER_ITSELF
 from server.audit.trail import record
-from server.clock import Clock
-from server.control.lease import Actor, Changed, Event, Lease, Refused, decide
 from server.control.tables import ControlLeaseRow
 from server.database import Database
-from server.fleet.relations import Relation, Right, may, relation_of
-from server.fleet.snapshot import UserRef, ties_of
+from server.domain.clock import Clock
+from server.domain.lease import Actor, Changed, Event, Lease, Refused, decide
+from server.domain.people import Principal, Role, UserRef
+from server.domain.relations import Relation, Right, may, relation_of
+from server.fleet.snapshot import ties_of
 from server.relay.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 
@@ -62,7 +62,7 @@ class Committed:
 
 
 class LeaseStore(Protocol):
-    """All that the desk wants of a database."""
+    """All that the service wants of a database."""
 
     async def commit(self, ask: Ask) -> Committed | Refused:
         """Decides on the lease as it stands and writes what follows; of two at the same moment one is refused."""

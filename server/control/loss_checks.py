@@ -11,17 +11,17 @@ from typing import Final
 
 from sqlalchemy import select
 
-from server.access import UnknownDrone
-from server.accounts.sessions import Principal
-from server.audit.deed import Deed
-from server.clock import Clock
-from server.control.desk import ControlRefused
-from server.control.lease import Refused
+from server.audit.action import AuditAction
 from server.control.loss_words import Sentence, findings_hash, is_dangerous, loss_sentences
+from server.control.service import ControlRefused
 from server.control.settings_store import settings_in
 from server.control.simulated import is_simulator
 from server.control.tables import LossAcknowledgementRow
 from server.database import Database
+from server.domain.access import UnknownDrone
+from server.domain.clock import Clock
+from server.domain.lease import Refused
+from server.domain.people import Principal
 from server.relay.hub import Hub
 from server.relay.live_drone import LossCheckMark
 from wire.control_messages import LossParameters
@@ -123,7 +123,7 @@ class LossChecks:
         if named != drone.record.name and (check.dangerous or named is not None):
             raise ControlRefused(_WRONG_NAME)
         known = findings_hash(check.sentences)
-        deed = Deed(by=principal, at=self._clock(), address=address)
+        deed = AuditAction(by=principal, at=self._clock(), address=address)
         async with self._database.writing() as session:
             row = LossAcknowledgementRow(
                 drone_id=drone_id, user_id=principal.user_id, findings_hash=known, acknowledged_at=deed.at

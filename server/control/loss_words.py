@@ -10,10 +10,10 @@ from math import isfinite
 
 import msgspec
 
-from server.control.drone_settings import DroneSettings
 from server.control.loss_sentence import Sentence, danger, info, warning
 from server.control.loss_words_ardupilot import ardupilot_sentences
 from server.control.loss_words_px4 import px4_sentences
+from server.domain.drone_settings import DroneSettings
 from wire.control_messages import LossParameters
 from wire.open_holds import LostAction
 

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from typing import Final
 
-from server.control.drone_settings import DroneSettings
 from server.control.loss_sentence import About, Sentence, danger, info, warning
+from server.domain.drone_settings import DroneSettings
 from wire.control_messages import LossParameters
 
 _ACTIONS: Final = {

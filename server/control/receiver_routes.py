@@ -5,10 +5,11 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, Field
 
-from server.access import NotSignedIn, Pilot, SessionExpired, UnknownDrone, Viewer
-from server.control.desk import ControlRefused
-from server.control.lease import Refused
+from server.access import Pilot, Viewer
 from server.control.receiver_setup import ReceiverSetup, receiver_setup
+from server.control.service import ControlRefused
+from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.lease import Refused
 from server.operations.asking import begin, flown_drone, watched_drone
 from server.operations.refusals import (
     AgentTooOld,

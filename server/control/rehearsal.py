@@ -9,15 +9,14 @@ from typing import Final, Literal
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
-from server.access import UnknownDrone
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.audit.deed import Deed
-from server.clock import Clock
-from server.control.desk import ControlRefused
-from server.control.lease import Refused
+from server.audit.action import AuditAction
+from server.control.service import ControlRefused
 from server.control.simulated import is_simulator
 from server.database import Database
+from server.domain.access import UnknownDrone
+from server.domain.clock import Clock
+from server.domain.lease import Refused
+from server.domain.people import Principal, Role
 from server.relay.hub import Hub
 from server.relay.live_drone import LiveDrone
 from wire.control_messages import HoldProgress, HoldStep
@@ -105,7 +104,7 @@ class Rehearsals:
             self._hub.rehearse_operator_loss(drone_id, for_s=LASTS_S[what], now=now)
         else:
             self._hub.rehearse_tower_loss(drone_id, for_s=LASTS_S[what])
-        deed = Deed(by=principal, at=self._clock(), address=address)
+        deed = AuditAction(by=principal, at=self._clock(), address=address)
         task = asyncio.create_task(self._see_through(drone_id, what, running, deed))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -130,7 +129,7 @@ class Rehearsals:
     def _tell(self, drone_id: DroneId, what: What, phase: Phase, hold_ms: float | None, text: str) -> None:
         self._hub.tell_rehearsal(drone_id, what, phase, hold_ms, text, lasts_s=LASTS_S[what])
 
-    async def _see_through(self, drone_id: DroneId, what: What, running: _Running, deed: Deed) -> None:
+    async def _see_through(self, drone_id: DroneId, what: What, running: _Running, deed: AuditAction) -> None:
         hold_ms: float | None = None
         try:
             phase, result, hold_ms, text = await self._outcome(what, running)
@@ -160,7 +159,9 @@ class Rehearsals:
             return "not_needed", result, None, words
         return "held", result, took_ms, f"In {progress.detail}, {took_ms:.0f} ms after the loss."
 
-    async def _record(self, drone_id: DroneId, what: What, result: str, hold_ms: float | None, deed: Deed) -> None:
+    async def _record(
+        self, drone_id: DroneId, what: What, result: str, hold_ms: float | None, deed: AuditAction
+    ) -> None:
         try:
             async with self._database.writing() as session:
                 deed.record(

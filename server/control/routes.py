@@ -1,4 +1,4 @@
-"""`/api/v1/drones/{id}/control/...`: REST's way to the control desk."""
+"""`/api/v1/drones/{id}/control/...`: REST's way to the control service."""
 
 import time
 from typing import Annotated, Final, Literal
@@ -6,10 +6,11 @@ from typing import Annotated, Final, Literal
 from fastapi import APIRouter, Body, Path, Request
 from pydantic import BaseModel, Field
 
-from server.access import Commander, Pilot, UnknownDrone
-from server.accounts.sessions import Principal
-from server.control.desk import ControlRefused
-from server.control.lease import Event, Refused
+from server.access import Commander, Pilot
+from server.control.service import ControlRefused
+from server.domain.access import UnknownDrone
+from server.domain.lease import Event, Refused
+from server.domain.people import Principal
 from server.fleet.views import DroneView
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
@@ -55,7 +56,7 @@ Reason = Annotated[ControlRequest | None, Body()]
 async def _change(
     request: Request, principal: Principal, drone_id: int, event: Event, body: ControlRequest | None
 ) -> DroneView:
-    return await tower_of(request).desk.change(
+    return await tower_of(request).service.change(
         principal,
         DroneId(drone_id),
         event,

@@ -5,11 +5,12 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Body, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.access import NotSignedIn, Pilot, SessionExpired, UnknownDrone, Viewer
-from server.control.desk import ControlRefused
+from server.access import Pilot, Viewer
 from server.control.loss_checks import LossCheck
 from server.control.rehearsal import LASTS_S
+from server.control.service import ControlRefused
 from server.control.simulated import is_simulator
+from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 from wire.ids import DroneId

@@ -5,10 +5,11 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone, Viewer
-from server.audit.deed import Deed
-from server.control.drone_settings import BOUNDS, BadDroneSettings, check_ladder
+from server.access import Admin, Viewer
+from server.audit.action import AuditAction
 from server.control.settings_store import apply_to, change_settings, settings_in
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.drone_settings import BOUNDS, BadDroneSettings, check_ladder
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 from wire.ids import DroneId
@@ -97,7 +98,7 @@ async def change_drone_settings(
 ) -> DroneSettingsView:
     """Admin: changes some of it. The drone's agent knows at once, or when it is next there."""
     tower = tower_of(request)
-    deed = Deed(by=admin, at=tower.clock(), address=address_of(request))
+    deed = AuditAction(by=admin, at=tower.clock(), address=address_of(request))
     change = body.model_dump(exclude_none=True)
     async with tower.database.writing() as session:
         settings = await change_settings(session, drone_id=drone_id, change=change, deed=deed)

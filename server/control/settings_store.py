@@ -5,11 +5,11 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.access import UnknownDrone
-from server.audit.deed import Deed
-from server.control.drone_settings import DroneSettings, settings_from
+from server.audit.action import AuditAction
 from server.control.tables import DroneSettingsRow
 from server.database import Database
+from server.domain.access import UnknownDrone
+from server.domain.drone_settings import DroneSettings, settings_from
 from server.fleet.tables import DroneRow
 from server.relay.hub import Hub
 from wire.ids import DroneId
@@ -26,7 +26,9 @@ async def read_settings(session: AsyncSession, drone_id: int) -> DroneSettings:
     return settings_from(row.chosen) if row is not None else DroneSettings()
 
 
-async def change_settings(session: AsyncSession, *, drone_id: int, change: dict[str, Any], deed: Deed) -> DroneSettings:
+async def change_settings(
+    session: AsyncSession, *, drone_id: int, change: dict[str, Any], deed: AuditAction
+) -> DroneSettings:
     """Merges `change` (checked values by name) into what was chosen. Raises UnknownDrone, BadDroneSettings."""
     drone = await session.get(DroneRow, drone_id, with_for_update=True)  # two admins at once: one after the other
     if drone is None:

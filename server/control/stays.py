@@ -8,14 +8,14 @@ from typing import Final
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
-from server.access import UnknownDrone
-from server.accounts.sessions import Principal
 from server.audit.trail import record
-from server.clock import Clock
-from server.control.desk import ControlRefused
-from server.control.lease import Refused
+from server.control.service import ControlRefused
 from server.database import Database
-from server.fleet.relations import Right
+from server.domain.access import UnknownDrone
+from server.domain.clock import Clock
+from server.domain.lease import Refused
+from server.domain.people import Principal
+from server.domain.relations import Right
 from server.fleet.views import DroneView
 from server.relay.hub import Hub
 from server.relay.live_drone import LiveDrone

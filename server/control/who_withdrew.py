@@ -7,7 +7,7 @@ from sqlalchemy import select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.audit.tables import AuditEventRow
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.relay.hub_events import NOT_OF_ITS_TEAM, RightLost
 from wire.ids import UserId
 

@@ -11,14 +11,14 @@ from typing import Final
 from sqlalchemy import select
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.access import UnknownDrone
 from server.accounts.users import get_user
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.tables import AuditEventRow
+from server.domain.access import UnknownDrone
+from server.domain.names import clean_name, is_name, name_key
+from server.domain.refusal import Refusal
 from server.fleet.snapshot import begin_fleet_change
 from server.fleet.tables import DroneRow, OwnershipRow
-from server.names import clean_name, is_name, name_key
-from server.refusal import Refusal
 from wire.drone_key import fingerprint, key_text
 
 DELETED: Final = "drone.deleted"
@@ -47,7 +47,7 @@ async def list_drones(session: AsyncSession) -> list[DroneRow]:
     return list(await session.scalars(select(DroneRow).order_by(DroneRow.id)))
 
 
-async def create_drone(session: AsyncSession, *, name: str, deed: Deed) -> DroneRow:
+async def create_drone(session: AsyncSession, *, name: str, deed: AuditAction) -> DroneRow:
     """No agent can sign in as this drone before one has been enrolled (server.fleet.enrolments)."""
     name = clean_name(name)
     await begin_fleet_change(session)
@@ -60,7 +60,7 @@ async def create_drone(session: AsyncSession, *, name: str, deed: Deed) -> Drone
     return row
 
 
-async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, deed: Deed) -> DroneRow:
+async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, deed: AuditAction) -> DroneRow:
     name = clean_name(name)
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
@@ -80,14 +80,14 @@ async def deleted_among(session: AsyncSession, drone_ids: Collection[int]) -> fr
     return frozenset(one for one in await session.scalars(query) if one is not None)
 
 
-async def delete_drone(session: AsyncSession, *, drone_id: int, deed: Deed) -> None:
+async def delete_drone(session: AsyncSession, *, drone_id: int, deed: AuditAction) -> None:
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
     deed.record(session, DELETED, drone_id=row.id, drone=row.name)
     await session.delete(row)
 
 
-async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, deed: Deed) -> DroneRow:
+async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, deed: AuditAction) -> DroneRow:
     """Whatever an agent signed in by before is worth nothing from the commit on."""
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
@@ -97,7 +97,7 @@ async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, de
     return row
 
 
-async def revoke_key(session: AsyncSession, *, drone_id: int, deed: Deed) -> DroneRow:
+async def revoke_key(session: AsyncSession, *, drone_id: int, deed: AuditAction) -> DroneRow:
     """Nothing that an agent signed in by is worth anything from the commit on. Doing it twice changes nothing."""
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
@@ -108,7 +108,7 @@ async def revoke_key(session: AsyncSession, *, drone_id: int, deed: Deed) -> Dro
 
 
 async def exchange_credential(
-    session: AsyncSession, *, drone_id: int, credential_hash: str, public_key: bytes, deed: Deed
+    session: AsyncSession, *, drone_id: int, credential_hash: str, public_key: bytes, deed: AuditAction
 ) -> bool:
     """The key takes the place of the bearer credential, of which nothing is kept. False if that is not (any more) the
     drone's: of two agents that show the same one, the first is the drone."""
@@ -122,11 +122,11 @@ async def exchange_credential(
     return True
 
 
-def _put_key(row: DroneRow, public_key: bytes, deed: Deed) -> None:
+def _put_key(row: DroneRow, public_key: bytes, deed: AuditAction) -> None:
     row.public_key, row.key_since, row.credential_hash = key_text(public_key), deed.at, ""
 
 
-async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: Deed) -> None:
+async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: AuditAction) -> None:
     """Adding an owner twice changes nothing."""
     await begin_fleet_change(session)
     drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
@@ -143,7 +143,7 @@ async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed:
     )
 
 
-async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: Deed) -> None:
+async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: AuditAction) -> None:
     """Removing somebody who owns nothing changes nothing."""
     await begin_fleet_change(session)
     drone, user = await get_drone(session, drone_id), await get_user(session, user_id)

@@ -11,9 +11,9 @@ import structlog
 from pydantic import BaseModel
 from sqlalchemy.exc import SQLAlchemyError
 
-from server.clock import Clock
 from server.database import Database
-from server.fleet.enrolments import MOST_AT_ONCE, EnrolmentState, agents_seen, get_enrolment, just_seen, state_of
+from server.domain.clock import Clock
+from server.fleet.enrolments import MAX_CONCURRENT, EnrolmentState, agents_seen, get_enrolment, just_seen, state_of
 from server.fleet.live_picture import LivePicture
 from server.fleet.tables import DroneRow, EnrolmentRow
 from wire.ids import DroneId
@@ -125,7 +125,7 @@ class EnrolmentNews:
                 await asyncio.sleep(self._try_again_after_s)
 
     async def _look_up_links(self) -> None:
-        linked = dict(islice(self._linked.items(), MOST_AT_ONCE))
+        linked = dict(islice(self._linked.items(), MAX_CONCURRENT))
         if not linked:
             return
         async with self._database.reading() as session:

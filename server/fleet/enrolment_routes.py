@@ -8,9 +8,10 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
-from server.accounts.sessions import Principal
-from server.audit.deed import Deed
+from server.access import Admin
+from server.audit.action import AuditAction
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.people import Principal
 from server.fleet import enrolments
 from server.fleet.drones import get_drone
 from server.fleet.enrolment_news import EnrolmentView
@@ -60,8 +61,8 @@ class Enrolled(BaseModel):
     tower_key: Annotated[str, Field(description="The tower's own Ed25519 public key, in base64url")]
 
 
-def _deed(request: Request, admin: Principal) -> Deed:
-    return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, admin: Principal) -> AuditAction:
+    return AuditAction(by=admin, at=tower_of(request).clock(), address=address_of(request))
 
 
 @router.post(

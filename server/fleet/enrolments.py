@@ -17,17 +17,17 @@ from sqlalchemy import func, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.sessions import hash_token
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import Actor
+from server.domain.refusal import Refusal
 from server.fleet.drones import get_drone, set_key
 from server.fleet.tables import DroneRow, EnrolmentRow
-from server.refusal import Refusal
 from wire.drone_key import MalformedKey, enrolment_statement, is_signed, key_bytes, key_text
 from wire.ids import DroneId
 
 PREFIX: Final = "twe_"
-MOST_LISTED: Final = 200
-MOST_AT_ONCE: Final = 500
+MAX_LISTED: Final = 200
+MAX_CONCURRENT: Final = 500
 """Of drones in one question: SQLite takes so many values, and the write lock is not kept for long."""
 COMPANION: Final = Actor(None, "enrolling agent")
 
@@ -68,7 +68,7 @@ def state_of(row: EnrolmentRow, now: datetime) -> EnrolmentState:
 
 
 async def begin(
-    session: AsyncSession, *, drone_id: int, lasts_s: float, deed: Deed
+    session: AsyncSession, *, drone_id: int, lasts_s: float, deed: AuditAction
 ) -> tuple[EnrolmentRow, DroneRow, str, list[int]]:
     """The token is told here and never again. Those that waited for the same drone are cancelled (their ids)."""
     drone = await get_drone(session, drone_id)
@@ -96,7 +96,7 @@ async def begin(
     return row, drone, token, list(waiting)
 
 
-async def cancel(session: AsyncSession, *, enrolment_id: int, deed: Deed) -> EnrolmentRow:
+async def cancel(session: AsyncSession, *, enrolment_id: int, deed: AuditAction) -> EnrolmentRow:
     """One that was used or has expired stays what it is."""
     row = await session.get(EnrolmentRow, enrolment_id)
     if row is None:
@@ -138,7 +138,7 @@ async def use(session: AsyncSession, *, token: str, public_key: bytes, at: datet
     )
     if found is None:
         return await _used_before(session, token, key)
-    deed = Deed(by=COMPANION, at=at, address=address)
+    deed = AuditAction(by=COMPANION, at=at, address=address)
     drone = await set_key(session, drone_id=found.drone_id, public_key=public_key, deed=deed)
     deed.record(session, "enrolment.used", drone_id=drone.id, drone=drone.name, enrolment_id=found.id)
     return found
@@ -163,7 +163,7 @@ async def just_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]
     """Of drones whose agents have just linked: the newest used enrolment of each, where the agent comes for the first
     time since. One that was used after the agent linked is not what it has linked with.
 
-    At most MOST_AT_ONCE drones. A session of `Database.reading()` will do.
+    At most MAX_CONCURRENT drones. A session of `Database.reading()` will do.
     """
     newest = (
         select(func.max(EnrolmentRow.id))
@@ -185,12 +185,12 @@ async def agents_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetim
 
 
 async def list_enrolments(session: AsyncSession) -> list[tuple[EnrolmentRow, DroneRow]]:
-    """Newest first, at most MOST_LISTED, with their drones."""
+    """Newest first, at most MAX_LISTED, with their drones."""
     query = (
         select(EnrolmentRow, DroneRow)
         .join(DroneRow, DroneRow.id == EnrolmentRow.drone_id)
         .order_by(EnrolmentRow.id.desc())
-        .limit(MOST_LISTED)
+        .limit(MAX_LISTED)
     )
     return [(row, drone) for row, drone in await session.execute(query)]
 

@@ -8,10 +8,10 @@ from typing import Final
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import Actor
-from server.clock import Clock
 from server.database import Database
+from server.domain.clock import Clock
 from server.fleet.drones import exchange_credential
 from server.fleet.roster import Roster
 from wire.credential import Credential
@@ -41,7 +41,7 @@ class CredentialExchange:
                         drone_id=credential.drone_id,
                         credential_hash=credential.hashed(),
                         public_key=public_key,
-                        deed=Deed(by=_AGENT, at=self._clock(), address=address),
+                        deed=AuditAction(by=_AGENT, at=self._clock(), address=address),
                     )
                 if done:
                     await self._roster.refresh()

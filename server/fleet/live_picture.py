@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime
 from typing import Any, Protocol
 
-from server.accounts.sessions import SignInId
-from server.accounts.tables import Role
-from server.fleet.snapshot import FleetSnapshot
+from server.domain.fleet import FleetSnapshot
+from server.domain.people import Role, SignInId
 from server.fleet.views import DroneView
 from wire.ids import DroneId, UserId
 

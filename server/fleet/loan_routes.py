@@ -7,10 +7,11 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-from server.access import AdminsOnly, NotSignedIn, SessionExpired, TeamKeeper, UnknownDrone
-from server.accounts.sessions import Principal
+from server.access import TeamKeeper
 from server.accounts.users import UnknownUser
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.people import Principal
 from server.fleet import loans
 from server.fleet.loans import OwnerAlready, Terms
 from server.fleet.views import DroneView
@@ -54,14 +55,14 @@ async def end_loan(request: Request, lender: TeamKeeper, drone_id: Id, user_id: 
     return await _changed(request, lender, drone_id)
 
 
-def _deed(request: Request, lender: Principal) -> Deed:
-    return Deed(by=lender, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, lender: Principal) -> AuditAction:
+    return AuditAction(by=lender, at=tower_of(request).clock(), address=address_of(request))
 
 
 async def _changed(request: Request, lender: Principal, drone_id: int) -> DroneView:
     tower = tower_of(request)
     await tower.roster.refresh()
-    await tower.watchman.caught_up()
+    await tower.event_handler.caught_up()
     found = tower.hub.drone_view(DroneId(drone_id), lender.user_id, lender.role)
     if found is None:
         raise UnknownDrone

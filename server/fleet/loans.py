@@ -14,22 +14,21 @@ from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.access import AdminsOnly, UnknownDrone
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
 from server.accounts.users import UnknownUser, get_user
-from server.audit.deed import Deed
+from server.aligned_timers import rest
+from server.audit.action import AuditAction
 from server.audit.trail import TOWER
-from server.beats import rest
-from server.clock import Clock
 from server.database import Database
+from server.domain.access import AdminsOnly, UnknownDrone
+from server.domain.clock import Clock
+from server.domain.people import Principal, Role
+from server.domain.refusal import Refusal
+from server.domain.relations import Relation, Right, may, relation_of
 from server.fleet.drones import get_drone
 from server.fleet.live_picture import LivePicture
-from server.fleet.relations import Relation, Right, may, relation_of
 from server.fleet.roster import Roster
 from server.fleet.snapshot import begin_fleet_change, ties_of
 from server.fleet.tables import LoanRow
-from server.refusal import Refusal
 from server.teams.tables import TeamDroneRow
 from wire.ids import UserId
 
@@ -58,7 +57,7 @@ class Terms:
 
 
 async def lend(
-    session: AsyncSession, *, drone_id: int, user_id: int, terms: Terms, lender: Principal, deed: Deed
+    session: AsyncSession, *, drone_id: int, user_id: int, terms: Terms, lender: Principal, deed: AuditAction
 ) -> None:
     """Lending again changes the terms. A team admin lends drones of the team to its observers.
 
@@ -94,7 +93,7 @@ async def lend(
     )
 
 
-async def end_loan(session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: Deed) -> None:
+async def end_loan(session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: AuditAction) -> None:
     """Ending one that is not there changes nothing. Raises UnknownDrone, AdminsOnly, UnknownUser."""
     await begin_fleet_change(session)
     drone = await get_drone(session, drone_id)
@@ -107,7 +106,7 @@ async def end_loan(session: AsyncSession, *, drone_id: int, user_id: int, lender
 
 
 async def _lends_for(
-    session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: Deed
+    session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: AuditAction
 ) -> int | None:
     """The team in whose name this user lends the drone to that one, or ends it; None: in the tower's.
 
@@ -131,7 +130,7 @@ async def _lends_for(
     return team_id
 
 
-class LoanKeeper:
+class LoanExpiry:
     """Ends loans at their time: at once in the live picture, whether or not the database can be reached, then there."""
 
     def __init__(self, database: Database, picture: LivePicture, roster: Roster, clock: Clock) -> None:
@@ -159,7 +158,7 @@ class LoanKeeper:
             if over:
                 await begin_fleet_change(session)
             for row in over:
-                deed = Deed(by=TOWER, at=now)
+                deed = AuditAction(by=TOWER, at=now)
                 deed.record(session, "drone.loan_expired", drone_id=row.drone_id, user_id=row.user_id)
                 await session.delete(row)
         self._to_write = False

@@ -8,9 +8,9 @@ from typing import Final
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
-from server.beats import rest
-from server.clock import Clock
+from server.aligned_timers import rest
 from server.database import Database
+from server.domain.clock import Clock
 from server.fleet.live_picture import LivePicture
 from server.fleet.snapshot import load_snapshot, read_revision
 

@@ -8,10 +8,11 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone, Viewer
-from server.accounts.sessions import Principal
+from server.access import Admin, Viewer
 from server.accounts.users import UnknownUser
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.people import Principal
 from server.fleet import drones
 from server.fleet.drones import DroneNameTaken
 from server.fleet.views import DroneView
@@ -37,8 +38,8 @@ class CreatedDrone(BaseModel):
     drone: DroneView
 
 
-def _deed(request: Request, admin: Principal) -> Deed:
-    return Deed(by=admin, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, admin: Principal) -> AuditAction:
+    return AuditAction(by=admin, at=tower_of(request).clock(), address=address_of(request))
 
 
 def _view(request: Request, principal: Principal, drone_id: int) -> DroneView:
@@ -117,5 +118,5 @@ async def remove_owner(request: Request, admin: Admin, drone_id: DronePath, user
     async with tower.database.writing() as session:
         await drones.remove_owner(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
     await tower.roster.refresh()
-    await tower.watchman.caught_up()  # what they lose with it, they have lost when this is answered
+    await tower.event_handler.caught_up()  # what they lose with it, they have lost when this is answered
     return _view(request, admin, drone_id)

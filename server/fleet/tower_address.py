@@ -5,7 +5,7 @@ from __future__ import annotations
 from ipaddress import ip_address
 from urllib.parse import urlsplit
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 from server.settings import Settings
 
 

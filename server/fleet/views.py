@@ -8,8 +8,9 @@ from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.fleet.relations import Relation
-from server.fleet.snapshot import DroneRecord, LoanRecord, UserRef
+from server.domain.fleet import DroneRecord, LoanRecord
+from server.domain.people import UserRef
+from server.domain.relations import Relation
 from server.operations.board_views import ANSWER_CONFIG, NO_PARAMETERS, NO_PLANS, ParametersStateView, PlansView
 from wire.drone_key import fingerprint
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase

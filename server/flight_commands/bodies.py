@@ -6,16 +6,16 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from server.operations.person import LEAST_M, MOST_M, USUAL_M
-from wire.following import OFFSET_MOST_M
-from wire.plans import ITEMS_MOST
+from server.operations.person import MAX_M, MIN_M, USUAL_M
+from wire.following import MAX_OFFSET_M
+from wire.plans import MAX_ITEMS_ANY
 
 Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
 Height = Annotated[float, Field(ge=-1000, le=10_000, allow_inf_nan=False, description="Above home")]
 Speed = Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)]
-Offset = Annotated[float, Field(ge=-OFFSET_MOST_M, le=OFFSET_MOST_M, allow_inf_nan=False)]
-ItemNumber = Annotated[int, Field(ge=0, lt=ITEMS_MOST, description="Of the plan, from 0")]
+Offset = Annotated[float, Field(ge=-MAX_OFFSET_M, le=MAX_OFFSET_M, allow_inf_nan=False)]
+ItemNumber = Annotated[int, Field(ge=0, lt=MAX_ITEMS_ANY, description="Of the plan, from 0")]
 
 
 class _Command(BaseModel):
@@ -161,7 +161,7 @@ class FollowMe(_Command):
     lon: Longitude
     accuracy_m: Annotated[float, Field(ge=0, allow_inf_nan=False, description="As geolocation has it: 95 of 100")]
     age_ms: Annotated[float, Field(ge=0, allow_inf_nan=False, description="Since it was measured")] = 0.0
-    distance_m: Annotated[float, Field(ge=LEAST_M, le=MOST_M, allow_inf_nan=False, description="Over ground")] = USUAL_M
+    distance_m: Annotated[float, Field(ge=MIN_M, le=MAX_M, allow_inf_nan=False, description="Over ground")] = USUAL_M
     for_s: Annotated[float, Field(ge=5, le=600, allow_inf_nan=False, description="Then it holds")] = 600.0
 
 

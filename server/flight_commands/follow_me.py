@@ -9,13 +9,13 @@ from __future__ import annotations
 from math import cos, radians, sin
 from typing import Final
 
-from server.accounts.sessions import Principal
+from server.domain.people import Principal
 from server.flight_commands.bodies import FollowMe
 from server.flight_commands.following import STALE_S, CannotFollow, order_for, refuse_busy
 from server.flight_commands.vehicle import Vehicle
 from server.operations.follow_feed import Following, motion_of, why_beyond
 from server.operations.operation import Order
-from server.operations.person import LEAST_M, Fix, PersonTrack, sure_m
+from server.operations.person import MIN_M, Fix, PersonTrack, sure_m
 from server.operations.refusals import LoanForbids
 from server.relay.hub import Hub
 from server.relay.live_drone import LiveDrone
@@ -57,8 +57,8 @@ def follow_me_order(
         raise CannotFollow(f"{name} is {placed.alt_rel_m:.1f} m above home: {LOWEST_M:g} m are the least to follow you")
     here = Motion(wish.lat, wish.lon, own.alt_amsl_m, 0.0, 0.0, 0.0, own.at)
     seen = Relative.of(here, own, own.at)
-    if seen.distance_m < LEAST_M:
-        raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you, over ground: {LEAST_M:g} m are the least")
+    if seen.distance_m < MIN_M:
+        raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you, over ground: {MIN_M:g} m are the least")
     if seen.distance_m > FARTHEST_M:
         raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you: {FARTHEST_M:g} m are the most to begin with")
     bearing, away_m = radians(seen.bearing_deg), wish.distance_m + _SLACK_M

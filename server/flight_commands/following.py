@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Final
 
-from server.accounts.sessions import Principal
+from server.domain.people import Principal
+from server.domain.refusal import Refusal
 from server.flight_commands.bodies import Follow
 from server.flight_commands.steps import mode_step
 from server.flight_commands.vehicle import Vehicle
 from server.operations.follow_feed import Following, motion_of, why_beyond
 from server.operations.operation import Lane, Order, Step, WorkName
 from server.operations.refusals import DroneBusy, LoanForbids
-from server.refusal import Refusal
 from server.relay.hub import Hub
 from server.relay.live_drone import LiveDrone
 from wire.following import APART_M, FOLLOW, FollowWork, is_apart

@@ -7,7 +7,8 @@ from typing import Annotated
 
 from fastapi import APIRouter, Body, Path, Request, Response
 
-from server.access import Pilot, UnknownDrone
+from server.access import Pilot
+from server.domain.access import UnknownDrone
 from server.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, SetHome
 from server.flight_commands.follow_me import follow_me_order
 from server.flight_commands.following import CannotFollow, NoSuchLeader, follow_order

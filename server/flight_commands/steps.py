@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Final, assert_never
 
+from server.domain.refusal import Refusal
 from server.flight_commands.bodies import (
     Arm,
     ChangeMode,
@@ -26,7 +27,6 @@ from server.flight_commands.bodies import (
 )
 from server.flight_commands.vehicle import NotKnownHow, Vehicle
 from server.operations.operation import Lane, Order, Step
-from server.refusal import Refusal
 from server.relay.policy import FORCE_DISARM
 from wire.dialect import mavlink
 from wire.transactions import CommandWork, Outcome

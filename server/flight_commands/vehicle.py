@@ -8,7 +8,7 @@ from struct import Struct
 from types import MappingProxyType
 from typing import Final
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 from server.relay.live_drone import LiveDrone
 from server.relay.loan_limits import whole_place_in
 from wire.dialect import mavlink

@@ -9,15 +9,15 @@ from typing import Final
 
 from server.file_accounts import FileAccounts
 from server.file_room import NoRoom
+from server.flight_logs.quota import FlightLogQuota
 from server.flight_logs.refusals import FileIncomplete, FileNotTaken, NotAskedFor
-from server.flight_logs.shelf import LogShelf
 from server.operations.operation import Operation
 from server.relay.live_drone import LiveDrone
 from wire.transactions import LogDownloadWork
 
 SILENCE_S: Final = 30.0
 """An agent that sends nothing for so long has gone; it begins anew."""
-MOST_REMEMBERED: Final = 1000
+MAX_REMEMBERED: Final = 1000
 """Transactions; many times what drones can send at one time."""
 WRITE_AT_ONCE_BYTES: Final = 256 * 1024
 
@@ -25,7 +25,7 @@ WRITE_AT_ONCE_BYTES: Final = 256 * 1024
 class LogReceiver:
     """One for a tower."""
 
-    def __init__(self, shelf: LogShelf, accounts: FileAccounts) -> None:
+    def __init__(self, shelf: FlightLogQuota, accounts: FileAccounts) -> None:
         self._shelf = shelf
         self._accounts = accounts
         self._attempts: Counter[int] = Counter()
@@ -38,7 +38,7 @@ class LogReceiver:
             raise NotAskedFor
         self._attempts[transaction_id] += 1
         attempt = self._attempts[transaction_id]
-        while len(self._attempts) > MOST_REMEMBERED:
+        while len(self._attempts) > MAX_REMEMBERED:
             del self._attempts[min(self._attempts)]
 
         def still_wanted() -> bool:

@@ -1,6 +1,6 @@
 """Why a log is not given out, nor taken. Knows nothing of HTTP: `server/problems.py` maps it."""
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
 
 class UnknownLog(Refusal):

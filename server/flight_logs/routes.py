@@ -12,9 +12,10 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel, Field
 from starlette.requests import ClientDisconnect
 
-from server.access import Pilot, UnknownDrone, Viewer
+from server.access import Pilot, Viewer
+from server.domain.access import UnknownDrone
+from server.flight_logs.quota import KeptLog
 from server.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
-from server.flight_logs.shelf import KeptLog
 from server.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, refuse_observers, watched_drone
 from server.operations.operation import Lane, Order, Step
 from server.operations.refusals import (

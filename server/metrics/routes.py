@@ -9,7 +9,8 @@ from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CollectorRegistry, GCCollector, PlatformCollector, ProcessCollector
 from prometheus_client.exposition import choose_encoder
 
-from server.access import Action, AdminsOnly, BadToken, NotSignedIn, ScopeMissing, SessionExpired, token_in, who_may
+from server.access import token_in, who_may
+from server.domain.access import Action, AdminsOnly, BadToken, NotSignedIn, ScopeMissing, SessionExpired
 from server.metrics.anonymous import AnonymousCollector
 from server.metrics.collector import RelayCollector
 from server.problem_docs import answers

@@ -6,11 +6,11 @@ from typing import Annotated, Any, Final
 
 import msgspec
 
+from server.domain.refusal import Refusal
 from server.missions.plan_body import ITEMS_SCHEMA, ItemRows, plan_of
-from server.refusal import Refusal
 from wire.plans import U8
 
-LARGEST_DOCUMENT_BYTES: Final = 256 * 1024
+MAX_DOCUMENT_BYTES: Final = 256 * 1024
 """As compact JSON: 724 items of each kind, written with all their digits, are 250 kB."""
 _FARTHEST_M: Final = 1e9
 
@@ -19,7 +19,7 @@ Metres = Annotated[float, msgspec.Meta(ge=-_FARTHEST_M, le=_FARTHEST_M)]
 
 class DocumentTooLarge(Refusal):
     def __init__(self, size_bytes: int) -> None:
-        super().__init__(f"the document has {size_bytes} bytes; at most {LARGEST_DOCUMENT_BYTES} are kept")
+        super().__init__(f"the document has {size_bytes} bytes; at most {MAX_DOCUMENT_BYTES} are kept")
 
 
 class PlannedHome(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -65,7 +65,7 @@ def kept(document: PlanDocument) -> KeptDocument:
     rounded: dict[str, Any] = dict(zip(("mission", "fence", "rally"), plans, strict=True))
     rounded |= {name: value for name in ("defaults", "home") if (value := getattr(document, name)) is not None}
     text = msgspec.json.encode(rounded)
-    if len(text) > LARGEST_DOCUMENT_BYTES:
+    if len(text) > MAX_DOCUMENT_BYTES:
         raise DocumentTooLarge(len(text))
     mission, fence, rally = (len(plan) for plan in plans)
     return KeptDocument(text.decode(), (mission, fence, rally))

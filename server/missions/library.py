@@ -12,16 +12,16 @@ from typing import Final
 from sqlalchemy import ColumnElement, and_, func, or_, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role, UserRow
-from server.audit.deed import Deed
+from server.accounts.tables import UserRow
+from server.audit.action import AuditAction
+from server.domain.names import clean_name
+from server.domain.people import Principal, Role
+from server.domain.refusal import Refusal
 from server.missions.document import KeptDocument
 from server.missions.tables import MissionRow
-from server.names import clean_name
-from server.refusal import Refusal
 from server.teams.tables import TeamMemberRow
 
-MOST_MISSIONS: Final = 500
+MAX_MISSIONS: Final = 500
 
 
 class UnknownMission(Refusal):
@@ -38,7 +38,7 @@ class NotYourMission(Refusal):
 
 class TooManyMissions(Refusal):
     def __init__(self) -> None:
-        super().__init__(f"at most {MOST_MISSIONS} missions are kept for a user")
+        super().__init__(f"at most {MAX_MISSIONS} missions are kept for a user")
 
 
 class ChangedMeanwhile(Refusal):
@@ -94,14 +94,14 @@ async def document_of(session: AsyncSession, row: MissionRow) -> str:
 
 
 async def create_mission(
-    session: AsyncSession, viewer: Principal, *, name: str, document: KeptDocument, shared: bool, deed: Deed
+    session: AsyncSession, viewer: Principal, *, name: str, document: KeptDocument, shared: bool, deed: AuditAction
 ) -> Found:
     """Raises BadName, TooManyMissions."""
     name = clean_name(name)
     # Two at once must not both take the last place.
     await session.execute(select(UserRow.id).where(UserRow.id == viewer.user_id).with_for_update())
     count = await session.scalar(select(func.count()).where(MissionRow.owner_id == viewer.user_id))
-    if (count or 0) >= MOST_MISSIONS:
+    if (count or 0) >= MAX_MISSIONS:
         raise TooManyMissions
     row = MissionRow(owner_id=viewer.user_id, version=1)
     _fill(row, name=name, document=document, shared=shared, deed=deed)
@@ -120,7 +120,7 @@ async def replace_mission(
     name: str,
     document: KeptDocument,
     shared: bool,
-    deed: Deed,
+    deed: AuditAction,
 ) -> Found:
     """`version`: that which is replaced. Raises UnknownMission, NotYourMission, VersionNeeded, ChangedMeanwhile,
     BadName."""
@@ -137,7 +137,7 @@ async def replace_mission(
     return row, owner
 
 
-async def delete_mission(session: AsyncSession, viewer: Principal, mission_id: int, *, deed: Deed) -> None:
+async def delete_mission(session: AsyncSession, viewer: Principal, mission_id: int, *, deed: AuditAction) -> None:
     """Raises UnknownMission, NotYourMission."""
     row, owner = await _to_change(session, viewer, mission_id)
     deed.record(session, "mission.deleted", mission_id=row.id, mission=row.name, owner=owner)
@@ -151,6 +151,6 @@ async def _to_change(session: AsyncSession, viewer: Principal, mission_id: int) 
     return row, owner
 
 
-def _fill(row: MissionRow, *, name: str, document: KeptDocument, shared: bool, deed: Deed) -> None:
+def _fill(row: MissionRow, *, name: str, document: KeptDocument, shared: bool, deed: AuditAction) -> None:
     row.name, row.document, row.shared, row.updated_at = name, document.text, shared, deed.at
     row.mission_items, row.fence_items, row.rally_items = document.counts

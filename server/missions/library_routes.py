@@ -11,8 +11,9 @@ from fastapi import APIRouter, Header, Path, Request, Response
 from pydantic import BaseModel, Field, WithJsonSchema
 
 from server.access import Pilot, Viewer
-from server.accounts.sessions import Principal
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
+from server.domain.names import BadName
+from server.domain.people import Principal
 from server.fleet.views import UserRefView
 from server.missions import library
 from server.missions.document import DOCUMENT_SCHEMA, DocumentTooLarge, MissionBody, kept
@@ -25,7 +26,6 @@ from server.missions.library import (
     VersionNeeded,
 )
 from server.missions.plan_body import BadPlan, MalformedBody, body_schema, read_body
-from server.names import BadName
 from server.problem_docs import answers
 from server.tower import address_of, tower_of
 
@@ -82,8 +82,8 @@ class MissionWithDocument(MissionView):
     document: Annotated[dict[str, Any], WithJsonSchema(DOCUMENT_SCHEMA)]
 
 
-def _deed(request: Request, principal: Principal) -> Deed:
-    return Deed(by=principal, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, principal: Principal) -> AuditAction:
+    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
 def _tagged(response: Response, found: Found) -> MissionView:

@@ -8,13 +8,13 @@ from typing import Annotated, Any, Final, TypeVar
 import msgspec
 from starlette.requests import Request
 
-from server.refusal import Refusal
-from wire.plans import I32, ITEMS_MOST, U8, U16, Params, Plan, PlanItem
+from server.domain.refusal import Refusal
+from wire.plans import I32, MAX_ITEMS_ANY, U8, U16, Params, Plan, PlanItem
 
 _Body = TypeVar("_Body")
 _WHERE: Final = re.compile(r"^(?P<what>.*?)(?: - at `\$(?P<path>[^`]*)`)?$", re.DOTALL)
 _STEP: Final = re.compile(r"\.(\w+)|\[(\d+|\.\.\.)\]")
-_MOST_WORDS: Final = 200
+_MAX_TEXT_LENGTH: Final = 200
 
 _FLOAT32: Final = {"type": "number", "minimum": -3.4e38, "maximum": 3.4e38}
 _I32: Final = {"type": "integer", "minimum": -(2**31), "maximum": 2**31 - 1}
@@ -35,7 +35,7 @@ ITEM_SCHEMA: Final[dict[str, Any]] = {
         _U8,
     ],
 }
-ITEMS_SCHEMA: Final[dict[str, Any]] = {"type": "array", "maxItems": ITEMS_MOST, "items": ITEM_SCHEMA}
+ITEMS_SCHEMA: Final[dict[str, Any]] = {"type": "array", "maxItems": MAX_ITEMS_ANY, "items": ITEM_SCHEMA}
 
 
 class MalformedBody(Refusal):
@@ -56,7 +56,7 @@ class BadPlan(Refusal):
 
 ItemRow = tuple[U16, U8, Params, I32, I32, float, U8]
 """All of it, always: what is left out of an item must not be made up."""
-ItemRows = Annotated[tuple[ItemRow, ...], msgspec.Meta(max_length=ITEMS_MOST)]
+ItemRows = Annotated[tuple[ItemRow, ...], msgspec.Meta(max_length=MAX_ITEMS_ANY)]
 
 
 def plan_of(rows: ItemRows, field: str = "items") -> Plan:
@@ -104,7 +104,7 @@ def _bad(message: str) -> BadPlan:
     steps = [name or number for name, number in _STEP.findall(path)]
     item = next((int(step) for step in steps if step.isdigit()), None)
     # The words of the reader may quote what came only by its type, and a name of a field by itself.
-    return BadPlan(what[:_MOST_WORDS], field=".".join(steps), item=item)
+    return BadPlan(what[:_MAX_TEXT_LENGTH], field=".".join(steps), item=item)
 
 
 def body_schema(properties: dict[str, Any], required: list[str]) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from server.flight_commands.vehicle import NotKnownYet
 from server.relay.live_drone import LiveDrone
 from wire.frames import payload
-from wire.plan_fields import Effect, Keeping
+from wire.plan_fields import Effect, KeptFields
 from wire.plan_keeping import change_words, changes_ahead, keeping_of
 from wire.plans import PlanItem, PlanKind
 
@@ -47,7 +47,7 @@ class PlanKeptView(BaseModel):
     ]
 
 
-def keeping_for(drone: LiveDrone) -> Keeping:
+def keeping_for(drone: LiveDrone) -> KeptFields:
     """Raises NotKnownYet before a heartbeat."""
     if drone.heartbeat is None:
         raise NotKnownYet(f"nothing has been heard of the autopilot of {drone.record.name} yet")
@@ -56,7 +56,7 @@ def keeping_for(drone: LiveDrone) -> Keeping:
     return keeping_of(autopilot, vehicle_type)
 
 
-def plan_kept(keeping: Keeping, kind: PlanKind, items: Sequence[PlanItem]) -> PlanKeptView:
+def plan_kept(keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem]) -> PlanKeptView:
     """What is to be told of these items beforehand."""
     changes = changes_ahead(keeping, kind, items)
     told = [one for one in changes if one.effect > Effect.QUIET]

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Final, Literal
 from fastapi import APIRouter, Path, Query, Request, Response
 from starlette.convertors import Convertor, register_url_convertor
 
-from server.access import Action, Pilot, UnknownDrone, Viewer, admit
+from server.access import Pilot, Viewer, admit
+from server.domain.access import Action, UnknownDrone
 from server.flight_commands.vehicle import NotKnownYet
 from server.missions import plans
 from server.missions.plan_body import (

@@ -1,4 +1,4 @@
-"""What is asked of a drone about plans, as orders for the desk; and a plan as it is answered. Pure."""
+"""What is asked of a drone about plans, as orders for the service; and a plan as it is answered. Pure."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Annotated, Any, Final
 import msgspec
 from pydantic import Field
 
+from server.domain.refusal import Refusal
 from server.operations.board import Board
 from server.operations.board_views import PlanBoardView
 from server.operations.operation import Lane, Order, Step
-from server.refusal import Refusal
 from wire.plans import Plan, PlanItem, PlanKind, plan_hash, unpack_plan
 from wire.transactions import PlanClearWork, PlanDownloadWork, PlanUploadWork, PlanVerifyWork
 
@@ -66,7 +66,7 @@ def plan_json(board: Board, kind: PlanKind) -> bytes:
 
 
 def fresh_json(board: Board, kind: PlanKind, packed: bytes, at: datetime) -> bytes:
-    """The `PlanView` of a plan that has just been read. `packed`: has been looked through by the desk."""
+    """The `PlanView` of a plan that has just been read. `packed`: has been looked through by the service."""
     _, items = unpack_plan(packed)
     told, _ = board.plan(kind)
     hash_ = sha256(packed).hexdigest()[:16]

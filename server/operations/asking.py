@@ -1,4 +1,4 @@
-"""From a request to an operation and its answer: the thin shell around the desk, for all routes of work."""
+"""From a request to an operation and its answer: the thin shell around the service, for all routes of work."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from typing import Annotated, Any, Final
 
 from fastapi import Header, Request, Response
 
-from server.access import UnknownDrone
-from server.accounts.sessions import Principal
-from server.fleet.relations import Right
-from server.fleet.snapshot import UserRef
+from server.domain.access import UnknownDrone
+from server.domain.people import Principal, UserRef
+from server.domain.relations import Right
 from server.operations.leave import refuse_others, refuse_the_blind
 from server.operations.operation import Operation, Order
 from server.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnNotCome
@@ -73,8 +72,8 @@ def begin(request: Request, principal: Principal, drone: LiveDrone, order: Order
     if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=order.stops):
         raise TooManyOperations
     by = UserRef(principal.user_id, principal.name)
-    desk = tower_of(request).hub.operations
-    return desk.begin(drone, order, by=by, now=time.monotonic(), address=address_of(request))
+    service = tower_of(request).hub.operations
+    return service.begin(drone, order, by=by, now=time.monotonic(), address=address_of(request))
 
 
 async def answer(operation: Operation, response: Response, prefer: str | None) -> OperationView:
@@ -88,7 +87,7 @@ async def answer(operation: Operation, response: Response, prefer: str | None) -
 
 
 async def ended(operation: Operation) -> None:
-    """Returns when it is over. The desk sees to it that it will be."""
+    """Returns when it is over. The service sees to it that it will be."""
     if not operation.running:
         return
     over = asyncio.Event()

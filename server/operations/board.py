@@ -46,7 +46,7 @@ class Board:
 
     def __init__(self) -> None:
         self.plans: PlansView = NO_PLANS
-        self.parameters = ParameterShelf()
+        self.parameters = ReportedParameters()
         self.metadata = MetadataStore()
         self.logs: tuple[LogEntry, ...] | None = None
         """On board, when the list was read last."""
@@ -87,7 +87,7 @@ class Board:
         self.metadata.forget()
 
 
-class ParameterShelf:
+class ReportedParameters:
     """The table of one drone as it came, packed, and what has changed since. Unpacked when somebody asks: a thousand
     drones have a million and a half of them."""
 

@@ -11,10 +11,10 @@ Laws, each with a test:
 from dataclasses import dataclass
 from typing import Final
 
-from server.accounts.sessions import Principal
-from server.operations.desk import OperationDesk
+from server.domain.people import Principal
 from server.operations.operation import Operation
 from server.operations.person import Fix, PersonTrack
+from server.operations.service import OperationService
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
 from server.separation.motion import METRES_PER_DEGREE, Motion, motion_in
@@ -25,7 +25,7 @@ from wire.lateness import stamp_ms
 EVERY_S: Final = 0.2
 _EARLY_S: Final = 0.05
 """Half a tick of the hub: what is due before the next one goes now."""
-_LARGEST_AGE_MS: Final = 3_600_000
+_MAX_AGE_MS: Final = 3_600_000
 
 
 @dataclass
@@ -43,11 +43,11 @@ class Following:
 
 
 class FollowFeed:
-    """One for the hub. Call `tick` several times a second, after the desk's own."""
+    """One for the hub. Call `tick` several times a second, after the service's own."""
 
-    def __init__(self, state: LiveState, desk: OperationDesk) -> None:
+    def __init__(self, state: LiveState, service: OperationService) -> None:
         self._state = state
-        self._desk = desk
+        self._service = service
         self._running: dict[DroneId, tuple[Operation, Following]] = {}
         """By the follower."""
 
@@ -121,7 +121,7 @@ class FollowFeed:
 
     def _stop(self, operation: Operation, following: Following, why: str) -> None:
         following.stopped = following.stopped or why
-        self._desk.cancel(operation)
+        self._service.cancel(operation)
 
     @staticmethod
     def _position(
@@ -138,7 +138,7 @@ class FollowFeed:
             north_cm_s=round(motion.north_m_s * 100),
             east_cm_s=round(motion.east_m_s * 100),
             down_cm_s=round(-motion.up_m_s * 100),
-            age_ms=min(max(0, round((now - motion.at) * 1000)), _LARGEST_AGE_MS),
+            age_ms=min(max(0, round((now - motion.at) * 1000)), _MAX_AGE_MS),
             airborne=not on_ground,
         )
 

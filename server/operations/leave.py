@@ -7,7 +7,7 @@ it had come on the live channel: who has the controls, what nobody may send, the
 from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
-from server.accounts.sessions import Principal
+from server.domain.people import Principal
 from server.operations.refusals import (
     LoanForbids,
     LossCheckOpen,

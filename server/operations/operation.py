@@ -8,7 +8,7 @@ from datetime import datetime
 from enum import StrEnum
 from typing import TYPE_CHECKING, Final, Literal
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from wire.ids import DroneId, Epoch
 from wire.plans import PlanKind
 from wire.transactions import TRANSACTIONS, LogEntry, Outcome, ParameterRefusal, Work
@@ -109,7 +109,7 @@ class Order:
 
 @dataclass
 class Operation:
-    """Owned by the desk while it runs; never changed after its end, but by an agent that came back late."""
+    """Owned by the service while it runs; never changed after its end, but by an agent that came back late."""
 
     id: int
     drone_id: DroneId
@@ -135,7 +135,7 @@ class Operation:
     """Of a download, packed."""
     ended_at: datetime | None = None
 
-    # -- the desk's own --------------------------------------------------------------------------------------
+    # -- the service's own --------------------------------------------------------------------------------------
     commanded: int = 0
     """LiveDrone.commanded when it began."""
     next_step: int = 0

@@ -9,7 +9,7 @@ Laws, each with a test:
 from math import cos, hypot, isfinite, radians, sin
 from typing import Final, NamedTuple
 
-from server.accounts.sessions import SignInId
+from server.domain.people import SignInId
 from server.separation.motion import METRES_PER_DEGREE, Motion
 
 ACCURATE_M: Final = 20.0
@@ -18,11 +18,11 @@ ACCURATE_M: Final = 20.0
 FASTEST_M_S: Final = 12.0
 """Of somebody on foot, or on a bicycle. What is further from the last fix, and both are sure, is wrong."""
 
-LEAST_M: Final = 8.0
+MIN_M: Final = 8.0
 """From the person, over ground."""
 
 USUAL_M: Final = 15.0
-MOST_M: Final = 50.0
+MAX_M: Final = 50.0
 
 
 class Fix(NamedTuple):

@@ -1,6 +1,6 @@
 """Why an operation is not begun. Knows nothing of HTTP: `server/problems.py` maps it."""
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
 
 class DroneOffline(Refusal):

@@ -6,8 +6,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 
 from server.access import Pilot, Viewer
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
+from server.domain.people import Principal, Role
 from server.operations.leave import refuse_others
 from server.operations.operation import Operation
 from server.operations.refusals import NotInControl, UnknownOperation

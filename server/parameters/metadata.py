@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 from wire.parameter_metadata import encode_metadata, read_metadata, unpack_text
 
 

@@ -1,4 +1,4 @@
-"""What is asked of a drone about its parameters, as orders for the desk; and the table as it is answered. Pure."""
+"""What is asked of a drone about its parameters, as orders for the service; and the table as it is answered. Pure."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import Annotated, Any, Final
 import msgspec
 from pydantic import BaseModel, Field
 
-from server.operations.board import ParameterShelf
+from server.domain.refusal import Refusal
+from server.operations.board import ReportedParameters
 from server.operations.operation import Lane, Order, Step
-from server.refusal import Refusal
 from wire.parameters import Table
 from wire.transactions import VALUES_MOST, ParametersReadWork, ParametersWriteWork
 
 READ_WITHIN_S: Final = 120.0
 WRITE_WITHIN_S: Final = (30.0, 0.5, 600.0)
 """In any case, for each value, and at the most."""
-MOST_IN_TRAIL: Final = 200
+MAX_IN_TRAIL: Final = 200
 
 _encoder: Final = msgspec.json.Encoder()
 _NAME: Final = r"^[A-Za-z0-9_]{1,16}$"
@@ -73,11 +73,11 @@ def read_anew() -> Order:
 def write(values: Mapping[str, float]) -> Order:
     least_s, each_s, most_s = WRITE_WITHIN_S
     step = Step(ParametersWriteWork(tuple(values.items())), min(most_s, least_s + each_s * len(values)))
-    about: dict[str, object] = {"count": len(values), "values": dict(list(values.items())[:MOST_IN_TRAIL])}
+    about: dict[str, object] = {"count": len(values), "values": dict(list(values.items())[:MAX_IN_TRAIL])}
     return Order("parameters_write", Lane.PARAMETERS, [step], writes=True, about=about)
 
 
-def parameters_json(shelf: ParameterShelf, table: Table) -> bytes:
+def parameters_json(shelf: ReportedParameters, table: Table) -> bytes:
     """The `ParametersView`."""
     values = [{"name": one.name, "value": one.value, "kind": one.kind} for one in table]
     whole = {"hash": shelf.told.hash, "complete": True, "read_at": shelf.read_at, "values": values}

@@ -8,8 +8,9 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Header, Path, Request, Response
 
-from server.access import Action, Pilot, UnknownDrone, Viewer, admit
+from server.access import Pilot, Viewer, admit
 from server.content_coding import accepted_codings
+from server.domain.access import Action, UnknownDrone
 from server.missions.plan_body import BadPlan, MalformedBody, body_schema, read_body
 from server.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, watched_drone
 from server.operations.refusals import (

@@ -11,21 +11,21 @@ from typing import Any, Final
 from sqlalchemy import func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.recordings.finishing import Finished
 from server.recordings.refusals import RecordingBusy, UnknownRecording
 from server.recordings.tables import RecordingRow
 from server.recordings.views import RecordedByView, RecordingView
 
-MOST_LISTED: Final = 500
+MAX_LISTED: Final = 500
 OPEN_STATES: Final = ("recording", "finishing")
-_MOST_WORDS: Final = 200
+_MAX_TEXT_LENGTH: Final = 200
 
 
 async def of_drone(session: AsyncSession, drone_id: int) -> Sequence[RecordingRow]:
     """Newest first."""
     query = select(RecordingRow).where(RecordingRow.drone_id == drone_id)
-    return (await session.scalars(query.order_by(RecordingRow.id.desc()).limit(MOST_LISTED))).all()
+    return (await session.scalars(query.order_by(RecordingRow.id.desc()).limit(MAX_LISTED))).all()
 
 
 async def get(session: AsyncSession, drone_id: int, recording_id: int, *, lock: bool = False) -> RecordingRow:
@@ -37,7 +37,7 @@ async def get(session: AsyncSession, drone_id: int, recording_id: int, *, lock: 
     return row
 
 
-async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, deed: Deed) -> RecordingRow:
+async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, deed: AuditAction) -> RecordingRow:
     """Raises UnknownRecording, RecordingBusy."""
     row = await get(session, drone_id, recording_id, lock=True)
     if row.state in OPEN_STATES:
@@ -46,7 +46,7 @@ async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, dee
     return row
 
 
-async def remove_for_room(session: AsyncSession, recording_id: int, *, deed: Deed) -> RecordingRow | None:
+async def remove_for_room(session: AsyncSession, recording_id: int, *, deed: AuditAction) -> RecordingRow | None:
     """None where it has gone already, or is no longer to be removed."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state in OPEN_STATES:
@@ -55,7 +55,7 @@ async def remove_for_room(session: AsyncSession, recording_id: int, *, deed: Dee
     return row
 
 
-async def _remove(session: AsyncSession, row: RecordingRow, action: str, deed: Deed) -> None:
+async def _remove(session: AsyncSession, row: RecordingRow, action: str, deed: AuditAction) -> None:
     deed.record(session, action, drone_id=row.drone_id, **about(row))
     await session.delete(row)
 
@@ -74,13 +74,13 @@ async def mark_ended(
     size_bytes: int,
     pictures: int,
     flights: Iterable[datetime],
-    deed: Deed,
+    deed: AuditAction,
 ) -> RecordingRow | None:
     """Its file is to be made. None where the row has gone, with its drone. Harmless a second time."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state != "recording":
         return row
-    row.state, row.words, row.ended_at = "finishing", words[:_MOST_WORDS], at
+    row.state, row.words, row.ended_at = "finishing", words[:_MAX_TEXT_LENGTH], at
     row.size_bytes, row.pictures = size_bytes, pictures
     row.flights = [one.isoformat() for one in flights]
     told = about(row) | ({"words": row.words} if words else {})
@@ -103,7 +103,7 @@ async def mark_failed(session: AsyncSession, recording_id: int, words: str, *, s
     """`size_bytes`: of what is left on the disk for another try."""
     row = await session.get(RecordingRow, recording_id)
     if row is not None:
-        row.state, row.words, row.size_bytes = "failed", words[:_MOST_WORDS], size_bytes
+        row.state, row.words, row.size_bytes = "failed", words[:_MAX_TEXT_LENGTH], size_bytes
     return row
 
 

@@ -26,8 +26,8 @@ from server.recordings.timing import TICKS_PER_S, Shown, Taken, shown_times
 from server.recordings.unit_file import NoRecording, read_entries
 from wire.video import Codec, Unit
 
-MOST_WIDTH: Final = 1920
-MOST_HEIGHT: Final = 1080
+MAX_WIDTH: Final = 1920
+MAX_HEIGHT: Final = 1080
 """Larger pictures are made smaller: nobody sends them, and each would take a second to code."""
 _TIME_BASE: Final = Fraction(1, TICKS_PER_S)
 _MP4: Final = {"movflags": "+faststart"}
@@ -187,7 +187,7 @@ class _Decoder:
 
 
 def _file_size(width: int, height: int) -> tuple[int, int]:
-    shrink = min(1.0, MOST_WIDTH / width, MOST_HEIGHT / height)
+    shrink = min(1.0, MAX_WIDTH / width, MAX_HEIGHT / height)
     return max(2, int(width * shrink) // 2 * 2), max(2, int(height * shrink) // 2 * 2)
 
 

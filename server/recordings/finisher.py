@@ -15,10 +15,10 @@ import structlog
 from server.database import Database
 from server.recordings import catalogue
 from server.recordings.finishing import CannotFinish, Finished, make_mp4
-from server.recordings.room import RecordingRoom
+from server.recordings.notifier import RecordingNotifier
+from server.recordings.quota import RecordingQuota
 from server.recordings.store import MP4, PART, UNITS, RecordingStore
 from server.recordings.tables import RecordingRow
-from server.recordings.telling import RecordingTelling
 
 CUT_OFF: Final = "the tower went down while it was recorded"
 GONE: Final = "its file is gone"
@@ -36,14 +36,14 @@ class RecordingFinisher:
         *,
         database: Database,
         store: RecordingStore,
-        room: RecordingRoom,
-        telling: RecordingTelling,
+        room: RecordingQuota,
+        notifier: RecordingNotifier,
         make: MakeMp4 = make_mp4,
     ) -> None:
         self._database = database
         self._store = store
         self._room = room
-        self._telling = telling
+        self._notifier = notifier
         self._make = make
         self._waiting: deque[int] = deque()
         self._something = asyncio.Event()
@@ -136,7 +136,7 @@ class RecordingFinisher:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
             return
         await asyncio.to_thread(units.unlink, missing_ok=True)
-        self._telling.tell("ready", catalogue.view_of(ready))
+        self._notifier.tell("ready", catalogue.view_of(ready))
 
     async def _fail(self, row: RecordingRow, words: str, units: Path, *, hopeless: bool) -> None:
         _log.error("recording_failed", recording=row.id, drone_id=row.drone_id, why=words)
@@ -146,7 +146,7 @@ class RecordingFinisher:
         if hopeless or failed is None:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
         if failed is not None:
-            self._telling.tell("failed", catalogue.view_of(failed))
+            self._notifier.tell("failed", catalogue.view_of(failed))
 
 
 def _size_and_time(path: Path) -> tuple[int, datetime] | None:

@@ -14,13 +14,13 @@ import msgspec
 
 SILENCE_S: Final = 180.0
 """A process that says nothing for so long hangs. It speaks once a second, if the machine lets it run at all."""
-LONGEST_S: Final = 6 * 3600.0
+MAX_DURATION_S: Final = 6 * 3600.0
 """For one file: the others wait for it. Two hours of the highest quality take a small computer less than two; a drone
 that sends what no camera gives may keep it busy for days."""
 HOPELESS: Final = 2
 """Its exit code where no other try will do better: not one picture came."""
 _ROOT: Final = Path(__file__).resolve().parents[2]
-_MOST_WORDS: Final = 150
+_MAX_TEXT_LENGTH: Final = 150
 
 
 @dataclass(frozen=True)
@@ -57,13 +57,13 @@ async def make_mp4(source: Path, target: Path) -> Finished:
     last: dict[str, Any] = {}
     done = False
     try:
-        async with asyncio.timeout(LONGEST_S) as whole:
+        async with asyncio.timeout(MAX_DURATION_S) as whole:
             while line := await asyncio.wait_for(process.stdout.readline(), SILENCE_S):
                 last = msgspec.json.decode(line, type=dict[str, Any])
             code = await asyncio.wait_for(process.wait(), SILENCE_S)
         if code != 0:
             words = str(last.get("problem", "")) or f"the program that makes the file ended with {code}"
-            raise CannotFinish(words[:_MOST_WORDS], hopeless=code == HOPELESS)
+            raise CannotFinish(words[:_MAX_TEXT_LENGTH], hopeless=code == HOPELESS)
         finished = Finished(last["duration_s"], last["width"], last["height"], last["pictures"])
         done = True
         return finished

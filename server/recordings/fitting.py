@@ -5,7 +5,7 @@ from typing import Final
 from av.filter import Graph
 from av.video.frame import VideoFrame
 
-_MOST_GRAPHS: Final = 8
+_MAX_GRAPHS: Final = 8
 
 
 class Fitting:
@@ -22,7 +22,7 @@ class Fitting:
         key = (frame.width, frame.height, frame.format.name)
         graph = self._graphs.get(key)
         if graph is None:
-            if len(self._graphs) >= _MOST_GRAPHS:
+            if len(self._graphs) >= _MAX_GRAPHS:
                 self._graphs.clear()
             graph = self._graphs[key] = self._new_graph(frame)
         graph.push(frame)

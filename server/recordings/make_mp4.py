@@ -24,7 +24,7 @@ from server.recordings.conversion import Made, Survey, make, survey
 from server.recordings.unit_file import NoRecording
 
 NICENESS: Final = 15
-MOST_MEMORY_BYTES: Final = 2 * 1024**3
+MAX_MEMORY_BYTES: Final = 2 * 1024**3
 """Of address space. A picture of the largest size that is taken needs some hundred MB with all its references."""
 SAY_EVERY_S: Final = 1.0
 
@@ -32,7 +32,7 @@ SAY_EVERY_S: Final = 1.0
 def main(arguments: list[str]) -> int:
     units, target = Path(arguments[0]), Path(arguments[1])
     os.nice(NICENESS)
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
     threading.Thread(target=_end_with_parent, daemon=True).start()
     av.logging.set_level(None)
     tell = _telling()

@@ -19,7 +19,7 @@ class RecordingCollector(Collector):
         self._recordings = recordings
 
     def collect(self) -> Iterator[Metric]:
-        desk, room, counts = self._recordings.desk, self._recordings.room, self._recordings.telling.counts
+        service, room, counts = self._recordings.service, self._recordings.room, self._recordings.notifier.counts
         events = CounterMetricFamily(
             "tower_recordings", "Recordings of video, by what became of them", labels=("event",)
         )
@@ -27,17 +27,21 @@ class RecordingCollector(Collector):
             events.add_metric((event,), counts[event])
         yield events
         for name, words, value in (
-            ("tower_recordings_running", "Videos that are being recorded", desk.running()),
+            ("tower_recordings_running", "Videos that are being recorded", service.running()),
             (
                 "tower_recordings_finishing",
                 "Recordings whose files are made or wait for it",
                 self._recordings.finisher.waiting,
             ),
-            ("tower_recordings_waiting_bytes", "What the disk does not have yet of all of them", desk.waiting_bytes()),
+            (
+                "tower_recordings_waiting_bytes",
+                "What the disk does not have yet of all of them",
+                service.waiting_bytes(),
+            ),
             ("tower_recordings_budget_bytes", "Room for recordings", room.budget_bytes),
         ):
             yield GaugeMetricFamily(name, words, value=value)
         kept = GaugeMetricFamily("tower_recordings_bytes", "Recordings on the disk", labels=("state",))
-        kept.add_metric(("running",), desk.running_bytes())
+        kept.add_metric(("running",), service.running_bytes())
         kept.add_metric(("over",), room.kept_bytes)
         yield kept

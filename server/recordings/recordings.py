@@ -7,15 +7,15 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 
 from server.background import in_background
-from server.clock import Clock
 from server.database import Database
+from server.domain.clock import Clock
 from server.file_accounts import file_accounts
-from server.recordings.desk import RecordingDesk
 from server.recordings.finisher import RecordingFinisher
-from server.recordings.room import RecordingRoom
+from server.recordings.notifier import RecordingNotifier
+from server.recordings.quota import RecordingQuota
+from server.recordings.service import RecordingService
 from server.recordings.source import VideoStreams
 from server.recordings.store import RecordingStore
-from server.recordings.telling import RecordingTelling
 from server.relay.hub import Hub
 from server.settings import Settings
 
@@ -24,11 +24,11 @@ _MB = 1_000_000
 
 @dataclass(frozen=True)
 class Recordings:
-    desk: RecordingDesk
+    service: RecordingService
     store: RecordingStore
-    room: RecordingRoom
+    room: RecordingQuota
     finisher: RecordingFinisher
-    telling: RecordingTelling
+    notifier: RecordingNotifier
 
     @asynccontextmanager
     async def working(self, deleted: frozenset[int]) -> AsyncIterator[None]:
@@ -39,11 +39,11 @@ class Recordings:
         try:
             async with (
                 in_background("finishing recordings", self.finisher.work),
-                in_background("recordings", self.desk.work),
+                in_background("recordings", self.service.work),
             ):
                 yield
         finally:
-            await self.desk.close()
+            await self.service.close()
 
 
 def new_recordings(
@@ -51,17 +51,17 @@ def new_recordings(
 ) -> Recordings:
     budget_bytes = settings.recordings_budget_mb * _MB
     store = RecordingStore(settings.files / "recordings")
-    telling = RecordingTelling(hub)
-    room = RecordingRoom(
+    notifier = RecordingNotifier(hub)
+    room = RecordingQuota(
         database=database,
         clock=clock,
         store=store,
-        telling=telling,
+        notifier=notifier,
         budget_bytes=budget_bytes,
         accounts=lambda: file_accounts(hub),
     )
-    finisher = RecordingFinisher(database=database, store=store, room=room, telling=telling)
-    desk = RecordingDesk(
+    finisher = RecordingFinisher(database=database, store=store, room=room, notifier=notifier)
+    service = RecordingService(
         hub=hub,
         video=video,
         database=database,
@@ -69,8 +69,8 @@ def new_recordings(
         store=store,
         room=room,
         finisher=finisher,
-        telling=telling,
+        notifier=notifier,
         largest_bytes=min(budget_bytes, settings.recording_largest_mb * _MB),
         longest_s=settings.recording_longest_s,
     )
-    return Recordings(desk, store, room, finisher, telling)
+    return Recordings(service, store, room, finisher, notifier)

@@ -1,6 +1,6 @@
 """Why nothing is recorded, or a recording is not given out. Knows nothing of HTTP: `server/problems.py` maps it."""
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
 
 class UnknownRecording(Refusal):

@@ -11,16 +11,15 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel, ConfigDict, Field
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.access import Pilot, UnknownDrone, Viewer
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.audit.deed import Deed
-from server.fleet.relations import Right
+from server.access import Pilot, Viewer
+from server.audit.action import AuditAction
+from server.domain.access import UnknownDrone
+from server.domain.people import Principal, Role
+from server.domain.relations import Right
 from server.operations.asking import refuse_observers, watched_drone
 from server.operations.refusals import DroneOffline, OnlyWatches, TooManyOperations, ViewTaken
 from server.problem_docs import answers
 from server.recordings import catalogue
-from server.recordings.desk import NOT_HERE
 from server.recordings.refusals import (
     AlreadyRecording,
     NoRoomToRecord,
@@ -32,6 +31,7 @@ from server.recordings.refusals import (
     TooManyRecordings,
     UnknownRecording,
 )
+from server.recordings.service import NOT_HERE
 from server.recordings.store import MP4
 from server.recordings.tables import RecordingRow
 from server.recordings.views import RecordingView
@@ -74,8 +74,8 @@ def _recorded_drone(request: Request, principal: Principal, drone_id: int) -> Li
     return drone
 
 
-def _deed(request: Request, principal: Principal) -> Deed:
-    return Deed(by=principal, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, principal: Principal) -> AuditAction:
+    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
 @router.get("", responses=answers(*_WATCH))
@@ -86,7 +86,7 @@ async def list_recordings(request: Request, principal: Viewer, drone_id: DronePa
     async with tower.database.reading() as session:
         rows = await catalogue.of_drone(session, drone.drone_id)
     user_id, role = principal.user_id, principal.role
-    return [tower.recordings.desk.view(row) for row in rows if drone.knows_of(user_id, role, row.began_at)]
+    return [tower.recordings.service.view(row) for row in rows if drone.knows_of(user_id, role, row.began_at)]
 
 
 @router.post(
@@ -109,7 +109,7 @@ async def begin_recording(
         raise TooManyOperations
     named = body.quality if body is not None else None
     quality = None if named is None else Quality[named.upper()]
-    return await tower_of(request).recordings.desk.begin(drone, principal, quality, _deed(request, principal))
+    return await tower_of(request).recordings.service.begin(drone, principal, quality, _deed(request, principal))
 
 
 @router.get("/{recording_id}", responses=answers(*_WATCH, UnknownRecording))
@@ -131,7 +131,7 @@ async def end_recording(
     if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=False):
         raise TooManyOperations
     await _view(request, principal, drone, recording_id)
-    await tower_of(request).recordings.desk.end(recording_id, _deed(request, principal))
+    await tower_of(request).recordings.service.end(recording_id, _deed(request, principal))
     return await _view(request, principal, drone, recording_id)
 
 
@@ -183,14 +183,14 @@ async def delete_recording(
         row = await catalogue.delete(session, drone.drone_id, recording_id, deed=_deed(request, principal))
     if row.store == tower.recordings.store.id:
         await asyncio.to_thread(tower.recordings.store.remove, row.drone_id, row.file)
-    tower.recordings.telling.tell("removed", catalogue.view_of(row))
+    tower.recordings.notifier.tell("removed", catalogue.view_of(row))
 
 
 async def _view(request: Request, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingView:
     tower = tower_of(request)
     async with tower.database.reading() as session:
         row = await _row(session, principal, drone, recording_id)
-    return tower.recordings.desk.view(row)
+    return tower.recordings.service.view(row)
 
 
 async def _row(session: AsyncSession, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingRow:

@@ -1,4 +1,4 @@
-"""One recording that goes on, as the desk holds it."""
+"""One recording that goes on, as the service holds it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import asyncio
 from dataclasses import dataclass, field
 from datetime import datetime
 
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.recordings.sink import RecordingSink
 from server.recordings.tables import RecordingRow
 from server.recordings.writer import UnitWriter
@@ -28,11 +28,11 @@ class Running:
     began: float
     flights: list[datetime] = field(default_factory=list)
     ending: str | None = None
-    ended_by: Deed | None = None
+    ended_by: AuditAction | None = None
     detached: bool = False
     over: asyncio.Event = field(default_factory=asyncio.Event)
 
-    def end(self, words: str, by: Deed | None = None) -> None:
+    def end(self, words: str, by: AuditAction | None = None) -> None:
         """The first reason counts."""
         if self.ending is None:
             self.ending, self.ended_by = words, by

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 TICKS_PER_S: Final = 90_000
 """The unit of time in the finished file."""
-_LEAST_STEP: Final = 90
+_MIN_STEP: Final = 90
 """A millisecond: two pictures never share a moment, whatever the clocks say."""
 
 
@@ -40,22 +40,22 @@ def shown_times(taken: Sequence[Taken]) -> list[Shown]:
     at: list[int] = []
     for moment in moments:
         ticks = round((moment - first) * TICKS_PER_S / 1_000_000)
-        at.append(ticks if not at else max(ticks, at[-1] + _LEAST_STEP))
+        at.append(ticks if not at else max(ticks, at[-1] + _MIN_STEP))
     steps = [later - earlier for earlier, later in itertools.pairwise(at)]
     period = round(TICKS_PER_S / taken[-1].rate_hz)
     # The rate is what the encoder aims at; what came says it better, unless there was a pause.
     last = min(period, round(median(steps[-30:]))) if steps else period
-    return [Shown(moment, step) for moment, step in zip(at, [*steps, max(_LEAST_STEP, last)], strict=True)]
+    return [Shown(moment, step) for moment, step in zip(at, [*steps, max(_MIN_STEP, last)], strict=True)]
 
 
-MOST_LAG_US: Final = 30_000_000
+MAX_LAG_US: Final = 30_000_000
 
 
 def _least_lag(taken: Sequence[Taken]) -> int:
     lags = [one.came_us - one.capture_us for one in taken if one.capture_us]
-    return min((lag for lag in lags if 0 <= lag <= MOST_LAG_US), default=0)
+    return min((lag for lag in lags if 0 <= lag <= MAX_LAG_US), default=0)
 
 
 def _moment(one: Taken, lag_us: int) -> int:
-    believed = one.capture_us and -1_000_000 <= one.came_us - one.capture_us <= MOST_LAG_US
+    believed = one.capture_us and -1_000_000 <= one.came_us - one.capture_us <= MAX_LAG_US
     return one.capture_us if believed else one.came_us - lag_us

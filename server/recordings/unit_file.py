@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from struct import Struct
 from typing import IO, Final, NamedTuple
 
-from wire.video import LARGEST_UNIT_BYTES, MalformedUnit, Unit, decode_unit
+from wire.video import MAX_UNIT_BYTES, MalformedUnit, Unit, decode_unit
 
 MAGIC: Final = b"TOWERREC1\n"
 _ENTRY: Final = Struct("<IIQ")
@@ -38,7 +38,7 @@ def read_entries(file: IO[bytes]) -> Iterator[Entry]:
         raise NoRecording("this is no recording")
     while len(head := file.read(ENTRY_BYTES)) == ENTRY_BYTES:
         length, checksum, came_us = _ENTRY.unpack(head)
-        if length > LARGEST_UNIT_BYTES:
+        if length > MAX_UNIT_BYTES:
             return
         message = file.read(length)
         if len(message) != length or zlib.crc32(message) != checksum:

@@ -11,7 +11,7 @@ from typing import IO, Final
 
 from server.recordings.unit_file import MAGIC, entry_of
 
-MOST_WAITING_BYTES: Final = 8 * 1024 * 1024
+MAX_WAITING_BYTES: Final = 8 * 1024 * 1024
 """Many seconds of video; a disk that is behind by more does not come back in time."""
 SYNC_EVERY_S: Final = 5.0
 """What a power cut may cost. Whatever happens to the tower alone costs nothing that was written."""
@@ -23,7 +23,7 @@ class UnitWriter:
     """`problem`: why nothing is written any more, for people; empty while all is well. `taken_bytes`: all that was put,
     `waiting_bytes`: of it, what the disk does not have yet."""
 
-    def __init__(self, path: Path, *, most_waiting_bytes: int = MOST_WAITING_BYTES) -> None:
+    def __init__(self, path: Path, *, most_waiting_bytes: int = MAX_WAITING_BYTES) -> None:
         """Makes the file. Raises OSError."""
         self.problem = ""
         self.taken_bytes = len(MAGIC)

@@ -13,7 +13,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from server.anonymous.budget import AnonymousBudget, admitted
 from server.anonymous.told import log_refusal
-from server.clock import Clock
+from server.domain.clock import Clock
 from server.private_path import is_private_path
 from server.relay.agent_link import AgentLink
 from server.relay.agent_routes import OVER_CHANNEL, Address
@@ -61,7 +61,7 @@ from wire.transactions import TRANSACTIONS
 from wire.video import VIDEO
 
 HELLO_WITHIN_S: Final = 5.0
-MOST_WAITING: Final = 256
+MAX_WAITING: Final = 256
 """Messages to an agent that does not read. Orders must not pile up and come late, so the channel is closed then."""
 
 GOOD: Final = 1000
@@ -292,7 +292,7 @@ class AgentChannel:
                 return link_id
 
     def _post(self, message: ToAgent) -> None:
-        if len(self._outgoing) >= MOST_WAITING:
+        if len(self._outgoing) >= MAX_WAITING:
             self._ending.wish(TOO_SLOW, "the agent does not read what it is sent")
             return
         self._outgoing.append(message)

@@ -6,7 +6,7 @@ from typing import Final
 
 from server.relay.agent_routes import OVER_CHANNEL, Address, AgentRoutes
 from server.relay.live_messages import LinkOver, LinkQuality
-from wire.content import LARGEST_URGENT_BYTES
+from wire.content import MAX_URGENT_BYTES
 from wire.control_messages import HoldOrder, ToAgent, encode_message
 from wire.datagram_lane import STALLED_AFTER_S
 from wire.drops import Dropped, DropReason
@@ -26,8 +26,8 @@ COPIES: Final = 4
 COPIES_AT_ONCE: Final = 2
 """Two at once get through 399 of 400 times where one in twenty is lost; the rest are for losses that come in a row."""
 
-MOST_REPEATED: Final = 64
-MOST_ORDERS: Final = 8
+MAX_REPEATED: Final = 64
+MAX_ORDERS: Final = 8
 """To hold, that no step of a hold has answered yet. The newest says what the older ones say."""
 
 SILENT_AFTER_S: Final = 3.0
@@ -79,7 +79,7 @@ class AgentLink:
         self._alarm_set = False
         self._repeats: list[tuple[bytes, int]] = []
         """Urgent messages and how many more copies of each are to be sent."""
-        self._orders: deque[HoldOrder] = deque(maxlen=MOST_ORDERS)
+        self._orders: deque[HoldOrder] = deque(maxlen=MAX_ORDERS)
         self._numbered = 0
 
     @property
@@ -219,13 +219,13 @@ class AgentLink:
         self.post(message)
         if isinstance(message, HoldOrder):
             self._orders.append(message)
-        if len(text) > LARGEST_URGENT_BYTES:
+        if len(text) > MAX_URGENT_BYTES:
             return
         copies = 0
         if self.routes.newest is not None and not self._muted:
             copies = COPIES_AT_ONCE
             self._send([self.sealed.seal_urgent(text) for _ in range(copies)])
-        if len(self._repeats) < MOST_REPEATED:
+        if len(self._repeats) < MAX_REPEATED:
             self._repeats.append((text, COPIES - copies))
 
     def send_newest(self, message: ToAgent, now: float) -> None:
@@ -244,7 +244,7 @@ class AgentLink:
     def answered(self, order_id: int) -> None:
         """A step of the hold came that this order began (0: of one that nobody ordered)."""
         if order_id:
-            self._orders = deque((one for one in self._orders if one.order_id > order_id), MOST_ORDERS)
+            self._orders = deque((one for one in self._orders if one.order_id > order_id), MAX_ORDERS)
 
     def wants_time(self, now: float) -> bool:
         """Whether `send_keepalives` has something, or the agent has been silent for too long."""

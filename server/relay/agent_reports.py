@@ -6,27 +6,27 @@ One entry for each message of `wire.control_messages.ToTower`; a report over a l
 from datetime import datetime
 from typing import Final
 
-from server.operations.desk import OperationDesk
+from server.operations.service import OperationService
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.hub_events import HoldStepReported, LossParametersReported
 from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
-from server.video.desk import VideoDesk
+from server.video.service import VideoService
 from wire.control_messages import AutopilotState, HoldCause, HoldProgress, LossParameters, StreamState, ToTower
 from wire.open_holds import HoldState
 from wire.parameter_metadata import PARAMETER_METADATA, MetadataKnown, MetadataPiece, MetadataToTower, MetadataWanted
 from wire.transactions import TRANSACTIONS, TransactionToTower
 from wire.video import VIDEO, VideoState
 
-MOST_WORDS: Final = 500
+MAX_TEXT_LENGTH: Final = 500
 """Characters of an agent's words that are told on: many browsers keep them while they wait."""
 
 
 class AgentReports:
-    """No state of its own: all of it is in the drones, and at the desks of operations and of video."""
+    """No state of its own: all of it is in the drones, and at the services of operations and of video."""
 
-    def __init__(self, state: LiveState, operations: OperationDesk, video: VideoDesk) -> None:
+    def __init__(self, state: LiveState, operations: OperationService, video: VideoService) -> None:
         self._state = state
         self._operations = operations
         self._video = video
@@ -103,7 +103,7 @@ class AgentReports:
             drone.drone_id,
             progress.epoch,
             progress.step,
-            progress.detail[:MOST_WORDS],
+            progress.detail[:MAX_TEXT_LENGTH],
             progress.elapsed_ms,
             progress.cause,
         )

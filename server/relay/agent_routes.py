@@ -15,10 +15,10 @@ OVER_CHANNEL: Final[Address] = ("", 0)
 UPLINK_SILENT_S: Final = 2.0
 """An uplink that said nothing for so long is gone: four of its pings in a row are missing."""
 
-MOST_UPLINKS: Final = 4
+MAX_UPLINKS: Final = 4
 """What one agent may have us send is bounded, whatever it says."""
 
-MOST_REMEMBERED: Final = 16
+MAX_REMEMBERED: Final = 16
 
 
 class AgentRoutes:
@@ -30,7 +30,7 @@ class AgentRoutes:
         self.targets: tuple[Address, ...] = ()
         """Where a datagram is to be sent: once to each. Nowhere before anything came."""
         self._uplinks: dict[int, tuple[Address, float]] = {}
-        self._were_uplinks: deque[Address] = deque(maxlen=MOST_REMEMBERED)
+        self._were_uplinks: deque[Address] = deque(maxlen=MAX_REMEMBERED)
 
     def follow(self, address: Address) -> None:
         """The newest datagram came from here."""
@@ -40,7 +40,7 @@ class AgentRoutes:
 
     def uplink(self, number: int, address: Address, now: float) -> None:
         """An uplink says where it is."""
-        if number in self._uplinks or len(self._uplinks) < MOST_UPLINKS:
+        if number in self._uplinks or len(self._uplinks) < MAX_UPLINKS:
             self._uplinks[number] = (address, now)
             if address not in self._were_uplinks:
                 self._were_uplinks.append(address)

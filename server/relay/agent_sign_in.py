@@ -37,7 +37,7 @@ _NOBODY: Final = public_half(Ed25519PrivateKey.generate())
 _NO_HASH: Final = "0" * 64
 
 AGENT_PATH: Final = "/api/v1/agent"
-LONGEST_ID: Final = 10
+MAX_ID_LENGTH: Final = 10
 
 
 class AgentRefused(Exception):
@@ -99,7 +99,7 @@ def is_agent(hub: Hub, scope: Scope) -> bool:
         return False
     headers = Headers(scope=scope)
     drone_id, _, key = headers.get(CALLER_HEADER, "").partition(" ")
-    if key and len(drone_id) <= LONGEST_ID and drone_id.isascii() and drone_id.isdigit():
+    if key and len(drone_id) <= MAX_ID_LENGTH and drone_id.isascii() and drone_id.isdigit():
         drone = hub.drone(DroneId(int(drone_id)))
         known = key_text(drone.record.public_key) if drone is not None and drone.record.public_key else ""
         return bool(known) and hmac.compare_digest(known.encode(), key.encode())

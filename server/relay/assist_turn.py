@@ -11,7 +11,7 @@ Whose = Literal["holder", "assistant"]
 BACK_AFTER_S: Final = 1.0
 """The holder's frames pass again so long after the last one of the assistant."""
 
-MOST_WAITING: Final = 16
+MAX_WAITING: Final = 16
 WAIT_AT_MOST_S: Final = 1.0
 """A command that could not pass by then is not executed late."""
 
@@ -36,7 +36,7 @@ class AssistTurn:
         if self.whose == self.wanted == "assistant":
             return True
         self.wanted = "assistant"
-        if len(self._waiting) < MOST_WAITING:
+        if len(self._waiting) < MAX_WAITING:
             self._waiting.append((now, frame))
         return False
 

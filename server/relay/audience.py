@@ -5,7 +5,7 @@ What hangs on somebody being there is told at once: the agents of what they hold
 
 from collections.abc import Callable, Iterable
 
-from server.accounts.sessions import SignInId
+from server.domain.people import SignInId
 from server.relay import live_messages as live
 from server.relay.browser import Browser
 from server.relay.hub_events import RightLost

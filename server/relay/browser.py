@@ -3,15 +3,15 @@
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from server.accounts.sessions import Principal
+from server.domain.people import Principal
 from server.relay.event_queue import EventQueue
 from server.relay.flood_gate import PATIENCE, PATIENCE_PER_S, REQUESTS_BURST, REQUESTS_PER_S
 from server.relay.live_messages import Lost, Notice, ToBrowser
 from server.relay.outbox import Outbox
 from server.relay.policy import AskTwice
 from server.relay.refusals import RefusalNotices
+from server.relay.rtt_meter import RttMeter
 from server.relay.token_bucket import TokenBucket
-from server.relay.trip_meter import TripMeter
 from server.relay.viewport import Viewport
 from wire.drops import DropReason
 from wire.ids import DroneId
@@ -43,7 +43,7 @@ class Browser:
         self.ask_twice = AskTwice()
         self.lateness = Lateness()
         """How late its messages come."""
-        self.trip = TripMeter()
+        self.trip = RttMeter()
         """How long the way to it and back is."""
         self.address = address
         self.close = close

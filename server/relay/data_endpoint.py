@@ -24,7 +24,7 @@ from wire.ids import LinkId
 
 _log = structlog.get_logger(__name__)
 
-MOST_AT_ONCE: Final = 64
+MAX_CONCURRENT: Final = 64
 """Datagrams read before others have their turn: browsers' sticks must not wait for a flood to end."""
 
 JUNK_BESIDE: Final = 8
@@ -69,8 +69,8 @@ class DataEndpoint:
     def _rested(self) -> None:
         now = time.monotonic()
         self._rhythm.by_hand = self._hub.anybody_flies_by_hand(now)
-        count = self._read(now, MOST_AT_ONCE)
-        rest_s = 0.0 if count == MOST_AT_ONCE else self._rhythm.rested(count)
+        count = self._read(now, MAX_CONCURRENT)
+        rest_s = 0.0 if count == MAX_CONCURRENT else self._rhythm.rested(count)
         if rest_s is None:
             self._resting = None
             self._watch()

@@ -2,7 +2,7 @@
 
 A newer `drone` takes the place of one of the same drone that still waits, and so do `links`, `operation`,
 `plan_on_board`, `parameters` and `separation`: a browser that is slow for a while has at most one of each drone,
-operation or pair. What happened (control, hold, notice, ...) waits in full, up to MOST_EVENTS; operations, of which
+operation or pair. What happened (control, hold, notice, ...) waits in full, up to MAX_EVENTS; operations, of which
 there can be any number, count among these.
 """
 
@@ -20,7 +20,7 @@ from server.relay.live_messages import (
     ToBrowser,
 )
 
-MOST_EVENTS: Final = 2000
+MAX_EVENTS: Final = 2000
 """Of those that cannot be conflated. A browser that lets so many pile up has long stopped reading."""
 
 
@@ -59,7 +59,7 @@ class EventQueue:
 
     @property
     def _is_full(self) -> bool:
-        return len(self._waiting) - self._conflated >= MOST_EVENTS
+        return len(self._waiting) - self._conflated >= MAX_EVENTS
 
     def take(self) -> list[ToBrowser]:
         """All that wait, in order."""

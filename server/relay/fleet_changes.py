@@ -5,10 +5,9 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Final, Literal
 
-from server.accounts.sessions import Principal, SignInId, TokenId
-from server.accounts.tables import Role
-from server.fleet.relations import Right
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
+from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
+from server.domain.people import Principal, Role, SignInId, TokenId, UserRef
+from server.domain.relations import Right
 from server.relay import live_messages as live
 from server.relay.browser import Browser
 from server.relay.hub_events import NOT_OF_ITS_TEAM, ControlsMoved, RightLost

@@ -12,7 +12,7 @@ from server.relay.loan_limits import home_in
 from server.relay.policy import (
     CommandSeen,
     Kind,
-    Leave,
+    Permission,
     command_in,
     ends_the_flight,
     kind_of,
@@ -28,7 +28,7 @@ from wire.drops import Dropped, DropReason
 from wire.frames import MalformedFrame, checksum_holds, is_known, message_id
 from wire.ids import DroneId
 from wire.state_messages import StateKey, state_key
-from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
+from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
 
 _AUTOPILOT: Final = mavlink.MAV_COMP_ID_AUTOPILOT1
 _HEARTBEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
@@ -89,7 +89,7 @@ class FramePaths:
     def down(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message of a browser: checks each frame in turn, passes on what may pass, answers the rest."""
         try:
-            if len(message) > LARGEST_UPWARD_MESSAGE_BYTES:
+            if len(message) > MAX_UPWARD_MESSAGE_BYTES:
                 raise MalformedFrame("too long")
             sent_ms, tagged = split_stamp(message)
             parts = split_tagged(tagged)
@@ -134,7 +134,7 @@ class FramePaths:
             raise Dropped(DropReason.LATE)
         if drone.link is None or not drone.link.is_heard(now):
             raise Dropped(DropReason.OFFLINE)
-        reads_only = leave_for(frame, command) is Leave.WATCHER
+        reads_only = leave_for(frame, command) is Permission.WATCHER
         if not reads_only:
             if drone.fenced or drone.is_deaf_to_holder(user_id, now):
                 raise Dropped(DropReason.NOT_IN_CONTROL)

@@ -8,7 +8,7 @@ from wire.control_messages import HoldOrder
 from wire.ids import DroneId
 from wire.open_holds import Stay
 
-MOST_ORDERS_OPEN: Final = 8
+MAX_ORDERS_OPEN: Final = 8
 MAX_NAME: Final = 80
 """Characters of a name that an agent takes."""
 
@@ -42,7 +42,7 @@ class HoldOrders:
             return False
         order_id = self._next()
         self._state.traffic.holds_ordered += 1
-        if len(drone.orders) >= MOST_ORDERS_OPEN:
+        if len(drone.orders) >= MAX_ORDERS_OPEN:
             del drone.orders[next(iter(drone.orders))]
         drone.orders[order_id] = reason
         interrupts = interrupts or link.interrupts

@@ -9,7 +9,7 @@ from typing import Final
 
 from wire.control_messages import HoldProgress
 
-MOST_REMEMBERED: Final = 64
+MAX_REMEMBERED: Final = 64
 """Twice what an agent keeps to tell it again."""
 
 
@@ -17,7 +17,7 @@ class HoldSteps:
     """Of one drone, for as long as the tower knows it."""
 
     def __init__(self) -> None:
-        self._told: deque[HoldProgress] = deque(maxlen=MOST_REMEMBERED)
+        self._told: deque[HoldProgress] = deque(maxlen=MAX_REMEMBERED)
         self._newest = 0
 
     def link_ended(self) -> None:

@@ -9,22 +9,21 @@ Its laws:
 - What it notices and cannot decide, it tells (`on_event`), and goes on.
 
 The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the browsers), `fleet_changes`, `flood_gate`,
-`frame_paths`, `hold_orders`, `lease_changes`, `link_changes`, `safety_watch`, `separation.telling`, `video.desk`.
+`frame_paths`, `hold_orders`, `lease_changes`, `link_changes`, `safety_watch`, `separation.telling`, `video.service`.
 """
 
 from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
 from typing import Any, Final
 
-from server.accounts.scopes import Scope
-from server.accounts.sessions import SignInId
-from server.accounts.tables import Role
-from server.clock import Clock, utc_now
-from server.fleet.snapshot import FleetSnapshot, UserRef
+from server.domain.clock import Clock, utc_now
+from server.domain.fleet import FleetSnapshot
+from server.domain.people import Role, SignInId, UserRef
+from server.domain.scopes import Scope
 from server.fleet.views import DroneView
-from server.operations.desk import OperationDesk
 from server.operations.follow_feed import FollowFeed
 from server.operations.person import Fix
+from server.operations.service import OperationService
 from server.relay import live_messages as live
 from server.relay.agent_link import AgentLink
 from server.relay.agent_reports import AgentReports
@@ -45,8 +44,8 @@ from server.relay.socket_bounds import SocketBounds
 from server.relay.traffic import Traffic
 from server.relay.viewport import Viewport
 from server.separation.bounds import SeparationBounds
-from server.separation.telling import SeparationTelling
-from server.video.desk import VideoDesk
+from server.separation.notifier import SeparationNotifier
+from server.video.service import VideoService
 from wire.control_messages import (
     AutopilotState,
     HoldProgress,
@@ -80,14 +79,14 @@ class Hub:
     ) -> None:
         self._clock = clock
         self._state = LiveState()
-        self.separation = SeparationTelling(self._state, separation or SeparationBounds())
+        self.separation = SeparationNotifier(self._state, separation or SeparationBounds())
         self._flood = FloodGate(flood_limits or FloodLimits())
         self._socket_bounds = socket_bounds or SocketBounds()
         self._paths = FramePaths(self._state, self._flood)
-        self.operations = OperationDesk(self._state, clock)
+        self.operations = OperationService(self._state, clock)
         self.follows = FollowFeed(self._state, self.operations)
         self._video_bounds = video_bounds or SocketBounds()
-        self.video = VideoDesk(self._state, self._video_bounds)
+        self.video = VideoService(self._state, self._video_bounds)
         self._reports = AgentReports(self._state, self.operations, self.video)
         self._safety = SafetyWatch(self._state)
         self._holds = HoldOrders(self._state, number_after=int(clock().timestamp()))

@@ -87,7 +87,7 @@ class LossParametersReported:
 
 @dataclass(frozen=True)
 class ControlsMoved:
-    """Another process has changed the lease: the database told of it, not this tower's desk."""
+    """Another process has changed the lease: the database told of it, not this tower's service."""
 
     drone_id: DroneId
 

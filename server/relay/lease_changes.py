@@ -1,7 +1,7 @@
 """A lease that has been committed, brought into the live picture: who is shut out, who is told what, in which order.
 
-The desk hands over what it has committed (`apply`). What a snapshot of the database says first (`learnt`) counts at
-once, but people are told of it only when the desk has said nothing for a while: its own word, with who and why, may be
+The service hands over what it has committed (`apply`). What a snapshot of the database says first (`learnt`) counts at
+once, but people are told only when the service has said nothing for a while: its own word, with who and why, may be
 under way. If it is not, another process has changed the lease, and what it did is seen from the two leases.
 """
 
@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.relay import live_messages as live
 from server.relay.live_drone import LeaseView, LiveDrone
 from server.relay.live_state import LiveState

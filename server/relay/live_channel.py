@@ -5,10 +5,10 @@ from typing import Final
 
 from starlette.websockets import WebSocket
 
-from server.accounts.sessions import Principal
-from server.beats import Looks
-from server.clock import Clock
+from server.aligned_timers import SharedChecks
 from server.direct_websocket import direct_writer
+from server.domain.clock import Clock
+from server.domain.people import Principal
 from server.relay.browser import Browser
 from server.relay.hub import SESSION_ENDED, Hub
 from server.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, PersonFix, Pong, decode_request
@@ -24,9 +24,9 @@ from wire.ids import DroneId
 
 BROWSER_SUBPROTOCOL: Final = "tower.v1"
 BAD_REQUEST: Final = 4400
-MOST_BAD_REQUESTS: Final = 20
+MAX_BAD_REQUESTS: Final = 20
 """Text messages that make no sense before the channel is closed: a mistake is told, a flood is ended."""
-MOST_QUOTED: Final = 200
+MAX_QUOTED_LENGTH: Final = 200
 """Characters of what is wrong with it: the words may quote what came, and no answer is larger than that."""
 
 
@@ -40,7 +40,7 @@ class LiveChannel:
         viewer: Principal,
         *,
         clock: Clock,
-        looks: Looks,
+        looks: SharedChecks,
         subprotocol: str | None,
         still_signed_in: StillSignedIn,
         write_round: WriteRound,
@@ -118,9 +118,11 @@ class LiveChannel:
         except MalformedRequest as error:
             self._bad_requests += 1
             self._hub.drops[DropReason.MALFORMED] += 1
-            if self._bad_requests >= MOST_BAD_REQUESTS:
+            if self._bad_requests >= MAX_BAD_REQUESTS:
                 self._ending.wish(BAD_REQUEST, "too many messages that make no sense")
-            self._browser.tell(Notice("warning", "malformed", f"Not understood: {str(error)[:MOST_QUOTED]}", None, 1))
+            self._browser.tell(
+                Notice("warning", "malformed", f"Not understood: {str(error)[:MAX_QUOTED_LENGTH]}", None, 1)
+            )
             return
         if isinstance(request, Focus):
             drone_id = None if request.drone_id is None else DroneId(request.drone_id)

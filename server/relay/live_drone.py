@@ -5,10 +5,9 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Final, NamedTuple
 
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.fleet.relations import Relation, Right, TeamRole, may, relation_of
-from server.fleet.snapshot import DroneRecord, UserRef
+from server.domain.fleet import DroneRecord
+from server.domain.people import Principal, Role, UserRef
+from server.domain.relations import Relation, Right, TeamRole, may, relation_of
 from server.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
 from server.operations.board import Board
 from server.operations.board_views import NO_PARAMETERS, NO_PLANS
@@ -20,8 +19,8 @@ from server.relay.hold_steps import HoldSteps
 from server.relay.holder_watch import HolderWatch
 from server.relay.loan_limits import Home, Limits, LimitWatch
 from server.relay.open_hold import OpenHold
-from server.relay.policy import Standing
-from server.relay.trip_meter import TooLong
+from server.relay.policy import Authorization
+from server.relay.rtt_meter import TooLong
 from server.separation.plausible import MotionCheck
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
 from wire.ids import DroneId, Epoch, UserId
@@ -88,7 +87,7 @@ class LossCheckMark:
         return self.dangerous and user_id not in self.read_by
 
 
-class Standpoint(NamedTuple):
+class Viewpoint(NamedTuple):
     """Whence somebody looks at a drone."""
 
     relation: Relation
@@ -226,10 +225,10 @@ class LiveDrone:
         assistant = self.lease.assistant
         return user_id == self.holder_id or (assistant is not None and user_id == assistant.id)
 
-    def standing_of(self, viewer: Principal) -> Standing:
+    def standing_of(self, viewer: Principal) -> Authorization:
         """How a sender stands to this drone. Whoever signed in only to watch has no turn, whoever they are."""
         user_id = viewer.user_id
-        return Standing(
+        return Authorization(
             has_turn=viewer.may_fly and self.may_arm(user_id),
             armed=self.armed,
             airborne=self.airborne,
@@ -329,10 +328,10 @@ class LiveDrone:
         """As one user is told."""
         return self.view_as(self.standpoint_of(user_id, role))
 
-    def standpoint_of(self, user_id: UserId, role: Role) -> Standpoint:
+    def standpoint_of(self, user_id: UserId, role: Role) -> Viewpoint:
         """What makes this user's view of the drone: two with the same one are told the same."""
         relation = self.relation_of(user_id, role)
-        return Standpoint(
+        return Viewpoint(
             relation=relation,
             blind=user_id == self.blind_user_id,
             no_video=user_id == self.no_video_user_id,
@@ -340,7 +339,7 @@ class LiveDrone:
             knows_team=relation is not Relation.BORROWER or user_id in self.record.ties.crew,
         )
 
-    def view_as(self, standpoint: Standpoint) -> DroneView:
+    def view_as(self, standpoint: Viewpoint) -> DroneView:
         """As whoever has this standpoint is told."""
         update: dict[str, object] = {"relation": standpoint.relation}
         team = self.record.team

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Final, Literal, Self
 
 import msgspec
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.fleet.views import DroneView
 from server.operations.board_views import PlanBoardView
 from server.operations.operation import Operation
@@ -334,7 +334,7 @@ _SHARED: Final = (
     Separation,
 )
 """Events that one object tells to everybody who watches a drone."""
-_MOST_SHARED: Final = 256
+_MAX_SHARED: Final = 256
 _encoded: Final[dict[int, tuple[ToBrowser, str]]] = {}
 """What was put into JSON last, by identity. When a thousand agents come back, twenty browsers are told of each."""
 
@@ -347,7 +347,7 @@ def encode_event(event: ToBrowser) -> str:
     if known is not None and known[0] is event:
         return known[1]
     text = _encoder.encode(event).decode()
-    if len(_encoded) >= _MOST_SHARED:
+    if len(_encoded) >= _MAX_SHARED:
         _encoded.clear()
     _encoded[id(event)] = (event, text)
     return text

@@ -15,7 +15,7 @@ from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
 from server.relay.flood_gate import FLOODING
 from server.relay.hub_events import HoldToKeep, HubEvent
-from server.relay.live_drone import LiveDrone, Standpoint
+from server.relay.live_drone import LiveDrone, Viewpoint
 from server.relay.traffic import Traffic
 from wire.control_messages import ControlChanged, ToAgent
 from wire.drops import DropCounts, DropReason
@@ -58,7 +58,7 @@ class LiveState:
 
     def tell_drone(self, drone: LiveDrone) -> None:
         """The drone as it is now. One event for all who stand to it alike: it is put into JSON once."""
-        told: dict[Standpoint, live.DroneChanged] = {}
+        told: dict[Viewpoint, live.DroneChanged] = {}
         for browser in drone.watchers.values():
             standpoint = drone.standpoint_of(browser.viewer.user_id, browser.viewer.role)
             event = told.get(standpoint)

@@ -16,7 +16,7 @@ from server.relay.live_messages import Lost, encode_event
 from server.relay.traffic import Traffic
 from server.relay.write_round import WriteRound
 
-MOST_FRAMES_A_MESSAGE: Final = 128
+MAX_FRAMES_PER_MESSAGE: Final = 128
 """Downwards; at most 36 KiB. A browser that is slow gets them one by one, and the socket's buffer stays small."""
 
 
@@ -71,8 +71,8 @@ class LiveWriter:
             frames = outbox.take(now)
             traffic.frames_to_browsers += len(frames)
             self._unsent_since, self._due_since = self._due_since if frames else None, None
-            for start in range(0, len(frames), MOST_FRAMES_A_MESSAGE):
-                unsent.append((writer.write_binary, b"".join(frames[start : start + MOST_FRAMES_A_MESSAGE])))
+            for start in range(0, len(frames), MAX_FRAMES_PER_MESSAGE):
+                unsent.append((writer.write_binary, b"".join(frames[start : start + MAX_FRAMES_PER_MESSAGE])))
         while unsent and writer.has_room():
             write, message = unsent.popleft()
             write(message)

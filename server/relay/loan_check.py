@@ -1,15 +1,15 @@
 """Whether the limits of a loan let a frame of this sender pass, at this moment. Pure."""
 
-from server.accounts.sessions import Principal
+from server.domain.people import Principal
 from server.relay.live_drone import LiveDrone
 from server.relay.loan_requests import bar_of, words_of
-from server.relay.policy import CommandSeen, Leave, leave_for
+from server.relay.policy import CommandSeen, Permission, leave_for
 
 
 def barred_by_loan(drone: LiveDrone, viewer: Principal, frame: bytes, command: CommandSeen | None) -> str | None:
     """The end of a sentence that begins with whose drone is lent; None: it may pass, or the sender is no borrower."""
     limits = drone.limits_of(viewer.user_id, viewer.role)
-    if limits is None or leave_for(frame, command) is Leave.WATCHER:
+    if limits is None or leave_for(frame, command) is Permission.WATCHER:
         return None
     autopilot = drone.loss_parameters.autopilot if drone.loss_parameters is not None else ""
     px4 = autopilot == "px4" if autopilot else None

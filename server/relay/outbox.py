@@ -18,10 +18,10 @@ DEFAULT_WATCH_RATE_HZ: Final = 5.0
 FAR_PERIOD_S: Final = 1.0
 """How often the state of drones outside the browser's map is due, unless it watches more slowly than that anyway."""
 
-MOST_TRANSACTIONAL: Final = 4096
+MAX_TRANSACTIONAL: Final = 4096
 """Frames. A parameter download is about 1,400 and comes at the speed of the link, so this is several at once."""
 
-MOST_STATE_KINDS: Final = 128
+MAX_STATE_KINDS: Final = 128
 """Kinds of state per drone. Real autopilots send about 40; a sender that invents more gets no more memory: what finds
 no place counts as lost, and the browser is told."""
 
@@ -61,7 +61,7 @@ class Outbox:
             return look
         if drone_id == self.focus:
             for key, tagged in state:
-                if len(self._focused) < MOST_STATE_KINDS or (drone_id, key) in self._focused:
+                if len(self._focused) < MAX_STATE_KINDS or (drone_id, key) in self._focused:
                     self._focused[drone_id, key] = tagged
                 else:
                     self._lost[drone_id] += 1
@@ -71,7 +71,7 @@ class Outbox:
             look = look or not self._watched
             kinds = self._watched[drone_id] = {}
         for key, tagged in state:
-            if key in kinds or len(kinds) < MOST_STATE_KINDS:
+            if key in kinds or len(kinds) < MAX_STATE_KINDS:
                 kinds[key] = tagged
             else:
                 self._lost[drone_id] += 1
@@ -87,7 +87,7 @@ class Outbox:
             queue = self._transactional[drone_id] = deque()
         queue.extend(tagged)
         self._transactional_count += len(tagged)
-        while self._transactional_count > MOST_TRANSACTIONAL:
+        while self._transactional_count > MAX_TRANSACTIONAL:
             self._lose_one(drone_id)
 
     def lose(self, drone_id: DroneId, count: int) -> None:

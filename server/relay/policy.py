@@ -15,7 +15,7 @@ from wire.drops import DropReason
 from wire.frames import message_id, payload
 
 
-class Leave(StrEnum):
+class Permission(StrEnum):
     """Who may send a message."""
 
     WATCHER = "watcher"
@@ -35,29 +35,29 @@ class Kind(StrEnum):
 
 _M: Final = mavlink
 
-MESSAGES: Final[Mapping[int, Leave]] = {
-    _M.MAVLINK_MSG_ID_SETUP_SIGNING: Leave.NOBODY,  # a signing key in the clear
-    _M.MAVLINK_MSG_ID_CHANGE_OPERATOR_CONTROL: Leave.NOBODY,  # who has the controls is the tower's to say
-    _M.MAVLINK_MSG_ID_AUTH_KEY: Leave.NOBODY,
-    _M.MAVLINK_MSG_ID_PING: Leave.WATCHER,
-    _M.MAVLINK_MSG_ID_TIMESYNC: Leave.WATCHER,
-    _M.MAVLINK_MSG_ID_PARAM_REQUEST_READ: Leave.WATCHER,
-    _M.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: Leave.WATCHER,
-    _M.MAVLINK_MSG_ID_MISSION_REQUEST_LIST: Leave.WATCHER,
-    _M.MAVLINK_MSG_ID_MISSION_REQUEST_INT: Leave.WATCHER,
-    _M.MAVLINK_MSG_ID_MISSION_REQUEST: Leave.WATCHER,
-    _M.MAVLINK_MSG_ID_LOG_REQUEST_LIST: Leave.WATCHER,
+MESSAGES: Final[Mapping[int, Permission]] = {
+    _M.MAVLINK_MSG_ID_SETUP_SIGNING: Permission.NOBODY,  # a signing key in the clear
+    _M.MAVLINK_MSG_ID_CHANGE_OPERATOR_CONTROL: Permission.NOBODY,  # who has the controls is the tower's to say
+    _M.MAVLINK_MSG_ID_AUTH_KEY: Permission.NOBODY,
+    _M.MAVLINK_MSG_ID_PING: Permission.WATCHER,
+    _M.MAVLINK_MSG_ID_TIMESYNC: Permission.WATCHER,
+    _M.MAVLINK_MSG_ID_PARAM_REQUEST_READ: Permission.WATCHER,
+    _M.MAVLINK_MSG_ID_PARAM_REQUEST_LIST: Permission.WATCHER,
+    _M.MAVLINK_MSG_ID_MISSION_REQUEST_LIST: Permission.WATCHER,
+    _M.MAVLINK_MSG_ID_MISSION_REQUEST_INT: Permission.WATCHER,
+    _M.MAVLINK_MSG_ID_MISSION_REQUEST: Permission.WATCHER,
+    _M.MAVLINK_MSG_ID_LOG_REQUEST_LIST: Permission.WATCHER,
 }
 """Message id to who may send it; what is not here is the holder's."""
 
 REQUEST_OPERATOR_CONTROL: Final = 32100
 """MAV_CMD_REQUEST_OPERATOR_CONTROL, newer than the dialect that is installed."""
 
-COMMANDS: Final[Mapping[int, Leave]] = {
-    REQUEST_OPERATOR_CONTROL: Leave.NOBODY,  # who has the controls is the tower's to say
-    _M.MAV_CMD_REQUEST_MESSAGE: Leave.WATCHER,
-    _M.MAV_CMD_GET_HOME_POSITION: Leave.WATCHER,
-    _M.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Leave.WATCHER,
+COMMANDS: Final[Mapping[int, Permission]] = {
+    REQUEST_OPERATOR_CONTROL: Permission.NOBODY,  # who has the controls is the tower's to say
+    _M.MAV_CMD_REQUEST_MESSAGE: Permission.WATCHER,
+    _M.MAV_CMD_GET_HOME_POSITION: Permission.WATCHER,
+    _M.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES: Permission.WATCHER,
 }
 """MAV_CMD to who may send it; what is not here is the holder's."""
 
@@ -111,7 +111,7 @@ class CommandSeen:
 
 
 @dataclass(frozen=True)
-class Standing:
+class Authorization:
     """How the sender and the drone stand to each other at this moment."""
 
     has_turn: bool
@@ -131,7 +131,7 @@ def kind_of(frame: bytes) -> Kind:
     msgid = message_id(frame)
     if msgid in _STICK_IDS:
         return Kind.STICKS
-    return Kind.OTHER if MESSAGES.get(msgid) is Leave.WATCHER else Kind.COMMAND
+    return Kind.OTHER if MESSAGES.get(msgid) is Permission.WATCHER else Kind.COMMAND
 
 
 def command_in(frame: bytes) -> CommandSeen | None:
@@ -152,14 +152,14 @@ def command_in(frame: bytes) -> CommandSeen | None:
     )
 
 
-def leave_for(frame: bytes, command: CommandSeen | None) -> Leave:
+def leave_for(frame: bytes, command: CommandSeen | None) -> Permission:
     """Who may send a whole frame."""
     if command is not None:
-        return COMMANDS.get(command.command, Leave.HOLDER)
-    return MESSAGES.get(message_id(frame), Leave.HOLDER)
+        return COMMANDS.get(command.command, Permission.HOLDER)
+    return MESSAGES.get(message_id(frame), Permission.HOLDER)
 
 
-def ends_the_flight(command: CommandSeen, standing: Standing) -> bool:
+def ends_the_flight(command: CommandSeen, standing: Authorization) -> bool:
     """Whether it makes the drone fall: flight termination, or disarming or rebooting where it is not known to be on the
     ground.
 
@@ -196,12 +196,12 @@ def spins_motors(command: CommandSeen) -> bool:
     return command.command in (_M.MAV_CMD_DO_MOTOR_TEST, _M.MAV_CMD_ACTUATOR_TEST)
 
 
-def refusal_of(frame: bytes, command: CommandSeen | None, standing: Standing) -> DropReason | None:
+def refusal_of(frame: bytes, command: CommandSeen | None, standing: Authorization) -> DropReason | None:
     """Why a frame may not pass, or None. What has to be asked twice is not decided here (`AskTwice`)."""
     leave = leave_for(frame, command)
-    if leave is Leave.NOBODY:
+    if leave is Permission.NOBODY:
         return DropReason.NOT_ALLOWED
-    if leave is Leave.WATCHER:
+    if leave is Permission.WATCHER:
         return None if standing.may_read else DropReason.NOT_IN_CONTROL
     if not standing.has_turn:
         return DropReason.NOT_IN_CONTROL

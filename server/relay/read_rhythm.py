@@ -1,6 +1,6 @@
 """When the data channel's socket is read: at once, or in rounds with a rest before each. Sans-I/O.
 
-The deadline of batching on this side is LONGEST_REST_S, and half of it while anybody flies by hand: no datagram waits
+The deadline of batching on this side is MAX_REST_S, and half of it while anybody flies by hand: no datagram waits
 longer for being read together with others, whatever is in it (it is sealed, so nobody can know). Downwards nothing
 waits.
 
@@ -14,7 +14,7 @@ much comes that many would wait, rests get shorter: less memory of the kernel, l
 
 from typing import Final
 
-LONGEST_REST_S: Final = 0.020
+MAX_REST_S: Final = 0.020
 """For eyes on a map, which is drawn ten times a second. A wake-up of the process costs as much as ten datagrams."""
 
 BY_HAND_REST_S: Final = 0.010
@@ -26,7 +26,7 @@ COMPANY_WITHIN_S: Final = 0.005
 CLOSE_ENOUGH: Final = 2
 """After so many in a row that came so close to the one before, company is expected."""
 
-SHORTEST_REST_S: Final = 0.001
+MIN_REST_S: Final = 0.001
 
 ENOUGH: Final = 32
 """Datagrams that are to be read together: what one costs does not get less with more of them."""
@@ -48,14 +48,14 @@ class ReadRhythm:
         self.by_hand = False
         """Whether anybody flies by hand: keep it current."""
         self._patience = 0
-        self._rest_s = LONGEST_REST_S
+        self._rest_s = MAX_REST_S
         self._last_alone_at = float("-inf")
         self._close = 0
         """So many in a row came soon after the one before."""
 
     @property
     def _longest_s(self) -> float:
-        return BY_HAND_REST_S if self.by_hand else LONGEST_REST_S
+        return BY_HAND_REST_S if self.by_hand else MAX_REST_S
 
     def came(self, now: float) -> float | None:
         """Something has come while the socket was watched. How long to rest before reading it; None: do it at once."""
@@ -71,11 +71,11 @@ class ReadRhythm:
         """So many datagrams were read after a rest. How long the next rest is to be; None: watch the socket."""
         if count > 1:
             longest_s = self._longest_s
-            self._rest_s = min(max(self._rest_s * ENOUGH / count, SHORTEST_REST_S), longest_s)
+            self._rest_s = min(max(self._rest_s * ENOUGH / count, MIN_REST_S), longest_s)
             many = count > PAIR or self._rest_s < longest_s
             self._patience = PATIENCE if many else self._patience - 1
             return self._rest_s if count >= SEVERAL or self._rest_s < longest_s else None
         self._patience -= 1
-        self._rest_s = LONGEST_REST_S
+        self._rest_s = MAX_REST_S
         self._last_alone_at = float("-inf")
         return None

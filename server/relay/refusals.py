@@ -15,7 +15,7 @@ from wire.ids import DroneId
 
 PERIOD_S: Final = 1.0
 
-MOST_OPEN: Final = 64
+MAX_OPEN: Final = 64
 """Different refusals told apart at one time; a browser that invents drone ids gets one sum for the rest."""
 
 _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
@@ -78,7 +78,7 @@ class RefusalNotices:
     ) -> Notice | None:
         """Counts one refusal. The notice to send now, or None if it goes into the next sum. `words` end its text."""
         key: _Key = (reason, drone_id, words)
-        if key not in self._open and len(self._open) >= MOST_OPEN:
+        if key not in self._open and len(self._open) >= MAX_OPEN:
             key = (reason, None, words)
         entry = self._open.get(key)
         if entry is None:

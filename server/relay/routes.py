@@ -5,7 +5,7 @@ from typing import Final
 from fastapi import APIRouter
 from starlette.websockets import WebSocket
 
-from server.access import AccessRequest, Action, judge
+from server.domain.access import AccessRequest, Action, judge
 from server.relay.agent_channel import AgentChannel
 from server.relay.live_channel import BROWSER_SUBPROTOCOL, LiveChannel
 from server.relay.viewer_sign_in import StillSignedIn, sign_in_viewer, turn_away

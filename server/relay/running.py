@@ -6,8 +6,8 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Final
 
+from server.aligned_timers import rest
 from server.anonymous.budget import AnonymousBudget
-from server.beats import rest
 from server.garbage import FullSearch
 from server.relay.data_endpoint import DataEndpoint, open_data_endpoint
 from server.relay.hub import Hub

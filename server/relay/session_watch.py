@@ -4,16 +4,16 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from server.accounts.sessions import Principal
-from server.beats import Looks
-from server.clock import Clock
+from server.aligned_timers import SharedChecks
+from server.domain.clock import Clock
+from server.domain.people import Principal
 from server.relay.viewer_sign_in import StillSignedIn
 
 ASK_DATABASE_EVERY_S: Final = 60.0
 
 
 async def watch_session(
-    viewer: Principal, *, clock: Clock, looks: Looks, still_signed_in: StillSignedIn, over: Callable[[str], None]
+    viewer: Principal, *, clock: Clock, looks: SharedChecks, still_signed_in: StillSignedIn, over: Callable[[str], None]
 ) -> None:
     """Returns when it has ended, after `over` was called with the reason in words.
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-LONGEST_REASON_BYTES: Final = 123
+MAX_REASON_BYTES: Final = 123
 """RFC 6455, 5.5: a control frame has 125 bytes, of which two are the code."""
 
 GOOD_BYE_WITHIN_S: Final = 1.0
@@ -63,7 +63,7 @@ async def close_quietly(websocket: WebSocket, code: int, why: str) -> None:
 
 def cut_reason(why: str) -> str:
     """As much of it as a close frame can carry: bytes count there, not characters, and it may quote what came."""
-    return why.encode(errors="replace")[:LONGEST_REASON_BYTES].decode(errors="ignore")
+    return why.encode(errors="replace")[:MAX_REASON_BYTES].decode(errors="ignore")
 
 
 def is_breach(code: int) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
-from server.accounts.sessions import Principal
+from server.domain.people import Principal
 from wire.ids import UserId
 
 TOO_MANY_SOCKETS: Final = 4430

@@ -5,11 +5,12 @@ from typing import Final
 
 from starlette.websockets import WebSocket
 
-from server.access import AccessRequest, Action, authenticate, judge, token_in
-from server.accounts.scopes import ALL_SCOPES, Scope
-from server.accounts.sessions import Principal, TokenId
+from server.access import authenticate, token_in
+from server.domain.access import AccessRequest, Action, judge
+from server.domain.people import Principal, TokenId
+from server.domain.refusal import Refusal
+from server.domain.scopes import ALL_SCOPES, Scope
 from server.origin import origin_allowed
-from server.refusal import Refusal
 from server.relay.fleet_changes import role_changed
 from server.tower import Tower, tower_of
 

@@ -22,7 +22,7 @@ CELL_M: Final = 250.0
 DRONES_A_PORTION: Final = 100
 PAIRS_A_PORTION: Final = 100
 """Of those that are to be looked at closely; and twenty times as many that a glance tells apart."""
-_MOST_LAT_DEG: Final = 89.0
+_MAX_LAT_DEG: Final = 89.0
 """Nearer to a pole the columns of the grid would run together."""
 
 _ROUNDING_M: Final = 1.0
@@ -88,7 +88,7 @@ def _write(
     pad_m = bounds.horizontal_m / 2 + drift + _ROUNDING_M
     pad_up_m = bounds.vertical_m / 2 + drift / 2
     pad_deg = pad_m / METRES_PER_DEGREE
-    scale_m = METRES_PER_DEGREE * cos(radians(min(abs(lat), _MOST_LAT_DEG)))
+    scale_m = METRES_PER_DEGREE * cos(radians(min(abs(lat), _MAX_LAT_DEG)))
     age = now - at
     steps = 1 + int(hypot(north, east) * bounds.ahead_s / CELL_M)
     step_s = bounds.ahead_s / steps
@@ -125,5 +125,5 @@ _ROW_DEG: Final = CELL_M / METRES_PER_DEGREE
 @lru_cache(maxsize=10_000)
 def _columns(row: int) -> int:
     """Round the earth, none of them narrower than a cell."""
-    lat = min(abs(row * _ROW_DEG), _MOST_LAT_DEG)
+    lat = min(abs(row * _ROW_DEG), _MAX_LAT_DEG)
     return int(360.0 * METRES_PER_DEGREE * cos(radians(lat)) / CELL_M)

@@ -26,7 +26,7 @@ TIME_STEP_S: Final = 5
 FIGURES_EVERY_S: Final = 5.0
 BEGUN_AT_ONCE: Final = 5
 BEGUN_EVERY_S: Final = 30.0
-_MOST_BUCKETS: Final = 4096
+_MAX_BUCKETS: Final = 4096
 """Pairs that had an alert of late. Beyond it those that are as good as new are forgotten."""
 
 
@@ -113,7 +113,7 @@ class StrangerAlerts:
         return None if alert is None else Said(alert.said.number, Rounded(Level.CLEAR))
 
     def _may_begin(self, pair: Pair, now: float) -> bool:
-        if len(self._begun) >= _MOST_BUCKETS:
+        if len(self._begun) >= _MAX_BUCKETS:
             self._begun = {one: bucket for one, bucket in self._begun.items() if not bucket.is_full(now)}
         bucket = self._begun.get(pair)
         if bucket is None:

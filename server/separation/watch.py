@@ -16,9 +16,9 @@ from wire.ids import DroneId
 
 SWEEP_S: Final = 1.0
 LOOK_S: Final = 0.5
-MOST_PAIRS: Final = 10_000
+MAX_PAIRS: Final = 10_000
 """That one sweep looks at closely. A thousand drones all over each other are not flown by people."""
-MOST_ENCOUNTERS: Final = 300
+MAX_ENCOUNTERS: Final = 300
 """The others wait until one of these is over."""
 
 
@@ -84,10 +84,10 @@ class SeparationWatch:
 
     def _near(self, flying: Mapping[DroneId, Motion], now: float) -> Iterator[list[Pair]]:
         found = 0
-        for portion in near_pairs(flying, self.bounds, now, most_pairs=MOST_PAIRS):
+        for portion in near_pairs(flying, self.bounds, now, most_pairs=MAX_PAIRS):
             found += len(portion)
             yield portion
-        self.cut_short += found >= MOST_PAIRS
+        self.cut_short += found >= MAX_PAIRS
 
     def _suspected(self, pair: Pair, now: float) -> Encounter | None:
         if pair in self._encounters:
@@ -95,7 +95,7 @@ class SeparationWatch:
         own, other = (self._sky.motion(drone_id) for drone_id in pair)
         if own is None or other is None or not judge(own, other, Relative.of(own, other, now), self.bounds, now):
             return None
-        if len(self._encounters) >= MOST_ENCOUNTERS:
+        if len(self._encounters) >= MAX_ENCOUNTERS:
             self.cut_short += 1
             return None
         one = self._encounters[pair] = Encounter(self._new_number(), pair)

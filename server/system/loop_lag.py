@@ -6,7 +6,7 @@ import time
 from collections import deque
 from typing import Final
 
-from server.beats import rest
+from server.aligned_timers import rest
 
 LOOK_EVERY_S: Final = 0.5
 REMEMBERED: Final = 120

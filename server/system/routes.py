@@ -14,7 +14,8 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 from sqlalchemy import make_url, text
 
-from server.access import Admin, AdminsOnly, NotSignedIn, SessionExpired
+from server.access import Admin
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.fleet.views import UserRefView
 from server.problem_docs import answers
 from server.tower import Tower, tower_of

@@ -12,15 +12,15 @@ from typing import Final, NamedTuple
 from sqlalchemy import delete, func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.accounts.sessions import Principal
 from server.accounts.users import get_user
-from server.audit.deed import Deed
-from server.fleet.relations import TeamRole
+from server.audit.action import AuditAction
+from server.domain.names import clean_name, name_key
+from server.domain.people import Principal
+from server.domain.relations import TeamRole
 from server.fleet.snapshot import begin_fleet_change
-from server.names import clean_name, name_key
 from server.teams.refusals import MemberAlready, TeamFull, UnknownInvitation
 from server.teams.tables import TeamInvitationRow, TeamMemberRow, TeamRow
-from server.teams.teams import Keeper, add_member, led_team, new_id, role_in
+from server.teams.teams import TeamManager, add_member, led_team, new_id, role_in
 
 LASTS: Final = timedelta(days=7)
 MAX_INVITATIONS: Final = 50
@@ -35,7 +35,7 @@ class Received(NamedTuple):
 
 
 async def invite(
-    session: AsyncSession, team_id: int, *, name: str, role: TeamRole, keeper: Keeper, deed: Deed
+    session: AsyncSession, team_id: int, *, name: str, role: TeamRole, keeper: TeamManager, deed: AuditAction
 ) -> TeamInvitationRow:
     """Inviting a name again while it is invited changes nothing: to ask anew, withdraw first.
 
@@ -74,7 +74,9 @@ async def invite(
     return row
 
 
-async def withdraw(session: AsyncSession, team_id: int, invitation_id: int, *, keeper: Keeper, deed: Deed) -> None:
+async def withdraw(
+    session: AsyncSession, team_id: int, invitation_id: int, *, keeper: TeamManager, deed: AuditAction
+) -> None:
     """Raises UnknownTeam, TeamAdminsOnly, UnknownInvitation."""
     team = await led_team(session, team_id, keeper)
     row = await session.get(TeamInvitationRow, invitation_id)
@@ -84,7 +86,7 @@ async def withdraw(session: AsyncSession, team_id: int, invitation_id: int, *, k
     deed.record(session, "team.invitation_withdrawn", team_id=team.id, team=team.name, name=row.name)
 
 
-async def received(session: AsyncSession, principal: Principal, deed: Deed) -> list[Received]:
+async def received(session: AsyncSession, principal: Principal, deed: AuditAction) -> list[Received]:
     """Those for this user that wait for a word, the newest first."""
     user = await get_user(session, principal.user_id)
     query = select(TeamInvitationRow, TeamRow.name).join(TeamRow, TeamRow.id == TeamInvitationRow.team_id)
@@ -97,7 +99,7 @@ async def received(session: AsyncSession, principal: Principal, deed: Deed) -> l
     return [Received(row, team) for row, team in rows]
 
 
-async def accept(session: AsyncSession, principal: Principal, invitation_id: int, *, deed: Deed) -> int:
+async def accept(session: AsyncSession, principal: Principal, invitation_id: int, *, deed: AuditAction) -> int:
     """The number of the team that they are in now. Raises UnknownInvitation, TeamFull."""
     await begin_fleet_change(session)
     row = await _for_them(session, principal, invitation_id, deed)
@@ -110,14 +112,16 @@ async def accept(session: AsyncSession, principal: Principal, invitation_id: int
     return team.id
 
 
-async def decline(session: AsyncSession, principal: Principal, invitation_id: int, *, deed: Deed) -> None:
+async def decline(session: AsyncSession, principal: Principal, invitation_id: int, *, deed: AuditAction) -> None:
     """The team does not learn of it. Raises UnknownInvitation."""
     row = await _for_them(session, principal, invitation_id, deed)
     row.declined = True
     deed.record(session, "team.invitation_declined", team_id=row.team_id, name=row.name)
 
 
-async def _for_them(session: AsyncSession, principal: Principal, invitation_id: int, deed: Deed) -> TeamInvitationRow:
+async def _for_them(
+    session: AsyncSession, principal: Principal, invitation_id: int, deed: AuditAction
+) -> TeamInvitationRow:
     for one in await received(session, principal, deed):
         if one.row.id == invitation_id:
             return one.row

@@ -1,6 +1,6 @@
 """Why nothing came of a change of a team. Knows nothing of HTTP: `server/problems.py` maps it."""
 
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
 
 class UnknownTeam(Refusal):

@@ -8,11 +8,12 @@ from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 from sqlalchemy import select
 
-from server.access import NotSignedIn, Oneself, SessionExpired, TeamKeeper, UnknownDrone, Viewer
-from server.accounts.sessions import Principal
+from server.access import Oneself, TeamKeeper, Viewer
 from server.accounts.users import UnknownUser
-from server.audit.deed import Deed
-from server.fleet.relations import TeamRole
+from server.audit.action import AuditAction
+from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.people import Principal
+from server.domain.relations import TeamRole
 from server.problem_docs import answers
 from server.teams import invitations, teams
 from server.teams.refusals import (
@@ -28,7 +29,7 @@ from server.teams.refusals import (
     UnknownTeam,
 )
 from server.teams.tables import TeamMemberRow, TeamRow
-from server.teams.teams import Keeper
+from server.teams.teams import TeamManager
 from server.teams.views import InvitationView, ReceivedView, TeamView, views_of
 from server.tower import address_of, tower_of
 
@@ -54,19 +55,19 @@ class NewInvitation(MemberRole):
     name: Annotated[str, Field(description="The user's whole name; nobody looks whether anybody has it")]
 
 
-def _deed(request: Request, principal: Principal) -> Deed:
-    return Deed(by=principal, at=tower_of(request).clock(), address=address_of(request))
+def _deed(request: Request, principal: Principal) -> AuditAction:
+    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
 async def _applied(request: Request) -> None:
     """What people gain or lose by the change, they have when it is answered: view, controls, video."""
     tower = tower_of(request)
     await tower.roster.refresh()
-    await tower.watchman.caught_up()
+    await tower.event_handler.caught_up()
 
 
 async def _view(request: Request, principal: Principal, team_id: int) -> TeamView:
-    tower, keeper = tower_of(request), Keeper.of(principal)
+    tower, keeper = tower_of(request), TeamManager.of(principal)
     async with tower.database.reading() as session:
         row = await teams.get_team(session, team_id, keeper)
         (view,) = await views_of(session, [row], keeper, tower.clock())
@@ -76,7 +77,7 @@ async def _view(request: Request, principal: Principal, team_id: int) -> TeamVie
 @router.get("/teams")
 async def list_teams(request: Request, principal: Viewer) -> list[TeamView]:
     """The teams that one is in; for an admin of the tower all of them."""
-    tower, keeper = tower_of(request), Keeper.of(principal)
+    tower, keeper = tower_of(request), TeamManager.of(principal)
     query = select(TeamRow)
     if not keeper.above:
         mine = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == principal.user_id)
@@ -88,7 +89,7 @@ async def list_teams(request: Request, principal: Viewer) -> list[TeamView]:
 @router.post("/teams", status_code=201, responses=answers(TooManyTeams))
 async def make_team(request: Request, principal: TeamKeeper, body: TeamName) -> TeamView:
     """Makes a team, of which one is the admin. An admin of the tower makes it for others."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         row = await teams.make_team(session, name=body.name, keeper=keeper, deed=deed)
         team_id = row.id
@@ -105,7 +106,7 @@ async def get_team(request: Request, principal: Viewer, team_id: Id) -> TeamView
 @router.patch("/teams/{team_id}", responses=_LED)
 async def rename_team(request: Request, principal: TeamKeeper, team_id: Id, body: TeamName) -> TeamView:
     """Team admin: gives it another name."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         await teams.rename_team(session, team_id, name=body.name, keeper=keeper, deed=deed)
     await _applied(request)
@@ -115,7 +116,7 @@ async def rename_team(request: Request, principal: TeamKeeper, team_id: Id, body
 @router.delete("/teams/{team_id}", status_code=204, responses=_LED)
 async def delete_team(request: Request, principal: TeamKeeper, team_id: Id) -> None:
     """Team admin: its drones go back to their owners alone; whoever flew one for the team loses it."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         await teams.delete_team(session, team_id, keeper=keeper, deed=deed)
     await _applied(request)
@@ -126,7 +127,7 @@ async def set_team_member(
     request: Request, principal: TeamKeeper, team_id: Id, user_id: Id, body: MemberRole
 ) -> TeamView:
     """Team admin: changes the role of a member. An admin of the tower brings in anybody."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         await teams.set_role(session, team_id, user_id=user_id, role=body.role, keeper=keeper, deed=deed)
     await _applied(request)
@@ -138,7 +139,7 @@ async def set_team_member(
 )
 async def remove_team_member(request: Request, principal: TeamKeeper, team_id: Id, user_id: Id) -> None:
     """Team admin, or oneself: what they lose with it, they have lost when this is answered."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         await teams.remove_member(session, team_id, user_id=user_id, keeper=keeper, deed=deed)
     await _applied(request)
@@ -150,7 +151,7 @@ async def remove_team_member(request: Request, principal: TeamKeeper, team_id: I
 )
 async def add_team_drone(request: Request, principal: TeamKeeper, team_id: Id, drone_id: Id) -> TeamView:
     """Team admin who owns the drone: everybody in the team sees it from now on. Doing it twice changes nothing."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         await teams.add_drone(session, team_id, drone_id=drone_id, keeper=keeper, deed=deed)
     await _applied(request)
@@ -160,7 +161,7 @@ async def add_team_drone(request: Request, principal: TeamKeeper, team_id: Id, d
 @router.delete("/teams/{team_id}/drones/{drone_id}", status_code=204, responses=_LED | answers(UnknownDrone))
 async def remove_team_drone(request: Request, principal: TeamKeeper, team_id: Id, drone_id: Id) -> None:
     """Team admin, or an owner of the drone: whoever flew it for the team loses it at once."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         await teams.remove_drone(session, team_id, drone_id=drone_id, keeper=keeper, deed=deed)
     await _applied(request)
@@ -169,7 +170,7 @@ async def remove_team_drone(request: Request, principal: TeamKeeper, team_id: Id
 @router.post("/teams/{team_id}/invitations", status_code=201, responses=_LED | answers(MemberAlready, TeamFull))
 async def invite_to_team(request: Request, principal: TeamKeeper, team_id: Id, body: NewInvitation) -> InvitationView:
     """Team admin: whoever has this name may join within a week. The answer is the same whether anybody has it."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         row = await invitations.invite(session, team_id, name=body.name, role=body.role, keeper=keeper, deed=deed)
         return InvitationView.of(row)
@@ -180,7 +181,7 @@ async def invite_to_team(request: Request, principal: TeamKeeper, team_id: Id, b
 )
 async def withdraw_invitation(request: Request, principal: TeamKeeper, team_id: Id, invitation_id: Id) -> None:
     """Team admin: it is worth nothing from then on."""
-    deed, keeper = _deed(request, principal), Keeper.of(principal)
+    deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:
         await invitations.withdraw(session, team_id, invitation_id, keeper=keeper, deed=deed)
 

@@ -14,18 +14,18 @@ from typing import Any, Final
 from sqlalchemy import delete, func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.access import UnknownDrone
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role, UserRow
+from server.accounts.tables import UserRow
 from server.accounts.users import UnknownUser, get_user
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.control.tables import ControlLeaseRow
+from server.domain.access import UnknownDrone
+from server.domain.names import clean_name
+from server.domain.people import Principal, Role
+from server.domain.refusal import Refusal
+from server.domain.relations import Relation, TeamRole, relation_of
 from server.fleet.drones import get_drone
-from server.fleet.relations import Relation, TeamRole, relation_of
 from server.fleet.snapshot import begin_fleet_change, ties_of
 from server.fleet.tables import LoanRow
-from server.names import clean_name
-from server.refusal import Refusal
 from server.teams.refusals import (
     DroneInUse,
     InAnotherTeam,
@@ -50,19 +50,19 @@ ROLE_CHANGED: Final = "team.role_changed"
 
 
 @dataclass(frozen=True)
-class Keeper:
+class TeamManager:
     """Who looks after teams. `above`: an admin of the tower, or its command line, to whom every team is theirs."""
 
     user_id: UserId | None
     above: bool
 
     @classmethod
-    def of(cls, principal: Principal) -> Keeper:
+    def of(cls, principal: Principal) -> TeamManager:
         """The one who is signed in."""
         return cls(principal.user_id, principal.role is Role.ADMIN)
 
 
-COMMAND_LINE: Final = Keeper(None, above=True)
+COMMAND_LINE: Final = TeamManager(None, above=True)
 
 
 async def role_in(session: AsyncSession, team_id: int, user_id: int | None) -> TeamRole | None:
@@ -71,7 +71,7 @@ async def role_in(session: AsyncSession, team_id: int, user_id: int | None) -> T
     return TeamRole(row.role) if row is not None else None
 
 
-async def get_team(session: AsyncSession, team_id: int, keeper: Keeper) -> TeamRow:
+async def get_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:
     """A team of theirs. Raises UnknownTeam."""
     row = await session.get(TeamRow, team_id)
     if row is None or not (keeper.above or await role_in(session, team_id, keeper.user_id)):
@@ -79,7 +79,7 @@ async def get_team(session: AsyncSession, team_id: int, keeper: Keeper) -> TeamR
     return row
 
 
-async def led_team(session: AsyncSession, team_id: int, keeper: Keeper) -> TeamRow:
+async def led_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:
     """A team that they may change. Raises UnknownTeam, TeamAdminsOnly."""
     row = await get_team(session, team_id, keeper)
     if not keeper.above and await role_in(session, team_id, keeper.user_id) is not TeamRole.ADMIN:
@@ -92,7 +92,7 @@ def new_id() -> int:
     return secrets.randbelow(2**31 - 1) + 1
 
 
-async def make_team(session: AsyncSession, *, name: str, keeper: Keeper, deed: Deed) -> TeamRow:
+async def make_team(session: AsyncSession, *, name: str, keeper: TeamManager, deed: AuditAction) -> TeamRow:
     """Whoever makes it is its admin, but for those who are above all teams. Raises BadName, TooManyTeams."""
     name = clean_name(name)
     await begin_fleet_change(session)
@@ -110,7 +110,9 @@ async def make_team(session: AsyncSession, *, name: str, keeper: Keeper, deed: D
     return row
 
 
-async def rename_team(session: AsyncSession, team_id: int, *, name: str, keeper: Keeper, deed: Deed) -> TeamRow:
+async def rename_team(
+    session: AsyncSession, team_id: int, *, name: str, keeper: TeamManager, deed: AuditAction
+) -> TeamRow:
     """Raises BadName, UnknownTeam, TeamAdminsOnly."""
     name = clean_name(name)
     await begin_fleet_change(session)
@@ -121,7 +123,7 @@ async def rename_team(session: AsyncSession, team_id: int, *, name: str, keeper:
     return row
 
 
-async def delete_team(session: AsyncSession, team_id: int, *, keeper: Keeper, deed: Deed) -> None:
+async def delete_team(session: AsyncSession, team_id: int, *, keeper: TeamManager, deed: AuditAction) -> None:
     """Its drones go back to their owners alone. Raises UnknownTeam, TeamAdminsOnly."""
     await begin_fleet_change(session)
     row = await led_team(session, team_id, keeper)
@@ -137,7 +139,7 @@ async def delete_team(session: AsyncSession, team_id: int, *, keeper: Keeper, de
 
 
 async def set_role(
-    session: AsyncSession, team_id: int, *, user_id: int, role: TeamRole, keeper: Keeper, deed: Deed
+    session: AsyncSession, team_id: int, *, user_id: int, role: TeamRole, keeper: TeamManager, deed: AuditAction
 ) -> None:
     """Of a member. Only those above all teams bring in people who are not: a team admin invites.
 
@@ -163,7 +165,7 @@ async def set_role(
     deed.record(session, ROLE_CHANGED, **about, role=role.value, before=before)
 
 
-async def add_member(session: AsyncSession, team: TeamRow, *, user: UserRow, role: TeamRole, deed: Deed) -> None:
+async def add_member(session: AsyncSession, team: TeamRow, *, user: UserRow, role: TeamRole, deed: AuditAction) -> None:
     """Somebody who is not in it yet. Raises TeamFull."""
     count = await session.scalar(select(func.count()).where(TeamMemberRow.team_id == team.id))
     if (count or 0) >= MAX_MEMBERS:
@@ -174,7 +176,9 @@ async def add_member(session: AsyncSession, team: TeamRow, *, user: UserRow, rol
     await session.flush()
 
 
-async def remove_member(session: AsyncSession, team_id: int, *, user_id: int, keeper: Keeper, deed: Deed) -> None:
+async def remove_member(
+    session: AsyncSession, team_id: int, *, user_id: int, keeper: TeamManager, deed: AuditAction
+) -> None:
     """A team admin removes a member; everybody may leave. What was lent to them by the team is theirs no more.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin.
@@ -197,7 +201,7 @@ def _about(team: TeamRow, user: UserRow) -> dict[str, Any]:
     return {"team_id": team.id, "team": team.name, "user_id": user.id, "user": user.name}
 
 
-async def _keep_an_admin(session: AsyncSession, member: TeamMemberRow, keeper: Keeper) -> None:
+async def _keep_an_admin(session: AsyncSession, member: TeamMemberRow, keeper: TeamManager) -> None:
     if member.role != TeamRole.ADMIN.value or keeper.above:
         return
     others = select(func.count()).select_from(TeamMemberRow).join(UserRow, UserRow.id == TeamMemberRow.user_id)
@@ -225,7 +229,9 @@ async def _end_loans(
 # -- drones --------------------------------------------------------------------------------------------------
 
 
-async def add_drone(session: AsyncSession, team_id: int, *, drone_id: int, keeper: Keeper, deed: Deed) -> None:
+async def add_drone(
+    session: AsyncSession, team_id: int, *, drone_id: int, keeper: TeamManager, deed: AuditAction
+) -> None:
     """An owner of the drone who is an admin of the team puts it in. Doing it twice changes nothing.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownDrone, NotYourDrone, InAnotherTeam, DroneInUse, TeamFull.
@@ -254,7 +260,9 @@ async def add_drone(session: AsyncSession, team_id: int, *, drone_id: int, keepe
     deed.record(session, "team.drone_added", drone_id=drone_id, drone=drone.name, team_id=team.id, team=team.name)
 
 
-async def remove_drone(session: AsyncSession, team_id: int, *, drone_id: int, keeper: Keeper, deed: Deed) -> None:
+async def remove_drone(
+    session: AsyncSession, team_id: int, *, drone_id: int, keeper: TeamManager, deed: AuditAction
+) -> None:
     """A team admin, or an owner of the drone whatever they are in the team. One that is not in it changes nothing.
 
     Raises UnknownTeam, TeamAdminsOnly.
@@ -274,7 +282,9 @@ async def remove_drone(session: AsyncSession, team_id: int, *, drone_id: int, ke
     deed.record(session, DRONE_REMOVED, drone_id=drone_id, drone=drone.name, team_id=team.id, team=team.name)
 
 
-async def _why_not_theirs(session: AsyncSession, drone_id: int, keeper: Keeper, deed: Deed) -> Refusal | None:
+async def _why_not_theirs(
+    session: AsyncSession, drone_id: int, keeper: TeamManager, deed: AuditAction
+) -> Refusal | None:
     """Why they may not decide to which team the drone belongs, or None."""
     drone = await get_drone(session, drone_id)
     if keeper.above:

@@ -12,12 +12,12 @@ from sqlalchemy import select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.tables import UserRow
-from server.fleet.relations import TeamRole
+from server.domain.relations import TeamRole
 from server.fleet.tables import DroneRow
 from server.fleet.views import UserRefView
 from server.teams.invitations import Received
 from server.teams.tables import TeamDroneRow, TeamInvitationRow, TeamMemberRow, TeamRow
-from server.teams.teams import Keeper
+from server.teams.teams import TeamManager
 
 
 class MemberView(BaseModel):
@@ -96,7 +96,9 @@ class TeamView(BaseModel):
     invitations: Annotated[list[InvitationView], Field(description="For its admins")]
 
 
-async def views_of(session: AsyncSession, teams: Iterable[TeamRow], keeper: Keeper, at: datetime) -> list[TeamView]:
+async def views_of(
+    session: AsyncSession, teams: Iterable[TeamRow], keeper: TeamManager, at: datetime
+) -> list[TeamView]:
     """As they look to `keeper`, by name."""
     rows = sorted(teams, key=lambda team: (team.name.casefold(), team.id))
     ids = [row.id for row in rows]
@@ -123,7 +125,7 @@ def _view(
     members: list[MemberView],
     drones: list[TeamDroneView],
     invitations: list[InvitationView],
-    keeper: Keeper,
+    keeper: TeamManager,
 ) -> TeamView:
     role = next((one.role for one in members if one.user.id == keeper.user_id), None)
     sees_everybody = keeper.above or role in (TeamRole.OPERATOR, TeamRole.ADMIN)

@@ -13,7 +13,8 @@ from fastapi import APIRouter, Request
 from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
-from server.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired, Viewer
+from server.access import Viewer
+from server.domain.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
 from server.problem_docs import answers
 from server.tile_source import NoTileFile, TileAddresses, TileFile
 from server.tower import tower_of

@@ -18,7 +18,7 @@ from server.relay.side_by_side import Ending, close_quietly, is_breach, until_on
 from server.video.drone_video import DroneVideo
 from server.video.streams import StreamKey
 from wire.drops import DropReason
-from wire.video import AGENT_VIDEO_SUBPROTOCOL, LARGEST_UNIT_BYTES, Got, KeyWanted, MalformedUnit, encode_got
+from wire.video import AGENT_VIDEO_SUBPROTOCOL, MAX_UNIT_BYTES, Got, KeyWanted, MalformedUnit, encode_got
 
 BAD_MESSAGE: Final = 4400
 SLICE_BYTES: Final = 16 * 1024
@@ -28,7 +28,7 @@ _log = structlog.get_logger(__name__)
 
 
 class AgentVideoSocket:
-    """From the upgrade to the end. It is the desk's AgentVideoChannel."""
+    """From the upgrade to the end. It is the service's AgentVideoChannel."""
 
     def __init__(self, websocket: WebSocket, hub: Hub, anonymous: AnonymousBudget) -> None:
         self._websocket = websocket
@@ -51,7 +51,7 @@ class AgentVideoSocket:
         subprotocol = AGENT_VIDEO_SUBPROTOCOL if AGENT_VIDEO_SUBPROTOCOL in offered else None
         await self._websocket.accept(subprotocol=subprotocol)
         self._writer = direct_writer(self._websocket)
-        self._writer.take_messages(largest_bytes=LARGEST_UNIT_BYTES, slice_bytes=SLICE_BYTES)
+        self._writer.take_messages(largest_bytes=MAX_UNIT_BYTES, slice_bytes=SLICE_BYTES)
         # Nothing is awaited from `drone_of_ticket` on but the handshake, in which the link may have ended.
         if self._hub.video.drone_of_ticket(ticket.strip()) is not video:
             await close_quietly(self._websocket, 4401, "the agent's link has ended")

@@ -10,10 +10,10 @@ from typing import Final, NamedTuple
 
 DRIFT: Final = 100e-6
 """Two cheap quartzes run apart by no more than this: a millisecond in ten seconds."""
-MOST_OPEN: Final = 16
+MAX_OPEN: Final = 16
 ANSWERED_WITHIN_S: Final = 2.0
 """What comes later is no answer to what was asked."""
-MOST_KEPT: Final = 24
+MAX_KEPT: Final = 24
 _NO_TIME_US: Final = 1 << 63
 """An agent may say anything; this is 292 000 years."""
 
@@ -39,7 +39,7 @@ class ClockOffset:
         """The number of a probe that is sent now."""
         self._number = (self._number + 1) & 0xFFFFFFFF
         self._asked[self._number] = now
-        while len(self._asked) > MOST_OPEN:
+        while len(self._asked) > MAX_OPEN:
             self._asked.popitem(last=False)
         return self._number
 
@@ -51,7 +51,7 @@ class ClockOffset:
         middle_us = round((asked_at + now) * 500_000)
         answer = _Answer(now, now - asked_at, middle_us - at_us)
         self._answers.append(answer)
-        if len(self._answers) > MOST_KEPT:
+        if len(self._answers) > MAX_KEPT:
             self._answers.remove(max(self._answers, key=lambda one: one.error_s(now)))
         return True
 

@@ -7,11 +7,11 @@ from typing import Final, Protocol
 from server.relay.agent_link import AgentLink
 from server.relay.token_bucket import TokenBucket
 from server.video.clock_offset import ClockOffset
-from server.video.party import Party
+from server.video.lockstep_group import LockstepGroup
 from server.video.situation import Known, VideoSituation, situation_of
 from server.video.streams import Stream, StreamKey, StreamSink
 from server.video.viewer import VideoViewer
-from wire.video import VIDEO, ClockProbe, StreamWish, VideoState, VideoWanted
+from wire.video import VIDEO, ClockProbe, StreamRequest, VideoState, VideoWanted
 
 LINGER_S: Final = 3.0
 """A stream goes on for so long after the last one left, so that looking elsewhere and back does not restart it."""
@@ -45,7 +45,7 @@ class Flow:
     stream: Stream = field(default_factory=Stream)
     viewers: dict[int, VideoViewer] = field(default_factory=dict)
     """All of them."""
-    parties: list[Party] = field(default_factory=list)
+    parties: list[LockstepGroup] = field(default_factory=list)
     alone: dict[int, VideoViewer] = field(default_factory=dict)
     """Viewers in no party."""
     sinks: dict[StreamSink, bool] = field(default_factory=dict)
@@ -87,7 +87,7 @@ class Flow:
             return
         party = next((one for one in self.parties if one.has_place()), None)
         if party is None:
-            party = Party(self.stream, self.is_out)
+            party = LockstepGroup(self.stream, self.is_out)
             self.parties.append(party)
         party.join(viewer)
         viewer.party = party
@@ -169,7 +169,7 @@ class DroneVideo:
         """Tells the agent what is wanted, whatever it was told before."""
         self._wanted = tuple(sorted(self.flows))
         if self.link is not None and self.takes_video:
-            self.link.post(VideoWanted(ticket=self.ticket, streams=tuple(StreamWish(*key) for key in self._wanted)))
+            self.link.post(VideoWanted(ticket=self.ticket, streams=tuple(StreamRequest(*key) for key in self._wanted)))
 
     def _look_wanted(self) -> None:
         if tuple(sorted(self.flows)) != self._wanted:

@@ -52,12 +52,12 @@ FORGET_SLOW_S: Final = 1.0
 IN_TIME_S: Final = 0.04
 IN_TIME_AGAIN: Final = 3
 """Or after so many in a row that were late by no more than this: it was a stop on the way, and not its rate."""
-LONGEST_WAY_S: Final = 1.0
-MOST_AHEAD_S: Final = 0.3
+MAX_WAY_S: Final = 1.0
+MAX_AHEAD_S: Final = 0.3
 """What the way itself holds counts for no more than this, once it is known to be slow."""
 FIRST_GUESS_S: Final = 0.3
 BEST_FOR_S: Final = 30.0
-MOST_SENT: Final = 4096
+MAX_SENT: Final = 4096
 _NOT_KNOWN: Final = float("inf")
 _LONG_AGO: Final = float("-inf")
 
@@ -114,7 +114,7 @@ class ViewerPace:
         stream = self._stream
         if stream is None:
             return None
-        if now < self.trusted_until and self._group == stream.number and len(self._sent) < MOST_SENT:
+        if now < self.trusted_until and self._group == stream.number and len(self._sent) < MAX_SENT:
             group, place = stream.group, self._next
             if place == len(group) - 1 and not self._lost and now - group[place].at < PICTURE_AGE_S:
                 return self._send(group[place], now)  # what nearly always happens, and all that is done for it
@@ -190,7 +190,7 @@ class ViewerPace:
             and self._group == stream.number
             and self._next == len(stream.group) > 0
             and not self._lost
-            and len(self._sent) < MOST_SENT
+            and len(self._sent) < MAX_SENT
         )
 
     def was_in_step(self, sent: list[SentUnit], behind: int) -> None:
@@ -220,7 +220,7 @@ class ViewerPace:
 
     def _has_way_for(self, unit: Relayed, now: float) -> bool:
         if now < self.trusted_until:
-            return len(self._sent) < MOST_SENT
+            return len(self._sent) < MAX_SENT
         self.is_held_up = False
         best = self._best()
         head, size = unit.head, len(unit.framed)
@@ -231,7 +231,7 @@ class ViewerPace:
         elif self._singles < EACH_IN_A_ROW:
             said_of = max(said_of, self._drawn_sent_at + GOT_EVERY_S + 1 / head.rate_hz)
             pause_s /= 2
-        if now - said_of > best + pause_s or len(self._sent) >= MOST_SENT:
+        if now - said_of > best + pause_s or len(self._sent) >= MAX_SENT:
             self.is_held_up = self._rate is None
             return False
         if self._best_s == _NOT_KNOWN:
@@ -239,7 +239,7 @@ class ViewerPace:
         if self._rate is None:
             at_once = head.bits_per_s / 8 * (best + QUEUE_S) + self._key_bytes()
             return self.in_flight + size <= at_once
-        best = min(best, MOST_AHEAD_S)
+        best = min(best, MAX_AHEAD_S)
         if head.key:
             return self.in_flight <= self._rate * (best + KEY_QUEUE_S)
         return self.in_flight + size <= self._rate * (best + QUEUE_S)
@@ -250,7 +250,7 @@ class ViewerPace:
             return age_s > PICTURE_AGE_S
         if self._rate is None or age_s <= FRESH_S:
             return age_s > KEY_AGE_S
-        takes_s = (self.in_flight + len(unit.framed)) / self._rate + min(self._best(), MOST_AHEAD_S) / 2
+        takes_s = (self.in_flight + len(unit.framed)) / self._rate + min(self._best(), MAX_AHEAD_S) / 2
         return age_s > KEY_AGE_S or age_s + takes_s > KEY_DELAY_S
 
     def _key_bytes(self) -> int:
@@ -259,8 +259,8 @@ class ViewerPace:
 
     def _best(self) -> float:
         best = self._best_s if self._best_s < self._best_before_s else self._best_before_s
-        if best > LONGEST_WAY_S:
-            return FIRST_GUESS_S if best == _NOT_KNOWN else LONGEST_WAY_S
+        if best > MAX_WAY_S:
+            return FIRST_GUESS_S if best == _NOT_KNOWN else MAX_WAY_S
         return best
 
     def _note_best(self, took_s: float, now: float) -> None:

@@ -8,7 +8,8 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Path, Request
 from starlette.websockets import WebSocket
 
-from server.access import UnknownDrone, Viewer
+from server.access import Viewer
+from server.domain.access import UnknownDrone
 from server.operations.refusals import ViewTaken
 from server.problem_docs import answers
 from server.relay.viewer_sign_in import StillSignedIn, sign_in_viewer, turn_away

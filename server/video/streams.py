@@ -9,8 +9,8 @@ from typing import Final, NamedTuple, Protocol
 from server.video.situation import VideoSituation
 from wire.video import Codec, Quality, UnitHead
 
-MOST_UNITS: Final = 150
-MOST_BYTES: Final = 4 * 1024 * 1024
+MAX_UNITS: Final = 150
+MAX_BYTES: Final = 4 * 1024 * 1024
 """Of one group: several seconds of the highest quality. An agent that sends no key pictures is asked for one."""
 _SEQUENCES: Final = 1 << 32
 
@@ -82,7 +82,7 @@ class Stream:
 
     def is_too_long(self) -> bool:
         """Whether no further unit fits into this group."""
-        return len(self.group) >= MOST_UNITS or self._bytes >= MOST_BYTES
+        return len(self.group) >= MAX_UNITS or self._bytes >= MAX_BYTES
 
     def put(self, unit: Relayed) -> None:
         """A unit came that `follows`."""

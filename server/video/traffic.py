@@ -6,7 +6,7 @@ from server.relay.traffic import Histogram
 
 
 class VideoTraffic:
-    """One for the desk. Everything grows only."""
+    """One for the service. Everything grows only."""
 
     __slots__ = ("age", "bytes_in", "bytes_out", "closes", "dropped", "skipped", "units_in", "units_out", "wait")
 

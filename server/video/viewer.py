@@ -1,11 +1,11 @@
-"""One viewer of a drone's video as the desk sees it: who it is, which stream, how to write to it. Pure."""
+"""One viewer of a drone's video as the service sees it: who it is, which stream, how to write to it. Pure."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
-from server.accounts.sessions import Principal
+from server.domain.people import Principal
 from server.relay.token_bucket import TokenBucket
 from server.video.pacing import ViewerPace
 from server.video.situation import VideoSituation
@@ -15,7 +15,7 @@ from server.video.viewer_messages import ToldSkipped, ToViewer, encode_to_viewer
 from wire.ids import DroneId
 
 if TYPE_CHECKING:
-    from server.video.party import Party
+    from server.video.lockstep_group import LockstepGroup
 
 REQUESTS_PER_S: Final = 150.0
 REQUESTS_BURST: Final = 600
@@ -56,11 +56,11 @@ class VideoViewer:
         self.pace = ViewerPace()
         self.stream: Stream | None = None
         """That it watches, as the pace has it."""
-        self.party: Party | None = None
-        """That it is in (server.video.party)."""
+        self.party: LockstepGroup | None = None
+        """That it is in (server.video.lockstep_group)."""
         self.requests = TokenBucket(REQUESTS_PER_S, REQUESTS_BURST, now)
         self.is_due = False
-        """The desk is about to pump it."""
+        """The service is about to pump it."""
         self.ended = False
         self.write = write
         self._tell = tell

@@ -6,10 +6,10 @@ from typing import Final
 
 from starlette.websockets import WebSocket
 
-from server.accounts.sessions import Principal
-from server.beats import Looks
-from server.clock import Clock
+from server.aligned_timers import SharedChecks
 from server.direct_websocket import direct_writer
+from server.domain.clock import Clock
+from server.domain.people import Principal
 from server.relay.flood_gate import FLOODING, PATIENCE, PATIENCE_PER_S
 from server.relay.hub import SESSION_ENDED, Hub
 from server.relay.session_watch import watch_session
@@ -20,7 +20,7 @@ from server.relay.viewer_sign_in import StillSignedIn
 from server.video.streams import StreamKey
 from server.video.viewer import VideoViewer
 from server.video.viewer_messages import (
-    LARGEST_REQUEST_BYTES,
+    MAX_REQUEST_BYTES,
     AskClock,
     Drawn,
     MalformedVideoRequest,
@@ -34,7 +34,7 @@ from wire.ids import DroneId
 
 BAD_REQUEST: Final = 4400
 STIR_EVERY_S: Final = 0.025
-MOST_STIRS: Final = 20
+MAX_WAKEUPS: Final = 20
 """In a row: what has not come by then is no packet that was lost."""
 
 
@@ -50,7 +50,7 @@ class ViewerChannel:
         key: StreamKey,
         *,
         clock: Clock,
-        looks: Looks,
+        looks: SharedChecks,
         still_signed_in: StillSignedIn,
     ) -> None:
         self._websocket = websocket
@@ -82,7 +82,7 @@ class ViewerChannel:
         """Until the viewer goes, or may not watch any more."""
         viewer, hub, writer = self._viewer, self._hub, self._writer
         await self._websocket.accept(subprotocol=subprotocol)
-        writer.take_messages(largest_bytes=LARGEST_REQUEST_BYTES)
+        writer.take_messages(largest_bytes=MAX_REQUEST_BYTES)
         # Nothing is awaited from here until it has entered: neither rights nor room can change in between.
         now = time.monotonic()
         no_room = hub.why_no_room_for_video(viewer.viewer.user_id, viewer.address, now)
@@ -114,7 +114,7 @@ class ViewerChannel:
         self._hub.video.is_full(self._viewer)
 
     def _held_up(self) -> None:
-        if self._stirring is None and self._stirs < MOST_STIRS:
+        if self._stirring is None and self._stirs < MAX_WAKEUPS:
             self._stirring = asyncio.get_running_loop().call_later(STIR_EVERY_S, self._stir)
 
     def _stir(self) -> None:

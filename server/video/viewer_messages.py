@@ -9,7 +9,7 @@ from server.video.streams import StreamKey
 from wire.control_messages import UNREADABLE
 from wire.video import Codec, Quality
 
-LARGEST_REQUEST_BYTES: Final = 1024
+MAX_REQUEST_BYTES: Final = 1024
 
 QualityName = Literal["low", "medium", "high"]
 CodecName = Literal["mpeg1", "h264"]

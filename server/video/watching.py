@@ -5,8 +5,8 @@ The one judgement of `server.access`, asked when somebody comes and again on eac
 
 from typing import Final, NamedTuple
 
-from server.access import AccessRequest, Action, UnknownDrone, judge
-from server.accounts.sessions import Principal
+from server.domain.access import AccessRequest, Action, UnknownDrone, judge
+from server.domain.people import Principal
 from server.relay.live_drone import LiveDrone
 
 NOT_FOR_WATCHING: Final = 4403

@@ -28,7 +28,7 @@ END_WITHIN_S = 3.0
 log = logging.getLogger("simulator")
 
 
-class Darkroom:
+class CameraProcess:
     """The process, and what it is told and says. `start` opens the ports; nothing else in here waits."""
 
     def __init__(self, endpoints: Sequence[CameraEndpoint], seed: int, marks: list[Mark]) -> None:
@@ -132,7 +132,7 @@ class Darkroom:
 class VehicleCamera:
     """Of one vehicle. `stands_at`: north and east of the squad's home, metres, where it was switched on."""
 
-    def __init__(self, darkroom: Darkroom, number: int, stands_at: tuple[float, float]) -> None:
+    def __init__(self, darkroom: CameraProcess, number: int, stands_at: tuple[float, float]) -> None:
         self._darkroom = darkroom
         self._number = number
         self._stands_at = stands_at
@@ -163,7 +163,7 @@ class SquadCameras:
         places = [vehicle.settings.flight.place for vehicle in vehicles]
         stands = [frame.to_local(place.lat_deg, place.lon_deg) for place in places]
         marks = [Mark(north, east, str(number)) for number, (north, east) in enumerate(stands, start=1)]
-        self._darkroom = Darkroom(endpoints, seed, marks)
+        self._darkroom = CameraProcess(endpoints, seed, marks)
         self._carried = [VehicleCamera(self._darkroom, number, stands[number]) for number in range(len(endpoints))]
 
     def of(self, number: int) -> VehicleCamera | None:

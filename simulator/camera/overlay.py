@@ -15,7 +15,7 @@ Picture = npt.NDArray[np.uint8]
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 WITH_DATE_FROM_PX = 480
 """A narrower picture has room for the time only."""
-LEAST_SCALE, SCALE_PER_PX = 0.34, 0.5 / 640
+MIN_SCALE, SCALE_PER_PX = 0.34, 0.5 / 640
 LIGHT = 235
 
 _one_at_a_time = threading.Lock()
@@ -43,7 +43,7 @@ def _letter(letter: str, scale: float) -> Picture:
 def draw_texts(picture: Picture, name: str, unix_us: int) -> None:
     """Name at the bottom left, clock at the bottom right, light on a darkened ground."""
     height, width = picture.shape[:2]
-    scale = max(width * SCALE_PER_PX, LEAST_SCALE)
+    scale = max(width * SCALE_PER_PX, MIN_SCALE)
     margin = round(width / 80)
     clock = _line(clock_text(unix_us, with_date=width >= WITH_DATE_FROM_PX), scale)
     _put(picture, clock, width - margin - clock.shape[1], height - margin)

@@ -31,7 +31,7 @@ from simulator.camera.scene import Scene
 from simulator.camera.stream import prepare, send_pictures
 from simulator.camera.view import Pose
 
-MOST_VIEWERS = 16
+MAX_VIEWERS = 16
 BACKLOG = 16
 AGAIN_S = 0.5
 """Until a port that somebody else has taken meanwhile is tried again."""
@@ -175,7 +175,7 @@ class Camera:
             return
         thread = threading.Thread(target=self._attend, args=(connection,), name="viewer", daemon=True)
         with self._lock:
-            if len(self._viewers) >= MOST_VIEWERS:
+            if len(self._viewers) >= MAX_VIEWERS:
                 connection.close()
                 return
             self._viewers[connection] = thread

@@ -28,7 +28,7 @@ HILLS = ((3.2, 5, (196, 176, 158)), (1.8, 9, (168, 146, 124)))
 HILL_STEP_DEG = 2.0
 BEHIND_DEG = 70.0
 """As much of the hills is drawn to each side of where the camera looks."""
-LEAST_AHEAD = 0.08
+MIN_AHEAD = 0.08
 HILL_FOOT_DIP = 0.012
 CLOUDS_FROM_DIP = 0.04
 """Above the horizon."""
@@ -115,7 +115,7 @@ def _hills(picture: Picture, view: View, seed: int) -> None:
     for heights, (_, _, colour) in zip(hill_heights(seed), HILLS, strict=True):
         around[:, 2] = -np.tan(np.radians(heights[steps % len(heights)]))
         crest = around @ view.turned
-        seen = (crest[:, 2] > LEAST_AHEAD) & (foot[:, 2] > LEAST_AHEAD)
+        seen = (crest[:, 2] > MIN_AHEAD) & (foot[:, 2] > MIN_AHEAD)
         if seen.sum() < 2:
             continue
         outline = view.to_pixels(np.concatenate([crest[seen], foot[seen][::-1]]))

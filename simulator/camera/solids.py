@@ -23,7 +23,7 @@ Colour = tuple[float, float, float]
 HOUSES_TO_M = 420.0
 TREES_TO_M = 240.0
 WINDOWS_TO_M = 90.0
-MOST_HOUSES, MOST_TREES = 30, 120
+MAX_HOUSES, MAX_TREES = 30, 120
 MARGIN_M = 14.0
 """As much of a thing may be in the picture whose middle is not."""
 FARTHEST_PX = 30000.0
@@ -71,8 +71,8 @@ def _shape(house: House) -> _Shape:
 
 def draw_solids(picture: Picture, view: View, land: Land) -> None:
     """The farthest first."""
-    trees = _near(view, land.tree_places, TREES_TO_M, MOST_TREES)
-    houses = _near(view, land.house_places, HOUSES_TO_M, MOST_HOUSES)
+    trees = _near(view, land.tree_places, TREES_TO_M, MAX_TREES)
+    houses = _near(view, land.house_places, HOUSES_TO_M, MAX_HOUSES)
     turns: list[tuple[float, Callable[[], None]]] = []
     for i, moved, ahead_m in houses:
         turns.append((ahead_m, partial(_draw_house, picture, view, land.houses[i], moved, haze_at(ahead_m))))

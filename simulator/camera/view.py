@@ -22,7 +22,7 @@ FIELD_OF_VIEW_DEG = 75.0
 EYE_HEIGHT_M = 0.25
 """Of the lens over the landing gear's feet."""
 LEAN_IN_A_BOX_PX = 40.0
-MOST_BOXES = 8
+MAX_BOXES = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class View:
         """Boxes side by side that hold all pixels whose dip is between the two, and few others: the more the horizon
         leans, the narrower they are."""
         lean_px = min(abs(self.dip[0] / self.dip[1]) if self.dip[1] else math.inf, 10.0) * self.width
-        count = min(max(math.ceil(lean_px / LEAN_IN_A_BOX_PX), 1), MOST_BOXES)
+        count = min(max(math.ceil(lean_px / LEAN_IN_A_BOX_PX), 1), MAX_BOXES)
         edges = [round(i * self.width / count) for i in range(count + 1)]
         boxes = (self._box(dip_from, dip_to, *pair) for pair in itertools.pairwise(edges))
         return [box for box in boxes if box is not None]

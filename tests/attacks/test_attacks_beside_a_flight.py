@@ -28,7 +28,7 @@ from server.anonymous.limits import LIMITS
 pytestmark = pytest.mark.asyncio(loop_scope="module")
 
 ATTACK_S = 2.0
-LONGEST_ATTACK_S = 32.0
+MAX_ATTACK_S = 32.0
 NICE = 10
 PILOT = "pilot"
 KNOWN_AT = "127.200.0.1"
@@ -56,7 +56,7 @@ async def attacked(
     tower = flight.tower
     before = await figures_of(tower)
     done, attack_s = Counter[str](), ATTACK_S
-    while not enough(done) and attack_s <= LONGEST_ATTACK_S:
+    while not enough(done) and attack_s <= MAX_ATTACK_S:
         attackers = attacking(kinds, tower.url, tower.udp_port, attack_s, nice=NICE)
         async with attackers as attacks, flight.noticing() as noticed:
             done += sum(await asyncio.gather(*attacks.values()), Counter[str]())

@@ -13,7 +13,7 @@ import msgspec
 import pytest
 from hub_world import FakeAgent, FakeBrowser, HubWorld, record, sticks
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.relay import live_messages as live
 from server.relay.hub_events import HolderExpired, HolderGone, HubEvent, MotionSuspected, RightLost, RttTooLong
 from server.separation.motion import METRES_PER_DEGREE

@@ -10,17 +10,17 @@ from typing import Final
 
 from bench.flown_by_hand import HandFlight, Noticed
 
-LARGEST_GAP_MS: Final = 500.0
+MAX_GAP_MS: Final = 500.0
 """Of frames that come every 20 ms, beyond what this program itself was held up."""
 MAX_MEMORY_MB: Final = 60.0
-SHORTEST_S: Final = 1.0
+MIN_S: Final = 1.0
 
 
 def assert_unharmed(noticed: Noticed) -> None:
     """No hold, no lost channel, frames and sticks as without an attack."""
     assert set(noticed.wrong.values()) == {0.0}, noticed.wrong
     assert not noticed.closed
-    assert noticed.largest_gap_ms - noticed.own_gap_ms < LARGEST_GAP_MS
+    assert noticed.largest_gap_ms - noticed.own_gap_ms < MAX_GAP_MS
     assert noticed.sticks_at
     assert noticed.sticks_lost <= len(noticed.sticks_at) // 10
     assert noticed.rss_most_mb - noticed.rss_before_mb < MAX_MEMORY_MB
@@ -31,5 +31,5 @@ async def unharmed(flight: HandFlight) -> AsyncIterator[Noticed]:
     """The attack is the block."""
     async with flight.noticing() as noticed:
         yield noticed
-        await asyncio.sleep(SHORTEST_S)  # what an attack that was over at once leaves behind
+        await asyncio.sleep(MIN_S)  # what an attack that was over at once leaves behind
     assert_unharmed(noticed)

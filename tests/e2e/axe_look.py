@@ -1,4 +1,4 @@
-"""axe-core looks at a page of the console, dark on a desk's screen and light on a tablet's.
+"""axe-core looks at a page of the console, dark on a service's screen and light on a tablet's.
 
 The script comes from the console's development packages and is evaluated through the browser's debugger, which the
 tower's Content-Security-Policy does not stop. With CONSOLE_PICTURES=FOLDER each look is kept as a picture too.

@@ -20,7 +20,7 @@ from bench.namespaces import Network
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
 from onboard_agent.tower_url import parse_tower_url
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.relay.agent_link import AgentLink
 from server.relay.data_endpoint import DataEndpoint
 from server.relay.hub import Hub

@@ -8,7 +8,7 @@ from control_world import ask
 from tower_world import TowerWorld
 from working_agent import WorkingAgent
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 
 HOME = (47.0, 8.0, 500.0)
 

@@ -18,7 +18,7 @@ from onboard_agent.video.encoders.choice import make_encoder
 from onboard_agent.video.encoders.encoder import EncodedPicture
 from onboard_agent.video.sources.camera import Camera
 from onboard_agent.video.sources.schemes import make_source
-from onboard_agent.video.sources.source import CameraLost, Picture, PictureWish, Taken, now_us
+from onboard_agent.video.sources.source import CameraLost, Picture, PictureRequest, Taken, now_us
 from wire.video import CameraState, Codec, Quality
 
 DEADLINE_S = 20.0
@@ -110,7 +110,7 @@ def next_taken(read: Callable[[], Taken | None]) -> Taken:
 
 def test_an_http_picture_is_there_without_the_next_one(http_world: HttpWorld) -> None:
     source = make_source(f"http://127.0.0.1:{http_world.port}/camera?width=160")
-    source.open(PictureWish())
+    source.open(PictureRequest())
     http_world.wait()
     assert http_world.asked.startswith(b"GET /camera?width=160 HTTP/1.1\r\n")
     for _ in range(5):
@@ -123,7 +123,7 @@ def test_an_http_picture_is_there_without_the_next_one(http_world: HttpWorld) ->
 
 def test_of_http_pictures_that_wait_the_newest(http_world: HttpWorld) -> None:
     source = make_source(f"http://127.0.0.1:{http_world.port}/")
-    source.open(PictureWish())
+    source.open(PictureRequest())
     http_world.wait()
     last = [http_world.give() for _ in range(4)][-1][0]
     numbers = []
@@ -135,7 +135,7 @@ def test_of_http_pictures_that_wait_the_newest(http_world: HttpWorld) -> None:
 
 def test_a_password_is_sent_and_not_shown(http_world: HttpWorld) -> None:
     source = make_source(f"http://pilot:s%40cret@127.0.0.1:{http_world.port}/")
-    source.open(PictureWish())
+    source.open(PictureRequest())
     http_world.wait()
     assert b"Authorization: Basic cGlsb3Q6c0BjcmV0\r\n" in http_world.asked
     http_world.unplug()
@@ -148,7 +148,7 @@ def test_a_password_is_sent_and_not_shown(http_world: HttpWorld) -> None:
 def test_an_http_camera_that_is_not_there(http_world: HttpWorld) -> None:
     http_world.unplug()
     with pytest.raises(CameraLost, match="Connection refused"):
-        make_source(f"http://127.0.0.1:{http_world.port}/").open(PictureWish())
+        make_source(f"http://127.0.0.1:{http_world.port}/").open(PictureRequest())
 
 
 @pytest.mark.parametrize("status", ["404 Not Found", "503 Busy"])
@@ -156,7 +156,7 @@ def test_an_http_camera_that_refuses(status: str) -> None:
     world = HttpWorld(f"HTTP/1.1 {status}\r\nContent-Length: 0\r\n\r\n".encode())
     source = make_source(f"http://127.0.0.1:{world.port}/")
     with pytest.raises(CameraLost, match=f"answers {status}"):
-        source.open(PictureWish())
+        source.open(PictureRequest())
     source.close()
     world.unplug()
 
@@ -166,7 +166,7 @@ def test_what_is_no_row_of_jpegs_is_left_to_ffmpeg(tmp_path: Path) -> None:
     head = b"HTTP/1.1 200 OK\r\nContent-Type: video/mp2t\r\nContent-Length: %d\r\n\r\n" % len(film)
     world = HttpWorld(head + film)
     source = make_source(f"http://127.0.0.1:{world.port}/film.ts")
-    source.open(PictureWish())
+    source.open(PictureRequest())
     taken = next_taken(source.read)
     assert (taken.frame.width, taken.frame.height) == (WIDTH, HEIGHT)
     source.close()
@@ -178,7 +178,7 @@ class Watched:
 
     def __init__(self, spec: str) -> None:
         self.changes = threading.Semaphore(0)
-        self.camera = Camera(make_source(spec), PictureWish(WIDTH, HEIGHT, 30.0), self.changes.release)
+        self.camera = Camera(make_source(spec), PictureRequest(WIDTH, HEIGHT, 30.0), self.changes.release)
         self.camera.start()
 
     def until(self, there: Callable[[], object]) -> None:
@@ -266,7 +266,7 @@ def film_of(count: int, path: Path, rate: int = 25) -> Path:
 @pytest.mark.parametrize("name", ["film.mp4", "film.avi", "film.ts"])
 def test_a_file_over_and_over_at_its_own_pace(tmp_path: Path, name: str) -> None:
     source = make_source(f"file:{film_of(10, tmp_path / name, rate=50)}")
-    source.open(PictureWish())
+    source.open(PictureRequest())
     taken = [next_taken(source.read) for _ in range(25)]
     source.close()
     assert [number_of(one.frame) for one in taken] == [*range(10), *range(10), *range(5)]
@@ -309,17 +309,17 @@ def test_a_film_whose_pictures_are_too_large(tmp_path: Path, name: str, codec: s
         film.mux(stream.encode(None))
     source = make_source(f"file:{tmp_path}/{name}")
     with pytest.raises(CameraLost, match=f"{name}: {words} 9.4 million"):
-        source.open(PictureWish())
+        source.open(PictureRequest())
         source.read()
     source.close()
 
 
 def test_a_file_that_is_none(tmp_path: Path) -> None:
     with pytest.raises(CameraLost, match="No such file"):
-        make_source(f"file:{tmp_path / 'nothing.mp4'}").open(PictureWish())
+        make_source(f"file:{tmp_path / 'nothing.mp4'}").open(PictureRequest())
     (tmp_path / "text.mp4").write_text("no film")
     with pytest.raises(CameraLost, match="Invalid data"):
-        make_source(f"file:{tmp_path / 'text.mp4'}").open(PictureWish())
+        make_source(f"file:{tmp_path / 'text.mp4'}").open(PictureRequest())
 
 
 RPICAM = """#!{python}
@@ -374,7 +374,7 @@ def test_a_pi_camera_unplugged_and_back(plugged: Path) -> None:
 def test_a_pi_without_its_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(CameraLost, match="rpicam-vid is not installed"):
-        make_source("pi:0").open(PictureWish())
+        make_source("pi:0").open(PictureRequest())
 
 
 class RtspCamera:
@@ -438,7 +438,7 @@ def test_an_rtsp_picture_comes_with_the_next_one_and_that_counts_as_its_age() ->
     frames = flight(WIDTH, HEIGHT, 60)
     camera = RtspCamera(frames)
     source = make_source(camera.address)
-    opening = threading.Thread(target=source.open, args=(PictureWish(),), daemon=True)
+    opening = threading.Thread(target=source.open, args=(PictureRequest(),), daemon=True)
     opening.start()
     assert camera.playing.wait(DEADLINE_S)
     while opening.is_alive():  # it looks at a few pictures to see what they are

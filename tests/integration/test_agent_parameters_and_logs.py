@@ -26,7 +26,7 @@ from simulator.flight import FlightSettings
 from simulator.geodesy import Place
 from simulator.links import Endpoint
 from simulator.logbook import Log
-from simulator.shell import Berth, Clock, _berth, _keep_time
+from simulator.shell import Clock, VehicleSlot, _berth, _keep_time
 from simulator.vehicle import Vehicle, VehicleSettings
 from wire.dialect import build, decode, mavlink
 from wire.parameters import unpack_table
@@ -77,7 +77,7 @@ class World(NamedTuple):
 @contextlib.asynccontextmanager
 async def simulated(vehicle: Vehicle, port: int) -> AsyncIterator[None]:
     clock, stop = Clock(1.0), asyncio.Event()
-    berth = Berth(vehicle, await _berth(vehicle, Endpoint("udp", "127.0.0.1", port), clock))
+    berth = VehicleSlot(vehicle, await _berth(vehicle, Endpoint("udp", "127.0.0.1", port), clock))
     task = asyncio.create_task(_keep_time([berth], clock, stop))
     try:
         yield

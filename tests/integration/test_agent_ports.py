@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from agent_fakes import until
 
-from onboard_agent.autopilot_port.port import LARGEST_BACKLOG_BYTES, AutopilotPort
+from onboard_agent.autopilot_port.port import MAX_BACKLOG_BYTES, AutopilotPort
 from onboard_agent.autopilot_port.serial_line import SerialLine
 from onboard_agent.autopilot_port.tcp import TcpIn, TcpOut
 from onboard_agent.autopilot_port.udp import RECEIVE_BUFFER_BYTES, UdpIn, UdpOut
@@ -21,7 +21,7 @@ from wire.dialect import build, mavlink
 FRAME = build(mavlink.MAVLink_heartbeat_message(2, 3, 81, 5, 4, 3), system_id=1, component_id=1, sequence=7)
 HOST = "127.0.0.1"
 LIMIT = Path("/proc/sys/net/core/rmem_max")
-LARGEST_BUFFER_BYTES = int(LIMIT.read_text()) if LIMIT.exists() else 0
+MAX_BUFFER_BYTES = int(LIMIT.read_text()) if LIMIT.exists() else 0
 
 
 @contextlib.asynccontextmanager
@@ -81,7 +81,7 @@ async def test_udpin_answers_the_one_who_sent_a_valid_frame() -> None:
 
 @pytest.mark.parametrize("way", ["udpin", "udpout"])
 async def test_a_list_of_parameters_waits_in_the_socket_while_the_agent_is_not_run(way: str) -> None:
-    if LARGEST_BUFFER_BYTES < RECEIVE_BUFFER_BYTES:
+    if MAX_BUFFER_BYTES < RECEIVE_BUFFER_BYTES:
         pytest.skip("the kernel allows no such buffer here")
     async with udp_socket() as (transport, at_us, number):
         port = UdpIn(way, HOST, 0) if way == "udpin" else UdpOut(way, HOST, number)
@@ -194,7 +194,7 @@ async def test_tcp_drops_rather_than_waits_when_the_autopilot_does_not_read() ->
 
         try:
             await until(flooded)
-            assert port.backlog_bytes <= LARGEST_BACKLOG_BYTES
+            assert port.backlog_bytes <= MAX_BACKLOG_BYTES
         finally:
             writer.transport.abort()
             await closed(writer)

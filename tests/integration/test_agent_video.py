@@ -17,12 +17,12 @@ from video_tower import TICKET, MjpegCamera, VideoTower, video_tower, write_film
 
 from onboard_agent.agent import Agent
 from onboard_agent.autopilot_port.udp import UdpIn
-from onboard_agent.video.desk import SILENT_WORDS, STOPPED_WORDS
+from onboard_agent.video.service import SILENT_WORDS, STOPPED_WORDS
 from wire.dialect import mavlink
-from wire.video import VIDEO, CameraState, ClockAnswer, ClockProbe, Codec, Quality, StreamWish, Unit
+from wire.video import VIDEO, CameraState, ClockAnswer, ClockProbe, Codec, Quality, StreamRequest, Unit
 
-LOW, MEDIUM, HIGH = (StreamWish(quality, Codec.MPEG1) for quality in Quality)
-MEDIUM_H264 = StreamWish(Quality.MEDIUM, Codec.H264)
+LOW, MEDIUM, HIGH = (StreamRequest(quality, Codec.MPEG1) for quality in Quality)
+MEDIUM_H264 = StreamRequest(Quality.MEDIUM, Codec.H264)
 
 
 @pytest.fixture(scope="module")
@@ -183,20 +183,20 @@ async def test_what_the_link_carried_is_remembered_by_the_next_process_but_not_f
     async with scene(film) as there:
         await there.tower.watch(MEDIUM)
         await there.tower.more(MEDIUM, 60)
-        desk = there.agent._video
-        learnt = await until(lambda: desk.link, what="what the link carries")
+        service = there.agent._video
+        learnt = await until(lambda: service.link, what="what the link carries")
         assert learnt.local == "127.0.0.1"
         gone = there.pid
         os.kill(gone, signal.SIGKILL)
         await until(lambda: there.runs and there.pid != gone, what="another process")
-        kept = desk.link
+        kept = service.link
         assert kept is not None
-        await until(lambda: desk.link != kept, what="it has learnt more")
-        assert desk.link is not None, "it was told"
+        await until(lambda: service.link != kept, what="it has learnt more")
+        assert service.link is not None, "it was told"
         assert there.tower.connection is not None
         await there.tower.connection.close(4000, "another link")
         await there.tower.linked(2)
-        assert desk.link is None
+        assert service.link is None
         await there.tower.watch(MEDIUM)
         await there.tower.more(MEDIUM, 3)
 

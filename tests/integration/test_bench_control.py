@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-LONGEST_S = 400
+MAX_DURATION_S = 400
 
 
 def test_a_short_run_measures_take_and_give_and_no_old_frame_passes(tmp_path: Path) -> None:
@@ -17,7 +17,7 @@ def test_a_short_run_measures_take_and_give_and_no_old_frame_passes(tmp_path: Pa
         capture_output=True,
         text=True,
         cwd=CHECKOUT,
-        timeout=LONGEST_S,
+        timeout=MAX_DURATION_S,
         check=False,
     )
     assert done.returncode == 0, done.stderr + done.stdout

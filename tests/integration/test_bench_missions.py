@@ -10,7 +10,7 @@ from bench.namespaces import why_not
 from bench.peers.mavsdk_server import SERVER
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-LONGEST_S = 400
+MAX_DURATION_S = 400
 LINE = ", 20 items, 300 ms RTT, 2.5 % lost each way"
 
 
@@ -26,7 +26,7 @@ def test_a_short_run_flies_ours_and_mavsdk_over_the_same_line(tmp_path: Path, mi
         capture_output=True,
         text=True,
         cwd=CHECKOUT,
-        timeout=LONGEST_S,
+        timeout=MAX_DURATION_S,
         check=False,
     )
     assert done.returncode == 0, done.stderr + done.stdout

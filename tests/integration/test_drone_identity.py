@@ -34,7 +34,7 @@ from onboard_agent.identity_file import read_identity, write_private
 from onboard_agent.signing_in import KeySignIn
 from onboard_agent.tower_url import TowerUrl, parse_tower_url
 from onboard_agent.unusable import Unusable
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.fleet.tower_identity import TowerIdentity, check_key_is_there, forget_identity
 from server.relay import agent_sign_in
 from server.relay.tls_binding import TlsBinding

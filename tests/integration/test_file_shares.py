@@ -12,7 +12,7 @@ from sqlalchemy import func, select
 from tower_world import NewDrone, TowerWorld, start_tower
 
 from server.file_room import NOBODY, Account, NoRoom, to_shrink
-from server.flight_logs.shelf import ArrivingLog, LogShelf
+from server.flight_logs.quota import ArrivingLog, FlightLogQuota
 from server.recordings.tables import RecordingRow
 from wire.ids import DroneId
 
@@ -22,11 +22,11 @@ ACCOUNTS: Final[Mapping[int, Account]] = {HERS: ALICE, HIS: MALLORY, HIS_OTHER: 
 BUDGET: Final = 1000
 
 
-def shelf(root: Path) -> LogShelf:
-    return LogShelf(root / "files", budget_bytes=BUDGET, largest_bytes=BUDGET)
+def shelf(root: Path) -> FlightLogQuota:
+    return FlightLogQuota(root / "files", budget_bytes=BUDGET, largest_bytes=BUDGET)
 
 
-def put(on: LogShelf, drone: DroneId, log_id: int, size: int, *, at: float) -> None:
+def put(on: FlightLogQuota, drone: DroneId, log_id: int, size: int, *, at: float) -> None:
     arriving = on.begin(drone, log_id, size, 1, ACCOUNTS)
     try:
         for start in range(0, size, 100):
@@ -38,7 +38,7 @@ def put(on: LogShelf, drone: DroneId, log_id: int, size: int, *, at: float) -> N
         on.discard(arriving)
 
 
-def kept(on: LogShelf, drone: DroneId) -> list[int]:
+def kept(on: FlightLogQuota, drone: DroneId) -> list[int]:
     return sorted(one.log_id for one in on.of(drone))
 
 

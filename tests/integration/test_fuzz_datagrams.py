@@ -14,7 +14,7 @@ from bench.fuzz_datagrams import DatagramFuzzer
 from bench.fuzz_tower_core import TowerCore
 
 DATAGRAMS = 4000
-MOST_OBJECTS_GROWN = 500
+MAX_OBJECTS_GROWN = 500
 """What caches and free lists need; a leak of one object a datagram would be eight times as much."""
 
 
@@ -35,7 +35,7 @@ async def test_every_mutated_datagram_is_taken_or_dropped_and_counted(make: Call
     assert {"too_short", "too_long", "bad_version", "unknown_link", "not_authentic", "replayed"} <= set(verdict.dropped)
     assert {"bad_content", "foreign_tag", "bad_frame", "not-allowed"} <= set(core.counted())
     assert verdict.serves
-    assert verdict.objects_grown < MOST_OBJECTS_GROWN
+    assert verdict.objects_grown < MAX_OBJECTS_GROWN
 
 
 class BadCore:
@@ -79,7 +79,7 @@ async def test_a_defect_is_found(defect: str) -> None:
         "raises": bool(verdict.escaped),
         "believes": any("None" in words for words in verdict.wrong),
         "answers": any("answered" in words for words in verdict.wrong),
-        "leaks": verdict.objects_grown >= MOST_OBJECTS_GROWN,
+        "leaks": verdict.objects_grown >= MAX_OBJECTS_GROWN,
         "is stuck": not verdict.serves,
     }
     assert found == {name: name == defect for name in found}

@@ -18,9 +18,9 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from server import guarded_websocket
-from server.accounts.tables import Role
-from server.guarded_websocket import HIGH_WATER_BYTES, MOST_PIECES, SLICE_BYTES, GuardedWebSocket
-from server.relay.outbox import MOST_TRANSACTIONAL
+from server.domain.people import Role
+from server.guarded_websocket import HIGH_WATER_BYTES, MAX_PIECES, SLICE_BYTES, GuardedWebSocket
+from server.relay.outbox import MAX_TRANSACTIONAL
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 from wire.frames import payload
@@ -153,7 +153,7 @@ async def test_one_that_hardly_reads_is_cut_and_costs_the_others_nothing(
             await until("the other is gone", lambda: len(hub._state.browsers) == len(connections()) == 1)
             (stalled,) = hub._state.browsers.values()
             events, transactional, _ = stalled.waiting()
-            assert 0 < transactional <= MOST_TRANSACTIONAL
+            assert 0 < transactional <= MAX_TRANSACTIONAL
             assert events < 2_000
             (connection,) = connections()
             assert connection.transport.get_write_buffer_size() < 3 * HIGH_WATER_BYTES
@@ -290,7 +290,7 @@ async def test_a_message_in_endless_pieces_is_ended(world: TowerWorld, root: Per
     loop = asyncio.get_running_loop()
     async with raw_browser(world, client) as (plain, _):
         await until("it is attached", lambda: world.tower.hub._state.browsers)
-        await loop.sock_sendall(plain, masked(0x02) + masked(PIECE) * (2 * MOST_PIECES))
+        await loop.sock_sendall(plain, masked(0x02) + masked(PIECE) * (2 * MAX_PIECES))
         await until("it is gone", lambda: not world.tower.hub._state.browsers)
         received = b""
         while part := await asyncio.wait_for(loop.sock_recv(plain, 65536), 30):

@@ -23,7 +23,7 @@ from two_uplinks import TOWER, UPLINKS, TwoUplinks, two_uplinks
 
 from bench.namespaces import why_not
 from bench.tls_front import TlsFront, make_certificate
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.relay.hub import Hub
 from server.relay.live_drone import LiveDrone
 from wire.dialect import build, decode, mavlink
@@ -33,7 +33,7 @@ from wire.lateness import stamp_ms
 from wire.tagged import stamp, tag
 
 STICKS_EACH_S = 0.02
-LONGEST_GAP_S = 0.2
+MAX_GAP_S = 0.2
 RESUMED_WITHIN_S = 6.0
 
 
@@ -219,9 +219,9 @@ async def test_either_uplink_is_lost_under_a_hand_and_no_stick_is_missed(net: Tw
             net.mend(lost)
             await until(lambda: world.uplinks == 2, 10.0, "both are back")
         assert world.link_id == link_id
-        assert world.longest_gap_s() < LONGEST_GAP_S
+        assert world.longest_gap_s() < MAX_GAP_S
         missed = len(world.sent) - len({number for _, number in world.autopilot.sticks})
-        assert missed <= LONGEST_GAP_S / STICKS_EACH_S, "but for what is on its way"
+        assert missed <= MAX_GAP_S / STICKS_EACH_S, "but for what is on its way"
         assert world.autopilot.modes_asked() == [] and world.autopilot.centred == 0, "nothing held"
         assert world.hub.traffic.holds_ordered == 0
         assert [event for event in world.pilot.events if event["type"] == "hold"] == []

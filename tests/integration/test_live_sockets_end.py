@@ -19,10 +19,11 @@ from tower_world import Person, TowerWorld, start_tower
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from server.accounts.tables import Role, UserRow
+from server.accounts.tables import UserRow
 from server.accounts.users import UserChange, change_user, reset_second_factor
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE
+from server.domain.people import Role
 from server.relay import routes as relay_routes
 from server.relay.viewer_sign_in import StillSignedIn
 from server.video import routes as video_routes
@@ -32,7 +33,7 @@ from wire.video import VIEWER_VIDEO_SUBPROTOCOL
 WITHIN_S: Final = 20.0
 """It takes two seconds at most; other tests share the machine."""
 ENDED, TURNED_AWAY = 4401, 4403
-Change = Callable[[AsyncSession, int, Deed], Awaitable[object]]
+Change = Callable[[AsyncSession, int, AuditAction], Awaitable[object]]
 LIVE, VIDEO = "live", "video"
 
 
@@ -45,7 +46,7 @@ def changed(**what: object) -> Change:
     )
 
 
-async def disabled_and_enabled(session: AsyncSession, user_id: int, deed: Deed) -> None:
+async def disabled_and_enabled(session: AsyncSession, user_id: int, deed: AuditAction) -> None:
     for disabled in (True, False):
         await changed(disabled=disabled)(session, user_id, deed)
 
@@ -107,7 +108,7 @@ async def all_end(sockets: list[ClientConnection]) -> None:
 
 async def elsewhere(world: TowerWorld, change: Change, user: Person) -> None:
     async with world.database.writing() as session:
-        await change(session, user.id, Deed(by=COMMAND_LINE, at=world.clock()))
+        await change(session, user.id, AuditAction(by=COMMAND_LINE, at=world.clock()))
 
 
 class Victim:

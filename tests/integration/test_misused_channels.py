@@ -13,8 +13,8 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Subprotocol
 
-from server.accounts.tables import Role
 from server.anonymous.limits import LIMITS
+from server.domain.people import Role
 from server.log import configure_log
 from wire.control_messages import AGENT_SUBPROTOCOL
 from wire.drops import DropReason

@@ -16,14 +16,14 @@ from websockets.server import ServerProtocol
 from websockets.typing import Subprotocol
 
 from bench.key_sign_in import say_hello
-from server.accounts.tables import Role
 from server.direct_websocket import DirectWebSocket
+from server.domain.people import Role
 from server.relay.agent_channel import AgentChannel
 from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
 from server.relay.live_channel import LiveChannel
 from server.relay.live_writer import LiveWriter
-from server.serving import LARGEST_MESSAGE_BYTES
+from server.serving import MAX_MESSAGE_BYTES
 from server.upgrading_http import UpgradingHttp
 from wire.control_messages import KEY_SUBPROTOCOL
 from wire.drone_key import DroneKey
@@ -78,7 +78,7 @@ ENDS: dict[str, Callable[[Callable[..., Awaitable[ClientConnection]], DroneKey],
     "it says good-bye": _signed_in,
     "its message is none": lambda opened, key: _signed_in(opened, key, b"{nonsense"),
     "its message is no text": lambda opened, key: _signed_in(opened, key, b"\xff\xfe"),
-    "its message is too large": lambda opened, key: _signed_in(opened, key, b"x" * (LARGEST_MESSAGE_BYTES + 1)),
+    "its message is too large": lambda opened, key: _signed_in(opened, key, b"x" * (MAX_MESSAGE_BYTES + 1)),
 }
 
 
@@ -158,7 +158,7 @@ async def test_browsers_leave_nothing_behind(world: TowerWorld) -> None:
                 if end == "gone":
                     connection.transport.abort()
                 elif end == "too large":
-                    await connection.send("x" * (LARGEST_MESSAGE_BYTES + 1))
+                    await connection.send("x" * (MAX_MESSAGE_BYTES + 1))
                     await connection.wait_closed()
                 await connection.close()
             await nothing_left(before, end)

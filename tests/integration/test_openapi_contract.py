@@ -39,12 +39,13 @@ from test_server_access_table import VISITORS as ACCESS_VISITORS
 from tower_world import PASSWORD, TowerWorld, start_tower
 
 from server.access import COOKIE
-from server.accounts.scopes import Scope
-from server.accounts.tables import Role, UserRow
+from server.accounts.tables import UserRow
 from server.accounts.tokens import create_token
 from server.app import ROUTERS
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE
+from server.domain.people import Role
+from server.domain.scopes import Scope
 
 # All of it now, before there are threads: pytest reads the source of its plugins, and Python 3.11 cannot parse in two
 # threads at once ("AST constructor recursion depth mismatch").
@@ -201,7 +202,7 @@ async def set_the_scene(world: TowerWorld, number: int, password_hash: str) -> S
         owner = await session.get(UserRow, people["admin"].id)
         assert owner is not None
         for visitor, scope in OF_TOKENS.items():
-            deed = Deed(by=COMMAND_LINE, at=now)
+            deed = AuditAction(by=COMMAND_LINE, at=now)
             _, secret = await create_token(
                 session, owner=owner, name=visitor, scopes={scope}, expires_at=None, deed=deed
             )

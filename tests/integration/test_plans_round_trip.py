@@ -22,17 +22,17 @@ from worlds.processes import World, free_udp_ports, wait_for
 
 from simulator.mission_storage import COMMANDS as COPTER_COMMANDS
 from simulator.px4.mission_storage import COMMANDS as PX4_COMMANDS
-from wire.plan_fields import Effect, Keeping
+from wire.plan_fields import Effect, KeptFields
 from wire.plan_keeping import as_kept, changes_ahead, differences
 from wire.plan_keeping_ardupilot import ArduPilot
 from wire.plan_keeping_px4 import Px4
 from wire.plans import Plan, PlanItem, PlanKind, plan_from_json, plan_hash, plan_to_json
 
 PLANS_OF_EACH = 250
-ITEMS_MOST = 8
+MAX_ITEMS_ANY = 8
 KEEP_EVERY_S = 2.0
 COPTER, PX4 = "Kestrel", "Merlin"
-KEEPINGS: dict[str, Keeping] = {COPTER: ArduPilot(), PX4: Px4()}
+KEEPINGS: dict[str, KeptFields] = {COPTER: ArduPilot(), PX4: Px4()}
 COMMANDS = {COPTER: COPTER_COMMANDS, PX4: PX4_COMMANDS}
 FRAMES = (0, 2, 3, 5, 6, 10, 11)
 CORNERS = 4
@@ -68,7 +68,7 @@ def _is_taken(kind: PlanKind, item: PlanItem, drone: str) -> bool:
 @st.composite
 def plans(draw: st.DrawFn, *, drone: str) -> tuple[PlanKind, Plan]:
     kind = draw(kinds)
-    drawn = draw(st.lists(items(kind, drone), max_size=ITEMS_MOST))
+    drawn = draw(st.lists(items(kind, drone), max_size=MAX_ITEMS_ANY))
     if kind is PlanKind.FENCE and draw(st.booleans()):
         ring = PlanItem(draw(st.sampled_from([5001, 5002])), 3, (CORNERS, 0.0, 0.0, 0.0), 473_977_000, 85_456_000)
         drawn += [msgspec.structs.replace(ring, x=ring.x + 900 * n) for n in range(CORNERS)]

@@ -177,7 +177,7 @@ def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
 async def test_a_file_that_takes_too_long_does_not_keep_the_others_waiting(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(finishing, "LONGEST_S", 0.3)
+    monkeypatch.setattr(finishing, "MAX_DURATION_S", 0.3)
     times = [3 * US + number * 20_000 for number in range(1500)]
     source = write(tmp_path / "a.units", units(Codec.MPEG1, times, width=640, height=480))
     with pytest.raises(finishing.CannotFinish, match="takes too long") as found:

@@ -10,8 +10,8 @@ from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.routing import Route
 from tower_world import TowerWorld, start_tower
 
-from server.accounts.tables import Role
 from server.app import ROUTERS, create_app
+from server.domain.people import Role
 from server.settings import Settings
 
 VISITORS: Final = ("anonymous", "stranger", "owner", "admin")

@@ -8,7 +8,7 @@ import pytest
 from control_world import ObedientAgent, ask, audit, live
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 from wire.control_messages import ControlChanged
 
 
@@ -193,7 +193,7 @@ async def test_everybody_is_told_who_why_and_how_the_hold_went(tmp_path: Path) -
             await screen.event("control", event="assisting")
             await ask(admin, drone.id, "unassist")
             await screen.event("control", event="assist_ended")
-        await world.tower.watchman.caught_up()
+        await world.tower.event_handler.caught_up()
         held = await audit(admin, "hold.")
         assert [one["action"] for one in held] == ["hold.confirmed"] * 3
         first = held[-1]["detail"]

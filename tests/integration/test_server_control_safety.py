@@ -11,10 +11,10 @@ import pytest
 from control_world import ObedientAgent, ask, audit, live
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
 from server.control.loss_words import findings_hash
 from server.control.rehearsal import LASTS_S
 from server.control.tables import ControlLeaseRow, LossAcknowledgementRow
+from server.domain.people import Role
 from server.fleet.snapshot import begin_fleet_change
 from wire.control_messages import HoldStep, SafetySettings, StreamSettings
 from wire.ids import DroneId, UserId
@@ -201,7 +201,7 @@ async def test_what_was_acknowledged_in_another_process_counts_when_the_controls
         )
         session.add(LossAcknowledgementRow(drone_id=drone_id, user_id=anna, findings_hash=known, acknowledged_at=NOW))
     await world.tower.roster.refresh()
-    await world.tower.watchman.caught_up()
+    await world.tower.event_handler.caught_up()
     assert not live_drone.loss_check.bars(anna)
 
 

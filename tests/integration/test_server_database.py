@@ -13,7 +13,7 @@ from sqlalchemy.exc import OperationalError
 from sqlalchemy.exc import TimeoutError as GaveUp
 
 from server import database as database_module
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE
 from server.database import Database, open_database
 from server.fleet import enrolments
@@ -25,7 +25,7 @@ from wire.ids import DroneId
 
 NOW = datetime(2026, 11, 22, 2, 0, tzinfo=UTC)
 CROWD = 1200
-"""More than `enrolments.MOST_AT_ONCE`, twice."""
+"""More than `enrolments.MAX_CONCURRENT`, twice."""
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ async def add_used(database: Database, *names: str, used_at: datetime = NOW) -> 
     ids = []
     async with database.writing() as session:
         for name in names:
-            deed = Deed(by=COMMAND_LINE, at=NOW)
+            deed = AuditAction(by=COMMAND_LINE, at=NOW)
             drone = await create_drone(session, name=name, deed=deed)
             _, _, token, _ = await enrolments.begin(session, drone_id=drone.id, lasts_s=60, deed=deed)
             await enrolments.use(session, token=token, public_key=drone.id.to_bytes(32), at=used_at, address="")

@@ -14,7 +14,7 @@ from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 from worlds.processes import PASSWORD, World, free_udp_ports
 
 from onboard_agent.identity_file import read_identity
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.fleet.tables import EnrolmentRow
 from server.relay.hub_events import AgentLinked
 from wire.drone_key import DroneKey, enrolment_statement, fingerprint, key_text
@@ -83,7 +83,7 @@ async def test_a_token_is_worth_one_key_and_admins_see_it_live(
         assert_problem(await companion.post(ENROL, json=asked(begun["token"], ANOTHER)), 403, "bad-enrolment")
         record = world.tower.hub.drone(DroneId(hawk.id)).record
         assert record.public_key == KEY.public != hawk.key.public
-        world.tower.watchman.noticed(AgentLinked(DroneId(hawk.id)))
+        world.tower.event_handler.noticed(AgentLinked(DroneId(hawk.id)))
         while (news := (await screen.event("enrolment"))["enrolment"]["state"]) != "seen":
             assert news == "used"
         assert "enrolment" not in [event["type"] for event in theirs.events]

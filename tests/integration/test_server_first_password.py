@@ -10,10 +10,10 @@ from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from server.accounts.tables import Role
 from server.accounts.users import UserChange, change_user
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE
+from server.domain.people import Role
 
 OWN = "a password of my own"
 
@@ -103,7 +103,7 @@ async def test_a_reset_on_the_command_line_closes_live_connections_too(world: To
     async with live(world, person) as screen:
         hashed = await world.tower.passwords.hash("from the command line")
         async with world.database.writing() as session:
-            deed = Deed(by=COMMAND_LINE, at=world.clock())
+            deed = AuditAction(by=COMMAND_LINE, at=world.clock())
             await change_user(session, user_id=anna.id, change=UserChange(password_hash=hashed), deed=deed)
         with pytest.raises(ConnectionClosed) as closed:
             while True:

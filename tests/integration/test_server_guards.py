@@ -8,7 +8,7 @@ import httpx
 import pytest
 from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.listening import CannotListen, listen
 from server.schema import DatabaseNotReady
 

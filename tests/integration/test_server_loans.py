@@ -10,7 +10,7 @@ import pytest
 from control_world import ObedientAgent, ask, audit, live, until
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.relay.hub_events import LoanLimitPassed
 from server.relay.loan_limits import Home
 from wire.dialect import build, mavlink
@@ -167,7 +167,7 @@ async def test_beyond_the_limit_the_drone_holds_and_it_is_written_down(
     agent.state(armed=True, airborne=True)
     await lend(world, root, hawk, anna, max_height_m=50)
     passed = LoanLimitPassed(DroneId(hawk.id), UserId(anna.id), "above the 50 m of the loan")
-    world.tower.watchman.noticed(passed)
+    world.tower.event_handler.noticed(passed)
     assert [order.reason for order in agent.holds] == ["above the 50 m of the loan"]
-    await world.tower.watchman.caught_up()
+    await world.tower.event_handler.caught_up()
     assert len(await audit(root, "control.loan_limit")) == 1

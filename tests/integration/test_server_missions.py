@@ -9,7 +9,7 @@ import pytest
 from control_world import audit
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.missions import library
 
 MISSIONS = "/api/v1/missions"
@@ -95,7 +95,7 @@ async def test_ones_own_is_ones_own_and_what_is_shared_is_read_by_all(world: Tow
 
 
 async def test_there_is_an_end_to_it(world: TowerWorld, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(library, "MOST_MISSIONS", 2)
+    monkeypatch.setattr(library, "MAX_MISSIONS", 2)
     alice = await world.signed_in(await world.add_user("alice"))
     answers = await asyncio.gather(*(alice.post(MISSIONS, json=body()) for _ in range(4)))
     assert sorted(one.status_code for one in answers) == [201, 201, 409, 409]

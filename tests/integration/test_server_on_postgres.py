@@ -13,7 +13,7 @@ from control_world import ObedientAgent, ask, audit, until
 from test_server_enrolment import asked
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.schema import newest_revision
 from wire.drone_key import DroneKey
 from wire.ids import DroneId

@@ -11,8 +11,8 @@ from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
 from server.control.tables import ControlLeaseRow
+from server.domain.people import Role
 from server.relay.link_changes import ORDERED_AGAIN
 from wire.control_messages import AutopilotState, HoldStep
 from wire.ids import DroneId
@@ -52,7 +52,7 @@ class Scene:
 
     async def hold_open(self) -> bool | None:
         """As it is written down."""
-        await self.world.tower.watchman.caught_up()
+        await self.world.tower.event_handler.caught_up()
         async with self.world.database.reading() as session:
             kept = select(ControlLeaseRow.hold_open).where(ControlLeaseRow.drone_id == self.drone.id)
             return await session.scalar(kept)

@@ -12,8 +12,8 @@ from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from server.accounts.tables import Role
 from server.database import open_database
+from server.domain.people import Role
 from server.private_files import make_private_folder
 from server.security_headers import TABLE
 from server.settings import SettingsError, read_settings

@@ -27,8 +27,9 @@ from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 from worlds.soft_authenticator import b64, unb64
 
 from server.accounts.challenges import ASKED_AT_ONCE, LIFETIME_S
-from server.accounts.passkeys import MAX_OF_ONE_USER
-from server.accounts.tables import PasskeyRow, RecoveryCodeRow, Role, UserRow
+from server.accounts.passkeys import MAX_PER_USER
+from server.accounts.tables import PasskeyRow, RecoveryCodeRow, UserRow
+from server.domain.people import Role
 
 ME = "/api/v1/me"
 SESSION = "/api/v1/session"
@@ -313,16 +314,16 @@ async def test_a_new_passkey_is_for_the_session_that_asked(world: TowerWorld, an
 
 async def test_there_are_so_many_of_one_user_at_most_even_at_the_same_moment(world: TowerWorld, anna: Owner) -> None:
     bodies = []
-    for number in range(MAX_OF_ONE_USER + 1):
+    for number in range(MAX_PER_USER + 1):
         made = new_authenticator().make(await asked(anna.client, f"{PASSKEYS}/options"))
         bodies.append({"name": f"key {number}", "credential": made})
     answers = await asyncio.gather(*(anna.client.post(PASSKEYS, json=body) for body in bodies))
-    assert sorted(one.status_code for one in answers) == [201] * (MAX_OF_ONE_USER - 1) + [409] * 2
+    assert sorted(one.status_code for one in answers) == [201] * (MAX_PER_USER - 1) + [409] * 2
     assert_problem(await anna.client.post(f"{PASSKEYS}/options"), 409, "too-many-passkeys")
     async with world.database.reading() as session:
         kept = await session.scalar(select(func.count()).select_from(PasskeyRow))
         counted = await session.scalar(select(UserRow.passkey_count).where(UserRow.id == anna.person.id))
-    assert kept == counted == MAX_OF_ONE_USER
+    assert kept == counted == MAX_PER_USER
 
 
 async def test_an_admin_takes_them_from_who_has_lost_them(

@@ -7,8 +7,9 @@ import pytest
 from sqlalchemy import select
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.accounts.preferences import LARGEST_DOCUMENT_BYTES, MAX_DEPTH, MOST_DOCUMENTS
-from server.accounts.tables import PreferenceRow, Role
+from server.accounts.preferences import MAX_DEPTH, MAX_DOCUMENT_BYTES, MAX_DOCUMENTS
+from server.accounts.tables import PreferenceRow
+from server.domain.people import Role
 
 PREFERENCES = "/api/v1/me/preferences"
 STICKS = {"version": 1, "mode": 2, "pads": {"Some pad (Vendor: 045e)": {"expo": 0.3, "names": "Müller ☂"}}}
@@ -36,16 +37,16 @@ async def test_it_is_kept_as_it_was_and_is_nobody_elses(world: TowerWorld) -> No
 async def test_what_is_too_much_is_refused_and_nothing_is_lost(world: TowerWorld) -> None:
     anna = await world.signed_in(await world.add_user("Anna"))
     await anna.put(f"{PREFERENCES}/sticks", json=STICKS)
-    fits = {"x": "ü" * ((LARGEST_DOCUMENT_BYTES - len('{"x":""}')) // 2)}
+    fits = {"x": "ü" * ((MAX_DOCUMENT_BYTES - len('{"x":""}')) // 2)}
     assert (await anna.put(f"{PREFERENCES}/full", json=fits)).status_code == 204
     too_large = await anna.put(f"{PREFERENCES}/sticks", json={"x": fits["x"] + "1"})
     assert_problem(too_large, 413, "too-large")
-    for number in range(MOST_DOCUMENTS - 2):
+    for number in range(MAX_DOCUMENTS - 2):
         assert (await anna.put(f"{PREFERENCES}/number-{number}", json={"n": number})).status_code == 204
     assert_problem(await anna.put(f"{PREFERENCES}/one-more", json={"n": 0}), 409, "too-many-preferences")
     assert (await anna.put(f"{PREFERENCES}/number-0", json={"n": "changed"})).status_code == 204
     kept = (await anna.get(PREFERENCES)).json()
-    assert len(kept) == MOST_DOCUMENTS
+    assert len(kept) == MAX_DOCUMENTS
     assert kept["sticks"] == STICKS
 
 

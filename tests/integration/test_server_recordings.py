@@ -22,10 +22,10 @@ from worlds.camera_units import units
 from worlds.recorded_video import VideoByHand
 
 from server import file_room
-from server.recordings import desk as desks
-from server.recordings.desk import NO_STORE, NOT_HERE, NOTHING_CAME, TOO_LONG
+from server.recordings import service
 from server.recordings.finishing import CannotFinish
-from server.recordings.room import AT_ONCE
+from server.recordings.quota import AT_ONCE
+from server.recordings.service import NO_STORE, NOT_HERE, NOTHING_CAME, TOO_LONG
 from server.recordings.sink import TOO_LARGE
 from server.recordings.tables import RecordingRow
 from server.recordings.writer import TOO_SLOW, UnitWriter
@@ -45,7 +45,7 @@ class RecordingScene(Scene):
     async def begin(self) -> None:
         await super().begin()
         self.video = VideoByHand()
-        self.world.tower.recordings.desk.video = self.video
+        self.world.tower.recordings.service.video = self.video
 
     async def record(self, client: httpx.AsyncClient | None = None, **body: Any) -> dict[str, Any]:
         answer = await (client or self.holder).post(f"{self.path}/recordings", json=body)
@@ -333,10 +333,10 @@ async def test_it_says_which_flights_it_shows(scene: RecordingScene) -> None:
 
 
 async def test_limits_end_it_with_words(scene: RecordingScene) -> None:
-    desk = scene.world.tower.recordings.desk
+    service = scene.world.tower.recordings.service
     begun = await scene.record(quality="medium")
     scene.send()
-    desk._largest_bytes = 10_000
+    service._largest_bytes = 10_000
     large = await scene.record(quality="low")
     now = time.monotonic_ns() // 1000
     scene.video.send(
@@ -344,18 +344,18 @@ async def test_limits_end_it_with_words(scene: RecordingScene) -> None:
     )
     assert (await scene.came_to(large["id"], "ready"))["words"] == TOO_LARGE
     assert (await scene.get(large["id"]))["size_bytes"] < 40_000
-    await desk.look(time.monotonic() + 601)
+    await service.look(time.monotonic() + 601)
     assert (await scene.came_to(begun["id"], "ready", "failed"))["words"] == NOTHING_CAME
     longest = await scene.record(quality="high")
-    desk._longest_s = 0.0
-    await desk.look(time.monotonic())
+    service._longest_s = 0.0
+    await service.look(time.monotonic())
     assert (await scene.came_to(longest["id"], "failed", "finishing"))["state"] in ("failed", "finishing")
     told = [one["detail"].get("words", "") for one in await audit(scene.admin, "recording.ended")]
     assert told == [TOO_LONG, NOTHING_CAME, TOO_LARGE]
 
 
 async def test_no_more_than_so_many_at_a_time(scene: RecordingScene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(desks, "MOST_RUNNING", 1)
+    monkeypatch.setattr(service, "MAX_RUNNING", 1)
     await scene.record()
     assert_problem(
         await scene.holder.post(f"{scene.path}/recordings", json={"quality": "low"}), 409, "too-many-recordings"
@@ -390,7 +390,7 @@ async def test_a_slow_disk_ends_the_recording_and_never_waits(
     started = time.perf_counter()
     scene.video.send(scene.drone.id, units(Codec.H264, [now + 40_000 * number for number in range(100)]))
     assert time.perf_counter() - started < 20
-    running = scene.world.tower.recordings.desk.waiting_bytes()
+    running = scene.world.tower.recordings.service.waiting_bytes()
     assert 0 < running <= 15_000
     goes_on.set()
     ready = await scene.came_to(begun["id"], "ready", "failed")
@@ -402,7 +402,7 @@ async def test_a_full_disk_ends_it_and_refuses_the_next(scene: RecordingScene, m
     begun = await scene.record()
     scene.send()
     monkeypatch.setattr(file_room, "LEFT_FREE_BYTES", 1 << 62)
-    await scene.world.tower.recordings.desk.look(time.monotonic() + 10)
+    await scene.world.tower.recordings.service.look(time.monotonic() + 10)
     failed = await scene.came_to(begun["id"], "failed")
     assert "no room" in failed["words"]
     assert scene.files == [".units"]
@@ -424,7 +424,7 @@ async def test_the_oldest_go_when_the_budget_is_used_up(scene: RecordingScene) -
     assert [one["detail"]["recording"] for one in noted] == [first["id"]]
     # One that goes on is never removed: nothing is left to make room with, so it ends.
     room.budget_bytes = 5
-    await scene.world.tower.recordings.desk.look(time.monotonic() + 10)
+    await scene.world.tower.recordings.service.look(time.monotonic() + 10)
     ended = await scene.came_to(begun["id"], "failed", "finishing")
     assert ended["state"] in ("failed", "finishing")
     assert [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()] == [begun["id"]]
@@ -463,7 +463,7 @@ async def test_a_drone_that_is_deleted_leaves_no_files(scene: RecordingScene) ->
     await scene.record()
     assert scene.files == [".mp4", ".units"]
     assert (await scene.admin.delete(scene.path)).status_code == 204
-    await until("the end", lambda: scene.world.tower.recordings.desk.running() == 0)
+    await until("the end", lambda: scene.world.tower.recordings.service.running() == 0)
     await until("the files to go", lambda: not scene.files)
 
 
@@ -580,6 +580,6 @@ async def test_a_tower_whose_disk_is_full_flies_without_recordings(
             answer = await scene.holder.post(f"{scene.path}/recordings")
             assert assert_problem(answer, 413, "no-room")["detail"] == NO_STORE
             assert (await scene.watcher.get(f"{scene.path}/recordings")).json() == []
-            assert world.tower.recordings.desk.running() == 0
+            assert world.tower.recordings.service.running() == 0
     async with start_tower(tmp_path) as world:
         assert world.tower.recordings.store.id, "there was room again"

@@ -9,10 +9,10 @@ from control_world import ObedientAgent, ask, audit, live, until
 from sqlalchemy.exc import OperationalError
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
 from server.accounts.users import UserChange, change_user
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE
+from server.domain.people import Role
 from server.relay.hub_events import HolderExpired, HolderGone, OfferLapsed, RightLost, RttTooLong, TurnWanted
 from wire.ids import DroneId, UserId
 
@@ -40,8 +40,8 @@ async def seen(admin: httpx.AsyncClient, drone_id: int) -> dict[str, Any]:
 
 async def notice(world: TowerWorld, event: Any) -> None:
     """As if the hub had noticed it."""
-    world.tower.watchman.noticed(event)
-    await world.tower.watchman.caught_up()
+    world.tower.event_handler.noticed(event)
+    await world.tower.event_handler.caught_up()
 
 
 @pytest.mark.parametrize("way", ["disabled", "deleted", "unassigned"])
@@ -132,7 +132,7 @@ async def test_what_another_process_withdraws_is_revoked_too(
     operator = await world.signed_in(anna)
     await ask(operator, hawk.id, "acquire")
     async with world.database.writing() as session:
-        deed = Deed(by=COMMAND_LINE, at=world.clock())
+        deed = AuditAction(by=COMMAND_LINE, at=world.clock())
         await change_user(session, user_id=anna.id, change=UserChange(disabled=True), deed=deed)
     drone = world.tower.hub.drone(DroneId(hawk.id))
     assert drone is not None
@@ -195,10 +195,10 @@ async def test_signing_out_of_the_last_session_with_a_browser_revokes(
     await ask(first, hawk.id, "acquire")
     async with live(world, first), live(world, second):
         await second.delete("/api/v1/session")
-        await world.tower.watchman.caught_up()
+        await world.tower.event_handler.caught_up()
         assert (await seen(root, hawk.id))["holder"]["name"] == "Anna"
         await first.delete("/api/v1/session")
-        await world.tower.watchman.caught_up()
+        await world.tower.event_handler.caught_up()
         assert (await seen(root, hawk.id))["holder"] is None
     assert [order.reason for order in agent.holds] == ["the holder's session has ended"]
 
@@ -290,8 +290,8 @@ async def test_without_a_database_the_drone_holds_first_and_the_lease_follows(
     agent = ObedientAgent(world.tower.hub, hawk.id)
     operator = await world.signed_in(anna)
     await ask(operator, hawk.id, "acquire")
-    watchman = world.tower.watchman
-    monkeypatch.setattr(watchman, "_try_again_after_s", 0.01)
+    event_handler = world.tower.event_handler
+    monkeypatch.setattr(event_handler, "_try_again_after_s", 0.01)
     writing, failures = world.database.writing, iter([OSError("disk full"), OperationalError("x", {}, OSError())])
 
     def out_of_reach() -> Any:
@@ -311,8 +311,8 @@ async def test_a_flood_of_events_is_bounded_and_holds(
 ) -> None:
     hawk = await world.add_drone("hawk", anna)
     agent = ObedientAgent(world.tower.hub, hawk.id)
-    monkeypatch.setattr("server.control.watchman.MOST_WAITING", 4)
+    monkeypatch.setattr("server.control.hub_event_handler.MAX_WAITING", 4)
     for number in range(20):
-        world.tower.watchman.noticed(RightLost(DroneId(hawk.id), UserId(anna.id), "holder", f"reason {number}"))
+        world.tower.event_handler.noticed(RightLost(DroneId(hawk.id), UserId(anna.id), "holder", f"reason {number}"))
     assert len(agent.holds) == 16
-    await world.tower.watchman.caught_up()
+    await world.tower.event_handler.caught_up()

@@ -13,8 +13,8 @@ import pytest
 from tower_world import PASSWORD, MovableClock, Person, TowerWorld, assert_problem, start_tower
 
 from server.accounts.hashing_process import Hashing
-from server.accounts.tables import Role
 from server.accounts.throttle import FREE_TRIES, FREE_TRIES_OF_ADDRESS
+from server.domain.people import Role
 
 SESSION = "/api/v1/session"
 

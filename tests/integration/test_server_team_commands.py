@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from server.cli import app
 from server.commands.session import CommandError
-from server.refusal import Refusal
+from server.domain.refusal import Refusal
 
 Tower = Callable[..., str]
 

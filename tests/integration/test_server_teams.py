@@ -12,11 +12,11 @@ from control_world import ObedientAgent, ask, audit, live, until
 from fastapi.routing import APIRoute
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
-from server.accounts.tables import Role
 from server.app import ROUTERS
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE as BY_COMMAND_LINE
-from server.fleet.relations import TeamRole
+from server.domain.people import Role
+from server.domain.relations import TeamRole
 from server.fleet.tables import OwnershipRow
 from server.recordings.tables import RecordingRow
 from server.teams import teams
@@ -171,7 +171,7 @@ async def test_what_a_change_takes_away_is_gone_at_once(world: TowerWorld, red: 
             answer = await chief.delete(red.path)
         else:
             async with world.database.writing() as session:
-                deed = Deed(by=BY_COMMAND_LINE, at=world.clock())
+                deed = AuditAction(by=BY_COMMAND_LINE, at=world.clock())
                 about = {"user_id": red.people[OPERATOR].id, "keeper": COMMAND_LINE, "deed": deed}
                 await teams.remove_member(session, red.id, **about)  # type: ignore[arg-type]
             answer = None

@@ -18,11 +18,12 @@ from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_towe
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from server.access import NEEDS, Action
 from server.accounts import tokens
-from server.accounts.scopes import Scope
-from server.accounts.tables import ApiTokenRow, Role, UserRow
+from server.accounts.tables import ApiTokenRow, UserRow
 from server.app import ROUTERS
+from server.domain.access import NEEDS, Action
+from server.domain.people import Role
+from server.domain.scopes import Scope
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.tagged import tag
@@ -277,7 +278,7 @@ async def test_origins_matter_for_cookies_only(world: TowerWorld, anna: Person) 
 
 
 async def test_there_is_a_bound(world: TowerWorld, anna: Person, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tokens, "MOST_OF_ONE_USER", 2)
+    monkeypatch.setattr(tokens, "MAX_PER_USER", 2)
     person = await world.signed_in(anna)
     for _ in range(2):
         await made(person, "watch")
@@ -288,7 +289,7 @@ async def test_there_is_a_bound(world: TowerWorld, anna: Person, monkeypatch: py
 async def test_expired_ones_make_room(
     world: TowerWorld, anna: Person, root: httpx.AsyncClient, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(tokens, "MOST_OF_ONE_USER", 2)
+    monkeypatch.setattr(tokens, "MAX_PER_USER", 2)
     person = await world.signed_in(anna)
     await made(person, "watch")
     await made(person, "watch", expires_at=(world.clock() + timedelta(seconds=60)).isoformat())

@@ -13,7 +13,7 @@ from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_towe
 from video_world import CameraAgent, Watcher, camera_agent, filming, watching_video
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.relay.flood_gate import FLOODING
 from server.video.drone_video import UNITS_BURST
 from wire.video import HEADER_BYTES, CameraState, Codec, KeyWanted, Quality, encode_unit

@@ -10,7 +10,7 @@ from control_world import live
 from tower_world import TowerWorld, start_tower
 
 from server import upgrading_http
-from server.accounts.tables import Role
+from server.domain.people import Role
 
 HEAD_WITHIN_S = 0.3
 DRIP_S = 0.05

@@ -21,12 +21,12 @@ from fastapi import FastAPI
 
 from onboard_agent.identity import Identity, Kept
 from onboard_agent.identity_file import write_private
-from server.accounts.tables import Role
 from server.accounts.users import create_user
 from server.app import create_app
-from server.audit.deed import Deed
+from server.audit.action import AuditAction
 from server.audit.trail import COMMAND_LINE
 from server.database import Database, open_database
+from server.domain.people import Role
 from server.fleet.drones import add_owner, create_drone, get_drone, set_key
 from server.fleet.snapshot import begin_fleet_change
 from server.listening import address_in_words, listen
@@ -178,8 +178,8 @@ class TowerWorld:
         """For opening a WebSocket with the session of a client."""
         return {"Cookie": f"tower_session={client.cookies['tower_session']}"}
 
-    def _deed(self) -> Deed:
-        return Deed(by=COMMAND_LINE, at=self.clock())
+    def _deed(self) -> AuditAction:
+        return AuditAction(by=COMMAND_LINE, at=self.clock())
 
 
 @asynccontextmanager

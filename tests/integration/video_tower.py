@@ -16,7 +16,17 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import Opcode
 from websockets.http11 import Request, Response
 
-from wire.video import VIDEO, CameraState, KeyWanted, StreamWish, Unit, VideoState, VideoWanted, decode_unit, encode_got
+from wire.video import (
+    VIDEO,
+    CameraState,
+    KeyWanted,
+    StreamRequest,
+    Unit,
+    VideoState,
+    VideoWanted,
+    decode_unit,
+    encode_got,
+)
 from wire.video import Got as GotUnit
 
 VIDEO_PATH = "/api/v1/agent/video"
@@ -65,18 +75,18 @@ class VideoTower(FakeTower):
                 if self.answers:
                     await connection.send(encode_got(GotUnit(unit.quality, unit.codec, unit.sequence)))
 
-    async def watch(self, *streams: StreamWish, ticket: str = TICKET) -> None:
+    async def watch(self, *streams: StreamRequest, ticket: str = TICKET) -> None:
         """Nothing: stop."""
         await self.tell(VideoWanted(ticket=ticket, streams=streams))
 
-    async def ask_for_key(self, wish: StreamWish) -> None:
+    async def ask_for_key(self, wish: StreamRequest) -> None:
         await self.channels[-1].send(msgspec.json.encode(KeyWanted(wish.quality, wish.codec)), text=True)
 
-    def of(self, wish: StreamWish, since: float = 0.0) -> list[Unit]:
+    def of(self, wish: StreamRequest, since: float = 0.0) -> list[Unit]:
         """The units of one stream that came since then."""
         return [unit for at, unit in self.units if at >= since and (unit.quality, unit.codec) == wish_key(wish)]
 
-    async def more(self, wish: StreamWish, count: int, timeout_s: float = 30.0) -> list[Unit]:
+    async def more(self, wish: StreamRequest, count: int, timeout_s: float = 30.0) -> list[Unit]:
         """The next `count` of one stream."""
         since = time.monotonic()
         await until(lambda: len(self.of(wish, since)) >= count, timeout_s, f"{count} units of {wish}")
@@ -100,7 +110,7 @@ class VideoTower(FakeTower):
         return found
 
 
-def wish_key(wish: StreamWish) -> tuple[Any, Any]:
+def wish_key(wish: StreamRequest) -> tuple[Any, Any]:
     return wish.quality, wish.codec
 
 

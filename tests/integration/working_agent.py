@@ -7,7 +7,7 @@ from typing import Any
 
 from control_world import ObedientAgent
 
-from server.operations.desk import OperationDesk
+from server.operations.service import OperationService
 from server.relay.hub import Hub
 from wire.control_messages import ToAgent
 from wire.dialect import build, mavlink
@@ -52,7 +52,7 @@ class WorkingAgent(ObedientAgent):
         self.state()
 
     @property
-    def desk(self) -> OperationDesk:
+    def service(self) -> OperationService:
         return self._hub.operations
 
     def beat(self, *, px4: bool = False, mode: int = 5) -> None:

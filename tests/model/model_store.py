@@ -4,12 +4,12 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from server.accounts.tables import Role
-from server.control.lease import TOWER as THE_TOWER
-from server.control.lease import Actor, Changed, Event, Lease, Refused, decide
 from server.control.lease_store import HOLDS_ANOTHER, MOVED, Ask, Committed
-from server.fleet.relations import Relation, Right, TeamRole, Ties, may, relation_of
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, TeamRecord, UserRecord, UserRef
+from server.domain.fleet import DroneRecord, FleetSnapshot, TeamRecord, UserRecord
+from server.domain.lease import TOWER as THE_TOWER
+from server.domain.lease import Actor, Changed, Event, Lease, Refused, decide
+from server.domain.people import Role, UserRef
+from server.domain.relations import Relation, Right, TeamRole, Ties, may, relation_of
 from server.relay.live_drone import LeaseView
 from wire.ids import DroneId, UserId
 

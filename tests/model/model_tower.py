@@ -1,4 +1,4 @@
-"""A real hub, desk and watchman over the store in memory. Nothing runs by itself: whoever drives it takes each step."""
+"""A real hub, service and event handler over a store in memory. Nothing runs by itself: its driver takes each step."""
 
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Coroutine
@@ -9,14 +9,13 @@ from typing import Any
 from model_agent import stick_frame
 from model_store import MemoryStore
 
-from server.access import UnknownDrone
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.control.desk import ControlDesk, ControlRefused
-from server.control.lease import Event
+from server.control.hub_event_handler import HubEventHandler
 from server.control.loss_checks import LossChecks
 from server.control.rehearsal import Rehearsals
-from server.control.watchman import Watchman
+from server.control.service import ControlRefused, ControlService
+from server.domain.access import UnknownDrone
+from server.domain.lease import Event
+from server.domain.people import Principal, Role
 from server.relay.browser import Browser
 from server.relay.hub import Hub
 from server.relay.hub_events import HubEvent
@@ -48,7 +47,7 @@ class NoDatabase:
         """Not kept."""
 
 
-class SteppedWatchman(Watchman):
+class SteppedWatchman(HubEventHandler):
     """Its queue is emptied by whoever drives the model, not by tasks."""
 
     def __init__(self, **parts: Any) -> None:
@@ -73,9 +72,9 @@ class ModelTower:
         database: Any = NoDatabase()
         parts: dict[str, Any] = {"hub": self.hub, "database": database, "clock": lambda: LATER}
         checks = LossChecks(**parts)
-        self.desk = ControlDesk(store, self.hub, on_changed=checks.look_again)
+        self.service = ControlService(store, self.hub, on_changed=checks.look_again)
         self.watchman = SteppedWatchman(
-            **parts, desk=self.desk, loss_checks=checks, rehearsals=Rehearsals(**parts), monotonic=clock
+            **parts, service=self.service, loss_checks=checks, rehearsals=Rehearsals(**parts), monotonic=clock
         )
         self.hub.on_event = self.watchman.noticed
         self.browsers: dict[UserId, Browser] = {}
@@ -88,7 +87,7 @@ class ModelTower:
         if account.disabled:
             return
         self._start(
-            self.desk.change(
+            self.service.change(
                 self._principal(user_id),
                 drone_id,
                 event,

@@ -1,5 +1,5 @@
-"""The whole way of a plan with nothing but the wires and the database made up: the tower's hub with its desk of
-operations, the agent with its desks and its journal, the sealed link between, the simulator's vehicle. One clock.
+"""The whole way of a plan with nothing but the wires and the database made up: the tower's hub with its service of
+operations, the agent with its services and its journal, the sealed link between, the simulator's vehicle. One clock.
 
 `step` moves everything by 10 ms and holds it against the laws:
 - What the vehicle flies is one whole plan, never half of one.
@@ -19,9 +19,8 @@ from model_tower import ModelTower
 
 from onboard_agent.onboard import Onboard
 from onboard_agent.transactions.plan_replacement import Phase, PlanReplacement
-from server.accounts.tables import Role
-from server.control.lease import Event, Lease
-from server.fleet.snapshot import UserRef
+from server.domain.lease import Event, Lease
+from server.domain.people import Role, UserRef
 from server.missions import plans
 from server.operations.operation import STATE_OF, Lane, Operation, Order, State, Step
 from server.operations.refusals import DroneBusy, DroneOffline
@@ -99,19 +98,19 @@ class PlanAgent(ModelAgent):
         self._world = world
         onboard = Onboard(now=world.now, speaks_first=False, journal=world.journal)
         super().__init__(DRONE, world.now, onboard=onboard, process=process)
-        desk = self.desk
-        tell = desk._tell
+        service = self.service
+        tell = service._tell
 
         def noting(transaction_id: int, outcome: Outcome, words: str, **more: Any) -> None:
             world.ended(transaction_id, Told(outcome, words, world.on_board(), onboard.downlink.epoch))
             tell(transaction_id, outcome, words, **more)
 
-        desk._tell = noting  # type: ignore[method-assign]
+        service._tell = noting  # type: ignore[method-assign]
 
     @property
-    def desk(self) -> Any:
+    def service(self) -> Any:
         """Its plans."""
-        return self.onboard._work._plans._desk
+        return self.onboard._work._plans._service
 
     @property
     def why_no_start(self) -> str | None:
@@ -132,11 +131,11 @@ class PlanAgent(ModelAgent):
     @property
     def has_written(self) -> bool:
         """It is past the point at which it would still notice that a mission is being flown."""
-        running = self.desk._running
+        running = self.service._running
         return running is not None and isinstance(running.machine, PlanReplacement) and running.machine.has_written
 
     def writes_under_an_older_epoch(self) -> bool:
-        running = self.desk._running
+        running = self.service._running
         if running is None or running.transaction is None or not isinstance(running.machine, PlanReplacement):
             return False
         older = running.transaction.epoch < self.onboard.downlink.epoch
@@ -391,7 +390,7 @@ class PlanWorld:
             return False
         known = drone.board.plans.mission
         running = any(one.running for one in self.operations)
-        return not running and agent.why_no_start is None and known.state == "known" and not agent.desk.busy
+        return not running and agent.why_no_start is None and known.state == "known" and not agent.service.busy
 
     def settle(self) -> None:
         """Everybody lives, and everything arrives: in the end one whole plan is on board and everybody knows which."""

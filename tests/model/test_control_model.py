@@ -22,16 +22,16 @@ from model_agent import ModelAgent
 from model_store import Account, MemoryStore
 from model_tower import ModelTower
 
-from server.accounts.tables import Role
-from server.control.lease import Event, Lease
-from server.fleet.relations import Right, TeamRole, may
+from server.domain.lease import Event, Lease
+from server.domain.people import Role
+from server.domain.relations import Right, TeamRole, may
 from server.relay.orphans import ORPHAN_S
 from wire.ids import DroneId, LinkId, UserId
 
 ALICE, BOB, CHIEF, ROOT, TOOR = UserId(1), UserId(2), UserId(5), UserId(8), UserId(9)
 ONE, TWO = DroneId(1), DroneId(2)
-MOST_ON_THE_WAY = 60
-MOST_AT_ONCE = 4
+MAX_IN_FLIGHT = 60
+MAX_CONCURRENT = 4
 
 users = st.sampled_from([ALICE, BOB, CHIEF, ROOT, TOOR])
 operators = st.sampled_from([ALICE, BOB, CHIEF])
@@ -52,7 +52,7 @@ class ControlModel(RuleBasedStateMachine):
         super().__init__()
         self.now = 1000.0
         self.links = 0
-        self.network: deque[tuple[DroneId, bytes]] = deque(maxlen=MOST_ON_THE_WAY)
+        self.network: deque[tuple[DroneId, bytes]] = deque(maxlen=MAX_IN_FLIGHT)
         self.store = MemoryStore(
             {
                 ALICE: Account("alice", Role.OPERATOR, {ONE, TWO}),
@@ -95,17 +95,17 @@ class ControlModel(RuleBasedStateMachine):
 
     # -- people ----------------------------------------------------------------------------------------------
 
-    @precondition(lambda self: len(self.tower.running) < MOST_AT_ONCE)
+    @precondition(lambda self: len(self.tower.running) < MAX_CONCURRENT)
     @rule(user_id=operators, drone_id=drones, event=operator_events, at_once=st.booleans())
     def operator_asks(self, user_id: UserId, drone_id: DroneId, event: Event, at_once: bool) -> None:
         self._ask(user_id, drone_id, event, at_once=at_once)
 
-    @precondition(lambda self: len(self.tower.running) < MOST_AT_ONCE)
+    @precondition(lambda self: len(self.tower.running) < MAX_CONCURRENT)
     @rule(user_id=admins, drone_id=drones, event=admin_events, watch=st.booleans(), at_once=st.booleans())
     def admin_asks(self, user_id: UserId, drone_id: DroneId, event: Event, watch: bool, at_once: bool) -> None:
         self._ask(user_id, drone_id, event, at_once=at_once, watch=watch)
 
-    @precondition(lambda self: len(self.tower.running) < MOST_AT_ONCE)
+    @precondition(lambda self: len(self.tower.running) < MAX_CONCURRENT)
     @rule(drone_id=drones, event=admin_events, watch=st.booleans(), at_once=st.booleans())
     def team_admin_asks(self, drone_id: DroneId, event: Event, watch: bool, at_once: bool) -> None:
         self._ask(CHIEF, drone_id, event, at_once=at_once, watch=watch)
@@ -152,7 +152,7 @@ class ControlModel(RuleBasedStateMachine):
 
     def _sticks(self, user_id: UserId, drone_id: DroneId, kinds: tuple[bool, ...]) -> None:
         """For each frame: centred or not."""
-        fenced = self.tower.desk._fences[drone_id] > 0
+        fenced = self.tower.service._fences[drone_id] > 0
         before = len(self.network)
         for centred in kinds:
             self.tower.send_sticks(user_id, drone_id, centred=centred)

@@ -10,9 +10,9 @@ from typing import Final, NamedTuple
 
 from bench.real_autopilot import RealAutopilot, Receiver
 from onboard_agent.own_frames import FrameMaker
-from onboard_agent.transactions.plan_desk import PlanDesk, PlanWork
+from onboard_agent.transactions.plan_handler import PlanHandler, PlanWork
 from wire.frames import MalformedFrame, split_frames
-from wire.plan_fields import Keeping
+from wire.plan_fields import KeptFields
 from wire.plan_keeping_ardupilot import ArduPilot
 from wire.plans import Plan, PlanItem, PlanKind, unpack_plan
 from wire.transactions import PlanClearWork, PlanDownloadWork, PlanUploadWork, Transaction, TransactionResult
@@ -45,10 +45,10 @@ class _Journal:
 class PlanExchange:
     """One at a time."""
 
-    def __init__(self, autopilot: RealAutopilot, keeping: Keeping) -> None:
+    def __init__(self, autopilot: RealAutopilot, keeping: KeptFields) -> None:
         self.autopilot = autopilot
         self.keeping = keeping
-        self._desk = PlanDesk(FrameMaker(), _Journal())
+        self._desk = PlanHandler(FrameMaker(), _Journal())
         self._loop = asyncio.get_running_loop()
         self._address: tuple[str, int] | None = None
         self._number = 0
@@ -92,7 +92,7 @@ class PlanExchange:
 
 
 @contextlib.asynccontextmanager
-async def plan_exchange(program: Path, folder: Path, keeping: Keeping | None = None) -> AsyncIterator[PlanExchange]:
+async def plan_exchange(program: Path, folder: Path, keeping: KeptFields | None = None) -> AsyncIterator[PlanExchange]:
     """With a fresh ArduCopter, or whatever `keeping` is of."""
     autopilot = RealAutopilot(program, folder, receiver=Receiver.LOW)
     try:

@@ -11,11 +11,11 @@ import pytest
 
 from bench.real_autopilot import RealAutopilot, Receiver, flying
 from onboard_agent.own_frames import FrameMaker
-from onboard_agent.transactions.file_talk import FileTalk, read_answer
+from onboard_agent.transactions.file_frames import FileFrames, read_answer
 from onboard_agent.transactions.parameter_encoding import Encoding, read_told
+from onboard_agent.transactions.parameter_frames import FAST, ParameterFrames
 from onboard_agent.transactions.parameter_listing import Listed
 from onboard_agent.transactions.parameter_reading import ParameterReading
-from onboard_agent.transactions.parameter_talk import FAST, ParameterTalk
 from wire.dialect import decode, mavlink
 from wire.frame_stream import FrameStream
 from wire.frames import message_id, source
@@ -35,9 +35,9 @@ async def reading(autopilot: RealAutopilot, maker: FrameMaker, *, by_file: bool)
         while True:
             autopilot.port.recvfrom(4096)
     one = ParameterReading(
-        ParameterTalk(maker, vehicle_system_id=1, encoding=Encoding.CAST),
+        ParameterFrames(maker, vehicle_system_id=1, encoding=Encoding.CAST),
         FAST,
-        files=FileTalk(maker, vehicle_system_id=1) if by_file else None,
+        files=FileFrames(maker, vehicle_system_id=1) if by_file else None,
         known_hash=None,
     )
     began = loop.time()

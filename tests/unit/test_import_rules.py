@@ -46,7 +46,7 @@ def test_the_rules_hold() -> None:
         ("simulator/geodesy.py", "import wire.ids"),
         ("wire/replay.py", "import time"),
         ("server/relay/hub.py", "import asyncio"),
-        ("server/control/lease.py", "import sqlalchemy"),
+        ("server/domain/lease.py", "import sqlalchemy"),
         ("connect/session.py", "import server.access"),
         ("connect/bridge.py", "import asyncio"),
     ],

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 WRAPS_MS: Final = 65536
 CELLS: Final = 20
-LEAST_CONTRAST: Final = 60.0
+MIN_CONTRAST: Final = 60.0
 """Between the white and the black cell, of 255; below it there is no strip."""
 CLEAR: Final = 0.15
 """How far from half-way between black and white a cell must be, as a part of the way between the two."""
@@ -27,7 +27,7 @@ def read_clock(luma: npt.NDArray[Any]) -> int | None:
         left, right = (cell + 0.3) * width / CELLS, (cell + 0.7) * width / CELLS
         levels.append(rows[:, round(left) : max(round(right), round(left) + 1)].mean())
     black, white = levels[0], levels[1]
-    if white - black < LEAST_CONTRAST:
+    if white - black < MIN_CONTRAST:
         return None
     where = [(level - black) / (white - black) for level in levels[2:]]
     if any(abs(part - 0.5) < CLEAR for part in where):

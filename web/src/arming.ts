@@ -7,7 +7,7 @@ import { wantsReading } from './link/safety_types';
 import type { Vehicle } from './link/vehicle';
 import { tower } from './tower.svelte';
 
-type Deed = (flying: Flying) => Promise<Outcome>;
+type Action = (flying: Flying) => Promise<Outcome>;
 
 /** What to say to the tower before the motors turn, once the pilot has agreed; null when they have not. */
 export async function agreeToArm(vehicle: Vehicle, question: Question): Promise<(() => Promise<void>) | null> {
@@ -27,16 +27,16 @@ export async function agreeToArm(vehicle: Vehicle, question: Question): Promise<
   return consent && (() => tower.acknowledgeLossCheck(id, name));
 }
 
-/** What to do with a deed that arms, once the pilot has agreed; null when they have not. */
-export async function askToArm(vehicle: Vehicle, question: Question): Promise<((deed: Deed) => Deed) | null> {
+/** What to do with a action that arms, once the pilot has agreed; null when they have not. */
+export async function askToArm(vehicle: Vehicle, question: Question): Promise<((action: Action) => Action) | null> {
   const acknowledge = await agreeToArm(vehicle, question);
   if (!acknowledge) return null;
-  return (deed) => async (flying) => {
+  return (action) => async (flying) => {
     try {
       await acknowledge();
     } catch (error) {
       return { kind: 'failed', why: error instanceof Error ? error.message : String(error) };
     }
-    return deed(flying);
+    return action(flying);
   };
 }

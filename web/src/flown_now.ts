@@ -1,4 +1,4 @@
-/** What an admin's deed against a user does to the drones that this user flies at this moment: said before it is done. */
+/** What an admin's action against a user does to the drones that this user flies at this moment: said before it is done. */
 
 import type { NamedRef } from './link/admin_types';
 import { tower } from './tower.svelte';

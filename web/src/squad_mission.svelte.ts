@@ -14,7 +14,7 @@ import type { User } from './link/wire_types';
 import { planHash } from './plan/plan_hash';
 import { spotOf, type Plan, type PlannedHome, type Spot } from './plan/plan_types';
 import { itemsOf, rowOf } from './plan/wire_items';
-import { inTurn, type SquadAnswer, type SquadDeed, type SquadTower } from './squad/squad_flight';
+import { inTurn, type SquadAnswer, type SquadAction, type SquadTower } from './squad/squad_flight';
 import { squadPlan, USUAL_SQUAD, type Member, type SquadPart, type SquadSettings } from './squad/squad_plan';
 import { tower } from './tower.svelte';
 
@@ -115,7 +115,7 @@ export class SquadMission {
   async #run(
     work: SquadWork,
     droneIds: readonly number[],
-    deed: SquadDeed,
+    action: SquadAction,
     everyS = 0,
     stopsAtFailure = false,
   ): Promise<void> {
@@ -131,7 +131,7 @@ export class SquadMission {
     this.answers = new Map();
     const run = inTurn(way, {
       droneIds,
-      deed,
+      action,
       everyS,
       stopsAtFailure,
       isStopped: () => this.isStopping,
@@ -155,7 +155,7 @@ function hashOf(plan: Plan): string {
 }
 
 const command =
-  (name: 'start' | 'hold'): SquadDeed =>
+  (name: 'start' | 'hold'): SquadAction =>
   (drone, tell) =>
     followed(tower.operations, commandDrone(tower.operations, drone.id, { command: name }), tell);
 

@@ -1,6 +1,6 @@
 /** Work that must not be in the way of what somebody waits for. */
 
-const LATEST_MS = 3_000;
+const MAX_DELAY_MS = 3_000;
 const WITHOUT_IDLE_MS = 1_000;
 
 /** Runs `work` once the page is loaded and has nothing to do. Returns what calls it off. */
@@ -11,7 +11,7 @@ export function whenIdle(work: () => void): () => void {
   };
   const wait = (): void => {
     // Not every browser has it.
-    if ('requestIdleCallback' in window) window.requestIdleCallback(run, { timeout: LATEST_MS });
+    if ('requestIdleCallback' in window) window.requestIdleCallback(run, { timeout: MAX_DELAY_MS });
     else setTimeout(run, WITHOUT_IDLE_MS);
   };
   if (document.readyState === 'complete') wait();

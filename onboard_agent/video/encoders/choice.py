@@ -16,9 +16,9 @@ from wire.video import LIMITS, Codec, Quality
 _log = logging.getLogger(__name__)
 
 _TEST_PICTURES: Final = 6
-_MOST_HELD: Final = 1
+_MAX_HELD: Final = 1
 """An encoder that holds more pictures back than this is left alone: the processor is quicker than that."""
-_LARGEST_ERROR: Final = 8.0
+_MAX_ERROR: Final = 8.0
 """Of 255, on average over the picture: what is coded has to look like what was given."""
 
 
@@ -62,7 +62,7 @@ def what_is_wrong(kind: H264Kind) -> str:
         return str(error)
     finally:
         encoder.close()
-    if len(coded) < _TEST_PICTURES - _MOST_HELD:
+    if len(coded) < _TEST_PICTURES - _MAX_HELD:
         return f"of {_TEST_PICTURES} pictures it holds {_TEST_PICTURES - len(coded)} back"
     if not coded[0].key or sum(unit.key for unit in coded) < 2:
         return "it gives no key picture when it is asked to"
@@ -83,7 +83,7 @@ def _look_at(coded: list[EncodedPicture]) -> str:
     if shown.shape != given.shape:
         return "what it makes has another shape"
     off_by = float(np.abs(shown.astype(float) - given).mean())
-    return "" if off_by <= _LARGEST_ERROR else f"what it makes looks otherwise (by {off_by:.0f} of 255)"
+    return "" if off_by <= _MAX_ERROR else f"what it makes looks otherwise (by {off_by:.0f} of 255)"
 
 
 def _test_picture() -> av.VideoFrame:

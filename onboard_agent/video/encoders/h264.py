@@ -82,7 +82,7 @@ BY_HARDWARE: Final = (
 )
 """In the order in which they are tried."""
 
-LARGEST_PICTURE_S: Final = 0.15
+MAX_PICTURE_S: Final = 0.15
 """As with MPEG-1; libx264 makes full use of it."""
 
 SHARE_OF_MPEG1: Final = 0.6
@@ -112,7 +112,7 @@ class H264Encoder(PyavEncoder):
         context.bit_rate = aim.bits_per_s
         options = dict(self._kind.options)
         if self._kind.bounds_pictures:
-            largest = max(2 * aim.bits_per_s / aim.rate_hz, aim.bits_per_s * LARGEST_PICTURE_S)
+            largest = max(2 * aim.bits_per_s / aim.rate_hz, aim.bits_per_s * MAX_PICTURE_S)
             options |= {"maxrate": str(aim.bits_per_s), "bufsize": str(round(largest))}
         context.options = options
         context.open()

@@ -20,11 +20,11 @@ from wire.video import Codec, QualityLimits
 CODED_RATES_HZ: Final = (24, 25, 30, 50, 60)
 """What the header of MPEG-1 can say and JSMpeg can read. Slower streams say 24: each picture has a time."""
 
-LARGEST_PICTURE_S: Final = 0.25
+MAX_PICTURE_S: Final = 0.25
 """No picture is larger than the bit rate gives in this time: a key picture must not hold up those behind it. On a line
 of 1.5 times the bit rate the slowest 5 % take 45 ms instead of 450, and it costs half a decibel."""
 
-_SMALLEST_PICTURE_BYTES: Final = 100
+_MIN_PICTURE_BYTES: Final = 100
 _NO_HOLD: Final = {"flags": "+low_delay", "strict": "unofficial"}
 _KEY_AGAINST_OTHERS: Final = {"i_qfactor": "1.5"}
 """Key pictures are quantised more coarsely than the others, not more finely as by default: those after them repair it,
@@ -54,7 +54,7 @@ class Mpeg1Encoder(PyavEncoder):
         context = new_context(self.name, shape, Fraction(rate_hz))
         context.pix_fmt = self.pixel_format
         context.bit_rate = bits * rate_hz
-        largest = max(2 * bits, round(bits * aim.rate_hz * LARGEST_PICTURE_S))
+        largest = max(2 * bits, round(bits * aim.rate_hz * MAX_PICTURE_S))
         context.options = {**_NO_HOLD, **_KEY_AGAINST_OTHERS, "maxrate": str(context.bit_rate), "bufsize": str(largest)}
         context.open()
         return context
@@ -71,4 +71,4 @@ def coded_rate_hz(rate_hz: float) -> int:
 def picture_bits(aim: Aim) -> int:
     """How many bits a picture may have on average, so that the units come to the bit rate: the packets cost some."""
     unit_bytes = (aim.bits_per_s / 8 - TABLE_BYTES) / aim.rate_hz
-    return 8 * max(_SMALLEST_PICTURE_BYTES, round(room_for_picture(unit_bytes)))
+    return 8 * max(_MIN_PICTURE_BYTES, round(room_for_picture(unit_bytes)))

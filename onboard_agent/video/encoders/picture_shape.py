@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from wire.video import QualityLimits
 
-SMALLEST_SIDE = 48
+MIN_SIDE = 48
 
 
 class Shape(NamedTuple):
@@ -25,4 +25,4 @@ def coded_shape(source: Shape, limits: QualityLimits, scale: float) -> Shape:
 
 
 def _even(side: float) -> int:
-    return max(SMALLEST_SIDE, round(side / 2) * 2)
+    return max(MIN_SIDE, round(side / 2) * 2)

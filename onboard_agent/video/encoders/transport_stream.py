@@ -28,7 +28,7 @@ _PCR_FIELD_BYTES: Final = 8
 _PES_HEADER_BYTES: Final = 14
 _PES_COUNTED_BYTES: Final = 8
 """Of the PES header, what its own length counts."""
-_LARGEST_PES_PAYLOAD_BYTES: Final = 0xFFFF - _PES_COUNTED_BYTES
+_MAX_PES_PAYLOAD_BYTES: Final = 0xFFFF - _PES_COUNTED_BYTES
 
 _CLOCK_BITS: Final = 33
 _DECODER_SLACK: Final = 9_000
@@ -89,8 +89,8 @@ class TransportStream:
         """
         clock = at_us * 9 // 100
         packets = self._tables() if key else bytearray()
-        for begin in range(0, len(picture), _LARGEST_PES_PAYLOAD_BYTES):
-            part = picture[begin : begin + _LARGEST_PES_PAYLOAD_BYTES]
+        for begin in range(0, len(picture), _MAX_PES_PAYLOAD_BYTES):
+            part = picture[begin : begin + _MAX_PES_PAYLOAD_BYTES]
             self._pack_pes(packets, part, clock=clock if begin == 0 else None, key=key and begin == 0)
         return bytes(packets)
 

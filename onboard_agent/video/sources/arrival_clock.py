@@ -7,7 +7,7 @@ of the last seconds gives how the clocks differ; what the others took more is ag
 from typing import Final
 
 _WINDOW_US: Final = 5_000_000
-_LARGEST_JUMP_US: Final = 2_000_000
+_MAX_JUMP_US: Final = 2_000_000
 """A stamp that is off by more is of another epoch: the camera has begun anew, or set its clock."""
 
 
@@ -23,7 +23,7 @@ class ArrivalClock:
         """By our clock; never later than it came."""
         apart_us = arrived_us - stamp_us
         known = [best for best in (self._best_us, self._before_us) if best is not None]
-        if known and abs(apart_us - min(known)) > _LARGEST_JUMP_US:
+        if known and abs(apart_us - min(known)) > _MAX_JUMP_US:
             self._best_us = self._before_us = None
             known = []
         if self._best_us is None or arrived_us >= self._window_ends_us:

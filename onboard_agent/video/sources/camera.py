@@ -11,13 +11,13 @@ from typing import Final
 
 from onboard_agent.backoff import STEADY_S, Backoff
 from onboard_agent.video.sources.camera_watch import CameraWatch
-from onboard_agent.video.sources.source import CameraLost, Picture, PictureWish, Source, Taken
+from onboard_agent.video.sources.source import CameraLost, Picture, PictureRequest, Source, Taken
 from wire.video import CameraState
 
 _log = logging.getLogger(__name__)
 
 _WATCH_EVERY_S: Final = 0.1
-LONGEST_WORDS: Final = 160
+MAX_TEXT_LENGTH: Final = 160
 
 
 class Camera:
@@ -26,7 +26,7 @@ class Camera:
     `on_change` is called by threads of the camera, at each picture and each change of state; it may not block.
     """
 
-    def __init__(self, source: Source, wish: PictureWish, on_change: Callable[[], None]) -> None:
+    def __init__(self, source: Source, wish: PictureRequest, on_change: Callable[[], None]) -> None:
         self._source = source
         self._wish = wish
         self._on_change = on_change
@@ -132,4 +132,4 @@ class Camera:
 
 def fit_to_show(words: str) -> str:
     """What a camera answers may be anything, and ends in logs and on screens."""
-    return "".join(letter if letter.isprintable() else "?" for letter in words)[:LONGEST_WORDS]
+    return "".join(letter if letter.isprintable() else "?" for letter in words)[:MAX_TEXT_LENGTH]

@@ -9,7 +9,7 @@ SILENT_S: Final = 0.6
 
 _SILENT_PICTURES: Final = 4.0
 """A slow camera may be silent for so many of its own intervals."""
-_LONGEST_INTERVAL_S: Final = 0.5
+_MAX_INTERVAL_S: Final = 0.5
 _SMOOTHING: Final = 0.2
 
 
@@ -32,7 +32,7 @@ class CameraWatch:
     def picture(self, now: float) -> None:
         """It gave one."""
         if self._last_at is not None:
-            interval_s = min(now - self._last_at, _LONGEST_INTERVAL_S)
+            interval_s = min(now - self._last_at, _MAX_INTERVAL_S)
             self._interval_s += _SMOOTHING * (interval_s - self._interval_s)
         self._last_at = now
         self.state, self.words = CameraState.LIVE, ""

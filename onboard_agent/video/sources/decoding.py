@@ -6,10 +6,10 @@ import av
 from av.container import InputContainer
 from av.video.codeccontext import VideoCodecContext
 
-from onboard_agent.video.sources.picture_size import LARGEST_PIXELS, MOST_WORDS, TooLarge, check_size, jpeg_size
+from onboard_agent.video.sources.picture_size import MAX_PIXELS, MAX_TEXT_LENGTH, TooLarge, check_size, jpeg_size
 from onboard_agent.video.sources.source import CameraLost
 
-SIZE_BOUND: Final = {"max_pixels": str(LARGEST_PIXELS)}
+SIZE_BOUND: Final = {"max_pixels": str(MAX_PIXELS)}
 """For FFmpeg, which refuses what is larger before it takes memory for it."""
 
 
@@ -52,7 +52,7 @@ def check_stream(name: str, container: InputContainer) -> None:
 def lost_while_decoding(name: str, error: Exception) -> CameraLost:
     """As `lost`. Where FFmpeg did not tell the size before the first picture, it is there that it refuses it."""
     if isinstance(error, av.ArgumentError):
-        return CameraLost(f"{name}: its pictures cannot be decoded, or are too large: the most is {MOST_WORDS}")
+        return CameraLost(f"{name}: its pictures cannot be decoded, or are too large: the most is {MAX_TEXT_LENGTH}")
     return lost(name, error)
 
 

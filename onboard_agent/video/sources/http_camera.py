@@ -25,7 +25,7 @@ from onboard_agent.video.sources.source import (
     OPEN_PATIENCE_S,
     READ_PATIENCE_S,
     CameraLost,
-    PictureWish,
+    PictureRequest,
     Source,
     Taken,
     now_us,
@@ -54,7 +54,7 @@ class HttpCamera(Source):
         self._whole_at = 0.0
         self._interrupted = False
 
-    def open(self, wish: PictureWish) -> None:
+    def open(self, wish: PictureRequest) -> None:
         try:
             self._connection = self._ask()
             self._socket = self._connection.sock

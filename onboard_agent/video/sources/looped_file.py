@@ -9,11 +9,11 @@ import av
 from av.container import InputContainer
 
 from onboard_agent.video.sources.decoding import SIZE_BOUND, check_stream, hold_nothing, lost, lost_while_decoding
-from onboard_agent.video.sources.source import CameraLost, PictureWish, Source, Taken, now_us
+from onboard_agent.video.sources.source import CameraLost, PictureRequest, Source, Taken, now_us
 
 _RATE_HZ: Final = 25.0
 """Of a file that does not say."""
-_LONGEST_WAIT_S: Final = 0.2
+_MAX_WAIT_S: Final = 0.2
 _TOO_LATE_US: Final = 500_000
 """So far behind its own pace, it goes on from now instead of hurrying."""
 
@@ -29,7 +29,7 @@ class LoopedFile(Source):
         self._next: tuple[av.VideoFrame, int] | None = None
         self._began_us = 0
 
-    def open(self, wish: PictureWish) -> None:
+    def open(self, wish: PictureRequest) -> None:
         try:
             self._container = av.open(str(self._path), options=SIZE_BOUND)
         except (av.FFmpegError, OSError, ValueError) as error:
@@ -49,8 +49,8 @@ class LoopedFile(Source):
         frame, at_us = self._next
         wait_us = self._began_us + at_us - now_us()
         if wait_us > 0:
-            time.sleep(min(wait_us / 1e6, _LONGEST_WAIT_S))
-            if wait_us > _LONGEST_WAIT_S * 1e6:
+            time.sleep(min(wait_us / 1e6, _MAX_WAIT_S))
+            if wait_us > _MAX_WAIT_S * 1e6:
                 return None
         elif wait_us < -_TOO_LATE_US:
             self._began_us -= wait_us

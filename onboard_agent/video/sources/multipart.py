@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 from onboard_agent.video.sources.jpeg_end import JpegEnd, NotJpeg
 
-LARGEST_PICTURE_BYTES: Final = 8 * 1024 * 1024
-_LARGEST_HEAD_BYTES: Final = 8 * 1024
+MAX_PICTURE_BYTES: Final = 8 * 1024 * 1024
+_MAX_HEAD_BYTES: Final = 8 * 1024
 
 
 class Malformed(ValueError):
@@ -43,8 +43,8 @@ class MultipartPictures:
                 return parts
             size = self._size()
             if size is None:
-                if len(self._bytes) > LARGEST_PICTURE_BYTES:
-                    raise Malformed(f"a picture of more than {LARGEST_PICTURE_BYTES} bytes")
+                if len(self._bytes) > MAX_PICTURE_BYTES:
+                    raise Malformed(f"a picture of more than {MAX_PICTURE_BYTES} bytes")
                 return parts
             assert self._headers is not None and self._began_us is not None
             if size:
@@ -61,7 +61,7 @@ class MultipartPictures:
             self._began_us = now_us
         head, end, _ = self._bytes.partition(b"\r\n\r\n")
         if not end:
-            if len(self._bytes) > _LARGEST_HEAD_BYTES:
+            if len(self._bytes) > _MAX_HEAD_BYTES:
                 raise Malformed("no picture begins")
             return False
         headers = {}
@@ -80,7 +80,7 @@ class MultipartPictures:
         if not (text.isascii() and text.isdecimal()):
             return None
         length = int(text)
-        if length > LARGEST_PICTURE_BYTES:
+        if length > MAX_PICTURE_BYTES:
             raise Malformed(f"a picture of {length} bytes")
         return length
 

@@ -15,7 +15,7 @@ from onboard_agent.video.sources.source import (
     OPEN_PATIENCE_S,
     READ_PATIENCE_S,
     CameraLost,
-    PictureWish,
+    PictureRequest,
     Source,
     Taken,
     now_us,
@@ -39,7 +39,7 @@ _ENDS_WHERE_NEXT_BEGINS: Final = ("h264", "hevc")
 """FFmpeg does not look at RTP's mark of the last packet: it hands a picture on when the next one begins. We cannot have
 it sooner, but we know how long that was, and count it as age."""
 
-_LONGEST_HOLD_US: Final = 500_000
+_MAX_HOLD_US: Final = 500_000
 
 
 class NetworkSource(Source):
@@ -53,7 +53,7 @@ class NetworkSource(Source):
         self._container: InputContainer | None = None
         self._taken: Iterator[Taken] = iter(())
 
-    def open(self, wish: PictureWish) -> None:
+    def open(self, wish: PictureRequest) -> None:
         options = {**_NO_WAITING, **SIZE_BOUND, **_BY_SCHEME.get(urlsplit(self._address).scheme, {})}
         try:
             self._container = av.open(self._address, options=options, timeout=(OPEN_PATIENCE_S, READ_PATIENCE_S))
@@ -102,5 +102,5 @@ class NetworkSource(Source):
                 stamp_us = int(frame.pts * frame.time_base * 1_000_000)
                 apart_us = stamp_us - before_us if held and before_us is not None else 0
                 before_us = stamp_us
-                waited_us = apart_us if 0 < apart_us <= _LONGEST_HOLD_US else 0
+                waited_us = apart_us if 0 < apart_us <= _MAX_HOLD_US else 0
                 yield Taken(frame, clock.taken_us(stamp_us, arrived_us) - waited_us)

@@ -20,7 +20,7 @@ from onboard_agent.video.sources.source import (
     OPEN_PATIENCE_S,
     READ_PATIENCE_S,
     CameraLost,
-    PictureWish,
+    PictureRequest,
     Source,
     Taken,
     now_us,
@@ -47,7 +47,7 @@ class PiSource(Source):
         self._began_us = 0
         self._patient_until = 0.0
 
-    def open(self, wish: PictureWish) -> None:
+    def open(self, wish: PictureRequest) -> None:
         program = next(filter(None, map(shutil.which, _PROGRAMS)), None)
         if program is None:
             raise CameraLost(f"{self.name}: {_PROGRAMS[0]} is not installed")

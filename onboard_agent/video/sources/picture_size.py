@@ -2,11 +2,11 @@
 
 from typing import Final, NamedTuple
 
-LARGEST_PIXELS: Final = 4096 * 2304
+MAX_PIXELS: Final = 4096 * 2304
 """The largest pictures of cameras of 4K, of any shape. Each takes 14 MB when it is decoded, several are in memory at
 once, and what is sent has 640 x 480 pixels."""
 
-MOST_WORDS: Final = f"{LARGEST_PIXELS / 1e6:.1f} million pixels (4096 x 2304)"
+MAX_TEXT_LENGTH: Final = f"{MAX_PIXELS / 1e6:.1f} million pixels (4096 x 2304)"
 
 _MARKER: Final = 0xFF
 _START: Final = 0xD8
@@ -28,12 +28,12 @@ class TooLarge(ValueError):
     """In words for people: how large it is, and how large it may be."""
 
     def __init__(self, width: int, height: int) -> None:
-        super().__init__(f"pictures of {width} x {height} pixels are too large, the most is {MOST_WORDS}")
+        super().__init__(f"pictures of {width} x {height} pixels are too large, the most is {MAX_TEXT_LENGTH}")
 
 
 def check_size(width: int, height: int) -> None:
     """In pixels. Raises TooLarge."""
-    if width * height > LARGEST_PIXELS:
+    if width * height > MAX_PIXELS:
         raise TooLarge(width, height)
 
 

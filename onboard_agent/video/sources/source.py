@@ -44,7 +44,7 @@ class Taken(NamedTuple):
     capture_us: int
 
 
-class PictureWish(NamedTuple):
+class PictureRequest(NamedTuple):
     """The most that anybody needs. A source that can choose gives the smallest picture that is at least as large."""
 
     width: int = 640
@@ -66,7 +66,7 @@ class Source(ABC):
         """As the user wrote it, but without its password: for log lines and for people."""
 
     @abstractmethod
-    def open(self, wish: PictureWish) -> None:
+    def open(self, wish: PictureRequest) -> None:
         """Raises CameraLost."""
 
     @abstractmethod

@@ -14,7 +14,7 @@ import numpy as np
 from onboard_agent.video.sources.decoding import JpegDecoder
 from onboard_agent.video.sources.mode import Mode
 from onboard_agent.video.sources.picture_size import TooLarge, check_size
-from onboard_agent.video.sources.source import CameraLost, PictureWish, Source, Taken, now_us
+from onboard_agent.video.sources.source import CameraLost, PictureRequest, Source, Taken, now_us
 
 _OLDEST_STAMP_US: Final = 1_000_000
 """A stamp of the driver that is older, or not of the past, is of another clock."""
@@ -51,7 +51,7 @@ class V4l2Source(Source):
         self._decoder = JpegDecoder()
         self._fourcc = ""
 
-    def open(self, wish: PictureWish) -> None:
+    def open(self, wish: PictureRequest) -> None:
         if not Path(self._device).exists():
             raise CameraLost(f"{self.name}: there is no {self._device}")
         if not os.access(self._device, os.R_OK | os.W_OK):

@@ -3,11 +3,11 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from connect.bridge import MOST_PROGRAMS, PROGRAM_GONE_AFTER_S, Bridge
+from connect.bridge import MAX_PROGRAMS, PROGRAM_GONE_AFTER_S, Bridge
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.lateness import stamp_ms
-from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
+from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
 
 KESTREL, MERLIN = DroneId(3), DroneId(4)
 
@@ -53,7 +53,7 @@ def test_a_burst_is_cut_to_what_the_tower_takes() -> None:
     bridge = Bridge(KESTREL)
     messages = bridge.from_program("tcp", STICKS * 2000, 0.0)
     assert len(messages) > 1
-    assert all(len(message) <= LARGEST_UPWARD_MESSAGE_BYTES for message in messages)
+    assert all(len(message) <= MAX_UPWARD_MESSAGE_BYTES for message in messages)
     assert [part for _, part in upward(messages)] == [STICKS] * 2000
 
 
@@ -79,10 +79,10 @@ def test_who_is_there() -> None:
 
 def test_strangers_cannot_grow_it() -> None:
     bridge = Bridge(KESTREL)
-    for number in range(10 * MOST_PROGRAMS):
+    for number in range(10 * MAX_PROGRAMS):
         bridge.from_program(number, LIST[:5], float(number))
     bridge.from_program("qgc", HEARTBEAT, 1e3)
-    assert len(bridge._streams) == MOST_PROGRAMS
+    assert len(bridge._streams) == MAX_PROGRAMS
     assert bridge.somebody_is_there(1e3)
 
 

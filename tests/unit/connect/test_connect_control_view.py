@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from connect.addresses import endpoints_of
-from connect.control_view import MOST_REMEMBERED, REPEATED_AFTER_S, ControlView
+from connect.control_view import MAX_REMEMBERED, REPEATED_AFTER_S, ControlView
 from connect.squad import choose
 from connect.tower_url import parse_tower_url
 from connect.unusable import Unusable
@@ -68,9 +68,9 @@ def test_refusals_are_said_and_not_repeated_all_the_time(view: ControlView) -> N
     for second in range(1, 10):
         assert told(view, float(second), **refused | {"count": 5}) == []
     assert told(view, REPEATED_AFTER_S, **refused) == ["No. (46 times)"]
-    for number in range(3 * MOST_REMEMBERED):
+    for number in range(3 * MAX_REMEMBERED):
         told(view, 20.0, **refused | {"text": f"No {number}."})
-    assert len(view._said_at) <= MOST_REMEMBERED
+    assert len(view._said_at) <= MAX_REMEMBERED
 
 
 def test_a_loss_check_that_is_asked_for_is_remembered(view: ControlView) -> None:

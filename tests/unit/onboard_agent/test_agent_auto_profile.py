@@ -9,8 +9,8 @@ from onboard_agent.auto_profile import (
     AT_EASE,
     DOWN_AFTER_S,
     FAILED_WITHIN_S,
-    MOST_PATIENCE,
-    SHORTEST_STAY_S,
+    MAX_BACKOFF_FACTOR,
+    MIN_STAY_S,
     UP_AFTER_S,
     USUAL_OVER_S,
     WORST_FOR,
@@ -94,7 +94,7 @@ def test_down_is_quick_but_one_bad_moment_is_none(link: Link) -> None:
 
 def test_a_second_step_down_waits_for_what_the_first_has_done(link: Link) -> None:
     link.until(lambda: link.auto.profile is THIN, loss=0.15)
-    assert link.until(lambda: link.auto.profile is MINIMAL, loss=0.5) >= SHORTEST_STAY_S - STEP_S
+    assert link.until(lambda: link.auto.profile is MINIMAL, loss=0.5) >= MIN_STAY_S - STEP_S
     assert [profile for _, profile in link.changes] == [THIN, MINIMAL]
 
 
@@ -127,7 +127,7 @@ def test_a_link_with_room_for_thin_only_is_tried_less_and_less_often(link: Link)
     waits = [later - earlier for earlier, later in pairwise(tries)]
     assert waits == sorted(waits)
     assert waits[0] > 2 * UP_AFTER_S
-    assert waits[-1] > MOST_PATIENCE * UP_AFTER_S
+    assert waits[-1] > MAX_BACKOFF_FACTOR * UP_AFTER_S
     assert MINIMAL not in [profile for _, profile in link.changes]
 
 
@@ -137,7 +137,7 @@ def test_a_failed_try_doubles_the_wait_and_a_good_one_forgives(link: Link) -> No
     for _ in range(5):
         waits.append(link.until(lambda: link.auto.profile is FULL))
         link.until(lambda: link.auto.profile is THIN, loss=0.15)
-    assert [round(wait_s / UP_AFTER_S) for wait_s in waits] == [1, 2, 4, MOST_PATIENCE, MOST_PATIENCE]
+    assert [round(wait_s / UP_AFTER_S) for wait_s in waits] == [1, 2, 4, MAX_BACKOFF_FACTOR, MAX_BACKOFF_FACTOR]
     link.until(lambda: link.auto.profile is FULL)
     link.run(FAILED_WITHIN_S + 1)
     link.run(5, loss=0.15)

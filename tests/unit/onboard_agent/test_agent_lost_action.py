@@ -6,7 +6,7 @@ import pytest
 
 from onboard_agent.flight_modes import Modes, modes_of, px4_custom_mode
 from onboard_agent.lost_action import RUNG_PATIENCE_S, Loss, LostActing, situation
-from onboard_agent.lost_action_table import DEEDS, NEXT, TOLD_AS, Deed, LostEvent, Situation
+from onboard_agent.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
 from onboard_agent.own_frames import FrameMaker
 from wire.control_messages import SafetySettings
 from wire.dialect import decode, mavlink
@@ -39,7 +39,7 @@ class Bench:
         self.mode, self.modes, self.mission_before = mode, modes, mission_before
         self.ours = True
         self.acting = LostActing(FrameMaker())
-        self.deeds: list[tuple[float, Deed]] = []
+        self.deeds: list[tuple[float, LossResponse]] = []
         self.sent: list[Any] = []
         self.lines: list[str] = []
 
@@ -80,7 +80,7 @@ def test_it_returns_when_the_time_is_up_and_not_before() -> None:
     bench = Bench().until(29.9)
     assert (bench.deeds, bench.sent) == ([], [])
     bench.until(30.1)
-    assert bench.deeds == [(30.0, Deed.RETURN)]
+    assert bench.deeds == [(30.0, LossResponse.RETURN)]
     assert bench.asked() == [(RTL, 0)]
 
 
@@ -133,7 +133,7 @@ def test_silence_is_no_refusal_for_a_while() -> None:
 
 def test_land_lands() -> None:
     bench = Bench(LostAction.LAND, after_s=5.0, mode=GUIDED).until(5.1)
-    assert (bench.deeds[0][1], bench.asked()) == (Deed.LAND, [(LAND, 0)])
+    assert (bench.deeds[0][1], bench.asked()) == (LossResponse.LAND, [(LAND, 0)])
 
 
 def test_a_mission_goes_on_where_that_is_wanted() -> None:
@@ -145,7 +145,7 @@ def test_a_mission_goes_on_where_that_is_wanted() -> None:
 
 def test_a_mission_that_the_loss_has_stopped_is_resumed_where_that_is_wanted() -> None:
     bench = Bench(LostAction.CONTINUE, mode=ALT_HOLD, mission_before=True).until(30.1)
-    assert (bench.deeds[0][1], bench.asked()) == (Deed.RESUME_MISSION, [(AUTO, 0)])
+    assert (bench.deeds[0][1], bench.asked()) == (LossResponse.RESUME_MISSION, [(AUTO, 0)])
 
 
 @pytest.mark.parametrize("lost", list(Lost))
@@ -157,7 +157,7 @@ def test_staying_ends_when_the_battery_is_needed_for_the_way_home(action: LostAc
     assert (bench.acting.phase, bench.acting.due_in_s, bench.deeds) == (LostPhase.STAYED, None, [])
     bench.battery_due = True
     bench.until(600.1)
-    assert bench.deeds == [(600.0, Deed.RETURN)]
+    assert bench.deeds == [(600.0, LossResponse.RETURN)]
     assert bench.asked() == [(RTL, 0)]
     assert "the battery is needed for the way home" in bench.lines
 
@@ -169,7 +169,7 @@ def test_a_battery_that_is_needed_ends_a_count_that_would_be_too_long() -> None:
     assert bench.acting.due_in_s == pytest.approx(1.0, abs=0.1)
     assert bench.deeds == []
     bench.until(30.1)
-    assert [deed for _, deed in bench.deeds] == [Deed.RETURN]
+    assert [deed for _, deed in bench.deeds] == [LossResponse.RETURN]
 
 
 @pytest.mark.parametrize("lost", list(Lost))
@@ -179,7 +179,7 @@ def test_stay_ends_the_count_for_a_person_and_not_for_the_tower(action: LostActi
     bench.stayed = True
     bench.until(40.0)
     if lost is Lost.TOWER:
-        assert [deed for _, deed in bench.deeds] == [Deed(action.value)]
+        assert [deed for _, deed in bench.deeds] == [LossResponse(action.value)]
         return
     assert (bench.acting.phase, bench.acting.due_in_s, bench.deeds) == (LostPhase.STAYED, None, [])
     bench.battery_due = True
@@ -198,7 +198,7 @@ def test_a_tower_that_is_lost_after_somebody_said_stay_counts_from_its_own_loss(
     assert (bench.acting.phase, bench.acting.lost) == (LostPhase.COUNTING, Lost.TOWER)
     assert bench.acting.due_in_s == pytest.approx(20.0, abs=0.1)
     bench.until(131.0)
-    assert bench.deeds == [(130.0, Deed.RETURN)]
+    assert bench.deeds == [(130.0, LossResponse.RETURN)]
 
 
 def test_who_said_stay_and_is_gone_until_the_next_hold_is_counted_again() -> None:
@@ -219,7 +219,7 @@ def test_without_a_position_nothing_stays_when_the_tower_is_lost(action: LostAct
     bench.until(5.0)
     assert bench.acting.action is LostAction.LAND
     bench.until(30.1)
-    assert bench.deeds == [(30.0, Deed.LAND)]
+    assert bench.deeds == [(30.0, LossResponse.LAND)]
     assert bench.asked() == [(LAND, 0)]
 
 
@@ -253,14 +253,14 @@ def test_a_hold_that_begins_anew_counts_anew() -> None:
     assert (bench.acting.phase, bench.acting.lost, bench.acting.action) == (LostPhase.QUIET, None, None)
     bench.lost_at = bench.now
     bench.until(30.1)
-    assert [deed for _, deed in bench.deeds] == [Deed.RETURN, Deed.RETURN]
+    assert [deed for _, deed in bench.deeds] == [LossResponse.RETURN, LossResponse.RETURN]
 
 
 def test_one_that_went_home_while_it_was_counted_is_left_alone() -> None:
     bench = Bench().until(20.0)
     bench.mode = RTL
     bench.until(40.0)
-    assert bench.deeds == [(30.0, Deed.LEAVE)]
+    assert bench.deeds == [(30.0, LossResponse.LEAVE)]
     assert (bench.sent, bench.acting.phase) == ([], LostPhase.DONE)
 
 
@@ -277,7 +277,7 @@ def test_a_tower_that_comes_back_in_time_calls_it_off_and_the_next_loss_counts_a
     bench.until(0.0).until(29.9)
     assert bench.deeds == []
     bench.until(30.1)
-    assert [deed for _, deed in bench.deeds] == [Deed.RETURN]
+    assert [deed for _, deed in bench.deeds] == [LossResponse.RETURN]
 
 
 def test_a_tower_that_comes_back_later_changes_nothing_and_ends_the_asking() -> None:
@@ -307,13 +307,13 @@ def test_landing_ends_it() -> None:
 
 def test_a_vehicle_whose_modes_are_not_known_is_left_to_its_autopilot() -> None:
     bench = Bench(modes=None, mode=11).until(31.0)
-    assert bench.deeds == [(30.0, Deed.STOP_STICKS)]
+    assert bench.deeds == [(30.0, LossResponse.STOP_STICKS)]
     assert "no such mode is known" in bench.lines[-1]
 
 
 def test_a_short_time_may_be_over_before_it_is_noticed() -> None:
     bench = Bench(after_s=2.0).until(2.1)
-    assert bench.deeds == [(2.0, Deed.RETURN)]
+    assert bench.deeds == [(2.0, LossResponse.RETURN)]
 
 
 def test_px4_returns_and_lands_by_its_own_numbers() -> None:
@@ -352,8 +352,8 @@ def test_what_has_no_position_can_neither_return_nor_stay_unless_it_lands_alread
 
 def test_the_tables_have_every_cell_and_a_way_out_of_every_phase() -> None:
     assert set(DEEDS) == {(action, one) for action in LostAction for one in Situation}
-    assert all(DEEDS[action, Situation.GOING_HOME] is Deed.LEAVE for action in LostAction)
-    assert set(TOLD_AS) == set(Deed)
+    assert all(DEEDS[action, Situation.GOING_HOME] is LossResponse.LEAVE for action in LostAction)
+    assert set(TOLD_AS) == set(LossResponse)
     for phase in LostPhase:
         if phase is not LostPhase.QUIET:
             assert NEXT[phase, LostEvent.BACK] is LostPhase.QUIET

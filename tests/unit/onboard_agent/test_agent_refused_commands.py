@@ -1,4 +1,4 @@
-"""A command to fly without sticks counts when the autopilot shows it, not when it is sent: laws of `CommandWish`."""
+"""A command to fly without sticks counts when the autopilot shows it, not when it is sent: laws of `CommandRequest`."""
 
 import pytest
 from test_agent_onboard import (

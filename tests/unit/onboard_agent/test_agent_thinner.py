@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onboard_agent.thinner import FORGET_EVERY_BEATS, MOST_KINDS, Thinner
+from onboard_agent.thinner import FORGET_EVERY_BEATS, MAX_KINDS, Thinner
 from wire.dialect import build, mavlink
 from wire.frames import message_id, payload
 from wire.state_messages import state_key
@@ -147,12 +147,12 @@ def test_memory_has_a_bound_and_old_kinds_make_room() -> None:
     def aircraft(address: int) -> bytes:
         return frame(mavlink.MAVLink_adsb_vehicle_message(address, 0, 0, 0, 0, 0, 0, 0, b"x", 0, 0, 0, 0))
 
-    bench.give(*(aircraft(address) for address in range(MOST_KINDS + 5)))
+    bench.give(*(aircraft(address) for address in range(MAX_KINDS + 5)))
     assert bench.thinner.counts["too many kinds of state"] == 5
-    assert len(bench.pass_ticks(8)) == MOST_KINDS
+    assert len(bench.pass_ticks(8)) == MAX_KINDS
     bench.pass_ticks(round(2 * FORGET_EVERY_BEATS * BEAT_S / TICK_S) + 8)
-    bench.give(aircraft(MOST_KINDS + 9))
-    assert bench.pass_ticks(8) == [aircraft(MOST_KINDS + 9)]
+    bench.give(aircraft(MAX_KINDS + 9))
+    assert bench.pass_ticks(8) == [aircraft(MAX_KINDS + 9)]
     assert bench.thinner.counts["too many kinds of state"] == 5
 
 

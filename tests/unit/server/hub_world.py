@@ -3,9 +3,8 @@
 from collections.abc import Callable, Collection
 from datetime import UTC, datetime
 
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.fleet.snapshot import DroneRecord, FleetSnapshot, UserRecord, UserRef
+from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
+from server.domain.people import Principal, Role, UserRef
 from server.relay.agent_link import AgentLink
 from server.relay.browser import Browser
 from server.relay.hub import Hub

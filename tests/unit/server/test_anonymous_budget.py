@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from server.anonymous.budget import AnonymousBudget, Over, origin_of_guest
-from server.anonymous.connections import ConnectionBudget, Guest
-from server.anonymous.fair_line import Bounds, FairLine, Standing, Ticket
+from server.anonymous.connections import AnonymousConnection, ConnectionBudget
+from server.anonymous.fair_line import Bounds, FairLine, Priority, Ticket
 from server.anonymous.hashing import Caller, HashingSlots
 from server.anonymous.known_addresses import KnownAddresses
 from server.anonymous.limits import LIMITS
@@ -83,7 +83,7 @@ def line(per_address: int = 100, per_network: int = 100, total: int = 1000) -> F
     return FairLine(Bounds(per_address, per_network, total))
 
 
-def join(where: FairLine[str], item: str, address: str, standing: Standing = Standing.FRESH) -> Ticket[str] | None:
+def join(where: FairLine[str], item: str, address: str, standing: Priority = Priority.FRESH) -> Ticket[str] | None:
     return where.join(item, origin_of(address), standing)[0]
 
 
@@ -119,11 +119,11 @@ def test_a_newcomer_is_not_sent_to_the_end_of_a_flood_that_has_been_going_on() -
 
 def test_better_standing_goes_first() -> None:
     some = line()
-    join(some, "suspect", "203.0.113.1", Standing.SUSPECT)
-    join(some, "fresh", "203.0.113.2", Standing.FRESH)
-    join(some, "known", "203.0.113.3", Standing.KNOWN)
-    assert some.call(Standing.KNOWN) is not None
-    assert some.call(Standing.KNOWN) is None
+    join(some, "suspect", "203.0.113.1", Priority.SUSPECT)
+    join(some, "fresh", "203.0.113.2", Priority.FRESH)
+    join(some, "known", "203.0.113.3", Priority.KNOWN)
+    assert some.call(Priority.KNOWN) is not None
+    assert some.call(Priority.KNOWN) is None
     assert called(some) == ["fresh", "suspect"]
 
 
@@ -140,20 +140,20 @@ def test_a_line_is_bounded_by_address_network_and_in_all() -> None:
 def test_a_known_address_has_more_places_where_the_line_says_so() -> None:
     some = FairLine[str](Bounds(per_address=2, per_network=100, total=100, known_factor=3))
     assert sum(join(some, "x", "203.0.113.1") is not None for _ in range(9)) == 2
-    assert sum(join(some, "x", "198.51.100.1", Standing.KNOWN) is not None for _ in range(9)) == 6
+    assert sum(join(some, "x", "198.51.100.1", Priority.KNOWN) is not None for _ in range(9)) == 6
 
 
 def test_a_full_line_makes_room_for_a_better_one_and_for_no_equal() -> None:
     some = line(total=2)
-    first = join(some, "suspect 1", "203.0.113.1", Standing.SUSPECT)
-    last = join(some, "suspect 2", "203.0.114.1", Standing.SUSPECT)
-    ticket, pushed_out = some.join("fresh", origin_of("198.51.100.1"), Standing.FRESH)
+    first = join(some, "suspect 1", "203.0.113.1", Priority.SUSPECT)
+    last = join(some, "suspect 2", "203.0.114.1", Priority.SUSPECT)
+    ticket, pushed_out = some.join("fresh", origin_of("198.51.100.1"), Priority.FRESH)
     assert ticket is not None
     assert pushed_out is last
     assert pushed_out is not None and not pushed_out.waiting
     assert first is not None and first.waiting
-    assert some.join("fresh 2", origin_of("198.51.101.1"), Standing.FRESH)[1] is first
-    assert some.join("fresh 3", origin_of("198.51.102.1"), Standing.FRESH) == (None, None)
+    assert some.join("fresh 2", origin_of("198.51.101.1"), Priority.FRESH)[1] is first
+    assert some.join("fresh 3", origin_of("198.51.102.1"), Priority.FRESH) == (None, None)
     assert called(some) == ["fresh", "fresh 2"]
 
 
@@ -179,7 +179,7 @@ class Connections:
         self.budget = ConnectionBudget(replace(LIMITS, **limits), known(*known_ones))
         self.cut: list[str] = []
 
-    def come(self, address: str, *, is_proxy: bool = False) -> Guest | None:
+    def come(self, address: str, *, is_proxy: bool = False) -> AnonymousConnection | None:
         return self.budget.come(origin_of(address), is_proxy=is_proxy, cut=lambda: self.cut.append(address))
 
 
@@ -253,18 +253,18 @@ def slots(count: int = 2) -> HashingSlots[str]:
     return HashingSlots(count, LIMITS)
 
 
-def ask(where: HashingSlots[str], item: str, address: str, standing: Standing) -> bool:
+def ask(where: HashingSlots[str], item: str, address: str, standing: Priority) -> bool:
     return where.ask(item, Caller(origin_of(address), standing)).ticket is not None
 
 
 def test_a_slot_is_kept_for_known_addresses() -> None:
     some = slots()
     for number in range(8):
-        assert ask(some, "stranger", f"203.0.{number}.1", Standing.FRESH)
+        assert ask(some, "stranger", f"203.0.{number}.1", Priority.FRESH)
     stranger = some.next()
     assert stranger is not None
     assert some.next() is None
-    assert ask(some, "known", "192.0.2.1", Standing.KNOWN)
+    assert ask(some, "known", "192.0.2.1", Priority.KNOWN)
     second = some.next()
     assert second is not None and second.item == "known"
     some.done(stranger)
@@ -274,11 +274,11 @@ def test_a_slot_is_kept_for_known_addresses() -> None:
 
 def test_with_one_thread_the_known_go_first() -> None:
     some = slots(1)
-    assert ask(some, "stranger 1", "203.0.1.1", Standing.FRESH)
-    assert ask(some, "stranger 2", "203.0.2.1", Standing.FRESH)
+    assert ask(some, "stranger 1", "203.0.1.1", Priority.FRESH)
+    assert ask(some, "stranger 2", "203.0.2.1", Priority.FRESH)
     first = some.next()
     assert first is not None
-    assert ask(some, "known", "192.0.2.1", Standing.KNOWN)
+    assert ask(some, "known", "192.0.2.1", Priority.KNOWN)
     some.done(first)
     second = some.next()
     assert second is not None and second.item == "known"
@@ -287,8 +287,8 @@ def test_with_one_thread_the_known_go_first() -> None:
 def test_a_newcomer_need_not_wait_for_the_first_tries_of_many_networks() -> None:
     some = slots()
     for number in range(40):
-        assert ask(some, "flood", f"203.0.{number}.1", Standing.FRESH)
-    assert ask(some, "owner", "198.51.100.1", Standing.FRESH)
+        assert ask(some, "flood", f"203.0.{number}.1", Priority.FRESH)
+    assert ask(some, "owner", "198.51.100.1", Priority.FRESH)
     first = some.next()
     assert first is not None and first.item == "owner"
 
@@ -296,16 +296,16 @@ def test_a_newcomer_need_not_wait_for_the_first_tries_of_many_networks() -> None
 def test_180_sign_ins_of_one_64_leave_the_line_to_the_others() -> None:
     """The attack of issue 16: it filled a line of 64 for everybody."""
     some = slots()
-    taken = [ask(some, "flood", f"2001:db8:1:2::{number:x}", Standing.SUSPECT) for number in range(180)]
+    taken = [ask(some, "flood", f"2001:db8:1:2::{number:x}", Priority.SUSPECT) for number in range(180)]
     assert sum(taken) == LIMITS.max_waiting_hashes_per_address
-    assert ask(some, "owner", "198.51.100.1", Standing.FRESH)
+    assert ask(some, "owner", "198.51.100.1", Priority.FRESH)
     first = some.next()
     assert first is not None and first.item == "owner"
 
 
 def test_many_64s_of_one_48_count_together() -> None:
     some = slots()
-    taken = [ask(some, "flood", f"2001:db8:1:{number:x}::1", Standing.SUSPECT) for number in range(180)]
+    taken = [ask(some, "flood", f"2001:db8:1:{number:x}::1", Priority.SUSPECT) for number in range(180)]
     assert sum(taken) == LIMITS.max_waiting_hashes_per_network
 
 

@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import Final
 
 from server.control.diagram import draw, transitions
-from server.control.drone_settings import DEFAULTS
-from server.control.lease import Event, Phase
 from server.control.rehearsal import LASTS_S
+from server.domain.drone_settings import DEFAULTS
+from server.domain.lease import Event, Phase
 
 PAGE: Final = (Path(__file__).resolve().parents[3] / "docs" / "control.md").read_text()
 

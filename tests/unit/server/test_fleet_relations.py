@@ -4,8 +4,8 @@ from itertools import product
 
 import pytest
 
-from server.accounts.tables import Role
-from server.fleet.relations import RIGHTS, Relation, Right, TeamRole, Ties, may, relation_of
+from server.domain.people import Role
+from server.domain.relations import RIGHTS, Relation, Right, TeamRole, Ties, may, relation_of
 from wire.ids import UserId
 
 # For each relation in turn, from the admin of the tower to the stranger.

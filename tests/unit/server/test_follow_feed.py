@@ -6,11 +6,10 @@ from typing import Any
 
 import pytest
 from hub_world import LATER, NAMES, FakeAgent, record
-from test_operations_desk import Scene
+from test_operations_service import Scene
 
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.fleet.snapshot import LoanRecord, UserRef
+from server.domain.fleet import LoanRecord
+from server.domain.people import Principal, Role, UserRef
 from server.flight_commands.bodies import Follow
 from server.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
 from server.operations.operation import Operation, State
@@ -68,13 +67,13 @@ class FollowScene(Scene):
         assert follower is not None
         wish = Follow(command="follow", leader=leader, north_m=north_m, **more)
         order, following = follow_order(self.hub, principal(by), follower, wish, self.now)
-        operation = self.desk.begin(follower, order, by=UserRef(UserId(by), NAMES[by]), now=self.now)
+        operation = self.service.begin(follower, order, by=UserRef(UserId(by), NAMES[by]), now=self.now)
         self.hub.follows.began(operation, following)
         return operation
 
     def tick(self, seconds: float = 0.1) -> None:
         self.now += seconds
-        self.desk.tick(self.now)
+        self.service.tick(self.now)
         self.hub.follows.tick(self.now)
 
     def heard_by(self, number: int = 1) -> list[LeaderPosition]:

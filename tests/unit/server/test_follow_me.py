@@ -6,7 +6,7 @@ import pytest
 from hub_world import NAMES
 from test_follow_feed import FollowScene, lend, principal
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.flight_commands.bodies import FollowMe
 from server.flight_commands.follow_me import follow_me_order
 from server.flight_commands.following import CannotFollow
@@ -42,7 +42,7 @@ class PersonScene(FollowScene):
         fields = {"lat": self.lat(south_m), "lon": 8.0, "accuracy_m": 4.0} | wish
         body = FollowMe(command="follow_me", **fields)
         order, following = follow_me_order(self.hub, principal(by), follower, body, self.now)
-        operation = self.desk.begin(follower, order, by=UserRef(UserId(by), NAMES[by]), now=self.now)
+        operation = self.service.begin(follower, order, by=UserRef(UserId(by), NAMES[by]), now=self.now)
         self.hub.follows.began(operation, following)
         return operation
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 from hub_world import command_long, record
-from test_operations_desk import ALICE, COMMAND, Scene
+from test_operations_service import ALICE, COMMAND, Scene
 
 from server.operations.operation import AT_ONCE, Lane, Order, State, Step
 from server.operations.refusals import DroneBusy
@@ -63,7 +63,7 @@ def test_a_hold_is_never_one_too_many() -> None:
     with pytest.raises(DroneBusy):
         scene.begin(SPEED)
     scene.sent()
-    hold = scene.desk.begin(scene.drone, HOLD, by=ALICE, now=scene.now)
+    hold = scene.service.begin(scene.drone, HOLD, by=ALICE, now=scene.now)
     assert hold.running
     assert [one.state for one in others] == [State.CANCELLED, *[State.RUNNING] * (len(others) - 1)]
     assert [type(one) for one in scene.sent()] == [CancelTransaction, Transaction]

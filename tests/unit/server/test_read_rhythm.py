@@ -3,10 +3,10 @@
 from server.relay.read_rhythm import (
     BY_HAND_REST_S,
     ENOUGH,
-    LONGEST_REST_S,
+    MAX_REST_S,
+    MIN_REST_S,
     PATIENCE,
     SEVERAL,
-    SHORTEST_REST_S,
     ReadRhythm,
 )
 
@@ -30,7 +30,7 @@ def test_one_agent_that_sends_at_every_deadline_is_never_delayed() -> None:
 
 
 def test_after_three_close_together_the_next_one_begins_a_rest() -> None:
-    assert in_company().came(1.003) == LONGEST_REST_S
+    assert in_company().came(1.003) == MAX_REST_S
 
 
 def test_pairs_are_no_company() -> None:
@@ -42,7 +42,7 @@ def test_pairs_are_no_company() -> None:
 def test_rests_that_bring_pairs_at_most_come_to_an_end() -> None:
     rhythm = in_company()
     for number in range(PATIENCE):
-        assert rhythm.came(2.0 + number) == LONGEST_REST_S
+        assert rhythm.came(2.0 + number) == MAX_REST_S
         assert rhythm.rested(1 + number % 2) is None
     assert rhythm.came(20.0) is None
 
@@ -50,39 +50,39 @@ def test_rests_that_bring_pairs_at_most_come_to_an_end() -> None:
 def test_one_round_of_three_keeps_the_rests_going() -> None:
     rhythm = in_company()
     for number in range(4 * PATIENCE):
-        assert rhythm.came(2.0 + number) == LONGEST_REST_S
+        assert rhythm.came(2.0 + number) == MAX_REST_S
         assert rhythm.rested(2 if (number + 1) % PATIENCE else 3) is None
 
 
 def test_after_a_round_of_several_the_next_rest_begins_at_once_and_after_a_pair_with_what_comes() -> None:
     rhythm = in_company()
-    assert rhythm.rested(SEVERAL) == LONGEST_REST_S
+    assert rhythm.rested(SEVERAL) == MAX_REST_S
     assert rhythm.rested(2) is None
-    assert rhythm.came(1.1) == LONGEST_REST_S
+    assert rhythm.came(1.1) == MAX_REST_S
 
 
 def test_while_somebody_flies_by_hand_rests_are_shorter_from_the_next_one_on() -> None:
     rhythm = in_company()
-    assert rhythm.rested(SEVERAL) == LONGEST_REST_S
+    assert rhythm.rested(SEVERAL) == MAX_REST_S
     rhythm.by_hand = True
     assert rhythm.rested(SEVERAL) == BY_HAND_REST_S
     assert rhythm.rested(2) is None
     assert rhythm.came(1.1) == BY_HAND_REST_S
     rhythm.by_hand = False
-    assert rhythm.rested(SEVERAL) == LONGEST_REST_S
+    assert rhythm.rested(SEVERAL) == MAX_REST_S
 
 
 def test_an_empty_round_is_followed_by_watching() -> None:
     rhythm = in_company()
-    assert rhythm.rested(SEVERAL) == LONGEST_REST_S
+    assert rhythm.rested(SEVERAL) == MAX_REST_S
     assert rhythm.rested(0) is None
-    assert rhythm.came(1.1) == LONGEST_REST_S
+    assert rhythm.came(1.1) == MAX_REST_S
 
 
 def test_without_company_it_stops() -> None:
     rhythm = in_company()
     for number in range(PATIENCE):
-        assert rhythm.came(2.0 + number) == LONGEST_REST_S
+        assert rhythm.came(2.0 + number) == MAX_REST_S
         assert rhythm.rested(1) is None
     assert rhythm.came(20.0) is None
 
@@ -95,5 +95,5 @@ def test_many_make_rests_shorter_until_enough_come_together() -> None:
         assert rest_s is not None
         rest_s = rhythm.rested(round(per_s * rest_s))
     assert rest_s is not None and round(per_s * rest_s) == ENOUGH
-    assert rhythm.rested(100 * ENOUGH) == SHORTEST_REST_S
-    assert rhythm.rested(2) == ENOUGH / 2 * SHORTEST_REST_S
+    assert rhythm.rested(100 * ENOUGH) == MIN_REST_S
+    assert rhythm.rested(2) == ENOUGH / 2 * MIN_REST_S

@@ -1,6 +1,6 @@
 """Where an agent is reached: the newest address, its uplinks while they speak, the WebSocket."""
 
-from server.relay.agent_routes import MOST_UPLINKS, OVER_CHANNEL, UPLINK_SILENT_S, AgentRoutes
+from server.relay.agent_routes import MAX_UPLINKS, OVER_CHANNEL, UPLINK_SILENT_S, AgentRoutes
 
 WIFI, CELL, MOVED = ("192.0.2.1", 1), ("198.51.100.2", 2), ("203.0.113.3", 3)
 
@@ -58,4 +58,4 @@ def test_an_agent_has_a_bounded_number_of_uplinks_whatever_it_says() -> None:
     routes.follow(WIFI)
     for number in range(200):
         routes.uplink(number, ("192.0.2.9", number), 1.0)
-    assert len(routes.targets) == 1 + MOST_UPLINKS
+    assert len(routes.targets) == 1 + MAX_UPLINKS

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import msgspec
 from hub_world import HubWorld
 
-from server.accounts.tables import Role
+from server.domain.people import Role
 from server.relay import live_messages as live
-from server.relay.event_queue import MOST_EVENTS, EventQueue
+from server.relay.event_queue import MAX_EVENTS, EventQueue
 from wire.ids import DroneId, UserId
 
 
@@ -44,12 +44,12 @@ def test_what_is_said_of_a_drone_before_and_after_it_was_removed_is_not_mixed_up
 
 def test_it_is_full_of_what_happened_and_never_of_how_something_is() -> None:
     world, queue = HubWorld(), EventQueue()
-    for number in range(MOST_EVENTS):
+    for number in range(MAX_EVENTS):
         assert queue.put(live.Ping(number))
     assert not queue.put(live.Ping(0))
     for _ in range(3):
         assert queue.put(changed(world))
-    assert len(queue) == MOST_EVENTS + 1
+    assert len(queue) == MAX_EVENTS + 1
 
 
 def test_operations_conflate_and_are_bounded_all_the_same() -> None:
@@ -59,7 +59,7 @@ def test_operations_conflate_and_are_bounded_all_the_same() -> None:
         return live.OperationChanged(SimpleNamespace(drone_id=1, id=str(number)))  # type: ignore[arg-type]
 
     queue = EventQueue()
-    assert [queue.put(told(number)) for number in range(MOST_EVENTS + 1)] == [*[True] * MOST_EVENTS, False]
+    assert [queue.put(told(number)) for number in range(MAX_EVENTS + 1)] == [*[True] * MAX_EVENTS, False]
     assert queue.put(told(5))
     assert not queue.put(live.Ping(0))
     assert queue.put(live.DroneRemoved(1))
@@ -68,10 +68,10 @@ def test_operations_conflate_and_are_bounded_all_the_same() -> None:
 
 def test_a_browser_that_does_not_read_is_closed_and_what_waits_for_it_stays_bounded() -> None:
     alice = HubWorld().browser(1)
-    for number in range(2 * MOST_EVENTS):
+    for number in range(2 * MAX_EVENTS):
         alice.browser.tell(live.Ping(number))
     assert {code for code, _ in alice.closed} == {4408}
-    assert alice.browser.waiting()[0] == MOST_EVENTS
+    assert alice.browser.waiting()[0] == MAX_EVENTS
 
 
 def test_the_newest_of_what_is_on_board_waits_and_goes_with_the_drone() -> None:

@@ -5,7 +5,7 @@ from hub_world import FakeBrowser, HubWorld, command_ack, command_long, heartbea
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.relay import live_messages as live
 from server.relay.flood_gate import FLOODING, PATIENCE, RESERVED, FloodGate, FloodLimits
 from server.relay.live_drone import LeaseView

@@ -6,19 +6,19 @@ import msgspec
 import pytest
 from hub_world import FIRST_ORDER, HubWorld, command_ack, command_long, heartbeat, record, sticks
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.relay import live_messages as live
 from server.relay.hold_orders import OFFLINE
 from server.relay.hub import LINK_REPLACED, SESSION_ENDED
 from server.relay.live_drone import LeaseView
-from wire.batching import LONGEST_WAIT_S
+from wire.batching import MAX_WAIT_S
 from wire.content import Ping, encode_keepalive
 from wire.control_messages import AutopilotState, ControlChanged, HoldOrder, HoldProgress, HoldStep
 from wire.dialect import build, mavlink
 from wire.drops import Dropped, DropReason
 from wire.ids import DroneId, Epoch, UserId
 from wire.sealing import Sealer
-from wire.tagged import LARGEST_UPWARD_MESSAGE_BYTES, tag
+from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, tag
 
 ONE, TWO = DroneId(1), DroneId(2)
 ALICE = UserRef(UserId(1), "alice")
@@ -114,7 +114,7 @@ def test_nothing_is_sent_to_a_drone_that_is_offline_not_even_later(world: HubWor
 
 @pytest.mark.parametrize(
     "message",
-    [b"", b"\x01\0\0\0", b"\xff" * 40, tag(ONE, command_long())[:-1], bytes(LARGEST_UPWARD_MESSAGE_BYTES + 1)],
+    [b"", b"\x01\0\0\0", b"\xff" * 40, tag(ONE, command_long())[:-1], bytes(MAX_UPWARD_MESSAGE_BYTES + 1)],
     ids=["empty", "tag only", "noise", "cut off", "too long"],
 )
 def test_malformed_messages_are_dropped_whole(world: HubWorld, message: bytes) -> None:
@@ -339,7 +339,7 @@ def test_frames_to_an_agent_share_a_datagram_unless_one_is_urgent(world: HubWorl
     alice.send(tag(DroneId(1), param_list), now=1.004)
     assert agent.sent_to == []
     ((delay_s, send_batch),) = agent.alarms
-    assert delay_s == pytest.approx(LONGEST_WAIT_S)
+    assert delay_s == pytest.approx(MAX_WAIT_S)
     send_batch(1.0 + delay_s)
     assert len(agent.sent_to) == 1
     assert agent.received() == [(4, param_list), (4, param_list)]

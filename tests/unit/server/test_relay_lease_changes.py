@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from hub_world import FakeBrowser, HubWorld, heartbeat, record, sticks
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.relay import live_messages as live
 from server.relay.holder_watch import GRACE_S
 from server.relay.hub_events import HolderExpired
@@ -36,11 +36,11 @@ class Scene:
         self.epoch += 1
         self.world.apply(replace(record(1, owners, epoch=self.epoch), **lease), record(2, (2,)))
 
-    def desk(self, lease: LeaseView, event: str, now: float) -> None:
+    def service(self, lease: LeaseView, event: str, now: float) -> None:
         self.world.hub.apply_lease(ONE, lease, event=event, by=ADMIN, reason="gusts", now=now)
 
     def wait(self, since: float) -> None:
-        """So long that the desk has nothing more to say."""
+        """So long that the service has nothing more to say."""
         self.world.hub.tick(since)
         self.world.hub.tick(since + DESK_SPEAKS_WITHIN_S)
 
@@ -102,7 +102,7 @@ def test_what_the_desk_says_counts_and_comes_once_though_a_snapshot_was_first() 
     scene = Scene()
     scene.snapshot(owners=())
     scene.world.hub.tick(5.0)
-    scene.desk(LeaseView(None, None, Epoch(2)), "revoked", 5.1)
+    scene.service(LeaseView(None, None, Epoch(2)), "revoked", 5.1)
     assert scene.told(scene.alice) == scene.told(scene.admin) == [("revoked", 2, "admin", "gusts")]
     scene.wait(6.0)
     scene.wait(8.0)
@@ -113,7 +113,7 @@ def test_a_change_of_the_desk_that_comes_meanwhile_is_told_after_that_of_the_sna
     scene = Scene()
     scene.snapshot()
     scene.world.hub.tick(5.0)
-    scene.desk(LeaseView(ADMIN, None, Epoch(3)), "acquired", 5.1)
+    scene.service(LeaseView(ADMIN, None, Epoch(3)), "acquired", 5.1)
     told = scene.told(scene.alice)
     assert [(event, by) for event, _, by, _ in told] == [("released", None), ("acquired", "admin")]
     assert [epoch for _, epoch, _, _ in told] == [2, 3]

@@ -5,7 +5,7 @@ from datetime import datetime, timedelta
 import pytest
 from hub_world import FIRST_ORDER, NOW, FakeAgent, HubWorld, record, sticks
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.fleet.views import HoldView
 from server.relay import live_messages as live
 from server.relay.hold_orders import OFFLINE

@@ -5,7 +5,7 @@ from unittest.mock import ANY
 import pytest
 from hub_world import FIRST_ORDER, NOW, FakeAgent, FakeBrowser, HubWorld, command_ack, heartbeat, record, sticks
 
-from server.fleet.snapshot import UserRef
+from server.domain.people import UserRef
 from server.relay import live_messages as live
 from server.relay.agent_routes import OVER_CHANNEL
 from server.relay.live_drone import LeaseView

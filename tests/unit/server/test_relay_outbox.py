@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.relay.outbox import MOST_STATE_KINDS, MOST_TRANSACTIONAL, Outbox
+from server.relay.outbox import MAX_STATE_KINDS, MAX_TRANSACTIONAL, Outbox
 from wire.ids import DroneId
 
 ONE, TWO = DroneId(1), DroneId(2)
@@ -45,12 +45,12 @@ def test_transactional_frames_keep_their_order_and_come_before_state() -> None:
 
 def test_a_browser_that_does_not_read_is_told_what_it_lost() -> None:
     box = Outbox(0.0)
-    for number in range(MOST_TRANSACTIONAL + 3):
+    for number in range(MAX_TRANSACTIONAL + 3):
         box.offer(ONE, None, b"%d" % number)
     assert box.take_lost() == {ONE: 3}
     assert box.take_lost() == {}
     taken = box.take(0.0)
-    assert len(taken) == MOST_TRANSACTIONAL
+    assert len(taken) == MAX_TRANSACTIONAL
     assert taken[0] == b"3"
 
 
@@ -81,7 +81,7 @@ def test_memory_is_bounded_whatever_is_offered(offers: list[tuple[int, int | Non
     drones = {drone for drone, _, _ in offers}
     for drone, kind, _ in offers:
         box.offer(DroneId(drone), None if kind is None else (1, 1, kind, 0), b"x")
-    assert len(box.take(1e6)) <= MOST_TRANSACTIONAL + len(drones) * MOST_STATE_KINDS
+    assert len(box.take(1e6)) <= MAX_TRANSACTIONAL + len(drones) * MAX_STATE_KINDS
     assert box.take(2e6) == []
 
 
@@ -131,31 +131,31 @@ def test_a_drone_that_comes_into_the_map_is_due_at_the_next_beat() -> None:
 def test_a_drone_that_talks_without_end_loses_its_own_frames_and_nobody_elses() -> None:
     box = Outbox(0.0)
     box.offer(TWO, None, b"quiet")
-    for number in range(2 * MOST_TRANSACTIONAL):
+    for number in range(2 * MAX_TRANSACTIONAL):
         box.offer(ONE, None, b"%d" % number)
         if number % 1000 == 0:
             box.offer(TWO, None, b"quiet")
     assert set(box.take_lost()) == {ONE}
     taken = box.take(0.0)
-    assert len(taken) == MOST_TRANSACTIONAL
+    assert len(taken) == MAX_TRANSACTIONAL
     assert taken.count(b"quiet") == 10
 
 
 def test_of_two_drones_with_much_waiting_the_one_with_more_loses() -> None:
     box = Outbox(0.0)
-    for number in range(MOST_TRANSACTIONAL - 100):
+    for number in range(MAX_TRANSACTIONAL - 100):
         box.offer(ONE, None, b"%d" % number)
     for number in range(150):
         box.offer(TWO, None, b"two %d" % number)
     assert box.take_lost() == {ONE: 50}
-    assert box.waiting() == (MOST_TRANSACTIONAL, 0)
+    assert box.waiting() == (MAX_TRANSACTIONAL, 0)
 
 
 @pytest.mark.parametrize("focused", [True, False])
 def test_kinds_of_state_beyond_the_bound_are_told_as_lost(focused: bool) -> None:
     box = Outbox(now=0.0)
     box.focus = ONE if focused else None
-    for kind in range(MOST_STATE_KINDS + 7):
+    for kind in range(MAX_STATE_KINDS + 7):
         box.offer(ONE, (1, 1, kind, 0), b"x")
     assert box.take_lost() == {ONE: 7}
-    assert len(box.take(10.0)) == MOST_STATE_KINDS
+    assert len(box.take(10.0)) == MAX_STATE_KINDS

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from server.relay.policy import (
     ASK_AGAIN_WITHIN_S,
     AskTwice,
+    Authorization,
     Kind,
-    Standing,
     command_in,
     ends_the_flight,
     kind_of,
@@ -21,9 +21,9 @@ from server.relay.policy import (
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 
-HOLDER = Standing(has_turn=True, armed=True, airborne=True, loss_check_open=False)
-WATCHER = Standing(has_turn=False, armed=True, airborne=True, loss_check_open=False)
-ON_GROUND = Standing(has_turn=True, armed=False, airborne=False, loss_check_open=True)
+HOLDER = Authorization(has_turn=True, armed=True, airborne=True, loss_check_open=False)
+WATCHER = Authorization(has_turn=False, armed=True, airborne=True, loss_check_open=False)
+ON_GROUND = Authorization(has_turn=True, armed=False, airborne=False, loss_check_open=True)
 
 M = mavlink
 
@@ -64,7 +64,7 @@ NEVER = {
 
 
 @pytest.mark.parametrize(("name", "standing"), list(product(READING, (HOLDER, WATCHER))))
-def test_reading_is_for_whoever_may_watch(name: str, standing: Standing) -> None:
+def test_reading_is_for_whoever_may_watch(name: str, standing: Authorization) -> None:
     assert refusal_of(READING[name], command_in(READING[name]), standing) is None
 
 
@@ -75,7 +75,7 @@ def test_everything_else_is_the_holders(name: str) -> None:
 
 
 @pytest.mark.parametrize(("name", "standing"), list(product(NEVER, (HOLDER, WATCHER))))
-def test_some_things_are_nobodys(name: str, standing: Standing) -> None:
+def test_some_things_are_nobodys(name: str, standing: Authorization) -> None:
     assert refusal_of(NEVER[name], command_in(NEVER[name]), standing) is DropReason.NOT_ALLOWED
 
 
@@ -127,7 +127,7 @@ def test_what_arms_besides_waits_for_the_loss_check_too(frame_: bytes) -> None:
 def test_what_makes_a_drone_fall(frame_: bytes, airborne: bool | None, falls: bool) -> None:
     seen = command_in(frame_)
     assert seen is not None
-    standing = Standing(has_turn=True, armed=True, airborne=airborne, loss_check_open=False)
+    standing = Authorization(has_turn=True, armed=True, airborne=airborne, loss_check_open=False)
     assert ends_the_flight(seen, standing) is falls
 
 

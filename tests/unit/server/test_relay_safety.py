@@ -17,7 +17,8 @@ from hub_world import (
     sticks,
 )
 
-from server.fleet.snapshot import LoanRecord, UserRef
+from server.domain.fleet import LoanRecord
+from server.domain.people import UserRef
 from server.relay import live_messages as live
 from server.relay.agent_link import COPIES_AT_ONCE
 from server.relay.holder_watch import GRACE_S, KEPT_FOR_S

@@ -1,4 +1,4 @@
-"""The desk of video in the hub: what agents are asked for, to whom units go, and who is taken off the list when."""
+"""The service of video in the hub: what agents are asked for, to whom units go, and who is taken off the list when."""
 
 import json
 from collections.abc import Callable
@@ -8,12 +8,10 @@ from typing import Any
 import pytest
 from hub_world import LATER, NAMES, FakeAgent, HubWorld, record
 
-from server.accounts.sessions import Principal
-from server.accounts.tables import Role
-from server.fleet.snapshot import UserRef
+from server.domain.people import Principal, Role, UserRef
 from server.relay.live_drone import LeaseView
-from server.video.desk import AT_ONCE
 from server.video.drone_video import LINGER_S
+from server.video.service import AT_ONCE
 from server.video.situation import VideoCondition, VideoSituation
 from server.video.streams import StreamKey
 from server.video.viewer import DEAF_AFTER_S, VideoViewer

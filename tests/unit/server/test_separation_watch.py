@@ -7,7 +7,7 @@ import pytest
 
 from server.separation.bounds import Level, SeparationBounds
 from server.separation.motion import METRES_PER_DEGREE, Motion
-from server.separation.watch import MOST_ENCOUNTERS, SeparationWatch, Sky
+from server.separation.watch import MAX_ENCOUNTERS, SeparationWatch, Sky
 from wire.ids import DroneId
 
 BOUNDS = SeparationBounds(horizontal_m=20.0, vertical_m=10.0, ahead_s=30.0)
@@ -208,6 +208,6 @@ def test_nothing_is_watched_where_the_distance_is_none() -> None:
 def test_a_crowd_is_bounded_and_said_to_be() -> None:
     world = SkyWorld(*(Flown(east_m=3.0 * number) for number in range(150)))
     world.fly(30)
-    assert len(world.watch.encounters) == MOST_ENCOUNTERS
+    assert len(world.watch.encounters) == MAX_ENCOUNTERS
     assert world.watch.cut_short > 0
     assert {one.level for one in world.watch.encounters} <= {Level.CAUTION, Level.WARNING}

@@ -5,25 +5,25 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from server.access import (
+from server.accounts.passwords import generate_password
+from server.domain.access import (
     WITH_FRESH_PROOF,
     WITHOUT_DEMANDED_FACTOR,
     AccessRequest,
     Action,
     AdminsOnly,
     InPersonOnly,
+    ProofNeeded,
     ScopeMissing,
     SecondFactorDemanded,
     UnknownDrone,
+    is_fresh,
     judge,
 )
-from server.accounts.passwords import generate_password
-from server.accounts.reauthentication import ProofNeeded, is_fresh
-from server.accounts.scopes import Scope
-from server.accounts.sessions import Principal, TokenId
-from server.accounts.tables import Role
-from server.fleet.relations import Relation
-from server.names import BadName, clean_name, name_key
+from server.domain.names import BadName, clean_name, name_key
+from server.domain.people import Principal, Role, TokenId
+from server.domain.relations import Relation
+from server.domain.scopes import Scope
 from server.origin import origin_matches
 from wire.ids import UserId
 

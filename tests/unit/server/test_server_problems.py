@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import server
 from server.accounts.password_policy import BadPassword
 from server.accounts.users import SignInThrottled
-from server.control.desk import ControlRefused
-from server.control.lease import Refused
+from server.control.service import ControlRefused
+from server.domain.lease import Refused
+from server.domain.refusal import Refusal, RetryLater
 from server.problems import PROBLEMS, kind_of, refusal_problem
-from server.refusal import Refusal, RetryLater
 
 
 def _all_refusals(parent: type[Refusal] = Refusal) -> Iterator[type[Refusal]]:

@@ -5,12 +5,12 @@ from server.accounts.throttle import (
     FORGOTTEN_AFTER_S,
     FREE_TRIES,
     FREE_TRIES_OF_ADDRESS,
-    LONGEST_WAIT_S,
     MAX_ENTRIES,
+    MAX_WAIT_S,
     SUSPECT_FROM,
     SignInThrottle,
 )
-from server.anonymous.fair_line import Standing
+from server.anonymous.fair_line import Priority
 from server.anonymous.known_addresses import KnownAddresses
 from server.anonymous.limits import LIMITS
 
@@ -34,7 +34,7 @@ def test_waits_double_up_to_a_bound() -> None:
         now_s += wait_s
         assert throttle.begin(name="anna", address="a", now_s=now_s) == 0.0
     assert waits[:4] == [1.0, 2.0, 4.0, 8.0]
-    assert waits[-1] == LONGEST_WAIT_S
+    assert waits[-1] == MAX_WAIT_S
 
 
 def test_asking_while_waiting_does_not_make_it_longer() -> None:
@@ -135,19 +135,19 @@ def test_who_comes_from_where_it_was_guessed_hashes_last_and_the_known_first() -
     known = KnownAddresses(b"k" * 32, 100)
     throttle = SignInThrottle(known)
 
-    def standing(name: str, address: str, now_s: float = 0.0) -> Standing:
+    def standing(name: str, address: str, now_s: float = 0.0) -> Priority:
         throttle.begin(name=name, address=address, now_s=now_s)
         return throttle.caller(name=name, address=address, now_s=now_s).standing
 
     assert [standing(f"n{n}", f"2001:db8:1:{n:x}::1") for n in range(SUSPECT_FROM + 2)] == [
-        *[Standing.FRESH] * SUSPECT_FROM,
-        *[Standing.SUSPECT] * 2,
+        *[Priority.FRESH] * SUSPECT_FROM,
+        *[Priority.SUSPECT] * 2,
     ]
-    assert standing("anna", "198.51.100.1") is Standing.FRESH
+    assert standing("anna", "198.51.100.1") is Priority.FRESH
     throttle.succeeded(name="anna", address="198.51.100.1")
-    assert standing("anna", "198.51.100.1") is Standing.KNOWN
-    assert standing("ben", "198.51.100.1") is Standing.FRESH
-    assert standing("n", "2001:db8:1:ff::1", now_s=FORGOTTEN_AFTER_S) is Standing.FRESH
+    assert standing("anna", "198.51.100.1") is Priority.KNOWN
+    assert standing("ben", "198.51.100.1") is Priority.FRESH
+    assert standing("n", "2001:db8:1:ff::1", now_s=FORGOTTEN_AFTER_S) is Priority.FRESH
 
 
 def test_memory_is_bounded_and_the_oldest_goes_first() -> None:

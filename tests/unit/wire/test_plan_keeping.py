@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wire.dialect import mavlink
-from wire.plan_fields import Effect, Keeping, fields_of, item_of
+from wire.plan_fields import Effect, KeptFields, fields_of, item_of
 from wire.plan_keeping import (
     COUNT,
     as_kept,
@@ -106,7 +106,7 @@ BYTES: Final = st.integers(1, 120).map(float)
 
 
 @st.composite
-def plans(draw: st.DrawFn, keeping: Keeping) -> Plan:
+def plans(draw: st.DrawFn, keeping: KeptFields) -> Plan:
     """Items that the autopilot takes, no two the same."""
     commands = sorted({*USED, *PLACED, 20} if isinstance(keeping, ArduPilot) else OF_PX4)
     items = []
@@ -133,7 +133,7 @@ KEEPINGS: Final = [ArduPilot(), Px4()]
 @pytest.mark.parametrize("keeping", KEEPINGS, ids=lambda one: one.name)
 @settings(max_examples=600, deadline=None)
 @given(data=st.data())
-def test_another_number_in_any_field_of_what_came_back_is_caught(keeping: Keeping, data: st.DataObject) -> None:
+def test_another_number_in_any_field_of_what_came_back_is_caught(keeping: KeptFields, data: st.DataObject) -> None:
     plan = data.draw(plans(keeping))
     assert all(one.effect is not Effect.REFUSED for one in changes_ahead(keeping, MISSION, plan))
     back = list(as_kept(keeping, MISSION, plan))
@@ -162,7 +162,7 @@ def test_another_number_in_any_field_of_what_came_back_is_caught(keeping: Keepin
 @pytest.mark.parametrize("keeping", KEEPINGS, ids=lambda one: one.name)
 @settings(max_examples=600, deadline=None)
 @given(data=st.data())
-def test_another_plan_that_the_autopilot_would_keep_is_caught(keeping: Keeping, data: st.DataObject) -> None:
+def test_another_plan_that_the_autopilot_would_keep_is_caught(keeping: KeptFields, data: st.DataObject) -> None:
     """A frame, height, place, parameter, jump's target, the order, the count: what was stored is another plan."""
     plan = list(data.draw(plans(keeping)))
     other, at = list(plan), data.draw(st.integers(0, len(plan) - 1))
@@ -227,7 +227,7 @@ def test_of_any_item_it_is_known_what_becomes_of_it(
 WAYPOINT = PlanItem(16, 3, (0.0, 0.0, 0.0, None), 473977419, 85455939, 20.0)
 
 
-def effects(keeping: Keeping, item: PlanItem, kind: PlanKind = MISSION) -> dict[str, str]:
+def effects(keeping: KeptFields, item: PlanItem, kind: PlanKind = MISSION) -> dict[str, str]:
     return {one.field: one.effect.name for one in changes_ahead(keeping, kind, [item])}
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from wire.dialect import build, decode, mavlink
 from wire.frames import payload
 from wire.plans import (
-    ITEMS_MOST,
+    MAX_ITEMS_ANY,
     PlanItem,
     PlanKind,
     as_float32,
@@ -89,7 +89,7 @@ def test_json_is_an_array_of_arrays_with_null_for_nan() -> None:
         "[[16, 3, [0, 0, 0, 0], 0, 0, 3.5e38]]",
         "[[16, 3, [0, 0, 0, 0], 0, 0, null]]",
         "[[16, 3, [0, 0, 0, 0], 0, 0, 0, 1, 9]]",
-        "[" + ",".join(["[16]"] * (ITEMS_MOST + 1)) + "]",
+        "[" + ",".join(["[16]"] * (MAX_ITEMS_ANY + 1)) + "]",
         "{}",
     ],
 )

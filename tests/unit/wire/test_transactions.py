@@ -6,11 +6,11 @@ import msgspec
 import pytest
 
 from wire import control_messages
-from wire.plans import ITEMS_MOST, PlanItem, PlanKind, pack_plan
+from wire.plans import MAX_ITEMS_ANY, PlanItem, PlanKind, pack_plan
 from wire.transactions import (
-    LARGEST_PACKED_TABLE_BYTES,
-    LARGEST_TRANSACTION_BYTES,
     LOGS_MOST,
+    MAX_PACKED_TABLE_BYTES,
+    MAX_TRANSACTION_BYTES,
     REFUSALS_MOST,
     CancelTransaction,
     CommandWork,
@@ -80,9 +80,9 @@ def test_what_came_of_it_survives_json(told: Any) -> None:
 
 
 def test_the_longest_plan_of_the_widest_items_fits_into_a_message() -> None:
-    work = PlanUploadWork(PlanKind.MISSION, (WIDEST,) * ITEMS_MOST)
+    work = PlanUploadWork(PlanKind.MISSION, (WIDEST,) * MAX_ITEMS_ANY)
     sent = msgspec.json.encode(Transaction(id=2**32 - 1, epoch=2**32 - 1, deadline_s=599.5, work=work))
-    assert len(sent) <= LARGEST_TRANSACTION_BYTES
+    assert len(sent) <= MAX_TRANSACTION_BYTES
     longer = sent.replace(b'"items":[', b'"items":[' + msgspec.json.encode(WIDEST) + b",")
     with pytest.raises(msgspec.ValidationError):
         msgspec.json.decode(longer, type=TransactionToAgent)
@@ -100,18 +100,18 @@ def test_what_is_out_of_bounds_is_refused(changed: dict[str, Any]) -> None:
 
 def test_what_goes_to_the_tower_keeps_its_bound() -> None:
     refusal = ParameterRefusal("N" * 16, -1.1754943508222875e-38, -1.1754943508222875e-38, "w" * 160)
-    plan = pack_plan(PlanKind.MISSION, (WIDEST,) * ITEMS_MOST)
+    plan = pack_plan(PlanKind.MISSION, (WIDEST,) * MAX_ITEMS_ANY)
     for told in (
         TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, refusals=(refusal,) * REFUSALS_MOST),
         TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, plan=plan),
         TransactionResult(
             id=1, outcome=Outcome.DONE, words="", logs=(LogEntry(65535, 2**32 - 1, 2**32 - 1),) * LOGS_MOST
         ),
-        PlanOnBoard(kind=PlanKind.MISSION, hash="00" * 8, count=ITEMS_MOST, plan=plan, sent_hash="11" * 8),
-        ParameterTable(hash="00" * 8, packed=b"x" * LARGEST_PACKED_TABLE_BYTES),
+        PlanOnBoard(kind=PlanKind.MISSION, hash="00" * 8, count=MAX_ITEMS_ANY, plan=plan, sent_hash="11" * 8),
+        ParameterTable(hash="00" * 8, packed=b"x" * MAX_PACKED_TABLE_BYTES),
     ):
         sent = control_messages.encode_message(told)
-        assert len(sent) <= control_messages.LARGEST_MESSAGE_BYTES
+        assert len(sent) <= control_messages.MAX_MESSAGE_BYTES
         assert control_messages.decode_to_tower(sent) == told
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from wire.control_messages import decode_to_agent, decode_to_tower, encode_message
 from wire.video import (
     HEADER_BYTES,
-    LARGEST_UNIT_BYTES,
+    MAX_UNIT_BYTES,
     CameraState,
     ClockAnswer,
     ClockProbe,
@@ -20,7 +20,7 @@ from wire.video import (
     KeyWanted,
     MalformedUnit,
     Quality,
-    StreamWish,
+    StreamRequest,
     Unit,
     VideoState,
     VideoWanted,
@@ -88,7 +88,7 @@ def test_what_is_not_known_is_refused(spoilt: Spoilt) -> None:
 
 def test_sizes_have_bounds() -> None:
     unit = Unit(Quality.LOW, Codec.MPEG1, 1, True, False, 5, 320, 240, 24.0, 1, 0, b"")
-    for payload in (b"", bytes(LARGEST_UNIT_BYTES - HEADER_BYTES + 1)):
+    for payload in (b"", bytes(MAX_UNIT_BYTES - HEADER_BYTES + 1)):
         with pytest.raises(MalformedUnit):
             decode_unit(encode_unit(unit._replace(payload=payload)))
     with pytest.raises(MalformedUnit):
@@ -106,7 +106,7 @@ def test_an_answer_about_a_unit() -> None:
 
 
 def test_the_messages_of_the_control_channel() -> None:
-    wanted = VideoWanted(ticket="t", streams=(StreamWish(Quality.MEDIUM, Codec.MPEG1),))
+    wanted = VideoWanted(ticket="t", streams=(StreamRequest(Quality.MEDIUM, Codec.MPEG1),))
     assert decode_to_agent(encode_message(wanted)) == wanted
     assert decode_to_agent(encode_message(ClockProbe(number=3))) == ClockProbe(number=3)
     for told in (VideoState(camera=CameraState.LOST, words="unplugged"), ClockAnswer(number=3, at_us=1 << 50)):

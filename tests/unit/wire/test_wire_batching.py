@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wire.batching import LONGEST_WAIT_S, Batch, Batcher
+from wire.batching import MAX_WAIT_S, Batch, Batcher
 from wire.content import Frames, decode_content
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, LinkId
 from wire.sealed_link import SealedLink
-from wire.sealing import LARGEST_DATAGRAM_BYTES
+from wire.sealing import MAX_DATAGRAM_BYTES
 from wire.urgency import URGENT, is_urgent
 
 
@@ -31,7 +31,7 @@ def test_what_is_not_urgent_waits_for_others_and_leaves_at_the_deadline() -> Non
     assert batcher.due_at is None
     assert batcher.add(Epoch(1), [attitude(1)], 5.0) == NOTHING
     assert batcher.add(Epoch(1), [attitude(2)], 5.004) == NOTHING
-    assert batcher.due_at == 5.0 + LONGEST_WAIT_S
+    assert batcher.due_at == 5.0 + MAX_WAIT_S
     assert batcher.due(5.009) == NOTHING
     assert batcher.due(5.010) == [(1, [attitude(1), attitude(2)])]
     assert batcher.due_at is None
@@ -51,7 +51,7 @@ def test_an_epoch_never_shares_a_datagram_with_another() -> None:
     batcher = Batcher(1000)
     batcher.add(Epoch(1), [attitude(1)], 5.0)
     assert batcher.add(Epoch(2), [attitude(2)], 5.002) == [(1, [attitude(1)])]
-    assert batcher.due_at == 5.002 + LONGEST_WAIT_S
+    assert batcher.due_at == 5.002 + MAX_WAIT_S
     assert batcher.due(6.0) == [(2, [attitude(2)])]
 
 
@@ -84,7 +84,7 @@ def test_nothing_is_lost_repeated_reordered_or_kept_too_long(steps: list[tuple[b
             assert sum(map(len, frames)) <= 130
             left.extend((epoch, frame) for frame in frames)
             for frame in frames:
-                assert now - waiting_since.pop(frame) <= LONGEST_WAIT_S + 1e-9
+                assert now - waiting_since.pop(frame) <= MAX_WAIT_S + 1e-9
 
     for number, (urgent, epoch, pause, count) in enumerate(steps):
         if batcher.due_at is not None and batcher.due_at <= now + pause:
@@ -134,6 +134,6 @@ def test_a_link_seals_batches_with_the_epoch_and_the_time_at_which_they_leave() 
     (datagram,) = agent.batch_due(2.012)
     assert tower.receive(datagram, 2.1).frames == Frames(DroneId(1), Epoch(4), 2012, [attitude(1)])
     many = agent.batch_frames(Epoch(4), [attitude(n) for n in range(60)] + [sticks()], 3.0)
-    assert all(len(one) <= LARGEST_DATAGRAM_BYTES for one in many)
+    assert all(len(one) <= MAX_DATAGRAM_BYTES for one in many)
     assert decode_content(b"\x01" + bytes(12) + sticks())  # a batch is an ordinary content
     assert sum(len(tower.receive(one, 3.0).frames.frames) for one in many) == 61  # type: ignore[union-attr]

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from wire.dialect import CRC_EXTRA, build, decode, mavlink
 from wire.frame_stream import FrameStream
 from wire.frames import (
-    LARGEST_FRAME_BYTES,
+    MAX_FRAME_BYTES,
     MalformedFrame,
     checksum_holds,
     frame_length,
@@ -87,7 +87,7 @@ def test_random_bytes_never_raise_and_never_grow_the_buffer(chunks: list[bytes])
         for frame in stream.feed(chunk):
             assert frame_length(frame) == len(frame)
             assert checksum_holds(frame) or not is_known(frame)
-    assert len(stream._buffer) < LARGEST_FRAME_BYTES
+    assert len(stream._buffer) < MAX_FRAME_BYTES
 
 
 @pytest.mark.parametrize("frame", [V2, SIGNED, V1], ids=["v2", "signed", "v1"])
@@ -96,7 +96,7 @@ def test_a_flipped_bit_is_no_frame(frame: bytes) -> None:
     for at in range(before_signature):
         spoiled = bytearray(frame)
         spoiled[at] ^= 0x10
-        assert FrameStream().feed(bytes(spoiled) + bytes(LARGEST_FRAME_BYTES)) == [], f"byte {at}"
+        assert FrameStream().feed(bytes(spoiled) + bytes(MAX_FRAME_BYTES)) == [], f"byte {at}"
 
 
 def test_noise_that_looks_like_a_header_does_not_swallow_what_follows() -> None:

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wire.parameters import ENTRIES_MOST, LARGEST_TABLE_BYTES, Parameter, by_name, pack_table, table_hash, unpack_table
-from wire.transactions import LARGEST_PACKED_TABLE_BYTES
+from wire.parameters import ENTRIES_MOST, MAX_TABLE_BYTES, Parameter, by_name, pack_table, table_hash, unpack_table
+from wire.transactions import MAX_PACKED_TABLE_BYTES
 
 NAMES = st.text("ABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789", min_size=1, max_size=16)
 PARAMETERS = st.builds(Parameter, NAMES, st.floats(allow_nan=False, allow_infinity=False, width=32), st.integers(1, 10))
@@ -40,7 +40,7 @@ def test_order_and_the_sign_of_zero_say_nothing():
 
 def test_a_real_copters_table_fits_into_a_message():
     table = by_name(Parameter(f"GROUP{i % 40}_NAME{i}"[:16], i * 0.37 - 100, 1 + i % 9) for i in range(1400))
-    assert len(pack_table(table)) < LARGEST_PACKED_TABLE_BYTES
+    assert len(pack_table(table)) < MAX_PACKED_TABLE_BYTES
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_a_real_copters_table_fits_into_a_message():
         zlib.compress(b'[["A", 1.0, 9], ["A", 2.0, 9]]'),
         zlib.compress(b"[" * 100_000),
         zlib.compress(b"\xff\xfe"),
-        zlib.compress(b" " * (LARGEST_TABLE_BYTES + 1)),
+        zlib.compress(b" " * (MAX_TABLE_BYTES + 1)),
         zlib.compress(b"[" + b",".join(b'["A%d", 1.0, 9]' % i for i in range(ENTRIES_MOST + 1)) + b"]"),
     ],
 )

@@ -16,7 +16,7 @@ from wire.path_mtu import (
     PathMtus,
 )
 from wire.sealed_link import SealedLink
-from wire.sealing import LARGEST_DATAGRAM_BYTES
+from wire.sealing import MAX_DATAGRAM_BYTES
 
 
 def run(search: PathMtu, passes: int, *, since: float, for_s: float) -> list[int]:
@@ -35,11 +35,11 @@ def run(search: PathMtu, passes: int, *, since: float, for_s: float) -> list[int
 def test_an_ordinary_path_is_known_after_one_probe() -> None:
     search = PathMtu(0.0)
     assert search.datagram_bytes == SAFE_DATAGRAM_BYTES
-    assert run(search, 1500, since=0.0, for_s=VERIFY_S - 1) == [LARGEST_DATAGRAM_BYTES]
-    assert search.datagram_bytes == LARGEST_DATAGRAM_BYTES
+    assert run(search, 1500, since=0.0, for_s=VERIFY_S - 1) == [MAX_DATAGRAM_BYTES]
+    assert search.datagram_bytes == MAX_DATAGRAM_BYTES
 
 
-@given(st.integers(SAFE_DATAGRAM_BYTES, LARGEST_DATAGRAM_BYTES))
+@given(st.integers(SAFE_DATAGRAM_BYTES, MAX_DATAGRAM_BYTES))
 def test_what_is_found_passes_and_is_close_to_the_best(passes: int) -> None:
     search = PathMtu(0.0)
     tried = run(search, passes, since=0.0, for_s=29.0)
@@ -59,14 +59,14 @@ def test_a_path_that_grows_is_noticed_in_the_end() -> None:
     run(search, 1280, since=0.0, for_s=60.0)
     assert search.datagram_bytes <= 1280
     run(search, 1500, since=60.0, for_s=SEARCH_AGAIN_S + 60.0)
-    assert search.datagram_bytes == LARGEST_DATAGRAM_BYTES
+    assert search.datagram_bytes == MAX_DATAGRAM_BYTES
 
 
 def test_a_lost_probe_is_not_a_size_that_is_too_large() -> None:
     search = PathMtu(0.0)
-    assert search.probe_due(0.0) == search.probe_due(1.0) == LARGEST_DATAGRAM_BYTES
-    search.answered(LARGEST_DATAGRAM_BYTES, 1.2)
-    assert search.datagram_bytes == LARGEST_DATAGRAM_BYTES
+    assert search.probe_due(0.0) == search.probe_due(1.0) == MAX_DATAGRAM_BYTES
+    search.answered(MAX_DATAGRAM_BYTES, 1.2)
+    assert search.datagram_bytes == MAX_DATAGRAM_BYTES
 
 
 def test_an_answer_to_a_smaller_probe_says_nothing_of_the_larger() -> None:
@@ -108,9 +108,9 @@ def test_of_several_uplinks_the_least_counts_that_works() -> None:
     assert 1300 - CLOSE_ENOUGH_BYTES <= search.datagram_bytes <= 1300
     narrow = search.datagram_bytes
     assert run_several(search, {0: 1500}, since=29.0, for_s=VERIFY_S) == {0}, "what carries nothing is not probed"
-    assert search.datagram_bytes == LARGEST_DATAGRAM_BYTES
+    assert search.datagram_bytes == MAX_DATAGRAM_BYTES
     assert run_several(search, {}, since=60.0, for_s=10.0) == set()
-    assert search.datagram_bytes == LARGEST_DATAGRAM_BYTES, "nothing has been learnt"
+    assert search.datagram_bytes == MAX_DATAGRAM_BYTES, "nothing has been learnt"
     run_several(search, {0: 1500, 1: 1300}, since=70.0, for_s=0.1)
     assert search.datagram_bytes == narrow, "it is back, and what it carried is known"
 
@@ -156,7 +156,7 @@ def two_sides() -> tuple[SealedLink, SealedLink]:
     return agent, tower
 
 
-@pytest.mark.parametrize("datagram_bytes", [SAFE_DATAGRAM_BYTES, 1300, LARGEST_DATAGRAM_BYTES])
+@pytest.mark.parametrize("datagram_bytes", [SAFE_DATAGRAM_BYTES, 1300, MAX_DATAGRAM_BYTES])
 def test_batches_keep_to_the_size(datagram_bytes: int) -> None:
     link = SealedLink(link_id=LinkId(3), drone_id=DroneId(1), send_key=b"a" * 32, receive_key=b"b" * 32, now=0.0)
     link.fill_datagrams(datagram_bytes)

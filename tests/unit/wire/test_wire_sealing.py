@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wire.content import (
-    LARGEST_URGENT_BYTES,
+    MAX_URGENT_BYTES,
     Frames,
     Pong,
     Urgent,
@@ -22,10 +22,10 @@ from wire.ids import DroneId, Epoch, LinkId
 from wire.replay import WINDOW, ReplayWindow
 from wire.sealed_link import SealedLink
 from wire.sealing import (
-    LARGEST_CONTENT_BYTES,
-    LARGEST_DATAGRAM_BYTES,
+    MAX_CONTENT_BYTES,
+    MAX_DATAGRAM_BYTES,
+    MIN_DATAGRAM_BYTES,
     OVERHEAD_BYTES,
-    SMALLEST_DATAGRAM_BYTES,
     Opener,
     Sealer,
 )
@@ -47,8 +47,8 @@ def reason_of(opener: Opener, datagram: bytes) -> DropReason:
 GOOD = Sealer(KEY, LINK).seal(b"content")
 REFUSALS = {
     "empty": (b"", DropReason.TOO_SHORT),
-    "truncated": (GOOD[: SMALLEST_DATAGRAM_BYTES - 1], DropReason.TOO_SHORT),
-    "too long": (GOOD + bytes(LARGEST_DATAGRAM_BYTES), DropReason.TOO_LONG),
+    "truncated": (GOOD[: MIN_DATAGRAM_BYTES - 1], DropReason.TOO_SHORT),
+    "too long": (GOOD + bytes(MAX_DATAGRAM_BYTES), DropReason.TOO_LONG),
     "another version": (b"\x02" + GOOD[1:], DropReason.BAD_VERSION),
     "a key phase that is far away": (GOOD[:1] + b"\x02" + GOOD[2:], DropReason.BAD_KEY_PHASE),
     "a key phase that was": (GOOD[:1] + b"\xff" + GOOD[2:], DropReason.BAD_KEY_PHASE),
@@ -87,16 +87,16 @@ def test_newest_is_said_of_the_newest_only() -> None:
     assert newest == [True, True, False]
 
 
-@pytest.mark.parametrize("size", [0, LARGEST_CONTENT_BYTES + 1])
+@pytest.mark.parametrize("size", [0, MAX_CONTENT_BYTES + 1])
 def test_a_content_that_does_not_fit_is_our_own_mistake(size: int) -> None:
     with pytest.raises(ValueError, match="does not fit"):
         Sealer(KEY, LINK).seal(bytes(size))
 
 
 def test_the_largest_content_makes_the_largest_datagram() -> None:
-    datagram = Sealer(KEY, LINK).seal(bytes(LARGEST_CONTENT_BYTES))
-    assert len(datagram) == LARGEST_DATAGRAM_BYTES
-    assert Opener(KEY, LINK).open(datagram) == bytes(LARGEST_CONTENT_BYTES)
+    datagram = Sealer(KEY, LINK).seal(bytes(MAX_CONTENT_BYTES))
+    assert len(datagram) == MAX_DATAGRAM_BYTES
+    assert Opener(KEY, LINK).open(datagram) == bytes(MAX_CONTENT_BYTES)
 
 
 def test_no_counter_is_used_twice() -> None:
@@ -168,9 +168,9 @@ def test_frames_are_packed_whole_in_order_and_within_the_limit(frames: list[byte
     contents = encode_frames(DroneId(4), Epoch(2), 99, frames)
     decoded = [decode_content(content) for content in contents]
     assert [frame for part in decoded for frame in part.frames] == frames  # type: ignore[union-attr]
-    assert all(0 < len(content) <= LARGEST_CONTENT_BYTES for content in contents)
+    assert all(0 < len(content) <= MAX_CONTENT_BYTES for content in contents)
     assert all(
-        len(content) + len(decode_content(following).frames[0]) > LARGEST_CONTENT_BYTES  # type: ignore[union-attr]
+        len(content) + len(decode_content(following).frames[0]) > MAX_CONTENT_BYTES  # type: ignore[union-attr]
         for content, following in pairwise(contents)
     ), "no datagram is left less full than it must be"
 
@@ -292,7 +292,7 @@ def test_pongs_are_not_answered() -> None:
 
 
 @pytest.mark.parametrize("uplink", [None, 2])
-@pytest.mark.parametrize("datagram_bytes", [0, 700, LARGEST_DATAGRAM_BYTES])
+@pytest.mark.parametrize("datagram_bytes", [0, 700, MAX_DATAGRAM_BYTES])
 def test_a_probe_is_answered_where_it_came_from_and_its_address_is_not_followed(
     uplink: int | None, datagram_bytes: int
 ) -> None:
@@ -323,5 +323,5 @@ def test_an_urgent_message_travels_sealed() -> None:
     received = agent.receive(tower.seal_urgent(b'{"type":"x"}'), 0.0)
     assert (received.frames, received.urgent) == (None, b'{"type":"x"}')
     with pytest.raises(ValueError, match="does not fit"):
-        tower.seal_urgent(bytes(LARGEST_URGENT_BYTES + 1))
-    assert len(tower.seal_urgent(bytes(LARGEST_URGENT_BYTES))) == LARGEST_DATAGRAM_BYTES
+        tower.seal_urgent(bytes(MAX_URGENT_BYTES + 1))
+    assert len(tower.seal_urgent(bytes(MAX_URGENT_BYTES))) == MAX_DATAGRAM_BYTES

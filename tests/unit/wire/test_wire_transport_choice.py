@@ -6,7 +6,7 @@ from wire.transport_choice import (
     ANSWERS_IN_A_ROW_WITHIN_S,
     FALL_BACK_AFTER_S,
     IN_DOUBT_AFTER_S,
-    MOST_NEEDED,
+    MAX_NEEDED,
     SOON_S,
     Transport,
     TransportChoice,
@@ -114,7 +114,7 @@ def test_a_way_that_comes_and_goes_has_to_prove_itself_for_longer_each_time() ->
     for _ in range(7):
         now = relapse(choice, now)
         needed.append(choice.needed)
-    assert needed == [4, 8, 16, MOST_NEEDED, MOST_NEEDED, MOST_NEEDED, MOST_NEEDED]
+    assert needed == [4, 8, 16, MAX_NEEDED, MAX_NEEDED, MAX_NEEDED, MAX_NEEDED]
 
 
 def test_a_long_steady_time_on_udp_is_believed_again() -> None:

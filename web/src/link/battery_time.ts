@@ -6,9 +6,9 @@
 
 const WINDOW_MS = 240_000;
 /** Percentages come in whole ones: fewer steps than this say more about the rounding than about the battery. */
-const LEAST_DROP = 3;
+const MIN_DROP = 3;
 /** A climb after take-off costs twice what the flight does: not before that has passed for the most part. */
-const LEAST_SPAN_MS = 120_000;
+const MIN_SPAN_MS = 120_000;
 
 export interface BatteryTime {
   readonly leftMs: number;
@@ -42,7 +42,7 @@ export class BatteryMeter {
     // It does not fill in flight: this is another battery.
     if (last && percent > last.percent) this.#steps = [];
     this.#steps.push({ atMs, percent });
-    while (this.#steps.length > LEAST_DROP + 1 && atMs - this.#steps[0]!.atMs > WINDOW_MS) this.#steps.shift();
+    while (this.#steps.length > MIN_DROP + 1 && atMs - this.#steps[0]!.atMs > WINDOW_MS) this.#steps.shift();
   }
 
   /** `seconds` of BATTERY_STATUS.time_remaining; 0 says nothing. */
@@ -60,9 +60,9 @@ export class BatteryMeter {
     // The first one was there before we looked: the time at which it began is not known.
     const [, first] = this.#steps;
     const last = this.#steps.at(-1);
-    if (!first || !last || first.percent - last.percent < LEAST_DROP) return null;
+    if (!first || !last || first.percent - last.percent < MIN_DROP) return null;
     const spanMs = last.atMs - first.atMs;
-    if (spanMs < LEAST_SPAN_MS) return null;
+    if (spanMs < MIN_SPAN_MS) return null;
     const perMs = (first.percent - last.percent) / spanMs;
     const leftMs = last.percent / perMs - (nowMs - last.atMs);
     // It goes down no more, or much slower: the estimate is over.

@@ -32,8 +32,8 @@ export class Flying {
   readonly #commands: Commands;
   readonly #telemetry: Telemetry;
   readonly #target = new Store<Target | null>(null);
-  /** Counts what was asked for: a deed of several steps ends where a newer one begins. */
-  #deeds = 0;
+  /** Counts what was asked for: a action of several steps ends where a newer one begins. */
+  #actions = 0;
 
   constructor(clock: Clock, commands: Commands, telemetry: Telemetry) {
     this.#clock = clock;
@@ -53,20 +53,20 @@ export class Flying {
   }
 
   arm(): Promise<Outcome> {
-    this.#deeds++;
+    this.#actions++;
     return this.#commands.run(armCommand());
   }
 
   /** In flight the tower wants to be asked twice; the pilot has been asked twice by then, so the second asking is ours. */
   async disarm(evenInFlight: boolean): Promise<Outcome> {
-    this.#deeds++;
+    this.#actions++;
     const first = await this.#commands.run(disarmCommand(evenInFlight));
     return evenInFlight && first.kind !== 'accepted' ? this.#commands.run(disarmCommand(true)) : first;
   }
 
   /** Believed when the autopilot has accepted it and its HEARTBEAT agrees. */
   setMode(mode: Mode): Promise<Outcome> {
-    this.#deeds++;
+    this.#actions++;
     return this.#changeMode(mode);
   }
 
@@ -93,22 +93,22 @@ export class Flying {
   async takeOff(heightM: number): Promise<Outcome> {
     const guided = this.#modes()?.guided;
     if (!guided) return this.#telemetry.newest('HEARTBEAT') ? NOT_KNOWN : NOT_HEARD;
-    const deed = ++this.#deeds;
+    const action = ++this.#actions;
     const inMode = await this.#changeMode(guided);
     if (inMode.kind !== 'accepted') return inMode;
-    if (deed !== this.#deeds) return REPLACED;
+    if (action !== this.#actions) return REPLACED;
     if (!this.#isArmed()) {
       const armed = await this.#commands.run(armCommand());
       if (armed.kind !== 'accepted') return armed;
-      if (deed !== this.#deeds) return REPLACED;
+      if (action !== this.#actions) return REPLACED;
     }
     return this.#commands.run(takeOffCommand(heightM));
   }
 
   async goTo(target: Target, headingDeg: number | null = null): Promise<Outcome> {
-    const deed = ++this.#deeds;
+    const action = ++this.#actions;
     const answer = await this.#commands.run(goToCommand(target, headingDeg));
-    if (answer.kind === 'accepted' && deed === this.#deeds) this.#target.set(target);
+    if (answer.kind === 'accepted' && action === this.#actions) this.#target.set(target);
     return answer;
   }
 

@@ -23,13 +23,13 @@ export interface HoldLog {
 
 export const FINAL_STEPS: ReadonlySet<string> = new Set(['confirmed', 'not_needed', 'unconfirmed']);
 /** A storm of steps (a hold that is tried again and again) must not grow without end; the newest tell the most. */
-const MOST_STEPS = 12;
+const MAX_STEPS = 12;
 
 export function nextHold(last: HoldLog | null, event: HoldEvent, nowMs: number): HoldLog {
   const cause = event.cause ?? 'order';
   const goesOn = last !== null && last.epoch === event.epoch && last.cause === cause && !beginsAnew(last, event);
   const step: HoldStep = { step: event.step, detail: event.detail, elapsedMs: event.elapsed_ms };
-  const steps = [...(goesOn ? last.steps : []), step].slice(-MOST_STEPS);
+  const steps = [...(goesOn ? last.steps : []), step].slice(-MAX_STEPS);
   return {
     epoch: event.epoch,
     cause,

@@ -9,7 +9,7 @@ import type { AnswerOf, Method, PathOf, RequestArguments } from './rest_types';
 import { Store } from './store';
 
 /** Beyond these the oldest that have ended are forgotten. */
-const MOST_KEPT = 300;
+const MAX_KEPT = 300;
 const NOBODY_KNOWS = 'The connection broke meanwhile, and the tower does not know any more how this ended.';
 
 /** An id is a text everywhere but in a path. */
@@ -41,7 +41,7 @@ export class Operations {
     if (known && isOver(known) && (known.state !== 'timed_out' || !isOver(operation))) return false;
     const kept = new Map(this.all.get()).set(operation.id, operation);
     for (const [id, one] of kept) {
-      if (kept.size <= MOST_KEPT) break;
+      if (kept.size <= MAX_KEPT) break;
       if (isOver(one)) kept.delete(id);
     }
     this.all.set(kept);

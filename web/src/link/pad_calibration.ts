@@ -4,7 +4,7 @@
  */
 
 import { SLOTS, type Slot } from './stick_modes';
-import { LEAST_TRAVEL, type PadSettings, type SlotSetting } from './stick_settings';
+import { MIN_TRAVEL, type PadSettings, type SlotSetting } from './stick_settings';
 
 export type CalibrationStep =
   | { readonly name: 'rest' }
@@ -126,7 +126,7 @@ export class PadCalibration {
       const { axis } = this.#found.get(name) ?? { axis: -1 };
       const [seen, centre] = [this.#travels[axis], this.#centre[axis]];
       if (!seen || centre === undefined) return true;
-      return seen.high - centre < Math.max(MOVED, LEAST_TRAVEL) || centre - seen.low < Math.max(MOVED, LEAST_TRAVEL);
+      return seen.high - centre < Math.max(MOVED, MIN_TRAVEL) || centre - seen.low < Math.max(MOVED, MIN_TRAVEL);
     });
   }
 }

@@ -1,7 +1,7 @@
 /** A gamepad (or a radio transmitter that says it is one) as the sticks of a pilot. */
 
 import { axesOf, SLOTS, type Slot } from './stick_modes';
-import { padSettingsOf, type ButtonDeed, type PadSettings, type StickSettings } from './stick_settings';
+import { padSettingsOf, type ButtonAction, type PadSettings, type StickSettings } from './stick_settings';
 import { shaped, travelled } from './stick_shaping';
 import type { Axes, AxesSource } from './sticks';
 
@@ -16,11 +16,11 @@ export interface PadLike {
 
 export type Pads = () => readonly (PadLike | null)[];
 
-const LEAST_AXES = 4;
+const MIN_AXES = 4;
 
 /** Connected pads with two sticks. */
 export const usablePads = (pads: Pads): PadLike[] =>
-  pads().filter((pad): pad is PadLike => pad !== null && pad.connected && pad.axes.length >= LEAST_AXES);
+  pads().filter((pad): pad is PadLike => pad !== null && pad.connected && pad.axes.length >= MIN_AXES);
 
 /** Where the sticks stand, before dead zone and expo; null when the pad has no such axis, or says what is no number. */
 export function padSticks(pad: PadLike, settings: PadSettings): Record<Slot, number> | null {
@@ -58,7 +58,7 @@ export function padSource(
   first: PadLike,
   pads: Pads,
   settings: StickSettings,
-  onButton: (deed: ButtonDeed) => void = () => undefined,
+  onButton: (action: ButtonAction) => void = () => undefined,
 ): AxesSource {
   const { buttons } = padSettingsOf(settings, first.id);
   const edges = new ButtonEdges();

@@ -14,8 +14,8 @@ export interface Located {
 }
 
 /** From the person, over ground: as the tower has it (server/operations/person.py). */
-export const LEAST_AWAY_M = 8;
-export const MOST_AWAY_M = 50;
+export const MIN_DISTANCE_M = 8;
+export const MAX_DISTANCE_M = 50;
 export const USUAL_AWAY_M = 15;
 const ACCURATE_M = 20;
 

@@ -7,22 +7,22 @@
 import type { Axes } from './sticks';
 import { AXIS_NAMES } from './sticks';
 import { SLOTS, STICK_MODES, type Slot, type StickMode } from './stick_modes';
-import { DEFAULT_SHAPE, MOST_DEAD_ZONE, WHOLE_TRAVEL, type Shape, type Travel } from './stick_shaping';
+import { DEFAULT_SHAPE, MAX_DEAD_ZONE, WHOLE_TRAVEL, type Shape, type Travel } from './stick_shaping';
 
 /** Grows when an older console would misread the document. */
 export const SETTINGS_VERSION = 1;
 /** The tower keeps 8 KiB; the settings of a pad take less than one. */
-export const MOST_PADS = 6;
+export const MAX_PADS = 6;
 
-const MOST_AXIS = 63;
-const MOST_BUTTON = 63;
+const MAX_AXIS = 63;
+const MAX_BUTTON = 63;
 /** Less travel to a side than this is no stick. */
-export const LEAST_TRAVEL = 0.3;
+export const MIN_TRAVEL = 0.3;
 /** Some pads count beyond one. */
-const MOST_RAW = 2;
+const MAX_RAW = 2;
 
-export const BUTTON_DEEDS = ['none', 'hold', 'stop', 'return', 'land', 'arm', 'disarm', 'follow', 'swap'] as const;
-export type ButtonDeed = (typeof BUTTON_DEEDS)[number];
+export const BUTTON_ACTIONS = ['none', 'hold', 'stop', 'return', 'land', 'arm', 'disarm', 'follow', 'swap'] as const;
+export type ButtonAction = (typeof BUTTON_ACTIONS)[number];
 
 export interface SlotSetting extends Travel {
   /** Which axis of the pad. */
@@ -34,7 +34,7 @@ export interface PadSettings {
   readonly slots: Readonly<Record<Slot, SlotSetting>>;
   readonly shapes: Readonly<Record<keyof Axes, Shape>>;
   /** By number of the button; those left out do nothing. */
-  readonly buttons: Readonly<Record<number, ButtonDeed>>;
+  readonly buttons: Readonly<Record<number, ButtonAction>>;
   readonly isCalibrated: boolean;
 }
 
@@ -64,7 +64,7 @@ export const padSettingsOf = (settings: StickSettings, padId: string): PadSettin
 /** With this pad's settings as the newest; the one unused for longest goes when there are too many. */
 export function withPad(settings: StickSettings, padId: string, pad: PadSettings): StickSettings {
   const others = Object.entries(settings.pads).filter(([id]) => id !== padId);
-  return { ...settings, pads: Object.fromEntries([...others.slice(-(MOST_PADS - 1)), [padId, pad]]) };
+  return { ...settings, pads: Object.fromEntries([...others.slice(-(MAX_PADS - 1)), [padId, pad]]) };
 }
 
 export const toDocument = (settings: StickSettings): Record<string, unknown> => ({
@@ -86,7 +86,7 @@ export function readDocument(document: unknown): StickSettings {
     touchThrottleSprings: truth(touchThrottleSprings),
     pads: Object.fromEntries(
       Object.entries(object(pads))
-        .slice(-MOST_PADS)
+        .slice(-MAX_PADS)
         .map(([id, pad]) => [id, readPad(object(pad))]),
     ),
   };
@@ -98,9 +98,9 @@ function readPad({ slots, shapes, buttons, isCalibrated }: Record<string, unknow
     slots: each(SLOTS, (name) => readSlot(object(slotsIn[name]))),
     shapes: each(AXIS_NAMES, (name) => readShape(object(shapesIn[name]))),
     buttons: Object.fromEntries(
-      Object.entries(object(buttons)).map(([key, deed]) => [
-        within(Number(key), 0, MOST_BUTTON),
-        oneOf(deed, BUTTON_DEEDS),
+      Object.entries(object(buttons)).map(([key, action]) => [
+        within(Number(key), 0, MAX_BUTTON),
+        oneOf(action, BUTTON_ACTIONS),
       ]),
     ),
     isCalibrated: truth(isCalibrated),
@@ -108,19 +108,19 @@ function readPad({ slots, shapes, buttons, isCalibrated }: Record<string, unknow
 }
 
 function readSlot(value: Record<string, unknown>): SlotSetting {
-  const axis = within(value['axis'], 0, MOST_AXIS);
-  const centre = within(value['centre'], -MOST_RAW, MOST_RAW);
+  const axis = within(value['axis'], 0, MAX_AXIS);
+  const centre = within(value['centre'], -MAX_RAW, MAX_RAW);
   return {
     axis: Number.isInteger(axis) ? axis : fail(),
     isInverted: truth(value['isInverted']),
-    low: within(value['low'], -MOST_RAW, centre - LEAST_TRAVEL),
+    low: within(value['low'], -MAX_RAW, centre - MIN_TRAVEL),
     centre,
-    high: within(value['high'], centre + LEAST_TRAVEL, MOST_RAW),
+    high: within(value['high'], centre + MIN_TRAVEL, MAX_RAW),
   };
 }
 
 const readShape = (value: Record<string, unknown>): Shape => ({
-  deadZone: within(value['deadZone'], 0, MOST_DEAD_ZONE),
+  deadZone: within(value['deadZone'], 0, MAX_DEAD_ZONE),
   expo: within(value['expo'], 0, 1),
 });
 

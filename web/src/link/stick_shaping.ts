@@ -8,7 +8,7 @@ export interface Travel {
 }
 
 export interface Shape {
-  /** Share of the travel, 0..`MOST_DEAD_ZONE`, that counts as the middle. What is beyond begins at nothing: no step. */
+  /** Share of the travel, 0..`MAX_DEAD_ZONE`, that counts as the middle. What is beyond begins at nothing: no step. */
   readonly deadZone: number;
   /** 0: as the stick stands; 1: a cube, gentle round the middle. The ends stay the ends. */
   readonly expo: number;
@@ -17,7 +17,7 @@ export interface Shape {
 export const WHOLE_TRAVEL: Travel = { low: -1, centre: 0, high: 1 };
 /** Pads rest a little off their middle. */
 export const DEFAULT_SHAPE: Shape = { deadZone: 0.08, expo: 0 };
-export const MOST_DEAD_ZONE = 0.4;
+export const MAX_DEAD_ZONE = 0.4;
 
 const clamp = (value: number): number => Math.max(-1, Math.min(1, value));
 

@@ -169,12 +169,12 @@ export class Vehicle {
     return flightValues(this.telemetry, beside, nowMs);
   }
 
-  /** Runs one of `flying`'s deeds, shows it as the current action, and writes what came of it in the journal. */
-  async perform(label: string, deed: (flying: Flying) => Promise<Outcome>): Promise<Outcome> {
+  /** Runs one of `flying`'s actions, shows it as the current action, and writes what came of it in the journal. */
+  async perform(label: string, action: (flying: Flying) => Promise<Outcome>): Promise<Outcome> {
     const key = ++this.#actions;
     const beganMs = this.#clock.nowMs();
     this.action.set({ key, label, beganMs, endedMs: null, outcome: null, text: `${label}: waiting for the answer` });
-    const outcome = await deed(this.flying);
+    const outcome = await action(this.flying);
     const endedMs = this.#clock.nowMs();
     const { id, name } = this.drone.get();
     const text = `${label}: ${outcomeWords(name, outcome)}`;

@@ -17,7 +17,7 @@ export { readTiles } from './tile_source';
 
 setWorkerUrl(new URL(workerUrl, import.meta.url).href);
 
-const MOST_ZOOM = 21;
+const MAX_ZOOM = 21;
 
 function basemap(theme: MapTheme, tiles: Tiles | null): StyleSpecification {
   const served = (name: string): string => new URL(`basemap/${name}.json`, document.baseURI).href;
@@ -48,7 +48,7 @@ export function createMap(container: HTMLElement, tiles: Tiles | null): MapLibre
     style: basemap(readTheme(), tiles),
     center: [8, 47],
     zoom: 3,
-    maxZoom: MOST_ZOOM,
+    maxZoom: MAX_ZOOM,
     attributionControl: false,
     dragRotate: false,
     pitchWithRotate: false,

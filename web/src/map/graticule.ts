@@ -7,7 +7,7 @@ import type { MapTheme } from './theme';
 
 const WANTED_SPACING_PX = 150;
 const STEPS = [45, 30, 15, 10, 5, 2, 1];
-const MOST_LINES = 60;
+const MAX_LINES = 60;
 /** Where the map's buttons and its read-out are: no labels there. */
 const BUTTONS_PX = 180;
 const READOUT_PX = 36;
@@ -31,7 +31,7 @@ export function gridStep(wantedDeg: number): GridStep {
 /** Multiples of the step from `low` to `high`, without the creep of repeated addition. */
 export function gridLines(low: number, high: number, { stepDeg }: GridStep): number[] {
   const first = Math.ceil(low / stepDeg);
-  const last = Math.min(Math.floor(high / stepDeg), first + MOST_LINES);
+  const last = Math.min(Math.floor(high / stepDeg), first + MAX_LINES);
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => (first + index) * stepDeg);
 }
 

@@ -125,7 +125,7 @@ const WITHOUT_PLACE_ON_PX4 = { height: true, offeredTo: ARDUPILOT };
 const OPEN_TO_PX4 = { mayBeOpen: true, openTo: PX4 };
 
 /** Jumps are checked against the plan that they are in; this is only what the number can hold. */
-const MOST_SEQ = 65_535;
+const MAX_SEQ = 65_535;
 
 const GOES = { height: true, flies: true };
 
@@ -217,7 +217,7 @@ const SPECS: readonly CommandSpec[] = [
     }),
   ]),
   spec(CMD.JUMP, 'Jump', 'none', BOTH, [
-    param(0, 'To item', '', { least: 0, most: MOST_SEQ, whole: true }),
+    param(0, 'To item', '', { least: 0, most: MAX_SEQ, whole: true }),
     param(1, 'Times, -1: for ever', '', { least: -1, most: 32_767, whole: true, initial: 1 }),
   ]),
   spec(CMD.CHANGE_SPEED, 'Speed', 'none', BOTH, [

@@ -83,7 +83,7 @@ export interface Step {
 }
 
 const NEW_CIRCLE_M = 100;
-const LEAST_RADIUS_M = 1;
+const MIN_RADIUS_M = 1;
 const WANTED_CORNERS: Partial<Record<Tool, number>> = { survey: 3, 'fence-polygon': 3, corridor: 2 };
 
 const still = (drawing: Drawing): Step => ({ drawing, edits: [] });
@@ -219,7 +219,7 @@ export function drag(drawing: Drawing, plan: Plan, spot: Spot): Step {
   }
 }
 
-const radiusTo = (centre: Spot, spot: Spot): number => Math.max(LEAST_RADIUS_M, Math.round(distanceM(centre, spot)));
+const radiusTo = (centre: Spot, spot: Spot): number => Math.max(MIN_RADIUS_M, Math.round(distanceM(centre, spot)));
 
 /** The pointer is let go. `extend`: add to what is selected, or take away from it. */
 export function release(drawing: Drawing, extend: boolean): Step {

@@ -13,9 +13,9 @@ export interface Fault {
 
 const PARAM_FIELDS = ['p1', 'p2', 'p3', 'p4'] as const;
 /** Deeper than the Dead Sea and higher than any of these aircraft. */
-export const LEAST_HEIGHT_M = -500;
-export const MOST_HEIGHT_M = 10_000;
-export const MOST_RADIUS_M = 100_000;
+export const MIN_HEIGHT_M = -500;
+export const MAX_HEIGHT_M = 10_000;
+export const MAX_RADIUS_M = 100_000;
 
 const withUnit = (value: number, unit: string): string => (unit === '' ? `${value}` : `${value} ${unit}`);
 
@@ -40,8 +40,8 @@ export function paramFault(spec: ParamSpec, value: Param): string | null {
 
 export function heightFault(heightM: number): string | null {
   if (!Number.isFinite(heightM)) return 'Height: a number is needed.';
-  if (heightM >= LEAST_HEIGHT_M && heightM <= MOST_HEIGHT_M) return null;
-  return `Height: ${heightM} m is outside of ${LEAST_HEIGHT_M} to ${MOST_HEIGHT_M} m.`;
+  if (heightM >= MIN_HEIGHT_M && heightM <= MAX_HEIGHT_M) return null;
+  return `Height: ${heightM} m is outside of ${MIN_HEIGHT_M} to ${MAX_HEIGHT_M} m.`;
 }
 
 /** 0, 0 is what autopilots take for "no place". */
@@ -98,8 +98,8 @@ export function shapeFaults(shape: FenceShape): string[] {
   if (!spots.every(isOnEarth)) faults.push('A corner or centre is not a place on earth.');
   if (shape.shape === 'polygon') {
     if (shape.corners.length < 3) faults.push('A polygon has three corners at least.');
-  } else if (!(shape.radiusM > 0 && shape.radiusM <= MOST_RADIUS_M)) {
-    faults.push(`Radius: more than 0 and at most ${MOST_RADIUS_M} m are needed.`);
+  } else if (!(shape.radiusM > 0 && shape.radiusM <= MAX_RADIUS_M)) {
+    faults.push(`Radius: more than 0 and at most ${MAX_RADIUS_M} m are needed.`);
   }
   return faults;
 }

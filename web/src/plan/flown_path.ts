@@ -10,7 +10,7 @@ import type { Plan, PlanItem, Spot } from './plan_types';
 export type Ending = 'ends' | 'waits' | 'for-ever' | 'too-long';
 
 /** More than any battery lasts. */
-export const MOST_STEPS_FLOWN = 20_000;
+export const MAX_STEPS_FLOWN = 20_000;
 
 export interface Order {
   /** Places in the plan's list, in the order that they come up in. */
@@ -27,7 +27,7 @@ export function flownOrder(plan: Plan): Order {
   let seq = 0;
   let jumpsInARow = 0;
   while (seq < plan.items.length) {
-    if (steps.length >= MOST_STEPS_FLOWN || jumpsInARow > plan.items.length) {
+    if (steps.length >= MAX_STEPS_FLOWN || jumpsInARow > plan.items.length) {
       return { steps, ending: 'too-long', last: seq };
     }
     const item = plan.items[seq]!;

@@ -8,7 +8,7 @@ import { FenceCheck, type Breach } from './fence_crossings';
 import { itemFaults, rallyFaults, shapeFaults } from './field_checks';
 import { flownPath, heightAboveHomeM, type FlownPath } from './flown_path';
 import { distanceM } from './ground';
-import { MOST_ITEMS, type PartId, type Plan, type PlanKind } from './plan_types';
+import { MAX_ITEMS, type PartId, type Plan, type PlanKind } from './plan_types';
 import { ROOM } from './plan_room';
 import { itemsOf } from './wire_items';
 
@@ -50,8 +50,8 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
   for (const kind of ['mission', 'fence', 'rally'] as const) {
     const count = itemsOf(plan, kind).length;
     const [autopilot, room] = [AUTOPILOT_WORDS[limits.autopilot], ROOM[limits.autopilot][kind]];
-    if (count > MOST_ITEMS) {
-      const words = `The ${kind} has ${count} items; a drone takes ${MOST_ITEMS} at most.`;
+    if (count > MAX_ITEMS) {
+      const words = `The ${kind} has ${count} items; a drone takes ${MAX_ITEMS} at most.`;
       findings.push({ severity: 'error', kind, part: null, words });
     } else if (count > room) {
       const words = `The ${kind} has ${count} items; ${autopilot} has room for ${room} on the usual boards. One that has no more refuses them all.`;

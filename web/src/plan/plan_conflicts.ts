@@ -51,14 +51,14 @@ export interface Closest {
 }
 
 export interface ConflictReport {
-  /** The first ones first; of one pair at most MOST_OF_A_PAIR, and the nearest of them is among them. */
+  /** The first ones first; of one pair at most MAX_PER_PAIR, and the nearest of them is among them. */
   readonly conflicts: readonly PlanConflict[];
   readonly closest: readonly Closest[];
   /** What could not be checked, in words. */
   readonly notes: readonly string[];
 }
 
-export const MOST_OF_A_PAIR = 5;
+export const MAX_PER_PAIR = 5;
 /** Crossings that lie further apart in time than this, and a share of the flown time, are none. */
 const SLACK_S = 20;
 const SLACK_SHARE = 0.1;
@@ -267,9 +267,9 @@ function nearConflict(
 
 /** The first ones and the nearest. */
 function mostTelling(all: readonly PlanConflict[]): PlanConflict[] {
-  if (all.length <= MOST_OF_A_PAIR) return [...all];
+  if (all.length <= MAX_PER_PAIR) return [...all];
   const nearest = all.reduce((best, one) => (one.horizontalM < best.horizontalM ? one : best));
-  const first = all.filter((one) => one !== nearest).slice(0, MOST_OF_A_PAIR - 1);
+  const first = all.filter((one) => one !== nearest).slice(0, MAX_PER_PAIR - 1);
   return [...first, nearest];
 }
 

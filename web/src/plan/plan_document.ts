@@ -4,7 +4,7 @@
  */
 
 import { datumOf } from './frames';
-import { EMPTY_PLAN, isOnEarth, MOST_ITEMS, type Plan, type PlanDefaults, type PlanKind } from './plan_types';
+import { EMPTY_PLAN, isOnEarth, MAX_ITEMS, type Plan, type PlanDefaults, type PlanKind } from './plan_types';
 import { itemOfRow, itemsOf, rowOf, withItems, type ItemRow, type ReadPart } from './wire_items';
 
 export interface PlanDocument {
@@ -61,8 +61,8 @@ export function planOfDocument(document: unknown): ReadPart {
   for (const kind of KINDS) {
     const rows = document[kind];
     if (!Array.isArray(rows)) throw new RangeError(`This is not a plan: its ${kind} is not a list.`);
-    if (rows.length > MOST_ITEMS) {
-      throw new RangeError(`The ${kind} of this plan has ${rows.length} items; ${MOST_ITEMS} are the most.`);
+    if (rows.length > MAX_ITEMS) {
+      throw new RangeError(`The ${kind} of this plan has ${rows.length} items; ${MAX_ITEMS} are the most.`);
     }
     const read = withItems(
       plan,

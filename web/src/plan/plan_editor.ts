@@ -4,7 +4,7 @@ import type { Edit } from './edits';
 import { EMPTY_PLAN, type Plan } from './plan_types';
 
 /** Plans share what did not change: a step costs a list of items at most, 700 times 200 of them a megabyte or so. */
-export const MOST_STEPS = 200;
+export const MAX_STEPS = 200;
 
 interface Step {
   readonly words: string;
@@ -58,7 +58,7 @@ export class PlanEditor {
     const goesOn = edit.gesture !== undefined && last?.gesture === edit.gesture && this.#future.length === 0;
     if (!goesOn) {
       this.#past.push({ words: edit.words, gesture: edit.gesture, plan: this.#plan });
-      if (this.#past.length > MOST_STEPS) this.#past.shift();
+      if (this.#past.length > MAX_STEPS) this.#past.shift();
     }
     this.#future = [];
     this.#plan = after;

@@ -99,8 +99,8 @@ export interface Plan {
   readonly nextId: PartId;
 }
 
-/** The tower takes no more (ITEMS_MOST of wire/plans.py); what an autopilot has room for is in plan_room.ts. */
-export const MOST_ITEMS = 724;
+/** The tower takes no more (MAX_ITEMS_ANY of wire/plans.py); what an autopilot has room for is in plan_room.ts. */
+export const MAX_ITEMS = 724;
 
 export const EMPTY_PLAN: Plan = {
   home: null,

@@ -19,9 +19,9 @@ export const rowOf = (item: WireItem): ItemRow => [
 const isInteger = (value: unknown, least: number, most: number): value is number =>
   Number.isInteger(value) && (value as number) >= least && (value as number) <= most;
 
-const LARGEST_FLOAT32 = 3.4028234663852886e38;
+const MAX_FLOAT32 = 3.4028234663852886e38;
 const isFloat32 = (value: unknown): value is number =>
-  typeof value === 'number' && Math.abs(value) <= LARGEST_FLOAT32 && !Number.isNaN(value);
+  typeof value === 'number' && Math.abs(value) <= MAX_FLOAT32 && !Number.isNaN(value);
 
 /** Throws a RangeError that says what is wrong, for `who` ("Item 3"). */
 export function itemOfRow(row: unknown, who: string): WireItem {

@@ -14,7 +14,7 @@ export interface FollowPlace {
 /** Over ground or in height, from the leader and from who else follows it. */
 export const APART_M = 8;
 /** North, east and above, each. */
-export const OFFSET_MOST_M = 100;
+export const MAX_OFFSET_M = 100;
 export const FOLLOW_FOR_S = 600;
 
 export type FollowSide = 'behind' | 'behind-left' | 'behind-right' | 'left' | 'right' | 'ahead' | 'above' | 'metres';
@@ -45,7 +45,7 @@ const SLACK_M = 0.01;
 const rounded = (metres: number): number => Math.round(metres * 1000) / 1000 || 0;
 /** The slack takes nobody over the bound either. */
 const within = (metres: number): number =>
-  Math.abs(metres) <= OFFSET_MOST_M + SLACK_M ? Math.max(-OFFSET_MOST_M, Math.min(OFFSET_MOST_M, metres)) : metres;
+  Math.abs(metres) <= MAX_OFFSET_M + SLACK_M ? Math.max(-MAX_OFFSET_M, Math.min(MAX_OFFSET_M, metres)) : metres;
 
 /** So far over ground from the leader, on the side that is so much clockwise from `headingDeg`. */
 export function placeAround(headingDeg: number, turnedDeg: number, awayM: number, upM: number): FollowPlace {
@@ -79,8 +79,8 @@ export const arePlacesApart = (one: FollowPlace, other: FollowPlace): boolean =>
 
 /** Why nobody is to keep this place, in words; empty when it can be kept. */
 export function placeFault({ northM, eastM, upM }: FollowPlace, units: UnitSystem): string {
-  const far = [northM, eastM, upM].some((metres) => !(Math.abs(metres) <= OFFSET_MOST_M));
-  if (far) return `${measured(units, 'distance', OFFSET_MOST_M)} to the north, to the east and in height are the most.`;
+  const far = [northM, eastM, upM].some((metres) => !(Math.abs(metres) <= MAX_OFFSET_M));
+  if (far) return `${measured(units, 'distance', MAX_OFFSET_M)} to the north, to the east and in height are the most.`;
   if (!isApart(northM, eastM, upM))
     return `Too near: ${measured(units, 'distance', APART_M)} over ground or in height are the least.`;
   return '';

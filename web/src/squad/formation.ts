@@ -21,7 +21,7 @@ export interface FormationSettings {
 
 export const USUAL_FORMATION: FormationSettings = { shape: 'v', spacingM: 15, stepM: 2, headingDeg: 0 };
 /** So many find a place within the tower's bounds, and no screen of words is needed to name them. */
-export const FOLLOWERS_MOST = 6;
+export const MAX_FOLLOWERS = 6;
 
 export interface Flier {
   readonly id: number;
@@ -133,7 +133,7 @@ export function formationOf(
   const faults = [...new Set(places.map((place) => placeFault(place, units)).filter((fault) => fault !== ''))];
   const areApart = places.every((one, at) => places.slice(at + 1).every((other) => arePlacesApart(one, other)));
   if (!areApart) faults.push('Their places are too near to each other: set more between them.');
-  if (followers.length > FOLLOWERS_MOST) faults.push(`${FOLLOWERS_MOST} that follow are the most.`);
+  if (followers.length > MAX_FOLLOWERS) faults.push(`${MAX_FOLLOWERS} that follow are the most.`);
   if (faults.length > 0) return { assigned: [], faults };
   let best: { assigned: readonly Assigned[]; near: readonly string[]; squares: number } | null = null;
   for (const order of ordersOf(followers)) {

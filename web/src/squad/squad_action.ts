@@ -1,5 +1,5 @@
 /**
- * One deed for several drones: who may be asked, and what became of it at each. An operator commands what they hold;
+ * One action for several drones: who may be asked, and what became of it at each. An operator commands what they hold;
  * an admin may first take what others hold. Nobody is left without an answer.
  */
 
@@ -8,9 +8,9 @@ import { outcomeWords } from '../link/commands';
 import type { ControlAction } from '../link/rest';
 import type { Drone, User } from '../link/wire_types';
 
-export type SquadDeed = 'hold' | 'return' | 'land';
+export type SquadAction = 'hold' | 'return' | 'land';
 
-export const DEED_WORDS: Record<SquadDeed, { readonly verb: string; readonly does: string }> = {
+export const ACTION_WORDS: Record<SquadAction, { readonly verb: string; readonly does: string }> = {
   hold: { verb: 'Hold', does: 'stops and stays where it is' },
   return: { verb: 'Return', does: 'flies back to its home and lands there' },
   land: { verb: 'Land', does: 'lands where it is now' },

@@ -35,11 +35,11 @@ export interface SquadTower {
 }
 
 /** The steps of one drone. `tell`: how it goes on. Answers with the last operation; raises errors with words for people. */
-export type SquadDeed = (drone: Drone, tell: (operation: Operation) => void) => Promise<Operation>;
+export type SquadAction = (drone: Drone, tell: (operation: Operation) => void) => Promise<Operation>;
 
 export interface SquadRun {
   readonly droneIds: readonly number[];
-  readonly deed: SquadDeed;
+  readonly action: SquadAction;
   /** Between one and the next, so that a start follows the plan. */
   readonly everyS?: number;
   readonly onanswer: (droneId: number, answer: SquadAnswer) => void;
@@ -55,7 +55,7 @@ const wordsOf = (error: unknown): string => (error instanceof Error ? error.mess
 
 /** Answers how many were done. */
 export async function inTurn(tower: SquadTower, run: SquadRun): Promise<number> {
-  const { droneIds, deed, onanswer, everyS = 0, isStopped = () => false, stopsAtFailure = false } = run;
+  const { droneIds, action, onanswer, everyS = 0, isStopped = () => false, stopsAtFailure = false } = run;
   const nowMs = run.nowMs ?? (() => performance.now());
   const wait = run.wait ?? ((seconds) => new Promise((resolve) => setTimeout(resolve, seconds * 1000)));
   for (const droneId of droneIds) onanswer(droneId, answer('waiting'));
@@ -70,7 +70,7 @@ export async function inTurn(tower: SquadTower, run: SquadRun): Promise<number> 
       continue;
     }
     last = nowMs();
-    const came = await one(tower, droneId, deed, (now) => onanswer(droneId, now));
+    const came = await one(tower, droneId, action, (now) => onanswer(droneId, now));
     onanswer(droneId, came);
     if (came.kind === 'done') done += 1;
     else if (stopsAtFailure) failed = tower.drone(droneId)?.name ?? 'The one before';
@@ -81,7 +81,7 @@ export async function inTurn(tower: SquadTower, run: SquadRun): Promise<number> 
 async function one(
   tower: SquadTower,
   droneId: number,
-  deed: SquadDeed,
+  action: SquadAction,
   tell: (answer: SquadAnswer) => void,
 ): Promise<SquadAnswer> {
   const drone = tower.drone(droneId);
@@ -95,7 +95,7 @@ async function one(
   } catch (error) {
     return answer('refused', wordsOf(error));
   }
-  const came = await carriedOut(drone, deed, tell);
+  const came = await carriedOut(drone, action, tell);
   if (isOurs) return came;
   try {
     await tower.release(droneId);
@@ -114,9 +114,9 @@ export function whyNot(drone: Drone, user: User): string {
   return '';
 }
 
-async function carriedOut(drone: Drone, deed: SquadDeed, tell: (answer: SquadAnswer) => void): Promise<SquadAnswer> {
+async function carriedOut(drone: Drone, action: SquadAction, tell: (answer: SquadAnswer) => void): Promise<SquadAnswer> {
   try {
-    const ended = await deed(drone, ({ phase, done, total }) => tell(answer('working', phase, done, total)));
+    const ended = await action(drone, ({ phase, done, total }) => tell(answer('working', phase, done, total)));
     if (ended.state === 'done') return answer('done', ended.words, 1, 1);
     return answer('refused', ended.words || `It ended as "${ended.state}".`);
   } catch (error) {

@@ -79,7 +79,7 @@ export interface SquadPlan {
   readonly fault: string;
 }
 
-export const MOST_MEMBERS = 20;
+export const MAX_MEMBERS = 20;
 const ENTRIES = [0, 1, 2, 3] as const;
 const NOTHING: ConflictReport = { conflicts: [], closest: [], notes: [] };
 const none = (fault = ''): SquadPlan => ({ parts: [], report: NOTHING, fault });
@@ -87,7 +87,7 @@ const none = (fault = ''): SquadPlan => ({ parts: [], report: NOTHING, fault });
 export function squadPlan(members: readonly Member[], job: SquadJob, settings: SquadSettings): SquadPlan {
   const hasJob = 'plan' in job ? job.plan.items.length > 0 : job.area.length >= 3;
   if (members.length === 0 || !hasJob) return none();
-  if (members.length > MOST_MEMBERS) return none(`${MOST_MEMBERS} drones are the most for one job.`);
+  if (members.length > MAX_MEMBERS) return none(`${MAX_MEMBERS} drones are the most for one job.`);
   const lost = members.filter(({ home }) => home === null).map(({ name }) => name);
   if (lost.length > 0) return none(`Nobody knows where ${listWords(lost)} ${lost.length === 1 ? 'is' : 'are'}.`);
   try {
@@ -143,7 +143,7 @@ function whole(
 }
 
 /** So many pairs of ways are looked at in search of a sharing without conflicts: as long as one waits for a key that one typed. */
-const MOST_PAIRS_LOOKED_AT = 75;
+const MAX_PAIRS_CHECKED = 75;
 
 /**
  * Strips side by side, flown from the same corner, so that two neighbours stay a strip apart, and given out in the order in which
@@ -157,7 +157,7 @@ function split(members: readonly Member[], area: readonly Spot[], settings: Squa
   const across = ({ home }: Member): number => drawing.point(home!.spot)[1];
   const standing = [...members].sort((one, other) => across(one) - across(other));
   const pairs = Math.max(1, (members.length * (members.length - 1)) / 2);
-  let left = Math.max(ENTRIES.length, Math.floor(MOST_PAIRS_LOOKED_AT / pairs));
+  let left = Math.max(ENTRIES.length, Math.floor(MAX_PAIRS_CHECKED / pairs));
   let best: SquadPlan | null = null;
   let least = Infinity;
   for (const order of exchanged(standing)) {

@@ -19,7 +19,7 @@ const HEADER_CODE = 0xb3;
 /** Ends the last slice: without it the decoder would look for the next start code among older bytes. */
 const SEQUENCE_END = Uint8Array.of(0, 0, 1, 0xb7);
 /** A decoder that wants more than this was fed nonsense. */
-const MOST_BYTES = 64 * 1024 * 1024;
+const MAX_BYTES = 64 * 1024 * 1024;
 
 interface Exports {
   __post_instantiate?: () => void;
@@ -95,7 +95,7 @@ class Instance {
   #grow(bytes: number): number {
     const before = this.#end;
     this.#end += bytes;
-    if (this.#end > MOST_BYTES) throw new RangeError('the decoder wants too much memory');
+    if (this.#end > MAX_BYTES) throw new RangeError('the decoder wants too much memory');
     const missing = this.#end - this.#memory.buffer.byteLength;
     if (missing > 0) this.#memory.grow(Math.ceil(missing / PAGE_BYTES));
     return before;

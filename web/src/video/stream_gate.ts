@@ -3,7 +3,7 @@
 import type { Unit } from './unit';
 
 /** A leap beyond this is no loss: the stream began anew. Some half a minute. */
-const LARGEST_LOSS = 1000;
+const MAX_LOSS = 1000;
 
 type Head = Pick<Unit, 'quality' | 'codec' | 'sequence' | 'isKey' | 'isBreak'>;
 
@@ -32,7 +32,7 @@ export class StreamGate {
     } else {
       const missing = (head.sequence - last.sequence - 1) >>> 0;
       if (missing > 0) this.#isOpen = false;
-      if (missing <= LARGEST_LOSS) this.lost += missing;
+      if (missing <= MAX_LOSS) this.lost += missing;
     }
     if (head.isBreak) this.#isOpen = false;
     if (head.isKey) this.#isOpen = true;

@@ -4,7 +4,7 @@
  */
 
 const WINDOW_MS = 30_000;
-const MOST_ANSWERS = 40;
+const MAX_ANSWERS = 40;
 
 interface Answer {
   readonly receivedMs: number;
@@ -28,7 +28,7 @@ export class TowerClock {
     if (!(roundTripMs >= 0) || !Number.isFinite(towerUs)) return;
     const offsetMs = towerUs / 1000 - (sentMs + receivedMs) / 2;
     const oldest = receivedMs - WINDOW_MS;
-    this.#answers = this.#answers.filter((one) => one.receivedMs >= oldest).slice(1 - MOST_ANSWERS);
+    this.#answers = this.#answers.filter((one) => one.receivedMs >= oldest).slice(1 - MAX_ANSWERS);
     this.#answers.push({ receivedMs, roundTripMs, offsetMs });
     this.#best = this.#answers.reduce((best, one) => (one.roundTripMs <= best.roundTripMs ? one : best));
   }

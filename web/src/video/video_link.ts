@@ -43,7 +43,7 @@ export interface TowerSays {
   readonly codecs: readonly CodecName[];
 }
 
-export interface Wish {
+export interface StreamRequest {
   readonly quality: QualityName;
   readonly codec: CodecName;
   /** Rather this one, if the drone has it: known to the tower before it is to us. */
@@ -52,7 +52,7 @@ export interface Wish {
 
 export interface VideoLinkOptions {
   readonly clock: Clock;
-  readonly openSocket: (wish: Wish) => SocketLike;
+  readonly openSocket: (wish: StreamRequest) => SocketLike;
   readonly onLink: (state: LinkState) => void;
   readonly onTower: (says: TowerSays) => void;
   readonly onUnit: (unit: Unit, bytes: number) => void;
@@ -61,7 +61,7 @@ export interface VideoLinkOptions {
   readonly random?: () => number;
 }
 
-export function videoUrl(page: { protocol: string; host: string }, droneId: number, wish: Wish): string {
+export function videoUrl(page: { protocol: string; host: string }, droneId: number, wish: StreamRequest): string {
   const scheme = page.protocol === 'https:' ? 'wss' : 'ws';
   const codecs = wish.rather ? `${wish.rather},${wish.codec}` : wish.codec;
   return `${scheme}://${page.host}/api/v1/drones/${droneId}/video?quality=${wish.quality}&codec=${codecs}`;
@@ -70,7 +70,7 @@ export function videoUrl(page: { protocol: string; host: string }, droneId: numb
 export class VideoLink {
   readonly #options: VideoLinkOptions;
   readonly clock = new TowerClock();
-  #wish: Wish;
+  #wish: StreamRequest;
   #state: LinkState = { phase: 'stopped', failures: 0, retryAtMs: null, why: '' };
   #socket: SocketLike | null = null;
   #cancelTimer: () => void = () => undefined;
@@ -81,12 +81,12 @@ export class VideoLink {
   #looksAtMs = Infinity;
   #cancelLook: () => void = () => undefined;
 
-  constructor(wish: Wish, options: VideoLinkOptions) {
+  constructor(wish: StreamRequest, options: VideoLinkOptions) {
     this.#wish = wish;
     this.#options = options;
   }
 
-  get wish(): Wish {
+  get wish(): StreamRequest {
     return this.#wish;
   }
 
@@ -100,7 +100,7 @@ export class VideoLink {
   }
 
   /** Another stream, over the same connection. */
-  want(wish: Wish): void {
+  want(wish: StreamRequest): void {
     const isOther = wish.quality !== this.#wish.quality || wish.codec !== this.#wish.codec;
     this.#wish = wish;
     if (isOther) this.#say({ type: 'want', quality: wish.quality, codec: wish.codec });
@@ -153,7 +153,7 @@ export class VideoLink {
     this.#watchSilence();
   }
 
-  #received(data: unknown, asked: Wish): void {
+  #received(data: unknown, asked: StreamRequest): void {
     if (this.#state.phase !== 'open') this.#opened(asked);
     this.#watchSilence();
     if (data instanceof ArrayBuffer) {
@@ -168,7 +168,7 @@ export class VideoLink {
   }
 
   /** By the tower's first word: before that nobody knows whether it lets us in. */
-  #opened(asked: Wish): void {
+  #opened(asked: StreamRequest): void {
     this.#become({ phase: 'open', failures: 0, retryAtMs: null, why: '' });
     const { quality, codec } = this.#wish;
     if (quality !== asked.quality || codec !== asked.codec) this.#say({ type: 'want', quality, codec });

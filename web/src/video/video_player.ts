@@ -15,7 +15,7 @@ import type { Planes, Screen } from './screen';
 import { StreamGate } from './stream_gate';
 import { TransportStream } from './transport_stream';
 import type { Unit } from './unit';
-import { VideoLink, type LinkState, type TowerSays, type Wish } from './video_link';
+import { VideoLink, type LinkState, type TowerSays, type StreamRequest } from './video_link';
 import type { CodecChoice, CodecName, FromPlayer, QualityName, VideoState, VideoStatus } from './video_types';
 
 /** The part of the browser's decoder that is used. */
@@ -34,7 +34,7 @@ export interface VideoPlayerOptions {
         onFault: (words: string) => void,
       ) => FrameDecoder)
     | null;
-  readonly openSocket: (wish: Wish) => SocketLike;
+  readonly openSocket: (wish: StreamRequest) => SocketLike;
   readonly tell: (message: FromPlayer) => void;
   /** Calls back after everything that waits already. */
   readonly afterWaiting: (callback: () => void) => void;
@@ -133,7 +133,7 @@ export class VideoPlayer {
 
   // --- what is asked for ---
 
-  #wish(offered: readonly CodecName[]): Wish {
+  #wish(offered: readonly CodecName[]): StreamRequest {
     const { quality, codec } = this.#choice;
     const isAble = this.#h264 !== null && this.#h264Faults < H264_FAULTS;
     const isWanted = codec === 'h264' || (codec === 'auto' && offered.includes('h264'));

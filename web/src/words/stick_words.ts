@@ -2,7 +2,7 @@
 
 import type { CalibrationStep } from '../link/pad_calibration';
 import { axisAt, type Slot, type StickMode } from '../link/stick_modes';
-import type { ButtonDeed } from '../link/stick_settings';
+import type { ButtonAction } from '../link/stick_settings';
 import type { Axes } from '../link/sticks';
 
 export const AXIS_WORDS: Record<keyof Axes, string> = {
@@ -40,7 +40,7 @@ export function calibrationWords(step: CalibrationStep, waits: boolean): string 
   }
 }
 
-export const DEED_WORDS: Record<ButtonDeed, string> = {
+export const ACTION_WORDS: Record<ButtonAction, string> = {
   none: 'Nothing',
   hold: 'Hold: stop and stay',
   stop: 'Stop flying by hand (holds)',

@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 
 import { padAxes, padSource, usablePads, type PadLike } from '../../src/link/pad_source';
-import { DEFAULT_PAD, DEFAULT_SETTINGS, withPad, type ButtonDeed } from '../../src/link/stick_settings';
+import { DEFAULT_PAD, DEFAULT_SETTINGS, withPad, type ButtonAction } from '../../src/link/stick_settings';
 import { CENTRED } from '../../src/link/sticks';
 import { pad } from './pads';
 
@@ -52,25 +52,25 @@ describe('the source', () => {
   });
 
   it('tells which buttons went down, not those that were down already', () => {
-    const deeds: ButtonDeed[] = [];
+    const actions: ButtonAction[] = [];
     let now = pad([0, 0, 0, 0], { down: [0] });
     const own = { ...DEFAULT_PAD, buttons: { 0: 'hold', 2: 'return' } as const };
     const source = padSource(
       now,
       () => [now],
       withPad(DEFAULT_SETTINGS, 'P', own),
-      (deed) => deeds.push(deed),
+      (action) => actions.push(action),
     );
     const press = (...down: number[]): void => {
       now = pad([0, 0, 0, 0], { down });
       source.read(0);
     };
     press(0);
-    expect(deeds).toEqual([]);
+    expect(actions).toEqual([]);
     press();
     press(0, 1);
     press(0, 2);
     press(2);
-    expect(deeds).toEqual(['hold', 'none', 'return']);
+    expect(actions).toEqual(['hold', 'none', 'return']);
   });
 });

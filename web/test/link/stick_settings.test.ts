@@ -3,7 +3,7 @@ import { beforeEach, describe, expect, it } from 'vitest';
 import {
   DEFAULT_PAD,
   DEFAULT_SETTINGS,
-  MOST_PADS,
+  MAX_PADS,
   readDocument,
   toDocument,
   UnreadableSettings,
@@ -56,7 +56,7 @@ describe('the document', () => {
     }
     const ids = Object.keys(settings.pads).map((id) => id.split(' ')[3]);
     expect(ids).toEqual(['3', '4', '5', '6', '7', '1']);
-    expect(ids.length).toBe(MOST_PADS);
+    expect(ids.length).toBe(MAX_PADS);
     expect(JSON.stringify(toDocument(settings)).length).toBeLessThan(8 * 1024);
   });
 });

@@ -3,7 +3,7 @@ import { beforeEach, describe, expect, it } from 'vitest';
 
 import { CMD } from '../../src/plan/catalogue';
 import * as edits from '../../src/plan/edits';
-import { MOST_STEPS, PlanEditor } from '../../src/plan/plan_editor';
+import { MAX_STEPS, PlanEditor } from '../../src/plan/plan_editor';
 import { EMPTY_PLAN, spotOf, type PartId } from '../../src/plan/plan_types';
 import { missionItems } from '../../src/plan/wire_items';
 import { drawnPlan } from './plan_arbitraries';
@@ -191,10 +191,10 @@ describe('undo and redo', () => {
 
   it('remember a bounded number of steps', () => {
     editor.apply(edits.insertItems(0, [waypoint()]));
-    for (let step = 0; step < MOST_STEPS + 50; step += 1) editor.apply(edits.setHeight(ids()[0]!, step));
+    for (let step = 0; step < MAX_STEPS + 50; step += 1) editor.apply(edits.setHeight(ids()[0]!, step));
     let undone = 0;
     while (editor.undo()) undone += 1;
-    expect(undone).toBe(MOST_STEPS);
+    expect(undone).toBe(MAX_STEPS);
     expect(editor.plan.items[0]!.z).toBe(49);
   });
 
@@ -220,10 +220,10 @@ describe('undo and redo', () => {
   it('lead back to just what was there, whatever was done', () => {
     const places = fc.array(fc.tuple(fc.nat({ max: 5 }), fc.nat(), fc.nat()), { minLength: 1, maxLength: 25 });
     fc.assert(
-      fc.property(drawnPlan, places, (plan, deeds) => {
+      fc.property(drawnPlan, places, (plan, actions) => {
         const one = new PlanEditor(plan);
         const seen = [plan];
-        for (const [deed, a, b] of deeds) {
+        for (const [action, a, b] of actions) {
           const { items } = one.plan;
           const pick = (n: number): PartId => items[n % Math.max(1, items.length)]?.id ?? -1;
           const edit = [
@@ -233,7 +233,7 @@ describe('undo and redo', () => {
             edits.setParam(pick(a), 1, b % 100),
             edits.setCommand(pick(a), b % 2 ? CMD.RETURN : CMD.WAYPOINT),
             edits.setJumpTarget(pick(a), pick(b)),
-          ][deed]!;
+          ][action]!;
           const targets = new Map(one.plan.items.map((item) => [item.id, item.jumpTo]));
           if (!one.apply(edit)) continue;
           seen.push(one.plan);
@@ -241,7 +241,7 @@ describe('undo and redo', () => {
           expect(here.size).toBe(one.plan.items.length);
           for (const item of one.plan.items) {
             if (item.jumpTo !== null) expect(here).toContain(item.jumpTo);
-            if (deed === 2 || deed === 0) expect(item.jumpTo).toBe(targets.get(item.id) ?? null);
+            if (action === 2 || action === 0) expect(item.jumpTo).toBe(targets.get(item.id) ?? null);
           }
         }
         for (const before of seen.slice(0, -1).reverse()) {

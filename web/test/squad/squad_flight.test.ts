@@ -2,7 +2,7 @@ import { describe, expect, it } from 'vitest';
 
 import type { Operation } from '../../src/link/operation_types';
 import type { Drone, User } from '../../src/link/wire_types';
-import { inTurn, type SquadAnswer, type SquadDeed, type SquadRun } from '../../src/squad/squad_flight';
+import { inTurn, type SquadAnswer, type SquadAction, type SquadRun } from '../../src/squad/squad_flight';
 import { A_DRONE } from '../link/fakes';
 
 const OLGA: User = { id: 5, name: 'olga', role: 'operator' };
@@ -69,10 +69,10 @@ class World {
     this.drones.set(droneId, { ...this.drones.get(droneId)!, ...changes });
   }
 
-  run(deed: SquadDeed, more: Partial<SquadRun> = {}): Promise<number> {
+  run(action: SquadAction, more: Partial<SquadRun> = {}): Promise<number> {
     return inTurn(this, {
       droneIds: [...this.drones.keys()],
-      deed,
+      action,
       onanswer: (droneId, answer) => this.answers.set(droneId, [...(this.answers.get(droneId) ?? []), answer]),
       nowMs: () => this.nowMs,
       wait: (seconds) => {
@@ -93,12 +93,12 @@ class World {
 describe('a job at several drones', () => {
   it('is done one after the other, and the controls are given back each time', async () => {
     const world = new World({}, {}, {});
-    const deed: SquadDeed = (drone, tell) => {
+    const action: SquadAction = (drone, tell) => {
       world.log.push(`work ${drone.id}`);
       tell(operation({ state: 'running', phase: 'writing', done: 3, total: 9 }));
       return Promise.resolve(operation());
     };
-    expect(await world.run(deed)).toBe(3);
+    expect(await world.run(action)).toBe(3);
     expect(world.log).toEqual([1, 2, 3].flatMap((id) => [`acquire ${id}`, `work ${id}`, `release ${id}`]));
     expect(world.answers.get(2)!.map(({ kind, why, done, total }) => [kind, why, done, total])).toEqual([
       ['waiting', '', 0, 0],
@@ -117,11 +117,11 @@ describe('a job at several drones', () => {
 
   it('tells of each why not, and goes on with the others', async () => {
     const world = new World({ online: false }, { holder: PETE }, { taken_from: PETE }, {}, {}, {});
-    const deed: SquadDeed = (drone) => {
+    const action: SquadAction = (drone) => {
       if (drone.id === 4) return Promise.reject(new Error('the agent is too old'));
       return Promise.resolve(operation(drone.id === 5 ? { state: 'failed', words: 'Item 3 was refused.' } : {}));
     };
-    expect(await world.run(deed)).toBe(1);
+    expect(await world.run(action)).toBe(1);
     expect([1, 2, 3, 4, 5, 6].map((id) => world.last(id))).toEqual([
       ['refused', 'drone-1 is offline.'],
       ['refused', 'pete has the controls of drone-2.'],
@@ -151,22 +151,22 @@ describe('a job at several drones', () => {
 
   it('keeps the time between starts, counted from the beginning of each', async () => {
     const world = new World({}, {}, {});
-    const deed: SquadDeed = () => {
+    const action: SquadAction = () => {
       world.nowMs += 2000;
       return Promise.resolve(operation());
     };
-    await world.run(deed, { everyS: 5 });
+    await world.run(action, { everyS: 5 });
     expect(world.log.filter((line) => line.startsWith('wait'))).toEqual(['wait 3', 'wait 3']);
   });
 
   it('begins no other when it is stopped, or when one of a row did not start', async () => {
     const stopped = new World({}, {});
     let isStopped = false;
-    const deed: SquadDeed = () => {
+    const action: SquadAction = () => {
       isStopped = true;
       return Promise.resolve(operation());
     };
-    await stopped.run(deed, { isStopped: () => isStopped });
+    await stopped.run(action, { isStopped: () => isStopped });
     expect(stopped.last(1)[0]).toBe('done');
     expect(stopped.last(2)).toEqual(['not-reached', 'You stopped before its turn.']);
     const failing = new World({}, {});

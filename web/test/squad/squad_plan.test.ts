@@ -7,7 +7,7 @@ import { areaM2 } from '../../src/plan/survey/area';
 import { planItems, wireItem } from '../../src/plan/wire_items';
 import {
   listWords,
-  MOST_MEMBERS,
+  MAX_MEMBERS,
   squadPlan,
   USUAL_SQUAD,
   type Member,
@@ -140,7 +140,7 @@ describe('no plan', () => {
     ['where nobody knows where one is', [member(1), member(2, null, 'Kite')], FIELD, 'Nobody knows where Kite is.'],
     [
       'for more than can be',
-      Array.from({ length: MOST_MEMBERS + 1 }, (_, id) => member(id)),
+      Array.from({ length: MAX_MEMBERS + 1 }, (_, id) => member(id)),
       FIELD,
       '20 drones are the most for one job.',
     ],

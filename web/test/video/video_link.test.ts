@@ -2,7 +2,7 @@ import { beforeEach, describe, expect, it } from 'vitest';
 
 import type { Done } from '../../src/video/got_cadence';
 import type { Unit } from '../../src/video/unit';
-import { VideoLink, videoUrl, type LinkState, type TowerSays, type Wish } from '../../src/video/video_link';
+import { VideoLink, videoUrl, type LinkState, type TowerSays, type StreamRequest } from '../../src/video/video_link';
 import { FakeClock, FakeSocket } from '../link/fakes';
 import { goldenUnits } from './golden_units';
 
@@ -10,7 +10,7 @@ const LIVE = { type: 'state', state: 'live', words: '', codecs: ['mpeg1', 'h264'
 
 let clock: FakeClock;
 let sockets: FakeSocket[];
-let wishes: Wish[];
+let wishes: StreamRequest[];
 let states: LinkState[];
 let told: TowerSays[];
 let units: Unit[];

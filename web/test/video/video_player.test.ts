@@ -2,7 +2,7 @@ import { beforeEach, describe, expect, it } from 'vitest';
 
 import type { Planes } from '../../src/video/screen';
 import type { Unit } from '../../src/video/unit';
-import type { Wish } from '../../src/video/video_link';
+import type { StreamRequest } from '../../src/video/video_link';
 import { VideoPlayer, type VideoPlayerOptions } from '../../src/video/video_player';
 import type { FromPlayer, VideoStats, VideoStatus } from '../../src/video/video_types';
 import { FakeClock, FakeSocket } from '../link/fakes';
@@ -32,7 +32,7 @@ class FakeFrame {
 
 let clock: FakeClock;
 let sockets: FakeSocket[];
-let wishes: Wish[];
+let wishes: StreamRequest[];
 let told: FromPlayer[];
 let turns: (() => void)[];
 let drawn: string[];

@@ -39,10 +39,10 @@ class DroneWorld:
         takes: tuple[str, ...] = ("transactions",),
         narrow_line: bool = False,
         journal: MemoryJournal | None = None,
-        make_desks: Any = lambda maker: (),
+        make_handlers: Any = lambda maker: (),
         metadata: bool | None = None,
     ) -> None:
-        self.make_desks = make_desks
+        self.make_handlers = make_handlers
         self.now = 1000.0
         self.epoch = 5
         self.takes = takes
@@ -68,7 +68,7 @@ class DroneWorld:
             speaks_first=True,
             narrow_line=self.narrow_line,
             journal=self.journal,
-            make_desks=self.make_desks,
+            make_handlers=self.make_handlers,
         )
         self.link_up()
 

@@ -1,4 +1,4 @@
-"""A line with a fake clock between the agent's plan desk and an autopilot's server half, and ways to break it."""
+"""A line with a fake clock between the agent's plan handler and an autopilot's server half, and ways to break it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from onboard_agent.own_frames import FrameMaker
-from onboard_agent.transactions.patience import Patience
-from onboard_agent.transactions.plan_desk import PlanDesk
+from onboard_agent.transactions.plan_handler import PlanHandler
+from onboard_agent.transactions.retry_policy import RetryPolicy
 from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import Codec, Message, mavlink
 from simulator.failure_modes import Failure
@@ -240,9 +240,9 @@ class Line:
     def start_agent(self) -> None:
         """Also after it was killed: nothing is left but the journal."""
         self._down.clear()
-        self.desk = PlanDesk(FrameMaker(), self.journal, Patience())
+        self.handler = PlanHandler(FrameMaker(), self.journal, RetryPolicy())
         keeping = ArduPilot() if self.home_slot else Px4()
-        self.desk.autopilot_came(vehicle_system_id=1, home_slot=self.home_slot, keeping=keeping, now=self.now)
+        self.handler.autopilot_came(vehicle_system_id=1, home_slot=self.home_slot, keeping=keeping, now=self.now)
 
     def _server_says(self, message: Message) -> None:
         self._counts["down"] += 1
@@ -256,10 +256,10 @@ class Line:
         heard, self._down = self._down, []
         frames = []
         for frame in heard:
-            self.desk.heard(frame, self.now)
-            frames += self.desk.due(self.now)
-        frames += self.desk.due(self.now)
-        self.news += self.desk.news()
+            self.handler.heard(frame, self.now)
+            frames += self.handler.due(self.now)
+        frames += self.handler.due(self.now)
+        self.news += self.handler.news()
         for frame in frames:
             (message,) = self._agent_codec.decode(frame)
             self._counts["up"] += 1
@@ -271,8 +271,8 @@ class Line:
 
     def begin(self, work: Any, *, epoch: int = 1, deadline_s: float = 120.0) -> int:
         self._id += 1
-        self.desk.begin(Transaction(id=self._id, epoch=epoch, deadline_s=deadline_s, work=work), self.now)
-        self.news += self.desk.news()
+        self.handler.begin(Transaction(id=self._id, epoch=epoch, deadline_s=deadline_s, work=work), self.now)
+        self.news += self.handler.news()
         return self._id
 
     def result(self, limit_s: float = 120.0) -> TransactionResult:

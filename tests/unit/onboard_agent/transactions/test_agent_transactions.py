@@ -1,10 +1,10 @@
-"""The tower's work goes to its desk, and what comes of it to a tower that takes it: laws of `Transactions`."""
+"""The tower's work goes to its handler, and what comes of it to a tower that takes it: laws of `Transactions`."""
 
 from typing import Any
 
 import pytest
 
-from onboard_agent.transactions.desk import Around
+from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.transactions import AGAIN_WITHIN_S, NOT_HERE, RESULTS_KEPT, WAITING_MOST, Transactions
 from wire.dialect import build, mavlink
 from wire.plans import PlanKind
@@ -39,7 +39,7 @@ AROUND = Around(
 
 
 class NotingDesk:
-    """A desk that does what the test says, and notes what it is told."""
+    """A handler that does what the test says, and notes what it is told."""
 
     def __init__(self, *works: type, hears: tuple[int, ...] = ()) -> None:
         self.works = works
@@ -88,12 +88,12 @@ def progress(number: int, done: int) -> TransactionProgress:
     return TransactionProgress(id=number, phase="writing", done=done, total=9)
 
 
-def with_a_desk(*works: type, taken: bool = True) -> tuple[Transactions, NotingDesk]:
-    desk = NotingDesk(*works)
-    transactions = Transactions([desk])
+def with_a_handler(*works: type, taken: bool = True) -> tuple[Transactions, NotingDesk]:
+    handler = NotingDesk(*works)
+    transactions = Transactions([handler])
     transactions.link_up(taken=taken)
     transactions.due(AROUND, 100.0)
-    return transactions, desk
+    return transactions, handler
 
 
 def test_each_piece_of_work_goes_to_its_desk_and_what_nobody_does_is_refused() -> None:
@@ -112,15 +112,15 @@ def test_each_piece_of_work_goes_to_its_desk_and_what_nobody_does_is_refused() -
 
 
 def test_whoever_cancels_what_is_not_here_is_told_so() -> None:
-    transactions, desk = with_a_desk(PlanDownloadWork)
+    transactions, handler = with_a_handler(PlanDownloadWork)
     transactions.begin(transaction(1, PlanDownloadWork(PlanKind.FENCE)), AROUND, 0.0)
     transactions.cancel(1, 0.0)
     transactions.cancel(2, 0.0)
-    assert desk.cancelled == [1]
+    assert handler.cancelled == [1]
     (unknown,) = transactions.news()
     assert isinstance(unknown, TransactionResult)
     assert (unknown.id, unknown.outcome, unknown.words) == (2, Outcome.REFUSED, NOT_HERE)
-    desk.to_tell = [result(1)]
+    handler.to_tell = [result(1)]
     transactions.cancel(1, 0.0)  # it ends at this moment
     transactions.news()
     transactions.cancel(1, 0.0)  # and has been told
@@ -128,51 +128,51 @@ def test_whoever_cancels_what_is_not_here_is_told_so() -> None:
 
 
 def test_what_writes_is_refused_under_an_older_epoch_and_what_reads_is_not() -> None:
-    transactions, desk = with_a_desk(CommandWork, ParametersWriteWork, PlanDownloadWork)
+    transactions, handler = with_a_handler(CommandWork, ParametersWriteWork, PlanDownloadWork)
     transactions.epoch_changed(5, 0.0)
     transactions.epoch_changed(5, 0.0)
-    assert desk.epochs == [5]
+    assert handler.epochs == [5]
     for number, work in enumerate((CommandWork(400), ParametersWriteWork((("A", 1.0),)))):
         transactions.begin(transaction(number, work, epoch=4), AROUND, 0.0)
-    assert desk.begun == []
+    assert handler.begun == []
     assert [one.outcome for one in transactions.news()] == [Outcome.STALE_EPOCH] * 2  # type: ignore[union-attr]
     transactions.begin(transaction(7, PlanDownloadWork(PlanKind.FENCE), epoch=4), AROUND, 0.0)
     transactions.begin(transaction(8, CommandWork(400), epoch=5), AROUND, 0.0)
-    assert desk.begun == [7, 8]
+    assert handler.begun == [7, 8]
     transactions.epoch_changed(2, 0.0)
     transactions.begin(transaction(9, CommandWork(400), epoch=2), AROUND, 0.0)
-    assert desk.begun == [7, 8, 9], "a tower whose database was restored can have work done"
+    assert handler.begun == [7, 8, 9], "a tower whose database was restored can have work done"
 
 
 def test_a_tower_that_does_not_take_it_is_told_nothing() -> None:
-    transactions, desk = with_a_desk(taken=False)
-    desk.to_tell = [progress(1, 1), PlanOnBoard(kind=PlanKind.RALLY, hash=None), result(1)]
+    transactions, handler = with_a_handler(taken=False)
+    handler.to_tell = [progress(1, 1), PlanOnBoard(kind=PlanKind.RALLY, hash=None), result(1)]
     assert transactions.news() == []
     transactions.link_up(taken=True)
-    assert transactions.news() == [result(1)], "results wait; the state comes from the desks"
-    assert desk.told_again == 2
+    assert transactions.news() == [result(1)], "results wait; the state comes from the handlers"
+    assert handler.told_again == 2
 
 
 def test_what_may_be_lost_with_a_control_channel_is_told_again_on_the_next() -> None:
-    transactions, desk = with_a_desk()
-    desk.to_tell = [result(1)]
+    transactions, handler = with_a_handler()
+    handler.to_tell = [result(1)]
     assert transactions.news() == [result(1)]
     transactions.due(AROUND, 100.0 + AGAIN_WITHIN_S + 1.0)
-    desk.to_tell = [result(2)]
+    handler.to_tell = [result(2)]
     assert transactions.news() == [result(2)]
     transactions.link_up(taken=True)
     assert transactions.news() == [result(2)], "the first has been there long enough to have arrived"
     transactions.link_down()
     transactions.due(AROUND, 5000.0)
-    desk.to_tell = [result(3)]
+    handler.to_tell = [result(3)]
     assert transactions.news() == []
     transactions.link_up(taken=True)
     assert transactions.news() == [result(2), result(3)], "the time without a link does not count"
 
 
 def test_an_id_that_is_begun_anew_has_no_older_result() -> None:
-    transactions, desk = with_a_desk(PlanDownloadWork)
-    desk.to_tell = [result(1), result(2)]
+    transactions, handler = with_a_handler(PlanDownloadWork)
+    handler.to_tell = [result(1), result(2)]
     transactions.news()
     transactions.link_down()
     transactions.link_up(taken=True)
@@ -181,30 +181,30 @@ def test_an_id_that_is_begun_anew_has_no_older_result() -> None:
 
 
 def test_only_the_newest_progress_and_state_wait_and_none_of_what_is_over() -> None:
-    transactions, desk = with_a_desk()
+    transactions, handler = with_a_handler()
     old, new = (PlanOnBoard(kind=PlanKind.RALLY, hash=None, count=count) for count in (1, 2))
     fence = PlanOnBoard(kind=PlanKind.FENCE, hash=None)
-    desk.to_tell = [old, fence, *(progress(1, done) for done in range(5)), progress(2, 1), result(2), new]
+    handler.to_tell = [old, fence, *(progress(1, done) for done in range(5)), progress(2, 1), result(2), new]
     assert transactions.news(room=0) == []
     assert transactions.news(room=2) == [fence, progress(1, 4)]
     assert transactions.news() == [result(2), new]
 
 
 def test_where_too_much_waits_the_state_is_told_anew_and_results_stay() -> None:
-    transactions, desk = with_a_desk()
-    desk.to_tell = [result(1), *(ParameterCache(hash=None, count=n, total=999) for n in range(WAITING_MOST))]
+    transactions, handler = with_a_handler()
+    handler.to_tell = [result(1), *(ParameterCache(hash=None, count=n, total=999) for n in range(WAITING_MOST))]
     assert transactions.news(room=0) == []
-    assert desk.told_again == 2
+    assert handler.told_again == 2
     assert transactions.news() == [result(1)]
-    desk.to_tell = [result(number) for number in range(200)]
+    handler.to_tell = [result(number) for number in range(200)]
     assert len(transactions.news()) == RESULTS_KEPT
 
 
 @pytest.mark.parametrize("answers_us", [True, False])
 def test_what_answers_a_desk_alone_need_not_go_up(answers_us: bool) -> None:
-    desks = [NotingDesk(hears=(44,)), NotingDesk(hears=(44, 22))]
-    transactions = Transactions(desks)
+    handlers = [NotingDesk(hears=(44,)), NotingDesk(hears=(44, 22))]
+    transactions = Transactions(handlers)
     assert transactions.hears == {22, 44}
-    desks[1].answers_us = answers_us
+    handlers[1].answers_us = answers_us
     frame = build(mavlink.MAVLink_mission_count_message(1, 191, 3), system_id=1, component_id=1, sequence=0)
     assert transactions.heard(frame, 0.0) is answers_us

@@ -67,7 +67,7 @@ def test_nothing_is_written_before_the_journal_lasts_and_nothing_is_told_before_
     line = slow_line(server)
     assert line.upload(NEW).outcome is Outcome.DONE
     assert line.on_board() == NEW
-    assert line.journal.records == {} and line.desk.why_no_start is None
+    assert line.journal.records == {} and line.handler.why_no_start is None
 
 
 @pytest.mark.parametrize("server", [SimulatorServer, InPlaceServer])
@@ -78,14 +78,14 @@ def test_it_can_be_stopped_at_any_step_of_a_slow_journal_too(server: Any) -> Non
         number = line.begin(PlanUploadWork(MISSION, NEW))
         for _ in range(steps):
             line.step()
-        line.desk.cancel(number, line.now)
+        line.handler.cancel(number, line.now)
         result = line.result()
         seen.add(result.outcome)
         assert line.on_board() == (NEW if result.outcome is Outcome.DONE else OLD), (steps, result.words)
-        assert line.desk.why_no_start is None
+        assert line.handler.why_no_start is None
         line.start_agent()
         line.run(3.0)
-        assert line.journal.records == {} and line.desk.why_no_start is None, steps
+        assert line.journal.records == {} and line.handler.why_no_start is None, steps
     assert seen == {Outcome.CANCELLED, Outcome.DONE}
 
 

@@ -8,15 +8,15 @@ from random import Random
 from typing import Any
 
 import pytest
-from desk_line import DeskLine
+from handler_line import DeskLine
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from onboard_agent.own_frames import FrameMaker
 from onboard_agent.transactions.file_sending import NotSent, Sending, Sent
-from onboard_agent.transactions.log_desk import ARMED, LogDesk
 from onboard_agent.transactions.log_files import LogFiles
-from onboard_agent.transactions.log_talk import CHUNK, LOGS_FAST
+from onboard_agent.transactions.log_frames import CHUNK, LOGS_FAST
+from onboard_agent.transactions.log_handler import ARMED, LogHandler
 from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
@@ -73,7 +73,7 @@ def log_of(size: int, seed: int = 1) -> bytes:
 def logs(tmp_path: Path) -> Callable[..., DeskLine]:
     def make(*data: bytes, failures: tuple[Failure, ...] = (), **around: Any) -> DeskLine:
         tower = Tower()
-        line = DeskLine(LogDesk(FrameMaker(), LogFiles(tmp_path / "logs"), tower), **around)
+        line = DeskLine(LogHandler(FrameMaker(), LogFiles(tmp_path / "logs"), tower), **around)
         line.server = Half(line, list(data), failures)
         line.tower = tower
         return line
@@ -200,7 +200,7 @@ def test_what_comes_twice_counts_once_and_what_others_asked_for_not_at_all(logs:
     line = logs(b"other", data)
     line.to_agent = lambda _number, _message: (0.0, 0.0)
     line.begin(LogDownloadWork(2))
-    line.desk.due(line.around(), line.now)
+    line.handler.due(line.around(), line.now)
     line.say(mavlink.MAVLink_log_entry_message(1, 2, 2, BEGAN, 5))
     line.until(lambda: line.sent_count("LOG_REQUEST_DATA"))
     for offset in (1, 91, LOGS_FAST.window * 2):
@@ -250,7 +250,7 @@ def test_what_was_read_is_kept_until_it_is_sent_and_goes_on_from_there(logs: Any
     line = logs(data)
     number = line.begin(LogDownloadWork(1))
     line.until(lambda: any(m.get_type() == "LOG_REQUEST_DATA" and m.ofs == LOGS_FAST.window * 2 for m in line.sent))
-    line.desk.cancel(number, line.now)
+    line.handler.cancel(number, line.now)
     result = line.result(number)
     assert result.outcome is Outcome.CANCELLED
     assert "goes on from there" in result.words
@@ -351,7 +351,7 @@ def test_a_disk_without_room_and_an_agent_without_a_directory(
     logs: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     line = logs(log_of(100))
-    line.desk = LogDesk(FrameMaker(), LogFiles(None), line.tower)
+    line.handler = LogHandler(FrameMaker(), LogFiles(None), line.tower)
     words = line.do(LogDownloadWork(1)).words
     assert words == "The log cannot be kept beside the autopilot: the agent was given no directory for it."
     line = logs(log_of(100))

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from desk_line import DeskLine
+from handler_line import DeskLine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -232,7 +232,7 @@ def test_pieces_wait_until_it_is_disarmed_and_begin_anew_on_another_link() -> No
     assert line.told(MetadataPiece) == []
     line.around_options = {}
     line.until(lambda: len(line.told(MetadataPiece)) == 2)
-    line.desk.tell_again()
+    line.handler.tell_again()
     line.run(10.0)
     assert len(line.told(MetadataPiece)) == 2, "the tower asks for what it lacks"
     assert line.known().hash == hash_

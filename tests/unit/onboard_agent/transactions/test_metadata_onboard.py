@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from drone_world import SET_MODE, DroneWorld
 
-from onboard_agent.transactions.file_talk import Op
+from onboard_agent.transactions.file_frames import Op
 from onboard_agent.transactions.metadata_service import COMPONENT, MetadataService
-from onboard_agent.transactions.parameter_desk import ParameterDesk
 from onboard_agent.transactions.parameter_files import ParameterFiles
+from onboard_agent.transactions.parameter_handler import ParameterHandler
 from simulator.ardupilot import ARDUPILOT
 from simulator.failure_modes import Failure
 from simulator.flavour import Flavour
@@ -26,12 +26,12 @@ TAKES = ("transactions", "parameter_metadata")
 
 def services(maker: Any) -> list[Any]:
     """As the agent makes them."""
-    parameters = ParameterDesk(maker, ParameterFiles(None))
+    parameters = ParameterHandler(maker, ParameterFiles(None))
     return [MetadataService(maker, parameters_busy=parameters.busy), parameters]
 
 
 def drone(*failures: Failure, takes: tuple[str, ...] = TAKES, **options: Any) -> DroneWorld:
-    return DroneWorld(*failures, takes=takes, make_desks=services, **options)
+    return DroneWorld(*failures, takes=takes, make_handlers=services, **options)
 
 
 def known(world: DroneWorld) -> MetadataKnown | None:

@@ -7,17 +7,17 @@ from random import Random
 from typing import Any
 
 import pytest
-from desk_line import DeskLine
+from handler_line import DeskLine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_parameter_reading import Half, MemoryStore, complete, table_of, tables
 
 from onboard_agent.own_frames import FrameMaker
 from onboard_agent.transactions.file_read import BLOCK_TRIES
-from onboard_agent.transactions.parameter_desk import ParameterDesk
 from onboard_agent.transactions.parameter_encoding import as_kept
 from onboard_agent.transactions.parameter_file import BadParameterFile, read_parameter_file
-from onboard_agent.transactions.parameter_talk import FAST
+from onboard_agent.transactions.parameter_frames import FAST
+from onboard_agent.transactions.parameter_handler import ParameterHandler
 from simulator.dialect import Message, mavlink
 from simulator.file_protocol import ACK, OPEN_TO_READ, READ, TERMINATE, FileServer
 from simulator.parameter_pack import pack_parameters
@@ -50,7 +50,7 @@ class FilingHalf(Half):
 
 def filing_line(*, total: int = 1400, **options: Any) -> DeskLine:
     """An autopilot that comes and says that it has files."""
-    line = DeskLine(ParameterDesk(FrameMaker(), MemoryStore()), **options)
+    line = DeskLine(ParameterHandler(FrameMaker(), MemoryStore()), **options)
     line.server = FilingHalf(line, Parameters(total_count=total))
     line.comes()
     names = (mavlink.MAV_PROTOCOL_CAPABILITY_FTP, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
@@ -110,7 +110,7 @@ def test_a_table_that_the_tower_has_is_not_sent_again() -> None:
     for _ in range(3):
         read_again(line)
     assert len(tables(line)) == 1
-    line.desk.tell_again()
+    line.handler.tell_again()
     read_again(line)
     assert len(tables(line)) == 2
     line.server.server.set("RTL_ALT", 4321, 6)

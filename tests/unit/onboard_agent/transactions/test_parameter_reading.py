@@ -6,16 +6,16 @@ from random import Random
 from typing import Any
 
 import pytest
-from desk_line import ARDUPILOT, PX4, DeskLine
+from handler_line import ARDUPILOT, PX4, DeskLine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from onboard_agent.own_frames import FrameMaker
-from onboard_agent.transactions.parameter_desk import AGAIN_AFTER_S, SAVE_AFTER_S, ParameterDesk
 from onboard_agent.transactions.parameter_encoding import as_kept
+from onboard_agent.transactions.parameter_frames import FAST, NARROW
+from onboard_agent.transactions.parameter_handler import AGAIN_AFTER_S, SAVE_AFTER_S, ParameterHandler
 from onboard_agent.transactions.parameter_listing import SETTLE_S
 from onboard_agent.transactions.parameter_memory import Remembered, recall, remember
-from onboard_agent.transactions.parameter_talk import FAST, NARROW
 from simulator.dialect import Message, mavlink
 from simulator.parameter_protocol import ParameterServer
 from simulator.parameters import Kind, Parameter, Parameters
@@ -69,7 +69,7 @@ class Half:
 
 def parameter_line(kind: int = ARDUPILOT, *, store: MemoryStore | None = None, **options: Any) -> DeskLine:
     around = {key: options.pop(key) for key in ("narrow_line", "flown_by_hand", "armed") if key in options}
-    line = DeskLine(ParameterDesk(FrameMaker(), store or MemoryStore()), kind, **around)
+    line = DeskLine(ParameterHandler(FrameMaker(), store or MemoryStore()), kind, **around)
     line.server = Half(line, (Px4Parameters if kind == PX4 else Parameters)(**options))
     line.comes()
     return line
@@ -277,7 +277,7 @@ def test_a_new_tower_is_told_how_it_is() -> None:
     line.until(lambda: complete(line))
     line.run(1.0)
     line.news.clear()
-    line.desk.tell_again()
+    line.handler.tell_again()
     line.run(0.1)
     assert line.news == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
 
@@ -337,7 +337,7 @@ def test_a_reading_can_be_cancelled_times_out_and_is_shared() -> None:
     first, second = line.begin(ParametersReadWork()), line.begin(ParametersReadWork(), deadline_s=0.5)
     third = line.begin(ParametersReadWork())
     assert line.result(second).outcome is Outcome.TIMED_OUT
-    line.desk.cancel(first, line.now)
+    line.handler.cancel(first, line.now)
     assert line.result(first).outcome is Outcome.CANCELLED
     line.server.deaf = False
     assert line.result(third).outcome is Outcome.DONE
@@ -459,7 +459,7 @@ def test_a_chip_that_is_told_late_is_another_autopilot() -> None:
     line.until(lambda: line.told(ParameterCache))
     line.say(version(uid=5))
     line.run(0.3)
-    line.desk.tell_again()
+    line.handler.tell_again()
     line.run(0.3)
     assert line.told(ParameterCache)[-1].hash is None
     line.until(lambda: complete(line))

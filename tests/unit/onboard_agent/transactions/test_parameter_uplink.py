@@ -2,8 +2,8 @@
 
 from drone_world import DroneWorld
 
-from onboard_agent.transactions.parameter_desk import ParameterDesk
 from onboard_agent.transactions.parameter_files import ParameterFiles
+from onboard_agent.transactions.parameter_handler import ParameterHandler
 from wire.dialect import mavlink
 from wire.transactions import ParameterCache
 
@@ -17,7 +17,7 @@ def read_by_the_agent(drone: DroneWorld) -> bool:
 
 
 def drone_that_is_read() -> DroneWorld:
-    drone = DroneWorld(make_desks=lambda maker: [ParameterDesk(maker, ParameterFiles(None))])
+    drone = DroneWorld(make_handlers=lambda maker: [ParameterHandler(maker, ParameterFiles(None))])
     drone.until(lambda: any(isinstance(told, ParameterCache) for told in drone.told), what="the agent begins to read")
     return drone
 

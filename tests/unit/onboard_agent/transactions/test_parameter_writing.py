@@ -7,7 +7,7 @@ import struct
 from typing import Any
 
 import pytest
-from desk_line import ARDUPILOT, PX4, DeskLine
+from handler_line import ARDUPILOT, PX4, DeskLine
 from hypothesis import given
 from hypothesis import strategies as st
 from test_parameter_reading import complete, parameter_line
@@ -155,7 +155,7 @@ def test_a_value_is_told_as_people_write_it(value: float, words: str) -> None:
 
 def test_one_that_is_not_listed_is_asked_for_by_name_and_then_written() -> None:
     line = ready(PX4)
-    line.desk._table.values.pop("NAV_DLL_ACT")
+    line.handler._table.values.pop("NAV_DLL_ACT")
     assert write(line, ("NAV_DLL_ACT", 3.0)).outcome is Outcome.DONE
     assert has(line, "NAV_DLL_ACT") == 3.0
     assert [message.get_type() for message in line.sent][:2] == ["PARAM_REQUEST_READ", "PARAM_SET"]
@@ -250,11 +250,11 @@ def test_it_taken_but_cannot_be_read_back() -> None:
 @pytest.mark.parametrize(
     ("outcome", "words", "stop"),
     [
-        (Outcome.CANCELLED, "It was cancelled: ", lambda line: line.desk.cancel(1, line.now)),
+        (Outcome.CANCELLED, "It was cancelled: ", lambda line: line.handler.cancel(1, line.now)),
         (
             Outcome.STALE_EPOCH,
             "The controls changed hands meanwhile: ",
-            lambda line: line.desk.epoch_changed(2, line.now),
+            lambda line: line.handler.epoch_changed(2, line.now),
         ),
     ],
     ids=["cancelled", "epoch"],
@@ -332,7 +332,7 @@ def test_a_new_tower_is_told_the_table_while_parameters_are_written() -> None:
     line.until(lambda: len(sets(line)) == 2)
     line.run(0.02)
     assert line.told(ParameterCache) == line.told(ParameterChanged) == []
-    line.desk.tell_again()
+    line.handler.tell_again()
     line.step()
     assert [one.count for one in line.told(ParameterCache)] == [1390]
 

@@ -44,7 +44,7 @@ def watched_line(server: Any, old: Plan, new: Plan) -> Line:
 
     def law() -> None:
         if line.on_board() not in (old, new):
-            assert line.desk.why_no_start is not None
+            assert line.handler.why_no_start is not None
 
     line.on_step = law
     return line
@@ -52,7 +52,7 @@ def watched_line(server: Any, old: Plan, new: Plan) -> Line:
 
 def settle(line: Line) -> None:
     until = line.now + QUIET_S
-    while line.desk.why_no_start is not None and line.now < until:
+    while line.handler.why_no_start is not None and line.now < until:
         line.step()
 
 
@@ -76,7 +76,7 @@ def test_the_agent_killed_at_every_step_of_an_upload(server: Any, old: Plan, new
         halves += line.on_board() not in (old, new)
         line.start_agent()
         settle(line)
-        assert line.desk.why_no_start is None and line.journal.records == {}, f"killed after {steps} steps"
+        assert line.handler.why_no_start is None and line.journal.records == {}, f"killed after {steps} steps"
         assert line.on_board() in (old, new), f"killed after {steps} steps"
         ends.add(line.on_board())
         if over:
@@ -99,7 +99,7 @@ def test_the_agent_killed_before_and_after_each_word_of_its_journal(server: Any,
     line.start_agent()
     settle(line)
     assert line.on_board() == (OLD if call < 2 else NEW)
-    assert line.desk.why_no_start is None and line.journal.records == {}
+    assert line.handler.why_no_start is None and line.journal.records == {}
 
 
 STEPS = st.integers(0, 400)
@@ -127,15 +127,15 @@ def test_any_story_of_kills_resets_silences_and_losses(
         elif fault == "silence":
             line.silent_until = line.now + 5.0
         elif fault == "cancel":
-            line.desk.cancel(1, line.now)
+            line.handler.cancel(1, line.now)
         elif fault == "epoch":
             epoch += 1
-            line.desk.epoch_changed(epoch, line.now)
+            line.handler.epoch_changed(epoch, line.now)
         else:
             line.begin(work_for(NEW), epoch=epoch)
     for _ in range(6):
         settle(line)
-    assert line.desk.why_no_start is None and line.journal.records == {}
+    assert line.handler.why_no_start is None and line.journal.records == {}
     assert line.on_board() in (OLD, NEW)
 
 
@@ -169,15 +169,15 @@ def test_the_old_plan_is_not_forgotten_where_an_upload_comes_before_the_recovery
     result = line.upload((*waypoints(3, alt_m=60.0), PlanItem(31000)))
     assert (result.outcome, result.item) == (Outcome.FAILED, 3)
     assert line.on_board() == OLD
-    assert line.desk.why_no_start is None
+    assert line.handler.why_no_start is None
 
 
 def test_a_recovery_waits_while_the_autopilot_denies_and_is_over_when_that_lapses() -> None:
     line = broken_off(InPlaceServer)
     line.run(7.9)
-    assert line.on_board() not in (OLD, NEW) and line.desk.why_no_start is not None
+    assert line.on_board() not in (OLD, NEW) and line.handler.why_no_start is not None
     line.run(1.7)
-    assert line.on_board() == OLD and line.desk.why_no_start is None
+    assert line.on_board() == OLD and line.handler.why_no_start is None
 
 
 @pytest.mark.parametrize("record", [b"", b"{", b'{"old": 3}', b"\xff\xfe", b"[" * 5000])
@@ -189,9 +189,9 @@ def test_a_journal_that_nobody_can_read_refuses_flight_until_a_plan_was_proved(r
     line.start_agent()
     line.run(30.0)
     assert line.on_board() == OLD  # nobody knows better: it is left alone
-    assert line.desk.why_no_start is not None
+    assert line.handler.why_no_start is not None
     assert line.upload(NEW).outcome is Outcome.DONE
-    assert line.desk.why_no_start is None and line.journal.records == {}
+    assert line.handler.why_no_start is None and line.journal.records == {}
 
 
 def test_the_same_plan_uploaded_again_proves_what_was_not_known() -> None:
@@ -200,7 +200,7 @@ def test_the_same_plan_uploaded_again_proves_what_was_not_known() -> None:
     line.journal.records[MISSION] = b"{"
     line.start_agent()
     assert "already" in line.upload(OLD).words
-    assert line.desk.why_no_start is None and line.journal.records == {}
+    assert line.handler.why_no_start is None and line.journal.records == {}
 
 
 def test_the_journal_on_disk_is_replaced_whole_and_removed(tmp_path: Path) -> None:

@@ -125,7 +125,7 @@ def test_each_named_failure_leaves_one_whole_plan_and_says_so(failure: Failure, 
     assert line.on_board() == (NEW if expected == "new" else OLD)
     assert result.outcome is (Outcome.DONE if expected == "new" else Outcome.FAILED), result.words
     assert ("on board, read back" if expected == "new" else "The old mission is untouched.") in result.words
-    assert line.desk.why_no_start is None
+    assert line.handler.why_no_start is None
     assert line.journal.records == {}
 
 
@@ -137,10 +137,10 @@ def test_half_a_plan_that_was_acknowledged_too_early_is_noticed_and_replaced(in_
     assert result.words == (
         "The autopilot took it, but 2 items of 5 are on board. The mission on board is not known: do not fly it."
     )  # for the old one ends early too
-    assert line.on_board() not in (OLD, NEW) and line.desk.why_no_start is not None
+    assert line.on_board() not in (OLD, NEW) and line.handler.why_no_start is not None
     line.server.failures.clear()
     line.run(20.0)
-    assert line.on_board() == OLD and line.desk.why_no_start is None
+    assert line.on_board() == OLD and line.handler.why_no_start is None
 
 
 def test_each_tenth_frame_lost_both_ways_costs_time_and_nothing_else() -> None:
@@ -177,7 +177,7 @@ def test_a_refusal_in_the_middle_of_what_is_written_in_place_puts_the_old_plan_b
     assert (result.outcome, result.item) == (Outcome.FAILED, 3)
     assert result.words.endswith("The old mission was put back.")
     assert line.on_board() == OLD
-    assert line.desk.why_no_start is None
+    assert line.handler.why_no_start is None
 
 
 @pytest.mark.parametrize("in_place", [False, True])
@@ -191,11 +191,11 @@ def test_a_silent_autopilot_ends_in_words_and_a_refusal_to_fly_what_nobody_knows
     result = line.result(300.0)
     assert result.outcome is Outcome.FAILED
     assert "The mission on board is not known: do not fly it." in result.words
-    assert line.desk.why_no_start is not None and "upload it again" in line.desk.why_no_start
+    assert line.handler.why_no_start is not None and "upload it again" in line.handler.why_no_start
     assert line.told(PlanOnBoard)[-1].hash is None and not line.told(PlanOnBoard)[-1].fit_to_fly
     line.silent_until = 0.0
     line.run(60.0)
-    assert line.desk.why_no_start is None
+    assert line.handler.why_no_start is None
     assert line.on_board() == OLD
     assert line.told(PlanOnBoard)[-1].plan == pack_plan(PlanKind.MISSION, OLD)
 
@@ -212,7 +212,7 @@ def test_nothing_is_written_where_the_old_plan_cannot_be_read_or_the_journal_can
         "The agent cannot write its journal (No space left on device). "
         "Nothing was written; the plan on board is as it was."
     )
-    assert line.on_board() == OLD and line.desk.why_no_start is None
+    assert line.on_board() == OLD and line.handler.why_no_start is None
 
 
 def test_a_plan_that_is_there_already_is_not_written_again() -> None:
@@ -251,14 +251,14 @@ def test_a_second_one_is_refused_as_busy_whatever_its_kind() -> None:
 
 def test_while_a_plan_is_written_no_mission_is_started_and_nobody_else_writes() -> None:
     line = line_with()
-    assert line.desk.why_no_start is None and not line.desk.keeps_out(44)
+    assert line.handler.why_no_start is None and not line.handler.keeps_out(44)
     line.begin(PlanUploadWork(PlanKind.MISSION, NEW))
-    assert line.desk.why_no_start == "The mission is being written: no mission is started now."
-    assert line.desk.keeps_out(44) and line.desk.keeps_out(73) and not line.desk.keeps_out(43)
+    assert line.handler.why_no_start == "The mission is being written: no mission is started now."
+    assert line.handler.keeps_out(44) and line.handler.keeps_out(73) and not line.handler.keeps_out(43)
     line.result()
-    assert line.desk.why_no_start is None and not line.desk.keeps_out(44)
+    assert line.handler.why_no_start is None and not line.handler.keeps_out(44)
     line.begin(PlanDownloadWork(PlanKind.MISSION))
-    assert line.desk.why_no_start is None and not line.desk.keeps_out(44)
+    assert line.handler.why_no_start is None and not line.handler.keeps_out(44)
 
 
 @pytest.mark.parametrize("server", [SimulatorServer, InPlaceServer])
@@ -276,26 +276,26 @@ def test_stopping_an_upload_at_any_step_leaves_the_old_plan_or_the_new_one_that_
         )
         line.run(steps / 100)
         if how == "cancel":
-            line.desk.cancel(number, line.now)
+            line.handler.cancel(number, line.now)
         elif how == "epoch":
-            line.desk.epoch_changed(2, line.now)
+            line.handler.epoch_changed(2, line.now)
         result = line.result()
         seen.add(result.outcome)
         assert line.on_board() == (NEW if result.outcome is Outcome.DONE else OLD), (steps, result.words)
-        assert line.desk.why_no_start is None and line.journal.records == {}
+        assert line.handler.why_no_start is None and line.journal.records == {}
     assert seen == {outcomes[how], Outcome.DONE}
 
 
 def test_what_writes_under_an_older_epoch_is_refused_and_what_reads_is_not() -> None:
     line = line_with()
-    line.desk.epoch_changed(5, line.now)
+    line.handler.epoch_changed(5, line.now)
     assert line.do(PlanUploadWork(PlanKind.MISSION, NEW), epoch=4).outcome is Outcome.STALE_EPOCH
     assert line.do(PlanDownloadWork(PlanKind.MISSION), epoch=4).plan == pack_plan(PlanKind.MISSION, OLD)
     assert line.do(PlanUploadWork(PlanKind.MISSION, NEW), epoch=5).outcome is Outcome.DONE
 
 
 def heard(line: Line, message: Message, system: int = 1, component: int = 1) -> None:
-    line.desk.heard(Codec(system, component).encode(message), line.now)
+    line.handler.heard(Codec(system, component).encode(message), line.now)
 
 
 @pytest.mark.parametrize(

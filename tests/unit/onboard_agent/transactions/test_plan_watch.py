@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from desk_line import DeskLine
 from drone_world import ARM, AUTO, BRAKE, GUIDED, RTL, SET_MODE, DroneWorld, command_work, mavlink, waypoints
+from handler_line import DeskLine
 from plan_line import MemoryJournal
 
 from onboard_agent.own_frames import FrameMaker

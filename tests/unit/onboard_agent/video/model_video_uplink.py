@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from onboard_agent.video.link_rate import Known, LinkRate
 from onboard_agent.video.on_the_way import PIECE_BYTES, wire_bits
 from onboard_agent.video.shape_for_bits import ShapeForBits
-from wire.video import LIMITS, Codec, Got, Quality, StreamWish
+from wire.video import LIMITS, Codec, Got, Quality, StreamRequest
 
 TICK_S = 0.001
 SHAPED_EVERY_S = 0.1
@@ -82,7 +82,7 @@ class ModelUplink:
         self._in_order_at = 0.0
         self._deaf_until = 0.0
         self._answers: list[tuple[float, int, Got]] = []
-        self._shapes = None if shaped is None else ShapeForBits(StreamWish(shaped, Codec.MPEG1))
+        self._shapes = None if shaped is None else ShapeForBits(StreamRequest(shaped, Codec.MPEG1))
         self._shaped_at = 0.0
         self.whole_rate_at: float | None = None
         """When a shaped stream first had all pictures of its quality."""

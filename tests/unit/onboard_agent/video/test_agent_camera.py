@@ -9,7 +9,7 @@ import av
 import pytest
 
 from onboard_agent.video.sources.camera import Camera
-from onboard_agent.video.sources.source import CameraLost, Picture, PictureWish, Source, Taken
+from onboard_agent.video.sources.source import CameraLost, Picture, PictureRequest, Source, Taken
 from wire.video import CameraState
 
 DEADLINE_S = 10.0
@@ -25,7 +25,7 @@ class Scripted(Source):
         self.refuses: str | None = None
         self.opened = self.closed = 0
 
-    def open(self, wish: PictureWish) -> None:
+    def open(self, wish: PictureRequest) -> None:
         self.opened += 1
         if self.refuses:
             raise CameraLost(self.refuses)
@@ -50,7 +50,7 @@ class World:
     def __init__(self) -> None:
         self.source = Scripted()
         self.changes = threading.Semaphore(0)
-        self.camera = Camera(self.source, PictureWish(), self.changes.release)
+        self.camera = Camera(self.source, PictureRequest(), self.changes.release)
 
     def until(self, there: Callable[[], bool]) -> None:
         """Looks whenever the camera says that something has changed, as the video process does."""

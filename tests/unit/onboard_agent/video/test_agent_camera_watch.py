@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from onboard_agent.video.sources.arrival_clock import ArrivalClock
 from onboard_agent.video.sources.camera_watch import SILENT_S, CameraWatch
-from onboard_agent.video.sources.multipart import LARGEST_PICTURE_BYTES, Malformed, MultipartPictures, Part
+from onboard_agent.video.sources.multipart import MAX_PICTURE_BYTES, Malformed, MultipartPictures, Part
 from wire.video import CameraState
 
 LIVE, LOST, OPENING, IDLE = CameraState.LIVE, CameraState.LOST, CameraState.OPENING, CameraState.IDLE
@@ -181,4 +181,4 @@ def test_a_picture_without_end_is_not_kept_for_ever() -> None:
     head = JPEGS[0][:-2]
     with pytest.raises(Malformed, match="of more than"):
         for _ in range(20):
-            reader.feed(b"--x\r\n\r\n" + head + bytes(LARGEST_PICTURE_BYTES // 10), 0)
+            reader.feed(b"--x\r\n\r\n" + head + bytes(MAX_PICTURE_BYTES // 10), 0)

@@ -8,7 +8,7 @@ import pytest
 from worlds.moving_pictures import flight, off_by, pictures
 
 from onboard_agent.video.encoders.encoder import EncodedPicture
-from onboard_agent.video.encoders.mpeg1 import LARGEST_PICTURE_S, Mpeg1Encoder
+from onboard_agent.video.encoders.mpeg1 import MAX_PICTURE_S, Mpeg1Encoder
 from onboard_agent.video.sources.source import Picture
 from wire.video import LIMITS, Quality, QualityLimits
 
@@ -110,7 +110,7 @@ def test_the_bit_rate_is_that_of_the_units(frames: list[av.VideoFrame]) -> None:
 def test_no_picture_holds_up_the_others(frames: list[av.VideoFrame]) -> None:
     coded = encode_all(Mpeg1Encoder(MEDIUM), pictures(frames, RATE_HZ))
     packets_and_tables = 1.1
-    assert max(len(unit.payload) for unit in coded) < MEDIUM.bits_per_s / 8 * LARGEST_PICTURE_S * packets_and_tables
+    assert max(len(unit.payload) for unit in coded) < MEDIUM.bits_per_s / 8 * MAX_PICTURE_S * packets_and_tables
 
 
 def test_a_key_picture_comes_each_second_of_the_camera_however_many_were_skipped(frames: list[av.VideoFrame]) -> None:

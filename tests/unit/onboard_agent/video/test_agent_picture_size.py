@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from onboard_agent.video.sources.decoding import JpegDecoder
-from onboard_agent.video.sources.picture_size import LARGEST_PIXELS, TooLarge, check_size, jpeg_size
+from onboard_agent.video.sources.picture_size import MAX_PIXELS, TooLarge, check_size, jpeg_size
 
 START = b"\xff\xd8"
 
@@ -62,7 +62,7 @@ def test_cameras_of_4k_are_taken_and_larger_ones_refused_with_both_sizes() -> No
     ):
         check_size(8000, 8000)
     with pytest.raises(TooLarge):
-        check_size(LARGEST_PIXELS + 1, 1)
+        check_size(MAX_PIXELS + 1, 1)
 
 
 def test_a_picture_that_is_too_large_is_not_decoded() -> None:

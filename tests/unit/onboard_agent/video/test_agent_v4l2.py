@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from onboard_agent.video.sources.mode import Mode
-from onboard_agent.video.sources.source import CameraLost, PictureWish, now_us
+from onboard_agent.video.sources.source import CameraLost, PictureRequest, now_us
 from onboard_agent.video.sources.v4l2 import V4l2Source
 
 WIDTH, HEIGHT = 64, 48
@@ -61,7 +61,7 @@ def opened(tmp_path: Path, capture: FakeCapture, mode: Mode = ANY_MODE) -> V4l2S
     device = tmp_path / "video0"
     device.touch()
     source = V4l2Source("v4l2:video0", str(device), mode, lambda _: capture)
-    source.open(PictureWish(640, 480, 30.0))
+    source.open(PictureRequest(640, 480, 30.0))
     return source
 
 
@@ -134,7 +134,7 @@ def test_a_damaged_picture_is_left_out(tmp_path: Path) -> None:
 
 def test_why_it_cannot_be_used_is_said(tmp_path: Path) -> None:
     with pytest.raises(CameraLost, match="there is no /dev/video77"):
-        V4l2Source("v4l2:/dev/video77", "/dev/video77", Mode()).open(PictureWish())
+        V4l2Source("v4l2:/dev/video77", "/dev/video77", Mode()).open(PictureRequest())
     with pytest.raises(CameraLost, match="is no camera, or another program has it"):
         opened(tmp_path, FakeCapture(None, "", opened=False))
     with pytest.raises(CameraLost, match="gives H264, which we cannot read"):
@@ -157,4 +157,4 @@ def test_opencv_itself_on_what_is_no_camera(tmp_path: Path) -> None:
     device = tmp_path / "video0"
     device.write_bytes(b"no camera")
     with pytest.raises(CameraLost, match="is no camera"):
-        V4l2Source("v4l2:video0", str(device), Mode()).open(PictureWish())
+        V4l2Source("v4l2:video0", str(device), Mode()).open(PictureRequest())

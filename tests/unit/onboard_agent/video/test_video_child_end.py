@@ -7,9 +7,9 @@ from typing import cast
 import pytest
 
 from onboard_agent.video import child
-from onboard_agent.video.desk import VideoDesk
 from onboard_agent.video.lines import SetUp
-from wire.video import VIDEO, Codec, Quality, StreamWish, VideoWanted
+from onboard_agent.video.service import VideoService
+from wire.video import VIDEO, Codec, Quality, StreamRequest, VideoWanted
 
 
 class Pipe:
@@ -59,10 +59,10 @@ async def test_beside_one_that_hangs_no_second_one_is_started(monkeypatch: pytes
     monkeypatch.setattr(child, "GONE_WITHIN_S", 0.02)
     monkeypatch.setattr(child, "FIRST_PAUSE_S", 0.0)
     monkeypatch.setattr(asyncio, "create_subprocess_exec", start)
-    desk = VideoDesk(has_camera=True)
-    desk.link_up((VIDEO,))
-    desk.wanted(VideoWanted(ticket="a", streams=(StreamWish(Quality.LOW, Codec.MPEG1),)), 0.0)
-    video = child.VideoChild(desk, SetUp(tower="", camera="", uplinks=()), lambda: None)
+    service = VideoService(has_camera=True)
+    service.link_up((VIDEO,))
+    service.wanted(VideoWanted(ticket="a", streams=(StreamRequest(Quality.LOW, Codec.MPEG1),)), 0.0)
+    video = child.VideoChild(service, SetUp(tower="", camera="", uplinks=()), lambda: None)
     monkeypatch.setattr(video, "_watch", broken)
     monkeypatch.setattr(video, "_read", lambda _process: never())
     running = asyncio.create_task(video.run())

@@ -10,7 +10,7 @@ from onboard_agent.video.link_rate import (
     FIRST_PACING_BPS,
     HOPED_SHARE,
     HOPELESS_S,
-    LEAST_BUDGET_BPS,
+    MIN_BUDGET_BPS,
     STIR_FOR_S,
     WAITING_S,
     Known,
@@ -227,7 +227,7 @@ def test_answers_to_nothing_change_nothing() -> None:
     for number in range(100):
         rate.got(got(number), number / 10)
     assert (rate.pacing_bps, rate.budget_bps) == before
-    assert rate.budget_bps >= LEAST_BUDGET_BPS
+    assert rate.budget_bps >= MIN_BUDGET_BPS
 
 
 def got(number: int) -> Got:

@@ -7,9 +7,9 @@ import time
 from onboard_agent.video.lines import Watched
 from onboard_agent.video.process import CAMERA_KEPT_S, Parts, VideoProcess
 from onboard_agent.video.sources.source import Picture
-from wire.video import CameraState, Codec, Quality, StreamWish
+from wire.video import CameraState, Codec, Quality, StreamRequest
 
-WISHES = (StreamWish(Quality.LOW, Codec.MPEG1),)
+WISHES = (StreamRequest(Quality.LOW, Codec.MPEG1),)
 
 
 class SlowCamera:
@@ -39,7 +39,7 @@ class SlowCamera:
         return None
 
 
-class Desk:
+class TransactionHandler:
     """Says what is watched, and lets time pass."""
 
     def __init__(self) -> None:
@@ -72,11 +72,11 @@ async def settled() -> None:
 
 
 async def test_a_camera_waits_until_the_one_before_has_let_go() -> None:
-    desk = Desk()
-    first = desk.watch()
+    service = TransactionHandler()
+    first = service.watch()
     assert first.started
-    desk.watch_nothing_for_long()
-    second = desk.watch()
+    service.watch_nothing_for_long()
+    second = service.watch()
     await settled()
     assert not second.started
     first.free.set()
@@ -84,12 +84,12 @@ async def test_a_camera_waits_until_the_one_before_has_let_go() -> None:
 
 
 async def test_also_where_one_between_was_given_up_before_it_began() -> None:
-    desk = Desk()
-    first = desk.watch()
-    desk.watch_nothing_for_long()
-    between = desk.watch()
-    desk.watch_nothing_for_long()
-    last = desk.watch()
+    service = TransactionHandler()
+    first = service.watch()
+    service.watch_nothing_for_long()
+    between = service.watch()
+    service.watch_nothing_for_long()
+    last = service.watch()
     await settled()
     assert not last.started, "the device was still taken"
     first.free.set()
@@ -99,13 +99,13 @@ async def test_also_where_one_between_was_given_up_before_it_began() -> None:
 
 
 async def test_nobody_looks_any_more_when_the_device_is_free() -> None:
-    desk = Desk()
-    first = desk.watch()
-    desk.watch_nothing_for_long()
-    second = desk.watch()
-    desk.watch_nothing_for_long()
+    service = TransactionHandler()
+    first = service.watch()
+    service.watch_nothing_for_long()
+    second = service.watch()
+    service.watch_nothing_for_long()
     first.free.set()
     await settled()
     assert not second.started
-    third = desk.watch()
+    third = service.watch()
     assert third.started, "at once"

@@ -12,7 +12,7 @@ from onboard_agent.video.encoders.encoder import Encoder
 from onboard_agent.video.lines import Report, Watched
 from onboard_agent.video.process import HANGING_WORDS, SAID_AFTER_S, Parts, VideoProcess
 from onboard_agent.video.sources.source import Picture
-from wire.video import CameraState, Codec, Quality, StreamWish
+from wire.video import CameraState, Codec, Quality, StreamRequest
 
 
 class OnePicture:
@@ -66,7 +66,7 @@ async def test_that_an_encoder_does_not_answer_is_said_until_it_does() -> None:
     encoder = HangingEncoder()
     parts = Parts(lambda _wish, _changed: OnePicture(), lambda _codec, _quality: cast(Encoder, encoder), lambda: ())
     process = VideoProcess(parts, None, (), say)
-    process.watched(Watched(ticket="t", streams=(StreamWish(Quality.LOW, Codec.MPEG1),)))
+    process.watched(Watched(ticket="t", streams=(StreamRequest(Quality.LOW, Codec.MPEG1),)))
     process._channel = cast(VideoChannel, OpenChannel())
     process._news()
     began = process._encodes_since

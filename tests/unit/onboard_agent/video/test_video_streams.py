@@ -4,15 +4,15 @@ from itertools import pairwise
 
 import pytest
 
-from onboard_agent.video.allotment import LEAST_AT_ALL_BPS, THIN_AFTER_S, Thinness, allot, least_bps, most_bps
+from onboard_agent.video.allotment import MIN_BPS, THIN_AFTER_S, Thinness, allot, least_bps, most_bps
 from onboard_agent.video.cadence import Cadence
 from onboard_agent.video.overshoot import Overshoot
 from onboard_agent.video.shape_for_bits import UP_AFTER_S, ShapeForBits
 from onboard_agent.video.streaming import Encoded, Order, Streaming
-from wire.video import LARGEST_UNIT_BYTES, Codec, Quality, StreamWish, decode_unit
+from wire.video import MAX_UNIT_BYTES, Codec, Quality, StreamRequest, decode_unit
 
-LOW, MEDIUM, HIGH = (StreamWish(quality, Codec.MPEG1) for quality in Quality)
-HIGH_H264 = StreamWish(Quality.HIGH, Codec.H264)
+LOW, MEDIUM, HIGH = (StreamRequest(quality, Codec.MPEG1) for quality in Quality)
+HIGH_H264 = StreamRequest(Quality.HIGH, Codec.H264)
 
 
 def test_with_enough_everybody_has_the_most() -> None:
@@ -22,10 +22,10 @@ def test_with_enough_everybody_has_the_most() -> None:
 
 def test_the_higher_quality_gives_way_first() -> None:
     before = allot(10e6, [LOW, MEDIUM, HIGH])
-    gave_way: list[StreamWish] = []
+    gave_way: list[StreamRequest] = []
     for budget in range(3_000_000, 0, -10_000):
         shares = allot(budget, [LOW, MEDIUM, HIGH])
-        assert sum(shares.values()) <= max(budget, LEAST_AT_ALL_BPS)
+        assert sum(shares.values()) <= max(budget, MIN_BPS)
         for wish, share in shares.items():
             if share <= least_bps(wish) and before[wish] > least_bps(wish):
                 gave_way.append(wish)
@@ -35,7 +35,7 @@ def test_the_higher_quality_gives_way_first() -> None:
 
 def test_below_everyones_least_the_higher_rests_and_the_last_one_never() -> None:
     assert allot(least_bps(LOW), [LOW, HIGH]) == {LOW: least_bps(LOW), HIGH: 0}
-    assert allot(1_000, [HIGH]) == {HIGH: LEAST_AT_ALL_BPS}
+    assert allot(1_000, [HIGH]) == {HIGH: MIN_BPS}
     assert allot(50_000, [HIGH]) == {HIGH: 50_000}
     assert allot(1e6, []) == {}
 
@@ -214,7 +214,7 @@ def test_a_unit_that_is_too_large_for_the_wire_is_not_sent_and_a_key_follows() -
     streaming = Streaming(0.0)
     streaming.watch([HIGH], 0.0)
     (order,) = streaming.orders(0, 0.0)
-    assert streaming.unit(order, encoded(key=True, size=LARGEST_UNIT_BYTES), 0.0) is None
+    assert streaming.unit(order, encoded(key=True, size=MAX_UNIT_BYTES), 0.0) is None
     (order,) = streaming.orders(70_000, 0.07)
     assert order == Order(HIGH, order.shape, force_key=True, is_break=False)
 

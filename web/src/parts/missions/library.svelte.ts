@@ -4,7 +4,7 @@ import type { MissionRest, SavedMission } from '../../link/mission_rest';
 import { RestError } from '../../link/rest';
 import { Request } from '../../loading.svelte';
 import { documentOf, planOfDocument } from '../../plan/plan_document';
-import type { PlanDesk } from './plan_desk.svelte';
+import type { PlanWorkspace } from './plan_workspace.svelte';
 
 const PRECONDITION_FAILED = 412;
 
@@ -14,10 +14,10 @@ export class Library {
   hasConflict = $state(false);
   /** What an opened plan could not keep. */
   dropped = $state.raw<readonly string[]>([]);
-  readonly #desk: PlanDesk;
+  readonly #desk: PlanWorkspace;
   readonly #rest: MissionRest;
 
-  constructor(desk: PlanDesk, rest: MissionRest) {
+  constructor(desk: PlanWorkspace, rest: MissionRest) {
     this.#desk = desk;
     this.#rest = rest;
   }

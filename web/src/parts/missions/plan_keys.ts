@@ -3,7 +3,7 @@
 import { isTyping } from '../../is_typing';
 import { back, finish, nudge, remove } from '../../plan/drawing';
 import { TOOLS } from './map_tools';
-import type { PlanDesk } from './plan_desk.svelte';
+import type { PlanWorkspace } from './plan_workspace.svelte';
 
 const NUDGE_M = 1;
 const NUDGE_FAR_M = 10;
@@ -19,7 +19,7 @@ const isOnMap = (event: KeyboardEvent): boolean =>
   event.target instanceof HTMLElement && event.target.classList.contains('maplibregl-canvas');
 
 /** To be asked in the capture phase: the map would move itself by the arrows that are ours. */
-export function planKeys(desk: PlanDesk, page: PlanKeysPage): (event: KeyboardEvent) => void {
+export function planKeys(desk: PlanWorkspace, page: PlanKeysPage): (event: KeyboardEvent) => void {
   /** Arrows move the map while it has the focus; with Shift, what is chosen on it. */
   function shift(event: KeyboardEvent, north: number, east: number): boolean {
     if (!event.shiftKey || !isOnMap(event) || desk.drawing.selected.size === 0) return false;
@@ -30,7 +30,7 @@ export function planKeys(desk: PlanDesk, page: PlanKeysPage): (event: KeyboardEv
   }
 
   /** True when the key was for it. */
-  const deeds: Record<string, (event: KeyboardEvent) => boolean> = {
+  const actions: Record<string, (event: KeyboardEvent) => boolean> = {
     escape: () => {
       desk.drawing = back(desk.drawing);
       if (desk.drawing.tool === 'select') desk.retaken = null;
@@ -88,7 +88,7 @@ export function planKeys(desk: PlanDesk, page: PlanKeysPage): (event: KeyboardEv
       return;
     }
     if (isInField || isCtrl || event.altKey) return;
-    if (!deeds[key]?.(event)) {
+    if (!actions[key]?.(event)) {
       const chosen = TOOLS.find((one) => one.key === key);
       if (!chosen || event.shiftKey) return;
       desk.tool(chosen.tool);

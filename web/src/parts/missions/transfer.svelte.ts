@@ -8,7 +8,7 @@ import { wordsOf } from '../../loading.svelte';
 import { replacePlan } from '../../plan/edits';
 import type { Plan, PlanKind } from '../../plan/plan_types';
 import { itemOfRow, itemsOf, rowOf, withItems } from '../../plan/wire_items';
-import type { PlanDesk } from './plan_desk.svelte';
+import type { PlanWorkspace } from './plan_workspace.svelte';
 
 export const KIND_WORDS: Record<PlanKind, string> = { mission: 'mission', fence: 'fence', rally: 'rally points' };
 
@@ -32,10 +32,10 @@ export class Transfer {
   operation = $state.raw<Operation | null>(null);
   came = $state.raw<Came | null>(null);
   isCancelling = $state(false);
-  readonly #desk: PlanDesk;
+  readonly #desk: PlanWorkspace;
   readonly #ways: Ways;
 
-  constructor(desk: PlanDesk, ways: Ways) {
+  constructor(desk: PlanWorkspace, ways: Ways) {
     this.#desk = desk;
     this.#ways = ways;
   }

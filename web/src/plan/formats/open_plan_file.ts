@@ -10,7 +10,7 @@ import { looksLikeQgcPlan, readQgcPlan } from './qgc_plan';
 import { looksLikeWaypoints, readWaypoints } from './waypoint_file';
 
 /** A plan of 700 items is 300 kB in the most talkative of these; maps that were drawn by hand stay far below this. */
-export const MOST_CHARACTERS = 8_000_000;
+export const MAX_LENGTH = 8_000_000;
 
 const KINDS =
   'Open a .plan or .mission of QGroundControl, a .waypoints, .fen, .ral or .poly of Mission Planner or MAVProxy, GeoJSON, KML, or a plan saved here.';
@@ -36,7 +36,7 @@ function readJson(text: string, settings: ReadSettings): ReadFile {
 
 /** Throws NotAPlanFile with words for people; nothing else, whatever the file. */
 export function openPlanFile(text: string, settings: ReadSettings, parseXml: ParseXml): ReadFile {
-  if (text.length > MOST_CHARACTERS) throw new NotAPlanFile('This file is too large to be a plan.');
+  if (text.length > MAX_LENGTH) throw new NotAPlanFile('This file is too large to be a plan.');
   const body = text.replace(/^\uFEFF/, '').trimStart();
   try {
     if (body === '') throw new NotAPlanFile('This file is empty.');

@@ -1,7 +1,7 @@
 /** What reading and writing of plan files have in common: what comes of a file, what it could not keep, how numbers are written. */
 
 import { datumOf, FRAME } from '../frames';
-import { MOST_ITEMS, type Plan, type PlanDefaults, type Spot } from '../plan_types';
+import { MAX_ITEMS, type Plan, type PlanDefaults, type Spot } from '../plan_types';
 import { float32 } from '../wire_items';
 
 export type PlanFormat =
@@ -41,11 +41,11 @@ export interface ReadSettings {
   readonly fileName?: string;
 }
 
-const LARGEST_FLOAT32 = 3.4028234663852886e38;
+const MAX_FLOAT32 = 3.4028234663852886e38;
 
 /** What of a file's number is a float32; null where it is none. */
 export const float32Of = (value: unknown): number | null =>
-  typeof value === 'number' && Math.abs(value) <= LARGEST_FLOAT32 ? float32(value) : null;
+  typeof value === 'number' && Math.abs(value) <= MAX_FLOAT32 ? float32(value) : null;
 
 /** The shortest digits that mean this float32: 30.1, not 30.100000381469727. */
 export function shortFloat(value: number): number {
@@ -72,9 +72,9 @@ export function axisOf(value: number, scaled: boolean): number | null {
 export const axisInFile = (axis: number, scaled: boolean): number => (scaled ? axis / 1e7 : axis);
 
 export function heldToMost(count: number, what: string): void {
-  if (count <= MOST_ITEMS) return;
+  if (count <= MAX_ITEMS) return;
   throw new NotAPlanFile(
-    `The file has ${count} ${what}; a drone takes ${MOST_ITEMS} at most. Split it into several files.`,
+    `The file has ${count} ${what}; a drone takes ${MAX_ITEMS} at most. Split it into several files.`,
   );
 }
 

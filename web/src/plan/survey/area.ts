@@ -13,7 +13,7 @@ export class SurveyFault extends Error {
 }
 
 /** Near the poles meridians run together and maps lie. */
-const MOST_LAT_DEG = 85;
+const MAX_LAT_DEG = 85;
 
 /** Throws where places lie on both sides of the 180th meridian, too near a pole, or nowhere. */
 export function heldToOneSide(spots: readonly Spot[], what: string): void {
@@ -22,8 +22,8 @@ export function heldToOneSide(spots: readonly Spot[], what: string): void {
   if (Math.max(...lons) - Math.min(...lons) > 180) {
     throw new SurveyFault(`${what} crosses the 180th meridian: draw one on each side of it.`);
   }
-  if (spots.some((spot) => Math.abs(latDegOf(spot)) > MOST_LAT_DEG)) {
-    throw new SurveyFault(`${what} is too near a pole: ${MOST_LAT_DEG} degrees of latitude is the most.`);
+  if (spots.some((spot) => Math.abs(latDegOf(spot)) > MAX_LAT_DEG)) {
+    throw new SurveyFault(`${what} is too near a pole: ${MAX_LAT_DEG} degrees of latitude is the most.`);
   }
 }
 

@@ -6,7 +6,7 @@ import type { Point } from '../ground';
 import type { Spot } from '../plan_types';
 import { Drawing, heldToOutline, SurveyFault } from './area';
 
-export const MOST_PARTS = 50;
+export const MAX_PARTS = 50;
 
 function sizeOf(ring: readonly Point[]): number {
   let twice = 0;
@@ -38,8 +38,8 @@ const HALVINGS = 60;
 /** `angleDeg`: that of the lines; strips run along it, so that no line is cut. */
 export function splitArea(area: readonly Spot[], parts: number, angleDeg: number): Spot[][] {
   heldToOutline(area);
-  if (!Number.isInteger(parts) || parts < 1 || parts > MOST_PARTS) {
-    throw new SurveyFault(`An area is split into 1 to ${MOST_PARTS} parts.`);
+  if (!Number.isInteger(parts) || parts < 1 || parts > MAX_PARTS) {
+    throw new SurveyFault(`An area is split into 1 to ${MAX_PARTS} parts.`);
   }
   const drawing = new Drawing(area, angleDeg);
   const ring = area.map((corner) => drawing.point(corner));

@@ -6,7 +6,7 @@ import { spotAt, type Point } from '../ground';
 import type { Spot, WireItem } from '../plan_types';
 import { wireItem } from '../wire_items';
 import { Drawing, heldToOneSide, SurveyFault } from './area';
-import { isSame, lineCount, MOST_LINES, pictureItems, waypointAt, type Flown } from './survey_grid';
+import { isSame, lineCount, MAX_LINES, pictureItems, waypointAt, type Flown } from './survey_grid';
 
 export interface CorridorSettings extends Flown {
   readonly widthM: number;
@@ -16,7 +16,7 @@ export interface CorridorSettings extends Flown {
 }
 
 /** A lane does not run farther out at a sharp bend than this many times its distance. */
-const LONGEST_MITRE = 3;
+const MAX_MITRE = 3;
 
 function direction(from: Point, to: Point): Point {
   const [x, y] = [to[0] - from[0], to[1] - from[1]];
@@ -35,7 +35,7 @@ function beside(line: readonly Point[], metres: number): Point[] {
     // Twice the cosine of half the bend: nought where it turns straight back.
     const length = Math.hypot(x, y);
     const [alongX, alongY] = length < 1e-9 ? one : [x / length, y / length];
-    const stretch = Math.min(LONGEST_MITRE, length < 1e-9 ? 1 : 2 / length);
+    const stretch = Math.min(MAX_MITRE, length < 1e-9 ? 1 : 2 / length);
     return [corner[0] - alongY * metres * stretch, corner[1] + alongX * metres * stretch];
   });
 }
@@ -52,7 +52,7 @@ export function corridorLanes(line: readonly Spot[], settings: CorridorSettings)
   if (!(widthM >= 0)) throw new SurveyFault('The width of a corridor is nought or more.');
   if (!(spacingM > 0)) throw new SurveyFault('The distance between lanes has to be above nought.');
   const count = lineCount(widthM, spacingM);
-  if (count > MOST_LINES) throw new SurveyFault(`That is ${count} lanes, ${MOST_LINES} are the most.`);
+  if (count > MAX_LINES) throw new SurveyFault(`That is ${count} lanes, ${MAX_LINES} are the most.`);
   // The drawing's second axis points right of its first, so that "to the right" is the same in it as on the ground.
   const drawing = new Drawing(places, 0);
   const points = places.map((spot) => drawing.point(spot));

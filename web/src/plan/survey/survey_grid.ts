@@ -31,7 +31,7 @@ export interface Line {
 }
 
 /** More lines than that are no survey but a slip of the finger. */
-export const MOST_LINES = 2_000;
+export const MAX_LINES = 2_000;
 
 /** So many lines cover a width; a hundredth of a line more than that is no reason for another one. */
 export const lineCount = (widthM: number, spacingM: number): number => Math.max(1, Math.ceil(widthM / spacingM - 0.01));
@@ -57,9 +57,9 @@ export function gridLines(area: readonly Spot[], settings: GridSettings): Line[]
   const sides = ring.map(([, across]) => across);
   const [least, most] = [Math.min(...sides), Math.max(...sides)];
   const count = lineCount(most - least, spacingM);
-  if (count > MOST_LINES) {
+  if (count > MAX_LINES) {
     throw new SurveyFault(
-      `That is ${count} lines, ${MOST_LINES} are the most: lines farther apart, or a smaller area.`,
+      `That is ${count} lines, ${MAX_LINES} are the most: lines farther apart, or a smaller area.`,
     );
   }
   const first = (least + most) / 2 - ((count - 1) / 2) * spacingM;

@@ -1,0 +1,321 @@
+"""The handler for commands: each goes the way of a holder's frame, and its answer comes back in words. No I/O.
+
+Laws, each with a test:
+- What may not pass as a frame of the holder's does not pass here either.
+- A change of mode is done when a heartbeat shows the mode. Until then it was accepted, no more.
+- Of speed, home, the item of a mission and its start it is told whether telemetry showed it within SEEN_WITHIN_S of the
+  acceptance: it was accepted, seen or not yet seen.
+- A command that came later, a frame with one, or a hold ends the repetitions of those before: nothing is undone by a
+  copy of what was wished before. Another epoch ends them and the waiting.
+- A refusal carries the autopilot's own text, where it gives one within WORDS_WITHIN_S of its answer.
+- Several wait at once, each under a component id of its own, so that no answer is taken for another's. Where no id is
+  left, the oldest ends.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final
+
+from onboard_agent.flight_modes import px4_custom_mode
+from onboard_agent.mode_names import mission_modes, mode_name
+from onboard_agent.own_frames import FrameMaker, Sender, request_message
+from onboard_agent.transactions.command_answer import CommandAnswer, CommandEnd
+from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, what_shows
+from onboard_agent.transactions.handler import Around
+from onboard_agent.transactions.spoken_words import SpokenWords
+from wire.dialect import decode, mavlink
+from wire.frames import message_id, source
+from wire.plans import as_float32
+from wire.transactions import (
+    CommandWork,
+    Outcome,
+    Transaction,
+    TransactionProgress,
+    TransactionResult,
+    TransactionToTower,
+)
+
+COMPONENTS: Final = (
+    mavlink.MAV_COMP_ID_ONBOARD_COMPUTER2,
+    mavlink.MAV_COMP_ID_ONBOARD_COMPUTER3,
+    mavlink.MAV_COMP_ID_ONBOARD_COMPUTER4,
+)
+"""Under which the commands go. The agent's own is for what it does by itself: holds, and what it asks for."""
+
+SHOW_EVERY_S: Final = 0.25
+WORDS_WITHIN_S: Final = 0.3
+WORDS_BEFORE_S: Final = 0.3
+PROGRESS_EVERY_S: Final = 0.2
+
+_AUTOPILOT: Final = 1
+_NAN: Final = float("nan")
+_CUSTOM: Final = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+_MODE: Final = mavlink.MAV_CMD_DO_SET_MODE
+
+Send = Callable[[bytes, float], str | None]
+"""What becomes of a holder's frame that goes to the autopilot now: None if it may, else a sentence why not."""
+
+
+@dataclass(slots=True)
+class _Waiting:
+    transaction: Transaction
+    work: CommandWork
+    component: int
+    answer: CommandAnswer
+    deadline: float
+    mode: frozenset[int]
+    """The custom_modes one of which a heartbeat must show; empty where none is asked for."""
+    wanted: Seen | None = None
+    """What telemetry is to show."""
+    commanded: int = 0
+    """How often it had been commanded how to fly when it went out last."""
+    ended_at: float | None = None
+    """When the answer came."""
+    shown: bool = False
+    show_again_at: float = 0.0
+    told_percent: int | None = None
+    told_at: float = float("-inf")
+
+
+class CommandHandler:
+    """A TransactionHandler. `send`: passes what goes out. `commanded`: Around.commanded, at this very moment."""
+
+    works = (CommandWork,)
+    hears = frozenset(
+        READ | {mavlink.MAVLINK_MSG_ID_COMMAND_ACK, mavlink.MAVLINK_MSG_ID_HEARTBEAT, mavlink.MAVLINK_MSG_ID_STATUSTEXT}
+    )
+
+    def __init__(self, maker: FrameMaker, *, send: Send, commanded: Callable[[], int]) -> None:
+        self._maker = maker
+        self._send = send
+        self._commanded = commanded
+        self._system: int | None = None
+        self._waiting: list[_Waiting] = []
+        self._spoken = SpokenWords()
+        self._news: list[TransactionToTower] = []
+
+    def autopilot_came(self, around: Around, now: float) -> None:
+        """What was sent to it before it rebooted is not sent again."""
+        self._repeat_no_more()
+
+    def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
+        """The tower commands."""
+        work = transaction.work
+        assert isinstance(work, CommandWork)
+        if around is None or not around.heard:
+            self._tell(transaction.id, Outcome.REFUSED, "The autopilot is not heard.")
+            return
+        self._system = around.system_id
+        if not _fits(work):
+            self._tell(transaction.id, Outcome.REFUSED, "A value of the command is too large to be sent.")
+            return
+        self._repeat_no_more()
+        if len(self._waiting) >= len(COMPONENTS):
+            oldest = self._waiting.pop(0)
+            self._tell(
+                oldest.transaction.id,
+                Outcome.CANCELLED,
+                "Later commands took its place; whether the autopilot does it is not known.",
+            )
+        used = {waiting.component for waiting in self._waiting}
+        component = next(one for one in COMPONENTS if one not in used)
+        sender = Sender(around.system_id, component)
+        deadline = now + transaction.deadline_s
+
+        def make(confirmation: int) -> bytes:
+            return self._maker.make(_message(work, around.system_id, confirmation), sender)
+
+        answer = CommandAnswer(work.command, make, deadline=deadline)
+        modes = _modes_asked(work, around)
+        self._waiting.append(_Waiting(transaction, work, component, answer, deadline, modes, what_shows(work, around)))
+
+    def cancel(self, transaction_id: int, now: float) -> None:
+        """It is not repeated, and nobody waits for its answer any more."""
+        for waiting in self._waiting:
+            if waiting.transaction.id == transaction_id:
+                self._give_up(waiting, Outcome.CANCELLED, "It was cancelled")
+                return
+
+    def epoch_changed(self, epoch: int, now: float) -> None:
+        """What the last holder commanded is not repeated."""
+        for waiting in list(self._waiting):
+            if waiting.transaction.epoch != epoch:
+                self._give_up(waiting, Outcome.STALE_EPOCH, "The controls changed hands meanwhile")
+
+    def heard(self, frame: bytes, now: float) -> bool:
+        """One of `hears` came."""
+        if not self._waiting or source(frame) != (self._system, _AUTOPILOT):
+            return False
+        message = decode(frame)
+        if message is None:
+            return False
+        if message_id(frame) == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+            self._spoken.heard(message, now)
+            return False
+        if message_id(frame) == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
+            for waiting in self._waiting:
+                waiting.shown = waiting.shown or (waiting.answer.sent and message.custom_mode in waiting.mode)
+        if message_id(frame) != mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+            for waiting in self._waiting:
+                if waiting.wanted is not None and waiting.answer.end is not None:
+                    waiting.wanted.heard(message_id(frame), message)
+            return False
+        return self._acknowledged(message, now)
+
+    def due(self, around: Around, now: float) -> list[bytes]:
+        """Frames to send to the autopilot now."""
+        out: list[bytes] = []
+        for waiting in list(self._waiting):
+            if waiting.answer.sent and waiting.commanded != self._commanded():
+                waiting.answer.repeat_no_more()
+            for frame in waiting.answer.due(now):
+                why_not = self._send(frame, now)
+                if why_not is None:
+                    out.append(frame)
+                    # A heartbeat from before shows nothing of this.
+                    waiting.shown = False
+                else:
+                    waiting.answer.refused(why_not)
+                waiting.commanded = self._commanded()
+            out += self._settle(waiting, around, now)
+        return out
+
+    def news(self) -> list[TransactionToTower]:
+        """What is to be told to the tower, once, in order."""
+        news, self._news = self._news, []
+        return news
+
+    def tell_again(self) -> None:
+        """There is no state to tell."""
+
+    # Inside.
+
+    def _acknowledged(self, ack: Any, now: float) -> bool:
+        """Whether it answers one of ours alone."""
+        ours = ack.target_system == self._system and ack.target_component in COMPONENTS
+        for waiting in self._waiting:
+            names_nobody = ack.target_component == 0 or ack.target_system == 0
+            if waiting.component == ack.target_component or names_nobody:
+                waiting.answer.acknowledged(ack, now)
+        return ours
+
+    def _settle(self, waiting: _Waiting, around: Around, now: float) -> list[bytes]:
+        end = waiting.answer.end
+        if end is None:
+            self._tell_progress(waiting, now)
+            return []
+        if end.outcome is Outcome.FAILED:
+            return self._refused(waiting, end, around, now)
+        if end.outcome is Outcome.DONE and waiting.wanted is not None:
+            return self._look(waiting, waiting.wanted, end, around, now)
+        if end.outcome is not Outcome.DONE or not waiting.mode:
+            self._end(waiting, end, around)
+            return []
+        mode = mode_name(around.autopilot_kind, around.vehicle_type, max(waiting.mode))
+        if waiting.shown:
+            words = f"The autopilot shows {mode}."
+            self._end(waiting, CommandEnd(Outcome.DONE, words, end.code), around, seen=True)
+        elif waiting.commanded != self._commanded():
+            words = f"The autopilot accepted {mode}, and was commanded otherwise before it showed it."
+            self._end(waiting, CommandEnd(Outcome.FAILED, words, end.code), around)
+        elif now >= waiting.deadline:
+            words = f"The autopilot accepted {mode}, but its heartbeat does not show it."
+            self._end(waiting, CommandEnd(Outcome.TIMED_OUT, words, end.code), around)
+        elif now >= waiting.show_again_at:
+            waiting.show_again_at = now + SHOW_EVERY_S
+            ask = request_message(around.system_id, mavlink.MAVLINK_MSG_ID_HEARTBEAT, confirmation=0)
+            return [self._maker.make(ask, Sender(around.system_id, waiting.component))]
+        return []
+
+    def _look(self, waiting: _Waiting, wanted: Seen, end: CommandEnd, around: Around, now: float) -> list[bytes]:
+        if waiting.ended_at is None:
+            waiting.ended_at = now
+        late = now >= min(waiting.deadline, waiting.ended_at + SEEN_WITHIN_S)
+        shown = wanted.shown
+        if shown is not None or late or waiting.commanded != self._commanded():
+            there = f": {wanted.words}" if wanted.words else ""
+            words = f"Seen{there}." if shown else f"Accepted, not yet seen{there}."
+            self._end(waiting, CommandEnd(Outcome.DONE, words, end.code), around, seen=bool(shown))
+        elif wanted.asks is not None and now >= waiting.show_again_at:
+            waiting.show_again_at = now + SHOW_EVERY_S
+            ask = request_message(around.system_id, wanted.asks, confirmation=0)
+            return [self._maker.make(ask, Sender(around.system_id, waiting.component))]
+        return []
+
+    def _refused(self, waiting: _Waiting, end: CommandEnd, around: Around, now: float) -> list[bytes]:
+        if waiting.ended_at is None:
+            waiting.ended_at = now
+        if now - waiting.ended_at >= WORDS_WITHIN_S:
+            texts = self._spoken.since(waiting.ended_at - WORDS_BEFORE_S)
+            words = f"The autopilot refuses: {'; '.join(texts)}." if texts else end.words
+            self._end(waiting, CommandEnd(end.outcome, words, end.code), around)
+        return []
+
+    def _end(self, waiting: _Waiting, end: CommandEnd, around: Around, *, seen: bool | None = None) -> None:
+        self._waiting.remove(waiting)
+        self._tell(waiting.transaction.id, end.outcome, f"{end.words} {state_words(around)}", end.code, seen)
+
+    def _give_up(self, waiting: _Waiting, outcome: Outcome, why: str) -> None:
+        self._waiting.remove(waiting)
+        known = "whether the autopilot does it is not known" if waiting.answer.sent else "it was not sent"
+        self._tell(waiting.transaction.id, outcome, f"{why}; {known}.")
+
+    def _repeat_no_more(self) -> None:
+        for waiting in self._waiting:
+            waiting.answer.repeat_no_more()
+
+    def _tell_progress(self, waiting: _Waiting, now: float) -> None:
+        percent = waiting.answer.percent
+        if percent is None or percent == waiting.told_percent or now - waiting.told_at < PROGRESS_EVERY_S:
+            return
+        waiting.told_percent, waiting.told_at = percent, now
+        progress = TransactionProgress(id=waiting.transaction.id, phase="carrying out", done=percent, total=100)
+        self._news.append(progress)
+
+    def _tell(
+        self, transaction_id: int, outcome: Outcome, words: str, code: str = "", seen: bool | None = None
+    ) -> None:
+        self._news.append(
+            TransactionResult(id=transaction_id, outcome=outcome, words=words[:600], code=code, seen=seen)
+        )
+
+
+def state_words(around: Around) -> str:
+    """What the drone is doing, in a sentence."""
+    mode = mode_name(around.autopilot_kind, around.vehicle_type, around.custom_mode)
+    armed = "armed" if around.armed else "disarmed"
+    where = "in the air" if around.airborne else "on the ground"
+    if not around.heard:
+        return f"The autopilot is not heard; last it was {armed}, {where}, in {mode}."
+    return f"The drone is {armed}, {where}, in {mode}."
+
+
+def _fits(work: CommandWork) -> bool:
+    try:
+        for value in work.params:
+            as_float32(value or 0.0)
+    except ValueError:
+        return False
+    return True
+
+
+def _message(work: CommandWork, system_id: int, confirmation: int) -> Any:
+    params = [_NAN if value is None else value for value in work.params]
+    if work.x is None and work.y is None and work.frame is None:
+        return mavlink.MAVLink_command_long_message(system_id, _AUTOPILOT, work.command, confirmation & 0xFF, *params)
+    frame = mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT if work.frame is None else work.frame
+    x, y = work.x or 0, work.y or 0
+    return mavlink.MAVLink_command_int_message(
+        system_id, _AUTOPILOT, frame, work.command, 0, 0, *params[:4], x, y, params[6]
+    )
+
+
+def _modes_asked(work: CommandWork, around: Around) -> frozenset[int]:
+    flags, main, sub = (value or 0.0 for value in work.params[:3])
+    if work.command != _MODE or not int(flags) & _CUSTOM:
+        return frozenset()
+    if around.autopilot_kind != mavlink.MAV_AUTOPILOT_PX4:
+        return frozenset({int(main)})
+    mode = px4_custom_mode(int(main), int(sub))
+    missions = mission_modes(around.autopilot_kind, around.vehicle_type)
+    return missions if mode in missions else frozenset({mode})

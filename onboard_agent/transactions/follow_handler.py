@@ -1,0 +1,377 @@
+"""The handler for following: keeps a drone at its place beside a leader, of which the tower tells where it is. No I/O.
+
+What goes out goes the way of a holder's frames. One leader at a time.
+
+Laws, each with a test:
+- It begins in the air, in the mode that listens to targets, with both positions fresh; else nothing is sent.
+- What ends it by itself (the leader is lost, too near, too far, on the ground; the time is over; it was cancelled; the
+  controls changed hands) brings the drone to a hold, which a heartbeat must show.
+- So do sticks that are moved: the mode in which it follows does not listen to them, and whoever moves them wants it to
+  be theirs.
+- Whoever else says meanwhile how to fly wins: a command, a hold, a mode that somebody switched to. Then it ends, and
+  nothing more is sent.
+- A PX4, which changes its mode to go somewhere, is sent on only right after a heartbeat that shows the mode it was in.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isnan
+from typing import Any, Final
+
+from onboard_agent.flight_modes import modes_of, px4_custom_mode
+from onboard_agent.mode_ladder import result_name
+from onboard_agent.mode_names import mode_name
+from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker, agent_sender, request_message
+from onboard_agent.transactions.command_handler import Send, state_words
+from onboard_agent.transactions.follow_course import Motion, gap, place, why_not_there, why_stop
+from onboard_agent.transactions.follow_frames import go_there, standing, target
+from onboard_agent.transactions.handler import Around
+from onboard_agent.transactions.plan_pause import PlanPause
+from wire.dialect import decode, mavlink
+from wire.following import FollowWork, LeaderPosition
+from wire.frames import message_id, source
+from wire.transactions import Outcome, Transaction, TransactionProgress, TransactionResult, TransactionToTower
+
+SEND_EVERY_S: Final = 0.2
+GO_EVERY_S: Final = 1.0
+"""A PX4, for which each target is a command with an answer."""
+FIRST_WITHIN_S: Final = 2.0
+"""The first positions, the leader's and its own."""
+TELL_EVERY_S: Final = 1.0
+REFUSALS_MOST: Final = 3
+"""In a row."""
+
+_AUTOPILOT: Final = 1
+_GUIDED: Final = 4
+_PX4_LOITER: Final = px4_custom_mode(4, 3)
+_POSITION: Final = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
+_BEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
+_ACK: Final = mavlink.MAVLINK_MSG_ID_COMMAND_ACK
+
+
+@dataclass(slots=True)
+class _End:
+    """How it will have ended once the drone holds."""
+
+    outcome: Outcome
+    why: str
+    stands: bool = False
+    """It was told to stand still."""
+    pause: PlanPause | None = None
+
+
+@dataclass(slots=True)
+class _Following:
+    transaction: Transaction
+    work: FollowWork
+    px4: bool
+    began_at: float
+    deadline: float
+    commanded: int
+    moved: int
+    newest: int = -1
+    leader: Motion | None = None
+    leader_flies: bool = True
+    own: Motion | None = None
+    home_alt_m: float = 0.0
+    begun: bool = False
+    next_at: float = 0.0
+    asked: bool = False
+    """A heartbeat, and none has come since."""
+    shown: bool = False
+    refusals: int = 0
+    refusal: str = ""
+    told_at: float = float("-inf")
+    end: _End | None = None
+
+
+class FollowHandler:
+    """A TransactionHandler. `leader` is told where the leader is. `send`, `commanded`: as for CommandHandler.
+
+    `moved`: how often sticks have passed that were not centred.
+    """
+
+    works = (FollowWork,)
+    hears = frozenset({_POSITION, _BEAT, _ACK})
+
+    def __init__(
+        self, maker: FrameMaker, *, send: Send, commanded: Callable[[], int], moved: Callable[[], int]
+    ) -> None:
+        self._maker = maker
+        self._send = send
+        self._commanded = commanded
+        self._moved = moved
+        self._system: int | None = None
+        self._one: _Following | None = None
+        self._news: list[TransactionToTower] = []
+
+    def autopilot_came(self, around: Around, now: float) -> None:
+        """What it was told before it rebooted is forgotten."""
+        if self._one is not None:
+            self._over(Outcome.FAILED, "The autopilot was started anew. Nothing more was sent to it.")
+
+    def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
+        """The tower wants it to follow."""
+        work = transaction.work
+        assert isinstance(work, FollowWork)
+        why_not = self._why_not(work, around)
+        if why_not is not None or around is None:
+            self._tell(transaction.id, Outcome.REFUSED, f"It does not follow {work.leader_name}: {why_not}.")
+            return
+        self._system = around.system_id
+        self._one = _Following(
+            transaction,
+            work,
+            px4=around.autopilot_kind == mavlink.MAV_AUTOPILOT_PX4,
+            began_at=now,
+            deadline=now + transaction.deadline_s,
+            commanded=self._commanded(),
+            moved=self._moved(),
+        )
+
+    def leader(self, told: LeaderPosition, late_s: float, now: float) -> None:
+        """Where the leader is. `late_s`: by so much the message was held up on its way."""
+        one = self._one
+        if one is None or told.id != one.transaction.id or told.number <= one.newest:
+            return
+        one.newest, one.leader_flies = told.number, told.airborne
+        one.leader = Motion(
+            told.lat_e7,
+            told.lon_e7,
+            told.alt_amsl_mm / 1000,
+            told.north_cm_s / 100,
+            told.east_cm_s / 100,
+            told.down_cm_s / 100,
+            now - told.age_ms / 1000 - late_s,
+        )
+
+    def cancel(self, transaction_id: int, now: float) -> None:
+        """The tower wants it no more."""
+        if self._one is not None and self._one.transaction.id == transaction_id:
+            self._stop(Outcome.CANCELLED, f"It was told to follow {self._one.work.leader_name} no more")
+
+    def epoch_changed(self, epoch: int, now: float) -> None:
+        """Whoever has it now did not ask for this."""
+        if self._one is not None and self._one.transaction.epoch != epoch:
+            self._stop(
+                Outcome.STALE_EPOCH, f"The controls changed hands while it followed {self._one.work.leader_name}"
+            )
+
+    def heard(self, frame: bytes, now: float) -> bool:
+        """One of `hears` came."""
+        one = self._one
+        if one is None or source(frame) != (self._system, _AUTOPILOT):
+            return False
+        message = decode(frame)
+        if message is None:
+            return False
+        msgid = message_id(frame)
+        if msgid == _BEAT:
+            one.shown = one.asked
+            if one.end is not None and one.end.pause is not None:
+                one.end.pause.heartbeat(message.custom_mode)
+            return False
+        if msgid == _ACK:
+            return self._acknowledged(one, message, now)
+        if message.lat != 0 or message.lon != 0:  # else it does not know where it is
+            speed = (message.vx / 100, message.vy / 100, message.vz / 100)
+            one.own = Motion(message.lat, message.lon, message.alt / 1000, *speed, now)
+            one.home_alt_m = (message.alt - message.relative_alt) / 1000
+        return False
+
+    def due(self, around: Around, now: float) -> list[bytes]:
+        """Frames to send to the autopilot now."""
+        one = self._one
+        if one is None:
+            return []
+        if one.end is None:
+            why = self._why_leave_alone(one, around)
+            if why is not None:
+                self._over(Outcome.FAILED, f"It follows {one.work.leader_name} no more: {why}. {state_words(around)}")
+                return []
+            self._look(one, now)
+            if self._one is None:
+                return []
+        if one.end is not None:
+            return self._holding(one, one.end, around, now)
+        if not one.begun:
+            return []
+        self._tell_progress(one, now)
+        return self._on(one, around, now)
+
+    def news(self) -> list[TransactionToTower]:
+        """What is to be told to the tower, once, in order."""
+        news, self._news = self._news, []
+        return news
+
+    def tell_again(self) -> None:
+        """There is no state to tell."""
+
+    # Whether.
+
+    def _why_not(self, work: FollowWork, around: Around | None) -> str | None:
+        if around is None or not around.heard:
+            return "the autopilot is not heard"
+        if self._one is not None:
+            return f"it follows {self._one.work.leader_name}; stop that first"
+        if modes_of(around.autopilot_kind, around.vehicle_type) is None:
+            return "it is no multicopter of ArduPilot's or PX4's"
+        if any(isnan(value) for value in (work.north_m, work.east_m, work.up_m)):
+            return "no place was told"
+        return why_not_there(work) or self._why_not_flying(around)
+
+    @staticmethod
+    def _why_not_flying(around: Around) -> str | None:
+        if not around.armed or not around.airborne:
+            return "it is not in the air"
+        if around.holding:
+            return "it is being made to hold"
+        px4 = around.autopilot_kind == mavlink.MAV_AUTOPILOT_PX4
+        mode = _PX4_LOITER if px4 else _GUIDED
+        if around.custom_mode != mode:
+            shown, needed = (
+                mode_name(around.autopilot_kind, around.vehicle_type, one) for one in (around.custom_mode, mode)
+            )
+            return f"it is in {shown}, not in {needed}"
+        return None
+
+    def _why_leave_alone(self, one: _Following, around: Around) -> str | None:
+        """Why somebody else has it now, or nobody can."""
+        if not around.heard:
+            return "the autopilot is not heard"
+        if one.commanded != self._commanded() or around.holding:
+            return "a hold or another command came"
+        return self._why_not_flying(around)
+
+    def _look(self, one: _Following, now: float) -> None:
+        """Whether it must be ended, or can begin."""
+        name = one.work.leader_name
+        if one.leader is None or one.own is None:
+            if now - one.began_at > FIRST_WITHIN_S:
+                which = f"where {name} is" if one.leader is None else "where it is itself"
+                self._over(Outcome.REFUSED, f"It does not follow {name}: it was not told {which}.")
+            return
+        why = why_stop(one.own, one.leader, one.work, now, home_alt_m=one.home_alt_m)
+        if not one.leader_flies:
+            why = f"{name} is not in the air"
+        if one.moved != self._moved():
+            why = "the sticks were moved"
+        if not one.begun:
+            one.begun = why is None
+            if why is not None:
+                self._over(Outcome.REFUSED, f"It does not follow {name}: {why}.")
+        elif now >= one.deadline:
+            self._stop(Outcome.TIMED_OUT, f"The time for which it was to follow {name} is over")
+        elif why is not None:
+            self._stop(Outcome.FAILED, f"It follows {name} no more: {why}")
+        elif one.refusals >= REFUSALS_MOST:
+            self._stop(Outcome.FAILED, f"It follows {name} no more: the autopilot refuses the place ({one.refusal})")
+
+    # On its way.
+
+    def _on(self, one: _Following, around: Around, now: float) -> list[bytes]:
+        if now < one.next_at:
+            return []
+        assert one.leader is not None
+        sender = agent_sender(around.system_id)
+        if not one.px4:
+            one.next_at = now + SEND_EVERY_S
+            return self._through_gate(one, target(around.system_id, place(one.leader, one.work, now)), around, now)
+        if not one.asked:
+            one.asked, one.shown = True, False
+            ask = request_message(around.system_id, _BEAT, confirmation=0)
+            return [self._maker.make(ask, sender)]
+        if not one.shown:
+            return []
+        one.asked = one.shown = False
+        one.next_at = now + GO_EVERY_S
+        return self._through_gate(one, go_there(around.system_id, place(one.leader, one.work, now)), around, now)
+
+    def _through_gate(self, one: _Following, message: Any, around: Around, now: float) -> list[bytes]:
+        frame = self._maker.make(message, agent_sender(around.system_id))
+        why_not = self._send(frame, now)
+        one.commanded = self._commanded()
+        if why_not is None:
+            return [frame]
+        self._stop(Outcome.FAILED, f"It follows {one.work.leader_name} no more: {why_not}")
+        return []
+
+    def _acknowledged(self, one: _Following, ack: Any, now: float) -> bool:
+        """Whether it answers us alone."""
+        ours = ack.target_component == AGENT_COMPONENT and ack.target_system == self._system
+        if ack.command == mavlink.MAV_CMD_DO_SET_MODE and (ours or ack.target_component == 0):
+            if one.end is not None and one.end.pause is not None:
+                one.end.pause.acknowledged(ack, now)
+            return False
+        if ack.command != mavlink.MAV_CMD_DO_REPOSITION or not ours:
+            return False
+        if ack.result in (mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS):
+            one.refusals = 0
+        else:
+            one.refusals += 1
+            one.refusal = result_name(ack.result)
+        return True
+
+    def _tell_progress(self, one: _Following, now: float) -> None:
+        if one.own is None or one.leader is None or now - one.told_at < TELL_EVERY_S:
+            return
+        one.told_at = now
+        apart = gap(one.own.later(now), one.leader.later(now))
+        phase = (
+            f"following {one.work.leader_name}: {apart.over_ground_m:.0f} m away, {apart.in_height_m:.0f} m in height"
+        )
+        self._news.append(
+            TransactionProgress(
+                id=one.transaction.id,
+                phase=phase,
+                done=round(now - one.began_at),
+                total=round(one.transaction.deadline_s),
+            )
+        )
+
+    # Its end.
+
+    def _stop(self, outcome: Outcome, why: str) -> None:
+        """With a hold. The first reason counts."""
+        one = self._one
+        if one is None or one.end is not None:
+            return
+        if not one.begun:  # nothing was sent: there is nothing to stop
+            self._over(outcome, f"{why}, before it had begun.")
+            return
+        one.end = _End(outcome, why)
+
+    def _holding(self, one: _Following, end: _End, around: Around, now: float) -> list[bytes]:
+        out: list[bytes] = []
+        if end.pause is None:
+            why = self._why_leave_alone(one, around)
+            if why is not None:
+                self._over(end.outcome, f"{end.why}; nothing more was sent to it: {why}. {state_words(around)}")
+                return []
+            if not one.px4 and not end.stands:
+                end.stands = True
+                return self._stand_still(one, around, now)
+            end.pause = PlanPause(self._maker, around, now)
+            self._news.append(TransactionProgress(id=one.transaction.id, phase="being made to hold", done=0, total=0))
+        out += end.pause.due(around, now)
+        if end.pause.mode:
+            self._over(end.outcome, f"{end.why}. It holds in {end.pause.mode}.")
+        elif end.pause.why_not:
+            words = f"{end.why}. It was not made to hold: {end.pause.why_not}. {state_words(around)}"
+            self._over(end.outcome, words)
+        return out
+
+    def _stand_still(self, one: _Following, around: Around, now: float) -> list[bytes]:
+        frame = self._maker.make(standing(around.system_id), agent_sender(around.system_id))
+        if self._send(frame, now) is not None:
+            return []
+        one.commanded = self._commanded()
+        return [frame]
+
+    def _over(self, outcome: Outcome, words: str) -> None:
+        if self._one is not None:
+            self._tell(self._one.transaction.id, outcome, words)
+        self._one = None
+
+    def _tell(self, transaction_id: int, outcome: Outcome, words: str) -> None:
+        self._news.append(TransactionResult(id=transaction_id, outcome=outcome, words=words[:600]))

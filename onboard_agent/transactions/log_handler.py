@@ -1,0 +1,206 @@
+"""The flight logs of one autopilot: told, and read and sent to the tower, one at a time. No I/O but file and sender.
+
+Laws, each with a test:
+- Only while the drone is disarmed: autopilots give none in flight, and a log on its way up is in the way of sticks.
+- What was read stays until the tower has it: the same log asked for again goes on where it was broken off.
+- After a reboot the log is looked up again before more of it is read.
+- The autopilot is told when it is over, however it ends: until then it may write none.
+"""
+
+from enum import StrEnum
+from typing import Final
+
+from onboard_agent.own_frames import FrameMaker
+from onboard_agent.transactions.asked import Asked
+from onboard_agent.transactions.file_sending import FileSender, NotSent, Sending
+from onboard_agent.transactions.handler import Around
+from onboard_agent.transactions.log_download import LogDownload, LogNotRead
+from onboard_agent.transactions.log_frames import LOGS_FAST, LOGS_NARROW, LogFrames, LogPace
+from onboard_agent.transactions.log_listing import LogListing, LogsListed, LogsNotListed
+from onboard_agent.transactions.log_store import LogStore
+from wire.dialect import decode, mavlink
+from wire.frames import message_id, source
+from wire.transactions import (
+    LOGS_MOST,
+    LogDownloadWork,
+    LogEntry,
+    LogListWork,
+    Outcome,
+    Transaction,
+    TransactionToTower,
+)
+
+ARMED: Final = "The drone is armed: logs are read and sent on the ground only."
+
+
+class Phase(StrEnum):
+    """What is being done; `done` and `total` of progress are logs, then bytes, then bytes."""
+
+    LISTING = "listing"
+    READING = "reading"
+    SENDING = "sending"
+
+
+class LogHandler:
+    """A TransactionHandler."""
+
+    works = (LogListWork, LogDownloadWork)
+    hears = frozenset({mavlink.MAVLINK_MSG_ID_LOG_ENTRY, mavlink.MAVLINK_MSG_ID_LOG_DATA})
+
+    def __init__(self, maker: FrameMaker, store: LogStore, sender: FileSender) -> None:
+        self._maker = maker
+        self._store = store
+        self._sender = sender
+        self._asked: Asked | None = None
+        self._wanted: int | None = None
+        """The log that is to be read; None: only the list is."""
+        self._system = 0
+        self._talk: LogFrames | None = None
+        self._pace: LogPace = LOGS_FAST
+        self._at: LogListing | LogDownload | None = None
+        """None while the file is sent."""
+        self._sending_bytes = 0
+        self._out: list[bytes] = []
+        self._news: list[TransactionToTower] = []
+
+    # TransactionHandler.
+
+    def autopilot_came(self, around: Around, now: float) -> None:
+        """It may have rebooted, and number its logs in another way: which one is being read is looked up again."""
+        if self._talk is not None and self._at is not None:
+            self._at = LogListing(self._talk, self._pace, only=self._wanted)
+
+    def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
+        """A list or a log."""
+        asked = Asked(transaction, now)
+        if around is None or not around.heard:
+            self._news.append(asked.result(Outcome.REFUSED, "The autopilot is not heard."))
+        elif self._asked is not None:
+            self._news.append(asked.result(Outcome.REFUSED, "Busy: a log is being read, or the list of them."))
+        elif around.armed:
+            self._news.append(asked.result(Outcome.REFUSED, ARMED))
+        else:
+            work = transaction.work
+            self._asked = asked
+            self._wanted = work.log_id if isinstance(work, LogDownloadWork) else None
+            self._system = around.system_id
+            self._talk = LogFrames(self._maker, vehicle_system_id=around.system_id)
+            self._pace = LOGS_NARROW if around.narrow_line else LOGS_FAST
+            self._at = LogListing(self._talk, self._pace, only=self._wanted)
+
+    def cancel(self, transaction_id: int, now: float) -> None:
+        """At once."""
+        if self._asked is not None and self._asked.id == transaction_id:
+            self._end(Outcome.CANCELLED, f"It was cancelled. {self._what_is_left}")
+
+    def epoch_changed(self, epoch: int, now: float) -> None:
+        """Whoever has the controls, a log is a log."""
+
+    def heard(self, frame: bytes, now: float) -> bool:
+        """True: an entry or a piece that was asked for."""
+        at = self._at
+        if at is None or source(frame) != (self._system, 1):
+            return False
+        is_entry = message_id(frame) == mavlink.MAVLINK_MSG_ID_LOG_ENTRY
+        if is_entry is not isinstance(at, LogListing):
+            return False
+        message = decode(frame)
+        return message is not None and at.heard(message, now)
+
+    def due(self, around: Around, now: float) -> list[bytes]:
+        """Frames to send to the autopilot now."""
+        if self._asked is not None:
+            if around.armed:
+                self._end(Outcome.FAILED, f"{ARMED} {self._what_is_left}")
+            elif now >= self._asked.deadline:
+                self._end(Outcome.TIMED_OUT, f"The time for it was up. {self._what_is_left}")
+            else:
+                self._go_on(self._asked, now)
+        out, self._out = self._out, []
+        return out
+
+    def news(self) -> list[TransactionToTower]:
+        """What is to be told to the tower."""
+        news, self._news = self._news, []
+        return news
+
+    def tell_again(self) -> None:
+        """There is nothing to tell but progress and results."""
+
+    # Inside.
+
+    def _go_on(self, asked: Asked, now: float) -> None:
+        at = self._at
+        if at is None:
+            self._look_at_sending(asked, now)
+            return
+        self._out += at.due(now)
+        if at.end is None:
+            phase = Phase.LISTING if isinstance(at, LogListing) else Phase.READING
+            self._news += asked.progress(phase, *at.progress, now)
+        elif isinstance(at.end, LogsNotListed):
+            self._end(Outcome.FAILED, f"The logs cannot be listed: {at.end.why}.")
+        elif isinstance(at.end, LogsListed):
+            self._listed(at.end)
+        elif isinstance(at.end, LogNotRead):
+            self._end(Outcome.FAILED, f"The log was not read to its end: {at.end.why}. {self._what_is_left}")
+        else:
+            self._read(asked, at.end.size)
+
+    def _listed(self, end: LogsListed) -> None:
+        if self._wanted is not None:
+            wanted = next((log for log in end.logs if log.log_id == self._wanted), None)
+            self._begin_download(wanted)
+            return
+        count = len(end.logs)
+        how_many = "is 1 log" if count == 1 else f"are {count or 'no'} logs"
+        outcome, words = Outcome.DONE, f"There {how_many} on board."
+        if end.missing:
+            outcome = Outcome.FAILED
+            words = f"The autopilot has told {len(end.logs)} of its {len(end.logs) + end.missing} logs."
+        self._end(outcome, words, logs=end.logs[:LOGS_MOST])
+
+    def _begin_download(self, log: LogEntry | None) -> None:
+        assert self._talk is not None
+        if log is None or not log.size_bytes:
+            self._end(Outcome.FAILED, f"The autopilot has no log {self._wanted}, or an empty one.")
+            return
+        try:
+            have = self._store.open(log)
+        except OSError as error:
+            self._end(Outcome.FAILED, f"The log cannot be kept beside the autopilot: {error.strerror or error}.")
+            return
+        self._at = LogDownload(self._talk, self._pace, self._store, log_id=log.log_id, size=log.size_bytes, have=have)
+
+    def _read(self, asked: Asked, size: int) -> None:
+        assert self._talk is not None
+        self._out.append(self._talk.enough())
+        self._at = None
+        self._sending_bytes = size
+        self._sender.begin(asked.id, self._store.path)
+
+    def _look_at_sending(self, asked: Asked, now: float) -> None:
+        state = self._sender.state
+        if isinstance(state, Sending):
+            self._news += asked.progress(Phase.SENDING, state.done, self._sending_bytes, now)
+        elif isinstance(state, NotSent):
+            words = f"The log was read, and the tower does not take it: {state.why}. {self._what_is_left}"
+            self._end(Outcome.FAILED, words)
+        else:
+            self._store.remove()
+            self._end(Outcome.DONE, f"The log was read and sent: {self._sending_bytes} bytes.")
+
+    @property
+    def _what_is_left(self) -> str:
+        if self._wanted is None or isinstance(self._at, LogListing):
+            return "Nothing was read."
+        return "What was read of it is kept on the drone: ask for it again and it goes on from there."
+
+    def _end(self, outcome: Outcome, words: str, *, logs: tuple[LogEntry, ...] | None = None) -> None:
+        assert self._asked is not None and self._talk is not None
+        if self._at is None:
+            self._sender.stop()
+        else:
+            self._out.append(self._talk.enough())
+        self._news.append(self._asked.result(outcome, words, logs=logs))
+        self._asked = self._at = None

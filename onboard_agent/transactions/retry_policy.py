@@ -1,0 +1,53 @@
+"""How long an answer is waited for, and how often it is asked for. No I/O; takes `now`."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class RetryPolicy:
+    """Seconds, and a number of tries. The defaults are for a line on which an answer takes milliseconds."""
+
+    first_s: float = 1.5
+    """For the first answer: an autopilot may have to look for it."""
+    next_s: float = 0.25
+    """For each item after that."""
+    tries: int = 5
+    silence_s: float = 3.0
+    """An autopilot that collects a plan repeats its question after a second: so long, and it has given up."""
+    busy_s: float = 10.0
+    """An autopilot that still waits for the rest of an upload denies everything else for 8 s."""
+
+
+class Repeated:
+    """One question at a time, repeated until it is answered or given up."""
+
+    def __init__(self, tries: int) -> None:
+        self._tries = tries
+        self._question: bytes | None = None
+        self._wait_s = 0.0
+        self._asked = 0
+        self._again_at = 0.0
+
+    def ask(self, question: bytes, wait_s: float) -> None:
+        """From now on this one, with a wait of `wait_s` before each repetition."""
+        self._question, self._wait_s, self._asked = question, wait_s, 0
+
+    def postpone(self, now: float) -> None:
+        """It is asked only after its wait, for the first time too."""
+        self._asked, self._again_at = 1, now + self._wait_s
+
+    def answered(self) -> None:
+        """Nothing is asked any more."""
+        self._question = None
+
+    def due(self, now: float) -> bytes | None:
+        """The question, when it is to be sent now."""
+        if self._question is None or (self._asked and now < self._again_at) or self._asked >= self._tries:
+            return None
+        self._asked += 1
+        self._again_at = now + self._wait_s
+        return self._question
+
+    def given_up(self, now: float) -> bool:
+        """Whether the last try had its time."""
+        return self._question is not None and self._asked >= self._tries and now >= self._again_at

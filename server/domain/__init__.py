@@ -1,0 +1,1 @@
+"""Plain values and rules: people, fleet, leases, access, refusals. Imports nothing of `server`, and no library."""

@@ -1,0 +1,86 @@
+"""How one drone holds, acts on a loss, and how much it sends: the values, their bounds, which go together. Pure."""
+
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import msgspec
+
+from server.domain.refusal import Refusal
+from wire.control_messages import SafetySettings, StreamSettings
+from wire.open_holds import LostAction
+from wire.stream_profiles import StreamChoice
+
+COPTER_LADDER: Final = ("LOITER", "POSHOLD", "BRAKE", "ALT_HOLD")
+PX4_LADDER: Final = ("AUTO.LOITER", "POSCTL", "ALTCTL")
+ALTITUDE_HOLDS: Final = frozenset({"ALT_HOLD", "ALTCTL"})
+
+BOUNDS: Final[dict[str, tuple[float, float]]] = {
+    "sticks_stale_s": (0.2, 5.0),
+    "sticks_late_s": (0.1, 5.0),
+    "commands_late_s": (0.5, 30.0),
+    "lost_hold_s": (0.5, 30.0),
+    "lost_action_s": (2.0, 3600.0),
+    "rtt_limit_ms": (50.0, 10_000.0),
+    "rtt_limit_s": (0.2, 30.0),
+}
+"""Least and most of each number. Below, an ordinary hiccup of a mobile network holds the drone; above, nothing does."""
+
+
+class BadDroneSettings(Refusal):
+    """Each value is one that there is, but they do not go together."""
+
+
+@dataclass(frozen=True)
+class DroneSettings:
+    """Both are for the agent. The tower watches the round trip beside it."""
+
+    safety: SafetySettings = field(default_factory=SafetySettings)
+    stream: StreamSettings = field(default_factory=StreamSettings)
+
+    def as_values(self) -> dict[str, Any]:
+        """By the names of the REST interface."""
+        safety = msgspec.structs.asdict(self.safety)
+        return {
+            **safety,
+            "hold_ladder": list(self.safety.hold_ladder),
+            "lost_action": self.safety.lost_action.value,
+            "stream_profile": self.stream.profile.value,
+        }
+
+
+DEFAULTS: Final = DroneSettings()
+_SAFETY_NAMES: Final = frozenset(SafetySettings.__struct_fields__)
+_RENAMED: Final = {"nothing": "stay"}
+"""Lost actions as older versions stored them."""
+
+
+def check_ladder(ladder: list[str]) -> list[str]:
+    """Returns it as it came. Raises ValueError with what is wrong with it."""
+    for known in (COPTER_LADDER, PX4_LADDER):
+        if set(ladder) <= set(known):
+            break
+    else:
+        raise ValueError(f"modes of one autopilot only: {', '.join(COPTER_LADDER)} or {', '.join(PX4_LADDER)}")
+    if len(set(ladder)) != len(ladder):
+        raise ValueError("each mode once")
+    if any(mode in ALTITUDE_HOLDS for mode in ladder[:-1]):
+        raise ValueError("altitude hold needs nothing that can fail, so it comes last")
+    return ladder
+
+
+def settings_from(chosen: dict[str, Any]) -> DroneSettings:
+    """The defaults, with what was chosen in their place. What an older version knew and this one does not is ignored.
+
+    Raises BadDroneSettings if the values do not go together.
+    """
+    safety = {name: value for name, value in chosen.items() if name in _SAFETY_NAMES}
+    if "hold_ladder" in safety:
+        safety["hold_ladder"] = tuple(safety["hold_ladder"])
+    if "lost_action" in safety:
+        name = safety["lost_action"]
+        safety["lost_action"] = LostAction(_RENAMED.get(name, name))
+    stream = StreamSettings(profile=StreamChoice(chosen.get("stream_profile", StreamChoice.AUTO)))
+    settings = DroneSettings(safety=SafetySettings(**safety), stream=stream)
+    if settings.safety.lost_action_s < settings.safety.lost_hold_s:
+        raise BadDroneSettings("the action after a loss cannot come before the hold: lost_action_s >= lost_hold_s")
+    return settings

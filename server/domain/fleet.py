@@ -1,0 +1,94 @@
+"""The fleet at one moment: drones, their people, loans and teams. Nothing live belongs here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from functools import cached_property
+
+from server.domain.people import Role, UserRef
+from server.domain.relations import TeamRole, Ties
+from wire.ids import DroneId, Epoch, UserId
+
+
+@dataclass(frozen=True)
+class UserRecord:
+    name: str
+    role: Role
+    disabled: bool
+    must_change_password: bool = False
+
+
+@dataclass(frozen=True)
+class LoanRecord:
+    """Metres above and around home; None: no limit."""
+
+    user: UserRef
+    until: datetime
+    may_arm: bool
+    max_height_m: float | None
+    radius_m: float | None
+
+
+@dataclass(frozen=True)
+class TeamRecord:
+    """The team that a drone belongs to."""
+
+    id: int
+    name: str
+    crew: Mapping[UserId, TeamRole]
+    since: datetime
+    """When the drone was put into it."""
+
+
+@dataclass(frozen=True)
+class DroneRecord:
+    id: DroneId
+    name: str
+    owners: tuple[UserRef, ...]
+    """In the order of their ids."""
+    credential_hash: str
+    """SHA-256 of the whole text of a bearer credential, in hexadecimal digits. Empty: it has none."""
+    holder: UserRef | None
+    epoch: Epoch
+    taken_from: UserRef | None
+    offered: bool = False
+    """Given back to `taken_from`, who has not accepted yet."""
+    assistant: UserRef | None = None
+    blind: bool = False
+    """`taken_from` may not watch either."""
+    video_moved: bool = False
+    """`taken_from` may not watch the video."""
+    loans: tuple[LoanRecord, ...] = ()
+    """In the order of the users' ids."""
+    public_key: bytes = b""
+    """The 32 bytes of the drone's Ed25519 key. Empty: it has none."""
+    key_since: datetime | None = None
+    team: TeamRecord | None = None
+
+    @property
+    def identity(self) -> tuple[str, bytes]:
+        """What its agent has to prove. Whoever signed in by another one is signed in no longer."""
+        return self.credential_hash, self.public_key
+
+    @cached_property
+    def ties(self) -> Ties:
+        """Whom it has to do with, as the judgement of rights asks."""
+        return Ties(
+            owners=frozenset(one.id for one in self.owners),
+            borrowers=frozenset(one.user.id for one in self.loans),
+            crew=self.team.crew if self.team is not None else {},
+        )
+
+
+@dataclass(frozen=True)
+class FleetSnapshot:
+    revision: int
+    drones: tuple[DroneRecord, ...]
+    """In the order of their ids."""
+    users: Mapping[UserId, UserRecord]
+    token_ids: frozenset[int] = frozenset()
+    """The API tokens that have not been revoked."""
+    session_ids: frozenset[int] = frozenset()
+    """The sessions that have not been ended. Beginning one is no change of the fleet: newer ones may be missing."""

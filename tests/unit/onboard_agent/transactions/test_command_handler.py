@@ -1,0 +1,304 @@
+"""Commands with answers go the way of the holder's frames: laws of `CommandHandler`, before a simulated vehicle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from drone_world import (
+    ARM,
+    GUIDED,
+    LOITER,
+    RTL,
+    SET_MODE,
+    TAKEOFF,
+    DroneWorld,
+    command_work,
+    mavlink,
+)
+
+from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, TRIES
+from onboard_agent.transactions.command_handler import COMPONENTS
+from simulator.failure_modes import Failure
+from simulator.modes import Mode
+from simulator.px4.flavour import PX4
+from wire.control_messages import HoldOrder, HoldProgress, HoldStep
+from wire.dialect import build
+from wire.transactions import CancelTransaction, CommandWork, Outcome, TransactionProgress, TransactionResult
+
+REPOSITION = 192
+
+
+def sticks(x: int) -> Any:
+    return mavlink.MAVLink_manual_control_message(1, x, 0, 500, 0, 0)
+
+
+def says(world: DroneWorld, message: Any) -> None:
+    """The autopilot does, once."""
+    frame = build(message, system_id=1, component_id=1, sequence=0)
+    world._up(world.onboard.from_autopilot([frame], world.now))
+
+
+def test_a_flight_by_commands_alone_each_with_its_answer_and_the_drones_state() -> None:
+    world = DroneWorld().ready()
+    result = world.command(SET_MODE, 1, GUIDED)
+    assert (result.outcome, result.code) == (Outcome.DONE, "MAV_RESULT_ACCEPTED")
+    assert result.words == "The autopilot shows GUIDED. The drone is disarmed, on the ground, in GUIDED."
+    assert world.command(ARM, 1).outcome is Outcome.DONE
+    assert world.command(TAKEOFF, 0, 0, 0, 0, 0, 0, 10).outcome is Outcome.DONE
+    world.until(lambda: world.vehicle.flight.alt_over_home_m() > 9.0)
+    goto = CommandWork(
+        command=REPOSITION, params=(-1.0, 1.0, 0.0, None, 0.0, 0.0, 15.0), x=473980000, y=85456000, frame=6
+    )
+    result = world.do(goto)
+    assert result.outcome is Outcome.DONE
+    assert result.words.endswith("The drone is armed, in the air, in GUIDED.")
+    (sent,) = world.commands_sent(REPOSITION)
+    assert (sent.get_type(), sent.x, sent.y, sent.z, sent.frame) == ("COMMAND_INT", 473980000, 85456000, 15.0, 6)
+    refused = world.command(SET_MODE, 1, 99)
+    assert (refused.outcome, refused.code) == (Outcome.FAILED, "MAV_RESULT_FAILED")
+    assert world.command(54321).code == "MAV_RESULT_UNSUPPORTED"
+    assert not [one for one in world.went_up("COMMAND_ACK") if one.target_component in COMPONENTS]
+
+
+def test_a_mode_is_done_when_a_heartbeat_shows_it() -> None:
+    world = DroneWorld(Failure.MODE_CHANGE_IGNORED).ready()
+    result = world.command(SET_MODE, 1, GUIDED, deadline_s=3.0)
+    assert result.outcome is Outcome.TIMED_OUT
+    assert result.words.startswith("The autopilot accepted GUIDED, but its heartbeat does not show it.")
+    asked = [one for one in world.commands_sent(512) if one.get_srcComponent() in COMPONENTS]
+    assert len(asked) > 5, "the heartbeat is asked for"
+
+
+def test_px4_shows_its_mode_when_it_is_asked_to() -> None:
+    world = DroneWorld(flavour=PX4).ready()
+    began = world.now
+    result = world.command(SET_MODE, 1, 4, 3)
+    assert (result.outcome, "AUTO.LOITER" in result.words) == (Outcome.DONE, True)
+    assert world.now - began < 0.6
+
+
+def test_the_same_mode_once_more_is_done_too() -> None:
+    world = DroneWorld().ready()
+    for _ in range(3):
+        assert world.command(SET_MODE, 1, GUIDED).outcome is Outcome.DONE
+
+
+def test_one_that_nobody_answers_is_repeated_and_the_end_says_that_nobody_knows() -> None:
+    world = DroneWorld(Failure.COMMAND_ACK_MISSING).ready()
+    result = world.command(SET_MODE, 1, RTL, deadline_s=8.0)
+    assert (result.outcome, "not known" in result.words) == (Outcome.TIMED_OUT, True)
+    assert [one.confirmation for one in world.commands_sent(SET_MODE)] == list(range(TRIES))
+
+
+def returns_sent(world: DroneWorld) -> int:
+    return sum(one.param2 == RTL and one.get_srcComponent() != 191 for one in world.commands_sent(SET_MODE))
+
+
+def wait_for_an_answer(world: DroneWorld) -> int:
+    """A return is commanded, and the autopilot does not hear it."""
+    world.deaf = True
+    sent = returns_sent(world)
+    number = world.begin(command_work(SET_MODE, 1, RTL), deadline_s=20.0)
+    world.run(0.1)
+    assert returns_sent(world) == sent + 1
+    return number
+
+
+@pytest.mark.parametrize("how", ["later command", "holder's frame", "hold", "arming frame"])
+def test_what_comes_later_is_not_undone_by_a_repetition(how: str) -> None:
+    world = DroneWorld().ready().flies()
+    number = wait_for_an_answer(world)
+    world.deaf = False
+    if how == "later command":
+        assert world.command(SET_MODE, 1, GUIDED).outcome is Outcome.DONE
+    elif how == "holder's frame":
+        world.tower_sends(mavlink.MAVLink_command_long_message(1, 1, SET_MODE, 0, 1, GUIDED, 0, 0, 0, 0, 0))
+    elif how == "arming frame":
+        world.tower_sends(mavlink.MAVLink_command_long_message(1, 1, ARM, 0, 0, 0, 0, 0, 0, 0, 0))
+    else:
+        world.onboard.message(HoldOrder(order_id=1, epoch=world.epoch, reason="a test"), world.now)
+    world.run(ANSWER_WITHIN_S * TRIES)
+    assert [one for one in world.commands_sent(SET_MODE) if one.param2 == RTL and one.get_srcComponent() != 191][
+        1:
+    ] == []
+    assert world.vehicle.flight.mode != RTL
+    result = world.result(number)
+    assert (result.outcome, "not known" in result.words) == (Outcome.TIMED_OUT, True)
+
+
+def test_an_older_speed_does_not_come_after_a_newer_one() -> None:
+    world = DroneWorld().ready().flies()
+    world.deaf = True
+    world.begin(command_work(178, 1, 3.0))
+    world.run(0.1)
+    world.deaf = False
+    assert world.command(178, 1, 8.0).outcome is Outcome.DONE
+    world.run(ANSWER_WITHIN_S * TRIES)
+    assert [one.param2 for one in world.commands_sent(178)] == [3.0, 8.0]
+
+
+def test_a_mode_that_was_shown_before_the_repetition_that_was_heard_proves_nothing() -> None:
+    world = DroneWorld(Failure.MODE_CHANGE_IGNORED).ready()
+    flight = world.vehicle.flight
+    flight.set_mode(Mode.RTL)
+    world.deaf = True
+    world.begin(command_work(SET_MODE, 1, RTL), deadline_s=4.0)
+    world.until(lambda: world.onboard.autopilot.custom_mode == RTL)
+    world.run(1.2)
+    flight.set_mode(Mode.GUIDED)
+    world.deaf = False
+    assert world.result().outcome is Outcome.TIMED_OUT
+
+
+def test_without_anything_later_it_is_repeated() -> None:
+    world = DroneWorld().ready().flies()
+    number = wait_for_an_answer(world)
+    world.deaf = False
+    assert world.result(number).outcome is Outcome.DONE
+    assert world.vehicle.flight.mode == RTL
+
+
+def test_another_epoch_and_a_cancel_end_it_at_once() -> None:
+    world = DroneWorld().ready().flies()
+    number = wait_for_an_answer(world)
+    world.change_epoch()
+    world.run(0.1)
+    (result,) = world.results(number)
+    assert (result.outcome, "not known" in result.words) == (Outcome.STALE_EPOCH, True)
+    number = wait_for_an_answer(world)
+    world.onboard.message(CancelTransaction(id=number), world.now)
+    assert world.result(number, limit_s=0.1).outcome is Outcome.CANCELLED
+    world.deaf = False
+    world.run(ANSWER_WITHIN_S * TRIES)
+    assert world.vehicle.flight.mode == GUIDED
+    assert world.command(SET_MODE, 1, RTL, epoch=world.epoch - 1).outcome is Outcome.STALE_EPOCH
+    assert world.vehicle.flight.mode == GUIDED
+
+
+def test_several_wait_at_once_and_no_answer_is_taken_for_anothers() -> None:
+    world = DroneWorld().ready()
+    world.deaf = True
+    numbers = [world.begin(command_work(SET_MODE, 1, mode)) for mode in (LOITER, GUIDED, RTL)]
+    world.run(0.1)
+    sent = world.commands_sent(SET_MODE)
+    assert {one.get_srcComponent() for one in sent} == set(COMPONENTS)
+    refused = mavlink.MAVLink_command_ack_message(SET_MODE, mavlink.MAV_RESULT_FAILED, 0, 0, 1, COMPONENTS[1])
+    says(world, refused)
+    world.run(0.5)
+    assert [len(world.results(number)) for number in numbers] == [0, 1, 0]
+    more = [world.begin(command_work(SET_MODE, 1, LOITER)) for _ in range(2)]
+    world.run(0.1)
+    assert world.results(numbers[0])[0].outcome is Outcome.CANCELLED, "there is no id left: the oldest ends"
+    assert not world.results(numbers[2]) and not world.results(more[0])
+
+
+def test_progress_of_what_takes_long_is_told() -> None:
+    world = DroneWorld().ready()
+    number = wait_for_an_answer(world)
+    for percent in (10, 10, 60):
+        says(world, mavlink.MAVLink_command_ack_message(SET_MODE, 5, percent, 0, 1, COMPONENTS[0]))
+        world.run(0.3)
+    told = [one.done for one in world.told if isinstance(one, TransactionProgress) and one.id == number]
+    assert told == [10, 60]
+
+
+def test_what_comes_too_late_is_not_carried_out() -> None:
+    world = DroneWorld().ready().flies()
+    late = world.command(SET_MODE, 1, RTL, late_s=2.5)
+    assert (late.outcome, late.words) == (Outcome.REFUSED, "The command came 2.5 s late and was not carried out.")
+    assert world.vehicle.flight.mode == GUIDED
+    assert world.command(SET_MODE, 1, RTL, late_s=1.5).outcome is Outcome.DONE
+
+
+@pytest.mark.parametrize("value", [1e39, -1e300])
+def test_a_value_that_no_frame_can_carry_is_refused(value: float) -> None:
+    world = DroneWorld().ready()
+    result = world.command(SET_MODE, 1, GUIDED, value)
+    assert (result.outcome, "too large" in result.words) == (Outcome.REFUSED, True)
+
+
+def test_an_autopilot_that_is_not_heard_gets_no_command() -> None:
+    world = DroneWorld()
+    assert world.command(ARM, 1).words == "The autopilot is not heard."
+
+
+def test_it_takes_over_from_a_hold_as_a_frame_does() -> None:
+    """A hold in a mode of sticks: a command to fly without them ends the centred sticks when the autopilot obeys."""
+    world = DroneWorld().ready().flies(LOITER)
+    world.tower_sends(sticks(0))
+    world.onboard.message(HoldOrder(order_id=1, epoch=world.epoch, reason="a test"), world.now)
+    world.until(lambda: any(isinstance(one, HoldProgress) and one.step is HoldStep.CONFIRMED for one in world.told))
+    assert world.command(SET_MODE, 1, RTL).outcome is Outcome.DONE
+    world.run(0.1)
+    streamed = len(world.asked_of_autopilot("MANUAL_CONTROL"))
+    world.run(2.0)
+    assert len(world.asked_of_autopilot("MANUAL_CONTROL")) == streamed
+    assert world.vehicle.flight.mode == RTL
+
+
+def test_one_that_is_refused_leaves_the_hand_on_the_sticks_needed_as_a_frame_does() -> None:
+    world = DroneWorld().ready().flies(LOITER)
+    world.tower_sends(sticks(300))
+    refused = world.command(SET_MODE, 1, 99)
+    assert refused.outcome is Outcome.FAILED
+    world.until(lambda: any(isinstance(one, HoldProgress) for one in world.told), limit_s=1.0, what="sticks go stale")
+
+
+CHANGE_SPEED, SET_HOME, SET_ITEM = 178, 179, 224
+
+
+def change_speed(world: DroneWorld, *speeds_m_s: float) -> TransactionResult:
+    """To 2 m/s: it is accepted, and then the autopilot says one of these speeds after the other until it is over."""
+    world.vehicle.failures.add(Failure.SILENT)
+    number = world.begin(command_work(CHANGE_SPEED, 1, 2, -1))
+    world.step()
+    says(world, mavlink.MAVLink_command_ack_message(CHANGE_SPEED, 0, 0, 0, 1, COMPONENTS[0]))
+    for m_s in speeds_m_s:
+        motion = (round(m_s * 100), 0, 0, 0)
+        says(world, mavlink.MAVLink_global_position_int_message(1000, 473977000, 85456000, 500_000, 12_000, *motion))
+        world.run(0.1)
+    world.vehicle.failures.discard(Failure.SILENT)
+    return world.result(number)
+
+
+def test_a_speed_is_done_when_the_motion_shows_it() -> None:
+    result = change_speed(DroneWorld().ready(), 7.4, 5.0, 2.3)
+    assert (result.outcome, result.seen) == (Outcome.DONE, True)
+    assert result.words.startswith("Seen: it flies at 2.3 m/s.")
+
+
+def test_a_drone_that_flies_on_as_fast_as_before_is_told_as_such() -> None:
+    result = change_speed(DroneWorld().ready(), *[7.4] * 60)
+    assert (result.outcome, result.seen) == (Outcome.DONE, False)
+    assert result.words.startswith("Accepted, not yet seen: it flies at 7.4 m/s.")
+
+
+def test_of_a_drone_that_stands_still_no_speed_is_waited_for() -> None:
+    world = DroneWorld().ready()
+    began = world.now
+    result = world.command(CHANGE_SPEED, 1, 8, -1)
+    assert (result.outcome, result.seen) == (Outcome.DONE, False)
+    assert "it stands still" in result.words
+    assert world.now - began < 1.0
+
+
+def test_home_is_done_when_the_autopilot_tells_it_there() -> None:
+    world = DroneWorld().ready()
+    place = CommandWork(
+        command=SET_HOME, params=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 490.0), x=473980000, y=85460000, frame=0
+    )
+    result = world.do(place)
+    assert (result.outcome, result.seen) == (Outcome.DONE, True)
+    assert world.command(SET_HOME, 1).seen is True
+
+
+def test_a_home_that_stays_where_it_was_is_not_seen() -> None:
+    world = DroneWorld().ready()
+    world.vehicle.flight.set_home = lambda *_: None  # accepted, and nothing comes of it
+    place = CommandWork(
+        command=SET_HOME, params=(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 490.0), x=473990000, y=85460000, frame=0
+    )
+    result = world.do(place)
+    assert (result.outcome, result.seen) == (Outcome.DONE, False), result.words
+    assert "not yet seen: home is at" in result.words

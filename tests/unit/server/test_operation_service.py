@@ -1,0 +1,540 @@
+"""Operations: what is sent to agents, what is believed of what they tell, and how each operation ends."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hub_world import FakeAgent, HubWorld, record
+
+from server.domain.people import UserRef
+from server.operations.operation import Lane, Operation, Order, State, Step
+from server.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
+from server.operations.service import ASK_AFTER_S, ENDED_KEPT_S, ENDED_MOST, GRACE_S, LINK_LOST
+from server.operations.table_fetching import NOT_YET_S, TABLE_AGAIN_AFTER_S, TABLES_APART_S
+from server.relay import live_messages as live
+from server.relay.assist_turn import BACK_AFTER_S
+from server.relay.live_drone import LiveDrone
+from wire.control_messages import MalformedMessage
+from wire.ids import DroneId, UserId
+from wire.lateness import stamp_ms
+from wire.parameters import Parameter, by_name, pack_table, table_hash
+from wire.plans import PlanItem, PlanKind, pack_plan, plan_hash
+from wire.transactions import (
+    TRANSACTIONS,
+    CancelTransaction,
+    CommandWork,
+    Outcome,
+    ParameterCache,
+    ParameterChanged,
+    ParametersReadWork,
+    ParametersWriteWork,
+    ParameterTable,
+    PlanDownloadWork,
+    PlanOnBoard,
+    PlanUploadWork,
+    PlanVerifyWork,
+    Transaction,
+    TransactionProgress,
+    TransactionResult,
+)
+
+ALICE = UserRef(UserId(1), "alice")
+ITEMS = (PlanItem(16, x=470000000, y=80000000, z=30.0), PlanItem(21, params=(0.0, 0.0, 0.0, None)))
+UPLOAD = Order("plan_upload", Lane.PLANS, [Step(PlanUploadWork(PlanKind.MISSION, ITEMS), 60.0)], True, PlanKind.MISSION)
+DOWNLOAD = Order("plan_download", Lane.PLANS, [Step(PlanDownloadWork(PlanKind.MISSION), 60.0)], False, PlanKind.MISSION)
+COMMAND = Order("command", Lane.COMMANDS, [Step(CommandWork(400), 5.0), Step(CommandWork(22), 5.0)], True)
+
+
+class Scene(HubWorld):
+    """A drone of alice's with an agent that takes transactions, and a browser that watches."""
+
+    def __init__(self, *, takes: tuple[str, ...] = (TRANSACTIONS,), process: int = 7) -> None:
+        super().__init__()
+        self.service = self.hub.operations
+        self.watcher = self.browser(1)
+        self.agent_ = self.come(takes=takes, process=process)
+        self.watcher.events()
+        self.now = 0.0
+
+    def come(self, *, takes: tuple[str, ...] = (TRANSACTIONS,), process: int = 7, link_id: int = 0) -> FakeAgent:
+        agent = self.agent(1, link_id=link_id)
+        agent.link.takes, agent.link.process = frozenset(takes), process
+        agent.posted.clear()
+        return agent
+
+    @property
+    def drone(self) -> LiveDrone:
+        found = self.hub.drone(DroneId(1))
+        assert found is not None
+        return found
+
+    def begin(self, order: Order = UPLOAD) -> Operation:
+        return self.service.begin(self.drone, order, by=ALICE, now=self.now)
+
+    def tell(self, message: Any, agent: FakeAgent | None = None) -> None:
+        self.hub.report((agent or self.agent_).link, message)
+
+    def end(self, operation: Operation, outcome: Outcome = Outcome.DONE, words: str = "So it is.", **more: Any) -> None:
+        self.tell(TransactionResult(id=operation.transaction_id, outcome=outcome, words=words, **more))
+
+    def pass_time(self, seconds: float) -> None:
+        self.now += seconds
+        self.service.tick(self.now)
+
+    def told(self) -> list[Any]:
+        kinds = (live.OperationChanged, live.PlanOnBoardChanged, live.ParametersChanged)
+        return [event for event in self.watcher.events() if isinstance(event, kinds)]
+
+    def sent(self) -> list[Any]:
+        posted = [one for one in self.agent_.posted if isinstance(one, Transaction | CancelTransaction)]
+        self.agent_.posted.clear()
+        return posted
+
+
+def test_an_operation_goes_to_the_agent_under_the_epoch_and_back_to_those_who_watch() -> None:
+    scene = Scene()
+    scene.apply(record(1, (1,), holder=1, epoch=5))
+    operation = scene.begin()
+    (sent,) = scene.sent()
+    assert sent == Transaction(
+        id=operation.transaction_id,
+        epoch=5,
+        sent_ms=stamp_ms(scene.now),
+        deadline_s=60.0,
+        work=PlanUploadWork(PlanKind.MISSION, ITEMS),
+    )
+    scene.tell(TransactionProgress(id=sent.id, phase="writing", done=1, total=2))
+    assert [event.operation.done for event in scene.told()] == [1]  # the newest of what waited
+    ended: list[Operation] = []
+    operation.on_end.append(ended.append)
+    scene.end(operation, words="It is on board.", item=None, code="MAV_MISSION_ACCEPTED")
+    assert ended == [operation]
+    (last,) = scene.told()
+    assert last.operation.state is State.DONE
+    assert last.operation.words == "It is on board."
+    assert last.operation.by.name == "alice"
+    assert scene.service.find(operation.id) is operation
+
+
+def test_what_ended_stays_ended() -> None:
+    scene = Scene()
+    operation = scene.begin()
+    scene.end(operation, Outcome.FAILED, "The old plan was put back.")
+    scene.told()
+    scene.end(operation)
+    scene.tell(TransactionProgress(id=operation.transaction_id, phase="writing", done=1, total=2))
+    assert operation.state is State.FAILED
+    assert scene.told() == []
+
+
+def test_an_agent_says_nothing_about_the_operations_of_another_drone() -> None:
+    scene = Scene()
+    bobs = scene.agent(2)
+    bobs.link.takes = frozenset({TRANSACTIONS})
+    operation = scene.begin()
+    scene.tell(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="Mine."), bobs)
+    scene.tell(TransactionProgress(id=operation.transaction_id, phase="mine", done=1, total=1), bobs)
+    assert operation.running
+    assert operation.phase == ""
+
+
+def test_steps_follow_each_other_and_the_first_refusal_is_the_last() -> None:
+    scene = Scene()
+    done = scene.begin(COMMAND)
+    scene.end(done)
+    assert done.running
+    scene.end(done, words="It climbs.")
+    assert (done.state, done.words) == (State.DONE, "It climbs.")
+    assert [one.work.command for one in scene.sent()] == [400, 22]
+    refused = scene.begin(COMMAND)
+    scene.end(refused, Outcome.FAILED, "Not now.", code="MAV_RESULT_TEMPORARILY_REJECTED")
+    assert (refused.state, refused.code) == (State.FAILED, "MAV_RESULT_TEMPORARILY_REJECTED")
+    assert [one.work.command for one in scene.sent()] == [400]
+
+
+def test_a_step_that_has_become_needless_is_left_out() -> None:
+    scene = Scene()
+    steps = [Step(CommandWork(400), 5.0, skip=lambda: True), Step(CommandWork(22), 5.0)]
+    operation = scene.begin(Order("command", Lane.COMMANDS, steps, True))
+    assert [one.work.command for one in scene.sent()] == [22]
+    scene.end(operation)
+    assert operation.state is State.DONE
+
+
+def move_the_controls(scene: Scene) -> None:
+    scene.apply(record(1, (1,), holder=1, epoch=9))
+
+
+def fence(scene: Scene) -> None:
+    scene.hub.fence(DroneId(1))
+
+
+@pytest.mark.parametrize("move", [move_the_controls, fence], ids=["moved", "about to move"])
+def test_no_step_is_sent_once_the_controls_have_moved(move: Callable[[Scene], None]) -> None:
+    scene = Scene()
+    operation = scene.begin(COMMAND)
+    move(scene)
+    scene.end(operation)
+    assert operation.state is State.CANCELLED
+    assert "controls" in operation.words
+    assert len(scene.sent()) == 1
+
+
+def test_a_cancel_goes_to_the_agent_and_the_end_still_comes_from_there() -> None:
+    scene = Scene()
+    operation = scene.begin()
+    scene.service.cancel(operation)
+    assert scene.sent()[-1] == CancelTransaction(id=operation.transaction_id)
+    assert operation.running
+    scene.end(operation, Outcome.CANCELLED, "The old plan is untouched.")
+    assert operation.state is State.CANCELLED
+    scene.service.cancel(operation)
+    assert scene.sent() == []
+
+
+def test_one_of_a_kind_at_a_time_and_a_writer_does_not_wait_for_a_reader() -> None:
+    scene = Scene()
+    reading = scene.begin(DOWNLOAD)
+    with pytest.raises(DroneBusy):
+        scene.begin(DOWNLOAD)
+    writing = scene.begin()
+    assert reading.state is State.CANCELLED
+    assert [type(one).__name__ for one in scene.sent()] == ["Transaction", "CancelTransaction", "Transaction"]
+    with pytest.raises(DroneBusy, match="alice"):
+        scene.begin()
+    scene.end(writing)
+    scene.begin()
+
+
+def test_whoever_compares_a_plan_or_reads_parameters_is_in_nobodys_way() -> None:
+    scene = Scene()
+    verify = Step(PlanVerifyWork(PlanKind.MISSION, ITEMS), 60.0)
+    comparing = scene.begin(Order("plan_verify", Lane.PLANS, [verify], False, PlanKind.MISSION))
+    scene.begin()
+    assert comparing.state is State.CANCELLED
+    read = Order("parameters_read", Lane.PARAMETERS, [Step(ParametersReadWork(again=True), 60.0)], False)
+    write = Order("parameters_write", Lane.PARAMETERS, [Step(ParametersWriteWork((("A", 1.0),)), 60.0)], True)
+    reading = scene.begin(read)
+    scene.begin(write)
+    assert reading.running
+    for order in (read, write):
+        with pytest.raises(DroneBusy):
+            scene.begin(order)
+
+
+def test_nothing_is_begun_without_an_agent_that_takes_it() -> None:
+    with pytest.raises(AgentTooOld):
+        Scene(takes=()).begin()
+    scene = Scene()
+    scene.agent_.link.has_channel = False
+    with pytest.raises(DroneOffline):
+        scene.begin()
+    scene.hub.detach_link(scene.agent_.link)
+    with pytest.raises(DroneOffline):
+        scene.begin()
+
+
+def test_a_lost_link_ends_nothing_and_the_same_agent_tells_when_it_is_back() -> None:
+    scene = Scene()
+    operation = scene.begin()
+    scene.hub.detach_link(scene.agent_.link)
+    scene.pass_time(1.0)
+    assert (operation.state, operation.phase) == (State.RUNNING, LINK_LOST)
+    back = scene.come(process=7, link_id=55)
+    scene.pass_time(1.0)
+    assert operation.phase == ""
+    scene.tell(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="All there."), back)
+    assert operation.state is State.DONE
+
+
+def test_a_cancel_while_the_link_is_lost_is_told_when_it_is_back() -> None:
+    scene = Scene()
+    operation = scene.begin()
+    scene.hub.detach_link(scene.agent_.link)
+    scene.pass_time(1.0)
+    scene.service.cancel(operation)
+    scene.agent_ = scene.come(process=7, link_id=55)
+    scene.pass_time(1.0)
+    assert scene.sent() == [CancelTransaction(id=operation.transaction_id)]
+
+
+@pytest.mark.parametrize("resumed", [False, True], ids=["new-link", "resumed-link"])
+@pytest.mark.parametrize("speaks", [False, True])
+def test_an_agent_that_is_back_and_says_nothing_of_a_plan_is_asked_once(resumed: bool, speaks: bool) -> None:
+    scene = Scene()
+    operation, command = scene.begin(), scene.begin(COMMAND)
+    scene.sent()
+    scene.pass_time(0.1)
+    if resumed:
+        scene.hub.resumed(scene.agent_.link)
+    else:
+        scene.hub.detach_link(scene.agent_.link)
+        scene.pass_time(1.0)
+        scene.agent_ = scene.come(process=7, link_id=55)
+    scene.pass_time(0.1)
+    if speaks:
+        scene.tell(TransactionProgress(id=operation.transaction_id, phase="writing", done=1, total=2))
+    scene.pass_time(ASK_AFTER_S - 0.2)
+    assert scene.sent() == []
+    scene.pass_time(0.2)
+    scene.pass_time(0.2)
+    asked = [one for one in scene.sent() if one.id != command.transaction_id]
+    assert asked == ([] if speaks else [CancelTransaction(id=operation.transaction_id)])
+    if not speaks:
+        scene.end(operation, Outcome.REFUSED, "It never came.")
+        assert operation.state is State.REFUSED
+
+
+def test_what_ran_in_an_agent_that_was_started_again_has_failed() -> None:
+    scene = Scene()
+    operation = scene.begin()
+    scene.come(process=8, link_id=55)
+    scene.pass_time(1.0)
+    assert operation.state is State.FAILED
+    assert "Drone 1" in operation.words
+    assert "look at what is on board" in operation.words
+
+
+def test_an_end_that_nobody_heard_is_told_as_such_and_put_right_when_the_agent_is_back() -> None:
+    scene = Scene()
+    operation = scene.begin()
+    scene.hub.detach_link(scene.agent_.link)
+    scene.pass_time(60.0 + GRACE_S)
+    assert operation.running
+    scene.pass_time(0.1)
+    assert operation.state is State.TIMED_OUT
+    back = scene.come(process=7, link_id=55)
+    scene.tell(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="All there."), back)
+    assert (operation.state, operation.words) == (State.DONE, "All there.")
+
+
+def test_the_turn_stays_with_the_assistant_for_as_long_as_their_work_goes_on() -> None:
+    scene = Scene()
+    turn, bob = scene.drone.turn, UserId(2)
+    scene.drone.lease = replace(scene.drone.lease, assistant=ALICE)
+    assert not scene.service.has_turn(scene.drone, ALICE.id, 0.0)
+    turn.changed(0.0)
+    assert scene.service.has_turn(scene.drone, ALICE.id, 0.0)
+    assert not scene.service.has_turn(scene.drone, bob, 0.0)
+    operation = scene.begin()
+    for _ in range(30):
+        scene.pass_time(0.1)
+        assert not turn.over(scene.now)
+    scene.end(operation)
+    scene.pass_time(BACK_AFTER_S)
+    assert turn.over(scene.now)
+    turn.changed(scene.now)
+    assert scene.service.has_turn(scene.drone, bob, scene.now)
+
+
+def test_a_step_that_was_done_unheard_does_not_stand_for_those_that_were_to_follow() -> None:
+    scene = Scene()
+    operation = scene.begin(COMMAND)
+    scene.hub.detach_link(scene.agent_.link)
+    scene.pass_time(5.0 + GRACE_S + 0.1)
+    assert operation.state is State.TIMED_OUT
+    back = scene.come(process=7, link_id=55)
+    scene.tell(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="Accepted."), back)
+    assert operation.state is State.FAILED
+    assert "what was to follow was not sent" in operation.words
+    assert [one for one in back.posted if isinstance(one, Transaction)] == []
+
+
+def test_what_is_over_keeps_no_plan() -> None:
+    scene = Scene()
+    operation = scene.begin()
+    scene.end(operation)
+    assert operation.order.steps == ()
+    assert operation.order.work == "plan_upload"
+
+
+def test_an_operation_of_a_drone_that_is_removed_ends() -> None:
+    scene = Scene()
+    operation = scene.begin()
+    scene.apply(record(2, (2,)))
+    scene.pass_time(0.1)
+    assert operation.state is State.FAILED
+
+
+def test_what_is_over_is_forgotten_after_an_hour_or_a_thousand_others() -> None:
+    scene = Scene()
+    first = scene.begin()
+    scene.end(first)
+    scene.pass_time(ENDED_KEPT_S - 1.0)
+    assert scene.service.find(first.id) is first
+    scene.pass_time(2.0)
+    assert scene.service.find(first.id) is None
+    many = []
+    for _ in range(ENDED_MOST + 1):
+        many.append(scene.begin())
+        scene.end(many[-1])
+        scene.sent()
+    scene.pass_time(1.0)
+    assert scene.service.find(many[0].id) is None
+    assert scene.service.find(many[1].id) is many[1]
+
+
+def test_ids_grow_over_a_restart() -> None:
+    """NOW of the world is 2026: an agent that still works for the tower before must not be taken at its word."""
+    assert Scene().begin().id > 1_700_000_000
+
+
+# -- what is on board ----------------------------------------------------------------------------------------
+
+
+def on_board(**more: Any) -> PlanOnBoard:
+    told = {"hash": plan_hash(PlanKind.MISSION, ITEMS), "count": 2, "plan": pack_plan(PlanKind.MISSION, ITEMS)}
+    return PlanOnBoard(kind=PlanKind.MISSION, **(told | more))
+
+
+def test_the_plan_on_board_is_in_the_snapshot_and_told_on_change_only() -> None:
+    scene = Scene()
+    scene.tell(on_board())
+    scene.tell(on_board())
+    (told,) = scene.told()
+    assert (told.kind, told.state, told.count) == ("mission", "known", 2)
+    assert scene.drone.view().plans.mission.hash == plan_hash(PlanKind.MISSION, ITEMS)
+    view, known = scene.drone.board.plan(PlanKind.MISSION)
+    assert known.items() == ITEMS
+    scene.tell(on_board(hash=None, plan=None, fit_to_fly=False))
+    view, known = scene.drone.board.plan(PlanKind.MISSION)
+    assert (view.state, view.count, view.fit_to_fly, known.items()) == ("unknown", 0, False, None)
+
+
+def test_nothing_is_known_of_a_drone_that_is_offline_and_nothing_is_told_to_the_blind() -> None:
+    scene = Scene()
+    scene.tell(on_board())
+    scene.hub.detach_link(scene.agent_.link)
+    assert scene.drone.view().plans.mission.state == "unknown"
+
+
+GARBAGE = {
+    "another hash": on_board(hash="0" * 16),
+    "another count": on_board(count=3),
+    "another kind": on_board(plan=pack_plan(PlanKind.FENCE, ITEMS)),
+    "cut short": on_board(plan=pack_plan(PlanKind.MISSION, ITEMS)[:-1]),
+    "empty": on_board(plan=b""),
+}
+
+
+@pytest.mark.parametrize("told", GARBAGE.values(), ids=GARBAGE)
+def test_a_plan_that_is_not_what_is_said_of_it_is_malformed(told: PlanOnBoard) -> None:
+    scene = Scene()
+    with pytest.raises(MalformedMessage):
+        scene.tell(told)
+    assert scene.told() == []
+
+
+def test_a_download_that_is_no_plan_is_malformed() -> None:
+    scene = Scene()
+    operation = scene.begin(DOWNLOAD)
+    with pytest.raises(MalformedMessage):
+        scene.end(operation, plan=b"\0\1\0")
+    assert operation.running
+
+
+# -- parameters ----------------------------------------------------------------------------------------------
+
+TABLE = by_name([Parameter("RTL_ALT", 1500.0, 9), Parameter("ARMING_CHECK", 1.0, 6)])
+HASH = table_hash(TABLE)
+
+
+def read_table(scene: Scene) -> None:
+    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
+    (asked,) = scene.sent()
+    assert asked.work == ParametersReadWork(again=False)
+    scene.tell(ParameterTable(hash=HASH, packed=pack_table(TABLE)))
+    scene.tell(TransactionResult(id=asked.id, outcome=Outcome.DONE, words=""))
+
+
+def test_a_table_that_is_not_here_is_asked_for_once_and_by_the_tower_itself() -> None:
+    scene = Scene()
+    read_table(scene)
+    assert scene.drone.board.parameters.table() == TABLE
+    assert [type(event).__name__ for event in scene.told()] == ["ParametersChanged"]
+    scene.pass_time(60.0)
+    assert scene.sent() == []
+
+
+def test_a_table_is_asked_for_again_until_it_is_here() -> None:
+    scene = Scene()
+    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
+    (asked,) = scene.sent()
+    scene.tell(TransactionResult(id=asked.id, outcome=Outcome.REFUSED, words="Busy."))
+    scene.pass_time(TABLE_AGAIN_AFTER_S - 0.1)
+    assert scene.sent() == []
+    scene.pass_time(0.2)
+    assert len(scene.sent()) == 1
+
+
+def test_an_agent_that_is_not_online_yet_is_asked_for_its_table_as_soon_as_it_is() -> None:
+    scene = Scene()
+    link, heard = scene.agent_.link, scene.agent_.link.is_heard
+    link.is_heard = lambda now: False  # type: ignore[method-assign]
+    scene.hub.tick(scene.now)
+    assert not scene.drone.online
+    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
+    assert scene.sent() == []
+    link.is_heard = heard  # type: ignore[method-assign]
+    scene.drone.online = True
+    scene.pass_time(NOT_YET_S)
+    (asked,) = scene.sent()
+    assert asked.work == ParametersReadWork(again=False)
+
+
+def test_the_same_table_is_not_asked_for_again_when_the_agent_is_back() -> None:
+    scene = Scene()
+    read_table(scene)
+    scene.hub.detach_link(scene.agent_.link)
+    assert scene.drone.board.parameters.table() is None
+    scene.agent_ = scene.come(link_id=55)
+    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
+    assert scene.sent() == []
+    assert scene.drone.board.parameters.table() == TABLE
+
+
+def test_a_change_is_taken_over_where_it_fits_the_table_and_else_the_table_is_asked_for() -> None:
+    scene = Scene()
+    read_table(scene)
+    scene.told()
+    changed = by_name([Parameter("RTL_ALT", 3000.0, 9), TABLE[0]])
+    scene.tell(
+        ParameterChanged(name="RTL_ALT", value=3000.0, kind=9, before=HASH, hash=table_hash(changed)),
+    )
+    assert scene.drone.board.parameters.table() == changed
+    assert [event.hash for event in scene.told()] == [table_hash(changed)]
+    scene.tell(ParameterChanged(name="RTL_ALT", value=1.0, kind=9, before="f" * 16, hash="e" * 16))
+    assert scene.drone.board.parameters.table() is None
+    assert scene.sent() == []  # not at once: an agent may tell a new hash with every message
+    scene.pass_time(TABLES_APART_S)
+    assert [one.work for one in scene.sent()] == [ParametersReadWork(again=False)]
+
+
+def test_changes_that_do_not_add_up_to_their_hash_make_the_table_unknown() -> None:
+    scene = Scene()
+    read_table(scene)
+    scene.tell(ParameterChanged(name="RTL_ALT", value=1.0, kind=9, before=HASH, hash="e" * 16))
+    assert scene.drone.board.parameters.table() is None
+    assert scene.drone.board.parameters.lacks_table
+
+
+def test_a_table_that_nobody_asked_for_is_not_even_looked_at() -> None:
+    scene = Scene()
+    scene.tell(ParameterTable(hash=HASH, packed=b"garbage"))
+    assert scene.drone.board.parameters.table() is None
+
+
+@pytest.mark.parametrize("packed", [b"garbage", pack_table(TABLE[:1]), b""], ids=["garbage", "another", "empty"])
+def test_a_table_that_is_not_what_its_hash_says_is_malformed(packed: bytes) -> None:
+    scene = Scene()
+    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
+    with pytest.raises(MalformedMessage):
+        scene.tell(ParameterTable(hash=HASH, packed=packed))
+
+
+@pytest.mark.parametrize("name", ["NO SPACE", "\u00e4"], ids=["space", "letters"])
+def test_a_changed_parameter_with_a_name_that_none_has_is_malformed(name: str) -> None:
+    scene = Scene()
+    with pytest.raises(MalformedMessage):
+        scene.tell(ParameterChanged(name=name, value=1.0, kind=9, before=HASH, hash=HASH))

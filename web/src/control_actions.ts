@@ -1,0 +1,123 @@
+/** Changing who has the controls: the question, which says what will happen to the drone, and then the action. */
+
+import { ask, type Consent, type Question } from './confirmation.svelte';
+import { flightTask } from './link/modes';
+import type { ControlAction, ControlWords } from './link/rest';
+import type { Drone } from './link/wire_types';
+import { tower } from './tower.svelte';
+
+const AGREED: Consent = { reason: '', isChecked: true, isSecondChecked: true, isOther: false };
+
+const pilotOf = (drone: Drone): string => drone.holder?.name ?? 'nobody';
+
+/** What a hold does to it as it is now. */
+function holdWords({ name, airborne, armed }: Drone): string {
+  if (airborne === null && armed !== false) {
+    return `Whether ${name} is in the air is not known: if it is, it is put on hold (sticks centred, its hold mode).`;
+  }
+  if (airborne) return `${name} is in the air: it is put on hold (sticks centred, its hold mode).`;
+  return armed
+    ? `${name} is on the ground with its motors running: it is put on hold, and they go on running.`
+    : `${name} is on the ground with its motors off: it does nothing.`;
+}
+
+/** `asksViews`: the two checks are about what the pilot may still see. False when the user thought better of it. Raises RestError with words to show. */
+async function change(drone: Drone, action: ControlAction, question?: Question, asksViews = false): Promise<boolean> {
+  const consent = question ? await ask(question) : AGREED;
+  if (!consent) return false;
+  const words: ControlWords = consent.reason ? { reason: consent.reason } : {};
+  const views: ControlWords = { watch: consent.isChecked, video: consent.isSecondChecked ? 'keep' : 'move' };
+  const interrupts: ControlWords = consent.isOther ? { interrupt: true } : {};
+  await tower.control(drone.id, action, asksViews ? { ...words, ...views, ...interrupts } : words);
+  return true;
+}
+
+export const acquire = (drone: Drone): Promise<boolean> => change(drone, 'acquire');
+
+export const release = (drone: Drone): Promise<boolean> =>
+  change(
+    drone,
+    'release',
+    drone.airborne !== false
+      ? {
+          title: drone.airborne ? `Release ${drone.name} in flight?` : `Release ${drone.name}?`,
+          text: `${drone.name} ${drone.airborne ? 'is' : 'may be'} in the air and nobody will have its controls. Flown by hand, it is put on hold.`,
+          confirmLabel: 'Release',
+          isDanger: true,
+        }
+      : undefined,
+  );
+
+/** What it does by itself now, where that is a way home or down; null otherwise. */
+function goingHome(drone: Drone): string | null {
+  const values = tower.vehicles.get().get(drone.id)?.values(tower.clock.nowMs());
+  if (!values || values.armed === false) return null;
+  const task = flightTask(values.autopilot, values.customMode);
+  if (task !== 'return' && task !== 'landing') return null;
+  return `${drone.name} is ${task === 'return' ? 'returning' : 'landing'} by itself (${values.mode})`;
+}
+
+function takeQuestion(drone: Drone): Question {
+  const pilot = drone.holder?.name ?? 'The pilot';
+  const loses = `${pilotOf(drone)} loses the controls and you get them`;
+  const views = {
+    reasonLabel: 'Reason (the pilot reads it)',
+    checkLabel: `${pilot} may still watch ${drone.name}`,
+    secondCheckLabel: `${pilot} may still watch the video of ${drone.name}`,
+  };
+  const title = `Take the controls of ${drone.name}?`;
+  const going = goingHome(drone);
+  if (going === null) {
+    const text = `${holdWords(drone)} ${loses}.`;
+    return { title, text, confirmLabel: 'Take the controls', isDanger: true, ...views };
+  }
+  return {
+    title,
+    text: `${going}. ${loses} either way. Let it finish, or stop it where it is.`,
+    confirmLabel: 'Take control and let it finish',
+    otherLabel: 'Interrupt: hold where it is',
+    ...views,
+  };
+}
+
+export const take = (drone: Drone): Promise<boolean> => change(drone, 'take', takeQuestion(drone), true);
+
+/** Stops it whatever it does, a return and a landing too. */
+export async function takeInEmergency(drone: Drone): Promise<boolean> {
+  const going = goingHome(drone);
+  const now = going === null ? '' : `${going}: that is interrupted. `;
+  const consent = await ask({
+    title: `Emergency: take ${drone.name} and stop it?`,
+    text: `${now}${drone.name} stops and holds where it is, also out of a return or a landing. ${pilotOf(drone)} loses the controls and you get them.`,
+    confirmLabel: `Take ${drone.name} and stop it`,
+    isDanger: true,
+    reasonLabel: 'Reason (the pilot reads it)',
+  });
+  if (!consent) return false;
+  const reason = consent.reason ? { reason: consent.reason } : {};
+  await tower.control(drone.id, 'take', { ...reason, interrupt: true });
+  return true;
+}
+
+/** Withdraws an offer of one's own. */
+export const keep = (drone: Drone): Promise<boolean> => change(drone, 'take');
+
+export function give(drone: Drone): Promise<boolean> {
+  const pilot = drone.taken_from?.name ?? 'its pilot';
+  return change(drone, 'give', {
+    title: `Give ${drone.name} back to ${pilot}?`,
+    text: `${holdWords(drone)} It stays yours until ${pilot} accepts with centred sticks.`,
+    confirmLabel: 'Give back',
+    reasonLabel: 'Reason (optional)',
+  });
+}
+
+export const assist = (drone: Drone): Promise<boolean> =>
+  change(drone, 'assist', {
+    title: `Assist ${pilotOf(drone)} with ${drone.name}?`,
+    text: `${pilotOf(drone)} keeps ${drone.name}, which flies on. When you command something, ${pilotOf(drone)}'s commands wait until 1 s after it.`,
+    confirmLabel: 'Assist',
+    reasonLabel: 'Reason (optional)',
+  });
+
+export const unassist = (drone: Drone): Promise<boolean> => change(drone, 'unassist');

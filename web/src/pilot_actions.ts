@@ -1,0 +1,171 @@
+/** What a pilot can make a drone do, with the question before each dangerous one. For buttons, keys and pads alike. */
+
+import { askToArm } from './arming';
+import { ask } from './confirmation.svelte';
+import type { FlightValues } from './link/flight_values';
+import { modeSetOf, type Mode } from './link/modes';
+import type { Place, Target } from './link/messages';
+import type { Vehicle } from './link/vehicle';
+import { preferences } from './preferences.svelte';
+import { latLon } from './words/format';
+import { measured, type Quantity } from './words/units';
+
+const words = (quantity: Quantity, value: number | null): string =>
+  measured(preferences.units, quantity, value, value !== null && Number.isInteger(value) ? 0 : undefined);
+const high = (metres: number | null): string => words('height', metres);
+const fast = (mps: number): string => words('speed', mps);
+
+export class PilotActions {
+  readonly #vehicle: Vehicle;
+  readonly #values: () => FlightValues;
+
+  constructor(vehicle: Vehicle, values: () => FlightValues) {
+    this.#vehicle = vehicle;
+    this.#values = values;
+  }
+
+  get #name(): string {
+    return this.#vehicle.drone.get().name;
+  }
+
+  async arm(): Promise<void> {
+    const text = `The motors of ${this.#name} will start to turn. Is everybody clear of it?`;
+    const agreed = await askToArm(this.#vehicle, { title: `Arm ${this.#name}?`, text, confirmLabel: 'Arm' });
+    if (agreed)
+      await this.#vehicle.perform(
+        'Arm',
+        agreed((flying) => flying.arm()),
+      );
+  }
+
+  async disarm(): Promise<void> {
+    const name = this.#name;
+    const { airborne } = this.#values();
+    if (airborne === false) {
+      const text = `The motors of ${name} will stop.`;
+      if (await ask({ title: `Disarm ${name}?`, text, confirmLabel: 'Disarm' })) {
+        await this.#vehicle.perform('Disarm', (flying) => flying.disarm(false));
+      }
+      return;
+    }
+    const first = await ask({
+      title: `Disarm ${name} in flight?`,
+      text:
+        airborne === null
+          ? `Whether ${name} is in the air is not known. If it is, it falls without its motors.`
+          : `${name} is in the air. Without its motors it falls.`,
+      confirmLabel: 'Disarm in flight',
+      isDanger: true,
+    });
+    if (!first) return;
+    const second = await ask({
+      title: `Let ${name} fall?`,
+      text: `Asked twice on purpose: the motors of ${name} stop at once and it drops from ${high(this.#values().altRelM)}.`,
+      confirmLabel: 'Stop the motors now',
+      isDanger: true,
+    });
+    if (second) await this.#vehicle.perform('Disarm in flight', (flying) => flying.disarm(true));
+  }
+
+  async takeOff(heightM: number): Promise<void> {
+    const name = this.#name;
+    const isArmed = this.#values().armed === true;
+    const arming = isArmed ? '' : ' arms its motors,';
+    const text = `${name} changes to guided mode,${arming} and climbs to ${high(heightM)} above home. Is everybody clear of it?`;
+    const question = { title: `Take off with ${name} to ${high(heightM)}?`, text, confirmLabel: 'Take off' };
+    const label = `Take off to ${high(heightM)}`;
+    if (isArmed) {
+      if (await ask(question)) await this.#vehicle.perform(label, (flying) => flying.takeOff(heightM));
+      return;
+    }
+    const agreed = await askToArm(this.#vehicle, question);
+    if (agreed)
+      await this.#vehicle.perform(
+        label,
+        agreed((flying) => flying.takeOff(heightM)),
+      );
+  }
+
+  async returnHome(): Promise<void> {
+    const text = `${this.#name} flies back to its home and lands there.`;
+    if (await ask({ title: `Return ${this.#name}?`, text, confirmLabel: 'Return' })) {
+      await this.#vehicle.perform('Return', (flying) => flying.returnHome());
+    }
+  }
+
+  async land(): Promise<void> {
+    const text = `${this.#name} lands where it is now.`;
+    if (await ask({ title: `Land ${this.#name} here?`, text, confirmLabel: 'Land' })) {
+      await this.#vehicle.perform('Land', (flying) => flying.land());
+    }
+  }
+
+  /** Never asks: it is what one does when something else went wrong. */
+  async hold(): Promise<void> {
+    await this.#vehicle.perform('Hold', (flying) => flying.hold());
+  }
+
+  /** Asked on the ground with motors at rest it harms nobody, and is not asked about. */
+  async changeMode(modeName: string): Promise<void> {
+    const { autopilot, mode: before, armed } = this.#values();
+    const mode = autopilot === null ? undefined : modeSetOf(autopilot)?.modes.find(({ name }) => name === modeName);
+    if (!mode) return;
+    const warning = this.#warningOf(mode);
+    const text = `${this.#name} changes from ${before ?? 'its mode'} to ${mode.name} at once.${warning}`;
+    const title = `Change the mode of ${this.#name}?`;
+    const question = { title, text, confirmLabel: `Change to ${mode.name}`, isDanger: warning !== '' };
+    if (armed !== false && !(await ask(question))) return;
+    await this.#vehicle.perform(`Mode ${mode.name}`, (flying) => flying.setMode(mode));
+  }
+
+  #warningOf(mode: Mode): string {
+    const isUnflown =
+      mode.obeysSticks && this.#values().airborne !== false && this.#vehicle.manual.state.get().phase !== 'flying';
+    return isUnflown
+      ? ' It obeys the sticks, and this page sends none: with the radio at rest it sinks to the ground.'
+      : '';
+  }
+
+  /** The dialog in which the place was corrected has asked already. */
+  async goTo(target: Target): Promise<void> {
+    await this.#vehicle.perform(`Go to ${latLon(target)} at ${high(target.altRelM)}`, (flying) => flying.goTo(target));
+  }
+
+  async changeHeight(altRelM: number): Promise<void> {
+    const name = this.#name;
+    const text = `${name} changes to guided mode and goes ${this.#upOrDown(altRelM)} to ${high(altRelM)} above home.`;
+    if (await ask({ title: `${name} to ${high(altRelM)}?`, text, confirmLabel: 'Change height' })) {
+      await this.#vehicle.perform(`Height ${high(altRelM)}`, (flying) => flying.changeHeight(altRelM));
+    }
+  }
+
+  #upOrDown(altRelM: number): string {
+    return altRelM >= (this.#values().altRelM ?? 0) ? 'up' : 'down';
+  }
+
+  async changeSpeed(speedMps: number): Promise<void> {
+    const text = `${this.#name} flies at ${fast(speedMps)} over the ground from now on, where it flies by itself.`;
+    if (await ask({ title: `${this.#name} at ${fast(speedMps)}?`, text, confirmLabel: 'Change speed' })) {
+      await this.#vehicle.perform(`Speed ${fast(speedMps)}`, (flying) => flying.changeSpeed(speedMps));
+    }
+  }
+
+  async turnTo(headingDeg: number): Promise<void> {
+    const text = `${this.#name} turns to ${headingDeg}° where it is.`;
+    if (await ask({ title: `Turn ${this.#name} to ${headingDeg}°?`, text, confirmLabel: 'Turn' })) {
+      await this.#vehicle.perform(`Turn to ${headingDeg}°`, (flying) => flying.turnTo(headingDeg));
+    }
+  }
+
+  /** Null: where the drone is now. */
+  async setHome(place: Place | null): Promise<void> {
+    const name = this.#name;
+    const isOnGround = this.#values().airborne === false;
+    const height = place || !isOnGround ? ', as high as its home was' : '';
+    const where = `${place ? `at ${latLon(place)}` : 'where it is now'}${height}`;
+    const text = `${name} returns to this place from now on, also by itself when it loses somebody: home is ${where}.`;
+    if (!(await ask({ title: `Set the home of ${name}?`, text, confirmLabel: 'Set home' }))) return;
+    const label = place ? `Home at ${latLon(place)}` : 'Home here';
+    await this.#vehicle.perform(label, (flying) => (place ? flying.homeAt(place) : flying.homeHere(isOnGround)));
+  }
+}

@@ -1,0 +1,60 @@
+/** Carries one action out at several drones at once, and keeps the answer of each. */
+
+import { waitsFor } from './link/assist_turns';
+import type { Flying } from './link/flying';
+import type { Outcome } from './link/commands';
+import type { User } from './link/wire_types';
+import { answerOf, ACTION_WORDS, wayToControls, type Answer, type SquadAction } from './squad/squad_action';
+import { tower } from './tower.svelte';
+import { blockedWords } from './words/blocked';
+
+const DO: Record<SquadAction, (flying: Flying) => Promise<Outcome>> = {
+  hold: (flying) => flying.hold(),
+  return: (flying) => flying.returnHome(),
+  land: (flying) => flying.land(),
+};
+
+/** Why this drone cannot be commanded by this user as things are; empty when it can. */
+export function blockedNow(droneId: number, user: User): string {
+  const vehicle = tower.vehicles.get().get(droneId);
+  if (!vehicle) return 'It is no longer in your squad.';
+  const drone = vehicle.drone.get();
+  return blockedWords({
+    drone,
+    user,
+    isConnected: tower.live.state.get().phase === 'open',
+    isHeard: vehicle.values(tower.clock.nowMs()).heartbeatAgeMs !== null,
+    waitsFor: waitsFor(drone, tower.assist.turns.get().get(droneId), user),
+  });
+}
+
+async function one(droneId: number, action: SquadAction, user: User, takesFirst: boolean): Promise<Answer> {
+  const vehicle = tower.vehicles.get().get(droneId);
+  if (!vehicle) return { kind: 'refused', why: 'It is no longer in your squad.' };
+  const drone = vehicle.drone.get();
+  const way = takesFirst ? wayToControls(drone, user) : null;
+  try {
+    if (way) await tower.control(droneId, way, { reason: `${ACTION_WORDS[action].verb} of several drones` });
+  } catch (error) {
+    return { kind: 'refused', why: error instanceof Error ? error.message : String(error) };
+  }
+  const blocked = blockedNow(droneId, user);
+  if (blocked) return { kind: 'refused', why: blocked };
+  return answerOf(drone.name, await vehicle.perform(ACTION_WORDS[action].verb, DO[action]));
+}
+
+/** `onanswer` hears of every drone: at once that it is waited for, then what came of it. */
+export async function performAll(
+  droneIds: readonly number[],
+  action: SquadAction,
+  user: User,
+  takesFirst: boolean,
+  onanswer: (droneId: number, answer: Answer) => void,
+): Promise<void> {
+  await Promise.all(
+    droneIds.map(async (droneId) => {
+      onanswer(droneId, { kind: 'waiting', why: '' });
+      onanswer(droneId, await one(droneId, action, user, takesFirst));
+    }),
+  );
+}
