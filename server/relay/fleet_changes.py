@@ -61,7 +61,7 @@ class FleetChanges:
             if why:
                 self.close_browser(browser, why)
         for drone in state.drones.values():
-            self._report_lost_rights(drone, snapshot)
+            self._report_lost_rights(drone)
 
     def is_admin(self, user_id: UserId) -> bool:
         """Whether this account is that of an admin of the tower."""
@@ -150,21 +150,23 @@ class FleetChanges:
             drone.watchers.pop(browser.number, None)
         browser.close(SESSION_ENDED, why)
 
-    def _report_lost_rights(self, drone: LiveDrone, snapshot: FleetSnapshot) -> None:
+    def look_at_former_holder(self, drone_id: DroneId) -> None:
+        """The lease has changed. Who lost their right as its holder a moment before may now be whom it was taken from:
+        what was reported of the holder then comes too late."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            self._report_if_lost(drone, drone.lease.taken_from, "taken_from", admin_only=False)
+
+    def _report_lost_rights(self, drone: LiveDrone) -> None:
         lease = drone.lease
-        if lease.holder is None and lease.taken_from is None and lease.assistant is None:
-            return
+        self._report_if_lost(drone, lease.holder, "holder", admin_only=lease.taken_from is not None)
+        self._report_if_lost(drone, lease.taken_from, "taken_from", admin_only=False)
+        self._report_if_lost(drone, lease.assistant, "assistant", admin_only=True)
 
-        def check(user: UserRef | None, whose: Part, *, admin_only: bool) -> None:
-            if user is None:
-                return
-            why = _why_lost(drone, user, snapshot.users, admin_only=admin_only)
-            if why:
-                self._state.on_event(RightLost(drone.drone_id, user.id, whose, why))
-
-        check(lease.holder, "holder", admin_only=lease.taken_from is not None)
-        check(lease.taken_from, "taken_from", admin_only=False)
-        check(lease.assistant, "assistant", admin_only=True)
+    def _report_if_lost(self, drone: LiveDrone, user: UserRef | None, whose: Part, *, admin_only: bool) -> None:
+        why = _why_lost(drone, user, self._users, admin_only=admin_only)
+        if user is not None and why:
+            self._state.on_event(RightLost(drone.drone_id, user.id, whose, why))
 
 
 def _why_lost(

@@ -134,6 +134,7 @@ class Hub:
     ) -> None:
         """Takes over a lease that has been committed. From this call on the old holder's frames are refused."""
         self._leases.apply(drone_id, lease, event=event, by=by, reason=reason, now=now)
+        self._fleet.look_at_former_holder(drone_id)
         self.video.look_again(drone_id)
 
     def fence(self, drone_id: DroneId) -> None:

@@ -87,6 +87,23 @@ def test_a_take_that_is_refused_leaves_the_holder_flying(model: ControlModel) ->
     assert flown(model) == {3: {BOB}}
 
 
+@pytest.mark.parametrize("first", ["asked", "lost"])
+def test_who_loses_the_right_while_the_controls_are_taken_has_no_part_in_the_lease(
+    model: ControlModel, first: str
+) -> None:
+    """They had lost it as the holder, and by then they were whom it was taken from."""
+    if first == "asked":
+        model._ask(ROOT, ONE, Event.TAKE, at_once=False)
+    model.rights_change(ALICE, ONE, "no owner")
+    if first == "lost":
+        model._ask(ROOT, ONE, Event.TAKE, at_once=False)
+    while model.tower.running:
+        model.tower.step(0)
+    model.tower.settle()
+    lease = model.store.leases[ONE]
+    assert (lease.holder, lease.taken_from) == (ROOT, None)
+
+
 def test_nobody_flies_under_the_epoch_of_an_assistance_that_the_tower_did_not_survive(model: ControlModel) -> None:
     model._ask(ROOT, ONE, Event.ASSIST, at_once=True)
     model.everything_arrives()
