@@ -29,15 +29,16 @@ run: $(RUN_READY) $(CONSOLE) ## build what is missing, then start the tower with
 .PHONY: setup
 setup: $(DEV_READY) $(WEB_READY) $(CONSOLE) ## install everything into .venv and web/, start nothing
 
-.PHONY: check check-python check-console
+.PHONY: check check-python check-console check-generated
 check: check-python check-console check-generated ## format, lint, types and import rules; generated files are current
 
 check-python: $(DEV_READY)
-	@$(SAY) "Python: format, lint, types, import rules"
+	@$(SAY) "Python: format, lint, types, import rules, structure"
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
+	@$(BIN)/python deploy/check_structure.py
 
 check-console: $(WEB_READY)
 	@$(SAY) "Console: format, lint, types"

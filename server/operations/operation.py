@@ -6,15 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal, Protocol
 
 from server.domain.people import UserRef
+from wire.control_messages import ToAgent
 from wire.ids import DroneId, Epoch
 from wire.plans import PlanKind
 from wire.transactions import TRANSACTIONS, LogEntry, Outcome, ParameterRefusal, Work
-
-if TYPE_CHECKING:
-    from server.relay.agent_link import AgentLink
 
 WorkName = Literal[
     "plan_upload",
@@ -107,6 +105,17 @@ class Order:
     about: dict[str, object] = field(default_factory=dict)
 
 
+class Carrier(Protocol):
+    """What an operation knows of the link that carries its transaction (`server.relay.agent_link.AgentLink`)."""
+
+    process: int
+    """Which process of the agent has it; 0: it does not say."""
+    has_channel: bool
+
+    def post(self, message: ToAgent) -> None:
+        """Send it by the control channel."""
+
+
 @dataclass
 class Operation:
     """Owned by the service while it runs; never changed after its end, but by an agent that came back late."""
@@ -140,7 +149,7 @@ class Operation:
     """LiveDrone.commanded when it began."""
     next_step: int = 0
     transaction_id: int = 0
-    link: AgentLink | None = None
+    link: Carrier | None = None
     deadline: float = 0.0
     """When the agent must have ended the transaction, on the clock of `now`."""
     over_since: float = 0.0

@@ -22,7 +22,7 @@ from server.domain.clock import Clock
 from server.domain.people import UserRef
 from server.operations.board import checked_plan
 from server.operations.end_words import moved_words, overruled_words, unknown_words
-from server.operations.operation import AT_ONCE, STATE_OF, Lane, Operation, Order, State
+from server.operations.operation import AT_ONCE, STATE_OF, Carrier, Lane, Operation, Order, State
 from server.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
 from server.operations.table_fetching import FETCH, TableFetching
 from server.relay import live_messages as live
@@ -328,9 +328,10 @@ class OperationService:
             self._end(operation, State.FAILED, "The drone has been removed.")
             return
         link, assistant = drone.link, drone.lease.assistant
+        is_same_link = link is operation.link
         if operation.by is not None and assistant is not None and operation.by.id == assistant.id:
             drone.turn.asks(now)  # else the turn goes back in the middle of it, and the agent undoes what it wrote
-        if link is not None and link is not operation.link and _is_another_agent(operation.link, link):
+        if link is not None and not is_same_link and _is_another_agent(operation.link, link):
             self._end(operation, State.FAILED, unknown_words(operation, "was started again in between"))
         elif now > operation.deadline + GRACE_S:
             self._give_up(operation, link)
@@ -338,7 +339,7 @@ class OperationService:
             if not operation.link_lost:
                 operation.link_lost, operation.phase = True, LINK_LOST
                 self._tell(operation)
-        elif operation.link_lost or link is not operation.link:
+        elif operation.link_lost or not is_same_link:
             operation.link, operation.link_lost = link, False
             operation.phase = operation.step.phase
             self._ask_later(operation, now)
@@ -391,7 +392,7 @@ class OperationService:
                 one.tell(event)
 
 
-def _is_another_agent(before: AgentLink | None, now: AgentLink) -> bool:
+def _is_another_agent(before: Carrier | None, now: Carrier) -> bool:
     """Whether that is known: an old agent does not say which process it is."""
     return before is not None and before.process != 0 and now.process != 0 and before.process != now.process
 

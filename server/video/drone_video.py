@@ -7,10 +7,9 @@ from typing import Final, Protocol
 from server.relay.agent_link import AgentLink
 from server.relay.token_bucket import TokenBucket
 from server.video.clock_offset import ClockOffset
-from server.video.lockstep_group import LockstepGroup
 from server.video.situation import Known, VideoSituation, situation_of
 from server.video.streams import Stream, StreamKey, StreamSink
-from server.video.viewer import VideoViewer
+from server.video.viewer import LockstepGroup, VideoViewer
 from wire.video import VIDEO, ClockProbe, StreamRequest, VideoState, VideoWanted
 
 LINGER_S: Final = 3.0

@@ -18,10 +18,9 @@ from server.relay.live_drone import LiveDrone
 from server.relay.live_state import LiveState
 from server.relay.socket_bounds import SocketBounds
 from server.video.drone_video import AgentVideoChannel, DroneVideo, Flow
-from server.video.lockstep_group import LockstepGroup
 from server.video.streams import Relayed, StreamKey, StreamSink
 from server.video.traffic import VideoTraffic
-from server.video.viewer import VideoViewer
+from server.video.viewer import LockstepGroup, VideoViewer
 from server.video.viewer_messages import Drawn
 from server.video.watching import NO_SUCH_DRONE, why_not_watch
 from server.websocket_bytes import BINARY, whole_message

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from test_relay_video import MEDIUM, FakeViewer, Scene, unit
 
 from server.video.drone_video import Flow
-from server.video.lockstep_group import MAX_MEMBERS
 from server.video.pacing import TRUST_S
+from server.video.viewer import MAX_MEMBERS
 from server.video.viewer_messages import Drawn
 from wire.ids import DroneId
 
