@@ -110,7 +110,7 @@ class PlanAgent(ModelAgent):
     @property
     def service(self) -> Any:
         """Its plans."""
-        return self.onboard._work._plans._service
+        return self.onboard._work._plans._handler
 
     @property
     def why_no_start(self) -> str | None:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 from hub_world import command_long, record
-from test_operations_service import ALICE, COMMAND, Scene
+from test_operation_service import ALICE, COMMAND, Scene
 
 from server.operations.operation import AT_ONCE, Lane, Order, State, Step
 from server.operations.refusals import DroneBusy
