@@ -139,7 +139,7 @@ class PlanReplacement:
 
     def stop(self, outcome: Outcome, why: str) -> None:
         """It is not wanted any more. `why`: a part of a sentence."""
-        if self.end is not None or self._trouble is not None:
+        if self.end is not None or (self._trouble is not None and not self._may_still_be_done):
             return
         self._trouble = _Trouble(outcome, why)
         if self.phase is Phase.LEARNING:
@@ -151,6 +151,12 @@ class PlanReplacement:
         elif isinstance(self._part, PlanWrite):
             self._out += self._part.stop()
             self._read()
+
+    @property
+    def _may_still_be_done(self) -> bool:
+        """Writing failed (a lost answer, say), but the read-back may show that the new plan is there."""
+        failed = self._trouble is not None and self._trouble.outcome is Outcome.FAILED
+        return failed and self.phase is Phase.READING and not self._recovers
 
     def _advance(self) -> None:
         match self.phase:

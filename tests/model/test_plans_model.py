@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from plan_world import ALICE, NEW, OLD, ROOT, THIRD, Event, PlanWorld, State
 
@@ -117,6 +117,7 @@ STORIES = st.lists(
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(in_place=st.booleans(), story=STORIES)
+@example(in_place=False, story=[(12, "autopilot rebooted"), (130, "taken")])  # while it is read back
 def test_any_story(in_place: bool, story: list[tuple[int, str]]) -> None:
     world = PlanWorld(in_place=in_place)
     world.upload(NEW)

@@ -1,4 +1,4 @@
-"""Plans up to a real autopilot and back, by the agent's own plan desk, without tower and link."""
+"""Plans up to a real autopilot and back, by the agent's own plan handler, without tower and link."""
 
 from __future__ import annotations
 
@@ -48,19 +48,19 @@ class PlanExchange:
     def __init__(self, autopilot: RealAutopilot, keeping: KeptFields) -> None:
         self.autopilot = autopilot
         self.keeping = keeping
-        self._desk = PlanHandler(FrameMaker(), _Journal())
+        self._handler = PlanHandler(FrameMaker(), _Journal())
         self._loop = asyncio.get_running_loop()
         self._address: tuple[str, int] | None = None
         self._number = 0
-        self._desk.autopilot_came(vehicle_system_id=1, home_slot=True, keeping=keeping, now=self._loop.time())
+        self._handler.autopilot_came(vehicle_system_id=1, home_slot=True, keeping=keeping, now=self._loop.time())
 
     async def do(self, work: PlanWork) -> TransactionResult:
         """Until its result. Raises TimeoutError."""
         self._number += 1
-        self._desk.begin(Transaction(id=self._number, epoch=0, deadline_s=WITHIN_S, work=work), self._loop.time())
+        self._handler.begin(Transaction(id=self._number, epoch=0, deadline_s=WITHIN_S, work=work), self._loop.time())
         async with asyncio.timeout(2 * WITHIN_S):
             while True:
-                for told in self._desk.news():
+                for told in self._handler.news():
                     if isinstance(told, TransactionResult):
                         return told
                 self._step()
@@ -85,9 +85,9 @@ class PlanExchange:
                 data, self._address = port.recvfrom(4096)
                 with contextlib.suppress(MalformedFrame):
                     for frame in split_frames(data):
-                        self._desk.heard(frame, self._loop.time())
+                        self._handler.heard(frame, self._loop.time())
         if self._address is not None:
-            for frame in self._desk.due(self._loop.time()):
+            for frame in self._handler.due(self._loop.time()):
                 port.sendto(frame, self._address)
 
 

@@ -98,7 +98,7 @@ def test_a_former_holder_whose_ownership_went_with_the_controls_hears_of_both() 
     assert scene.alice.events() == [], "what happens to it now is not theirs to know"
 
 
-def test_what_the_desk_says_counts_and_comes_once_though_a_snapshot_was_first() -> None:
+def test_what_the_service_says_counts_and_comes_once_though_a_snapshot_was_first() -> None:
     scene = Scene()
     scene.snapshot(owners=())
     scene.world.hub.tick(5.0)
@@ -109,7 +109,7 @@ def test_what_the_desk_says_counts_and_comes_once_though_a_snapshot_was_first() 
     assert scene.told(scene.alice) == scene.told(scene.admin) == []
 
 
-def test_a_change_of_the_desk_that_comes_meanwhile_is_told_after_that_of_the_snapshot() -> None:
+def test_a_change_of_the_service_that_comes_meanwhile_is_told_after_that_of_the_snapshot() -> None:
     scene = Scene()
     scene.snapshot()
     scene.world.hub.tick(5.0)

@@ -96,7 +96,7 @@ def with_a_handler(*works: type, taken: bool = True) -> tuple[Transactions, Noti
     return transactions, handler
 
 
-def test_each_piece_of_work_goes_to_its_desk_and_what_nobody_does_is_refused() -> None:
+def test_each_piece_of_work_goes_to_its_handler_and_what_nobody_does_is_refused() -> None:
     plans, parameters = NotingDesk(PlanDownloadWork), NotingDesk(ParametersReadWork)
     transactions = Transactions([plans, parameters])
     transactions.link_up(taken=True)
@@ -201,7 +201,7 @@ def test_where_too_much_waits_the_state_is_told_anew_and_results_stay() -> None:
 
 
 @pytest.mark.parametrize("answers_us", [True, False])
-def test_what_answers_a_desk_alone_need_not_go_up(answers_us: bool) -> None:
+def test_what_answers_a_handler_alone_need_not_go_up(answers_us: bool) -> None:
     handlers = [NotingDesk(hears=(44,)), NotingDesk(hears=(44, 22))]
     transactions = Transactions(handlers)
     assert transactions.hears == {22, 44}
