@@ -114,7 +114,11 @@ export function whyNot(drone: Drone, user: User): string {
   return '';
 }
 
-async function carriedOut(drone: Drone, action: SquadAction, tell: (answer: SquadAnswer) => void): Promise<SquadAnswer> {
+async function carriedOut(
+  drone: Drone,
+  action: SquadAction,
+  tell: (answer: SquadAnswer) => void,
+): Promise<SquadAnswer> {
   try {
     const ended = await action(drone, ({ phase, done, total }) => tell(answer('working', phase, done, total)));
     if (ended.state === 'done') return answer('done', ended.words, 1, 1);

@@ -58,9 +58,7 @@ export function gridLines(area: readonly Spot[], settings: GridSettings): Line[]
   const [least, most] = [Math.min(...sides), Math.max(...sides)];
   const count = lineCount(most - least, spacingM);
   if (count > MAX_LINES) {
-    throw new SurveyFault(
-      `That is ${count} lines, ${MAX_LINES} are the most: lines farther apart, or a smaller area.`,
-    );
+    throw new SurveyFault(`That is ${count} lines, ${MAX_LINES} are the most: lines farther apart, or a smaller area.`);
   }
   const first = (least + most) / 2 - ((count - 1) / 2) * spacingM;
   const places = Array.from({ length: count }, (_, at) => first + at * spacingM);
