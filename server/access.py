@@ -17,7 +17,7 @@ from fastapi import Depends, Request
 from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 
-from server.anonymous.budget import admitted
+from server.anonymous.visit_scope import admitted
 from server.domain.access import (
     AccessRequest,
     Action,

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any, Final, cast
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.frames import CloseCode, Frame
 
-from server.anonymous.budget import GUEST
 from server.anonymous.connections import AnonymousConnection, ConnectionBudget
+from server.anonymous.visit_scope import GUEST
 
 if TYPE_CHECKING:
     from uvicorn._types import ASGIReceiveEvent, ASGISendEvent

@@ -17,10 +17,11 @@ from typing import Any, Final, cast
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
-from server.anonymous.budget import GUEST, AnonymousBudget, Over
+from server.anonymous.budget import AnonymousBudget, Over
 from server.anonymous.connections import AnonymousConnection
 from server.anonymous.limits import LIMITS
 from server.anonymous.read_turns import ReadTurns
+from server.anonymous.visit_scope import GUEST
 from server.guarded_websocket import GuardedWebSocket
 
 HEAD_WITHIN_S: Final = LIMITS.head_within_s

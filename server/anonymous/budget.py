@@ -6,9 +6,6 @@ import ipaddress
 import secrets
 from collections import Counter
 from enum import StrEnum
-from typing import Final
-
-from starlette.requests import HTTPConnection
 
 from server.anonymous.connections import AnonymousConnection, ConnectionBudget
 from server.anonymous.fair_line import Priority
@@ -17,11 +14,6 @@ from server.anonymous.limits import LIMITS, AnonymousLimits
 from server.anonymous.log_lines import LogBudget
 from server.anonymous.networks import Origin, origin_of
 from server.relay.token_bucket import TokenBucket
-
-VISIT: Final = "tower.visit"
-"""Where a request's scope has its Visit."""
-GUEST: Final = "tower.guest"
-"""Where it has the Guest that its connection is."""
 
 
 class Over(StrEnum):
@@ -120,13 +112,6 @@ class AnonymousVisit:
         if self._is_handshake:
             self._is_handshake = False
             self._budget.end_handshake(self._origin)
-
-
-def admitted(connection: HTTPConnection) -> None:
-    """Whoever sent this has signed in: call it where that has just been checked."""
-    visit = connection.scope.get(VISIT)
-    if isinstance(visit, AnonymousVisit):
-        visit.admit()
 
 
 def origin_of_guest(address: str, port: int, *, is_proxy: bool) -> Origin:

@@ -15,10 +15,11 @@ from typing import Final
 
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from server.anonymous.budget import GUEST, VISIT, AnonymousBudget, AnonymousVisit, Over
+from server.anonymous.budget import AnonymousBudget, AnonymousVisit, Over
 from server.anonymous.connections import AnonymousConnection
 from server.anonymous.fair_line import Bounds, FairLine, Priority
 from server.anonymous.networks import Origin, origin_of
+from server.anonymous.visit_scope import GUEST, VISIT
 from server.relay.token_bucket import TokenBucket
 
 RETRY_AFTER_S: Final = 5

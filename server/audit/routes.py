@@ -12,9 +12,9 @@ from typing import Annotated, Any, Final
 from fastapi import APIRouter, Depends, Query, Request
 from fastapi.responses import StreamingResponse
 from pydantic import AwareDatetime, BaseModel, Field
-from sqlalchemy import Select, func, select
 
 from server.access import Admin
+from server.audit.search import AuditFilter, page, pages
 from server.audit.tables import AuditEventRow
 from server.database import Database
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
@@ -24,7 +24,6 @@ from server.tower import tower_of
 router = APIRouter(prefix="/api/v1", tags=["audit"])
 
 MAX_IN_CSV: Final = 100_000
-ROWS_AT_ONCE: Final = 500
 _NO_NUL: Final = r"^[^\x00]*$"
 """Not every database can look for it, and nothing has it."""
 COLUMNS: Final = ("id", "at", "actor_id", "actor_name", "action", "drone_id", "address", "detail")
@@ -41,45 +40,23 @@ class AuditEventView(BaseModel):
     address: str
 
 
-class Filters:
+def _filter(
+    action: Annotated[
+        str | None,
+        Query(max_length=64, pattern=_NO_NUL, description="A whole action, or a prefix that ends in a dot: `control.`"),
+    ] = None,
+    actor: Annotated[
+        str | None, Query(max_length=64, pattern=_NO_NUL, description="A name; upper and lower case do not count")
+    ] = None,
+    drone_id: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
+    since: Annotated[AwareDatetime | None, Query(description="Not before")] = None,
+    until: Annotated[AwareDatetime | None, Query(description="Before")] = None,
+) -> AuditFilter:
     """What is looked for. All that are named must fit."""
-
-    def __init__(
-        self,
-        action: Annotated[
-            str | None,
-            Query(
-                max_length=64, pattern=_NO_NUL, description="A whole action, or a prefix that ends in a dot: `control.`"
-            ),
-        ] = None,
-        actor: Annotated[
-            str | None, Query(max_length=64, pattern=_NO_NUL, description="A name; upper and lower case do not count")
-        ] = None,
-        drone_id: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
-        since: Annotated[AwareDatetime | None, Query(description="Not before")] = None,
-        until: Annotated[AwareDatetime | None, Query(description="Before")] = None,
-    ) -> None:
-        self._action, self._actor, self._drone_id, self._since, self._until = action, actor, drone_id, since, until
-
-    def query(self, *, before: int | None, limit: int) -> Select[AuditEventRow]:
-        """Newest first."""
-        query = select(AuditEventRow).order_by(AuditEventRow.id.desc()).limit(limit)
-        if self._action is not None and self._action.endswith("."):
-            query = query.where(AuditEventRow.action.startswith(self._action, autoescape=True))
-        elif self._action is not None:
-            query = query.where(AuditEventRow.action == self._action)
-        if self._actor is not None:
-            query = query.where(func.lower(AuditEventRow.actor_name) == self._actor.lower())
-        if self._drone_id is not None:
-            query = query.where(AuditEventRow.drone_id == self._drone_id)
-        if self._since is not None:
-            query = query.where(AuditEventRow.at >= self._since)
-        if self._until is not None:
-            query = query.where(AuditEventRow.at < self._until)
-        return query if before is None else query.where(AuditEventRow.id < before)
+    return AuditFilter(action=action, actor=actor, drone_id=drone_id, since=since, until=until)
 
 
-Wanted = Annotated[Filters, Depends()]
+Wanted = Annotated[AuditFilter, Depends(_filter)]
 _ADMINS = answers(NotSignedIn, SessionExpired, AdminsOnly)
 
 
@@ -92,9 +69,8 @@ async def list_audit_events(
     before: Annotated[int | None, Query(ge=1, le=2**31 - 1, description="Only events with a smaller id")] = None,
 ) -> list[AuditEventView]:
     """The audit trail, newest first. For the next page, ask for what is before the last id."""
-    async with tower_of(request).database.reading() as session:
-        found = await session.scalars(wanted.query(before=before, limit=limit))
-        return [AuditEventView.model_validate(row, from_attributes=True) for row in found]
+    found = await page(tower_of(request).database, wanted, before=before, limit=limit)
+    return [AuditEventView.model_validate(row, from_attributes=True) for row in found]
 
 
 @router.get(
@@ -109,19 +85,11 @@ async def download_audit_events(request: Request, admin: Admin, wanted: Wanted) 
     return StreamingResponse(rows, media_type="text/csv; charset=utf-8", headers=headers)
 
 
-async def _as_csv(database: Database, wanted: Filters) -> AsyncIterator[str]:
-    """A page at a time, each by a question of its own: a slow download must not keep the database from its work."""
+async def _as_csv(database: Database, wanted: AuditFilter) -> AsyncIterator[str]:
     yield ",".join(COLUMNS) + "\r\n"
-    before: int | None = None
-    for _ in range(MAX_IN_CSV // ROWS_AT_ONCE):
-        async with database.reading() as session:
-            page = list(await session.scalars(wanted.query(before=before, limit=ROWS_AT_ONCE)))
-        if not page:
-            return
-        before = page[-1].id
+    async for rows in pages(database, wanted, limit=MAX_IN_CSV):
         out = StringIO()
-        writer = csv.writer(out)
-        writer.writerows([_cell(row, column) for column in COLUMNS] for row in page)
+        csv.writer(out).writerows([_cell(row, column) for column in COLUMNS] for row in rows)
         yield out.getvalue()
 
 

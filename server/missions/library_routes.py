@@ -25,8 +25,9 @@ from server.missions.library import (
     UnknownMission,
     VersionNeeded,
 )
-from server.missions.plan_body import BadPlan, MalformedBody, body_schema, read_body
+from server.missions.plan_body import BadPlan, MalformedBody, body_schema
 from server.problem_docs import answers
+from server.strict_body import read_body
 from server.tower import address_of, tower_of
 
 router = APIRouter(prefix="/api/v1/missions", tags=["missions"])

@@ -6,7 +6,6 @@ import re
 from typing import Annotated, Any, Final, TypeVar
 
 import msgspec
-from starlette.requests import Request
 
 from server.domain.refusal import Refusal
 from wire.plans import I32, MAX_ITEMS_ANY, U8, U16, Params, Plan, PlanItem
@@ -81,11 +80,6 @@ class PlanToPut(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     items: ItemRows
     while_flying: bool = False
-
-
-async def read_body(request: Request, kind: type[_Body]) -> _Body:
-    """Raises MalformedBody, BadPlan; HTTPException 413 about one that is too large."""
-    return decode_body(await request.body(), kind)
 
 
 def decode_body(text: bytes, kind: type[_Body]) -> _Body:

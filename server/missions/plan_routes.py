@@ -19,7 +19,6 @@ from server.missions.plan_body import (
     PlanToPut,
     body_schema,
     plan_of,
-    read_body,
 )
 from server.missions.plan_keeping import PlanKeptView, keeping_for, plan_kept
 from server.missions.plans import PlanNotRead, PlanView
@@ -40,6 +39,7 @@ from server.operations.refusals import (
 from server.operations.views import OperationView
 from server.problem_docs import answers
 from server.relay.live_drone import LiveDrone
+from server.strict_body import read_body
 from server.tower import tower_of
 from wire.plans import PlanKind
 from wire.transactions import PlanDownloadWork

@@ -11,7 +11,7 @@ from fastapi import APIRouter, Header, Path, Request, Response
 from server.access import Pilot, Viewer, admit
 from server.content_coding import accepted_codings
 from server.domain.access import Action, UnknownDrone
-from server.missions.plan_body import BadPlan, MalformedBody, body_schema, read_body
+from server.missions.plan_body import BadPlan, MalformedBody, body_schema
 from server.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, watched_drone
 from server.operations.refusals import (
     AgentTooOld,
@@ -36,6 +36,7 @@ from server.parameters.orders import (
     write,
 )
 from server.problem_docs import answers
+from server.strict_body import read_body
 
 router = APIRouter(
     prefix="/api/v1/drones/{drone_id}/parameters", tags=["parameters"], responses=answers(UnknownDrone, ViewTaken)

@@ -12,10 +12,12 @@ from sqlalchemy import func, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.audit.action import AuditAction
+from server.domain.people import Principal
 from server.recordings.finishing import Finished
 from server.recordings.refusals import RecordingBusy, UnknownRecording
 from server.recordings.tables import RecordingRow
 from server.recordings.views import RecordedByView, RecordingView
+from server.relay.live_drone import LiveDrone
 
 MAX_LISTED: Final = 500
 OPEN_STATES: Final = ("recording", "finishing")
@@ -33,6 +35,14 @@ async def get(session: AsyncSession, drone_id: int, recording_id: int, *, lock: 
     query = select(RecordingRow).where(RecordingRow.id == recording_id, RecordingRow.drone_id == drone_id)
     row = await session.scalar(query.with_for_update() if lock else query)
     if row is None:
+        raise UnknownRecording
+    return row
+
+
+async def known_to(session: AsyncSession, viewer: Principal, drone: LiveDrone, recording_id: int) -> RecordingRow:
+    """Raises UnknownRecording also for one that was made before the drone came to this user's team."""
+    row = await get(session, drone.drone_id, recording_id)
+    if not drone.knows_of(viewer.user_id, viewer.role, row.began_at):
         raise UnknownRecording
     return row
 

@@ -9,7 +9,6 @@ from typing import Annotated, Final, Literal
 from fastapi import APIRouter, Body, Path, Request, Response
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, ConfigDict, Field
-from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.access import Pilot, Viewer
 from server.audit.action import AuditAction
@@ -33,7 +32,6 @@ from server.recordings.refusals import (
 )
 from server.recordings.service import NOT_HERE
 from server.recordings.store import MP4
-from server.recordings.tables import RecordingRow
 from server.recordings.views import RecordingView
 from server.relay.live_drone import LiveDrone
 from server.tower import address_of, tower_of
@@ -153,7 +151,7 @@ async def get_recording_file(
     drone = video_drone(request, principal, drone_id)
     tower = tower_of(request)
     async with tower.database.reading() as session:
-        row = await _row(session, principal, drone, recording_id)
+        row = await catalogue.known_to(session, principal, drone, recording_id)
     if row.store != tower.recordings.store.id:
         raise NotReady(NOT_HERE)
     if row.state != "ready":
@@ -179,7 +177,7 @@ async def delete_recording(
         raise NotYourRecording(drone.record.name)
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        await _row(session, principal, drone, recording_id)
+        await catalogue.known_to(session, principal, drone, recording_id)
         row = await catalogue.delete(session, drone.drone_id, recording_id, deed=_deed(request, principal))
     if row.store == tower.recordings.store.id:
         await asyncio.to_thread(tower.recordings.store.remove, row.drone_id, row.file)
@@ -189,13 +187,5 @@ async def delete_recording(
 async def _view(request: Request, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingView:
     tower = tower_of(request)
     async with tower.database.reading() as session:
-        row = await _row(session, principal, drone, recording_id)
+        row = await catalogue.known_to(session, principal, drone, recording_id)
     return tower.recordings.service.view(row)
-
-
-async def _row(session: AsyncSession, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingRow:
-    """Raises UnknownRecording also for one that was made before the drone came to this user's team."""
-    row = await catalogue.get(session, drone.drone_id, recording_id)
-    if not drone.knows_of(principal.user_id, principal.role, row.began_at):
-        raise UnknownRecording
-    return row

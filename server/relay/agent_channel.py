@@ -11,8 +11,9 @@ import structlog
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from server.anonymous.budget import AnonymousBudget, admitted
+from server.anonymous.budget import AnonymousBudget
 from server.anonymous.told import log_refusal
+from server.anonymous.visit_scope import admitted
 from server.domain.clock import Clock
 from server.private_path import is_private_path
 from server.relay.agent_link import AgentLink

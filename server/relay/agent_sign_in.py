@@ -19,7 +19,7 @@ from starlette.datastructures import Headers
 from starlette.requests import HTTPConnection
 from starlette.types import Scope
 
-from server.anonymous.budget import admitted
+from server.anonymous.visit_scope import admitted
 from server.fleet.tower_identity import TowerIdentity
 from server.private_path import is_private_path
 from server.relay.hub import Hub

@@ -10,7 +10,7 @@ from typing import Final
 
 from starlette.requests import HTTPConnection
 
-from server.anonymous.budget import admitted
+from server.anonymous.visit_scope import admitted
 from server.private_path import is_private_path
 from server.relay.agent_sign_in import AgentRefused, read_credential
 from server.relay.hub import Hub

@@ -6,19 +6,18 @@ import asyncio
 import platform
 import resource
 import shutil
-import time
 from datetime import datetime
 from typing import Annotated
 
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
-from sqlalchemy import make_url, text
 
 from server.access import Admin
+from server.database_facts import database_facts
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.fleet.views import UserRefView
 from server.problem_docs import answers
-from server.tower import Tower, tower_of
+from server.tower import tower_of
 
 router = APIRouter(prefix="/api/v1", tags=["system"])
 
@@ -91,26 +90,9 @@ async def system(request: Request, admin: Admin) -> SystemView:
         started_at=tower.started_at,
         uptime_s=round((now - tower.started_at).total_seconds(), 1),
         loop_lag_ms=LagView(now=tower.loop_lag.now_ms, worst_60s=tower.loop_lag.worst_ms),
-        database=await _database(tower),
+        database=DatabaseView.model_validate(await database_facts(tower.database), from_attributes=True),
         disk=DiskView(free_bytes=disk.free, total_bytes=disk.total),
         agents=AgentsView(known=known, online=online),
         clients=ClientsView(live=live, users=users),
         memory_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
-    )
-
-
-async def _database(tower: Tower) -> DatabaseView:
-    began = time.perf_counter()
-    sqlite = tower.settings.is_sqlite
-    # On PostgreSQL the size of a large database takes a look at its files, not at its rows.
-    size = "SELECT page_count * page_size FROM pragma_page_count(), pragma_page_size()"
-    async with tower.database.reading() as session:
-        revision = await session.scalar(text("SELECT version_num FROM alembic_version"))
-        answered_in_ms = (time.perf_counter() - began) * 1000
-        size_bytes = await session.scalar(text(size if sqlite else "SELECT pg_database_size(current_database())"))
-    return DatabaseView(
-        kind=make_url(tower.settings.database_url).get_backend_name(),
-        revision=str(revision),
-        answered_in_ms=round(answered_in_ms, 1),
-        size_bytes=int(size_bytes or 0),
     )

@@ -6,7 +6,6 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
-from sqlalchemy import select
 
 from server.access import Oneself, TeamKeeper, Viewer
 from server.accounts.users import UnknownUser
@@ -28,7 +27,6 @@ from server.teams.refusals import (
     UnknownInvitation,
     UnknownTeam,
 )
-from server.teams.tables import TeamMemberRow, TeamRow
 from server.teams.teams import TeamManager
 from server.teams.views import InvitationView, ReceivedView, TeamView, views_of
 from server.tower import address_of, tower_of
@@ -78,12 +76,8 @@ async def _view(request: Request, principal: Principal, team_id: int) -> TeamVie
 async def list_teams(request: Request, principal: Viewer) -> list[TeamView]:
     """The teams that one is in; for an admin of the tower all of them."""
     tower, keeper = tower_of(request), TeamManager.of(principal)
-    query = select(TeamRow)
-    if not keeper.above:
-        mine = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == principal.user_id)
-        query = query.where(TeamRow.id.in_(mine))
     async with tower.database.reading() as session:
-        return await views_of(session, (await session.scalars(query)).all(), keeper, tower.clock())
+        return await views_of(session, await teams.list_teams(session, keeper), keeper, tower.clock())
 
 
 @router.post("/teams", status_code=201, responses=answers(TooManyTeams))

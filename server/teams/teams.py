@@ -8,6 +8,7 @@ nobody looks up (`invitations.py`), and a team that one is not in does not exist
 from __future__ import annotations
 
 import secrets
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -69,6 +70,15 @@ async def role_in(session: AsyncSession, team_id: int, user_id: int | None) -> T
     """What somebody is in a team; None: not in it."""
     row = await session.get(TeamMemberRow, (team_id, user_id)) if user_id is not None else None
     return TeamRole(row.role) if row is not None else None
+
+
+async def list_teams(session: AsyncSession, keeper: TeamManager) -> Sequence[TeamRow]:
+    """Those that this user is in; for an admin of the tower all of them."""
+    query = select(TeamRow)
+    if not keeper.above:
+        mine = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == keeper.user_id)
+        query = query.where(TeamRow.id.in_(mine))
+    return (await session.scalars(query)).all()
 
 
 async def get_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:

@@ -8,8 +8,9 @@ import structlog
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket
 
-from server.anonymous.budget import AnonymousBudget, admitted
+from server.anonymous.budget import AnonymousBudget
 from server.anonymous.told import log_refusal
+from server.anonymous.visit_scope import admitted
 from server.direct_websocket import direct_writer
 from server.private_path import is_private_path
 from server.relay.flood_gate import FLOODING
