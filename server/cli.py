@@ -8,11 +8,10 @@ from importlib.metadata import version
 from typing import Annotated
 
 import typer
-from sqlalchemy.exc import DBAPIError
 
 from server.commands import drones, teams, tokens, users
 from server.commands.session import CommandError, settings_now, with_database
-from server.database import Database, open_database
+from server.database import Database, DatabaseError, open_database
 from server.domain.refusal import Refusal
 from server.fleet.tower_identity import forget_identity
 from server.listening import CannotListen, address_in_words, listen
@@ -114,7 +113,7 @@ def main() -> None:
         _fail(str(error), 2)
     except (CommandError, Refusal, DatabaseNotReady, CannotListen, VaultError) as error:
         _fail(str(error), 1)
-    except DBAPIError as error:
+    except DatabaseError as error:
         _fail(f"the database refused: {str(error.orig).splitlines()[0]}", 1)
     except OSError as error:
         _fail(f"cannot go on: {error}", 1)

@@ -15,12 +15,14 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 from sqlalchemy import DateTime, Dialect, MetaData, event, make_url
+from sqlalchemy.exc import DBAPIError
 from sqlalchemy.exc import TimeoutError as GaveUp
 from sqlalchemy.ext.asyncio import AsyncEngine, AsyncSession, async_sessionmaker, create_async_engine
 from sqlalchemy.orm import DeclarativeBase
+from sqlalchemy.pool import QueuePool
 from sqlalchemy.types import TypeDecorator
 
 from server.private_files import make_private_file
@@ -66,6 +68,20 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
+DatabaseSession = AsyncSession
+"""One transaction. The floors above name it by this, and need no library for it."""
+DatabaseError = DBAPIError
+"""The database refused a statement, or went away."""
+
+
+class PoolUse(NamedTuple):
+    """Connections to the database. `size`: kept open at most."""
+
+    in_use: int
+    idle: int
+    size: int
+
+
 class Database:
     """An open database. Use `open_database`; `close` when done."""
 
@@ -104,6 +120,11 @@ class Database:
             yield
         finally:
             self._writers.release()
+
+    def pool_use(self) -> PoolUse | None:
+        """None where there is no pool of a bounded size."""
+        pool = self.engine.pool
+        return PoolUse(pool.checkedout(), pool.checkedin(), pool.size()) if isinstance(pool, QueuePool) else None
 
     async def close(self) -> None:
         await self.engine.dispose()

@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.tables import UserRow
 from server.accounts.users import find_user
 from server.commands.session import CommandError, as_table, deed_now, keep_secret, with_database
-from server.database import Database
+from server.database import Database, DatabaseSession
 from server.domain.fleet import DroneRecord, FleetSnapshot
 from server.fleet import drones, enrolments
 from server.fleet.snapshot import load_snapshot
@@ -115,7 +114,7 @@ def _change_owner(drone: str, user: str, *, add: bool) -> str:
     return with_database(work)
 
 
-async def find_named(session: AsyncSession, which: str) -> DroneRow:
+async def find_named(session: DatabaseSession, which: str) -> DroneRow:
     """By name or id. Raises CommandError."""
     by_name = await drones.find_drone(session, which)
     by_id = await session.get(DroneRow, int(which)) if which.isascii() and which.isdigit() else None
@@ -127,14 +126,14 @@ async def find_named(session: AsyncSession, which: str) -> DroneRow:
     return found
 
 
-async def _user(session: AsyncSession, name: str) -> UserRow:
+async def _user(session: DatabaseSession, name: str) -> UserRow:
     found = await find_user(session, name)
     if found is None:
         raise CommandError(f"there is no user named {name}")
     return found
 
 
-async def _new_token(session: AsyncSession, drone_id: int, hours: float, token_file: Path | None) -> str:
+async def _new_token(session: DatabaseSession, drone_id: int, hours: float, token_file: Path | None) -> str:
     _, _, token, _ = await enrolments.begin(session, drone_id=drone_id, lasts_s=hours * 3600, deed=deed_now())
     keep_secret(token, token_file)
     return token

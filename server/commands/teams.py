@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-from sqlalchemy import select
-from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.users import find_user
 from server.commands.drones import find_named
 from server.commands.session import CommandError, as_table, deed_now, with_database
-from server.database import Database
+from server.database import Database, DatabaseSession
 from server.domain.relations import TeamRole
 from server.settings import Settings
 from server.teams import teams
@@ -48,7 +46,7 @@ def list_teams() -> None:
 
     async def work(database: Database, _settings: Settings) -> list[TeamView]:
         async with database.reading() as session:
-            rows = (await session.scalars(select(TeamRow))).all()
+            rows = await teams.list_teams(session, COMMAND_LINE)
             return await views_of(session, rows, COMMAND_LINE, deed_now().at)
 
     rows: list[tuple[object, ...]] = [
@@ -107,18 +105,16 @@ def set_drone(
     typer.echo(with_database(work))
 
 
-async def _set_role(session: AsyncSession, team: TeamRow, user: str, role: TeamRole) -> None:
+async def _set_role(session: DatabaseSession, team: TeamRow, user: str, role: TeamRole) -> None:
     found = await find_user(session, user)
     if found is None:
         raise CommandError(f"there is no user named {user}")
     await teams.set_role(session, team.id, user_id=found.id, role=role, keeper=COMMAND_LINE, deed=deed_now())
 
 
-async def _team(session: AsyncSession, which: str) -> TeamRow:
+async def _team(session: DatabaseSession, which: str) -> TeamRow:
     number = int(which) if which.isascii() and which.isdigit() and len(which) < 11 else None
-    by_id = await session.get(TeamRow, number) if number is not None else None
-    named = (await session.scalars(select(TeamRow).where(TeamRow.name == which))).all()
-    found = {row.id: row for row in [*named, *([by_id] if by_id is not None else [])]}
+    found = {row.id: row for row in await teams.find_teams(session, name=which, team_id=number)}
     if not found:
         raise CommandError(f"there is no team {which}")
     if len(found) > 1:

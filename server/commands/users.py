@@ -7,7 +7,6 @@ import sys
 from typing import Annotated, Any
 
 import typer
-from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts import users
 from server.accounts.password_policy import check_password
@@ -15,7 +14,7 @@ from server.accounts.passwords import generate_password
 from server.accounts.tables import UserRow
 from server.accounts.users import UserChange
 from server.commands.session import CommandError, as_table, deed_now, passwords_of, with_database
-from server.database import Database
+from server.database import Database, DatabaseSession
 from server.domain.people import Role
 from server.settings import Settings
 
@@ -154,7 +153,7 @@ async def _change(database: Database, name: str, change: UserChange) -> None:
         await users.change_user(session, user_id=found.id, change=change, deed=deed_now())
 
 
-async def _found(session: AsyncSession, name: str) -> UserRow:
+async def _found(session: DatabaseSession, name: str) -> UserRow:
     found = await users.find_user(session, name)
     if found is None:
         raise CommandError(f"there is no user named {name}")

@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
 from prometheus_client.registry import Collector
-from sqlalchemy.pool import QueuePool
 
+from server.database import Database
 from server.relay.hub import Hub
 from server.relay.traffic import LATENCY_BOUNDS_S, Histogram, Traffic
 
@@ -50,11 +50,11 @@ _COUNTERS: Final[tuple[tuple[str, str, tuple[tuple[str, str, Counted], ...]], ..
 
 
 class RelayCollector(Collector):
-    """What the hub counts and what it has at this moment. `pool`: the database's connections."""
+    """What the hub counts and what it has at this moment. `database`: the connections to it."""
 
-    def __init__(self, hub: Hub, pool: Any) -> None:
+    def __init__(self, hub: Hub, database: Database) -> None:
         self._hub = hub
-        self._pool = pool
+        self._database_pool = database
 
     def collect(self) -> Iterator[Metric]:
         traffic = self._hub.traffic
@@ -141,13 +141,14 @@ class RelayCollector(Collector):
         )
 
     def _database(self) -> Iterator[Metric]:
-        if not isinstance(self._pool, QueuePool):
+        pool = self._database_pool.pool_use()
+        if pool is None:
             return
         family = GaugeMetricFamily("tower_database_connections", "Of the pool, by state", labels=("state",))
-        family.add_metric(("in_use",), self._pool.checkedout())
-        family.add_metric(("idle",), self._pool.checkedin())
+        family.add_metric(("in_use",), pool.in_use)
+        family.add_metric(("idle",), pool.idle)
         yield family
-        yield GaugeMetricFamily("tower_database_pool_size", "Connections kept open at most", value=self._pool.size())
+        yield GaugeMetricFamily("tower_database_pool_size", "Connections kept open at most", value=pool.size)
 
 
 def _depths(name: str, words: str, queues: Sequence[str], depths: Sequence[int]) -> GaugeMetricFamily:

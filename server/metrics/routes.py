@@ -36,7 +36,7 @@ _may_read.action = Action.READ_METRICS  # type: ignore[attr-defined]  # for the 
 def new_registry(tower: Tower) -> CollectorRegistry:
     """Of one tower: a second one in the same process (tests) counts for itself."""
     registry = CollectorRegistry()
-    registry.register(RelayCollector(tower.hub, tower.database.engine.pool))
+    registry.register(RelayCollector(tower.hub, tower.database))
     registry.register(AnonymousCollector(tower.anonymous))
     registry.register(RecordingCollector(tower.recordings))
     ProcessCollector(registry=registry)

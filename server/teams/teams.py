@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, func, or_, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.accounts.tables import UserRow
@@ -79,6 +79,11 @@ async def list_teams(session: AsyncSession, keeper: TeamManager) -> Sequence[Tea
         mine = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == keeper.user_id)
         query = query.where(TeamRow.id.in_(mine))
     return (await session.scalars(query)).all()
+
+
+async def find_teams(session: AsyncSession, *, name: str, team_id: int | None) -> Sequence[TeamRow]:
+    """Those of this name, and the one with this id."""
+    return (await session.scalars(select(TeamRow).where(or_(TeamRow.name == name, TeamRow.id == team_id)))).all()
 
 
 async def get_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:
