@@ -18,7 +18,7 @@ import pytest
 from control_world import until
 from tower_world import PASSWORD, TowerWorld, start_tower
 
-from server.app.composition import composition as app
+from server.app import composition as app
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.limits import LIMITS
 from server.live.anonymous.networks import origin_of
