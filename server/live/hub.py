@@ -16,10 +16,11 @@ from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
 from typing import Any, Final
 
+from server.domain.access import AccessRequest, Action, judge
 from server.domain.clock import Clock, utc_now
 from server.domain.fleet import FleetSnapshot
 from server.domain.people import Role, SignInId, UserRef
-from server.domain.scopes import Scope
+from server.domain.relations import Right
 from server.live.fleet.views import DroneView
 from server.live.hub_events import HubEvent
 from server.live.operations.follow_feed import FollowFeed
@@ -177,11 +178,11 @@ class Hub:
     def drone_for(self, drone_id: DroneId, user_id: UserId, role: Role) -> LiveDrone | None:
         """The drone, or None both where it does not exist and where this user may not see it."""
         drone = self._state.drones.get(drone_id)
-        return drone if drone is not None and drone.may_be_seen_by(user_id, role) else None
+        return drone if drone is not None and drone.may(user_id, role, Right.SEE) else None
 
     def drones_for(self, user_id: UserId, role: Role) -> list[LiveDrone]:
         """By number."""
-        return [drone for _, drone in sorted(self._state.drones.items()) if drone.may_be_seen_by(user_id, role)]
+        return [drone for _, drone in sorted(self._state.drones.items()) if drone.may(user_id, role, Right.SEE)]
 
     def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
         """`drone_for`, as it is told to the outside."""
@@ -201,9 +202,9 @@ class Hub:
         """Whether the last snapshot has this session or token. It lacks a session that began after it was read."""
         return self._fleet.knows_sign_in(sign_in)
 
-    def is_admin(self, user_id: UserId) -> bool:
-        """Whether this account is that of an admin of the tower."""
-        return self._fleet.is_admin(user_id)
+    def outranks(self, user_id: UserId) -> bool:
+        """Whether this account takes the controls of any drone: a team admin gives way to it."""
+        return self._fleet.outranks(user_id)
 
     def drone(self, drone_id: DroneId) -> LiveDrone | None:
         """Any drone, for those who have to act on it whoever asked."""
@@ -287,7 +288,7 @@ class Hub:
     def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
         """How an enrolment goes, to every admin's browsers; to programs only if they were made for administration."""
         for browser in self._state.browsers.values():
-            if browser.viewer.role is Role.ADMIN and Scope.ADMIN in browser.viewer.scopes:
+            if judge(AccessRequest(browser.viewer, Action.ADMINISTER)).allowed:
                 browser.tell(live.EnrolmentChanged(dict(enrolment)))
 
     def sockets_of(self, signed_in_by: SignInId) -> int:

@@ -8,7 +8,8 @@ from fastapi import APIRouter, Path, Request
 from server.api.access import Pilot, Viewer
 from server.api.http.problem_docs import answers
 from server.api.tower import tower_of
-from server.domain.people import Principal, Role
+from server.domain.people import Principal
+from server.domain.relations import Right
 from server.live.operations.leave import refuse_others
 from server.live.operations.operation import Operation
 from server.live.operations.refusals import NotInControl, UnknownOperation
@@ -43,7 +44,7 @@ async def cancel_operation(request: Request, principal: Pilot, operation_id: Ope
     hub = tower_of(request).hub
     drone = hub.drone(operation.drone_id)
     theirs = operation.by is not None and operation.by.id == principal.user_id
-    if drone is not None and not theirs and principal.role is not Role.ADMIN:
+    if drone is not None and not theirs and not drone.may(principal.user_id, principal.role, Right.CANCEL):
         refuse_others(drone, principal, time.monotonic())
     hub.operations.cancel(operation)
     return OperationView.of(operation)

@@ -15,7 +15,7 @@ from server.api.http.problem_docs import answers
 from server.api.operations.asking import refuse_observers, watched_drone
 from server.api.tower import address_of, tower_of
 from server.domain.access import UnknownDrone
-from server.domain.people import Principal, Role
+from server.domain.people import Principal
 from server.domain.relations import Right
 from server.live.operations.refusals import DroneOffline, OnlyWatches, TooManyOperations, ViewTaken
 from server.live.recordings.refusals import (
@@ -67,7 +67,7 @@ def video_drone(request: Request, principal: Principal, drone_id: int) -> LiveDr
 def _recorded_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
     """Raises UnknownDrone, ViewTaken, NotYoursToRecord."""
     drone = video_drone(request, principal, drone_id)
-    if principal.role is not Role.ADMIN and drone.holder_id != principal.user_id:
+    if not drone.may(principal.user_id, principal.role, Right.RECORD):
         raise NotYoursToRecord(drone.record.name)
     return drone
 

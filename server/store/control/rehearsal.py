@@ -12,7 +12,8 @@ from sqlalchemy.exc import SQLAlchemyError
 from server.domain.access import UnknownDrone
 from server.domain.clock import Clock
 from server.domain.lease import Refused
-from server.domain.people import Principal, Role
+from server.domain.people import Principal
+from server.domain.relations import Right
 from server.live.control.simulated import is_simulator
 from server.live.hub import Hub
 from server.live.relay.live_drone import LiveDrone
@@ -48,7 +49,7 @@ class _Running:
 
 def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight: bool) -> Refused | None:
     """Why this user may not rehearse that now; None if they may."""
-    if principal.role is not Role.ADMIN and drone.holder_id != principal.user_id:
+    if not drone.may(principal.user_id, principal.role, Right.REHEARSE):
         return Refused("not-the-holder", "only the holder or an admin can rehearse a loss")
     if not drone.online:
         return Refused("offline", "the drone is offline")

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final, Literal
 
-from server.domain.access import UnknownDrone
+from server.domain.access import Action, UnknownDrone, reaches_all
 from server.domain.lease import Event, Order, Refused
-from server.domain.people import Principal, Role, UserRef
+from server.domain.people import Principal, UserRef
 from server.domain.refusal import Refusal
 from server.domain.relations import Right
 from server.live.fleet.views import DroneView
@@ -104,7 +104,8 @@ class ControlService:
         in_the_way = [one for one in (drone.lease.holder, drone.lease.assistant) if one is not None]
         if drone.holder_id == principal.user_id or not drone.may(principal.user_id, principal.role, Right.TAKE):
             return False
-        return principal.role is Role.ADMIN or not any(self._hub.is_admin(one.id) for one in in_the_way)
+        outranks_all = reaches_all(principal.role, Action.COMMAND)
+        return outranks_all or not any(self._hub.outranks(one.id) for one in in_the_way)
 
     async def system_change(
         self,
