@@ -234,10 +234,6 @@ REACH: Final[Mapping[Action, Mapping[Role, Reach]]] = {
 """Every action has a row, every role a column: tests/unit/server/test_server_access.py has it a second time."""
 
 
-NEED_SECOND_FACTOR: Final = frozenset({Role.ADMIN})
-"""Whom a tower with TOWER_ADMINS_NEED_SECOND_FACTOR demands one of."""
-
-
 TOKEN_SCOPES: Final[Mapping[Role, frozenset[Scope]]] = {
     Role.ADMIN: frozenset(Scope),
     Role.OPERATOR: frozenset({Scope.WATCH, Scope.FLY}),
@@ -260,6 +256,11 @@ def reaches(principal: Principal, action: Action, owner: UserId) -> bool:
 def reaches_all(role: Role, action: Action) -> bool:
     """Whether it may do so with everybody's."""
     return REACH[action][role] is Reach.ALL
+
+
+def is_demanded_a_factor(role: Role) -> bool:
+    """Whether a tower with TOWER_ADMINS_NEED_SECOND_FACTOR demands a second factor of such an account."""
+    return reaches_all(role, Action.ADMINISTER)
 
 
 def roles_with(action: Action, reach: Reach) -> list[str]:

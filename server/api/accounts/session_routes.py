@@ -23,7 +23,6 @@ from server.domain.access import (
     judge,
     reaches,
 )
-from server.domain.people import Role
 from server.live.accounts.challenges import ChallengeOver
 from server.live.accounts.relying_party import PasskeysUnavailable
 from server.store.accounts.passkey_sign_in import PasskeyRefused, WrongPasskey

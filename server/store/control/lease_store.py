@@ -176,7 +176,9 @@ async def _actor(session: AsyncSession, ask: Ask, lease: Lease, now: datetime) -
     ties = await ties_of(session, ask.drone_id, now)
     relation = relation_of(ties, ask.by.user_id, ask.by.role)
     in_the_way = {lease.holder, lease.assistant} - {None}
-    admins = select(UserRow.id).where(UserRow.id.in_(in_the_way), UserRow.role.in_(roles_with(Action.COMMAND, Reach.ALL)))
+    admins = select(UserRow.id).where(
+        UserRow.id.in_(in_the_way), UserRow.role.in_(roles_with(Action.COMMAND, Reach.ALL))
+    )
     outranked = relation is not Relation.ADMIN and (await session.scalars(admins)).first() is not None
     flying_elsewhere = set(
         await session.scalars(
