@@ -23,7 +23,7 @@ OperationPath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 def _find(request: Request, principal: Principal, operation_id: int) -> Operation:
     hub = tower_of(request).hub
     operation = hub.operations.find(operation_id)
-    drone = hub.drone_for(operation.drone_id, principal.user_id, principal.role) if operation else None
+    drone = hub.squads.drone(operation.drone_id, principal.user_id, principal.role) if operation else None
     if operation is None or drone is None or principal.user_id == drone.blind_user_id:
         raise UnknownOperation
     if not drone.knows_of(principal.user_id, principal.role, operation.began_at):
@@ -42,7 +42,7 @@ async def cancel_operation(request: Request, principal: Pilot, operation_id: Ope
     """Stops it: whoever asked for it, whoever has the controls, or an admin. The end comes later, in words."""
     operation = _find(request, principal, operation_id)
     hub = tower_of(request).hub
-    drone = hub.drone(operation.drone_id)
+    drone = hub.state.drones.get(operation.drone_id)
     theirs = operation.by is not None and operation.by.id == principal.user_id
     if drone is not None and not theirs and not drone.may(principal.user_id, principal.role, Right.CANCEL):
         refuse_others(drone, principal, time.monotonic())

@@ -16,7 +16,7 @@ def test_an_owner_who_only_watches_gets_frames_and_sends_none() -> None:
     assert len(olga.frames()) == 1
     for frame in (command_long(), sticks()):
         olga.send(tag(DroneId(1), frame))
-    assert world.hub.drops[DropReason.NOT_IN_CONTROL] == 2
+    assert world.hub.state.drops[DropReason.NOT_IN_CONTROL] == 2
     assert agent.received() == []
 
 
@@ -27,5 +27,5 @@ def test_a_holder_whose_account_only_watches_by_now_sends_nothing() -> None:
     olga = world.browser(OLGA)
     olga.send(tag(DroneId(1), command_long()))
     assert agent.received() == []
-    drone = world.hub.drone(DroneId(1))
+    drone = world.hub.state.drones.get(DroneId(1))
     assert drone is not None and drone.holder_id == UserId(OLGA) and not drone.holder_present()
