@@ -86,7 +86,7 @@ class TowerCore:
 
     def deliver(self, datagram: bytes) -> tuple[set[str], int]:
         """The drop reasons that were counted, and the bytes that were answered."""
-        before = Counter(self.hub.drops)
+        before = Counter(self.hub.state.drops)
         address = (f"198.51.100.{self._chance.randrange(256)}", self._chance.randrange(1, 65536))
         self._endpoint.datagram_received(datagram, address, time.monotonic())
         answered = sum(map(len, self._answers))
@@ -96,11 +96,11 @@ class TowerCore:
         self._delivered += 1
         if self._delivered % _TICK_EVERY == 0:
             self.rest()
-        return set(self.hub.drops - before), answered
+        return set(self.hub.state.drops - before), answered
 
     def rest(self) -> None:
         """Time passes: the hub ticks, the browser reads."""
-        self.hub._flood._reports.clear()  # a real agent says less in an hour than this one in a second
+        self.hub.flood._reports.clear()  # a real agent says less in an hour than this one in a second
         self.hub.tick(time.monotonic())
         self.hub.each_second(time.monotonic())
         self._browser.take_events()
@@ -109,7 +109,7 @@ class TowerCore:
 
     def counted(self) -> Counter[str]:
         """Every drop so far."""
-        return Counter({str(reason): count for reason, count in self.hub.drops.items()})
+        return Counter({str(reason): count for reason, count in self.hub.state.drops.items()})
 
     def serves(self) -> bool:
         """Whether a frame still gets from the agent to the browser."""

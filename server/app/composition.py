@@ -292,7 +292,7 @@ async def _deleted_with_files(tower: Tower) -> frozenset[int]:
     """Drones that were deleted, and of which there still are files."""
     there = await asyncio.to_thread(lambda: tower.log_shelf.drone_ids() | tower.recordings.store.drone_ids())
     async with tower.database.reading() as session:
-        return await deleted_among(session, there - frozenset(tower.hub.drone_ids()))
+        return await deleted_among(session, there - frozenset(sorted(tower.hub.state.drones)))
 
 
 @asynccontextmanager
@@ -311,7 +311,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.passwords.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
         await end_assistance(tower.database, tower.clock)
-        tower.hub.on_event = tower.event_handler.noticed
+        tower.hub.state.on_event = tower.event_handler.noticed
         stack.push_async_callback(tower.event_handler.stop)
         stack.push_async_callback(tower.rehearsals.stop)
         stack.push_async_callback(tower.enrolment_news.stop)
@@ -322,7 +322,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         deleted = await _deleted_with_files(tower)
         await asyncio.to_thread(tower.log_shelf.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
-        for drone_id in tower.hub.drone_ids():
+        for drone_id in sorted(tower.hub.state.drones):
             tower.loss_checks.look_again(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))

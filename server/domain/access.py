@@ -1,22 +1,27 @@
 """Who may do what: one judgement for REST, WebSocket, UDP and video alike.
 
-`NEEDS` is the one table of the scopes that an action takes. A session has every scope, an API token those that it was
-made with. `judge` is told the relation of the user to a drone (`server.domain.relations` has the table of rights), or
-None where there is no such drone, and refuses both with the same words.
+Three tables, and nobody compares roles elsewhere:
+- `NEEDS`: the scopes that an action takes. A session has every scope, an API token those that it was made with.
+- `REACH`: how far each role of an account reaches with it: nowhere, to its own, or to everybody's.
+- `RIGHTS` in `server.domain.relations`: what a relation to a drone allows.
+
+`judge` asks all of them at the door. `reaches` asks about somebody's object, `reach_of` about a list or a query, which
+then shows all or one's own; `roles_with` is the same the other way round, for a condition of SQL.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from enum import StrEnum
-from typing import Final, assert_never
+from typing import Final
 
 from server.domain.people import Principal, Role
 from server.domain.refusal import Refusal
 from server.domain.relations import Relation, Right, may
 from server.domain.scopes import Scope
+from wire.ids import UserId
 
 PROOF_MAX_AGE: Final = timedelta(minutes=5)
 
@@ -87,6 +92,13 @@ class AdminsOnly(Refusal):
         super().__init__("only an admin may do this")
 
 
+class ReadOnlyAccount(Refusal):
+    """The role of the account is observer."""
+
+    def __init__(self) -> None:
+        super().__init__("this account only watches: its role is observer")
+
+
 class UnknownDrone(Refusal):
     """No such drone, or none that this user may see."""
 
@@ -100,17 +112,26 @@ class Action(StrEnum):
     SEE_DRONE = "see-drone"
     FLY = "fly"
     COMMAND = "command"
-    """Take the controls from somebody, give them back, assist."""
+    """Take the controls from somebody, give them back, assist. Whoever reaches everywhere outranks all others."""
+    HOLD_SEVERAL = "hold-several"
+    """Have the controls of more than one drone at a time."""
     ADMINISTER = "administer"
     READ_METRICS = "read-metrics"
     CHANGE_PREFERENCES = "change-preferences"
     LOOK_AFTER_TEAMS = "look-after-teams"
-    """Teams, and lending their drones: whose team it is, is decided where that is known."""
+    """Be in teams: see them, join and leave. One's own are those that one is in."""
+    LEAD_TEAMS = "lead-teams"
+    """Make teams, change them, lend their drones: which team, is decided where its members are known."""
+    SEE_MISSIONS = "see-missions"
+    """In the library. Which shared ones are one's own to see, the library knows."""
+    CHANGE_MISSIONS = "change-missions"
+    SHARE_WITH_EVERYBODY = "share-with-everybody"
+    """What they share is not for their teams alone."""
     SEE_CREDENTIALS = "see-credentials"
     """Which tokens, sessions and factors there are."""
     PROVE_ONESELF = "prove-oneself"
     CHANGE_CREDENTIALS = "change-credentials"
-    """One's tokens, sessions and second factor."""
+    """Tokens, sessions and the second factor."""
     SET_UP_SECOND_FACTOR = "set-up-second-factor"
     CHANGE_PASSWORD = "change-password"  # noqa: S105
     CHANGE_USERS = "change-users"
@@ -125,7 +146,12 @@ NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
     Action.COMMAND: frozenset({Scope.FLY, Scope.ADMIN}),
     Action.ADMINISTER: frozenset({Scope.ADMIN}),
     Action.READ_METRICS: frozenset({Scope.METRICS}),
+    Action.HOLD_SEVERAL: frozenset({Scope.FLY}),
     Action.LOOK_AFTER_TEAMS: frozenset({Scope.ADMIN}),
+    Action.LEAD_TEAMS: frozenset({Scope.ADMIN}),
+    Action.SEE_MISSIONS: frozenset({Scope.WATCH}),
+    Action.CHANGE_MISSIONS: frozenset({Scope.FLY}),
+    Action.SHARE_WITH_EVERYBODY: frozenset({Scope.FLY}),
     Action.SEE_CREDENTIALS: frozenset(),
     Action.PROVE_ONESELF: frozenset(),
     Action.CHANGE_CREDENTIALS: frozenset(),
@@ -165,20 +191,103 @@ WITH_FRESH_PROOF: Final = frozenset(
 """What a stolen cookie is not enough for: see `server/store/accounts/reauthentication.py`."""
 
 
-FOR_ADMINS: Final = frozenset({Action.ADMINISTER, Action.READ_METRICS, Action.CHANGE_USERS})
-"""What an operator may not do, with whatever they signed in."""
+class Reach(StrEnum):
+    """How far somebody gets with an action."""
+
+    NONE = "none"
+    OWN = "own"
+    """One's own: sessions, tokens, missions, teams, and the drones one has to do with (`RIGHTS` says how)."""
+    ALL = "all"
+
+
+_NONE, _OWN, _ALL = Reach.NONE, Reach.OWN, Reach.ALL
+_ROLES: Final = (Role.ADMIN, Role.OPERATOR, Role.OBSERVER)
+
+
+def _row(*reaches: Reach) -> Mapping[Role, Reach]:
+    return dict(zip(_ROLES, reaches, strict=True))
+
+
+REACH: Final[Mapping[Action, Mapping[Role, Reach]]] = {
+    #                                  admin operator observer
+    Action.KNOW_ONESELF: _row(_OWN, _OWN, _OWN),
+    Action.SEE_SQUAD: _row(_ALL, _OWN, _OWN),
+    Action.SEE_DRONE: _row(_ALL, _OWN, _OWN),
+    Action.FLY: _row(_ALL, _OWN, _NONE),
+    Action.COMMAND: _row(_ALL, _OWN, _NONE),
+    Action.HOLD_SEVERAL: _row(_ALL, _NONE, _NONE),
+    Action.ADMINISTER: _row(_ALL, _NONE, _NONE),
+    Action.READ_METRICS: _row(_ALL, _NONE, _NONE),
+    Action.CHANGE_USERS: _row(_ALL, _NONE, _NONE),
+    Action.LOOK_AFTER_TEAMS: _row(_ALL, _OWN, _OWN),
+    Action.LEAD_TEAMS: _row(_ALL, _OWN, _NONE),
+    Action.SEE_MISSIONS: _row(_ALL, _OWN, _OWN),
+    Action.CHANGE_MISSIONS: _row(_ALL, _OWN, _NONE),
+    Action.SHARE_WITH_EVERYBODY: _row(_ALL, _NONE, _NONE),
+    Action.SEE_CREDENTIALS: _row(_ALL, _OWN, _OWN),
+    Action.CHANGE_CREDENTIALS: _row(_ALL, _OWN, _OWN),
+    Action.PROVE_ONESELF: _row(_OWN, _OWN, _OWN),
+    Action.SET_UP_SECOND_FACTOR: _row(_OWN, _OWN, _OWN),
+    Action.CHANGE_PREFERENCES: _row(_OWN, _OWN, _OWN),
+    Action.CHANGE_PASSWORD: _row(_OWN, _OWN, _OWN),
+}
+"""Every action has a row, every role a column: tests/unit/server/test_server_access.py has it a second time."""
+
+
+TOKEN_SCOPES: Final[Mapping[Role, frozenset[Scope]]] = {
+    Role.ADMIN: frozenset(Scope),
+    Role.OPERATOR: frozenset({Scope.WATCH, Scope.FLY}),
+    Role.OBSERVER: frozenset({Scope.WATCH}),
+}
+"""What a new API token of such an account may be for."""
+
+
+def reach_of(role: Role, action: Action) -> Reach:
+    """How far an account of this role gets with it. What its sign-in allows is another question (`judge`)."""
+    return REACH[action][role]
+
+
+def reaches(principal: Principal, action: Action, owner: UserId) -> bool:
+    """Whether this user's account may do so with what is `owner`'s: a session, a token, a mission."""
+    reach = REACH[action][principal.role]
+    return reach is Reach.ALL or (reach is Reach.OWN and owner == principal.user_id)
+
+
+def reaches_all(role: Role, action: Action) -> bool:
+    """Whether it may do so with everybody's."""
+    return REACH[action][role] is Reach.ALL
+
+
+def is_demanded_a_factor(role: Role) -> bool:
+    """Whether a tower with TOWER_ADMINS_NEED_SECOND_FACTOR demands a second factor of such an account."""
+    return reaches_all(role, Action.ADMINISTER)
+
+
+def roles_with(action: Action, reach: Reach) -> list[str]:
+    """Whose reach that is, as the database writes it: for a condition of a query."""
+    return [role.value for role, found in REACH[action].items() if found is reach]
+
+
+def refusals_for_roles(action: Action) -> Sequence[type[AdminsOnly] | type[ReadOnlyAccount]]:
+    """With what an account is refused that gets nowhere with it; empty where each gets somewhere."""
+    reaches = set(REACH[action].values())
+    if Reach.NONE not in reaches:
+        return ()
+    return (ReadOnlyAccount,) if Reach.OWN in reaches else (AdminsOnly,)
 
 
 @dataclass(frozen=True)
 class AccessRequest:
     """`relation`: to the drone in question; None when there is no such drone, or no drone is in question.
 
+    `everybody`: a list of everybody's is asked for.
     `now`: for what needs a fresh proof; without it no proof is fresh.
     """
 
     principal: Principal
     action: Action
     relation: Relation | None = None
+    everybody: bool = False
     now: datetime | None = None
 
 
@@ -192,32 +301,35 @@ class Verdict:
 
 
 def judge(request: AccessRequest) -> Verdict:
+    """The sign-in first, then the account, then the object."""
     principal, action = request.principal, request.action
-    if principal.must_change_password and action not in WITH_ANY_PASSWORD:
-        return Verdict(PasswordChangeNeeded())
-    if principal.must_add_second_factor and action not in WITHOUT_DEMANDED_FACTOR:
-        return Verdict(SecondFactorDemanded())
-    missing = NEEDS[action] - principal.scopes
-    if missing:
-        return Verdict(ScopeMissing(missing))
-    if action in IN_PERSON and not principal.in_person:
-        return Verdict(InPersonOnly())
-    is_admin = principal.role is Role.ADMIN
-    if action in FOR_ADMINS and not is_admin:
-        return Verdict(AdminsOnly())
+    refusal = _why_not_so_signed_in(principal, action) or _why_not_with_reach(request)
+    if refusal is not None:
+        return Verdict(refusal)
     if action in WITH_FRESH_PROOF and (request.now is None or not is_fresh(principal.proved_at, request.now)):
         return Verdict(ProofNeeded())
-    match action:
-        case Action.SEE_DRONE:
-            seen = request.relation is not None and may(request.relation, Right.SEE)
-            return Verdict() if seen else Verdict(UnknownDrone())
-        case Action.KNOW_ONESELF | Action.SEE_SQUAD | Action.FLY | Action.COMMAND | Action.LOOK_AFTER_TEAMS:
-            return Verdict()  # whose drone it is, and who has its controls, is decided where that is known
-        case Action.ADMINISTER | Action.READ_METRICS | Action.CHANGE_USERS:
-            return Verdict()
-        case Action.SEE_CREDENTIALS | Action.PROVE_ONESELF | Action.CHANGE_CREDENTIALS:
-            return Verdict()
-        case Action.CHANGE_PREFERENCES | Action.CHANGE_PASSWORD | Action.SET_UP_SECOND_FACTOR:
-            return Verdict()
-        case _:
-            assert_never(action)
+    if action is Action.SEE_DRONE and (request.relation is None or not may(request.relation, Right.SEE)):
+        return Verdict(UnknownDrone())
+    return Verdict()  # what else may be done with a drone, and who has its controls, is decided where that is known
+
+
+def _why_not_so_signed_in(principal: Principal, action: Action) -> Refusal | None:
+    if principal.must_change_password and action not in WITH_ANY_PASSWORD:
+        return PasswordChangeNeeded()
+    if principal.must_add_second_factor and action not in WITHOUT_DEMANDED_FACTOR:
+        return SecondFactorDemanded()
+    missing = NEEDS[action] - principal.scopes
+    if missing:
+        return ScopeMissing(missing)
+    if action in IN_PERSON and not principal.in_person:
+        return InPersonOnly()
+    return None
+
+
+def _why_not_with_reach(request: AccessRequest) -> Refusal | None:
+    reach = reach_of(request.principal.role, request.action)
+    if reach is Reach.ALL:
+        return None
+    if reach is Reach.NONE:
+        return refusals_for_roles(request.action)[0]()
+    return AdminsOnly() if request.everybody else None

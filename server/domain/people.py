@@ -11,8 +11,12 @@ from wire.ids import UserId
 
 
 class Role(StrEnum):
+    """Of an account. What each allows stands in `access.py` (`REACH`), and nowhere else."""
+
     ADMIN = "admin"
     OPERATOR = "operator"
+    OBSERVER = "observer"
+    """Sees the drones it is given, and never flies."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ class Principal:
     @property
     def may_fly(self) -> bool:
         """Whether this sign-in counts as somebody at the controls."""
-        return Scope.FLY in self.scopes
+        return Scope.FLY in self.scopes and self.role is not Role.OBSERVER
 
     def narrowed(self, scopes: frozenset[Scope]) -> Principal:
         """The same, for no more than `scopes`."""

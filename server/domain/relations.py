@@ -1,5 +1,7 @@
 """How a user stands to a drone, and what that allows: the one table for REST, WebSocket, UDP, video and leases alike.
 
+`access.py` has the other table: what an account may do that is about no drone.
+
 Pure: it knows no database and no live state. Whoever asks says who owns the drone, to whom it is lent and which team
 it belongs to (`Ties`); `relation_of` answers with the strongest relation, and `may` looks it up in `RIGHTS`.
 """
@@ -33,6 +35,7 @@ class Relation(StrEnum):
     TEAM_OPERATOR = "team-operator"
     BORROWER = "borrower"
     OBSERVER = "observer"
+    """Of its team; or an account that only watches, and was given the drone in whatever way."""
     STRANGER = "stranger"
 
 
@@ -50,9 +53,16 @@ class Right(StrEnum):
     ERASE = "erase"
     """Delete what is kept of it."""
     LEND = "lend"
+    RECORD = "record"
+    """Begin and end recordings of its video."""
+    REHEARSE = "rehearse"
+    """Rehearse the loss of the operator or of the tower."""
+    CANCEL = "cancel"
+    """Stop what somebody else asked it to do. Whoever has the controls and the turn may as well."""
 
 
-_ADMINS: Final = frozenset({Relation.ADMIN, Relation.TEAM_ADMIN})
+_TOWER_ADMINS: Final = frozenset({Relation.ADMIN})
+_ADMINS: Final = _TOWER_ADMINS | {Relation.TEAM_ADMIN}
 _PILOTS: Final = _ADMINS | {Relation.OWNER, Relation.TEAM_OPERATOR, Relation.BORROWER}
 
 RIGHTS: Final[Mapping[Right, frozenset[Relation]]] = {
@@ -62,9 +72,15 @@ RIGHTS: Final[Mapping[Right, frozenset[Relation]]] = {
     Right.TAKE: _ADMINS,
     Right.ERASE: _ADMINS | {Relation.OWNER},
     Right.LEND: _ADMINS,
+    Right.RECORD: _TOWER_ADMINS,
+    Right.REHEARSE: _TOWER_ADMINS,
+    Right.CANCEL: _TOWER_ADMINS,
 }
 """Who has which right. A stranger has none: to them the drone does not exist. What is not here (settings, credentials,
 owners, names) is for admins of the tower alone."""
+
+OF_THE_HOLDER: Final = frozenset({Right.RECORD, Right.REHEARSE})
+"""What whoever has the controls may do as well."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +93,17 @@ class Ties:
 
 
 def relation_of(ties: Ties, user_id: UserId, role: Role) -> Relation:
-    """The strongest in which this user stands to the drone."""
+    """The strongest in which this user, whose account has this role, stands to the drone."""
     if role is Role.ADMIN:
         return Relation.ADMIN
+    relation = relation_by_ties(ties, user_id)
+    if role is Role.OBSERVER and relation is not Relation.STRANGER:
+        return Relation.OBSERVER
+    return relation
+
+
+def relation_by_ties(ties: Ties, user_id: UserId) -> Relation:
+    """The same by the drone's people alone, whatever the account."""
     team_role = ties.crew.get(user_id)
     if team_role is TeamRole.ADMIN:
         return Relation.TEAM_ADMIN
@@ -92,6 +116,6 @@ def relation_of(ties: Ties, user_id: UserId, role: Role) -> Relation:
     return Relation.OBSERVER if team_role is TeamRole.OBSERVER else Relation.STRANGER
 
 
-def may(relation: Relation, right: Right) -> bool:
-    """Whether somebody who stands so to a drone has this right."""
-    return relation in RIGHTS[right]
+def may(relation: Relation, right: Right, *, holds: bool = False) -> bool:
+    """Whether somebody who stands so to a drone has this right. `holds`: they have its controls."""
+    return relation in RIGHTS[right] or (holds and right in OF_THE_HOLDER)

@@ -18,6 +18,3 @@ class Scope(StrEnum):
 
 
 ALL_SCOPES: Final = frozenset(Scope)
-
-FOR_ADMINS: Final = frozenset({Scope.ADMIN, Scope.METRICS})
-"""Worth nothing in the hands of an operator, so an operator cannot make a token with them."""

@@ -13,9 +13,5 @@ FileAccounts = Callable[[], Mapping[int, Account]]
 
 def file_accounts(hub: Hub) -> dict[int, Account]:
     """A drone of several owners is put down to the one whose account is the oldest."""
-    drones = (hub.drone(drone_id) for drone_id in hub.drone_ids())
-    return {
-        drone.drone_id: min((owner.id for owner in drone.record.owners), default=NOBODY)
-        for drone in drones
-        if drone is not None
-    }
+    drones = hub.state.drones.values()
+    return {drone.drone_id: min((owner.id for owner in drone.record.owners), default=NOBODY) for drone in drones}

@@ -53,7 +53,7 @@ class Sky(HubWorld):
     def __init__(self, *, hidden: Place = (0.0, 0.0, 50.0)) -> None:
         super().__init__()
         self.noticed: list[HubEvent] = []
-        self.hub.on_event = self.noticed.append
+        self.hub.state.on_event = self.noticed.append
         self.now = 0.0
         self.places: dict[int, Place] = {HIDDEN: hidden, MADE_UP: (-300.0, 0.0, 50.0)}
         self.speeds: dict[int, Place] = {HIDDEN: (0.0, 0.0, 0.0), MADE_UP: (0.0, 0.0, 0.0)}
@@ -64,10 +64,10 @@ class Sky(HubWorld):
         self.alice, self.bob, self.admin = self.browser(1), self.browser(2), self.browser(9)
         self.learnt: dict[str, list[dict[str, Any]]] = {"alice": [], "bob": [], "admin": []}
         self.apply(record(HIDDEN, (1,), holder=1, epoch=1), record(MADE_UP, (2,)))
-        self.hub.focus(self.alice.browser, DroneId(HIDDEN), 0.0)
+        self.hub.audience.focus(self.alice.browser, DroneId(HIDDEN), 0.0)
 
     def say_state(self, number: int, *, armed: bool = True, airborne: bool = True) -> None:
-        self.hub.report(self.agents[number].link, AutopilotState(heard=True, armed=armed, airborne=airborne))
+        self.hub.reports.take(self.agents[number].link, AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def fly(self, for_s: float) -> None:
         for _ in range(round(for_s / TICK_S)):
@@ -115,7 +115,7 @@ class Sky(HubWorld):
 
     def suspicion(self, browser_of: int, number: int) -> str | None:
         role = Role.ADMIN if browser_of == 9 else Role.OPERATOR
-        drone = next(one for one in self.hub.drone_views(UserId(browser_of), role) if one.id == number)
+        drone = next(one for one in self.hub.squads.views(UserId(browser_of), role) if one.id == number)
         return drone.suspicious_motion
 
 
@@ -268,4 +268,4 @@ def test_a_drone_that_is_taken_out_of_the_tower_is_no_riddle() -> None:
     sky.apply(record(MADE_UP, (2,)))
     sky.fly(3)
     assert (sky.learnt["bob"][-1]["level"], sky.learnt["bob"][-1]["why"]) == ("clear", "")
-    assert sky.hub.drone(DroneId(HIDDEN)) is None
+    assert sky.hub.state.drones.get(DroneId(HIDDEN)) is None

@@ -129,7 +129,7 @@ def test_the_administration(come: Somebody, axe: Axe) -> None:
     console.part("section-users").click()
     axe.look_beneath(console, "new-user", "admin-new-user")
     axe.look_beneath(console, "user-menu-alice", "admin-user-menu")
-    for deed in ("user-reset", "user-role", "user-disable", "user-delete"):
+    for deed in ("user-reset", "user-role-admin", "user-disable", "user-delete"):
         console.part("user-menu-alice").click()
         console.part(deed).click()
         axe.look(console, f"admin-{deed}")

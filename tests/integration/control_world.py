@@ -68,18 +68,18 @@ class ObedientAgent:
         self._speak()
         if self._speaking is None:
             self._speaking = asyncio.create_task(self._go_on_speaking())
-        self._hub.report(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
+        self._hub.reports.take(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def parameters(self, *, has_radio: bool | None = True, complete: bool = True, **values: float) -> None:
         told = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
-        self._hub.report(self.link, told)
+        self._hub.reports.take(self.link, told)
 
     def _speak(self) -> None:
         for datagram in self._sealed.datagrams_to_send(time.monotonic()):
             self._hub.datagram(datagram, read_link_id(datagram), ("203.0.113.1", 5), time.monotonic())
 
     async def _go_on_speaking(self) -> None:
-        while (drone := self._hub.drone(self.link.drone_id)) is not None and drone.link is self.link:
+        while (drone := self._hub.state.drones.get(self.link.drone_id)) is not None and drone.link is self.link:
             self._speak()
             await asyncio.sleep(PING_INTERVAL_S)
 
@@ -96,7 +96,7 @@ class ObedientAgent:
         progress = HoldProgress(
             order_id=order.order_id, epoch=order.epoch, step=step, detail="ALT_HOLD", elapsed_ms=4.5
         )
-        self._hub.report(self.link, progress)
+        self._hub.reports.take(self.link, progress)
 
 
 def _sealed(drone_id: int, *, send: bytes, receive: bytes, now: float) -> SealedLink:

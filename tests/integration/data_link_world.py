@@ -47,7 +47,7 @@ class DataLinkWorld:
     @property
     def link(self) -> AgentLink:
         """The tower's end."""
-        drone = self.hub.drone(self.drone_id)
+        drone = self.hub.state.drones.get(self.drone_id)
         assert drone is not None and drone.link is not None
         return drone.link
 

@@ -75,7 +75,7 @@ def url(world: TowerWorld) -> TowerUrl:
 
 
 def record(world: TowerWorld, drone: NewDrone) -> Any:
-    found = world.tower.hub.drone(DroneId(drone.id))
+    found = world.tower.hub.state.drones.get(DroneId(drone.id))
     assert found is not None
     return found.record
 
@@ -125,7 +125,7 @@ async def refused(opened: ClientConnection) -> str:
 async def test_a_drone_signs_in_by_its_key_and_learns_which_tower_is_its_own(world: TowerWorld, hawk: NewDrone) -> None:
     identity = Identity(Kept(hawk.key.drone_id, hawk.key), lambda _: None)
     async with signed_in(world, identity) as opened:
-        drone = world.tower.hub.drone(DroneId(hawk.id))
+        drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
         assert drone is not None and drone.link is not None
         assert drone.link.resume_key == opened.resume_key
         assert drone.link.ticket == opened.welcome.ticket != ""
@@ -249,7 +249,7 @@ async def test_revoking_ends_the_link_at_once_and_comes_before_whatever_is_still
 ) -> None:
     root = await world.signed_in(await world.add_user("Root", Role.ADMIN))
     async with signed_in(world, hawk.identity) as opened, channel(world) as another:
-        drone = world.tower.hub.drone(DroneId(hawk.id))
+        drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
         assert drone is not None and drone.link is not None
         link = drone.link
         # It has proven its key, and is asked for the link that it names, when the key is revoked.
@@ -437,7 +437,7 @@ async def test_a_credential_signs_in_once_and_is_exchanged_for_a_key(
     identity = read_identity(file)
     async with signed_in(world, identity) as opened:
         assert opened.welcome.credential_forgotten
-        drone = world.tower.hub.drone(DroneId(hawk.id))
+        drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
         assert drone is not None and drone.link is not None and drone.link.link_id == opened.sealed.link_id
     assert identity.credential is None
     await assert_exchanged(world, hawk, file, credential)

@@ -118,7 +118,7 @@ async def everything_reaches(
     `begin` is called when all are attached: who would be closed for what it does must not be before.
     """
     async with live(world, client) as good:
-        await until("all are attached", lambda: len(world.tower.hub._state.browsers) == beside + 1)
+        await until("all are attached", lambda: len(world.tower.hub.state.browsers) == beside + 1)
         begin()
         numbers: list[int] = []
         sent = 0
@@ -150,8 +150,8 @@ async def test_one_that_hardly_reads_is_cut_and_costs_the_others_nothing(
         sipping = asyncio.create_task(sip())
         try:
             await everything_reaches(world, client, agent, beside=1)
-            await until("the other is gone", lambda: len(hub._state.browsers) == len(connections()) == 1)
-            (stalled,) = hub._state.browsers.values()
+            await until("the other is gone", lambda: len(hub.state.browsers) == len(connections()) == 1)
+            (stalled,) = hub.state.browsers.values()
             events, transactional, _ = stalled.waiting()
             assert 0 < transactional <= MAX_TRANSACTIONAL
             assert events < 2_000
@@ -161,7 +161,7 @@ async def test_one_that_hardly_reads_is_cut_and_costs_the_others_nothing(
             assert connection._stalled is not None
             assert connection._stalled.when() - loop.time() <= guarded_websocket.STALLED_AFTER_S
             connection.transport.abort()
-            await until("it is cut", lambda: not hub._state.browsers and not connections())
+            await until("it is cut", lambda: not hub.state.browsers and not connections())
         finally:
             sipping.cancel()
             await asyncio.gather(sipping, return_exceptions=True)
@@ -173,11 +173,11 @@ async def test_the_time_of_one_that_does_not_read_runs_out(
     monkeypatch.setattr(guarded_websocket, "STALLED_AFTER_S", 0.2)
     client = await world.signed_in(root)
     async with raw_browser(world, client):
-        await until("it is attached", lambda: world.tower.hub._state.browsers)
+        await until("it is attached", lambda: world.tower.hub.state.browsers)
         for start in range(0, 6_000, PACE):
             agent.say(*(ack(number) for number in range(start, start + PACE)))
             await asyncio.sleep(0)
-        await until("it is cut", lambda: not world.tower.hub._state.browsers and not connections())
+        await until("it is cut", lambda: not world.tower.hub.state.browsers and not connections())
 
 
 async def test_closing_one_that_does_not_read_does_not_leave_its_socket_behind(
@@ -186,13 +186,13 @@ async def test_closing_one_that_does_not_read_does_not_leave_its_socket_behind(
     monkeypatch.setattr(guarded_websocket, "LINGER_S", 0.2)
     client = await world.signed_in(root)
     async with raw_browser(world, client):
-        await until("it is attached", lambda: world.tower.hub._state.browsers)
+        await until("it is attached", lambda: world.tower.hub.state.browsers)
         for start in range(0, 6_000, PACE):
             agent.say(*(ack(number) for number in range(start, start + PACE)))
             await asyncio.sleep(0)
-        (browser,) = world.tower.hub._state.browsers.values()
+        (browser,) = world.tower.hub.state.browsers.values()
         browser.end(4429, "enough")
-        await until("nothing is left of it", lambda: not world.tower.hub._state.browsers and not connections())
+        await until("nothing is left of it", lambda: not world.tower.hub.state.browsers and not connections())
 
 
 async def test_pings_without_end_whose_answers_nobody_reads_pile_nothing_up(
@@ -201,7 +201,7 @@ async def test_pings_without_end_whose_answers_nobody_reads_pile_nothing_up(
     client = await world.signed_in(root)
     loop = asyncio.get_running_loop()
     async with raw_browser(world, client) as (plain, _):
-        await until("it is attached", lambda: world.tower.hub._state.browsers)
+        await until("it is attached", lambda: world.tower.hub.state.browsers)
         pings = masked(PING, bytes(125)) * 500
         for _ in range(100):  # 6.5 MB
             await loop.sock_sendall(plain, pings)
@@ -226,7 +226,7 @@ async def test_tiny_messages_without_end_are_closed_with_a_code_and_the_other_br
     flooding, client = await world.signed_in(mallory), await world.signed_in(root)
     loop = asyncio.get_running_loop()
     async with raw_browser(world, flooding) as (plain, _):
-        await until("it is attached", lambda: hub._state.browsers)
+        await until("it is attached", lambda: hub.state.browsers)
 
         async def flood() -> None:
             try:
@@ -240,9 +240,9 @@ async def test_tiny_messages_without_end_are_closed_with_a_code_and_the_other_br
             world, client, agent, beside=1, begin=lambda: flooders.append(asyncio.create_task(flood()))
         )
         await asyncio.wait_for(flooders[0], 60)
-    assert hub.drops[DropReason.FLOOD] >= 5_000
+    assert hub.state.drops[DropReason.FLOOD] >= 5_000
     assert 100 < max(parsed_at_once) <= SLICE_BYTES // len(masked(BINARY, b"\xff")) + 1, "and not a whole read of them"
-    assert not hub._state.browsers
+    assert not hub.state.browsers
 
 
 async def test_one_who_goes_on_after_being_told_reads_why_it_is_closed(world: TowerWorld, root: Person) -> None:
@@ -269,18 +269,18 @@ async def test_connections_beyond_the_bound_are_closed_with_a_code(world: TowerW
     client, others = await world.signed_in(root), await world.signed_in(other)
     headers = {**world.cookie_header(client), "Origin": world.base_url}
     opened = [await connect(world.live_url, additional_headers=headers, compression=None, proxy=None) for _ in range(5)]
-    await until("all are attached", lambda: len(world.tower.hub._state.browsers) == 5)
+    await until("all are attached", lambda: len(world.tower.hub.state.browsers) == 5)
     async with connect(world.live_url, additional_headers=headers, compression=None, proxy=None) as one_more:
         with pytest.raises(ConnectionClosed):
             await one_more.recv()
         assert one_more.close_code == 4430
         assert "5 connections" in str(one_more.close_reason)
     async with live(world, others):
-        await until("somebody else is let in", lambda: len(world.tower.hub._state.browsers) == 6)
+        await until("somebody else is let in", lambda: len(world.tower.hub.state.browsers) == 6)
     await opened[0].close()
-    await until("there is room", lambda: len(world.tower.hub._state.browsers) == 4)
+    await until("there is room", lambda: len(world.tower.hub.state.browsers) == 4)
     async with live(world, client):
-        await until("there is room again", lambda: len(world.tower.hub._state.browsers) == 5)
+        await until("there is room again", lambda: len(world.tower.hub.state.browsers) == 5)
     for connection in opened[1:]:
         await connection.close()
 
@@ -289,9 +289,9 @@ async def test_a_message_in_endless_pieces_is_ended(world: TowerWorld, root: Per
     client = await world.signed_in(root)
     loop = asyncio.get_running_loop()
     async with raw_browser(world, client) as (plain, _):
-        await until("it is attached", lambda: world.tower.hub._state.browsers)
+        await until("it is attached", lambda: world.tower.hub.state.browsers)
         await loop.sock_sendall(plain, masked(0x02) + masked(PIECE) * (2 * MAX_PIECES))
-        await until("it is gone", lambda: not world.tower.hub._state.browsers)
+        await until("it is gone", lambda: not world.tower.hub.state.browsers)
         received = b""
         while part := await asyncio.wait_for(loop.sock_recv(plain, 65536), 30):
             received += part

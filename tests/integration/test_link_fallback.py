@@ -64,7 +64,7 @@ async def test_udp_blocked_means_the_websocket_within_3_s_and_back(
         await until(lambda: world.link.routes.newest not in (None, OVER_CHANNEL), 10.0, "back on UDP")
         await frames_come(world, 3000)
         await world.told_link(transport="udp")
-        assert world.hub.drops[DropReason.NOT_AUTHENTIC] == world.hub.drops[DropReason.REPLAYED] == 0
+        assert world.hub.state.drops[DropReason.NOT_AUTHENTIC] == world.hub.state.drops[DropReason.REPLAYED] == 0
 
 
 async def test_an_agent_that_never_has_udp_is_online_over_the_websocket(
@@ -72,7 +72,7 @@ async def test_an_agent_that_never_has_udp_is_online_over_the_websocket(
 ) -> None:
     async with data_link_world(tmp_path, monkeypatch, blocked=True) as world:
         await frames_come(world, 1000)
-        drone = world.hub.drone(world.drone_id)
+        drone = world.hub.state.drones.get(world.drone_id)
         assert drone is not None and drone.online
         assert world.transport is Transport.WEBSOCKET
         # The second ping to get through tells what the first one's way took.
@@ -90,8 +90,8 @@ async def test_a_channel_carries_datagrams_of_its_own_link_only(
         await opened.connection.send(b"nonsense")
         await opened.connection.send(seen[:2] + bytes(4) + seen[6:])
         await opened.connection.send(seen)
-        await until(lambda: world.hub.drops[DropReason.DUPLICATE] == 1)
-        assert world.hub.drops[DropReason.TOO_SHORT] == 1
-        assert world.hub.drops[DropReason.UNKNOWN_LINK] == 1
+        await until(lambda: world.hub.state.drops[DropReason.DUPLICATE] == 1)
+        assert world.hub.state.drops[DropReason.TOO_SHORT] == 1
+        assert world.hub.state.drops[DropReason.UNKNOWN_LINK] == 1
         assert world.link.routes.newest != OVER_CHANNEL
         await frames_come(world, 2000)

@@ -119,8 +119,8 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
         assert (await ask(world.client, world.drone_id, "acquire")).status_code == 200
         await world.watcher.socket.send(json.dumps({"type": "focus", "drone_id": world.drone_id}))
         # Else the agent thins what it sends here, and nothing could be said of when the next attitude has to come.
-        world.hub.apply_stream(world.drone_id, StreamSettings(profile=StreamChoice.FULL))
-        drone = world.hub.drone(world.drone_id)
+        world.hub.changes.apply_stream(world.drone_id, StreamSettings(profile=StreamChoice.FULL))
+        drone = world.hub.state.drones.get(world.drone_id)
         assert drone is not None
         await until(lambda: drone.stream_state and drone.stream_state.chosen is StreamChoice.FULL)
         flight = Flight(world)
@@ -159,8 +159,8 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
         # No duplicate delivered, though the network made many, and each was counted.
         assert len(flight.texts) == len(set(flight.texts)) > 0.6 * flight.texts_sent
         assert len(flight.attitudes) == len({sent for _, sent in flight.attitudes})
-        assert hub.drops[DropReason.REPLAYED] + hub.drops[DropReason.DUPLICATE] > 0
-        assert hub.drops[DropReason.NOT_AUTHENTIC] == hub.drops[DropReason.BAD_KEY_PHASE] == 0
+        assert hub.state.drops[DropReason.REPLAYED] + hub.state.drops[DropReason.DUPLICATE] > 0
+        assert hub.state.drops[DropReason.NOT_AUTHENTIC] == hub.state.drops[DropReason.BAD_KEY_PHASE] == 0
         # The addresses were followed, on one link.
         assert len(addresses) >= 3
         assert world.agent._link.up

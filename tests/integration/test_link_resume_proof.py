@@ -34,7 +34,9 @@ from wire.resuming import Challenge
 @pytest.fixture
 async def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[DataLinkWorld]:
     async with data_link_world(tmp_path, monkeypatch) as world:
-        await until(lambda: world.hub.resumable(world.link.link_id, world.drone_id, asyncio.get_running_loop().time()))
+        await until(
+            lambda: world.hub.links.resumable(world.link.link_id, world.drone_id, asyncio.get_running_loop().time())
+        )
         yield world
 
 
@@ -66,16 +68,16 @@ async def test_a_control_channel_that_breaks_off_is_replaced_and_the_link_goes_o
         opened: Any = world.agent._link._opened
         opened.connection.transport.abort()
         await until(lambda opened=opened: world.agent._link._opened not in (None, opened))  # type: ignore[misc]
-        assert world.hub.traffic.links_resumed == times
+        assert world.hub.state.traffic.links_resumed == times
     assert world.link is link and link.post != posted
     # The new control channel is heard, both ways.
-    drone = world.hub.drone(world.drone_id)
+    drone = world.hub.state.drones.get(world.drone_id)
     assert drone is not None
     drone.armed = not drone.armed  # as if the tower had missed it
     world.autopilot.armed = not world.autopilot.armed
     await until(lambda: world.agent._onboard.autopilot.armed == world.autopilot.armed)
     await until(lambda: drone.armed == world.autopilot.armed)
-    world.hub.apply_stream(world.drone_id, StreamSettings(profile="thin"))  # type: ignore[arg-type]
+    world.hub.changes.apply_stream(world.drone_id, StreamSettings(profile="thin"))  # type: ignore[arg-type]
     await until(lambda: drone.stream_state and drone.stream_state.profile == "thin")
     await world.told_link(drone_id=world.drone_id)
     assert [e for e in world.watcher.events if e["type"] == "drone" and not e["drone"]["online"]] == []
@@ -84,7 +86,7 @@ async def test_a_control_channel_that_breaks_off_is_replaced_and_the_link_goes_o
 async def test_what_the_autopilot_does_is_known_while_there_is_no_control_channel(
     world: DataLinkWorld, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drone = world.hub.drone(world.drone_id)
+    drone = world.hub.state.drones.get(world.drone_id)
     assert drone is not None
     may_open = asyncio.Event()
 
@@ -98,9 +100,9 @@ async def test_what_the_autopilot_does_is_known_while_there_is_no_control_channe
     await until(lambda: not world.link.has_channel)
     armed = world.autopilot.armed = not drone.armed
     await until(lambda: drone.armed == armed)
-    assert world.hub.traffic.links_resumed == 0
+    assert world.hub.state.traffic.links_resumed == 0
     may_open.set()
-    await until(lambda: world.hub.traffic.links_resumed == 1)
+    await until(lambda: world.hub.state.traffic.links_resumed == 1)
 
 
 async def test_a_wrong_proof_gets_a_link_of_its_own(world: DataLinkWorld) -> None:
@@ -110,7 +112,7 @@ async def test_a_wrong_proof_gets_a_link_of_its_own(world: DataLinkWorld) -> Non
         assert isinstance(asked, ResumeChallenge)
         answer = await ask(opened, ResumeProof(proof=b"x" * 32))
         assert isinstance(answer, Welcome) and answer.link_id != old.link_id
-        assert world.hub.traffic.links_resumed == 0
+        assert world.hub.state.traffic.links_resumed == 0
 
 
 async def test_a_proof_of_one_channel_is_worth_nothing_on_another(world: DataLinkWorld) -> None:

@@ -81,7 +81,7 @@ class World:
 
     @property
     def drone(self) -> LiveDrone:
-        drone = self.hub.drone(self.drone_id)
+        drone = self.hub.state.drones.get(self.drone_id)
         assert drone is not None
         return drone
 
@@ -210,7 +210,7 @@ async def test_either_uplink_is_lost_under_a_hand_and_no_stick_is_missed(net: Tw
             (lost,) = world.carrying()
             net.cut(lost)
             await until(
-                lambda times=times: world.hub.traffic.links_resumed == times,  # type: ignore[misc]
+                lambda times=times: world.hub.state.traffic.links_resumed == times,  # type: ignore[misc]
                 RESUMED_WITHIN_S,
                 f"the control channel has left {lost}",
             )
@@ -223,7 +223,7 @@ async def test_either_uplink_is_lost_under_a_hand_and_no_stick_is_missed(net: Tw
         missed = len(world.sent) - len({number for _, number in world.autopilot.sticks})
         assert missed <= MAX_GAP_S / STICKS_EACH_S, "but for what is on its way"
         assert world.autopilot.modes_asked() == [] and world.autopilot.centred == 0, "nothing held"
-        assert world.hub.traffic.holds_ordered == 0
+        assert world.hub.state.traffic.holds_ordered == 0
         assert [event for event in world.pilot.events if event["type"] == "hold"] == []
         assert all(event["drone"]["online"] for event in world.pilot.events if event["type"] == "drone")
         # With both it is as with one alone: the drone holds, the link ends, and there is a new one.

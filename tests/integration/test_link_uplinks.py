@@ -101,7 +101,7 @@ async def test_two_uplinks_lose_nothing_when_either_is_lost_and_nothing_comes_tw
         await say(world, range(150, 270))
         await until(lambda: 269 in watcher.got)
         assert watcher.got == list(range(270)), "no gap, no copy, no disorder"
-        drops = world.hub.drops
+        drops = world.hub.state.drops
         assert drops[DropReason.DUPLICATE] > 30
         assert drops[DropReason.REPLAYED] < drops[DropReason.DUPLICATE] / 5, "only before an uplink is known"
         assert world.agent._link.counts[DropReason.DUPLICATE] > 0, "the tower answers to both"
@@ -115,7 +115,7 @@ async def test_a_replay_from_elsewhere_moves_nothing_and_is_counted(
         await until(lambda: world.link.routes.newest, what="the first datagram")
         before = world.link.routes.newest
         world.proxy.replay(0)
-        await until(lambda: world.hub.drops[DropReason.REPLAYED] == 1)
+        await until(lambda: world.hub.state.drops[DropReason.REPLAYED] == 1)
         assert world.link.routes.newest == before
 
 

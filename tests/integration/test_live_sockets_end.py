@@ -135,7 +135,7 @@ class Victim:
         self.agent.posted.clear()
 
     def has_the_controls(self) -> bool:
-        drone = self.world.tower.hub.drone(self.drone_id)
+        drone = self.world.tower.hub.state.drones.get(self.drone_id)
         assert drone is not None
         return drone.holder_id == self.person.id
 
@@ -262,7 +262,7 @@ async def test_the_database_is_asked_for_more_than_whether_the_session_is_there(
         cookie = client.cookies["tower_session"]
         viewer = await world.tower.sessions.find(cookie, world.clock())
         assert viewer is not None
-        still = StillSignedIn(world.tower, viewer, revision=world.tower.hub.fleet_revision)
+        still = StillSignedIn(world.tower, viewer, revision=world.tower.hub.fleet.revision)
         assert await still.ask(world.clock()) == viewer
         assert not still.comes_into_doubt()
         async with world.database.writing() as session:
@@ -280,11 +280,11 @@ async def test_a_session_that_began_after_the_snapshot_is_asked_about_and_stands
     client: httpx.AsyncClient = await world.signed_in(anna)
     viewer = await world.tower.sessions.find(client.cookies["tower_session"], world.clock())
     assert viewer is not None
-    assert not world.tower.hub.knows_sign_in(viewer.session_id)
+    assert not world.tower.hub.fleet.knows_sign_in(viewer.session_id)
     still = StillSignedIn(world.tower, viewer, revision=-1)
     assert still.comes_into_doubt()
     assert not still.comes_into_doubt()
     assert await still.ask(world.clock()) == viewer
     await world.add_drone("hawk", anna)
-    assert world.tower.hub.knows_sign_in(viewer.session_id)
+    assert world.tower.hub.fleet.knows_sign_in(viewer.session_id)
     assert not still.comes_into_doubt(), "the newest snapshot has it"

@@ -75,7 +75,7 @@ async def test_a_first_message_that_is_no_hello_ends_the_agents_channel(
     connection = await agent_channel(world)
     await connection.send(first, text=is_text)
     assert await how_it_ends(connection) == code
-    assert world.tower.hub.drops == {DropReason.MALFORMED: 1}
+    assert world.tower.hub.state.drops == {DropReason.MALFORMED: 1}
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ async def test_what_cannot_even_be_read_ends_a_browsers_channel(world: TowerWorl
     connection = await live_channel(world)
     await connection.send(message, text=True)
     assert await how_it_ends(connection) == code
-    assert world.tower.hub.drops == {DropReason.MALFORMED: 1}
+    assert world.tower.hub.state.drops == {DropReason.MALFORMED: 1}
 
 
 async def test_a_browser_that_talks_nonsense_is_answered_briefly_and_ended_at_last(world: TowerWorld) -> None:
@@ -99,7 +99,7 @@ async def test_a_browser_that_talks_nonsense_is_answered_briefly_and_ended_at_la
     assert connection.close_code == 4400
     assert answers
     assert max(map(len, answers)) < 500
-    assert world.tower.hub.drops == {DropReason.MALFORMED: 20}
+    assert world.tower.hub.state.drops == {DropReason.MALFORMED: 20}
 
 
 async def test_unknown_agents_write_few_log_lines(world: TowerWorld) -> None:

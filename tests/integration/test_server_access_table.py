@@ -14,18 +14,19 @@ from server.app.composition import ROUTERS, create_app
 from server.domain.people import Role
 from server.runtime.settings import Settings
 
-VISITORS: Final = ("anonymous", "stranger", "owner", "admin")
+VISITORS: Final = ("anonymous", "stranger", "owner", "admin", "observer")
 TOKENS: Final = ("for watch", "for fly", "for admin", "for metrics", "of the settings")
 """API tokens of an admin, each with one scope; and what TOWER_METRICS_TOKEN holds."""
-ALL, SELF, IN_PERSON = "+ + + +   + + + + +", "- + + +   + + + + -", "- + + +   x x x x -"
-NOBODY = "- - - -   - - - - -"
-LOOK, OWN_LOOK, OWN_FLY = "- + + +   + x x x -", "- . + +   + x x x -", "- . + +   x + x x -"
-FLY = "- + + +   x + x x -"
-LEND, KEEP = "- . x +   x x + x -", "- + + +   x x + x -"
-RULE, COMMAND, METRICS = "- x x +   x x + x -", "- . ? +   x x x x -", "- x x +   x x x + +"
-RULE_IN_PERSON = "- x x +   x x x x -"
+ALL, SELF, IN_PERSON = "+ + + + +   + + + + +", "- + + + +   + + + + -", "- + + + +   x x x x -"
+NOBODY = "- - - - -   - - - - -"
+LOOK, OWN_LOOK, OWN_FLY = "- + + + +   + x x x -", "- . + + +   + x x x -", "- . + + x   x + x x -"
+FLY = "- + + + x   x + x x -"
+LEND, KEEP, LEAVE = "- . x + x   x x + x -", "- + + + x   x x + x -", "- + + + +   x x + x -"
+RULE, COMMAND, METRICS = "- x x + x   x x + x -", "- . ? + x   x x x x -", "- x x + x   x x x + +"
+RULE_IN_PERSON = "- x x + x   x x x x -"
 """For each visitor in turn, then for each token. +: let in (whatever the route then says of the rest of the request),
--: 401, x: 403 `admins-only`, `scope-missing`, `in-person-only` or of the table of control, .: 404, as if there were no
+-: 401, x: 403 `admins-only`, `read-only-account`, `scope-missing`,
+`in-person-only` or of the table of control, .: 404, as if there were no
 such drone, ?: the table of control says, which has tests of its own."""
 
 TABLE: Final[dict[str, str]] = {
@@ -78,7 +79,8 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("revoke_key", "add_owner", "remove_owner"), RULE),
     **dict.fromkeys(("lend_drone", "end_loan"), LEND),
     **dict.fromkeys(("list_teams", "get_team"), LOOK),
-    **dict.fromkeys(("make_team", "rename_team", "delete_team", "set_team_member", "remove_team_member"), KEEP),
+    **dict.fromkeys(("make_team", "rename_team", "delete_team", "set_team_member"), KEEP),
+    "remove_team_member": LEAVE,
     **dict.fromkeys(("add_team_drone", "remove_team_drone", "invite_to_team", "withdraw_invitation"), KEEP),
     **dict.fromkeys(("list_invitations", "accept_invitation", "decline_invitation"), IN_PERSON),
     **dict.fromkeys(("begin_enrolment", "list_enrolments", "cancel_enrolment"), RULE),
@@ -118,7 +120,7 @@ def sign_of(answer: httpx.Response) -> str:
     slug = answer.json().get("type", "") if "problem" in answer.headers.get("content-type", "") else ""
     if slug.endswith(("/not-signed-in", "/session-expired", "/bad-token", "/bad-credential")):
         return "-"
-    if slug.endswith(("/admins-only", "/not-an-owner", "/scope-missing", "/in-person-only")):
+    if slug.endswith(("/admins-only", "/read-only-account", "/not-an-owner", "/scope-missing", "/in-person-only")):
         return "x"
     return "." if slug.endswith("/unknown-drone") else "+"
 
@@ -150,12 +152,14 @@ def test_there_is_no_route_beside_the_table(tmp_path: Path) -> None:
 
 async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerWorld) -> None:
     owner, stranger = await world.add_user("Owner"), await world.add_user("Stranger")
-    hawk = await world.add_drone("hawk", owner)
+    observer = await world.add_user("Olga", Role.OBSERVER)
+    hawk = await world.add_drone("hawk", owner, observer)
     clients = {
         "anonymous": await world.client(),
         "stranger": await world.signed_in(stranger),
         "owner": await world.signed_in(owner),
         "admin": await world.signed_in(await world.add_user("Root", Role.ADMIN)),
+        "observer": await world.signed_in(observer),
     }
     for name in TOKENS:
         secret = METRICS_SECRET

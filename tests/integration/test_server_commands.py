@@ -119,7 +119,7 @@ async def test_home_is_moved_in_the_air_by_who_says_so_and_keeps_its_height(scen
     assert done["state"] == "done"
     sent = scene.agent.asked[-1].work
     assert isinstance(sent, CommandWork)
-    drone = scene.world.tower.hub.drone(DroneId(scene.agent.link.drone_id))
+    drone = scene.world.tower.hub.state.drones.get(DroneId(scene.agent.link.drone_id))
     assert drone is not None
     assert drone.home is not None
     assert (sent.command, sent.x, sent.y, sent.params[6]) == (179, 470010000, 80020000, drone.home.alt_amsl_m)

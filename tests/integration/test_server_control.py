@@ -95,7 +95,7 @@ async def test_a_program_says_that_it_is_there_for_as_long_as_it_has_the_control
         alice, bob = [await world.signed_in(name) for name in ("alice", "bob")]
         assert_problem(await ask(alice, drone.id, "keep-alive"), 409, "not-the-holder")
         await ask(alice, drone.id, "acquire")
-        there = world.tower.hub.drone(drone.id)
+        there = world.tower.hub.state.drones.get(drone.id)
         assert there is not None
         assert not there.somebody_flies()
         kept = await ask(alice, drone.id, "keep-alive")
@@ -284,5 +284,5 @@ async def test_give_and_acceptance_race_with_a_withdrawal(tmp_path: Path, databa
 
 
 def _live_fenced(world: TowerWorld, drone_id: int) -> bool:
-    drone = next(one for one in world.tower.hub._state.drones.values() if one.drone_id == drone_id)
+    drone = next(one for one in world.tower.hub.state.drones.values() if one.drone_id == drone_id)
     return drone.fenced

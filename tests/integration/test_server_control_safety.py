@@ -75,7 +75,7 @@ async def test_settings_reach_the_agent_the_database_and_the_next_tower(tmp_path
         anna = await world.signed_in("Anna")
         kept = (await anna.get(f"/api/v1/drones/{scene.drone.id}/settings")).json()
         assert kept == {**before, **change, "sticks_stale_s": 1.0, "stream_profile": "thin"}
-        live_drone = world.tower.hub.drone(DroneId(scene.drone.id))
+        live_drone = world.tower.hub.state.drones.get(DroneId(scene.drone.id))
         assert live_drone is not None
         assert (live_drone.safety.hold_ladder, live_drone.safety.rtt_limit_ms) == (("LOITER", "BRAKE"), 800.0)
         assert live_drone.stream.profile is StreamChoice.THIN
@@ -116,7 +116,7 @@ async def test_settings_are_seen_by_the_squad_and_changed_by_admins(scene: Scene
 
 async def test_a_danger_is_acknowledged_by_the_holder_and_a_new_one_anew(scene: Scene) -> None:
     path, hub = f"{scene.path}/loss-check", scene.world.tower.hub
-    live_drone = hub.drone(DroneId(scene.drone.id))
+    live_drone = hub.state.drones.get(DroneId(scene.drone.id))
     assert live_drone is not None
     unknown = (await scene.anna.get(path)).json()
     assert (unknown["complete"], unknown["has_radio"], unknown["dangerous"]) == (False, None, False)
@@ -190,7 +190,7 @@ async def test_a_changed_check_is_told_on_the_live_channel(scene: Scene) -> None
 async def test_what_was_acknowledged_in_another_process_counts_when_the_controls_move_there(scene: Scene) -> None:
     world, drone_id, anna = scene.world, DroneId(scene.drone.id), scene.ids["Anna"]
     scene.agent.parameters(RC_OVERRIDE_TIME=-1)
-    live_drone = world.tower.hub.drone(drone_id)
+    live_drone = world.tower.hub.state.drones.get(drone_id)
     assert live_drone is not None
     assert live_drone.loss_check.bars(anna)
     known = findings_hash(world.tower.loss_checks.check(drone_id).sentences)
@@ -258,7 +258,7 @@ async def test_losing_the_tower_where_no_hold_comes(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, armed: bool, by_hand: bool, phase: str, words: str
 ) -> None:
     scene.agent.state(armed=armed)
-    live_drone = scene.world.tower.hub.drone(DroneId(scene.drone.id))
+    live_drone = scene.world.tower.hub.state.drones.get(DroneId(scene.drone.id))
     assert live_drone is not None
     if by_hand:
         live_drone.sticks_at = time.monotonic() + 60.0  # fresh, however long it takes to get there

@@ -74,7 +74,7 @@ async def test_a_new_drone_has_no_identity_until_an_agent_is_enrolled(world: Tow
         "team": None,
     }
     assert (await admin.get(f"{DRONES}/{drone['id']}")).json() == drone
-    assert world.tower.hub.drone(DroneId(drone["id"])).record.identity == ("", b"")
+    assert world.tower.hub.state.drones.get(DroneId(drone["id"])).record.identity == ("", b"")
     trail = await admin.get("/api/v1/audit")
     assert trail.json()[0]["action"] == "drone.created"
 
@@ -91,7 +91,7 @@ async def test_everybody_who_sees_a_drone_sees_by_what_it_is_known_and_an_admin_
     for _ in range(2):
         answer = await admin.delete(f"{DRONES}/{hawk.id}/key")
         assert answer.json()["identity"] == {"kind": "none", "fingerprint": None, "since": None}
-    assert world.tower.hub.drone(DroneId(hawk.id)).record.identity == ("", b"")
+    assert world.tower.hub.state.drones.get(DroneId(hawk.id)).record.identity == ("", b"")
     trail = [one["action"] for one in (await admin.get("/api/v1/audit")).json()]
     assert trail.count("drone.key_revoked") == 1
 

@@ -81,7 +81,7 @@ async def test_a_token_is_worth_one_key_and_admins_see_it_live(
         assert answer.json() == {"drone_id": hawk.id, "drone": "hawk", "tower_key": tower_key}
         assert (await screen.event("enrolment"))["enrolment"]["state"] == "used"
         assert_problem(await companion.post(ENROL, json=asked(begun["token"], ANOTHER)), 403, "bad-enrolment")
-        record = world.tower.hub.drone(DroneId(hawk.id)).record
+        record = world.tower.hub.state.drones.get(DroneId(hawk.id)).record
         assert record.public_key == KEY.public != hawk.key.public
         world.tower.event_handler.noticed(AgentLinked(DroneId(hawk.id)))
         while (news := (await screen.event("enrolment"))["enrolment"]["state"]) != "seen":

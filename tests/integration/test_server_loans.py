@@ -60,7 +60,7 @@ async def test_a_borrower_flies_until_the_time_is_over(
     async with live(world, borrower) as screen:
         world.clock.advance(601)
         await screen.event("drone_removed", drone_id=hawk.id)
-        drone = world.tower.hub.drone(DroneId(hawk.id))
+        drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
         assert drone is not None
         await until("the revocation", lambda: drone.lease.holder is None)
     assert [order.reason for order in agent.holds] == ["the loan is over"]
@@ -138,13 +138,13 @@ async def test_no_way_leads_round_the_limits_and_each_refusal_says_which(
     agent = ObedientAgent(world.tower.hub, hawk.id)
     agent.state()
     agent.parameters()
-    drone = world.tower.hub.drone(DroneId(hawk.id))
+    drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
     assert drone is not None
     drone.home = Home(47.0, 8.0, 500.0)
     await lend(world, root, hawk, anna, may_arm=False, max_height_m=50, radius_m=100)
     borrower = await world.signed_in(anna)
     await ask(borrower, hawk.id, "acquire")
-    traffic, drops = world.tower.hub.traffic, world.tower.hub.drops
+    traffic, drops = world.tower.hub.state.traffic, world.tower.hub.state.drops
     async with live(world, borrower) as screen:
         for number, (message, _) in enumerate(REFUSED.values(), 1):
             frame = build(message, system_id=255, component_id=190, sequence=0)

@@ -108,8 +108,8 @@ async def test_the_figures_follow_what_passes(world: TowerWorld, root: Person, d
         )
         await browser.socket.send(tag(DroneId(drone.id), arm) + tag(DroneId(drone.id + 1), arm))
         await browser.event("notice", code="unknown-drone")
-        hub.order_hold(DroneId(drone.id), "a test")
-        await until("it is confirmed", lambda: hub.traffic.hold_steps["confirmed"] == 1)
+        hub.holds.order(DroneId(drone.id), "a test")
+        await until("it is confirmed", lambda: hub.state.traffic.hold_steps["confirmed"] == 1)
         after = await figures(reader)
 
     def grown(name: str) -> float:

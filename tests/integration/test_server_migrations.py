@@ -7,6 +7,7 @@ import pytest
 from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from sqlalchemy import JSON, Connection, DateTime, column, insert, inspect, select, table, text
+from sqlalchemy.exc import IntegrityError
 
 from server.runtime.vault import Vault
 from server.store.accounts.tables import ApiTokenRow
@@ -181,3 +182,38 @@ async def test_second_factors_in_the_clear_are_sealed_and_leave_no_trace(sqlite:
     left = b"".join(one.read_bytes() for one in files if one.exists())
     assert b"anna" in left
     assert not any(secret.encode() in left for secret in SECRETS.values())
+
+
+async def test_observers_come_and_go_and_nothing_hangs_on_it(sqlite: Database) -> None:
+    await migrate(sqlite, "0014")
+    user = (
+        "INSERT INTO users (name, name_key, password_hash, role, created_at) "
+        "VALUES ('{0}', '{0}', 'x', '{1}', '2026-01-01 00:00:00')"
+    )
+    session_of = (
+        "INSERT INTO sessions (token_hash, user_id, created_at, last_seen_at, address, user_agent) "
+        "VALUES ('x', 1, '2026-01-01 00:00:00', '2026-01-01 00:00:00', '', '')"
+    )
+    async with sqlite.writing() as session:
+        await session.execute(text(user.format("anna", "operator")))
+        await session.execute(text(session_of))
+    with pytest.raises(IntegrityError):
+        async with sqlite.writing() as session:
+            await session.execute(text(user.format("olga", "observer")))
+    await migrate(sqlite)
+    async with sqlite.writing() as session:
+        await session.execute(text(user.format("olga", "observer")))
+    with pytest.raises(IntegrityError):
+        async with sqlite.writing() as session:
+            await session.execute(text(user.format("eve", "emperor")))
+    await migrate(sqlite, "0014")
+    async with sqlite.reading() as session:
+        rows = (await session.execute(text("SELECT name, role, disabled FROM users ORDER BY id"))).all()
+        kept = (await session.execute(text("SELECT count(*) FROM sessions"))).scalar()
+    assert [tuple(row) for row in rows] == [("anna", "operator", 0), ("olga", "operator", 1)]
+    assert kept == 1
+    with pytest.raises(IntegrityError):
+        async with sqlite.writing() as session:
+            await session.execute(text(user.format("otto", "observer")))
+    await migrate(sqlite)
+    await check_schema(sqlite)

@@ -138,7 +138,7 @@ async def test_drones_owners_loans_and_enrolment(world: TowerWorld, root: httpx.
         assert (await ask(root, drone, what)).status_code == 200
     assert (await ask(borrower, drone, "accept", sticks_centred=True)).status_code == 200
     world.clock.advance(601)
-    live = world.tower.hub.drone(DroneId(drone))
+    live = world.tower.hub.state.drones.get(DroneId(drone))
     assert live is not None
     await until("the end of the loan", lambda: live.lease.holder is None and not live.record.loans)
     await ok(root, "DELETE", f"/drones/{drone}", 204)

@@ -48,7 +48,7 @@ class Scene:
             action=LostAction.RETURN if lost else None,
             due_in_s=25.0 if phase is LostPhase.COUNTING else None,
         )
-        self.world.tower.hub.report(self.agent.link, told, at=self.world.clock())
+        self.world.tower.hub.reports.take(self.agent.link, told, at=self.world.clock())
 
     async def hold_open(self) -> bool | None:
         """As it is written down."""
@@ -103,7 +103,7 @@ async def test_unknown_is_unknown(scene: Scene) -> None:
     assert await shown() == (True, True, True)
     silent = AutopilotState(heard=False, armed=False, airborne=False)
     async with live(scene.world, scene.bert) as screen:
-        scene.world.tower.hub.report(scene.agent.link, silent)
+        scene.world.tower.hub.reports.take(scene.agent.link, silent)
         told = (await screen.event("drone"))["drone"]
         assert (told["armed"], told["airborne"]) == (None, None)
     assert await shown() == (False, None, None)
@@ -192,7 +192,7 @@ async def test_a_hold_ordered_while_the_drone_is_offline_outlives_the_tower(tmp_
         agent = ObedientAgent(world.tower.hub, scene.drone.id, takes=(OPEN_HOLDS,), answer=HoldStep.NOT_NEEDED)
         (order,) = agent.holds
         assert (order.reason, order.interrupts) == (ORDERED_AGAIN, False)
-        live_drone = world.tower.hub.drone(DroneId(scene.drone.id))
+        live_drone = world.tower.hub.state.drones.get(DroneId(scene.drone.id))
         assert live_drone is not None
         await until("the end of the hold", lambda: not live_drone.hold_noted)
         scene.world = world

@@ -116,10 +116,10 @@ async def test_whoever_assists_gets_the_turn_first_and_the_holder_waits(scene: P
     scene.agent.waits = True
     writing = asyncio.create_task(scene.put(scene.admin))
     await until("the upload", lambda: scene.agent.asked)
-    lease = scene.world.tower.hub.drone(scene.drone.id).lease
+    lease = scene.world.tower.hub.state.drones.get(scene.drone.id).lease
     assert scene.agent.asked[0].epoch == lease.epoch > 1
     assert_problem(await scene.put(kind="fence"), 409, "assisted")
-    assert scene.world.tower.hub.drone(scene.drone.id).lease.epoch == lease.epoch
+    assert scene.world.tower.hub.state.drones.get(scene.drone.id).lease.epoch == lease.epoch
     scene.agent.go_on()
     assert (await writing).json()["state"] == "done"
 

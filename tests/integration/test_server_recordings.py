@@ -314,13 +314,13 @@ async def test_it_says_which_flights_it_shows(scene: RecordingScene) -> None:
 
     def flies(airborne: bool) -> None:
         told = AutopilotState(heard=True, armed=airborne, airborne=airborne)
-        hub.report(scene.agent.link, told, at=scene.world.clock())
+        hub.reports.take(scene.agent.link, told, at=scene.world.clock())
 
     flies(False)
     begun = await scene.record()
     scene.send()
     flies(True)
-    first = hub.drone(scene.drone.id).view().airborne_since
+    first = hub.state.drones.get(scene.drone.id).view().airborne_since
     assert await scene.shows(begun["id"], 1) == [first.isoformat().replace("+00:00", "Z")]
     flies(False)
     scene.world.clock.advance(60)
@@ -375,7 +375,9 @@ async def test_who_begins_without_end_has_to_wait(scene: RecordingScene, monkeyp
     assert (await scene.stop(admins["id"]))["ended_at"] is not None
     assert_problem(await scene.holder.post(f"{path}/{admins['id']}/stop"), 429, "too-many-operations")
     hub = scene.world.tower.hub
-    assert hub.admits_operation(scene.alice.id, time.monotonic(), stops=True), "holding and landing have their own"
+    assert hub.flood.admits_operation(scene.alice.id, time.monotonic(), stops=True), (
+        "holding and landing have their own"
+    )
 
 
 async def test_a_slow_disk_ends_the_recording_and_never_waits(

@@ -134,7 +134,7 @@ async def test_what_another_process_withdraws_is_revoked_too(
     async with world.database.writing() as session:
         deed = AuditAction(by=COMMAND_LINE, at=world.clock())
         await change_user(session, user_id=anna.id, change=UserChange(disabled=True), deed=deed)
-    drone = world.tower.hub.drone(DroneId(hawk.id))
+    drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
     assert drone is not None
     await until("the revocation", lambda: drone.lease.holder is None)
     assert (await seen(root, hawk.id))["epoch"] == 2
@@ -254,7 +254,7 @@ async def test_a_holder_who_stays_away_loses_the_controls(
     async with live(world, operator):
         await notice(world, expired)  # noticed just before they came back
         assert (await seen(root, hawk.id))["holder"]["name"] == "Anna"
-    drone = world.tower.hub.drone(DroneId(hawk.id))
+    drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
     assert drone is not None
     await until("the hub to miss the holder", lambda: drone.holder_watch.missing_since is not None)
     await notice(world, expired)

@@ -117,7 +117,7 @@ async def test_each_role_may_what_the_table_says(world: TowerWorld, red: Team, r
         frame = build(request, system_id=255, component_id=190, sequence=0)
         await screen.socket.send(tag(DroneId(red.drone_id), frame))
         await screen.event("notice", code="not-in-control")
-    assert world.tower.hub.traffic.frames_to_agents == 0
+    assert world.tower.hub.state.traffic.frames_to_agents == 0
 
     # An operator flies; the team's admin takes from them, gives back and assists, and each TAKE holds.
     held = (await ask(operator, red.drone_id, "acquire")).json()
@@ -136,7 +136,7 @@ async def test_each_role_may_what_the_table_says(world: TowerWorld, red: Team, r
     await ask(root, red.drone_id, "take")
     assert_problem(await ask(chief, red.drone_id, "take"), 409, "held-by-admin")
     assert_problem(await ask(chief, red.drone_id, "assist"), 409, "cannot-assist")
-    live_drone = world.tower.hub.drone(DroneId(red.drone_id))
+    live_drone = world.tower.hub.state.drones.get(DroneId(red.drone_id))
     assert live_drone is not None
     assert not live_drone.fenced
     await ask(root, red.drone_id, "release")
@@ -419,7 +419,7 @@ async def test_a_removed_members_video_is_over(world: TowerWorld, red: Team) -> 
     async with live(world, viewer) as screen:
         await red.clients[ADMIN].delete(member)
         await screen.event("drone_removed", drone_id=red.drone_id)
-        drone = hub.drone(DroneId(red.drone_id))
+        drone = hub.state.drones.get(DroneId(red.drone_id))
         assert drone is not None
         await until("nobody to watch", lambda: not drone.watchers)
     assert_problem(await viewer.get(f"/api/v1/drones/{red.drone_id}/video"), 404, "unknown-drone")

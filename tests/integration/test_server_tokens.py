@@ -242,7 +242,7 @@ async def test_whoever_only_watches_does_not_fly_and_is_nobodys_presence(world: 
     await ask(await with_token(world, secret), hawk.id, "acquire")
     command = mavlink.MAVLink_command_long_message(1, 1, 400, 0, *[0.0] * 7)
     frame = tag(DroneId(hawk.id), build(command, system_id=255, component_id=190, sequence=0))
-    drone = world.tower.hub.drone(DroneId(hawk.id))
+    drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
     assert drone is not None
     async with live(world, secret, "?scopes=watch") as watching:
         await watching.socket.send(frame)

@@ -72,7 +72,7 @@ class WorkingAgent(ObedientAgent):
             self._hub.datagram(datagram, self.link.link_id, ("203.0.113.1", 5), now)
 
     def tell(self, message: TransactionToTower) -> None:
-        self._hub.report(self.link, message)
+        self._hub.reports.take(self.link, message)
 
     def go_on(self) -> None:
         """Answers the last that was asked."""
@@ -92,7 +92,7 @@ class WorkingAgent(ObedientAgent):
             asyncio.get_running_loop().call_soon(self.tell, result)
 
     def _work(self, asked: Transaction) -> None:
-        drone = self._hub.drone(DroneId(self.link.drone_id))
+        drone = self._hub.state.drones.get(DroneId(self.link.drone_id))
         if drone is None or drone.link is not self.link:
             return
         fields = self.answer_with(asked) if self.answer_with else self._usual(asked)

@@ -76,7 +76,7 @@ class ModelAgent:
             takes=self.takes,
             process=self.process,
         )
-        drone = hub.drone(self.drone_id)
+        drone = hub.state.drones.get(self.drone_id)
         assert drone is not None
         holder = drone.lease.holder.name if drone.lease.holder else None
         self.control.append(
@@ -117,7 +117,7 @@ class ModelAgent:
     def resume(self, hub: Hub, now: float) -> None:
         """Another control channel for the same link, if the tower has it still; whether or not the last one is lost."""
         link = self.link
-        if link is None or not self.linked or hub.resumable(link.link_id, self.drone_id, now) is not link:
+        if link is None or not self.linked or hub.links.resumable(link.link_id, self.drone_id, now) is not link:
             return
         self.control.clear()
         link.adopt(
@@ -130,12 +130,12 @@ class ModelAgent:
         hub.resumed(link)
         self.has_channel = True
         for progress in self._progress:
-            hub.report(link, progress)
+            hub.reports.take(link, progress)
         self.onboard.resumed()
 
     def is_linked_to(self, hub: Hub) -> bool:
         """Whether both believe in the same link."""
-        drone = hub.drone(self.drone_id)
+        drone = hub.state.drones.get(self.drone_id)
         return self.linked and drone is not None and drone.link is self.link
 
     @property
@@ -200,7 +200,7 @@ class ModelAgent:
         if isinstance(message, HoldProgress):
             self._progress.append(message)
         if self.has_channel:
-            hub.report(self.link, message)
+            hub.reports.take(self.link, message)
         elif isinstance(message, (HoldProgress, AutopilotState)):
             self._to_tower(hub, self._sealed.seal_urgent(encode_message(message).encode()), now)
 

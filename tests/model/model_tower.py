@@ -76,7 +76,7 @@ class ModelTower:
         self.watchman = SteppedWatchman(
             **parts, service=self.service, loss_checks=checks, rehearsals=Rehearsals(**parts), monotonic=clock
         )
-        self.hub.on_event = self.watchman.noticed
+        self.hub.state.on_event = self.watchman.noticed
         self.browsers: dict[UserId, Browser] = {}
         self.running: list[Coroutine[Any, Any, Any]] = []
         store.after_start()

@@ -334,7 +334,7 @@ class PlanWorld:
             self._begin(Order("command", Lane.COMMANDS, [Step(work, 5.0)], writes=True))
 
     def _begin(self, order: Order) -> Operation | None:
-        drone = self.tower.hub.drone(DRONE)
+        drone = self.tower.hub.state.drones.get(DRONE)
         assert drone is not None
         holder = self.store.leases[DRONE].holder or ALICE
         by = UserRef(holder, self.store.accounts[holder].name)
@@ -385,7 +385,7 @@ class PlanWorld:
     def is_quiet(self) -> bool:
         """Nothing is going on, and the tower knows what is on board."""
         agent = self.agent
-        drone = self.tower.hub.drone(DRONE)
+        drone = self.tower.hub.state.drones.get(DRONE)
         if agent is None or drone is None or not agent.is_linked_to(self.tower.hub) or not agent.has_channel:
             return False
         known = drone.board.plans.mission
@@ -402,7 +402,7 @@ class PlanWorld:
         self.run_until(self.is_quiet)
         assert self.is_whole
         assert self.journal.records == {}
-        drone = self.tower.hub.drone(DRONE)
+        drone = self.tower.hub.state.drones.get(DRONE)
         assert drone is not None and drone.board.plans.mission.hash == plan_hash(MISSION, self.on_board())
         self._outcomes_are_true()
 

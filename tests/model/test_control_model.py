@@ -300,7 +300,7 @@ class ControlModel(RuleBasedStateMachine):
     @invariant()
     def the_tower_believes_what_is_in_the_store(self) -> None:
         for drone_id, lease in self.store.leases.items():
-            drone = self.tower.hub.drone(drone_id)
+            drone = self.tower.hub.state.drones.get(drone_id)
             assert drone is not None
             believed = drone.lease
             assert believed == self.store.view(self.store.history[drone_id, believed.epoch])

@@ -13,8 +13,8 @@ from pydantic import BaseModel, Field
 from server.api.access import FactorSetter, InPerson, Proved
 from server.api.http.problem_docs import answers
 from server.api.tower import address_of, tower_of
-from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired
-from server.domain.people import Principal, Role
+from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired, is_demanded_a_factor
+from server.domain.people import Principal
 from server.live.accounts import totp
 from server.runtime.settings import Settings
 from server.store.accounts import second_factor
@@ -57,7 +57,7 @@ def _deed(request: Request, principal: Principal) -> AuditAction:
 
 def is_factor_demanded(settings: Settings, principal: Principal) -> bool:
     """Whether somebody must keep at least one."""
-    return settings.admins_need_second_factor and principal.role is Role.ADMIN
+    return settings.admins_need_second_factor and is_demanded_a_factor(principal.role)
 
 
 @router.get("")

@@ -12,8 +12,17 @@ from server.api.access import COOKIE, Anybody, InPerson, PasswordChanger, Proved
 from server.api.accounts.passkey_asking import asked_at_the_door
 from server.api.http.problem_docs import answers
 from server.api.tower import address_of, tower_of
-from server.domain.access import AdminsOnly, BadToken, InPersonOnly, NotSignedIn, SessionExpired
-from server.domain.people import Role
+from server.domain.access import (
+    AccessRequest,
+    Action,
+    AdminsOnly,
+    BadToken,
+    InPersonOnly,
+    NotSignedIn,
+    SessionExpired,
+    judge,
+    reaches,
+)
 from server.live.accounts.challenges import ChallengeOver
 from server.live.accounts.relying_party import PasskeysUnavailable
 from server.store.accounts.passkey_sign_in import PasskeyRefused, WrongPasskey
@@ -27,6 +36,7 @@ from server.store.accounts.users import SignInThrottled, UserChange, WrongSignIn
 from server.store.accounts.views import Me, NewPassword, PasswordChange, PasswordJudgement, SignIn
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import Actor, record
+from wire.ids import UserId
 
 router = APIRouter(prefix="/api/v1", tags=["session"])
 
@@ -168,8 +178,9 @@ async def get_sessions(
     everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
 ) -> list[SessionView]:
     """Where one is signed in, or where everybody is; newest first."""
-    if everybody and principal.role is not Role.ADMIN:
-        raise AdminsOnly
+    verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
+    if verdict.refusal is not None:
+        raise verdict.refusal
     tower = tower_of(request)
     async with tower.database.reading() as session:
         found = await list_sessions(session, user_id=None if everybody else principal.user_id)
@@ -205,7 +216,7 @@ async def end_one_session(
     tower = tower_of(request)
     async with tower.database.writing() as session:
         row = await session.get(SessionRow, session_id)
-        if row is None or (row.user_id != principal.user_id and principal.role is not Role.ADMIN):
+        if row is None or not reaches(principal, Action.CHANGE_CREDENTIALS, UserId(row.user_id)):
             raise UnknownSession
         owner = await get_user(session, row.user_id)
         deed = AuditAction(by=principal, at=tower.clock(), address=address_of(request))

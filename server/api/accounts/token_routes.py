@@ -11,8 +11,17 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 from server.api.access import InPerson, Proved
 from server.api.http.problem_docs import answers
 from server.api.tower import address_of, tower_of
-from server.domain.access import AdminsOnly, InPersonOnly, NotSignedIn, SessionExpired
-from server.domain.people import Principal, Role, TokenId
+from server.domain.access import (
+    AccessRequest,
+    Action,
+    AdminsOnly,
+    InPersonOnly,
+    NotSignedIn,
+    SessionExpired,
+    judge,
+    reaches_all,
+)
+from server.domain.people import Principal, TokenId
 from server.domain.scopes import Scope
 from server.store.accounts import tokens
 from server.store.accounts.tables import ApiTokenRow, UserRow
@@ -86,8 +95,9 @@ async def list_tokens(
     everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
 ) -> list[TokenView]:
     """One's own tokens, or everybody's, in the order of their ids."""
-    if everybody and principal.role is not Role.ADMIN:
-        raise AdminsOnly
+    verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
+    if verdict.refusal is not None:
+        raise verdict.refusal
     await tower_of(request).tokens.write_uses()
     async with tower_of(request).database.reading() as session:
         found = await tokens.list_tokens(session, user_id=None if everybody else principal.user_id)
@@ -117,7 +127,7 @@ async def create_token(request: Request, principal: Proved, body: NewToken) -> T
 async def revoke_token(request: Request, principal: Proved, token_id: Annotated[int, Path(ge=1, le=2**31 - 1)]) -> None:
     """Revokes a token of one's own, or as an admin anybody's. What is connected with it is cut off at once."""
     tower = tower_of(request)
-    of_user = None if principal.role is Role.ADMIN else principal.user_id
+    of_user = None if reaches_all(principal.role, Action.CHANGE_CREDENTIALS) else principal.user_id
     async with tower.database.writing() as session:
         await tokens.revoke_token(session, token_id=token_id, of_user=of_user, deed=_deed(request, principal))
     tower.hub.end_sessions([TokenId(token_id)])

@@ -81,12 +81,12 @@ async def keep_alive(request: Request, principal: Pilot, drone_id: DronePath) ->
     """The holder's program is there, for 5 s more; without a live channel this is how the tower knows. Send one every
     2 s. 409 `not-the-holder` when the controls are gone, which is how the program knows."""
     hub = tower_of(request).hub
-    drone = hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
     if drone.holder_id != principal.user_id:
         raise ControlRefused(_NOT_THE_HOLDER)
-    hub.keep_controls(drone, principal.user_id, time.monotonic())
+    hub.safety.keep(drone, principal.user_id, time.monotonic())
     return drone.view_for(principal.user_id, principal.role)
 
 

@@ -92,7 +92,7 @@ class RehearsalBegun(BaseModel):
 async def get_loss_check(request: Request, principal: Viewer, drone_id: DronePath) -> LossCheckView:
     """What would happen if the operator, the tower or the radio were lost, in words."""
     tower = tower_of(request)
-    if tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
+    if tower.hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
     return LossCheckView.of(tower.loss_checks.check(DroneId(drone_id), principal.user_id))
 
@@ -116,7 +116,7 @@ async def acknowledge_loss_check(
 async def get_rehearsal(request: Request, principal: Viewer, drone_id: DronePath) -> RehearsalView:
     """How long a loss made on purpose lasts, and whether one is going on."""
     tower = tower_of(request)
-    drone = tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    drone = tower.hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
     return RehearsalView(

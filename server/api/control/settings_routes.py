@@ -87,7 +87,7 @@ class DroneSettingsPatch(BaseModel):
 async def get_drone_settings(request: Request, principal: Viewer, drone_id: DronePath) -> DroneSettingsView:
     """How this drone holds, what it does when tower or person stay away, and how much telemetry it sends."""
     hub = tower_of(request).hub
-    if hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
+    if hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
     return DroneSettingsView.model_validate(settings_in(hub, DroneId(drone_id)).as_values())
 

@@ -63,7 +63,7 @@ async def _changed(request: Request, lender: Principal, drone_id: int) -> DroneV
     tower = tower_of(request)
     await tower.roster.refresh()
     await tower.event_handler.caught_up()
-    found = tower.hub.drone_view(DroneId(drone_id), lender.user_id, lender.role)
+    found = tower.hub.squads.view(DroneId(drone_id), lender.user_id, lender.role)
     if found is None:
         raise UnknownDrone
     return found

@@ -43,7 +43,7 @@ def _deed(request: Request, admin: Principal) -> AuditAction:
 
 
 def _view(request: Request, principal: Principal, drone_id: int) -> DroneView:
-    found = tower_of(request).hub.drone_view(DroneId(drone_id), principal.user_id, principal.role)
+    found = tower_of(request).hub.squads.view(DroneId(drone_id), principal.user_id, principal.role)
     if found is None:
         raise UnknownDrone
     return found
@@ -52,7 +52,7 @@ def _view(request: Request, principal: Principal, drone_id: int) -> DroneView:
 @router.get("")
 async def list_drones(request: Request, principal: Viewer) -> list[DroneView]:
     """The squad: an operator's own drones, or every drone for an admin."""
-    return tower_of(request).hub.drone_views(principal.user_id, principal.role)
+    return tower_of(request).hub.squads.views(principal.user_id, principal.role)
 
 
 @router.post("", status_code=201, responses=answers(AdminsOnly, DroneNameTaken))

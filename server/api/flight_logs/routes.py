@@ -159,7 +159,7 @@ async def put_agent_file(request: Request, transaction_id: TransactionPath) -> N
         drone_id = drone_of(tower.hub, request, credentials_until=until, now=tower.clock())
     except AgentRefused as refused:
         raise (NotPrivate() if refused.status == 403 else BadCredential(refused.words)) from None
-    drone = tower.hub.drone(drone_id)
+    drone = tower.hub.state.drones.get(drone_id)
     operation = tower.hub.operations.transaction(drone_id, transaction_id)
     length = request.headers.get("content-length", "")
     if drone is None or operation is None:

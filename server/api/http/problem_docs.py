@@ -22,14 +22,12 @@ from server.api.http.problems import (
     Kind,
 )
 from server.domain.access import (
-    FOR_ADMINS,
     IN_PERSON,
     NEEDS,
     WITH_ANY_PASSWORD,
     WITH_FRESH_PROOF,
     WITHOUT_DEMANDED_FACTOR,
     Action,
-    AdminsOnly,
     BadToken,
     InPersonOnly,
     NotSignedIn,
@@ -38,6 +36,7 @@ from server.domain.access import (
     ScopeMissing,
     SecondFactorDemanded,
     SessionExpired,
+    refusals_for_roles,
 )
 from server.domain.refusal import Refusal
 
@@ -134,8 +133,7 @@ def _refusals_of(action: Action) -> list[type[Refusal]]:
         at_the_door.append(SecondFactorDemanded)
     if NEEDS[action]:
         at_the_door.append(ScopeMissing)
-    if action in FOR_ADMINS:
-        at_the_door.append(AdminsOnly)
+    at_the_door.extend(refusals_for_roles(action))
     if action in IN_PERSON:
         at_the_door.append(InPersonOnly)
     if action in WITH_FRESH_PROOF:

@@ -10,6 +10,7 @@ from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, Histo
 from prometheus_client.registry import Collector
 
 from server.live.hub import Hub
+from server.live.relay.census import take_census
 from server.live.relay.traffic import LATENCY_BOUNDS_S, Histogram, Traffic
 from server.store.database import Database
 
@@ -57,13 +58,13 @@ class RelayCollector(Collector):
         self._database_pool = database
 
     def collect(self) -> Iterator[Metric]:
-        traffic = self._hub.traffic
+        traffic = self._hub.state.traffic
         for name, words, sides in _COUNTERS:
             family = CounterMetricFamily(name, words, labels=("peer", "direction"))
             for peer, direction, counted in sides:
                 family.add_metric((peer, direction), counted(traffic))
             yield family
-        yield _by("tower_drops", "Datagrams, frames and messages not passed on", "reason", self._hub.drops)
+        yield _by("tower_drops", "Datagrams, frames and messages not passed on", "reason", self._hub.state.drops)
         yield _by("tower_refusals", "Refusals that a browser was told of", "code", traffic.refusals)
         yield _by("tower_browser_closes", "Live connections closed by the tower", "code", traffic.browser_closes)
         yield _by("tower_control_events", "Changes of who has the controls", "event", traffic.control_events)
@@ -121,7 +122,7 @@ class RelayCollector(Collector):
         yield GaugeMetricFamily("tower_video_streams", "Streams that agents are asked for", value=streams)
 
     def _present(self) -> Iterator[Metric]:
-        census = self._hub.census()
+        census = take_census(self._hub.state)
         for name, words, value in (
             ("tower_browsers", "Live connections of browsers and programs", census.browsers),
             ("tower_users", "Users who have one", census.users),

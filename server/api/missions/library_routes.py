@@ -10,7 +10,7 @@ import msgspec
 from fastapi import APIRouter, Header, Path, Request, Response
 from pydantic import BaseModel, Field, WithJsonSchema
 
-from server.api.access import Pilot, Viewer
+from server.api.access import MissionWriter, Viewer
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
 from server.api.tower import address_of, tower_of
@@ -100,7 +100,7 @@ async def list_missions(request: Request, principal: Viewer) -> list[MissionView
 
 
 @router.post("", status_code=201, responses=answers(TooManyMissions, *_BAD), openapi_extra=_BODY)
-async def create_mission(request: Request, response: Response, principal: Pilot) -> MissionView:
+async def create_mission(request: Request, response: Response, principal: MissionWriter) -> MissionView:
     """Keeps a plan under a name."""
     body = await read_body(request, MissionBody)
     document = kept(body.document)
@@ -133,7 +133,7 @@ async def get_mission(request: Request, principal: Viewer, mission_id: MissionPa
     openapi_extra=_BODY,
 )
 async def replace_mission(
-    request: Request, response: Response, principal: Pilot, mission_id: MissionPath, if_match: IfMatch = None
+    request: Request, response: Response, principal: MissionWriter, mission_id: MissionPath, if_match: IfMatch = None
 ) -> MissionView:
     """Puts a plan, a name, and whether it is shared in the place of what was there."""
     body = await read_body(request, MissionBody)
@@ -153,7 +153,7 @@ async def replace_mission(
 
 
 @router.delete("/{mission_id}", status_code=204, responses=answers(UnknownMission, NotYourMission))
-async def delete_mission(request: Request, principal: Pilot, mission_id: MissionPath) -> None:
+async def delete_mission(request: Request, principal: MissionWriter, mission_id: MissionPath) -> None:
     """Takes it out of the library; what is on board of a drone stays there."""
     async with tower_of(request).database.writing() as session:
         await library.delete_mission(session, principal, mission_id, deed=_deed(request, principal))

@@ -33,7 +33,7 @@ ACCEPTED: Final[dict[int | str, dict[str, Any]]] = {
 
 def watched_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
     """Raises UnknownDrone, ViewTaken."""
-    drone = tower_of(request).hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    drone = tower_of(request).hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
     refuse_the_blind(drone, principal)
@@ -69,7 +69,7 @@ async def flown_drone(request: Request, principal: Principal, drone_id: int) -> 
 def begin(request: Request, principal: Principal, drone: LiveDrone, order: Order) -> Operation:
     """Raises OnlyWatches, TooManyOperations, DroneOffline, AgentTooOld, DroneBusy."""
     refuse_observers(drone, principal)
-    if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=order.stops):
+    if not tower_of(request).hub.flood.admits_operation(principal.user_id, time.monotonic(), stops=order.stops):
         raise TooManyOperations
     by = UserRef(principal.user_id, principal.name)
     service = tower_of(request).hub.operations

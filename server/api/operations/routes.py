@@ -8,7 +8,8 @@ from fastapi import APIRouter, Path, Request
 from server.api.access import Pilot, Viewer
 from server.api.http.problem_docs import answers
 from server.api.tower import tower_of
-from server.domain.people import Principal, Role
+from server.domain.people import Principal
+from server.domain.relations import Right
 from server.live.operations.leave import refuse_others
 from server.live.operations.operation import Operation
 from server.live.operations.refusals import NotInControl, UnknownOperation
@@ -22,7 +23,7 @@ OperationPath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 def _find(request: Request, principal: Principal, operation_id: int) -> Operation:
     hub = tower_of(request).hub
     operation = hub.operations.find(operation_id)
-    drone = hub.drone_for(operation.drone_id, principal.user_id, principal.role) if operation else None
+    drone = hub.squads.drone(operation.drone_id, principal.user_id, principal.role) if operation else None
     if operation is None or drone is None or principal.user_id == drone.blind_user_id:
         raise UnknownOperation
     if not drone.knows_of(principal.user_id, principal.role, operation.began_at):
@@ -41,9 +42,9 @@ async def cancel_operation(request: Request, principal: Pilot, operation_id: Ope
     """Stops it: whoever asked for it, whoever has the controls, or an admin. The end comes later, in words."""
     operation = _find(request, principal, operation_id)
     hub = tower_of(request).hub
-    drone = hub.drone(operation.drone_id)
+    drone = hub.state.drones.get(operation.drone_id)
     theirs = operation.by is not None and operation.by.id == principal.user_id
-    if drone is not None and not theirs and principal.role is not Role.ADMIN:
+    if drone is not None and not theirs and not drone.may(principal.user_id, principal.role, Right.CANCEL):
         refuse_others(drone, principal, time.monotonic())
     hub.operations.cancel(operation)
     return OperationView.of(operation)

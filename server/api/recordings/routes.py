@@ -15,7 +15,7 @@ from server.api.http.problem_docs import answers
 from server.api.operations.asking import refuse_observers, watched_drone
 from server.api.tower import address_of, tower_of
 from server.domain.access import UnknownDrone
-from server.domain.people import Principal, Role
+from server.domain.people import Principal
 from server.domain.relations import Right
 from server.live.operations.refusals import DroneOffline, OnlyWatches, TooManyOperations, ViewTaken
 from server.live.recordings.refusals import (
@@ -67,7 +67,7 @@ def video_drone(request: Request, principal: Principal, drone_id: int) -> LiveDr
 def _recorded_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
     """Raises UnknownDrone, ViewTaken, NotYoursToRecord."""
     drone = video_drone(request, principal, drone_id)
-    if principal.role is not Role.ADMIN and drone.holder_id != principal.user_id:
+    if not drone.may(principal.user_id, principal.role, Right.RECORD):
         raise NotYoursToRecord(drone.record.name)
     return drone
 
@@ -103,7 +103,7 @@ async def begin_recording(
 ) -> RecordingView:
     """Whoever has the controls, or an admin: the video of the drone is recorded from here on."""
     drone = _recorded_drone(request, principal, drone_id)
-    if not tower_of(request).hub.admits_recording(principal.user_id, time.monotonic()):
+    if not tower_of(request).hub.flood.admits_recording(principal.user_id, time.monotonic()):
         raise TooManyOperations
     named = body.quality if body is not None else None
     quality = None if named is None else Quality[named.upper()]
@@ -126,7 +126,7 @@ async def end_recording(
     """Whoever has the controls, or an admin: it ends, and its file is made. One that has ended stays as it is."""
     drone = _recorded_drone(request, principal, drone_id)
     # Not from the account for holding and landing: no flood of this kind may take that away.
-    if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=False):
+    if not tower_of(request).hub.flood.admits_operation(principal.user_id, time.monotonic(), stops=False):
         raise TooManyOperations
     await _view(request, principal, drone, recording_id)
     await tower_of(request).recordings.service.end(recording_id, _deed(request, principal))

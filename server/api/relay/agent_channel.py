@@ -127,15 +127,15 @@ class AgentChannel:
             await close_quietly(self._websocket, REFUSED, refused.words)
             return
         except (MalformedMessage, BadPublicKey, TimeoutError) as error:
-            self._hub.drops[DropReason.MALFORMED] += 1
+            self._hub.state.drops[DropReason.MALFORMED] += 1
             await close_quietly(self._websocket, BAD_MESSAGE, str(error) or "no hello in time")
             return
         except KeyError:
-            self._hub.drops[DropReason.MALFORMED] += 1
+            self._hub.state.drops[DropReason.MALFORMED] += 1
             await close_quietly(self._websocket, BAD_MESSAGE, "the first message must be a hello, in text")
             return
         except WebSocketDisconnect as gone:
-            self._hub.drops[DropReason.MALFORMED] += is_breach(gone.code)
+            self._hub.state.drops[DropReason.MALFORMED] += is_breach(gone.code)
             return
         log = _log.bind(drone_id=link.drone_id, link_id=link.link_id)
         try:
@@ -199,7 +199,7 @@ class AgentChannel:
 
     def _check_still(self, signed_in: SignedIn) -> LiveDrone:
         """What it signed in by may have been revoked while it was asked something. Raises AgentRefused."""
-        drone = self._hub.drone(signed_in.drone_id)
+        drone = self._hub.state.drones.get(signed_in.drone_id)
         if drone is None or drone.record.identity != signed_in.identity:
             raise AgentRefused(401, "what this agent signed in by has been revoked or replaced")
         return drone
@@ -213,7 +213,7 @@ class AgentChannel:
         hello, drone_id = signed_in.hello, signed_in.drone_id
         if hello.resume is None:
             return None
-        link = self._hub.resumable(hello.resume, drone_id, time.monotonic())
+        link = self._hub.links.resumable(hello.resume, drone_id, time.monotonic())
         if link is None:
             return None
         nonce = secrets.token_bytes(NONCE_BYTES)
@@ -226,7 +226,7 @@ class AgentChannel:
             _log.warning("link_not_resumed", drone_id=drone_id, why="the proof is wrong")
             return None
         # The link may have ended meanwhile, by whatever ends links.
-        if self._hub.resumable(hello.resume, drone_id, time.monotonic()) is not link:
+        if self._hub.links.resumable(hello.resume, drone_id, time.monotonic()) is not link:
             return None
         self._check_still(signed_in)
         link.close(MOVED, "the link goes on by another control channel")
@@ -289,7 +289,7 @@ class AgentChannel:
     def _free_link_id(self) -> LinkId:
         while True:
             link_id = LinkId(secrets.randbits(32))
-            if not self._hub.has_link_id(link_id):
+            if link_id not in self._hub.state.links:
                 return link_id
 
     def _post(self, message: ToAgent) -> None:
@@ -319,15 +319,15 @@ class AgentChannel:
             while True:
                 message = await self._websocket.receive()
                 if message["type"] == "websocket.disconnect":
-                    self._hub.drops[DropReason.MALFORMED] += is_breach(message["code"])
+                    self._hub.state.drops[DropReason.MALFORMED] += is_breach(message["code"])
                     self._broken_off = message["code"] in BROKEN_OFF
                     return
                 if message.get("bytes") is not None:
                     self._datagram(link, message["bytes"])
                 elif link.channel is self and self._hub.hears_report(link, time.monotonic()):
-                    self._hub.report(link, decode_to_tower(message["text"]), at=self._clock())
+                    self._hub.reports.take(link, decode_to_tower(message["text"]), at=self._clock())
         except (MalformedMessage, KeyError):
-            self._hub.drops[DropReason.MALFORMED] += 1
+            self._hub.state.drops[DropReason.MALFORMED] += 1
             self._ending.wish(BAD_MESSAGE, "not a message of this channel")
 
     def _datagram(self, link: AgentLink, datagram: bytes) -> None:
@@ -337,7 +337,7 @@ class AgentChannel:
                 raise Dropped(DropReason.UNKNOWN_LINK)
             self._hub.datagram(datagram, link.link_id, OVER_CHANNEL, time.monotonic())
         except Dropped as dropped:
-            self._hub.drops[dropped.reason] += 1
+            self._hub.state.drops[dropped.reason] += 1
 
     async def _send(self) -> None:
         """Messages first; then datagrams for which there is no other way, as fast as the agent takes them."""
@@ -347,8 +347,8 @@ class AgentChannel:
                     await self._websocket.send_text(encode_message(self._outgoing.popleft()))
                 elif (datagram := self._lane.take(time.monotonic())) is not None:
                     await self._websocket.send_bytes(datagram)
-                    self._hub.traffic.datagrams_to_agents += 1
-                    self._hub.traffic.bytes_to_agents += len(datagram)
+                    self._hub.state.traffic.datagrams_to_agents += 1
+                    self._hub.state.traffic.bytes_to_agents += len(datagram)
                 else:
                     self._something_to_send.clear()
                     await self._something_to_send.wait()

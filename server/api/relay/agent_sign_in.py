@@ -100,7 +100,7 @@ def is_agent(hub: Hub, scope: Scope) -> bool:
     headers = Headers(scope=scope)
     drone_id, _, key = headers.get(CALLER_HEADER, "").partition(" ")
     if key and len(drone_id) <= MAX_ID_LENGTH and drone_id.isascii() and drone_id.isdigit():
-        drone = hub.drone(DroneId(int(drone_id)))
+        drone = hub.state.drones.get(DroneId(int(drone_id)))
         known = key_text(drone.record.public_key) if drone is not None and drone.record.public_key else ""
         return bool(known) and hmac.compare_digest(known.encode(), key.encode())
     try:
@@ -118,7 +118,7 @@ def _credential(hub: Hub, headers: Headers) -> Credential:
         credential = parse_credential(text)
     except MalformedCredential as error:
         raise AgentRefused(401, str(error)) from None
-    drone = hub.drone(credential.drone_id)
+    drone = hub.state.drones.get(credential.drone_id)
     known = drone.record.credential_hash if drone is not None else ""
     same = hmac.compare_digest(known or _NO_HASH, credential.hashed())
     if not known or not same:
@@ -207,7 +207,7 @@ class KeySignIn:
 
     def _check_known(self, drone_id: DroneId, signature: bytes, transcript: Transcript) -> tuple[str, bytes]:
         """One signature is checked, whether there is such a drone or not."""
-        drone = self._hub.drone(drone_id)
+        drone = self._hub.state.drones.get(drone_id)
         known = drone.record.public_key if drone is not None else b""
         signed = is_signed(known or _NOBODY, signature, transcript.for_agent())
         if drone is None or not known or not hmac.compare_digest(known, transcript.drone_key) or not signed:

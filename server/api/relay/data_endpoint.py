@@ -58,7 +58,7 @@ class DataEndpoint:
 
     def _came(self) -> None:
         now = time.monotonic()
-        self._rhythm.by_hand = self._hub.anybody_flies_by_hand(now)
+        self._rhythm.by_hand = self._hub.state.anybody_flies_by_hand(now)
         rest_s = self._rhythm.came(now)
         if rest_s is None:
             self._read(now, 1)
@@ -68,7 +68,7 @@ class DataEndpoint:
 
     def _rested(self) -> None:
         now = time.monotonic()
-        self._rhythm.by_hand = self._hub.anybody_flies_by_hand(now)
+        self._rhythm.by_hand = self._hub.state.anybody_flies_by_hand(now)
         count = self._read(now, MAX_CONCURRENT)
         rest_s = 0.0 if count == MAX_CONCURRENT else self._rhythm.rested(count)
         if rest_s is None:
@@ -105,14 +105,14 @@ class DataEndpoint:
         # What the bytes say is only believed once they are opened, and then checked again.
         link_id = LinkId(int.from_bytes(datagram[2:6], "little"))
         anonymous = self._anonymous
-        if anonymous is not None and not self._hub.has_link_id(link_id) and not anonymous.junk.take(1.0, now):
-            self._hub.drops[DropReason.UNKNOWN_LINK] += 1
+        if anonymous is not None and link_id not in self._hub.state.links and not anonymous.junk.take(1.0, now):
+            self._hub.state.drops[DropReason.UNKNOWN_LINK] += 1
             anonymous.refused[Over.DATAGRAMS] += 1
             return False
         try:
             self._hub.datagram(datagram, link_id, address[:2], now)
         except Dropped as dropped:
-            self._hub.drops[dropped.reason] += 1
+            self._hub.state.drops[dropped.reason] += 1
         return True
 
     def send(self, datagram: bytes, address: tuple[str, int]) -> None:
@@ -120,7 +120,7 @@ class DataEndpoint:
         if self._socket is not None:
             with contextlib.suppress(OSError):
                 self._socket.sendto(datagram, address)
-            traffic = self._hub.traffic
+            traffic = self._hub.state.traffic
             traffic.datagrams_to_agents += 1
             traffic.bytes_to_agents += len(datagram)
 

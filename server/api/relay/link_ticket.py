@@ -31,7 +31,7 @@ def drone_of(hub: Hub, connection: HTTPConnection, *, credentials_until: datetim
     match = _FORM.fullmatch(text.strip())
     if match is None or not is_private_path(connection):
         return read_credential(hub, connection, until=credentials_until, now=now).drone_id
-    link = hub.live_link(LinkId(int(match[1], 16)))
+    link = hub.state.links.get(LinkId(int(match[1], 16)))
     if link is None or not hmac.compare_digest(link.ticket, text.strip()):
         raise AgentRefused(401, "this ticket is not known")
     admitted(connection)

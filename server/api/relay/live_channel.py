@@ -61,7 +61,7 @@ class LiveChannel:
             close=self._ending.wish,
             address=websocket.client.host if websocket.client else "",
         )
-        self._writer = LiveWriter(self._browser, direct_writer(websocket), write_round, hub.traffic)
+        self._writer = LiveWriter(self._browser, direct_writer(websocket), write_round, hub.state.traffic)
 
     async def run(self) -> None:
         """Until the browser goes or its session ends."""
@@ -75,7 +75,7 @@ class LiveChannel:
         # Nothing is awaited from here until it is attached: two that come at once cannot both have the last place.
         no_room = self._hub.why_no_room(self._browser.viewer.user_id, self._browser.address, time.monotonic())
         if no_room is not None:
-            self._hub.traffic.browser_closes[TOO_MANY_SOCKETS] += 1
+            self._hub.state.traffic.browser_closes[TOO_MANY_SOCKETS] += 1
             await close_quietly(self._websocket, TOO_MANY_SOCKETS, no_room)
             return
         self._hub.attach_browser(self._browser, self._clock().isoformat(), time.monotonic())
@@ -85,7 +85,7 @@ class LiveChannel:
             self._writer.stop()
             self._hub.detach_browser(self._browser, time.monotonic())
         if self._ending.wished:
-            self._hub.traffic.browser_closes[self._ending.code] += 1
+            self._hub.state.traffic.browser_closes[self._ending.code] += 1
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     async def _receive(self) -> None:
@@ -93,7 +93,7 @@ class LiveChannel:
             while not self._ending.wished:
                 message = await self._websocket.receive()
                 if message["type"] == "websocket.disconnect":
-                    self._hub.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
+                    self._hub.state.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
                     return
                 now = time.monotonic()
                 if (frames := message.get("bytes")) is not None:
@@ -104,7 +104,7 @@ class LiveChannel:
             return
 
     def _frames(self, message: bytes, now: float) -> None:
-        traffic = self._hub.traffic
+        traffic = self._hub.state.traffic
         traffic.messages_from_browsers += 1
         traffic.bytes_from_browsers += len(message)
         passed_before = traffic.frames_to_agents
@@ -117,7 +117,7 @@ class LiveChannel:
             request = decode_request(text)
         except MalformedRequest as error:
             self._bad_requests += 1
-            self._hub.drops[DropReason.MALFORMED] += 1
+            self._hub.state.drops[DropReason.MALFORMED] += 1
             if self._bad_requests >= MAX_BAD_REQUESTS:
                 self._ending.wish(BAD_REQUEST, "too many messages that make no sense")
             self._browser.tell(
@@ -126,7 +126,7 @@ class LiveChannel:
             return
         if isinstance(request, Focus):
             drone_id = None if request.drone_id is None else DroneId(request.drone_id)
-            self._hub.focus(self._browser, drone_id, now)
+            self._hub.audience.focus(self._browser, drone_id, now)
         elif isinstance(request, PersonFix):
             self._hub.person_fix(self._browser, request, now)
         elif isinstance(request, Pong):
@@ -134,7 +134,7 @@ class LiveChannel:
         elif isinstance(request, MapShown):
             bounds = request.bounds
             shown = None if bounds is None else Viewport(bounds.south, bounds.west, bounds.north, bounds.east)
-            self._hub.show_map(self._browser, shown)
+            self._hub.audience.show_map(self._browser, shown)
         else:
             self._browser.outbox.set_watch_rate(request.rate_hz, now)
 

@@ -24,7 +24,7 @@ async def live(websocket: WebSocket) -> None:
     """
     tower = tower_of(websocket)
     subprotocol = BROWSER_SUBPROTOCOL if BROWSER_SUBPROTOCOL in websocket.scope["subprotocols"] else None
-    revision = tower.hub.fleet_revision
+    revision = tower.hub.fleet.revision
     viewer = await sign_in_viewer(websocket, subprotocol)
     if viewer is None:
         return

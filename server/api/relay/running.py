@@ -40,9 +40,9 @@ async def _beat(hub: Hub) -> None:
     while True:
         due_at = await rest(TICK_S)
         now = time.monotonic()
-        hub.traffic.loop_late.observe(max(0.0, now - due_at))
+        hub.state.traffic.loop_late.observe(max(0.0, now - due_at))
         hub.tick(now)
         ticks += 1
         if ticks % TICKS_A_SECOND == 0:
             hub.each_second(time.monotonic())
-            search.look(now, flown_by_hand=hub.anybody_flies_by_hand(now))
+            search.look(now, flown_by_hand=hub.state.anybody_flies_by_hand(now))

@@ -43,7 +43,7 @@ async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, wh
 class StillSignedIn:
     """Whether the sign-in of a connection that stays open still stands.
 
-    `revision`: `hub.fleet_revision` before the sign-in was looked up. What changes between then and the moment at which
+    `revision`: `hub.fleet.revision` before the sign-in was looked up. What changes between then and the moment at which
     the hub has the connection would otherwise be told to nobody.
     """
 
@@ -56,9 +56,9 @@ class StillSignedIn:
     def comes_into_doubt(self) -> bool:
         """Whether the fleet has changed since the last call, and the database must be asked. Call it each second."""
         hub, is_new = self._tower.hub, self._is_new
-        changed = hub.fleet_revision != self._revision
-        self._revision, self._is_new = hub.fleet_revision, False
-        return changed and (is_new or not hub.knows_sign_in(self._viewer.session_id))
+        changed = hub.fleet.revision != self._revision
+        self._revision, self._is_new = hub.fleet.revision, False
+        return changed and (is_new or not hub.fleet.knows_sign_in(self._viewer.session_id))
 
     async def ask(self, now: datetime) -> Principal | str:
         """What the database says, off the frame path; in words, where the connection must end."""

@@ -17,6 +17,7 @@ from server.api.http.problem_docs import answers
 from server.api.tower import tower_of
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.live.fleet.views import UserRefView
+from server.live.relay.census import online_users, take_census
 from server.store.database_facts import database_facts
 
 router = APIRouter(prefix="/api/v1", tags=["system"])
@@ -72,7 +73,7 @@ class OnlineView(BaseModel):
 @router.get("/online", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
 async def who_is_online(request: Request, admin: Admin) -> list[OnlineView]:
     """Who has a live connection at this moment, by name."""
-    found = tower_of(request).hub.who_is_online()
+    found = online_users(tower_of(request).hub.state)
     return [OnlineView(user=UserRefView(id=user_id, name=name), connections=many) for user_id, name, many in found]
 
 
@@ -82,8 +83,7 @@ async def system(request: Request, admin: Admin) -> SystemView:
     tower = tower_of(request)
     now = tower.clock()
     disk = await asyncio.to_thread(shutil.disk_usage, tower.settings.var)
-    known, online = tower.hub.count_agents()
-    live, users = tower.hub.count_browsers()
+    census = take_census(tower.hub.state)
     return SystemView(
         version=request.app.version,
         python=platform.python_version(),
@@ -92,7 +92,7 @@ async def system(request: Request, admin: Admin) -> SystemView:
         loop_lag_ms=LagView(now=tower.loop_lag.now_ms, worst_60s=tower.loop_lag.worst_ms),
         database=DatabaseView.model_validate(await database_facts(tower.database), from_attributes=True),
         disk=DiskView(free_bytes=disk.free, total_bytes=disk.total),
-        agents=AgentsView(known=known, online=online),
-        clients=ClientsView(live=live, users=users),
+        agents=AgentsView(known=census.drones, online=census.online),
+        clients=ClientsView(live=census.browsers, users=census.users),
         memory_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
     )

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.api.access import Oneself, TeamKeeper, Viewer
+from server.api.access import Oneself, TeamKeeper, TeamMember, Viewer
 from server.api.http.problem_docs import answers
 from server.api.tower import address_of, tower_of
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
@@ -131,7 +131,7 @@ async def set_team_member(
 @router.delete(
     "/teams/{team_id}/members/{user_id}", status_code=204, responses=_LED | answers(UnknownUser, LastTeamAdmin)
 )
-async def remove_team_member(request: Request, principal: TeamKeeper, team_id: Id, user_id: Id) -> None:
+async def remove_team_member(request: Request, principal: TeamMember, team_id: Id, user_id: Id) -> None:
     """Team admin, or oneself: what they lose with it, they have lost when this is answered."""
     deed, keeper = _deed(request, principal), TeamManager.of(principal)
     async with tower_of(request).database.writing() as session:

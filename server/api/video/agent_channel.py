@@ -87,11 +87,11 @@ class AgentVideoSocket:
         while not self._ending.wished:
             message = await self._websocket.receive()
             if message["type"] == "websocket.disconnect":
-                self._hub.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
+                self._hub.state.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
                 return
             unit = message.get("bytes")
             if unit is None:
-                self._hub.drops[DropReason.MALFORMED] += 1
+                self._hub.state.drops[DropReason.MALFORMED] += 1
                 self._ending.wish(BAD_MESSAGE, "not a message of this channel")
             else:
                 self._unit(video, unit)
@@ -99,7 +99,7 @@ class AgentVideoSocket:
     def _unit(self, video: DroneVideo, unit: bytes) -> None:
         if self._ending.wished:
             return
-        drops, now = self._hub.drops, time.monotonic()
+        drops, now = self._hub.state.drops, time.monotonic()
         if not video.may_send(len(unit), now):
             drops[DropReason.FLOOD] += 1
             self._ending.wish(FLOODING, "more video was sent than any camera gives")

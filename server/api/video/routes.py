@@ -42,12 +42,12 @@ async def watch_video(websocket: WebSocket, drone_id: str) -> None:
     tower = tower_of(websocket)
     offered = websocket.scope["subprotocols"]
     subprotocol = VIEWER_VIDEO_SUBPROTOCOL if VIEWER_VIDEO_SUBPROTOCOL in offered else None
-    revision = tower.hub.fleet_revision
+    revision = tower.hub.fleet.revision
     viewer = await sign_in_viewer(websocket, subprotocol)
     if viewer is None:
         return
     number = DroneId(int(drone_id)) if drone_id.isascii() and drone_id.isdigit() and len(drone_id) < 11 else _NO_DRONE
-    refusal = why_not_watch(tower.hub.drone(number), viewer)
+    refusal = why_not_watch(tower.hub.state.drones.get(number), viewer)
     if refusal is not None:
         await turn_away(websocket, subprotocol, refusal.code, refusal.words)
         return
@@ -76,7 +76,7 @@ def _said(websocket: WebSocket, name: str, otherwise: str) -> str:
 async def get_video(request: Request, principal: Viewer, drone_id: DronePath) -> VideoView:
     """How it is with the video of a drone, and which streams its agent is asked for."""
     hub, now = tower_of(request).hub, time.monotonic()
-    drone = hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
     if drone.no_video_user_id == principal.user_id:

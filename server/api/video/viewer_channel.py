@@ -86,7 +86,7 @@ class ViewerChannel:
         # Nothing is awaited from here until it has entered: neither rights nor room can change in between.
         now = time.monotonic()
         no_room = hub.why_no_room_for_video(viewer.viewer.user_id, viewer.address, now)
-        refusal = why_not_watch(hub.drone(viewer.drone_id), viewer.viewer)
+        refusal = why_not_watch(hub.state.drones.get(viewer.drone_id), viewer.viewer)
         if refusal is not None:
             self._ending.wish(refusal.code, refusal.words)
         elif no_room is not None:
@@ -130,7 +130,7 @@ class ViewerChannel:
             while not self._ending.wished:
                 message = await self._websocket.receive()
                 if message["type"] == "websocket.disconnect":
-                    self._hub.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
+                    self._hub.state.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
                     return
                 text = message.get("text")
                 if text is None:
@@ -145,7 +145,7 @@ class ViewerChannel:
         if viewer.ended:
             return
         if not viewer.requests.take(1.0, now):
-            self._hub.drops[DropReason.FLOOD] += 1
+            self._hub.state.drops[DropReason.FLOOD] += 1
             if not self._patience.take(1.0, now):
                 self._hub.video.end(viewer, FLOODING, "too much was sent, and it did not stop")
             return
@@ -163,7 +163,7 @@ class ViewerChannel:
             self._hub.video.want(viewer, stream_named(request.quality, request.codec), now)
 
     def _not_understood(self, why: str) -> None:
-        self._hub.drops[DropReason.MALFORMED] += 1
+        self._hub.state.drops[DropReason.MALFORMED] += 1
         self._hub.video.end(self._viewer, BAD_REQUEST, why)
 
     async def _watch_session(self) -> None:

@@ -34,7 +34,7 @@ FirstPassword = Annotated[
 @app.command("add")
 def add_user(
     name: Name,
-    role: Annotated[Role, typer.Option(help="admin or operator.")] = Role.OPERATOR,
+    role: Annotated[Role, typer.Option(help="admin, operator or observer.")] = Role.OPERATOR,
     password_stdin: FromStdin = False,
     first: FirstPassword = True,
 ) -> None:

@@ -7,9 +7,8 @@ from datetime import datetime
 from typing import Any, Protocol
 
 from server.domain.fleet import FleetSnapshot
-from server.domain.people import Role, SignInId
-from server.live.fleet.views import DroneView
-from wire.ids import DroneId, UserId
+from server.domain.people import SignInId
+from wire.ids import UserId
 
 
 class LivePicture(Protocol):
@@ -17,12 +16,6 @@ class LivePicture(Protocol):
 
     def apply_fleet(self, snapshot: FleetSnapshot) -> None:
         """Takes over who exists, who owns what and who may come in. Called with growing revisions only."""
-
-    def drone_views(self, user_id: UserId, role: Role) -> list[DroneView]:
-        """The squad of a user, in the order of the ids."""
-
-    def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
-        """One drone; None when it does not exist and, on purpose the same, when it is not theirs to see."""
 
     def end_loans(self, at: datetime) -> bool:
         """Ends the loans whose time is over at `at`. Whether there was any."""

@@ -36,7 +36,7 @@ class CannotFollow(Refusal):
 def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow, now: float) -> tuple[Order, Following]:
     """Raises NoSuchLeader, CannotFollow, DroneBusy, LoanForbids, and what Vehicle raises."""
     name = drone.record.name
-    leader = hub.drone_for(DroneId(wish.leader), principal.user_id, principal.role)
+    leader = hub.squads.drone(DroneId(wish.leader), principal.user_id, principal.role)
     if leader is None or leader.blind_user_id == principal.user_id:
         raise NoSuchLeader
     leads = leader.record.name

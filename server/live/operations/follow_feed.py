@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from server.domain.people import Principal
+from server.domain.relations import Right
 from server.live.operations.operation import Operation
 from server.live.operations.person import Fix, PersonTrack
 from server.live.operations.service import OperationService
@@ -155,7 +156,7 @@ def _motion(leader: LiveDrone | None) -> Motion | None:
 def why_not_seen(leader: LiveDrone | None, following: Following) -> str | None:
     """Why whoever asked may not know where the leader is, or None."""
     viewer = following.asked_by
-    seen = leader is not None and leader.may_be_seen_by(viewer.user_id, viewer.role)
+    seen = leader is not None and leader.may(viewer.user_id, viewer.role, Right.SEE)
     if leader is None or not seen or leader.blind_user_id == viewer.user_id:
         return f"{following.work.leader_name} is not yours to see any more"
     return None

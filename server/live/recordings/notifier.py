@@ -23,4 +23,7 @@ class RecordingNotifier:
     def tell(self, event: What, view: RecordingView) -> None:
         """To whoever may watch the drone's video now."""
         self.counts[event] += 1
-        self._hub.tell_video_watchers(DroneId(view.drone_id), Recording(view.drone_id, event, view), of=view.began_at)
+        state = self._hub.state
+        drone = state.drones.get(DroneId(view.drone_id))
+        if drone is not None:
+            state.tell_video_watchers(drone, Recording(view.drone_id, event, view), of=view.began_at)

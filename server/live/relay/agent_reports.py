@@ -31,7 +31,7 @@ class AgentReports:
         self._operations = operations
         self._video = video
 
-    def take(self, link: AgentLink, message: ToTower, at: datetime | None) -> None:
+    def take(self, link: AgentLink, message: ToTower, at: datetime | None = None) -> None:
         """A message came, at this time of day. A hello has its place at the beginning only and is ignored here.
 
         Raises MalformedMessage about one that is not what it says.

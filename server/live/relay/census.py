@@ -47,7 +47,7 @@ def take_census(state: LiveState) -> Census:
     )
 
 
-def who_is_online(state: LiveState) -> list[tuple[UserId, str, int]]:
+def online_users(state: LiveState) -> list[tuple[UserId, str, int]]:
     """(user, name, live connections) of everybody who has one, by name."""
     counted = Counter((browser.viewer.name, browser.viewer.user_id) for browser in state.browsers.values())
     return [(user_id, name, connections) for (name, user_id), connections in sorted(counted.items())]

@@ -5,6 +5,7 @@ from dataclasses import replace
 from datetime import datetime
 from typing import Final, Literal
 
+from server.domain.access import Action, reaches_all
 from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
 from server.domain.people import Principal, Role, SignInId, TokenId, UserRef
 from server.domain.relations import Right
@@ -63,10 +64,10 @@ class FleetChanges:
         for drone in state.drones.values():
             self._report_lost_rights(drone)
 
-    def is_admin(self, user_id: UserId) -> bool:
-        """Whether this account is that of an admin of the tower."""
+    def outranks(self, user_id: UserId) -> bool:
+        """Whether this account takes the controls of any drone: a team admin gives way to it."""
         account = self._users.get(user_id)
-        return account is not None and account.role is Role.ADMIN
+        return account is not None and reaches_all(account.role, Action.COMMAND)
 
     def end_loans(self, at: datetime) -> bool:
         """Whose time is over is no borrower any more, from this instant. Whether there was any."""
@@ -118,7 +119,7 @@ class FleetChanges:
         if team_changed or record.ties != ties_before or drone.view() != before:
             for browser in drone.watchers.values():
                 viewer = browser.viewer
-                if drone.may_be_seen_by(viewer.user_id, viewer.role):
+                if drone.may(viewer.user_id, viewer.role, Right.SEE):
                     browser.tell(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
         self.admit_watchers(drone)
 
@@ -135,7 +136,7 @@ class FleetChanges:
         """Browsers that may see the drone now do, the others no longer."""
         for browser in self._state.browsers.values():
             viewer = browser.viewer
-            allowed = drone.may_be_seen_by(viewer.user_id, viewer.role)
+            allowed = drone.may(viewer.user_id, viewer.role, Right.SEE)
             if allowed and browser.number not in drone.watchers:
                 drone.watchers[browser.number] = browser
                 browser.tell(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))

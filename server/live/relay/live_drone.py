@@ -178,7 +178,7 @@ class LiveDrone:
 
     def may(self, user_id: UserId, role: Role, right: Right) -> bool:
         """Whether this user has this right."""
-        return may(relation_of(self.record.ties, user_id, role), right)
+        return may(relation_of(self.record.ties, user_id, role), right, holds=user_id == self.holder_id)
 
     def limits_of(self, user_id: UserId, role: Role) -> Limits | None:
         """Of a borrower; None for whoever may fly it anyhow."""
@@ -186,10 +186,6 @@ class LiveDrone:
             return None
         loan = next((one for one in self.record.loans if one.user.id == user_id), None)
         return Limits(loan.may_arm, loan.max_height_m, loan.radius_m) if loan else None
-
-    def may_be_seen_by(self, user_id: UserId, role: Role) -> bool:
-        """Admins see every drone, others their own."""
-        return self.may(user_id, role, Right.SEE)
 
     def knows_of(self, user_id: UserId, role: Role, at: datetime) -> bool:
         """Whether this user may know who did what with it at that time. Whoever has to do with it through its team

@@ -15,7 +15,7 @@ from server.live.relay import live_messages as live
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.browser import Browser
 from server.live.relay.flood_gate import FLOODING
-from server.live.relay.live_drone import LiveDrone, Viewpoint
+from server.live.relay.live_drone import MANUAL_FOR_S, LiveDrone, Viewpoint
 from server.live.relay.traffic import Traffic
 from wire.control_messages import ControlChanged, ToAgent
 from wire.drops import DropCounts, DropReason
@@ -36,6 +36,10 @@ class LiveState:
         """When the last stick frame of anybody was passed on."""
         self.on_event: Callable[[HubEvent], None] = lambda event: None
         """Whoever acts on what the hub notices."""
+
+    def anybody_flies_by_hand(self, now: float) -> bool:
+        """Whether sticks have moved any drone within the last seconds."""
+        return now - self.sticks_at < MANUAL_FOR_S
 
     def tell_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
         """To everybody who may see the drone."""

@@ -15,6 +15,7 @@ from typing import Final
 from sqlalchemy import delete, or_, select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
+from server.domain.access import is_demanded_a_factor
 from server.domain.people import Principal, Role, SignInId
 from server.domain.refusal import Refusal
 from server.store.accounts.tables import SessionRow, UserRow
@@ -40,7 +41,7 @@ class NewSession:
 
 def lacks_demanded_factor(user: UserRow, *, admins_need_one: bool) -> bool:
     """`admins_need_one`: the setting TOWER_ADMINS_NEED_SECOND_FACTOR."""
-    return admins_need_one and user.role == Role.ADMIN and not user.has_second_factor
+    return admins_need_one and is_demanded_a_factor(Role(user.role)) and not user.has_second_factor
 
 
 def hash_token(token: str) -> str:

@@ -14,7 +14,7 @@ from server.store.database import Base, UtcDateTime
 class UserRow(Base):
     __tablename__ = "users"
     __table_args__ = (
-        CheckConstraint("role IN ('admin', 'operator')", name="role"),
+        CheckConstraint("role IN ('admin', 'operator', 'observer')", name="role"),
         # An id is a person in the audit trail: SQLite must not hand it out a second time.
         {"sqlite_autoincrement": True},
     )

@@ -21,10 +21,11 @@ from sqlalchemy import ColumnElement, delete, select, update
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.ext.asyncio import AsyncSession
 
+from server.domain.access import TOKEN_SCOPES
 from server.domain.names import clean_name
 from server.domain.people import Principal, Role, TokenId
 from server.domain.refusal import Refusal
-from server.domain.scopes import FOR_ADMINS, Scope
+from server.domain.scopes import Scope
 from server.store.accounts.sessions import hash_token, lacks_demanded_factor
 from server.store.accounts.tables import ApiTokenRow, UserRow
 from server.store.audit.action import AuditAction
@@ -82,8 +83,9 @@ async def create_token(
     name = clean_name(name)
     if not scopes:
         raise BadScopes("a token needs at least one scope")
-    if owner.role != Role.ADMIN and FOR_ADMINS & set(scopes):
-        raise BadScopes("only an admin's token can have the scopes admin and metrics")
+    possible = TOKEN_SCOPES[Role(owner.role)]
+    if not possible.issuperset(scopes):
+        raise BadScopes(f"a token of this account can have no scopes but {' and '.join(sorted(possible))}")
     if expires_at is None:
         expires_at = deed.at + min(USUAL_LIFE, longest)
     if not deed.at < expires_at <= deed.at + longest:

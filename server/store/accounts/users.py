@@ -111,7 +111,7 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
     """Signs the user out everywhere when disabled or given a new password, and ends their API tokens."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
-    goes_as_admin = change.disabled is True or change.role is Role.OPERATOR
+    goes_as_admin = change.disabled is True or change.role not in (None, Role.ADMIN)
     if goes_as_admin:
         await _keep_an_admin(session, row)
     if change.role is not None and change.role.value != row.role:

@@ -59,7 +59,7 @@ _log = structlog.get_logger(__name__)
 
 
 class HubEventHandler:
-    """One for a tower, told by the hub (`hub.on_event = event_handler.noticed`) inside a running loop."""
+    """One for a tower, told by the hub (`hub.state.on_event = event_handler.noticed`) inside a running loop."""
 
     def __init__(
         self,
@@ -100,11 +100,11 @@ class HubEventHandler:
                 if not event.progress.step.final:
                     return
             case HolderGone():
-                self._hub.order_hold(event.drone_id, f"the holder has been gone for {event.for_s:.0f} s")
+                self._hub.holds.order(event.drone_id, f"the holder has been gone for {event.for_s:.0f} s")
             case LoanLimitPassed():
-                self._hub.order_hold(event.drone_id, event.why)
+                self._hub.holds.order(event.drone_id, event.why)
             case RttTooLong():
-                self._hub.order_hold(event.drone_id, f"the round trip takes {event.rtt_ms:.0f} ms")
+                self._hub.holds.order(event.drone_id, f"the round trip takes {event.rtt_ms:.0f} ms")
         self._queue(event)
 
     async def caught_up(self) -> None:
@@ -164,7 +164,7 @@ class HubEventHandler:
     def _hold_without_database(self, event: HubEvent) -> None:
         """Whoever may not fly must not go on flying because a disk is full."""
         if isinstance(event, RightLost) and event.whose == "holder":
-            self._hub.order_hold(event.drone_id, "the holder may not fly, and the database is out of reach")
+            self._hub.holds.order(event.drone_id, "the holder may not fly, and the database is out of reach")
 
     async def _carry_out(self, event: HubEvent) -> None:
         change = self._service.system_change
@@ -209,7 +209,7 @@ class HubEventHandler:
         await self._service.system_change(event.drone_id, what, reason=event.reason, about=about, told_by=by, now=now)
 
     async def _expire(self, event: HolderExpired, now: float) -> None:
-        drone = self._hub.drone(event.drone_id)
+        drone = self._hub.state.drones.get(event.drone_id)
         if drone is None or drone.holder_watch.missing_since is None:
             return  # they have come back just now
         reason = "the holder's connection stayed lost"

@@ -13,6 +13,7 @@ from sqlalchemy import CursorResult, select, update
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.ext.asyncio import AsyncSession
 
+from server.domain.access import Action, Reach, reaches_all, roles_with
 from server.domain.clock import Clock
 from server.domain.lease import Actor, Changed, Event, Lease, Refused, decide
 from server.domain.people import Principal, Role, UserRef
@@ -99,7 +100,7 @@ class DatabaseLeaseStore:
         holder = users.get(after.holder) if after.holder is not None else None
         values = {
             "holder_id": after.holder,
-            "operator_holder_id": after.holder if holder is not None and holder.role == Role.OPERATOR else None,
+            "operator_holder_id": after.holder if holder is not None and _has_one_drone(holder) else None,
             "taken_from_id": after.taken_from,
             "offered": after.offered,
             "assistant_id": after.assistant,
@@ -175,7 +176,9 @@ async def _actor(session: AsyncSession, ask: Ask, lease: Lease, now: datetime) -
     ties = await ties_of(session, ask.drone_id, now)
     relation = relation_of(ties, ask.by.user_id, ask.by.role)
     in_the_way = {lease.holder, lease.assistant} - {None}
-    admins = select(UserRow.id).where(UserRow.id.in_(in_the_way), UserRow.role == Role.ADMIN.value)
+    admins = select(UserRow.id).where(
+        UserRow.id.in_(in_the_way), UserRow.role.in_(roles_with(Action.COMMAND, Reach.ALL))
+    )
     outranked = relation is not Relation.ADMIN and (await session.scalars(admins)).first() is not None
     flying_elsewhere = set(
         await session.scalars(
@@ -205,6 +208,10 @@ async def _actor(session: AsyncSession, ask: Ask, lease: Lease, now: datetime) -
         moves_video=ask.moves_video,
         sticks_centred=ask.sticks_centred,
     )
+
+
+def _has_one_drone(holder: UserRow) -> bool:
+    return not reaches_all(Role(holder.role), Action.HOLD_SEVERAL)
 
 
 def _user_id(value: int | None) -> UserId | None:

@@ -76,7 +76,7 @@ class LossChecks:
 
     def look_again(self, drone_id: DroneId) -> None:
         """Parameters, settings, holder or assistant have changed: tells the hub whose arming waits."""
-        drone = self._hub.drone(drone_id)
+        drone = self._hub.state.drones.get(drone_id)
         if drone is None:
             return  # it was deleted just now
         check = self.check(drone_id)
@@ -86,11 +86,11 @@ class LossChecks:
         mark = LossCheckMark(
             dangerous=check.dangerous, read_by=read_by, version=hashlib.sha256(version.encode()).hexdigest()
         )
-        self._hub.set_loss_check(drone_id, mark)
+        self._hub.changes.set_loss_check(drone_id, mark)
 
     def check(self, drone_id: DroneId, asker: UserId | None = None) -> LossCheck:
         """As things stand. Raises UnknownDrone."""
-        drone = self._hub.drone(drone_id)
+        drone = self._hub.state.drones.get(drone_id)
         if drone is None:
             raise UnknownDrone
         parameters = drone.loss_parameters
@@ -114,7 +114,7 @@ class LossChecks:
     ) -> LossCheck:
         """Whoever may arm the drone now knows, and says of which drone by its name where there is a danger. Raises
         ControlRefused for anybody else, and for another name."""
-        drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone
         if not drone.may_arm(principal.user_id):

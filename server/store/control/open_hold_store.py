@@ -13,13 +13,13 @@ async def load_open_holds(hub: Hub, database: Database) -> None:
     async with database.reading() as session:
         kept = select(ControlLeaseRow.drone_id).where(ControlLeaseRow.hold_open)
         for drone_id in await session.scalars(kept):
-            hub.keep_hold(DroneId(drone_id))
+            hub.holds.keep(DroneId(drone_id))
 
 
 async def write_open_hold(hub: Hub, database: Database, drone_id: DroneId) -> None:
     """As it is when it is written, and until nothing has changed meanwhile. A drone that nobody ever held has no row,
     and no order to hold."""
-    while (drone := hub.drone(drone_id)) is not None:
+    while (drone := hub.state.drones.get(drone_id)) is not None:
         written = drone.hold_noted
         async with database.writing() as session:
             row = update(ControlLeaseRow).where(ControlLeaseRow.drone_id == drone_id)

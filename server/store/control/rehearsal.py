@@ -12,10 +12,12 @@ from sqlalchemy.exc import SQLAlchemyError
 from server.domain.access import UnknownDrone
 from server.domain.clock import Clock
 from server.domain.lease import Refused
-from server.domain.people import Principal, Role
+from server.domain.people import Principal
+from server.domain.relations import Right
 from server.live.control.simulated import is_simulator
 from server.live.hub import Hub
 from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_messages import Rehearsal
 from server.store.audit.action import AuditAction
 from server.store.control.service import ControlRefused
 from server.store.database import Database
@@ -48,7 +50,7 @@ class _Running:
 
 def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight: bool) -> Refused | None:
     """Why this user may not rehearse that now; None if they may."""
-    if principal.role is not Role.ADMIN and drone.holder_id != principal.user_id:
+    if not drone.may(principal.user_id, principal.role, Right.REHEARSE):
         return Refused("not-the-holder", "only the holder or an admin can rehearse a loss")
     if not drone.online:
         return Refused("offline", "the drone is offline")
@@ -88,7 +90,7 @@ class Rehearsals:
 
     def begin(self, principal: Principal, drone_id: DroneId, what: What, *, in_flight: bool, address: str) -> None:
         """Begins one; the watchers of the drone hear how it goes on. Raises UnknownDrone, ControlRefused."""
-        drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone
         if drone_id in self._running:
@@ -101,9 +103,9 @@ class Rehearsals:
         running = self._running[drone_id] = _Running(now, ended, needs_no_hold(drone, what, now))
         self._tell(drone_id, what, "begun", None, f"For {LASTS_S[what]:g} s the {what} counts as lost.")
         if what == "operator":
-            self._hub.rehearse_operator_loss(drone_id, for_s=LASTS_S[what], now=now)
+            self._hub.changes.rehearse_operator_loss(drone_id, for_s=LASTS_S[what], now=now)
         else:
-            self._hub.rehearse_tower_loss(drone_id, for_s=LASTS_S[what])
+            self._hub.changes.rehearse_tower_loss(drone_id, for_s=LASTS_S[what])
         deed = AuditAction(by=principal, at=self._clock(), address=address)
         task = asyncio.create_task(self._see_through(drone_id, what, running, deed))
         self._tasks.add(task)
@@ -127,7 +129,7 @@ class Rehearsals:
         return drone_id in self._running
 
     def _tell(self, drone_id: DroneId, what: What, phase: Phase, hold_ms: float | None, text: str) -> None:
-        self._hub.tell_rehearsal(drone_id, what, phase, hold_ms, text, lasts_s=LASTS_S[what])
+        self._hub.changes.report_rehearsal(Rehearsal(drone_id, what, phase, hold_ms, text, LASTS_S[what]))
 
     async def _see_through(self, drone_id: DroneId, what: What, running: _Running, deed: AuditAction) -> None:
         hold_ms: float | None = None

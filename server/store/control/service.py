@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Final, Literal
 
-from server.domain.access import UnknownDrone
+from server.domain.access import Action, UnknownDrone, reaches_all
 from server.domain.lease import Event, Order, Refused
-from server.domain.people import Principal, Role, UserRef
+from server.domain.people import Principal, UserRef
 from server.domain.refusal import Refusal
 from server.domain.relations import Right
 from server.live.fleet.views import DroneView
@@ -76,7 +76,7 @@ class ControlService:
         `reason` is free text for people, `now` monotonic seconds. `interrupts`: see Ask.
         Raises UnknownDrone for a drone that is not there or not theirs to see, ControlRefused with the table's answer.
         """
-        live_drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        live_drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if live_drone is None:
             raise UnknownDrone
         ask = Ask(
@@ -94,7 +94,7 @@ class ControlService:
         takes = event is Event.TAKE and self._may_take_now(live_drone, principal)
         by = UserRef(principal.user_id, principal.name)
         await self._carry_out(ask, live_drone, fenced=takes, by=by, now=now)
-        view = self._hub.drone_view(drone_id, principal.user_id, principal.role)
+        view = self._hub.squads.view(drone_id, principal.user_id, principal.role)
         if view is None:
             raise UnknownDrone
         return view
@@ -104,7 +104,8 @@ class ControlService:
         in_the_way = [one for one in (drone.lease.holder, drone.lease.assistant) if one is not None]
         if drone.holder_id == principal.user_id or not drone.may(principal.user_id, principal.role, Right.TAKE):
             return False
-        return principal.role is Role.ADMIN or not any(self._hub.is_admin(one.id) for one in in_the_way)
+        outranks_all = reaches_all(principal.role, Action.COMMAND)
+        return outranks_all or not any(self._hub.fleet.outranks(one.id) for one in in_the_way)
 
     async def system_change(
         self,
@@ -125,7 +126,7 @@ class ControlService:
 
         Raises UnknownDrone and ControlRefused.
         """
-        live_drone = self._hub.drone(drone_id)
+        live_drone = self._hub.state.drones.get(drone_id)
         if live_drone is None:
             raise UnknownDrone
         ask = Ask(
@@ -167,7 +168,7 @@ class ControlService:
         if Order.HOLD in orders or (Order.HOLD_IF_FLOWN_BY_HAND in orders and by_hand):
             name = by.name if by else "the tower"
             reason = ask.reason or f"controls {event} by {name}"
-            self._hub.order_hold(ask.drone_id, reason, interrupts=ask.interrupts and ask.event is Event.TAKE)
+            self._hub.holds.order(ask.drone_id, reason, interrupts=ask.interrupts and ask.event is Event.TAKE)
         return outcome
 
     @contextmanager
@@ -177,13 +178,13 @@ class ControlService:
             yield
             return
         self._fences[drone_id] += 1
-        self._hub.fence(drone_id)
+        self._hub.changes.fence(drone_id)
         try:
             yield
         finally:
             self._fences[drone_id] -= 1
             if self._fences[drone_id]:
-                self._hub.fence(drone_id)  # the hub lifts it with each lease that it is told of
+                self._hub.changes.fence(drone_id)  # the hub lifts it with each lease that it is told of
             else:
                 del self._fences[drone_id]
-                self._hub.unfence(drone_id)
+                self._hub.changes.unfence(drone_id)

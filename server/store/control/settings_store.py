@@ -57,13 +57,13 @@ async def load_into(hub: Hub, database: Database) -> None:
 
 def apply_to(hub: Hub, drone_id: DroneId, settings: DroneSettings) -> None:
     """From now on, for the tower and for the agent."""
-    hub.apply_safety(drone_id, settings.safety)
-    hub.apply_stream(drone_id, settings.stream)
+    hub.changes.apply_safety(drone_id, settings.safety)
+    hub.changes.apply_stream(drone_id, settings.stream)
 
 
 def settings_in(hub: Hub, drone_id: DroneId) -> DroneSettings:
     """Those by which the drone is watched right now."""
-    drone = hub.drone(drone_id)
+    drone = hub.state.drones.get(drone_id)
     if drone is None:
         return DroneSettings()
     return DroneSettings(safety=drone.safety, stream=drone.stream)

@@ -56,13 +56,13 @@ class Stays:
 
     async def stay(self, principal: Principal, drone_id: DroneId, *, reason: str, address: str) -> DroneView:
         """The drone as it is then; its agent answers with what it makes of it. Raises UnknownDrone, ControlRefused."""
-        drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
         if drone is None:
             raise UnknownDrone
         refused = refusal_of(drone, principal)
         detail = {"reason": reason, "epoch": drone.lease.epoch, "result": "refused" if refused else "done"}
         if refused is None:
-            self._hub.tell_stay(drone_id, principal.name)
+            self._hub.holds.stay(drone_id, principal.name)
         else:
             detail["code"] = refused.code
         await self._record(principal, drone_id, detail, address)

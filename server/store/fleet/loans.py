@@ -14,11 +14,11 @@ from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.domain.access import AdminsOnly, UnknownDrone
+from server.domain.access import Action, AdminsOnly, Reach, UnknownDrone, reach_of
 from server.domain.clock import Clock
 from server.domain.people import Principal, Role
 from server.domain.refusal import Refusal
-from server.domain.relations import Relation, Right, may, relation_of
+from server.domain.relations import Relation, Right, may, relation_by_ties, relation_of
 from server.live.fleet.live_picture import LivePicture
 from server.runtime.aligned_timers import rest
 from server.store.accounts.users import UnknownUser, get_user
@@ -70,8 +70,10 @@ async def lend(
         raise BadLoan("a loan ends in the future, within a year")
     user = await get_user(session, user_id)
     ties = await ties_of(session, drone_id, deed.at)
-    if relation_of(ties, UserId(user_id), Role.OPERATOR) in NO_LIMITS:
+    if relation_by_ties(ties, UserId(user_id)) in NO_LIMITS:
         raise OwnerAlready
+    if reach_of(Role(user.role), Action.FLY) is Reach.NONE:
+        raise BadLoan("an observer cannot fly: make the account an operator first")
     row = await session.get(LoanRow, (drone_id, user_id))
     if row is None:
         row = LoanRow(drone_id=drone_id, user_id=user_id)

@@ -12,14 +12,16 @@ from typing import Final
 from sqlalchemy import ColumnElement, and_, func, or_, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
+from server.domain.access import Action, Reach, reaches, reaches_all, roles_with
 from server.domain.names import clean_name
-from server.domain.people import Principal, Role
+from server.domain.people import Principal
 from server.domain.refusal import Refusal
 from server.live.missions.document import KeptDocument
 from server.store.accounts.tables import UserRow
 from server.store.audit.action import AuditAction
 from server.store.missions.tables import MissionRow
 from server.store.teams.tables import TeamMemberRow
+from wire.ids import UserId
 
 MAX_MISSIONS: Final = 500
 
@@ -58,12 +60,13 @@ Found = tuple[MissionRow, str]
 def _seen_by(viewer: Principal) -> ColumnElement[bool]:
     """In a query of missions with the accounts of their owners: which of them this user may see."""
     own = MissionRow.owner_id == viewer.user_id
-    if viewer.role is Role.ADMIN:
+    if reaches_all(viewer.role, Action.SEE_MISSIONS):
         return or_(own, MissionRow.shared)
     teams = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == viewer.user_id)
     mates = select(TeamMemberRow.user_id).where(TeamMemberRow.team_id.in_(teams))
     in_no_team = and_(~teams.exists(), MissionRow.owner_id.not_in(select(TeamMemberRow.user_id)))
-    near = or_(UserRow.role == Role.ADMIN.value, MissionRow.owner_id.in_(mates), in_no_team)
+    for_everybody = UserRow.role.in_(roles_with(Action.SHARE_WITH_EVERYBODY, Reach.ALL))
+    near = or_(for_everybody, MissionRow.owner_id.in_(mates), in_no_team)
     return or_(own, and_(MissionRow.shared, near))
 
 
@@ -146,7 +149,7 @@ async def delete_mission(session: AsyncSession, viewer: Principal, mission_id: i
 
 async def _to_change(session: AsyncSession, viewer: Principal, mission_id: int) -> Found:
     row, owner = await get_mission(session, viewer, mission_id, lock=True)
-    if row.owner_id != viewer.user_id and viewer.role is not Role.ADMIN:
+    if not reaches(viewer, Action.CHANGE_MISSIONS, UserId(row.owner_id)):
         raise NotYourMission
     return row, owner
 

@@ -228,7 +228,7 @@ class RecordingService:
             await self._end(running)
 
     async def _look_at(self, running: Running, now: float) -> None:
-        drone = self._hub.drone(running.drone_id)
+        drone = self._hub.state.drones.get(running.drone_id)
         if drone is None:
             running.end("the drone was removed")
         elif running.writer.problem:

@@ -43,14 +43,14 @@ class HubVideo(VideoStreams):
         self._hub.video.detach(drone_id, sink)
 
     def situation(self, drone_id: DroneId) -> VideoSituation:
-        drone, now = self._hub.drone(drone_id), time.monotonic()
+        drone, now = self._hub.state.drones.get(drone_id), time.monotonic()
         if drone is None:
             return VideoSituation(VideoCondition.OFFLINE)
         best = max(self.wanted(drone_id), default=StreamKey(Quality.MEDIUM, Codec.MPEG1))
         return self._hub.video.video_of(drone, now).situation(best, now)
 
     def wanted(self, drone_id: DroneId) -> Collection[StreamKey]:
-        drone = self._hub.drone(drone_id)
+        drone = self._hub.state.drones.get(drone_id)
         if drone is None:
             return ()
         video = self._hub.video.video_of(drone, time.monotonic())

@@ -15,11 +15,11 @@ from typing import Any, Final
 from sqlalchemy import delete, func, or_, select
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.domain.access import UnknownDrone
+from server.domain.access import Action, Reach, UnknownDrone, reach_of
 from server.domain.names import clean_name
-from server.domain.people import Principal, Role
+from server.domain.people import Principal
 from server.domain.refusal import Refusal
-from server.domain.relations import Relation, TeamRole, relation_of
+from server.domain.relations import Relation, TeamRole, relation_by_ties
 from server.live.teams.refusals import (
     DroneInUse,
     InAnotherTeam,
@@ -52,15 +52,24 @@ ROLE_CHANGED: Final = "team.role_changed"
 
 @dataclass(frozen=True)
 class TeamManager:
-    """Who looks after teams. `above`: an admin of the tower, or its command line, to whom every team is theirs."""
+    """Who looks after teams. `above`: an admin of the tower, or its command line, to whom every team is theirs.
+
+    `may_lead`: not an account that only watches, whatever it is in a team.
+    """
 
     user_id: UserId | None
     above: bool
+    may_lead: bool = True
 
     @classmethod
     def of(cls, principal: Principal) -> TeamManager:
         """The one who is signed in."""
-        return cls(principal.user_id, principal.role is Role.ADMIN)
+        leads = reach_of(principal.role, Action.LEAD_TEAMS)
+        return cls(principal.user_id, leads is Reach.ALL, leads is not Reach.NONE)
+
+    def leads(self, role: TeamRole | None) -> bool:
+        """Whether they may change a team in which they are that."""
+        return self.above or (self.may_lead and role is TeamRole.ADMIN)
 
 
 COMMAND_LINE: Final = TeamManager(None, above=True)
@@ -97,7 +106,7 @@ async def get_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> 
 async def led_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:
     """A team that they may change. Raises UnknownTeam, TeamAdminsOnly."""
     row = await get_team(session, team_id, keeper)
-    if not keeper.above and await role_in(session, team_id, keeper.user_id) is not TeamRole.ADMIN:
+    if not keeper.leads(await role_in(session, team_id, keeper.user_id)):
         raise TeamAdminsOnly
     return row
 
@@ -307,5 +316,5 @@ async def _why_not_theirs(
     ties = await ties_of(session, drone_id, deed.at)
     if keeper.user_id in ties.owners:
         return None
-    stranger = keeper.user_id is None or relation_of(ties, keeper.user_id, Role.OPERATOR) is Relation.STRANGER
+    stranger = keeper.user_id is None or relation_by_ties(ties, keeper.user_id) is Relation.STRANGER
     return UnknownDrone() if stranger else NotYourDrone(drone.name)

@@ -129,7 +129,7 @@ def _view(
 ) -> TeamView:
     role = next((one.role for one in members if one.user.id == keeper.user_id), None)
     sees_everybody = keeper.above or role in (TeamRole.OPERATOR, TeamRole.ADMIN)
-    leads = keeper.above or role is TeamRole.ADMIN
+    leads = keeper.leads(role)
     return TeamView(
         id=row.id,
         name=row.name,

@@ -15,7 +15,9 @@ from wire.ids import DroneId, Epoch, LinkId, UserId
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
 
-NAMES = {1: "alice", 2: "bob", 9: "admin"}
+OLGA = 6
+"""Her account only watches."""
+NAMES = {1: "alice", 2: "bob", OLGA: "olga", 9: "admin"}
 LATER = datetime(2100, 1, 1, tzinfo=UTC)
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 """The time of day, always."""
@@ -107,14 +109,17 @@ def _sealed(drone_id: int, link_id: int, *, send: bytes, receive: bytes, now: fl
     return SealedLink(link_id=LinkId(link_id), drone_id=DroneId(drone_id), **keys, now=now, leads=leads)
 
 
+def role_of(user_id: int) -> Role:
+    return {OLGA: Role.OBSERVER, 9: Role.ADMIN}.get(user_id, Role.OPERATOR)
+
+
 class FakeBrowser:
     """A signed-in browser that reads at once."""
 
     def __init__(self, hub: Hub, user_id: int, *, session_id: int = 0, now: float = 0.0) -> None:
         self.hub = hub
         self.closed: list[tuple[int, str]] = []
-        role = Role.ADMIN if user_id == 9 else Role.OPERATOR
-        principal = Principal(UserId(user_id), NAMES[user_id], role, session_id or user_id, LATER)
+        principal = Principal(UserId(user_id), NAMES[user_id], role_of(user_id), session_id or user_id, LATER)
         self.browser = Browser(
             hub.next_browser_number(),
             principal,
@@ -146,8 +151,7 @@ class HubWorld:
     def apply(self, *records: DroneRecord) -> None:
         self.revision += 1
         users = {
-            UserId(number): UserRecord(name, Role.ADMIN if number == 9 else Role.OPERATOR, number in self.disabled)
-            for number, name in NAMES.items()
+            UserId(number): UserRecord(name, role_of(number), number in self.disabled) for number, name in NAMES.items()
         }
         self.hub.apply_fleet(FleetSnapshot(self.revision, records, users))
 

@@ -18,7 +18,7 @@ def hub() -> Hub:
     records = {7: SimpleNamespace(public_key=KEY.public, credential_hash="")}
     records[NO_KEY] = SimpleNamespace(public_key=b"", credential_hash="")
     drones = {drone_id: SimpleNamespace(record=record) for drone_id, record in records.items()}
-    return cast(Hub, SimpleNamespace(drone=drones.get))
+    return cast(Hub, SimpleNamespace(state=SimpleNamespace(drones=drones)))
 
 
 def scope(caller: str, *, path: str = "/api/v1/agent", kind: str = "websocket") -> dict[str, Any]:

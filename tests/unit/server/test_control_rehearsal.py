@@ -53,10 +53,10 @@ def test_only_what_is_known_to_be_on_the_ground_is_rehearsed_without_being_asked
     state: AutopilotState | None, words: str | None, needless: bool
 ) -> None:
     world = HubWorld()
-    agent, drone = world.agent(1), world.hub.drone(DroneId(1))
+    agent, drone = world.agent(1), world.hub.state.drones.get(DroneId(1))
     assert drone is not None
     if state is not None:
-        world.hub.report(agent.link, state)
+        world.hub.reports.take(agent.link, state)
     admin = Principal(UserId(9), "admin", Role.ADMIN, 9, LATER)
     refused = refusal_of(drone, admin, "tower", in_flight=False)
     assert (refused is None) == (words is None)

@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 
 from server.domain.people import Role
-from server.domain.relations import RIGHTS, Relation, Right, TeamRole, Ties, may, relation_of
+from server.domain.relations import RIGHTS, Relation, Right, TeamRole, Ties, may, relation_by_ties, relation_of
 from wire.ids import UserId
 
 # For each relation in turn, from the admin of the tower to the stranger.
@@ -16,6 +16,9 @@ ROWS = {
     Right.TAKE: "+ + - - - - -",
     Right.ERASE: "+ + + - - - -",
     Right.LEND: "+ + - - - - -",
+    Right.RECORD: "+ - - - - - -",
+    Right.REHEARSE: "+ - - - - - -",
+    Right.CANCEL: "+ - - - - - -",
 }
 ME, OTHER = UserId(1), UserId(2)
 
@@ -24,6 +27,11 @@ ME, OTHER = UserId(1), UserId(2)
 def test_the_table(right: Right, relation: Relation) -> None:
     row = dict(zip(Relation, ROWS[right].split(), strict=True))
     assert may(relation, right) is (row[relation] == "+")
+
+
+@pytest.mark.parametrize(("right", "relation"), list(product(Right, Relation)))
+def test_the_holder_may_record_and_rehearse_too(right: Right, relation: Relation) -> None:
+    assert may(relation, right, holds=True) is (may(relation, right) or right in {Right.RECORD, Right.REHEARSE})
 
 
 def test_there_is_no_right_beside_the_table() -> None:
@@ -53,7 +61,9 @@ def test_the_strongest_counts(owns: bool, borrows: bool, team: TeamRole | None, 
         borrowers=frozenset({ME} if borrows else ()),
         crew={OTHER: TeamRole.ADMIN} | ({ME: team} if team else {}),
     )
-    assert relation_of(ties, ME, Role.OPERATOR) is relation
+    assert relation_of(ties, ME, Role.OPERATOR) is relation_by_ties(ties, ME) is relation
+    given = relation is not Relation.STRANGER
+    assert relation_of(ties, ME, Role.OBSERVER) is (Relation.OBSERVER if given else Relation.STRANGER)
     assert relation_of(ties, ME, Role.ADMIN) is Relation.ADMIN
 
 

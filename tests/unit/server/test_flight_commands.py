@@ -226,7 +226,7 @@ def test_a_work_becomes_the_message_that_the_agent_sends() -> None:
 def test_the_vehicle_is_as_its_newest_heartbeat_says() -> None:
     world = HubWorld()
     agent = world.agent(1, heard=False)
-    drone = world.hub.drone(DroneId(1))
+    drone = world.hub.state.drones.get(DroneId(1))
     assert drone is not None
     with pytest.raises(NotKnownYet):
         Vehicle.of(drone)

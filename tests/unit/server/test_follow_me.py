@@ -37,7 +37,7 @@ class PersonScene(FollowScene):
         return DRONE_LAT - south_m / METRES_PER_DEGREE
 
     def follow_me(self, south_m: float = 30.0, by: int = 1, drone: int = 1, **wish: Any) -> Operation:
-        follower = self.hub.drone(DroneId(drone))
+        follower = self.hub.state.drones.get(DroneId(drone))
         assert follower is not None
         fields = {"lat": self.lat(south_m), "lon": 8.0, "accuracy_m": 4.0} | wish
         body = FollowMe(command="follow_me", **fields)

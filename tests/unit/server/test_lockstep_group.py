@@ -18,7 +18,7 @@ RATE_S = 1 / 24
 
 
 def flow_of(scene: Scene) -> Flow:
-    drone = scene.hub.drone(DroneId(1))
+    drone = scene.hub.state.drones.get(DroneId(1))
     assert drone is not None
     return scene.video.video_of(drone, scene.now).flows[MEDIUM]
 

@@ -65,7 +65,7 @@ class Scene(HubWorld):
 
     @property
     def drone(self) -> LiveDrone:
-        found = self.hub.drone(DroneId(1))
+        found = self.hub.state.drones.get(DroneId(1))
         assert found is not None
         return found
 
@@ -73,7 +73,7 @@ class Scene(HubWorld):
         return self.service.begin(self.drone, order, by=ALICE, now=self.now)
 
     def tell(self, message: Any, agent: FakeAgent | None = None) -> None:
-        self.hub.report((agent or self.agent_).link, message)
+        self.hub.reports.take((agent or self.agent_).link, message)
 
     def end(self, operation: Operation, outcome: Outcome = Outcome.DONE, words: str = "So it is.", **more: Any) -> None:
         self.tell(TransactionResult(id=operation.transaction_id, outcome=outcome, words=words, **more))
@@ -167,7 +167,7 @@ def move_the_controls(scene: Scene) -> None:
 
 
 def fence(scene: Scene) -> None:
-    scene.hub.fence(DroneId(1))
+    scene.hub.changes.fence(DroneId(1))
 
 
 @pytest.mark.parametrize("move", [move_the_controls, fence], ids=["moved", "about to move"])

@@ -18,7 +18,7 @@ SPEED = Order("command", Lane.COMMANDS, [Step(CommandWork(178), 5.0)], True)
 
 
 def ordered(scene: Scene) -> None:
-    scene.hub.order_hold(DroneId(1), "the holder has been gone for 2 s")
+    scene.hub.holds.order(DroneId(1), "the holder has been gone for 2 s")
 
 
 def noticed_by_the_agent(scene: Scene) -> None:

@@ -12,7 +12,7 @@ from wire.ids import DroneId, UserId
 
 
 def changed(world: HubWorld, *, airborne: bool = False) -> live.DroneChanged:
-    drone = world.hub.drone(DroneId(1))
+    drone = world.hub.state.drones.get(DroneId(1))
     assert drone is not None
     drone.airborne = airborne
     return live.DroneChanged(drone.view_for(UserId(9), Role.ADMIN))

@@ -53,15 +53,15 @@ def test_everybody_who_sees_the_drone_is_told_while_it_flies() -> None:
     agent = world.agent(1)
 
     def drone() -> LiveDrone:
-        found = world.hub.drone(DroneId(1))
+        found = world.hub.state.drones.get(DroneId(1))
         assert found is not None
         return found
 
-    world.hub.report(agent.link, GROUND, at=NOON)
+    world.hub.reports.take(agent.link, GROUND, at=NOON)
     assert drone().view().airborne_since is None
-    world.hub.report(agent.link, AIR, at=NOON + MINUTE)
+    world.hub.reports.take(agent.link, AIR, at=NOON + MINUTE)
     assert drone().view().airborne_since == NOON + MINUTE
     world.hub.detach_link(agent.link)
     assert drone().view().airborne_since is None  # not known to be in the air any more
-    world.hub.report(world.agent(1).link, AIR, at=NOON + 2 * MINUTE)
+    world.hub.reports.take(world.agent(1).link, AIR, at=NOON + 2 * MINUTE)
     assert drone().view().airborne_since == NOON + MINUTE

@@ -57,7 +57,7 @@ def test_sticks_at_50_hz_and_1500_parameters_at_once_pass(world: HubWorld) -> No
         alice.send(tag(ONE, sticks()), now=now)
         passed += len(agent.received(now))
     assert passed == 1500 + 50 * 60
-    assert world.hub.drops[DropReason.FLOOD] == 0
+    assert world.hub.state.drops[DropReason.FLOOD] == 0
     assert notices(alice) == []
 
 
@@ -69,7 +69,7 @@ def test_what_is_beyond_is_counted_and_told_and_gets_no_other_answer(world: HubW
     for _ in range(LIMITS.drone_burst + 7):
         alice.send(tag(ONE, command_long()), now=0.0)
     assert len(agent.received()) == LIMITS.drone_burst
-    assert world.hub.drops[DropReason.FLOOD] == 7
+    assert world.hub.state.drops[DropReason.FLOOD] == 7
     assert notices(alice) == [("flood", 1)]
     assert alice.frames(2e9) == []
     world.hub.tick(1.0)
@@ -81,10 +81,10 @@ def test_who_goes_on_is_closed_and_heard_no_more(world: HubWorld) -> None:
     for _ in range(LIMITS.user_burst + PATIENCE + 10):
         alice.send(tag(ONE, ASK), now=0.0)
     assert {code for code, _ in alice.closed} == {FLOODING}
-    counted = world.hub.drops[DropReason.FLOOD]
+    counted = world.hub.state.drops[DropReason.FLOOD]
     agent.received()
     alice.send(tag(ONE, ASK), now=100.0)
-    assert (agent.received(), world.hub.drops[DropReason.FLOOD]) == ([], counted)
+    assert (agent.received(), world.hub.state.drops[DropReason.FLOOD]) == ([], counted)
     assert bob.closed == []
 
 
@@ -93,7 +93,7 @@ def test_a_flood_of_messages_that_mean_nothing_ends_the_same_way(world: HubWorld
     for _ in range(LIMITS.user_burst + PATIENCE + 10):
         alice.send(b"\xff", now=0.0)
     assert {code for code, _ in alice.closed} == {FLOODING}
-    assert world.hub.drops[DropReason.MALFORMED] == LIMITS.user_burst * (1 - RESERVED)
+    assert world.hub.state.drops[DropReason.MALFORMED] == LIMITS.user_burst * (1 - RESERVED)
 
 
 def test_text_messages_have_a_bound_too(world: HubWorld) -> None:
@@ -109,7 +109,7 @@ def test_a_watcher_who_floods_a_drone_does_not_take_the_sticks_from_whoever_flie
     give_controls(world)
     for _ in range(2 * LIMITS.drone_burst):
         admin.send(tag(ONE, ASK), now=0.0)
-    assert world.hub.drops[DropReason.FLOOD] > 0
+    assert world.hub.state.drops[DropReason.FLOOD] > 0
     agent.received()
     alice.send(tag(ONE, sticks()), now=0.0)
     assert agent.received() == [(1, sticks())]
@@ -120,7 +120,7 @@ def test_who_floods_one_drone_can_still_fly_another(world: HubWorld) -> None:
     give_controls(world, ONE, 9, "admin")
     for _ in range(2 * LIMITS.user_burst):
         admin.send(tag(TWO, ASK), now=0.0)
-    assert world.hub.drops[DropReason.FLOOD] > 0
+    assert world.hub.state.drops[DropReason.FLOOD] > 0
     admin.send(tag(ONE, sticks()), now=0.0)
     assert agent.received() == [(1, sticks())]
 
@@ -130,10 +130,10 @@ def test_a_drone_that_sends_too_much_loses_state_first_and_watchers_are_told_of_
     alice, bob = world.browser(1), world.browser(2)
     reserve = int(RESERVED * LIMITS.agent_burst)
     agent.send(*([heartbeat()] * (LIMITS.agent_burst - reserve + 100)))
-    state_dropped = world.hub.drops[DropReason.FLOOD]
+    state_dropped = world.hub.state.drops[DropReason.FLOOD]
     assert 100 <= state_dropped <= 200, "whole datagrams"
     agent.send(*([command_ack()] * (reserve + 500)))
-    assert world.hub.drops[DropReason.FLOOD] > state_dropped
+    assert world.hub.state.drops[DropReason.FLOOD] > state_dropped
     lost = sum(event.count for event in alice.events() if isinstance(event, live.Lost))
     came = alice.frames(2e9).count(tag(ONE, command_ack()))
     assert came + lost == reserve + 500
@@ -145,7 +145,7 @@ def test_reports_of_an_agent_have_a_bound(world: HubWorld) -> None:
     agent, other = world.agent(1), world.agent(2)
     assert [world.hub.hears_report(agent.link, 0.0) for _ in range(600)].count(True) == 500
     assert world.hub.hears_report(other.link, 0.0)
-    assert world.hub.drops[DropReason.FLOOD] == 100
+    assert world.hub.state.drops[DropReason.FLOOD] == 100
 
 
 def test_accounts_that_are_full_again_are_forgotten() -> None:

@@ -52,7 +52,7 @@ def test_a_frame_of_the_holder_reaches_the_drone_as_it_was(world: HubWorld) -> N
     alice.send(tag(ONE, frame))
     assert agent.received() == [(1, frame)]
     assert alice.events() == [
-        live.DroneChanged(world.hub.drone_view(ONE, UserId(1), alice.browser.viewer.role)),
+        live.DroneChanged(world.hub.squads.view(ONE, UserId(1), alice.browser.viewer.role)),
         live.Control(1, "acquired", 1, ALICE, ALICE, ""),
     ]
 
@@ -73,7 +73,7 @@ def test_frames_of_others_are_refused_counted_and_answered(
     browser = world.browser(user_id)
     browser.send(tag(DroneId(drone_id), command_long()))
     assert agent.received() == []
-    assert world.hub.drops[reason] == 1
+    assert world.hub.state.drops[reason] == 1
     (notice,) = browser.events()
     assert isinstance(notice, live.Notice)
     assert (notice.code, notice.drone_id, notice.count) == (reason.value, drone_id, 1)
@@ -98,7 +98,7 @@ def test_a_storm_of_refusals_is_told_once_a_second(world: HubWorld) -> None:
     assert [event.count for event in alice.events() if isinstance(event, live.Notice)] == [1]
     world.hub.tick(11.0)
     assert [event.count for event in alice.events() if isinstance(event, live.Notice)] == [49]
-    assert world.hub.drops[DropReason.NOT_IN_CONTROL] == 50
+    assert world.hub.state.drops[DropReason.NOT_IN_CONTROL] == 50
 
 
 def test_nothing_is_sent_to_a_drone_that_is_offline_not_even_later(world: HubWorld) -> None:
@@ -136,7 +136,7 @@ def test_a_damaged_frame_is_refused_and_its_neighbours_pass(world: HubWorld) -> 
     damaged = good[:-1] + bytes((good[-1] ^ 1,))
     alice.send(tag(ONE, good) + tag(ONE, damaged) + tag(ONE, good))
     assert agent.received() == [(1, good), (1, good)]
-    assert world.hub.drops[DropReason.BAD_FRAME] == 1
+    assert world.hub.state.drops[DropReason.BAD_FRAME] == 1
 
 
 def test_signing_keys_are_never_forwarded(world: HubWorld) -> None:
@@ -148,7 +148,7 @@ def test_signing_keys_are_never_forwarded(world: HubWorld) -> None:
     agent.send(setup)
     assert agent.received() == []
     assert alice.frames() == []
-    assert world.hub.drops[DropReason.NOT_ALLOWED] == 2
+    assert world.hub.state.drops[DropReason.NOT_ALLOWED] == 2
 
 
 def test_control_moves_the_epoch_and_shuts_the_old_holder_out(world: HubWorld) -> None:
@@ -156,7 +156,7 @@ def test_control_moves_the_epoch_and_shuts_the_old_holder_out(world: HubWorld) -
     give_controls(world, epoch=1)
     taken = LeaseView(holder=UserRef(UserId(9), "admin"), taken_from=ALICE, epoch=Epoch(2))
     world.hub.apply_lease(ONE, taken, event="taken", by=taken.holder, reason="weather", now=0.0)
-    assert world.hub.order_hold(ONE, "weather")
+    assert world.hub.holds.order(ONE, "weather")
     alice.send(tag(ONE, sticks()))
     admin.send(tag(ONE, sticks()))
     assert [epoch for epoch, _ in agent.received()] == [2]
@@ -170,7 +170,7 @@ def test_an_old_lease_never_comes_back(world: HubWorld) -> None:
     give_controls(world, epoch=5)
     give_controls(world, epoch=4, holder=UserRef(UserId(9), "admin"))
     world.apply(record(1, (1,), holder=9, epoch=3), record(2, (2,)))
-    drone = world.hub.drone(ONE)
+    drone = world.hub.state.drones.get(ONE)
     assert drone is not None
     assert (drone.lease.holder, drone.lease.epoch) == (ALICE, 5)
 
@@ -179,7 +179,7 @@ def test_an_older_snapshot_is_ignored(world: HubWorld) -> None:
     world.apply(record(1, (1,)), record(2, (2,)))
     world.revision = 0
     world.apply()
-    assert world.hub.drone(ONE) is not None
+    assert world.hub.state.drones.get(ONE) is not None
 
 
 def test_losing_an_ownership_takes_the_drone_out_of_sight_at_once(world: HubWorld) -> None:
@@ -240,7 +240,7 @@ def test_the_newest_link_of_a_drone_counts(world: HubWorld) -> None:
     new = world.agent(1, link_id=6)
     assert old.closed == [(LINK_REPLACED, "the same drone has signed in again")]
     world.hub.detach_link(old.link)
-    drone = world.hub.drone(ONE)
+    drone = world.hub.state.drones.get(ONE)
     assert drone is not None
     assert drone.link is new.link
     assert drone.online
@@ -302,31 +302,31 @@ def test_the_agent_is_told_whether_the_holder_is_there(world: HubWorld) -> None:
 def test_hold_progress_reaches_those_who_watch(world: HubWorld) -> None:
     agent, alice, bob = world.agent(1), world.browser(1), world.browser(2)
     progress = HoldProgress(order_id=1, epoch=0, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=9.5)
-    world.hub.report(agent.link, progress)
+    world.hub.reports.take(agent.link, progress)
     assert alice.events() == [live.Hold(1, 0, "confirmed", "ALT_HOLD", 9.5, "order")]
     assert bob.events() == []
 
 
 def test_a_hold_of_a_drone_that_is_offline_is_said_to_be_unconfirmed(world: HubWorld) -> None:
     alice = world.browser(1)
-    assert not world.hub.order_hold(ONE, "weather")
+    assert not world.hub.holds.order(ONE, "weather")
     assert alice.events() == [live.Hold(1, 0, "unconfirmed", OFFLINE, 0.0, "order")]
 
 
 def test_the_autopilot_being_heard_is_told(world: HubWorld) -> None:
     agent, alice = world.agent(1), world.browser(1)
-    world.hub.report(agent.link, AutopilotState(heard=True, armed=False, airborne=False))
+    world.hub.reports.take(agent.link, AutopilotState(heard=True, armed=False, airborne=False))
     assert [e.drone.autopilot_heard for e in alice.events() if isinstance(e, live.DroneChanged)] == [True]
 
 
 def test_the_focus_of_a_drone_that_is_not_theirs_is_refused(world: HubWorld) -> None:
     alice = world.browser(1)
-    world.hub.focus(alice.browser, TWO, 0.0)
+    world.hub.audience.focus(alice.browser, TWO, 0.0)
     assert alice.browser.outbox.focus is None
     (notice,) = alice.events()
     assert isinstance(notice, live.Notice)
     assert notice.code == "unknown-drone"
-    world.hub.focus(alice.browser, ONE, 0.0)
+    world.hub.audience.focus(alice.browser, ONE, 0.0)
     assert alice.browser.outbox.focus == ONE
 
 

@@ -154,7 +154,7 @@ def test_an_expiry_that_a_snapshot_told_is_told_as_one() -> None:
 def test_hands_that_a_snapshot_told_of_inherit_neither_sticks_nor_absence() -> None:
     scene = Scene()
     hub = scene.world.hub
-    drone = hub.drone(ONE)
+    drone = hub.state.drones.get(ONE)
     assert drone is not None
     scene.world.agent(1).send(heartbeat(), now=9.8)
     scene.alice.send(tag(ONE, sticks()), 9.9)
@@ -165,7 +165,7 @@ def test_hands_that_a_snapshot_told_of_inherit_neither_sticks_nor_absence() -> N
     scene.snapshot(owners=(1, 2), holder=bob)
     assert not drone.flown_by_hand(10.0)
     noticed: list[object] = []
-    hub.on_event = noticed.append
+    hub.state.on_event = noticed.append
     for second in range(int(GRACE_S) - 1):
         hub.tick(40.0 + second)
     assert HolderExpired(ONE, bob.id) not in noticed, "bob is away for less than the grace time"

@@ -116,7 +116,7 @@ class Scene:
         self.world = HubWorld()
         self.hub = self.world.hub
         self.events: list[HubEvent] = []
-        self.hub.on_event = self.events.append
+        self.hub.state.on_event = self.events.append
         self.alice = self.world.browser(1)
         self.agent = self.link(101)
 
@@ -127,12 +127,12 @@ class Scene:
 
     @property
     def drone(self) -> LiveDrone:
-        drone = self.hub.drone(ONE)
+        drone = self.hub.state.drones.get(ONE)
         assert drone is not None
         return drone
 
     def tell(self, state: HoldState, seconds: float = 0.0) -> None:
-        self.hub.report(self.agent.link, state, at=at(seconds))
+        self.hub.reports.take(self.agent.link, state, at=at(seconds))
 
     def drones_told(self) -> list[HoldView | None]:
         return [event.drone.hold for event in self.alice.events() if isinstance(event, live.DroneChanged)]
@@ -192,9 +192,9 @@ def test_an_open_hold_is_ordered_again_on_a_new_link_and_lets_a_return_go_on(sce
 
 
 def test_a_hold_that_is_over_is_not_ordered_again(scene: Scene) -> None:
-    scene.hub.order_hold(ONE, "gusts")
+    scene.hub.holds.order(ONE, "gusts")
     done = HoldProgress(order_id=FIRST_ORDER, epoch=0, step=HoldStep.CONFIRMED, detail="BRAKE", elapsed_ms=9.0)
-    scene.hub.report(scene.agent.link, done)
+    scene.hub.reports.take(scene.agent.link, done)
     scene.tell(told(1))
     scene.tell(told(2, open=False))
     assert orders(scene.link(102)) == []
@@ -204,7 +204,7 @@ def test_a_hold_of_an_offline_drone_is_ordered_when_it_is_back(scene: Scene) -> 
     scene.tell(counting(1))
     scene.hub.detach_link(scene.agent.link)
     scene.alice.events()
-    assert not scene.hub.order_hold(ONE, "taken")
+    assert not scene.hub.holds.order(ONE, "taken")
     (said,) = [event for event in scene.alice.events() if isinstance(event, live.Hold)]
     assert said.step == "unconfirmed"
     assert said.detail.startswith(OFFLINE)
@@ -215,7 +215,7 @@ def test_a_hold_of_an_offline_drone_is_ordered_when_it_is_back(scene: Scene) -> 
 
 def test_an_older_agent_is_not_told_again_for_it_would_interrupt_a_return(scene: Scene) -> None:
     scene.hub.detach_link(scene.agent.link)
-    scene.hub.order_hold(ONE, "taken")
+    scene.hub.holds.order(ONE, "taken")
     assert orders(scene.link(102, knows=False)) == []
     assert orders(scene.link(103)) == []
 
@@ -235,11 +235,11 @@ def test_a_hand_on_the_sticks_and_an_open_hold_make_one_order(scene: Scene) -> N
 
 
 def test_what_must_be_ordered_again_is_noted_when_it_changes(scene: Scene) -> None:
-    scene.hub.order_hold(ONE, "gusts")
-    scene.hub.order_hold(ONE, "gusts")
+    scene.hub.holds.order(ONE, "gusts")
+    scene.hub.holds.order(ONE, "gusts")
     assert (scene.kept(), scene.drone.hold_noted) == (1, True)
     done = HoldProgress(order_id=FIRST_ORDER + 1, epoch=0, step=HoldStep.NOT_NEEDED, detail="", elapsed_ms=9.0)
-    scene.hub.report(scene.agent.link, done)
+    scene.hub.reports.take(scene.agent.link, done)
     assert (scene.kept(), scene.drone.hold_noted) == (2, False)
     scene.tell(told(1))
     assert (scene.kept(), scene.drone.hold_noted) == (3, True)
@@ -247,37 +247,37 @@ def test_what_must_be_ordered_again_is_noted_when_it_changes(scene: Scene) -> No
 
 def test_a_hold_of_the_tower_before_is_ordered_on_the_first_link() -> None:
     world = HubWorld()
-    world.hub.keep_hold(ONE)
+    world.hub.holds.keep(ONE)
     (order,) = orders(world.agent(1, takes=(OPEN_HOLDS,)))
     assert order.reason == ORDERED_AGAIN
 
 
 def test_an_order_after_an_emergency_does_not_take_back_that_it_interrupts(scene: Scene) -> None:
-    scene.hub.order_hold(ONE, "emergency", interrupts=True)
-    scene.hub.order_hold(ONE, "the round trip takes 900 ms")
+    scene.hub.holds.order(ONE, "emergency", interrupts=True)
+    scene.hub.holds.order(ONE, "the round trip takes 900 ms")
     assert [order.interrupts for order in orders(scene.agent)] == [True, True]
     answered = HoldProgress(order_id=FIRST_ORDER + 1, epoch=0, step=HoldStep.ORDERED, detail="", elapsed_ms=1.0)
-    scene.hub.report(scene.agent.link, answered)
-    scene.hub.order_hold(ONE, "gusts")
+    scene.hub.reports.take(scene.agent.link, answered)
+    scene.hub.holds.order(ONE, "gusts")
     assert not orders(scene.agent)[-1].interrupts
 
 
 def test_stay_goes_by_both_ways_with_a_number_of_its_own(scene: Scene) -> None:
     scene.agent.received()
-    assert scene.hub.tell_stay(ONE, "a" * 100)
+    assert scene.hub.holds.stay(ONE, "a" * 100)
     expected = Stay(order_id=FIRST_ORDER, by="a" * 80)
     assert scene.agent.posted[-1] == expected
     sent = [scene.agent.sealed.receive(datagram, 0.0).urgent for datagram, _ in scene.agent.sent_to]
     assert decode_to_agent(next(text for text in sent if text)) == expected
     scene.hub.detach_link(scene.agent.link)
-    assert not scene.hub.tell_stay(ONE, "alice")
+    assert not scene.hub.holds.stay(ONE, "alice")
 
 
 @pytest.mark.parametrize("knows", [True, False])
 def test_an_older_agent_gets_a_lost_action_that_it_knows(scene: Scene, knows: bool) -> None:
     agent = scene.link(102, knows=knows)
     stays = SafetySettings(lost_action=LostAction.STAY)
-    scene.hub.apply_safety(ONE, stays)
+    scene.hub.changes.apply_safety(ONE, stays)
     scene.hub.resumed(agent.link)
     again = scene.link(103, knows=knows)
     told_of = [m for a in (agent, again) for m in a.posted if isinstance(m, SafetySettings)]
@@ -290,6 +290,6 @@ def test_a_take_is_held_under_the_new_epoch(scene: Scene) -> None:
     scene.hub.detach_link(scene.agent.link)
     taken = LeaseView(UserRef(UserId(9), "admin"), ALICE, Epoch(4))
     scene.hub.apply_lease(ONE, taken, event="taken", by=None, reason="", now=0.0)
-    scene.hub.order_hold(ONE, "taken")
+    scene.hub.holds.order(ONE, "taken")
     (order,) = orders(scene.link(102))
     assert order.epoch == 4

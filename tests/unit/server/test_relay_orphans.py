@@ -8,6 +8,7 @@ from hub_world import FIRST_ORDER, NOW, FakeAgent, FakeBrowser, HubWorld, comman
 from server.domain.people import UserRef
 from server.live.relay import live_messages as live
 from server.live.relay.agent_routes import OVER_CHANNEL
+from server.live.relay.census import take_census
 from server.live.relay.live_drone import LeaseView
 from server.live.relay.orphans import ORPHAN_S, SILENT_S
 from wire.control_messages import (
@@ -59,12 +60,12 @@ class Scene:
 
     @property
     def has_link(self) -> bool:
-        drone = self.hub.drone(ONE)
+        drone = self.hub.state.drones.get(ONE)
         return drone is not None and drone.link is self.agent.link
 
     @property
     def resumable(self) -> bool:
-        return self.hub.resumable(self.agent.link.link_id, ONE, 0.5) is self.agent.link
+        return self.hub.links.resumable(self.agent.link.link_id, ONE, 0.5) is self.agent.link
 
     def urgent(self, now: float) -> list[ToAgent]:
         sent, self.agent.sent_to = self.agent.sent_to, []
@@ -96,7 +97,7 @@ def test_frames_go_on_both_ways(scene: Scene) -> None:
     assert scene.alice.frames() == [tag(ONE, command_ack())]
     scene.fly(0.3)
     assert scene.agent.received(0.3) == [(1, sticks())]
-    drone = scene.hub.drone(ONE)
+    drone = scene.hub.state.drones.get(ONE)
     assert drone is not None and drone.online
 
 
@@ -104,7 +105,7 @@ def test_it_ends_after_its_time(scene: Scene) -> None:
     scene.live_until(ORPHAN_S - 0.1)
     assert scene.has_link
     scene.live_until(ORPHAN_S, begin=ORPHAN_S)
-    assert not scene.has_link and not scene.hub.has_link_id(scene.agent.link.link_id)
+    assert not scene.has_link and scene.agent.link.link_id not in scene.hub.state.links
 
 
 def test_it_ends_when_its_datagrams_do(scene: Scene) -> None:
@@ -125,12 +126,12 @@ def test_a_link_over_the_control_channel_ends_with_it() -> None:
     agent.address = OVER_CHANNEL
     agent.send(heartbeat())
     assert world.hub.lose_channel(agent.link, 0.0)
-    drone = world.hub.drone(ONE)
+    drone = world.hub.state.drones.get(ONE)
     assert drone is not None and drone.link is None
 
 
 def test_an_order_goes_over_udp_until_it_is_answered_and_is_posted_on_the_next_channel(scene: Scene) -> None:
-    assert scene.hub.order_hold(ONE, "gusts")
+    assert scene.hub.holds.order(ONE, "gusts")
     order = HoldOrder(order_id=FIRST_ORDER, epoch=1, reason="gusts", interrupts=False)
     assert order in scene.urgent(0.0)
     for tenth in range(1, 31):
@@ -149,7 +150,7 @@ def test_an_order_goes_over_udp_until_it_is_answered_and_is_posted_on_the_next_c
 def test_take_shuts_the_old_holder_out_at_once_and_the_drone_hears_of_it(scene: Scene) -> None:
     taken = LeaseView(ADMIN, ALICE, Epoch(2))
     scene.hub.apply_lease(ONE, taken, event="taken", by=ADMIN, reason="", now=0.5)
-    scene.hub.order_hold(ONE, "taken")
+    scene.hub.holds.order(ONE, "taken")
     scene.fly(0.6)
     told = scene.urgent(0.6)
     assert ControlChanged(number=ANY, epoch=2, holder="admin", holder_present=False) in told
@@ -188,14 +189,14 @@ def test_a_sign_in_without_the_proof_replaces_it_and_a_drone_flown_by_hand_holds
     with pytest.raises(Dropped):
         scene.agent.send(heartbeat(), now=0.2)
     scene.hub.tick(ORPHAN_S + 1.0)
-    drone = scene.hub.drone(ONE)
+    drone = scene.hub.state.drones.get(ONE)
     assert drone is not None and drone.link is new.link, "the end of the orphan is not that of the new link"
 
 
 def test_resumed_it_is_the_same_link_and_all_is_told_anew(scene: Scene) -> None:
     scene.live_until(3.0)
     posted = scene.adopt()
-    drone = scene.hub.drone(ONE)
+    drone = scene.hub.state.drones.get(ONE)
     assert drone is not None
     assert posted == [
         drone.stream,
@@ -204,14 +205,14 @@ def test_resumed_it_is_the_same_link_and_all_is_told_anew(scene: Scene) -> None:
     ]
     scene.live_until(ORPHAN_S + 3.0, begin=3.1)
     assert scene.has_link, "it is an orphan no more"
-    assert scene.hub.census().agents_waiting == scene.hub.census().agents_deepest == (1, 2), (
+    assert take_census(scene.hub.state).agents_waiting == take_census(scene.hub.state).agents_deepest == (1, 2), (
         "of the new control channel"
     )
-    assert scene.hub.traffic.holds_ordered == 0
+    assert scene.hub.state.traffic.holds_ordered == 0
 
 
 def test_its_picture_goes_on_over_udp_and_the_control_channel_alone_has_it_again(scene: Scene) -> None:
-    drone = scene.hub.drone(ONE)
+    drone = scene.hub.state.drones.get(ONE)
     assert drone is not None
 
     def tell(now: float, *, armed: bool, airborne: bool) -> None:
@@ -239,7 +240,7 @@ def test_steps_of_a_hold_that_the_next_link_tells_again_are_told_once(scene: Sce
     assert not scene.has_link
     new = scene.world.agent(1, link_id=500)
     for progress in told:
-        scene.hub.report(new.link, progress)
+        scene.hub.reports.take(new.link, progress)
     holds = [event for event in scene.alice.events() if isinstance(event, live.Hold)]
     assert [event.step for event in holds if event.cause == OWN] == [progress.step for progress in told]
 
@@ -249,26 +250,26 @@ def test_an_agent_that_was_started_again_is_heard_though_it_counts_from_elsewher
         step = HoldStep.STICKS_CENTRED
         return HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=0.0, number=number)
 
-    scene.hub.report(scene.agent.link, told(900))
+    scene.hub.reports.take(scene.agent.link, told(900))
     new = scene.world.agent(1, link_id=500)
     scene.alice.events()
-    scene.hub.report(new.link, told(3))
+    scene.hub.reports.take(new.link, told(3))
     assert [event for event in scene.alice.events() if isinstance(event, live.Hold)]
 
 
 def test_what_may_not_be_resumed(scene: Scene) -> None:
     link_id = scene.agent.link.link_id
-    assert scene.hub.resumable(link_id, ONE, 0.5) is scene.agent.link
-    assert scene.hub.resumable(link_id, TWO, 0.5) is None, "another drone's credential"
-    assert scene.hub.resumable(link_id + 1, ONE, 0.5) is None
+    assert scene.hub.links.resumable(link_id, ONE, 0.5) is scene.agent.link
+    assert scene.hub.links.resumable(link_id, TWO, 0.5) is None, "another drone's credential"
+    assert scene.hub.links.resumable(link_id + 1, ONE, 0.5) is None
     scene.hub.tick(0.0)  # it is flown: the tower pings by itself, and no silence is a rest
-    assert scene.hub.resumable(link_id, ONE, SILENT_S + 0.1) is None, "its datagrams do not come"
+    assert scene.hub.links.resumable(link_id, ONE, SILENT_S + 0.1) is None, "its datagrams do not come"
     idle = scene.world.agent(2).link
     idle.resume_key = b"r" * 32
     idle.sealed.keepalive.heard_at = 0.0
     idle.routes.follow(("127.0.0.1", 7))
-    assert scene.hub.resumable(idle.link_id, TWO, SILENT_S + idle.sealed.keepalive.rests_s) is idle
-    assert scene.hub.resumable(idle.link_id, TWO, SILENT_S + idle.sealed.keepalive.rests_s + 0.1) is None
+    assert scene.hub.links.resumable(idle.link_id, TWO, SILENT_S + idle.sealed.keepalive.rests_s) is idle
+    assert scene.hub.links.resumable(idle.link_id, TWO, SILENT_S + idle.sealed.keepalive.rests_s + 0.1) is None
     late = OUTLIVED_AFTER_S + 1.0
     scene.agent.link.sealed.keepalive.heard_at = late
-    assert scene.hub.resumable(link_id, ONE, late) is None, "keys that should have been changed long ago"
+    assert scene.hub.links.resumable(link_id, ONE, late) is None, "keys that should have been changed long ago"

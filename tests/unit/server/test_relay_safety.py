@@ -65,7 +65,7 @@ class Scene:
         self.hub = self.world.hub
         self.events: list[HubEvent] = []
         self.agent: FakeAgent = self.world.agent(1)
-        self.hub.on_event = self.events.append  # that the agent has linked is no news here
+        self.hub.state.on_event = self.events.append  # that the agent has linked is no news here
         self.alice: FakeBrowser = self.world.browser(1)
         self.lease(HELD, "acquired")
         self.alice.events()
@@ -139,10 +139,10 @@ def test_a_holder_who_is_back_in_time_is_not_reported(scene: Scene) -> None:
 
 def test_a_program_without_a_live_channel_keeps_the_controls_for_as_long_as_it_says_so(scene: Scene) -> None:
     scene.hub.detach_browser(scene.alice.browser, 1.0)
-    drone = scene.hub.drone(ONE)
+    drone = scene.hub.state.drones.get(ONE)
     assert drone is not None
     for second in range(2, 90, 2):
-        scene.hub.keep_controls(drone, ALICE.id, float(second))
+        scene.hub.safety.keep(drone, ALICE.id, float(second))
         scene.hub.tick(second + 1.9)
         assert drone.somebody_flies()
     assert scene.events == []
@@ -154,15 +154,15 @@ def test_a_program_without_a_live_channel_keeps_the_controls_for_as_long_as_it_s
 
 
 def test_no_program_answers_for_sticks_or_for_another_holder(scene: Scene) -> None:
-    drone = scene.hub.drone(ONE)
+    drone = scene.hub.state.drones.get(ONE)
     assert drone is not None
     scene.fly(0.5)
-    scene.hub.keep_controls(drone, ALICE.id, 0.9)
+    scene.hub.safety.keep(drone, ALICE.id, 0.9)
     scene.hub.detach_browser(scene.alice.browser, 1.0)
-    scene.hub.keep_controls(drone, ALICE.id, 2.9)
+    scene.hub.safety.keep(drone, ALICE.id, 2.9)
     scene.hub.tick(3.0)
     assert scene.events == [HolderGone(ONE, ALICE.id, 2.0)]
-    scene.hub.keep_controls(drone, ALICE.id, 4.0)
+    scene.hub.safety.keep(drone, ALICE.id, 4.0)
     assert drone.somebody_flies()
     scene.lease(LeaseView(holder=BOB, taken_from=None, epoch=Epoch(2)), "acquired", 4.1)
     scene.hub.tick(4.2)
@@ -193,17 +193,17 @@ def test_a_holder_whose_tab_has_frozen_counts_as_gone_and_is_back_with_the_next_
 
 
 def test_a_fence_stops_the_holder_at_once_and_is_lifted(scene: Scene) -> None:
-    scene.hub.fence(ONE)
+    scene.hub.changes.fence(ONE)
     scene.fly(1.0)
     assert scene.agent.received() == []
     assert scene.notices(scene.alice) == ["not-in-control"]
-    scene.hub.unfence(ONE)
+    scene.hub.changes.unfence(ONE)
     scene.fly(1.1)
     assert len(scene.agent.received()) == 1
 
 
 def test_a_new_lease_lifts_the_fence(scene: Scene) -> None:
-    scene.hub.fence(ONE)
+    scene.hub.changes.fence(ONE)
     scene.lease(replace(HELD, epoch=Epoch(2)), "acquired")
     scene.fly(1.0)
     assert [epoch for epoch, _ in scene.agent.received()] == [2]
@@ -264,7 +264,7 @@ def test_an_operator_without_the_view_gets_no_frames_but_knows_the_drone(scene: 
     assert not view.may_watch
     scene.agent.send(command_ack())
     assert scene.alice.frames() == []
-    assert scene.hub.drone_view(ONE, UserId(9), scene.world.browser(9).browser.viewer.role).may_watch  # type: ignore[union-attr]
+    assert scene.hub.squads.view(ONE, UserId(9), scene.world.browser(9).browser.viewer.role).may_watch  # type: ignore[union-attr]
 
 
 def test_the_view_comes_back_with_the_offer_and_goes_with_it(scene: Scene) -> None:
@@ -334,7 +334,7 @@ def test_a_drone_that_nobody_flies_still_goes_offline_and_comes_back(scene: Scen
     scene.lease(LeaseView(holder=None, taken_from=None, epoch=Epoch(2)), "released")
     for second in range(70):
         scene.keep_alive(float(second))
-    drone = scene.hub.drone(ONE)
+    drone = scene.hub.state.drones.get(ONE)
     assert drone is not None and drone.settled and drone.online
     scene.hub.tick(72.0)
     assert drone.online
@@ -385,7 +385,7 @@ def test_a_clock_that_stood_still_makes_nothing_late_once_a_ping_is_answered(sce
 
 def test_late_sticks_and_late_commands_are_discarded_and_answered(scene: Scene) -> None:
     settings = SafetySettings(sticks_late_s=0.4, commands_late_s=2.0)
-    scene.hub.apply_safety(ONE, settings)
+    scene.hub.changes.apply_safety(ONE, settings)
     assert scene.agent.posted[-1] == settings
 
     def send(frame: bytes, sent_s: float, now: float) -> None:
@@ -400,19 +400,19 @@ def test_late_sticks_and_late_commands_are_discarded_and_answered(scene: Scene) 
     scene.agent.received()
     send(command_long(), 50.4, 3.6)
     assert scene.agent.received() == []
-    assert scene.hub.drops[DropReason.LATE] == 2
+    assert scene.hub.state.drops[DropReason.LATE] == 2
     assert "late" in scene.notices(scene.alice)
 
 
 @pytest.mark.parametrize("heard", [True, False])
 def test_where_a_silent_autopilot_stands_is_not_where_it_was_armed(scene: Scene, heard: bool) -> None:
-    scene.hub.report(scene.agent.link, AutopilotState(heard=heard, armed=False, airborne=False))
+    scene.hub.reports.take(scene.agent.link, AutopilotState(heard=heard, armed=False, airborne=False))
     lent = replace(record(1, (1,), holder=1, epoch=1), loans=(LoanRecord(BOB, LATER, True, 50.0, None),))
     scene.world.apply(lent, record(2, (2,)))
     place = mavlink.MAVLink_global_position_int_message(0, 470000000, 80000000, 500000, 0, 0, 0, 0, 0)
     scene.agent.send(build(place, system_id=1, component_id=1, sequence=0), now=0.1)
     scene.hub.tick(0.2)
-    drone = scene.hub.drone(ONE)
+    drone = scene.hub.state.drones.get(ONE)
     assert drone is not None
     assert (drone.home is not None) is heard
 
@@ -434,7 +434,7 @@ def test_every_refused_command_is_counted_and_answered_in_both_forms(scene: Scen
     for number in range(3):
         whole = mavlink.MAVLink_command_int_message(1, 1, 3, 192, 0, 0, 0, 0, 0, 0, 1, 2, 3)
         admin.send(tag(ONE, build(whole, system_id=255, component_id=190, sequence=number)), now=1.0)
-    assert scene.hub.drops[DropReason.NOT_IN_CONTROL] == 3
+    assert scene.hub.state.drops[DropReason.NOT_IN_CONTROL] == 3
     answers = [decode(frame) for _, frame in split_tagged(b"".join(admin.frames()))]
     assert [(ack.command, ack.result) for ack in answers if ack is not None] == [(192, 10)] * 3
     assert scene.notices(admin) == ["not-in-control"]
@@ -445,7 +445,7 @@ def test_every_refused_command_is_counted_and_answered_in_both_forms(scene: Scen
 
 
 def test_disarming_in_the_air_is_asked_twice(scene: Scene) -> None:
-    scene.hub.report(scene.agent.link, AutopilotState(heard=True, armed=True, airborne=True))
+    scene.hub.reports.take(scene.agent.link, AutopilotState(heard=True, armed=True, airborne=True))
     disarm = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 0, 21196, 0, 0, 0, 0, 0)
     frame = build(disarm, system_id=255, component_id=190, sequence=0)
     scene.alice.send(tag(ONE, frame), now=1.0)
@@ -459,13 +459,13 @@ def test_arming_waits_until_a_dangerous_loss_check_is_acknowledged(scene: Scene)
     admin = scene.world.browser(9)
     scene.lease(replace(HELD, assistant=ADMIN, epoch=Epoch(2)), "assisting")
     scene.alice.events()
-    scene.hub.set_loss_check(ONE, LossCheckMark(dangerous=True, version="a"))
+    scene.hub.changes.set_loss_check(ONE, LossCheckMark(dangerous=True, version="a"))
     assert scene.alice.events() == [live.LossCheckChanged(ONE)]
     scene.alice.send(tag(ONE, command_long(400)), now=1.0)
     assert scene.notices(scene.alice) == ["loss-check"]
     mark = LossCheckMark(dangerous=True, read_by=frozenset({UserId(1)}), version="b")
     for _ in range(2):
-        scene.hub.set_loss_check(ONE, mark)
+        scene.hub.changes.set_loss_check(ONE, mark)
     assert scene.alice.events() == [live.LossCheckChanged(ONE)], "what has not changed is not told"
     admin.send(tag(ONE, command_long(400)), now=2.0)
     assert scene.agent.received() == [], "the assistant has not read it"
@@ -497,7 +497,7 @@ def test_the_last_session_of_a_holder_that_ends_is_reported(scene: Scene) -> Non
 
 
 def test_a_rehearsed_loss_of_the_operator_looks_like_one(scene: Scene) -> None:
-    scene.hub.rehearse_operator_loss(ONE, for_s=5.0, now=1.0)
+    scene.hub.changes.rehearse_operator_loss(ONE, for_s=5.0, now=1.0)
     assert scene.agent.posted[-1] == ControlChanged(number=ANY, epoch=1, holder="alice", holder_present=False)
     scene.fly(1.5)
     assert scene.agent.received() == []
@@ -511,10 +511,10 @@ def test_a_rehearsed_loss_of_the_operator_looks_like_one(scene: Scene) -> None:
 
 def test_a_rehearsed_loss_of_the_tower_sends_nothing_to_the_agent(scene: Scene) -> None:
     scene.agent.received()
-    scene.hub.rehearse_tower_loss(ONE, for_s=4.0)
+    scene.hub.changes.rehearse_tower_loss(ONE, for_s=4.0)
     scene.keep_alive(2.0)
     scene.fly(3.0)
-    scene.hub.order_hold(ONE, "gusts")
+    scene.hub.holds.order(ONE, "gusts")
     assert scene.agent.sent_to == []
     scene.rehearsal_is_over(5.0)
     scene.keep_alive(5.1)
@@ -522,8 +522,8 @@ def test_a_rehearsed_loss_of_the_tower_sends_nothing_to_the_agent(scene: Scene) 
 
 
 def test_a_newer_rehearsal_of_a_loss_counts(scene: Scene) -> None:
-    scene.hub.rehearse_tower_loss(ONE, for_s=4.0)
-    scene.hub.rehearse_tower_loss(ONE, for_s=4.0)
+    scene.hub.changes.rehearse_tower_loss(ONE, for_s=4.0)
+    scene.hub.changes.rehearse_tower_loss(ONE, for_s=4.0)
     scene.agent.received()
     scene.agent.alarms.pop(-2)[1](4.0)
     scene.keep_alive(4.1)
@@ -534,10 +534,10 @@ def test_a_newer_rehearsal_of_a_loss_counts(scene: Scene) -> None:
 
 
 def test_after_a_rehearsal_an_order_to_hold_goes_out_at_once_again(scene: Scene) -> None:
-    scene.hub.rehearse_tower_loss(ONE, for_s=4.0)
+    scene.hub.changes.rehearse_tower_loss(ONE, for_s=4.0)
     scene.rehearsal_is_over(4.0)
     scene.agent.received()
-    scene.hub.order_hold(ONE, "gusts")
+    scene.hub.holds.order(ONE, "gusts")
     assert len(scene.agent.sent_to) == COPIES_AT_ONCE
 
 
@@ -551,15 +551,15 @@ def test_a_link_that_was_renewed_while_flying_by_hand_holds(scene: Scene) -> Non
 
 
 def test_steps_of_a_hold_come_with_the_reason_of_the_order(scene: Scene) -> None:
-    scene.hub.order_hold(ONE, "gusts")
+    scene.hub.holds.order(ONE, "gusts")
     progress = HoldProgress(order_id=FIRST_ORDER, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
-    scene.hub.report(scene.agent.link, progress)
+    scene.hub.reports.take(scene.agent.link, progress)
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
 
 
 def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_once(scene: Scene) -> None:
     scene.agent.received()
-    scene.hub.order_hold(ONE, "gusts")
+    scene.hub.holds.order(ONE, "gusts")
     (order,) = [message for message in scene.agent.posted if isinstance(message, HoldOrder)]
     scene.hub.tick(0.1)
     scene.hub.tick(0.2)
@@ -569,7 +569,7 @@ def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_o
     told = [decode_to_agent(text) for text in heard if text]
     assert [message for message in told if isinstance(message, HoldOrder)] == [order] * 4
     progress = HoldProgress(order_id=FIRST_ORDER, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
-    scene.hub.report(scene.agent.link, progress)
+    scene.hub.reports.take(scene.agent.link, progress)
     for _ in range(2):
         scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()))
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
@@ -593,7 +593,7 @@ def test_two_holds_of_one_epoch_that_go_alike_are_both_told(scene: Scene) -> Non
 def test_a_step_that_a_later_one_overtook_is_not_told_but_an_end_is(scene: Scene) -> None:
     for step, number in ((HoldStep.CONFIRMED, 5), (HoldStep.MODE_ACKNOWLEDGED, 4), (HoldStep.UNCONFIRMED, 3)):
         progress = HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=9.0, number=number)
-        scene.hub.report(scene.agent.link, progress)
+        scene.hub.reports.take(scene.agent.link, progress)
     steps = [event.step for event in scene.alice.events() if isinstance(event, live.Hold)]
     assert steps == ["confirmed", "unconfirmed"]
 
@@ -605,5 +605,5 @@ def test_an_urgent_message_that_is_none_is_dropped(scene: Scene) -> None:
 
 def test_loss_parameters_are_kept_and_reported(scene: Scene) -> None:
     parameters = LossParameters(autopilot="ardupilot", values={"FS_GCS_ENABLE": 0.0}, complete=True)
-    scene.hub.report(scene.agent.link, parameters)
+    scene.hub.reports.take(scene.agent.link, parameters)
     assert scene.events == [LossParametersReported(ONE, parameters)]

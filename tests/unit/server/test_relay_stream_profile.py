@@ -13,7 +13,7 @@ THIN = StreamState(profile=StreamProfile.THIN, chosen=StreamChoice.AUTO, why="15
 
 
 def shown(hub: Hub) -> tuple[str | None, str, str]:
-    drone = hub.drone(ONE)
+    drone = hub.state.drones.get(ONE)
     assert drone is not None
     view = drone.view()
     return view.profile, view.profile_chosen, view.profile_why
@@ -21,29 +21,29 @@ def shown(hub: Hub) -> tuple[str | None, str, str]:
 
 def test_an_agent_is_told_what_was_chosen_when_it_comes_and_when_it_changes() -> None:
     world = HubWorld()
-    world.hub.apply_stream(ONE, StreamSettings(profile=StreamChoice.THIN))
+    world.hub.changes.apply_stream(ONE, StreamSettings(profile=StreamChoice.THIN))
     agent = world.agent(1)
     assert StreamSettings(profile=StreamChoice.THIN) in agent.posted
     other = world.agent(2)
     assert StreamSettings() in other.posted
     agent.posted.clear()
-    world.hub.apply_stream(ONE, StreamSettings(profile=StreamChoice.THIN))
+    world.hub.changes.apply_stream(ONE, StreamSettings(profile=StreamChoice.THIN))
     assert agent.posted == []
-    world.hub.apply_stream(ONE, StreamSettings())
+    world.hub.changes.apply_stream(ONE, StreamSettings())
     assert agent.posted == [StreamSettings()]
-    world.hub.apply_stream(DroneId(99), StreamSettings())
+    world.hub.changes.apply_stream(DroneId(99), StreamSettings())
 
 
 def test_who_may_see_the_drone_is_told_what_is_in_force_and_why() -> None:
     world = HubWorld()
     agent, alice, bob = world.agent(1), world.browser(1), world.browser(2)
     assert shown(world.hub) == (None, "auto", "")
-    world.hub.report(agent.link, THIN)
+    world.hub.reports.take(agent.link, THIN)
     assert shown(world.hub) == ("thin", "auto", "15% of the packets are lost")
     (told,) = alice.events()
     assert isinstance(told, live.DroneChanged)
     assert told.drone.profile is StreamProfile.THIN
-    world.hub.report(agent.link, THIN)
+    world.hub.reports.take(agent.link, THIN)
     assert alice.events() == [], "nothing has changed"
     assert bob.events() == [], "not theirs to see"
 
@@ -52,9 +52,9 @@ def test_a_drone_that_is_gone_sends_nothing_and_an_old_link_says_nothing() -> No
     world = HubWorld()
     old = world.agent(1)
     new = world.agent(1, link_id=7)
-    world.hub.report(old.link, THIN)
+    world.hub.reports.take(old.link, THIN)
     assert shown(world.hub)[0] is None
-    world.hub.report(new.link, THIN)
+    world.hub.reports.take(new.link, THIN)
     world.hub.detach_link(new.link)
     assert shown(world.hub) == (None, "auto", "")
 
@@ -62,6 +62,6 @@ def test_a_drone_that_is_gone_sends_nothing_and_an_old_link_says_nothing() -> No
 def test_the_choice_is_shown_while_the_drone_is_away() -> None:
     world = HubWorld()
     alice = world.browser(1)
-    world.hub.apply_stream(ONE, StreamSettings(profile=StreamChoice.MINIMAL))
+    world.hub.changes.apply_stream(ONE, StreamSettings(profile=StreamChoice.MINIMAL))
     assert shown(world.hub) == (None, "minimal", "")
     assert len(alice.events()) == 1

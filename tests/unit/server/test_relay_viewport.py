@@ -46,7 +46,7 @@ def test_a_drone_outside_the_map_is_sent_once_a_second() -> None:
     world = HubWorld()
     agent, alice = world.agent(1), world.browser(1)
     agent.send(position(50.0, 8.5))
-    world.hub.show_map(alice.browser, HERE)
+    world.hub.audience.show_map(alice.browser, HERE)
     alice.frames(2e9)
     agent.send(position(50.0, 8.5, sequence=1), command_ack())
     assert alice.frames(2e9 + 0.5) == [tag(DroneId(1), command_ack())]
@@ -57,7 +57,7 @@ def test_a_drone_that_flies_into_the_map_is_noticed_within_a_second() -> None:
     world = HubWorld()
     agent, alice = world.agent(1), world.browser(1)
     agent.send(position(50.0, 8.5))
-    world.hub.show_map(alice.browser, HERE)
+    world.hub.audience.show_map(alice.browser, HERE)
     assert alice.browser.outbox.far == {DroneId(1)}
     agent.send(position(47.5, 8.5))
     world.hub.each_second(0.0)
@@ -67,7 +67,7 @@ def test_a_drone_that_flies_into_the_map_is_noticed_within_a_second() -> None:
 def test_a_drone_whose_place_nobody_knows_counts_as_inside() -> None:
     world = HubWorld()
     agent, alice = world.agent(1), world.browser(1)
-    world.hub.show_map(alice.browser, HERE)
+    world.hub.audience.show_map(alice.browser, HERE)
     assert alice.browser.outbox.far == set()
     agent.send(position(0.0, 0.0))
     world.hub.each_second(0.0)
@@ -78,8 +78,8 @@ def test_a_browser_without_a_map_gets_all() -> None:
     world = HubWorld()
     agent, alice = world.agent(1), world.browser(1)
     agent.send(position(50.0, 8.5))
-    world.hub.show_map(alice.browser, HERE)
-    world.hub.show_map(alice.browser, None)
+    world.hub.audience.show_map(alice.browser, HERE)
+    world.hub.audience.show_map(alice.browser, None)
     world.hub.each_second(0.0)
     assert alice.browser.outbox.far == set()
 

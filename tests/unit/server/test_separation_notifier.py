@@ -41,7 +41,7 @@ class NearWorld(HubWorld):
     def __init__(self) -> None:
         super().__init__()
         self.noticed: list[HubEvent] = []
-        self.hub.on_event = self.noticed.append
+        self.hub.state.on_event = self.noticed.append
         self.now = 0.0
         self.places = {1: (0.0, 0.0, 50.0), 2: (0.0, 6.0, 53.0)}
         self.agents: dict[int, FakeAgent] = {}
@@ -54,7 +54,7 @@ class NearWorld(HubWorld):
         agent.received()
 
     def tell_state(self, drone_id: int, *, airborne: bool) -> None:
-        self.hub.report(self.agents[drone_id].link, AutopilotState(heard=True, armed=airborne, airborne=airborne))
+        self.hub.reports.take(self.agents[drone_id].link, AutopilotState(heard=True, armed=airborne, airborne=airborne))
 
     def fly(self, for_s: float) -> None:
         for _ in range(round(for_s / 0.1)):
@@ -121,7 +121,7 @@ def test_a_stranger_hears_nothing() -> None:
 
 def test_from_whom_the_view_was_taken_hears_nothing_of_where_their_drone_is() -> None:
     world = NearWorld()
-    drone = world.hub.drone(DroneId(1))
+    drone = world.hub.state.drones.get(DroneId(1))
     assert drone is not None
     drone.lease = replace(drone.lease, taken_from=UserRef(UserId(1), "alice"), blind=True)
     alice, bob = world.browser(1), world.browser(2)
@@ -162,7 +162,7 @@ def test_an_autopilot_that_is_silent_has_not_landed() -> None:
     world.fly(3)
     assert heard(admin)
     silent = AutopilotState(heard=False, armed=False, airborne=False)
-    world.hub.report(world.agents[2].link, silent)
+    world.hub.reports.take(world.agents[2].link, silent)
     world.fly(4)
     assert "clear" not in [one.level for one in heard(admin)]
 
@@ -196,7 +196,7 @@ def test_a_warning_is_told_to_whoever_writes_it_down_and_counted() -> None:
     (lost,) = [event for event in world.noticed if isinstance(event, SeparationLost)]
     assert (lost.drone_id, lost.other_id, lost.vertical_m) == (1, 2, 3.0)
     assert lost.horizontal_m == pytest.approx(6, abs=0.01)
-    assert world.hub.traffic.separation == {"warning": 1}
+    assert world.hub.state.traffic.separation == {"warning": 1}
     assert world.hub.separation.counts() == (0, 1, 0)
 
 

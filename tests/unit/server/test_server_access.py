@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from itertools import product
 
 import pytest
 
@@ -14,11 +15,17 @@ from server.domain.access import (
     AdminsOnly,
     InPersonOnly,
     ProofNeeded,
+    Reach,
+    ReadOnlyAccount,
     ScopeMissing,
     SecondFactorDemanded,
     UnknownDrone,
     is_fresh,
     judge,
+    reach_of,
+    reaches,
+    refusals_for_roles,
+    roles_with,
 )
 from server.domain.names import BadName, clean_name, name_key
 from server.domain.people import Principal, Role, TokenId
@@ -29,6 +36,7 @@ from wire.ids import UserId
 
 ADMIN = Principal(UserId(1), "Root", Role.ADMIN, 1, datetime(2030, 1, 1, tzinfo=UTC))
 OPERATOR = Principal(UserId(2), "Anna", Role.OPERATOR, 2, datetime(2030, 1, 1, tzinfo=UTC))
+OBSERVER = Principal(UserId(3), "Olga", Role.OBSERVER, 3, datetime(2030, 1, 1, tzinfo=UTC))
 SEE, RULE = Action.SEE_DRONE, Action.ADMINISTER
 
 
@@ -44,12 +52,69 @@ SEE, RULE = Action.SEE_DRONE, Action.ADMINISTER
         (ADMIN, RULE, None, None),
         (OPERATOR, RULE, None, AdminsOnly),
         (OPERATOR, RULE, Relation.TEAM_ADMIN, AdminsOnly),
+        (OBSERVER, SEE, Relation.OBSERVER, None),
+        (OBSERVER, SEE, Relation.STRANGER, UnknownDrone),
+        (OBSERVER, SEE, None, UnknownDrone),
+        (OBSERVER, RULE, None, AdminsOnly),
+        (OBSERVER, Action.FLY, Relation.OBSERVER, ReadOnlyAccount),
+        (OBSERVER, Action.COMMAND, Relation.OBSERVER, ReadOnlyAccount),
+        (OBSERVER, Action.CHANGE_MISSIONS, None, ReadOnlyAccount),
+        (OBSERVER, Action.LEAD_TEAMS, None, ReadOnlyAccount),
+        (OBSERVER, Action.LOOK_AFTER_TEAMS, None, None),
     ],
 )
 def test_the_matrix(who: Principal, action: Action, relation: Relation | None, refusal: type | None) -> None:
     verdict = judge(AccessRequest(who, action, relation))
     assert verdict.allowed is (refusal is None)
     assert (type(verdict.refusal) if verdict.refusal else None) is refusal
+
+
+# Of admin, operator and observer in turn: everybody's, one's own, nothing. Written down a second time.
+REACHES = {
+    Action.KNOW_ONESELF: "own own own",
+    Action.SEE_SQUAD: "all own own",
+    Action.SEE_DRONE: "all own own",
+    Action.FLY: "all own none",
+    Action.COMMAND: "all own none",
+    Action.HOLD_SEVERAL: "all none none",
+    Action.ADMINISTER: "all none none",
+    Action.READ_METRICS: "all none none",
+    Action.CHANGE_USERS: "all none none",
+    Action.LOOK_AFTER_TEAMS: "all own own",
+    Action.LEAD_TEAMS: "all own none",
+    Action.SEE_MISSIONS: "all own own",
+    Action.CHANGE_MISSIONS: "all own none",
+    Action.SHARE_WITH_EVERYBODY: "all none none",
+    Action.SEE_CREDENTIALS: "all own own",
+    Action.CHANGE_CREDENTIALS: "all own own",
+    Action.PROVE_ONESELF: "own own own",
+    Action.SET_UP_SECOND_FACTOR: "own own own",
+    Action.CHANGE_PREFERENCES: "own own own",
+    Action.CHANGE_PASSWORD: "own own own",
+}
+
+
+@pytest.mark.parametrize(("action", "who"), list(product(Action, (ADMIN, OPERATOR, OBSERVER))))
+def test_how_far_each_role_reaches(action: Action, who: Principal) -> None:
+    column = list(Role).index(who.role)
+    expected = Reach(REACHES[action].split()[column])
+    assert reach_of(who.role, action) is expected
+    assert (who.role.value in roles_with(action, expected)) is True
+    others = UserId(99)
+    assert reaches(who, action, who.user_id) is (expected is not Reach.NONE)
+    assert reaches(who, action, others) is (expected is Reach.ALL)
+    now = datetime(2029, 1, 1, tzinfo=UTC)
+    proved = replace(who, proved_at=now)
+    request = AccessRequest(proved, action, Relation.OBSERVER, now=now)
+    refused = judge(request).refusal
+    assert (refused is None) is (expected is not Reach.NONE)
+    assert refused is None or type(refused) in refusals_for_roles(action)
+    of_everybody = judge(replace(request, everybody=True)).refusal
+    assert (of_everybody is None) is (expected is Reach.ALL)
+
+
+def test_an_observer_counts_as_nobody_at_the_controls() -> None:
+    assert ADMIN.may_fly and OPERATOR.may_fly and not OBSERVER.may_fly
 
 
 @pytest.mark.parametrize(
@@ -154,7 +219,7 @@ def test_credentials_change_with_a_fresh_proof_and_never_with_a_token(action: Ac
 def test_an_admin_who_lacks_the_demanded_factor_may_only_set_one_up(action: Action) -> None:
     now = datetime(2029, 1, 1, tzinfo=UTC)
     lacking = replace(ADMIN, proved_at=now, must_add_second_factor=True)
-    refusal = judge(AccessRequest(lacking, action, frozenset(), now=now)).refusal
+    refusal = judge(AccessRequest(lacking, action, Relation.ADMIN, now=now)).refusal
     assert isinstance(refusal, SecondFactorDemanded) is (action not in WITHOUT_DEMANDED_FACTOR)
     assert (refusal is None) is (action in WITHOUT_DEMANDED_FACTOR)
 

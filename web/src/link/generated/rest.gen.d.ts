@@ -2530,8 +2530,11 @@ export interface components {
          * @enum {string}
          */
         readonly Relation: "admin" | "team-admin" | "owner" | "team-operator" | "borrower" | "observer" | "stranger";
-        /** @enum {string} */
-        readonly Role: "admin" | "operator";
+        /**
+         * @description Of an account. What each allows stands in `access.py` (`REACH`), and nowhere else.
+         * @enum {string}
+         */
+        readonly Role: "admin" | "operator" | "observer";
         /** @enum {string} */
         readonly Scope: "watch" | "fly" | "admin" | "metrics";
         /** @description To be put into an authenticator. Only this answer contains it. */

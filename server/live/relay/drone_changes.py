@@ -1,0 +1,76 @@
+"""What the services change about one drone: its fence, its settings, the check before flight, a loss in rehearsal.
+
+A drone that is not there any more changes nothing: it may have been removed while the database was asked.
+"""
+
+from collections.abc import Callable
+
+from server.live.relay import live_messages as live
+from server.live.relay.live_drone import LiveDrone, LossCheckMark
+from server.live.relay.live_state import LiveState
+from wire.control_messages import SafetySettings, StreamSettings
+from wire.ids import DroneId
+
+
+class DroneChanges:
+    """One for the hub. `note_presence`: whether the holder is there may have changed."""
+
+    def __init__(self, state: LiveState, *, note_presence: Callable[[LiveDrone, float], None]) -> None:
+        self._state = state
+        self._note_presence = note_presence
+
+    def fence(self, drone_id: DroneId) -> None:
+        """A change of control is about to be decided: until `Hub.apply_lease` or `unfence` nobody's commands pass."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            drone.fenced = True
+
+    def unfence(self, drone_id: DroneId) -> None:
+        """The change was refused: the holder goes on."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            drone.fenced = False
+
+    def apply_safety(self, drone_id: DroneId, settings: SafetySettings) -> None:
+        """How a drone holds, from now on; its agent is told."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None and drone.safety != settings:
+            drone.safety = settings
+            self._state.tell_agent_safety(drone)
+            self._state.tell_drone(drone)
+
+    def apply_stream(self, drone_id: DroneId, settings: StreamSettings) -> None:
+        """How much telemetry a drone is to send, from now on; its agent is told."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None and drone.stream != settings:
+            drone.stream = settings
+            self._state.tell_agent(drone, settings)
+            self._state.tell_drone(drone)
+
+    def set_loss_check(self, drone_id: DroneId, mark: LossCheckMark) -> None:
+        """What the check before flight came to. Everybody who sees the drone hears that it has changed."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None and drone.loss_check != mark:
+            drone.loss_check = mark
+            self._state.tell_watchers(drone, live.LossCheckChanged(drone_id))
+
+    def rehearse_operator_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
+        """The holder counts as gone for so long."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            drone.holder_deaf_until = now + for_s
+            self._note_presence(drone, now)
+            # A rehearsal is there to see the hold, so it counts as flown by hand.
+            drone.holder_watch.by_hand = True
+
+    def rehearse_tower_loss(self, drone_id: DroneId, *, for_s: float) -> None:
+        """Nothing is sent to this agent on the data channel for so long."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None and drone.link is not None:
+            drone.link.mute(for_s)
+
+    def report_rehearsal(self, step: live.Rehearsal) -> None:
+        """How a rehearsal goes on: to everybody who may see the drone."""
+        drone = self._state.drones.get(DroneId(step.drone_id))
+        if drone is not None:
+            self._state.tell_watchers(drone, step)

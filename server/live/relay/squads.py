@@ -1,0 +1,33 @@
+"""What one user sees of the fleet: their squad, and each drone in it as they are told of it. Reads only."""
+
+from server.domain.people import Role
+from server.domain.relations import Right
+from server.live.fleet.views import DroneView
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_state import LiveState
+from wire.ids import DroneId, UserId
+
+
+class Squads:
+    """One for the hub. Asked when somebody comes or a request does, never for a frame."""
+
+    def __init__(self, state: LiveState) -> None:
+        self._state = state
+
+    def drone(self, drone_id: DroneId, user_id: UserId, role: Role) -> LiveDrone | None:
+        """The drone, or None both where it does not exist and where this user may not see it."""
+        drone = self._state.drones.get(drone_id)
+        return drone if drone is not None and drone.may(user_id, role, Right.SEE) else None
+
+    def drones(self, user_id: UserId, role: Role) -> list[LiveDrone]:
+        """By number."""
+        return [drone for _, drone in sorted(self._state.drones.items()) if drone.may(user_id, role, Right.SEE)]
+
+    def view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
+        """`drone`, as this user is told of it."""
+        drone = self.drone(drone_id, user_id, role)
+        return drone.view_for(user_id, role) if drone else None
+
+    def views(self, user_id: UserId, role: Role) -> list[DroneView]:
+        """`drones`, as this user is told of them."""
+        return [drone.view_for(user_id, role) for drone in self.drones(user_id, role)]

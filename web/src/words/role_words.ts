@@ -1,0 +1,25 @@
+/** What people read about the role of an account, and what goes with it. */
+
+import type { Role, Scope } from '../link/admin_types';
+
+export const ACCOUNT_ROLES: Record<Role, { readonly noun: string; readonly does: string }> = {
+  observer: { noun: 'an observer', does: 'Sees the drones that they are given, and never flies.' },
+  operator: { noun: 'an operator', does: 'Sees and flies the drones that they own or that are lent to them.' },
+  admin: { noun: 'an admin', does: 'Sees and may fly every drone, and administers the tower.' },
+};
+
+const SCOPES_OF: Record<Role, readonly Scope[]> = {
+  observer: ['watch'],
+  operator: ['watch', 'fly'],
+  admin: ['watch', 'fly', 'admin', 'metrics'],
+};
+
+/** The roles that an account may be given in place of the one it has, from the strongest to the weakest. */
+export const otherRoles = (role: Role): Role[] =>
+  (['admin', 'operator', 'observer'] as const).filter((other) => other !== role);
+
+/** Whether an API token of such an account may be for this. */
+export const mayHaveScope = (role: Role, scope: Scope): boolean => SCOPES_OF[role].includes(scope);
+
+/** What stands beside the name; empty for operators, whom most people are. */
+export const roleChip = (role: Role): string => (role === 'operator' ? '' : role);
