@@ -20,8 +20,9 @@ import httpx
 
 from bench.lean_browser import LeanBrowser
 from bench.load_tower import LoadTower
+from bench.pilot_sticks import take
 from bench.process_cost import rss_mb
-from bench.relay_sticks import StubAutopilot, real_agent, take
+from bench.relay_sticks import StubAutopilot, real_agent
 from wire.dialect import build, mavlink
 from wire.frames import message_id
 from wire.ids import DroneId

@@ -28,9 +28,11 @@ from server.live.operations.service import OperationService
 from server.live.relay import live_messages as live
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.agent_reports import AgentReports
+from server.live.relay.agent_routes import Address
 from server.live.relay.audience import Audience
 from server.live.relay.browser import Browser
 from server.live.relay.census import Census, take_census, who_is_online
+from server.live.relay.close_drones import close_addresses
 from server.live.relay.fleet_changes import SESSION_ENDED, FleetChanges, why_signed_out
 from server.live.relay.flood_gate import FloodGate, FloodLimits
 from server.live.relay.frame_paths import FramePaths
@@ -216,6 +218,10 @@ class Hub:
     def anybody_flies_by_hand(self, now: float) -> bool:
         """Whether sticks have moved any drone within the last seconds."""
         return now - self._state.sticks_at < MANUAL_FOR_S
+
+    def close_addresses(self) -> frozenset[Address]:
+        """Where the datagrams come from of drones that somebody holds or has in focus: they are read at once."""
+        return close_addresses(self._state)
 
     # -- browsers --------------------------------------------------------------------------------------------
 
