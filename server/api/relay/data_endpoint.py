@@ -34,6 +34,11 @@ JUNK_BESIDE: Final = 8
 """Times as many are read where most are of no link and only counted: else junk would fill the kernel's buffer, and what
 agents send would be lost with it."""
 
+SLICE_S: Final = 0.002
+LOOK_EVERY: Final = 32
+"""After so many datagrams a round looks at the clock. One that took longer than SLICE_S goes on when others had their
+turn: sockets of drones that somebody flies, and sticks."""
+
 RECEIVE_BUFFER_BYTES: Final = 4 << 20
 """Asked for; the kernel gives what it allows. What comes while the tower is busy waits there."""
 
@@ -106,7 +111,7 @@ class DataEndpoint:
                 except OSError:  # nothing left; or an ICMP answer to one of ours, which the keep-alive finds out
                     return min(count, most)
                 taken += received(datagram, address, now)
-                if taken == most:
+                if taken == most or (count % LOOK_EVERY == LOOK_EVERY - 1 and time.monotonic() - now > SLICE_S):
                     break
         finally:
             self.write_round.end()
