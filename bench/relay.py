@@ -58,6 +58,8 @@ class Found:
     cpu_us: list[float] = field(default_factory=list)
     whole_us: list[float] = field(default_factory=list)
     latencies_ms: list[float] = field(default_factory=list)
+    close_ms: list[float] = field(default_factory=list)
+    sticks_ms: list[float] = field(default_factory=list)
     lost: int = 0
     rss_mb: float = 0.0
 
@@ -65,6 +67,8 @@ class Found:
         self.cpu_us.append(one.cpu_us_per_frame)
         self.whole_us.append(one.whole_us_per_frame)
         self.latencies_ms += [us / 1e3 for us in one.latencies_us]
+        self.close_ms += [us / 1e3 for us in one.close_us]
+        self.sticks_ms += [us / 1e3 for us in one.sticks_us]
         self.lost += max(one.sent - one.arrived, 0)
         self.rss_mb = max(self.rss_mb, one.rss_mb)
 
@@ -103,6 +107,8 @@ async def _systems(
 ) -> tuple[dict[str, System], dict[str, tuple[Pattern, ...]]]:
     systems: dict[str, System] = {
         "ours": ours,
+        "ours, one in focus": partial(ours, focus=True),
+        "ours, one flown": partial(ours, focus=True, flown=True),
         "ours, watching at 5 Hz": partial(ours, kinds=STATE_KINDS),
         "ours, watching at 20 Hz": partial(ours, kinds=STATE_KINDS, watch_rate_hz=20.0),
         FLOOR: to_websocket,
@@ -172,6 +178,10 @@ def _tell(report: Report, case: str, name: str, one: Found, found: dict[tuple[st
             case, "whole_of_forwarders", statistics.median(one.whole_us) / statistics.median(floor.whole_us), "ratio"
         )
     report.spread(case, "latency", one.latencies_ms, "ms")
+    if one.close_ms:
+        report.spread(case, "latency_of_the_focused", one.close_ms, "ms")
+    if one.sticks_ms:
+        report.spread(case, "latency_of_sticks_down", one.sticks_ms, "ms")
     if name == "ours":
         report.spread(case, "latency_beyond_deadline", [max(ms - DEADLINE_MS, 0.0) for ms in one.latencies_ms], "ms")
     report.add(case, "not_arrived", one.lost, "count")

@@ -27,6 +27,10 @@ class Measured:
     whole_us_per_frame: float
     """All that it used meanwhile, keep-alives and clocks too."""
     latencies_us: list[float]
+    close_us: list[float]
+    """Of the drone that somebody looks at closely."""
+    sticks_us: list[float]
+    """Of sticks, down to its agent."""
     sending_s: float
     """How long our load took to send it."""
     load_late_ms: float
@@ -77,6 +81,8 @@ async def measure(
         cpu_us_per_frame=used_us / sent,
         whole_us_per_frame=whole_us / sent,
         latencies_us=running.sink.latencies_us,
+        close_us=running.sink.close_us,
+        sticks_us=running.sink.sticks_us,
         sending_s=sending_s,
         load_late_ms=late_s * 1e3,
         rss_mb=rss_mb(running.pid),

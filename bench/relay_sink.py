@@ -18,6 +18,12 @@ class Sink:
     messages: int = 0
     latencies_us: list[float] = field(default_factory=list)
     last_number: dict[int, int] = field(default_factory=dict)
+    close_to: int | None = None
+    """The drone that somebody looks at closely."""
+    close_us: list[float] = field(default_factory=list)
+    """Its latencies, which are among `latencies_us` too."""
+    sticks_us: list[float] = field(default_factory=list)
+    """Of sticks on their way down, from the browser's socket to the agent's."""
     out_of_order: int = 0
     """Transactional frames that came twice, or before their turn."""
 
@@ -28,6 +34,8 @@ class Sink:
         for drone_id, _, sent_us, number in self.read(message):
             self.frames += 1
             add(now_us - sent_us)
+            if drone_id == self.close_to:
+                self.close_us.append(now_us - sent_us)
             if number:
                 if number <= self.last_number.get(drone_id, 0):
                     self.out_of_order += 1
@@ -36,4 +44,4 @@ class Sink:
     def clear(self) -> None:
         """Begins a new measurement. Numbers go on."""
         self.frames = self.messages = 0
-        self.latencies_us = []
+        self.latencies_us, self.close_us, self.sticks_us = [], [], []

@@ -4,35 +4,25 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import socket
 import sys
 import time
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
-from struct import Struct
 from typing import Final
-
-import httpx
 
 from bench.lean_browser import LeanBrowser
 from bench.load_agents import Telemetry, fly, kept_alive, sign_in_all
 from bench.load_frames import EVENT_KINDS
 from bench.load_tower import LoadTower, end, load_tower
+from bench.pilot_sticks import STICKS_S, answer_ping, stick, stick_number, take
 from bench.precise_timer import PreciseTimer
 from bench.relay_systems import under_test
 from wire.dialect import build, mavlink
-from wire.frames import frame_length, message_id
+from wire.frames import frame_length
 from wire.ids import DroneId
-from wire.lateness import stamp_ms
-from wire.tagged import stamp, tag
 
 AGENT: Final = Path(sys.executable).parent / "tower-agent"
-STICKS_S: Final = 0.02
-START_S: Final = 60.0
-_MANUAL_CONTROL: Final = mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL
-_BUTTONS: Final = Struct("<H")
-_BUTTONS_AT: Final = 10 + 8
 
 
 class StubAutopilot:
@@ -66,8 +56,9 @@ class StubAutopilot:
                 while at < len(datagram):
                     after = at + frame_length(datagram, at)
                     frame = datagram[at:after]
-                    if message_id(frame) == _MANUAL_CONTROL:
-                        self.arrived.setdefault(_BUTTONS.unpack_from(frame.ljust(32, b"\0"), _BUTTONS_AT)[0], now)
+                    number = stick_number(frame)
+                    if number is not None:
+                        self.arrived.setdefault(number, now)
                     at = after
 
     def close(self) -> None:
@@ -84,7 +75,7 @@ async def stick_latencies_ms(
         agents = await sign_in_all(tower.url, tower.keys[:-1])
         async with kept_alive(agents), real_agent(folder, tower) as autopilot:
             browser = await tower.browser()
-            browser.on_text = lambda text: _answer(browser, text)
+            browser.on_text = lambda text: answer_ping(browser, text)
             await take(tower, drones + 1)
             telemetry = Telemetry(frames_per_s / drones, EVENT_KINDS)
             flying = asyncio.create_task(fly(agents, telemetry, for_s=for_s + 1.0))
@@ -101,32 +92,12 @@ async def _send_sticks(browser: LeanBrowser, drone_id: DroneId, for_s: float) ->
     try:
         for number in range(1, round(for_s / STICKS_S) + 1):
             await timer.until(begin + number * STICKS_S)
-            message = mavlink.MAVLink_manual_control_message(1, 0, 0, 500, 0, number)
-            frame = build(message, system_id=255, component_id=190, sequence=number)
-            sent[number] = now = time.monotonic()
-            browser.send_binary(stamp(stamp_ms(now)) + tag(drone_id, frame))
+            sent[number] = time.monotonic()
+            browser.send_binary(stick(drone_id, number))
         await asyncio.sleep(0.5)
     finally:
         timer.close()
     return sent
-
-
-def _answer(browser: LeanBrowser, text: bytes) -> None:
-    event = json.loads(text)
-    if event["type"] == "ping":
-        browser.send_text(json.dumps({"type": "pong", "sequence": event["sequence"]}))
-
-
-async def take(tower: LoadTower, drone_id: int, how: str = "take") -> None:
-    """Waits until the drone's autopilot is heard, then takes the controls, or acquires them, which orders no hold."""
-    async with httpx.AsyncClient(
-        base_url=f"{tower.url}/api/v1", headers={"Cookie": tower.cookie}, trust_env=False
-    ) as client:
-        async with asyncio.timeout(START_S):
-            while not (await client.get(f"/drones/{drone_id}")).json()["autopilot_heard"]:  # noqa: ASYNC110
-                await asyncio.sleep(0.1)
-        answer = await client.post(f"/drones/{drone_id}/control/{how}", json={"reason": "bench"})
-        answer.raise_for_status()
 
 
 @contextlib.asynccontextmanager

@@ -15,11 +15,14 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from bench.lean_browser import connect_browser
+from bench.lean_browser import LeanBrowser, connect_browser
 from bench.load_agents import LoadAgent, Telemetry, kept_alive, sign_in_all
 from bench.load_frames import EVENT_KINDS, STATE_KINDS, read_plain, read_tagged, stamped_frame
 from bench.load_tower import LoadTower, end, load_tower
+from bench.pilot_sticks import STICKS_S, answer_ping, stick, stick_number, take
 from bench.relay_sink import Sink
+from wire.content import Frames
+from wire.ids import DroneId
 
 PEERS: Final = Path(__file__).resolve().parent / "peers"
 START_S: Final = 30.0
@@ -56,9 +59,16 @@ System = Callable[[Path, int], contextlib.AbstractAsyncContextManager[Running]]
 
 @contextlib.asynccontextmanager
 async def ours(
-    folder: Path, drones: int, *, kinds: tuple[int, ...] = EVENT_KINDS, watch_rate_hz: float = 0.0
+    folder: Path,
+    drones: int,
+    *,
+    kinds: tuple[int, ...] = EVENT_KINDS,
+    watch_rate_hz: float = 0.0,
+    focus: bool = False,
+    flown: bool = False,
 ) -> AsyncIterator[Running]:
-    """The tower, with a browser that watches. With transactional kinds every frame must come, and at once."""
+    """The tower, with a browser that watches. With transactional kinds every frame must come, and at once. `focus`: it
+    looks at the first drone closely. `flown`: it flies that one, with sticks 50 times a second."""
     async with load_tower(folder, drones=drones, cpus=under_test()) as tower:
         agents = await sign_in_all(tower.url, tower.keys)
         sink = Sink(read_tagged)
@@ -67,11 +77,16 @@ async def ours(
         if watch_rate_hz:
             browser.send_text(json.dumps({"type": "watch", "rate_hz": watch_rate_hz}))
 
+        if focus:
+            sink.close_to = agents[0].drone_id
+            browser.send_text(json.dumps({"type": "focus", "drone_id": sink.close_to}))
+
         def senders(rate: float, pattern: Pattern) -> list[Callable[[], None]]:
             telemetry = Telemetry(rate, kinds, burst=pattern.burst, packed=pattern.packed)
             return [partial(agent.send_burst, telemetry) for agent in agents]
 
-        async with kept_alive(agents):
+        sticks = flown_by(tower, browser, agents[0], sink) if flown else contextlib.nullcontext()
+        async with kept_alive(agents), sticks:
             yield Running(
                 "ours",
                 tower.process.pid,
@@ -81,6 +96,37 @@ async def ours(
                 tower,
                 agents,
             )
+
+
+@contextlib.asynccontextmanager
+async def flown_by(tower: LoadTower, browser: LeanBrowser, agent: LoadAgent, sink: Sink) -> AsyncIterator[None]:
+    """The browser's user holds the agent's drone, and sends it sticks until the block ends."""
+    sent: dict[int, float] = {}
+
+    def came(frames: Frames) -> None:
+        now_us = time.monotonic() * 1e6
+        for number in filter(None, map(stick_number, frames.frames)):
+            if number in sent:
+                sink.sticks_us.append(now_us - sent.pop(number))
+
+    async def fly() -> None:
+        number, due = 0, time.monotonic()
+        while True:
+            number = number % 0xFFFF + 1
+            sent[number] = time.monotonic() * 1e6
+            browser.send_binary(stick(DroneId(agent.drone_id), number))
+            due = max(due + STICKS_S, time.monotonic())
+            await asyncio.sleep(due - time.monotonic())
+
+    agent.on_frames = came
+    browser.on_text = lambda text: answer_ping(browser, text)
+    await take(tower, agent.drone_id, "acquire")
+    flying = asyncio.create_task(fly())
+    try:
+        yield
+    finally:
+        flying.cancel()
+        await asyncio.gather(flying, return_exceptions=True)
 
 
 class PlainDrones:

@@ -1,7 +1,7 @@
 """Packs frames to one peer into as few datagrams as the deadline allows. No I/O; takes `now`.
 
 A datagram costs the same whether it carries one frame or twenty: a system call and a seal here, an opening there, and
-28 bytes of headers on the air. So a frame that nobody waits for (`wire.urgency`) stays for at most MAX_WAIT_S and
+28 bytes of headers on the air. So a frame that nobody waits for (`wire.urgency`) stays for at most `wait_s` and
 goes with those that come meanwhile. One that somebody waits for leaves at once, and takes along what was waiting: the
 order never changes. A batch has one epoch; a frame of another one sends the batch off.
 """
@@ -15,6 +15,9 @@ from wire.urgency import is_urgent
 MAX_WAIT_S: Final = 0.010
 """Half the interval of sticks at 50 Hz; nobody sees it on a map."""
 
+CLOSE_WAIT_S: Final = 0.002
+"""While somebody holds the drone: long enough for the frames that an autopilot sends together."""
+
 
 class Batch(NamedTuple):
     """Frames that leave in one datagram."""
@@ -26,10 +29,12 @@ class Batch(NamedTuple):
 class Batcher:
     """Holds at most one datagram's worth of frames. `room_bytes` is what a datagram has for frames; it may change."""
 
-    __slots__ = ("_bytes", "_epoch", "_frames", "due_at", "room_bytes")
+    __slots__ = ("_bytes", "_epoch", "_frames", "due_at", "room_bytes", "wait_s")
 
     def __init__(self, room_bytes: int) -> None:
         self.room_bytes = room_bytes
+        self.wait_s = MAX_WAIT_S
+        """For the batches that begin from here on."""
         self.due_at: float | None = None
         """When `due` has something; None while nothing waits."""
         self._frames: list[bytes] = []
@@ -49,7 +54,7 @@ class Batcher:
                 leaving.append(self._take())
             if not self._frames:
                 self._epoch = epoch
-                self.due_at = now + MAX_WAIT_S
+                self.due_at = now + self.wait_s
             self._frames.append(frame)
             self._bytes += size
             urgent = urgent or is_urgent(frame)

@@ -8,7 +8,7 @@ content (the tag, the epoch) is its own rule and stands where that side is.
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-from wire.batching import Batch, Batcher
+from wire.batching import CLOSE_WAIT_S, MAX_WAIT_S, Batch, Batcher
 from wire.content import (
     FRAMES_HEADER_BYTES,
     PING_BYTES,
@@ -190,6 +190,10 @@ class SealedLink:
     def batch_frames(self, epoch: Epoch, frames: Sequence[bytes], now: float) -> list[bytes]:
         """Datagrams to send now; frames that are not urgent may stay until `batch_due_at` (wire.batching)."""
         return self._seal_batches(self._batcher.add(epoch, frames, now), now)
+
+    def batch_closely(self, closely: bool) -> None:
+        """Whether somebody waits for every frame: they are collected for CLOSE_WAIT_S then, else for MAX_WAIT_S."""
+        self._batcher.wait_s = CLOSE_WAIT_S if closely else MAX_WAIT_S
 
     @property
     def batch_due_at(self) -> float | None:

@@ -14,8 +14,9 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
 from typing import Final
 
+from bench.pilot_sticks import STICKS_S
 from bench.precise_timer import PreciseTimer
-from bench.relay_sticks import STICKS_S, StubAutopilot
+from bench.relay_sticks import StubAutopilot
 from bench.rig import free_udp_port
 from bench.rows import Report
 from bench.video.bulk_up import bulk_up

@@ -61,7 +61,8 @@ class _Uplink:
 
 class DataChannel:
     """`wake_writer`: called when `lane` has something for the WebSocket. `urgent`: an urgent message came. `closely`:
-    whether it must be noticed at once that the tower is silent (wire.keepalive)."""
+    whether somebody flies: it must be noticed at once that the tower is silent (wire.keepalive), and frames hardly wait
+    for others (wire.batching)."""
 
     def __init__(
         self,
@@ -142,6 +143,7 @@ class DataChannel:
             self.choice.tick(now)
             self._transport_changed(before, now)
             self.sealed.keepalive.at_leisure(self._there_is_time())
+            self.sealed.batch_closely(self.over_udp and self._closely())
             self._send_all(self.sealed.datagrams_to_send(now), keepalive=True)
             probing = self.choice.probe_due(now)
             for uplink in self._uplinks:

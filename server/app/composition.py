@@ -309,6 +309,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await prepare_vault(tower.vault, tower.database)
         await tower.sign_in_rules.identity.load(tower.vault, tower.database)
         await tower.passwords.warm_up()
+        await tower.database.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
         await end_assistance(tower.database, tower.clock)
         tower.hub.state.on_event = tower.event_handler.noticed

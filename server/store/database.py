@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -29,6 +29,13 @@ from server.runtime.private_files import make_private_file
 
 BUSY_TIMEOUT_MS: Final = 5_000
 """How long a writer waits for another process (`tower drone add` beside a running tower) before it gives up."""
+
+_SQLITE_POOL: Final[dict[str, Any]] = {"pool_size": 15, "max_overflow": 0, "pool_use_lifo": True}
+"""As many connections as SQLAlchemy allows by default, but none that is closed after use: each has a thread, and the
+event loop stands still while one starts."""
+
+WARM_CONNECTIONS: Final = 6
+"""Opened before the tower listens: a flood of requests would open them all at once, and stop every frame for 70 ms."""
 
 TURN_WITHIN_S: Final = 10.0
 """How long a writer waits for those of this process that came before: thousands, unless the database is stuck."""
@@ -121,6 +128,13 @@ class Database:
         finally:
             self._writers.release()
 
+    async def warm_up(self) -> None:
+        """Opens WARM_CONNECTIONS, where there is a pool that keeps them."""
+        if isinstance(self.engine.pool, QueuePool):
+            async with AsyncExitStack() as opened:
+                for _ in range(WARM_CONNECTIONS):
+                    await opened.enter_async_context(self.engine.connect())
+
     def pool_use(self) -> PoolUse | None:
         """None where there is no pool of a bounded size."""
         pool = self.engine.pool
@@ -136,8 +150,9 @@ def open_database(url: str) -> Database:
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
         return Database(create_async_engine(parsed, pool_pre_ping=True, hide_parameters=True))
-    engine = create_async_engine(parsed, hide_parameters=True)
-    if parsed.database and not parsed.database.startswith("file:"):
+    is_file = bool(parsed.database) and not str(parsed.database).startswith("file:")
+    engine = create_async_engine(parsed, hide_parameters=True, **(_SQLITE_POOL if is_file else {}))
+    if parsed.database and is_file:
         # Nobody else on the machine has any business with it.
         path = Path(parsed.database)
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)

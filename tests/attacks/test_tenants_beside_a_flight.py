@@ -25,7 +25,7 @@ from bench.flown_by_hand import HandFlight, TalkingAutopilot, flown_by_hand
 from bench.lean_browser import LeanBrowser
 from bench.load_agents import LoadAgent, kept_alive, sign_in_all
 from bench.load_tower import ADMIN, PASSWORD, LoadTower, as_somebody, load_tower
-from bench.relay_sticks import take
+from bench.pilot_sticks import take
 from wire.control_messages import ToAgent
 from wire.dialect import build, mavlink
 from wire.transactions import Outcome, Transaction, TransactionResult

@@ -13,12 +13,13 @@ import httpx
 import pytest
 from control_world import ObedientAgent, live, until
 from tower_world import Person, TowerWorld, start_tower
-from uvicorn._types import ASGIReceiveEvent
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import Frame
 
-from server.api.websocket import guarded_websocket
-from server.api.websocket.guarded_websocket import HIGH_WATER_BYTES, MAX_PIECES, SLICE_BYTES, GuardedWebSocket
+from server.api.websocket import direct_websocket
+from server.api.websocket.direct_websocket import HIGH_WATER_BYTES, MAX_PIECES, SLICE_BYTES, DirectWebSocket
 from server.domain.people import Role
 from server.live.relay.outbox import MAX_TRANSACTIONAL
 from wire.dialect import build, mavlink
@@ -50,7 +51,7 @@ class Agent(ObedientAgent):
 @pytest.fixture(autouse=True)
 def busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Who does not read stays until a test has seen what it wants to see, however long that takes here."""
-    monkeypatch.setattr(guarded_websocket, "STALLED_AFTER_S", 600.0)
+    monkeypatch.setattr(direct_websocket, "STALLED_AFTER_S", 600.0)
 
 
 @pytest.fixture
@@ -100,8 +101,8 @@ async def raw_browser(world: TowerWorld, client: httpx.AsyncClient) -> AsyncIter
         yield plain, answer
 
 
-def connections() -> list[GuardedWebSocket]:
-    found = [one for one in gc.get_objects() if issubclass(type(one), GuardedWebSocket)]
+def connections() -> list[DirectWebSocket]:
+    found = [one for one in gc.get_objects() if issubclass(type(one), DirectWebSocket)]
     return [one for one in found if not one.disconnected]
 
 
@@ -159,7 +160,7 @@ async def test_one_that_hardly_reads_is_cut_and_costs_the_others_nothing(
             assert connection.transport.get_write_buffer_size() < 3 * HIGH_WATER_BYTES
             # The time that it has been given is over all at once.
             assert connection._stalled is not None
-            assert connection._stalled.when() - loop.time() <= guarded_websocket.STALLED_AFTER_S
+            assert connection._stalled.when() - loop.time() <= direct_websocket.STALLED_AFTER_S
             connection.transport.abort()
             await until("it is cut", lambda: not hub.state.browsers and not connections())
         finally:
@@ -170,7 +171,7 @@ async def test_one_that_hardly_reads_is_cut_and_costs_the_others_nothing(
 async def test_the_time_of_one_that_does_not_read_runs_out(
     world: TowerWorld, root: Person, agent: Agent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guarded_websocket, "STALLED_AFTER_S", 0.2)
+    monkeypatch.setattr(direct_websocket, "STALLED_AFTER_S", 0.2)
     client = await world.signed_in(root)
     async with raw_browser(world, client):
         await until("it is attached", lambda: world.tower.hub.state.browsers)
@@ -183,7 +184,7 @@ async def test_the_time_of_one_that_does_not_read_runs_out(
 async def test_closing_one_that_does_not_read_does_not_leave_its_socket_behind(
     world: TowerWorld, root: Person, agent: Agent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(guarded_websocket, "LINGER_S", 0.2)
+    monkeypatch.setattr(direct_websocket, "LINGER_S", 0.2)
     client = await world.signed_in(root)
     async with raw_browser(world, client):
         await until("it is attached", lambda: world.tower.hub.state.browsers)
@@ -214,14 +215,19 @@ async def test_tiny_messages_without_end_are_closed_with_a_code_and_the_other_br
     world: TowerWorld, root: Person, agent: Agent, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hub = world.tower.hub
-    parsed_at_once: list[int] = []
-    received = GuardedWebSocket.receive
+    parsed_at_once = [0]
+    handled, parse = DirectWebSocket.handle_bytes, WebSocketsSansIOProtocol.data_received
 
-    async def counted(connection: GuardedWebSocket) -> ASGIReceiveEvent:
-        parsed_at_once.append(connection.queue.qsize())
-        return await received(connection)
+    def counted(connection: DirectWebSocket, event: Frame) -> None:
+        parsed_at_once[-1] += 1
+        handled(connection, event)
 
-    monkeypatch.setattr(GuardedWebSocket, "receive", counted)
+    def begun(connection: DirectWebSocket, data: bytes) -> None:
+        parsed_at_once.append(0)
+        parse(connection, data)
+
+    monkeypatch.setattr(DirectWebSocket, "handle_bytes", counted)
+    monkeypatch.setattr(WebSocketsSansIOProtocol, "data_received", begun)
     mallory = await world.add_user("mallory")
     flooding, client = await world.signed_in(mallory), await world.signed_in(root)
     loop = asyncio.get_running_loop()

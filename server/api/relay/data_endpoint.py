@@ -3,17 +3,20 @@
 A plain socket: with 50 drones at 500 to 2,500 datagrams a second that costs a quarter to a third less than uvloop's own
 datagram transport, and the same on a loop that has none. A datagram that comes alone is read at once. Those that come
 in company are read in rounds (`read_rhythm`): a wake-up of the process costs more than ten datagrams in one that is
-awake.
+awake. Drones that somebody flies or looks at closely are in no round: each has a socket of its own
+(`connected_sockets`).
 """
 
 import asyncio
 import contextlib
 import socket
 import time
+from collections.abc import Set
 from typing import Final, cast
 
 import structlog
 
+from server.api.relay.connected_sockets import ConnectedSockets
 from server.api.relay.read_gate import ReadGate
 from server.api.relay.write_round import WriteRound
 from server.live.anonymous.budget import AnonymousBudget, Over
@@ -30,6 +33,11 @@ MAX_CONCURRENT: Final = 64
 JUNK_BESIDE: Final = 8
 """Times as many are read where most are of no link and only counted: else junk would fill the kernel's buffer, and what
 agents send would be lost with it."""
+
+SLICE_S: Final = 0.002
+LOOK_EVERY: Final = 32
+"""After so many datagrams a round looks at the clock. One that took longer than SLICE_S goes on when others had their
+turn: sockets of drones that somebody flies, and sticks."""
 
 RECEIVE_BUFFER_BYTES: Final = 4 << 20
 """Asked for; the kernel gives what it allows. What comes while the tower is busy waits there."""
@@ -49,16 +57,22 @@ class DataEndpoint:
         self._rhythm = ReadRhythm()
         self._resting: asyncio.TimerHandle | None = None
         self._gate: ReadGate | None = None
+        self._connected: ConnectedSockets | None = None
 
     def listen_on(self, opened: socket.socket) -> None:
         """Reads a bound, non-blocking socket from here on, and closes it at the end."""
         self._socket = opened
         self._loop = asyncio.get_running_loop()
         self._gate = ReadGate(opened, self._came)
+        self._connected = ConnectedSockets(opened, self._read_connected)
+
+    def follow(self, close: Set[tuple[str, int]]) -> None:
+        """What comes from these addresses is read at once from here on. Call it several times a second."""
+        if self._connected is not None:
+            self._rhythm.hurries = not self._connected.follow(close)
 
     def _came(self) -> None:
         now = time.monotonic()
-        self._rhythm.by_hand = self._hub.state.anybody_flies_by_hand(now)
         rest_s = self._rhythm.came(now)
         if rest_s is None:
             self._read(now, 1)
@@ -68,7 +82,6 @@ class DataEndpoint:
 
     def _rested(self) -> None:
         now = time.monotonic()
-        self._rhythm.by_hand = self._hub.state.anybody_flies_by_hand(now)
         count = self._read(now, MAX_CONCURRENT)
         rest_s = 0.0 if count == MAX_CONCURRENT else self._rhythm.rested(count)
         if rest_s is None:
@@ -81,10 +94,14 @@ class DataEndpoint:
         if self._gate is not None:
             self._gate.watch()
 
-    def _read(self, now: float, most: int) -> int:
-        """One round. Returns how many datagrams there were."""
-        assert self._socket is not None
-        receive, received = self._socket.recvfrom, self.datagram_received
+    def _read_connected(self, connected: socket.socket) -> None:
+        self._read(time.monotonic(), MAX_CONCURRENT, connected)
+
+    def _read(self, now: float, most: int, readable: socket.socket | None = None) -> int:
+        """One round, of the shared socket unless said otherwise. Returns how many datagrams there were."""
+        readable = readable or self._socket
+        assert readable is not None
+        receive, received = readable.recvfrom, self.datagram_received
         self.write_round.begin()
         try:
             taken = 0
@@ -94,7 +111,7 @@ class DataEndpoint:
                 except OSError:  # nothing left; or an ICMP answer to one of ours, which the keep-alive finds out
                     return min(count, most)
                 taken += received(datagram, address, now)
-                if taken == most:
+                if taken == most or (count % LOOK_EVERY == LOOK_EVERY - 1 and time.monotonic() - now > SLICE_S):
                     break
         finally:
             self.write_round.end()
@@ -134,6 +151,9 @@ class DataEndpoint:
         """Closes the socket."""
         if self._resting is not None:
             self._resting.cancel()
+        if self._connected is not None:
+            self._connected.close()
+            self._connected = None
         if self._gate is not None:
             self._gate.close()
             self._gate = None

@@ -61,7 +61,8 @@ class LiveChannel:
             close=self._ending.wish,
             address=websocket.client.host if websocket.client else "",
         )
-        self._writer = LiveWriter(self._browser, direct_writer(websocket), write_round, hub.state.traffic)
+        self._direct = direct_writer(websocket)
+        self._writer = LiveWriter(self._browser, self._direct, write_round, hub.state.traffic)
 
     async def run(self) -> None:
         """Until the browser goes or its session ends."""
@@ -79,10 +80,12 @@ class LiveChannel:
             await close_quietly(self._websocket, TOO_MANY_SOCKETS, no_room)
             return
         self._hub.attach_browser(self._browser, self._clock().isoformat(), time.monotonic())
+        self._direct.hear(on_binary=self._heard)
         try:
             await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())
         finally:
             self._writer.stop()
+            self._direct.hear()
             self._hub.detach_browser(self._browser, time.monotonic())
         if self._ending.wished:
             self._hub.state.traffic.browser_closes[self._ending.code] += 1
@@ -102,6 +105,11 @@ class LiveChannel:
                     self._request(text, now)
         except RuntimeError:
             return
+
+    def _heard(self, message: bytes) -> None:
+        """Sticks wait for no task: on a busy loop that is one more round of it."""
+        if not self._ending.wished:
+            self._frames(message, time.monotonic())
 
     def _frames(self, message: bytes, now: float) -> None:
         traffic = self._hub.state.traffic

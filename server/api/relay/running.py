@@ -9,6 +9,7 @@ from typing import Final
 from server.api.relay.data_endpoint import DataEndpoint, open_data_endpoint
 from server.live.anonymous.budget import AnonymousBudget
 from server.live.hub import Hub
+from server.live.relay.close_drones import close_addresses
 from server.runtime.aligned_timers import rest
 from server.runtime.garbage import FullSearch
 
@@ -21,7 +22,7 @@ async def running_relay(hub: Hub, anonymous: AnonymousBudget, *, host: str, port
     """Opens the data channel's socket and keeps the hub's time. Raises OSError if the port is in use."""
     endpoint = await open_data_endpoint(hub, host, port, anonymous)
     hub.video.later = _soon
-    beating = asyncio.create_task(_beat(hub))
+    beating = asyncio.create_task(_beat(hub, endpoint))
     try:
         yield endpoint
     finally:
@@ -34,7 +35,7 @@ def _soon(call: Callable[[float], None]) -> None:
     asyncio.get_running_loop().call_soon(lambda: call(time.monotonic()))
 
 
-async def _beat(hub: Hub) -> None:
+async def _beat(hub: Hub, endpoint: DataEndpoint) -> None:
     ticks = 0
     search = FullSearch(time.monotonic())
     while True:
@@ -42,6 +43,7 @@ async def _beat(hub: Hub) -> None:
         now = time.monotonic()
         hub.state.traffic.loop_late.observe(max(0.0, now - due_at))
         hub.tick(now)
+        endpoint.follow(close_addresses(hub.state))
         ticks += 1
         if ticks % TICKS_A_SECOND == 0:
             hub.each_second(time.monotonic())

@@ -121,7 +121,7 @@ class ViewerChannel:
         """Small pings while a picture is overdue, so that TCP learns sooner of what was lost on the way."""
         self._stirring, viewer = None, self._viewer
         self._hub.video.has_room(viewer, time.monotonic())
-        if not viewer.ended and viewer.party is None and viewer.pace.is_held_up:
+        if not viewer.ended and viewer.lockstep is None and viewer.pace.is_held_up:
             self._stirs += 1
             self._writer.write_ping()
 

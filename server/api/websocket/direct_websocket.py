@@ -1,26 +1,66 @@
-"""uvicorn's WebSocket with a second way out: whole messages written straight to the transport, without a task.
+"""The tower's WebSocket: uvicorn's protocol over websockets' sans-I/O parser, with bounds and without detours.
 
-ASGI's `send` costs a dictionary, three layers of coroutines and a state machine for each message: on a server that has
-just woken up several times what it takes to decrypt, check and route the frames in it. A server's message is two to
-ten bytes and the payload (RFC 6455, 5.2), so the live channel writes it itself. Opening, closing, pings, everything
-that comes in and everything that is rare stay uvicorn's.
+This is the one module that knows the insides of `WebSocketsSansIOProtocol`. pyproject.toml pins uvicorn and websockets
+exactly, and tests/unit/server/test_uvicorn_contract.py fails when either changes: read this file against the new
+version, then change the figures there (docs/adr/0010-one-websocket-parser.md).
 
-The application finds the writer in `scope["extensions"][EXTENSION]`.
+**Bounds**: what one peer sends, or does not read, costs the others nothing.
+
+- A peer that does not read, or a byte a second, would keep its connection and what waits for it for ever, even after it
+  was closed: it is cut after STALLED_AFTER_S.
+- For one that reads more slowly than it is written to, the kernel would take megabytes of old news: NOT_SENT_BYTES.
+- One that pings and never reads would pile up pongs: while nothing can be written, no ping is answered.
+- Thousands of tiny messages that come at once would keep the loop busy: they are parsed SLICE_BYTES at a time, and the
+  rest when those are handled.
+- The empty pieces of a message without end would pile up: it has MAX_PIECES, then it is closed with 1009.
+- A connection that was broken off, or ended by a fault, would stay in memory: it lets go of its parser at the end.
+- A refused upgrade would be called an error of ours, in the log, by anybody who likes to.
+
+**Direct**: ASGI's dictionaries, queue and task cost a message some hundred microseconds, in either direction; the
+parser costs three. Whole messages are written straight to the transport (RFC 6455, 5.2), and those that come can be
+heard within the call that brought their bytes. Opening, closing, pings and everything rare stay uvicorn's. The
+application finds the writer in `scope["extensions"][EXTENSION]`.
 """
 
 from __future__ import annotations
 
+import asyncio
+import socket
 from collections.abc import Callable
-from typing import Any, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
 from starlette.websockets import WebSocket
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.frames import CloseCode, Frame
 from websockets.http11 import Request
 
-from server.api.websocket.frame_ears import FrameEars, Listener
-from server.api.websocket.guarded_websocket import SLICE_BYTES, GuardedWebSocket
+from server.api.anonymous.visit_scope import GUEST
+from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
 from server.live.video.websocket_bytes import BINARY, PING, TEXT, whole_message
 
+if TYPE_CHECKING:
+    from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
+
 EXTENSION: Final = "tower.direct"
+
+Listener = Callable[[bytes], None]
+
+STALLED_AFTER_S: Final = 20.0
+"""With the buffer below this is 3 kB/s: what reads more slowly than that is no use for flying or watching."""
+LINGER_S: Final = 5.0
+"""For the rest of what was sent, and the closing handshake, once the application is done with a connection."""
+HIGH_WATER_BYTES: Final = 32 * 1024
+LOW_WATER_BYTES: Final = 8 * 1024
+NOT_SENT_BYTES: Final = 16 * 1024
+"""What the kernel takes beyond what is on its way: the newest state is chosen late, not queued early."""
+SLICE_BYTES: Final = 4 * 1024
+"""At most 680 messages: a few milliseconds."""
+MAX_PIECES: Final = 64
+MAX_SINCE_CLOSE_BYTES: Final = 64 * 1024
+MAX_HEARD_TEXT_BYTES: Final = 125
+"""Longer texts are requests, for the application's task."""
+
+_NOT_SENT: Final = getattr(socket, "TCP_NOTSENT_LOWAT", None)
 
 
 class DirectWriter(Protocol):
@@ -48,50 +88,108 @@ class DirectWriter(Protocol):
 
     def take_messages(self, *, largest_bytes: int, slice_bytes: int = SLICE_BYTES) -> None:
         """From here on a message from the other side may have so many bytes; so much of what comes is parsed at a
-        time (server.api.websocket.guarded_websocket)."""
+        time."""
 
     def hear(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
-        """From here on these are called with the messages that frame_ears describes, at once and without a task; binary
-        ones up to what `take_messages` says. All other messages come as they did: so does everything, from a client
-        that spoke before the handshake was over."""
+        """From here on these are called with whole messages, within the call that brings their bytes: `on_text` with
+        texts of up to MAX_HEARD_TEXT_BYTES, which may be something else than UTF-8, `on_binary` with all binary ones.
+        Messages in pieces, and those behind one that waits for the application, come as they did."""
 
 
-class DirectWebSocket(GuardedWebSocket):
+class DirectWebSocket(WebSocketsSansIOProtocol):
     """What `TowerServer` gives to uvicorn as its WebSocket implementation. It is a DirectWriter."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
+        self._unparsed = b""
+        self._slice_bytes = SLICE_BYTES
+        self._slice_planned = False
+        self._since_close = 0
+        self._stalled: asyncio.TimerHandle | None = None
+        self._lingering: asyncio.TimerHandle | None = None
+        self._guest: tuple[AnonymousConnection, ConnectionBudget] | None = None
+        self._on_text: Listener | None = None
+        self._on_binary: Listener | None = None
         self.on_room: Callable[[], None] = _nothing
         self.on_full: Callable[[], None] = _nothing
         self.has_room: Callable[[], bool] = self.writable.is_set
-        self._ears: FrameEars | None = None
-        self._chunks = 0
-        """That came before `hear`; the first is the handshake."""
 
     def handle_connect(self, event: Request) -> None:
         super().handle_connect(event)
         if hasattr(self, "scope"):  # the handshake was good; the application's task has not begun yet
             cast("dict[str, Any]", self.scope["extensions"])[EXTENSION] = self
 
+    def is_guest(self, guest: AnonymousConnection, connections: ConnectionBudget) -> None:
+        """It has not signed in, and counts as that until it has, or ends."""
+        self._guest = guest, connections
+        if hasattr(self, "scope"):  # the handshake was good; the application's task has not begun yet
+            cast("dict[str, Any]", self.scope)[GUEST] = guest
+        if self.transport.is_closing():
+            connections.gone(guest)
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        self.transport.set_write_buffer_limits(high=HIGH_WATER_BYTES, low=LOW_WATER_BYTES)
+        own_socket = transport.get_extra_info("socket")
+        if _NOT_SENT is not None and own_socket is not None:
+            own_socket.setsockopt(socket.IPPROTO_TCP, _NOT_SENT, NOT_SENT_BYTES)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self.on_room = self.on_full = _nothing
+        self._on_text = self._on_binary = None
+        self._unparsed = b""
+        for timer in (self._stalled, self._lingering):
+            if timer is not None:
+                timer.cancel()
+        if self._guest is not None:
+            guest, connections = self._guest
+            connections.gone(guest)
+        super().connection_lost(exc)
+        # The parser is a generator that knows `conn`, as `conn` knows it, and the fault that ended it.
+        self.conn.parser.close()
+        self.conn.parser_exc = None
+
+    # -- what it does not read -------------------------------------------------------------------------------
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._stalled = self.loop.call_later(STALLED_AFTER_S, self.transport.abort)
+        self.on_full()
+
+    def resume_writing(self) -> None:
+        if self._stalled is not None:
+            self._stalled.cancel()
+        super().resume_writing()
+        self.on_room()
+
+    def handle_ping(self) -> None:
+        if self.writable.is_set():
+            super().handle_ping()
+        else:
+            self.conn.data_to_send()
+
+    def keepalive_timeout(self) -> None:
+        super().keepalive_timeout()
+        self._cut_soon()
+
     async def run_asgi(self) -> None:
         try:
             await super().run_asgi()
         finally:
+            self._cut_soon()
             # Else the connection would hold itself, and wait for the garbage collector.
             cast("dict[str, Any]", self.scope["extensions"]).pop(EXTENSION, None)
 
-    def pause_writing(self) -> None:
-        super().pause_writing()
-        self.on_full()
+    async def send(self, message: ASGISendEvent) -> None:
+        await super().send(message)
+        if self.close_sent:  # a refusal ends the handshake too
+            self.handshake_complete = True
 
-    def resume_writing(self) -> None:
-        super().resume_writing()
-        self.on_room()
+    def _cut_soon(self) -> None:
+        if self._lingering is None and not self.disconnected:
+            self._lingering = self.loop.call_later(LINGER_S, self.transport.abort)
 
-    def connection_lost(self, exc: Exception | None) -> None:
-        self.on_room = self.on_full = _nothing
-        self._ears = None
-        super().connection_lost(exc)
+    # -- whole messages, past ASGI ----------------------------------------------------------------------------
 
     def write_binary(self, payload: bytes) -> None:
         self.write_whole(whole_message(BINARY, payload))
@@ -108,33 +206,90 @@ class DirectWebSocket(GuardedWebSocket):
         if not self.transport.get_write_buffer_size():
             self.write_whole(PING)
 
-    # -- what comes in -------------------------------------------------------------------------------------------
-
     def take_messages(self, *, largest_bytes: int, slice_bytes: int = SLICE_BYTES) -> None:
         self.conn.max_message_size = largest_bytes
         self._slice_bytes = slice_bytes
 
     def hear(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
-        # Who sent something before the handshake was over has a parser that may be within a frame.
-        if self._chunks == 1 and not self._unparsed:
-            largest = self.conn.max_message_size or 0
-            self._ears = FrameEars(
-                self._parse, self._is_parsing, on_text=on_text, on_binary=on_binary, largest_binary=largest
-            )
+        self._on_text, self._on_binary = on_text, on_binary
+
+    def handle_text(self, event: Frame) -> None:
+        if self._on_text is None or len(event.data) > MAX_HEARD_TEXT_BYTES or not self._is_next(event):
+            super().handle_text(event)
+        else:
+            self._on_text(cast("bytes", event.data))
+
+    def handle_bytes(self, event: Frame) -> None:
+        if self._on_binary is None or not self._is_next(event):
+            super().handle_bytes(event)
+        else:
+            self._on_binary(cast("bytes", event.data))
+
+    def _is_next(self, event: Frame) -> bool:
+        """Whether it is a whole message, and none before it waits for the application."""
+        return event.fin and not self.close_sent and self.queue.empty()
+
+    # -- what it sends ---------------------------------------------------------------------------------------
 
     def data_received(self, data: bytes) -> None:
-        if self._ears is None or self.close_sent:
-            self._chunks += 1
+        if self.close_sent:
+            # Somewhere in there may be the answer to our goodbye. Who goes on sending is not worth looking for it.
+            self._since_close += len(data)
+            if self._since_close > MAX_SINCE_CLOSE_BYTES:
+                return
+        if len(data) <= self._slice_bytes and not self._unparsed:
             super().data_received(data)
-        else:
-            self._ears.hear(data)
+            return
+        self._unparsed += data
+        self._parse_slice()
 
-    def _parse(self, data: bytes) -> None:
-        super().data_received(data)
+    def _parse_slice(self) -> None:
+        """One slice now; the next one when the application has taken the messages of this one (see `receive`)."""
+        self._slice_planned = False
+        if self.transport.is_closing():
+            self._unparsed = b""
+            return
+        size = self._slice_bytes
+        part, self._unparsed = self._unparsed[:size], self._unparsed[size:]
+        if part:
+            super().data_received(part)
+        if not self._unparsed:
+            return
+        if not self.read_paused:
+            self.read_paused = True
+            self.transport.pause_reading()
+        if self.queue.empty():
+            self._plan_slice()
 
-    def _is_parsing(self) -> bool:
-        # What the parser made of the last bytes may still wait for the application: nothing may overtake it.
-        return bool(self._unparsed or self.frames or self.close_sent or not self.queue.empty())
+    def _plan_slice(self) -> None:
+        if not self._slice_planned:
+            self._slice_planned = True
+            self.loop.call_soon(self._next_slice)
+
+    def _next_slice(self) -> None:
+        self._parse_slice()
+        if not self._unparsed and self.read_paused and self.queue.empty():
+            self.read_paused = False
+            self.transport.resume_reading()
+
+    async def receive(self) -> ASGIReceiveEvent:
+        message = await self.queue.get()
+        if self.queue.empty():
+            if self._unparsed:
+                self._plan_slice()
+            elif self.read_paused:
+                self.read_paused = False
+                self.transport.resume_reading()
+        return message
+
+    def handle_cont(self, event: Frame) -> None:
+        if self.close_sent:
+            return
+        if len(self.frames) >= MAX_PIECES:
+            self.conn.fail(CloseCode.MESSAGE_TOO_BIG, "a message in too many pieces")
+            self.handle_parser_exception()
+            return
+        super().handle_cont(event)
 
 
 def direct_writer(websocket: WebSocket) -> DirectWriter:

@@ -19,7 +19,7 @@ from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
 from server.api.anonymous.read_turns import ReadTurns
 from server.api.anonymous.visit_scope import GUEST
-from server.api.websocket.guarded_websocket import GuardedWebSocket
+from server.api.websocket.direct_websocket import DirectWebSocket
 from server.live.anonymous.budget import AnonymousBudget, Over
 from server.live.anonymous.connections import AnonymousConnection
 from server.live.anonymous.limits import LIMITS
@@ -95,7 +95,7 @@ class UpgradingHttp(HttpToolsProtocol):
             return
         # Whom the parsing handed over to may have paused it for a reason of their own.
         taker = self.transport.get_protocol()
-        paused = taker.read_paused if isinstance(taker, GuardedWebSocket) else self.flow.read_paused
+        paused = taker.read_paused if isinstance(taker, DirectWebSocket) else self.flow.read_paused
         if not paused:
             self.transport.resume_reading()
 
@@ -157,7 +157,7 @@ class UpgradingHttp(HttpToolsProtocol):
         # From here on everything that comes goes to the WebSocket.
         self.parser = None  # type: ignore[assignment]
         taker = self.transport.get_protocol()
-        if self.guest is not None and self._budget is not None and isinstance(taker, GuardedWebSocket):
+        if self.guest is not None and self._budget is not None and isinstance(taker, DirectWebSocket):
             taker.is_guest(self.guest, self._budget.connections)
 
     def _wait_for_head(self) -> None:

@@ -30,6 +30,8 @@ class AnonymousLimits:
     body_within_s: float = 30.0
     """In which a body must be whole. Half a megabyte needs 4 s at 1 Mbit/s; whoever sends byte by byte would keep
     memory and a connection for ever."""
+    body_spread_s: float = 2.0
+    """Added to either, by chance: 200 bodies that were given up together delayed a frame by 25 ms."""
 
     # -- connections that have not signed in
     max_connections_per_address: int = 100

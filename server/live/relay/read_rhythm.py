@@ -1,8 +1,9 @@
 """When the data channel's socket is read: at once, or in rounds with a rest before each. Sans-I/O.
 
-The deadline of batching on this side is MAX_REST_S, and half of it while anybody flies by hand: no datagram waits
-longer for being read together with others, whatever is in it (it is sealed, so nobody can know). Downwards nothing
-waits.
+The deadline of batching on this side is MAX_REST_S: no datagram waits longer for being read together with others.
+Drones that somebody flies or looks at closely have sockets of their own, which never rest
+(`server.api.relay.connected_sockets`); where the system has none for one of them, rests are HURRIED_REST_S at most.
+Downwards nothing waits.
 
 A rest pays where company is to be expected. A datagram that comes alone after silence is read at once, and so is each
 one of a single agent that sends every 10 ms: resting would delay them all and bring no two together. Where company is
@@ -17,8 +18,8 @@ from typing import Final
 MAX_REST_S: Final = 0.020
 """For eyes on a map, which is drawn ten times a second. A wake-up of the process costs as much as ten datagrams."""
 
-BY_HAND_REST_S: Final = 0.010
-"""While somebody flies by hand: as long as frames wait for company in the agent (wire.batching)."""
+HURRIED_REST_S: Final = 0.001
+"""While somebody waits for what comes by this socket."""
 
 COMPANY_WITHIN_S: Final = 0.005
 """Datagrams that come so close to each other are company: a single agent sends every 10 ms at most."""
@@ -45,8 +46,8 @@ class ReadRhythm:
     """Tell it what came; it says how long to rest, or None: do not."""
 
     def __init__(self) -> None:
-        self.by_hand = False
-        """Whether anybody flies by hand: keep it current."""
+        self.hurries = False
+        """Whether somebody waits for what comes by this socket: keep it current."""
         self._patience = 0
         self._rest_s = MAX_REST_S
         self._last_alone_at = float("-inf")
@@ -55,7 +56,7 @@ class ReadRhythm:
 
     @property
     def _longest_s(self) -> float:
-        return BY_HAND_REST_S if self.by_hand else MAX_REST_S
+        return HURRIED_REST_S if self.hurries else MAX_REST_S
 
     def came(self, now: float) -> float | None:
         """Something has come while the socket was watched. How long to rest before reading it; None: do it at once."""

@@ -44,9 +44,9 @@ class Flow:
     stream: Stream = field(default_factory=Stream)
     viewers: dict[int, VideoViewer] = field(default_factory=dict)
     """All of them."""
-    parties: list[LockstepGroup] = field(default_factory=list)
+    lockstep_groups: list[LockstepGroup] = field(default_factory=list)
     alone: dict[int, VideoViewer] = field(default_factory=dict)
-    """Viewers in no party."""
+    """Viewers in no lockstep group."""
     sinks: dict[StreamSink, bool] = field(default_factory=dict)
     lingers_until: float = float("-inf")
     unit_at: float = float("-inf")
@@ -67,29 +67,29 @@ class Flow:
         return bool(self.viewers or self.sinks)
 
     def take_out(self, viewer: VideoViewer) -> None:
-        """Out of its party, if it is in one: what it was sent is on its account from here on."""
-        party = viewer.party
-        if party is not None:
-            party.leave(viewer)
+        """Out of its lockstep group, if it is in one: what it was sent is on its account from here on."""
+        lockstep = viewer.lockstep
+        if lockstep is not None:
+            lockstep.leave(viewer)
             self.is_out(viewer)
 
     def is_out(self, viewer: VideoViewer) -> None:
-        """It has left its party."""
-        party, viewer.party = viewer.party, None
+        """It has left its lockstep group."""
+        lockstep, viewer.lockstep = viewer.lockstep, None
         self.alone[viewer.number] = viewer
-        if party is not None and not len(party) and not party.is_due:
-            self.parties.remove(party)
+        if lockstep is not None and not len(lockstep) and not lockstep.is_due:
+            self.lockstep_groups.remove(lockstep)
 
     def put_in(self, viewer: VideoViewer, now: float) -> None:
-        """Into a party, if it is in step and there is a place."""
-        if viewer.party is not None or not viewer.is_in_step(now):
+        """Into a lockstep group, if it is in step and there is a place."""
+        if viewer.lockstep is not None or not viewer.is_in_step(now):
             return
-        party = next((one for one in self.parties if one.has_place()), None)
-        if party is None:
-            party = LockstepGroup(self.stream, self.is_out)
-            self.parties.append(party)
-        party.join(viewer)
-        viewer.party = party
+        lockstep = next((one for one in self.lockstep_groups if one.has_place()), None)
+        if lockstep is None:
+            lockstep = LockstepGroup(self.stream, self.is_out)
+            self.lockstep_groups.append(lockstep)
+        lockstep.join(viewer)
+        viewer.lockstep = lockstep
         del self.alone[viewer.number]
 
     def is_live(self, now: float) -> bool:

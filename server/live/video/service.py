@@ -100,7 +100,7 @@ class VideoService:
 
     def has_room(self, viewer: VideoViewer, now: float) -> None:
         """It reads again what it is sent."""
-        if viewer.party is None:
+        if viewer.lockstep is None:
             viewer.pump(self.traffic, now)
 
     def is_full(self, viewer: VideoViewer) -> None:
@@ -302,11 +302,11 @@ class VideoService:
     def _fan_out(self, flow: Flow, unit: Relayed, now: float) -> None:
         due = self._due
         waited = bool(due)
-        for party in flow.parties:
-            party.comes(unit)
-            if not party.is_due:
-                party.is_due = True
-                due.append(party)
+        for lockstep in flow.lockstep_groups:
+            lockstep.comes(unit)
+            if not lockstep.is_due:
+                lockstep.is_due = True
+                due.append(lockstep)
         for viewer in flow.alone.values():
             if not viewer.is_due:
                 viewer.is_due = True
@@ -324,7 +324,7 @@ class VideoService:
             one = due.popleft()
             one.is_due = False
             room -= one.weight
-            if isinstance(one, LockstepGroup) or one.party is None:
+            if isinstance(one, LockstepGroup) or one.lockstep is None:
                 one.pump(traffic, now)
         if due:
             self.later(self._pump_some)

@@ -65,7 +65,7 @@ class VideoViewer:
         self.pace = ViewerPace()
         self.stream: Stream | None = None
         """That it watches, as the pace has it."""
-        self.party: LockstepGroup | None = None
+        self.lockstep: LockstepGroup | None = None
         """The one that it is in."""
         self.requests = TokenBucket(REQUESTS_PER_S, REQUESTS_BURST, now)
         self.is_due = False
@@ -81,7 +81,7 @@ class VideoViewer:
         self._skipped_told_at = float("-inf")
 
     def pump(self, traffic: VideoTraffic, now: float) -> None:
-        """Writes what is due. Not for one who is in a party."""
+        """Writes what is due. Not for one who is in a lockstep group."""
         if self.ended:
             return
         has_room = self._has_room

@@ -1,4 +1,4 @@
-"""Viewers in step are sent what each of them would be sent by itself, and no one notices that they are a party."""
+"""Viewers in step are sent what each of them would be sent by itself, and no one notices that they are a group."""
 
 from collections.abc import Callable
 from typing import Any
@@ -52,10 +52,10 @@ def watched_by(scene: Scene, count: int) -> list[FakeViewer]:
     return viewers
 
 
-def test_the_calm_are_in_parties_and_get_everything(scene: Scene) -> None:
+def test_the_calm_are_in_groups_and_get_everything(scene: Scene) -> None:
     viewers = watched_by(scene, MAX_MEMBERS + 8)
     flow = flow_of(scene)
-    assert [len(one) for one in flow.parties] == [MAX_MEMBERS, 8]
+    assert [len(one) for one in flow.lockstep_groups] == [MAX_MEMBERS, 8]
     assert not flow.alone
     for number in range(1, 30):
         scene.now += RATE_S
@@ -74,7 +74,7 @@ def test_a_got_settles_the_account_of_one_and_it_comes_back(scene: Scene) -> Non
         settle(scene)
     calm(scene, first)
     assert first.viewer.pace.in_flight == 0
-    assert first.viewer.party is second.viewer.party is not None
+    assert first.viewer.lockstep is second.viewer.lockstep is not None
     flow_of(scene).take_out(second.viewer)
     assert second.viewer.pace.in_flight > 0
     assert second.viewer.pace.silent_for(scene.now) == pytest.approx(9 * RATE_S)
@@ -86,7 +86,7 @@ def test_who_is_late_is_alone_until_it_is_calm_again(scene: Scene) -> None:
     scene.send(unit(1))
     settle(scene)
     scene.video.got(first.viewer, Drawn(1), scene.now)
-    assert first.viewer.party is None
+    assert first.viewer.lockstep is None
     assert list(flow_of(scene).alone) == [first.viewer.number]
     for number in range(2, 60):
         scene.now += RATE_S
@@ -110,7 +110,7 @@ def test_nobody_is_trusted_for_longer_than_it_may_be(scene: Scene) -> None:
         if number % 24 == 0:
             calm(scene, second)
     assert second.sequences == list(range(number + 1))
-    assert first.viewer.party is None
+    assert first.viewer.lockstep is None
     assert first.sequences[-1] <= (TRUST_S + 0.3) / RATE_S
 
 
@@ -148,11 +148,11 @@ def test_who_goes_or_may_not_watch_any_more_gets_nothing_more(scene: Scene) -> N
     assert first.sequences == second.sequences == [0]
     assert third.sequences == [0, 1]
     scene.video.leave(third.viewer)
-    assert not flow_of(scene).parties
+    assert not flow_of(scene).lockstep_groups
     assert not flow_of(scene).alone
 
 
-def test_a_party_that_is_reached_late_is_no_party_any_more(scene: Scene) -> None:
+def test_a_group_that_is_reached_late_is_no_group_any_more(scene: Scene) -> None:
     """The process stood still: each one's own laws say what of it is still worth sending."""
     viewers = watched_by(scene, MAX_MEMBERS + 3)
     scene.now += RATE_S
@@ -228,7 +228,7 @@ def told_of(acts: list[Act]) -> list[Any]:
         settle(scene)
     account = []
     for one in viewers:
-        if one.viewer.party is not None:
+        if one.viewer.lockstep is not None:
             flow_of(scene).take_out(one.viewer)
         pace = one.viewer.pace
         account.append((one.sequences, pace.in_flight, pace.skipped, pace.silent_for(scene.now), one.closed))
@@ -249,5 +249,5 @@ def _turn(scene: Scene, viewer: FakeViewer, *, reads: bool) -> None:
 
 
 def _comes(scene: Scene, viewer: FakeViewer) -> None:
-    if viewer.viewer.party is None and viewer.viewer.number not in flow_of(scene).viewers:
+    if viewer.viewer.lockstep is None and viewer.viewer.number not in flow_of(scene).viewers:
         scene.video.enter(viewer.viewer, scene.now)

@@ -1,8 +1,8 @@
 """When the data channel's socket is read at once, and when it rests for company."""
 
 from server.live.relay.read_rhythm import (
-    BY_HAND_REST_S,
     ENOUGH,
+    HURRIED_REST_S,
     MAX_REST_S,
     MIN_REST_S,
     PATIENCE,
@@ -61,14 +61,15 @@ def test_after_a_round_of_several_the_next_rest_begins_at_once_and_after_a_pair_
     assert rhythm.came(1.1) == MAX_REST_S
 
 
-def test_while_somebody_flies_by_hand_rests_are_shorter_from_the_next_one_on() -> None:
+def test_while_somebody_waits_rests_are_short_from_the_next_one_on() -> None:
     rhythm = in_company()
     assert rhythm.rested(SEVERAL) == MAX_REST_S
-    rhythm.by_hand = True
-    assert rhythm.rested(SEVERAL) == BY_HAND_REST_S
+    rhythm.hurries = True
+    assert rhythm.rested(SEVERAL) == HURRIED_REST_S
     assert rhythm.rested(2) is None
-    assert rhythm.came(1.1) == BY_HAND_REST_S
-    rhythm.by_hand = False
+    assert rhythm.came(1.1) == HURRIED_REST_S
+    rhythm.hurries = False
+    assert rhythm.rested(SEVERAL) == HURRIED_REST_S * ENOUGH / SEVERAL
     assert rhythm.rested(SEVERAL) == MAX_REST_S
 
 

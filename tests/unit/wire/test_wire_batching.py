@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wire.batching import MAX_WAIT_S, Batch, Batcher
+from wire.batching import CLOSE_WAIT_S, MAX_WAIT_S, Batch, Batcher
 from wire.content import Frames, decode_content
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, LinkId
@@ -137,3 +137,11 @@ def test_a_link_seals_batches_with_the_epoch_and_the_time_at_which_they_leave() 
     assert all(len(one) <= MAX_DATAGRAM_BYTES for one in many)
     assert decode_content(b"\x01" + bytes(12) + sticks())  # a batch is an ordinary content
     assert sum(len(tower.receive(one, 3.0).frames.frames) for one in many) == 61  # type: ignore[union-attr]
+
+
+def test_frames_of_a_drone_that_somebody_holds_hardly_wait() -> None:
+    batcher = Batcher(1000)
+    batcher.wait_s = CLOSE_WAIT_S
+    assert batcher.add(Epoch(1), [attitude()], now=5.0) == NOTHING
+    assert batcher.due_at == 5.0 + CLOSE_WAIT_S
+    assert batcher.due(5.0 + CLOSE_WAIT_S) == [Batch(Epoch(1), [attitude()])]
