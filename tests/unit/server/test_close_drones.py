@@ -6,6 +6,7 @@ from hub_world import FakeAgent, HubWorld, heartbeat
 from server.domain.people import UserRef
 from server.live.relay import close_drones
 from server.live.relay.agent_routes import OVER_CHANNEL
+from server.live.relay.close_drones import close_addresses
 from server.live.relay.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 
@@ -27,7 +28,7 @@ def test_nobody_looks_closely_at_drones_that_are_only_watched() -> None:
     world = HubWorld()
     heard(world, 1)
     world.browser(1)
-    assert world.hub.close_addresses() == frozenset()
+    assert close_addresses(world.hub.state) == frozenset()
 
 
 def test_a_drone_in_focus_is_close_until_the_focus_moves_or_the_browser_goes() -> None:
@@ -35,12 +36,12 @@ def test_a_drone_in_focus_is_close_until_the_focus_moves_or_the_browser_goes() -
     agent = heard(world, 1)
     browser = world.browser(1).browser
     world.hub.focus(browser, ONE, 0.0)
-    assert world.hub.close_addresses() == {agent.address}
+    assert close_addresses(world.hub.state) == {agent.address}
     world.hub.focus(browser, None, 0.0)
-    assert world.hub.close_addresses() == frozenset()
+    assert close_addresses(world.hub.state) == frozenset()
     world.hub.focus(browser, ONE, 0.0)
     world.hub.detach_browser(browser, 0.0)
-    assert world.hub.close_addresses() == frozenset()
+    assert close_addresses(world.hub.state) == frozenset()
 
 
 def test_the_focus_of_somebody_who_may_not_see_the_drone_counts_for_nothing() -> None:
@@ -48,16 +49,16 @@ def test_the_focus_of_somebody_who_may_not_see_the_drone_counts_for_nothing() ->
     heard(world, 1)
     stranger = world.browser(2).browser
     world.hub.focus(stranger, ONE, 0.0)
-    assert world.hub.close_addresses() == frozenset()
+    assert close_addresses(world.hub.state) == frozenset()
 
 
 def test_a_drone_is_close_while_somebody_holds_it() -> None:
     world = HubWorld()
     agent = heard(world, 1)
     hold(world, UserRef(UserId(1), "alice"))
-    assert world.hub.close_addresses() == {agent.address}
+    assert close_addresses(world.hub.state) == {agent.address}
     hold(world, None)
-    assert world.hub.close_addresses() == frozenset()
+    assert close_addresses(world.hub.state) == frozenset()
 
 
 def test_it_follows_a_drone_to_its_next_address_and_leaves_out_the_control_channel() -> None:
@@ -66,10 +67,10 @@ def test_it_follows_a_drone_to_its_next_address_and_leaves_out_the_control_chann
     world.hub.focus(world.browser(1).browser, ONE, 0.0)
     agent.address = ("203.0.113.7", 9)
     agent.send(heartbeat())
-    assert world.hub.close_addresses() == {("203.0.113.7", 9)}
+    assert close_addresses(world.hub.state) == {("203.0.113.7", 9)}
     agent.address = OVER_CHANNEL
     agent.send(heartbeat())
-    assert world.hub.close_addresses() == frozenset()
+    assert close_addresses(world.hub.state) == frozenset()
 
 
 def test_it_is_bounded_and_drones_in_focus_come_first(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -80,4 +81,4 @@ def test_it_is_bounded_and_drones_in_focus_come_first(monkeypatch: pytest.Monkey
     hold(world, UserRef(UserId(1), "alice"))
     admin = world.browser(9).browser
     world.hub.focus(admin, DroneId(2), 0.0)
-    assert world.hub.close_addresses() == {other.address}
+    assert close_addresses(world.hub.state) == {other.address}
