@@ -37,7 +37,6 @@ LONG_FILES: Final[Mapping[str, int]] = {
     "tests/unit/server/test_relay_video.py": 432,
     "tests/unit/simulator/test_simulator_measured_facts.py": 717,
     "tests/unit/simulator/test_simulator_missions.py": 469,
-    "web/src/link/tower.ts": 429,
     "web/src/pages/Missions.svelte": 469,
     "web/src/parts/missions/DroneStrip.svelte": 477,
     "web/src/parts/missions/ItemTable.svelte": 427,

@@ -23,6 +23,7 @@ from server.domain.scopes import Scope
 from server.live.fleet.views import DroneView
 from server.live.hub_events import HubEvent
 from server.live.operations.follow_feed import FollowFeed
+from server.live.operations.observed_commands import ObservedCommands
 from server.live.operations.person import Fix
 from server.live.operations.service import OperationService
 from server.live.relay import live_messages as live
@@ -82,7 +83,8 @@ class Hub:
         self.separation = SeparationNotifier(self._state, separation or SeparationBounds())
         self._flood = FloodGate(flood_limits or FloodLimits())
         self._socket_bounds = socket_bounds or SocketBounds()
-        self._paths = FramePaths(self._state, self._flood)
+        self.observed = ObservedCommands(clock)
+        self._paths = FramePaths(self._state, self._flood, self.observed)
         self.operations = OperationService(self._state, clock)
         self.follows = FollowFeed(self._state, self.operations)
         self._video_bounds = video_bounds or SocketBounds()
@@ -474,6 +476,7 @@ class Hub:
         self._links.tick(now)
         self._leases.tick(now)
         self.operations.tick(now)
+        self.observed.tick(now, self._state.mode_of)
         self.follows.tick(now)
         self.separation.tick(now)
         self.video.tick(now)
