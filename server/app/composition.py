@@ -244,6 +244,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     )
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
+    hub.observed.on_settled = audit_writer.observed
     return Tower(
         settings=settings,
         clock=clock,
@@ -328,6 +329,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))
         await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
+        stack.callback(tower.hub.observed.settle_all)
         stack.push_async_callback(tower.tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))

@@ -21,6 +21,7 @@ from server.domain.clock import Clock, utc_now
 from server.domain.fleet import FleetSnapshot
 from server.domain.people import SignInId, UserRef
 from server.live.operations.follow_feed import FollowFeed
+from server.live.operations.observed_commands import ObservedCommands
 from server.live.operations.person import Fix
 from server.live.operations.service import OperationService
 from server.live.relay import live_messages as live
@@ -105,7 +106,9 @@ class Hub:
         """Which snapshot was taken over last, and what it says of accounts. To ask only."""
         self.audience = Audience(state, note_presence_of=self.safety.note_presence_of, close=self.fleet.close_browser)
         """What a browser wants to see. For the live channel."""
-        self._paths = FramePaths(state, self.flood)
+        self.observed = ObservedCommands(clock)
+        """Commands that came as raw frames. For the audit trail."""
+        self._paths = FramePaths(state, self.flood, self.observed)
 
     # -- what the database says ------------------------------------------------------------------------------
 
@@ -287,6 +290,7 @@ class Hub:
         self.links.tick(now)
         self._leases.tick(now)
         self.operations.tick(now)
+        self.observed.tick(now, self.state.mode_of)
         self.follows.tick(now)
         self.separation.tick(now)
         self.video.tick(now)

@@ -38,6 +38,7 @@ class Pilot:
         self.has_position = False
         self.place_deg = (0.0, 0.0)
         self.altitude_m = 0.0
+        self.home_amsl_m = 0.0
         self.climb_mps = 0.0
         self.roll_pitch_rad = (0.0, 0.0)
         self.events: list[dict[str, Any]] = []
@@ -145,6 +146,8 @@ class Pilot:
             self.has_position = message.lat != 0
             self.place_deg = (message.lat / 1e7, message.lon / 1e7)
             self.altitude_m, self.climb_mps = message.relative_alt / 1000, -message.vz / 100
+        elif kind == "HOME_POSITION":
+            self.home_amsl_m = message.altitude / 1000
         elif kind == "ATTITUDE":
             self.roll_pitch_rad = (message.roll, message.pitch)
         elif kind == "COMMAND_ACK":

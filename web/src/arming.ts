@@ -1,13 +1,9 @@
 /** Before motors turn: the question, and with it the check before flight where that is dangerous and not yet read. */
 
 import { ask, type Question } from './confirmation.svelte';
-import type { Outcome } from './link/commands';
-import type { Flying } from './link/flying';
 import { wantsReading } from './link/safety_types';
 import type { Vehicle } from './link/vehicle';
 import { tower } from './tower.svelte';
-
-type Action = (flying: Flying) => Promise<Outcome>;
 
 /** What to say to the tower before the motors turn, once the pilot has agreed; null when they have not. */
 export async function agreeToArm(vehicle: Vehicle, question: Question): Promise<(() => Promise<void>) | null> {
@@ -25,18 +21,4 @@ export async function agreeToArm(vehicle: Vehicle, question: Question): Promise<
     nameToType: name,
   });
   return consent && (() => tower.acknowledgeLossCheck(id, name));
-}
-
-/** What to do with a action that arms, once the pilot has agreed; null when they have not. */
-export async function askToArm(vehicle: Vehicle, question: Question): Promise<((action: Action) => Action) | null> {
-  const acknowledge = await agreeToArm(vehicle, question);
-  if (!acknowledge) return null;
-  return (action) => async (flying) => {
-    try {
-      await acknowledge();
-    } catch (error) {
-      return { kind: 'failed', why: error instanceof Error ? error.message : String(error) };
-    }
-    return action(flying);
-  };
 }

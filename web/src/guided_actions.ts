@@ -1,8 +1,8 @@
 /** What a pilot can have a drone do by way of the tower: circles, what to look at, the mission on board. Asked as in pilot_actions.ts. */
 
-import { askToArm } from './arming';
+import { agreeToArm } from './arming';
 import { ask } from './confirmation.svelte';
-import { followLeader, followsOrEnded, outcomeOfCommand, type DroneCommand } from './link/drone_commands';
+import { followLeader, followsOrEnded, type DroneCommand } from './link/drone_commands';
 import type { FlightValues } from './link/flight_values';
 import type { Target } from './link/messages';
 import type { Operation } from './link/operation_types';
@@ -42,8 +42,7 @@ export class GuidedActions {
   }
 
   async #command(label: string, command: DroneCommand): Promise<void> {
-    const { id } = this.#vehicle.drone.get();
-    await this.#vehicle.perform(label, () => outcomeOfCommand(this.#operations, id, command));
+    await this.#vehicle.command(label, command);
   }
 
   /** The dialog in which place and radius were set has asked already. */
@@ -120,13 +119,8 @@ export class GuidedActions {
     }
     const arming = armed === true ? '' : armed === null ? ' arms its motors if they are off,' : ' arms its motors,';
     const text = `${name}${arming} takes off and flies its mission of ${count} items${from}. Is everybody clear of it?`;
-    const agreed = await askToArm(this.#vehicle, { title, text, confirmLabel: 'Start' });
-    if (!agreed) return;
-    const { id } = this.#vehicle.drone.get();
-    await this.#vehicle.perform(
-      label,
-      agreed(() => outcomeOfCommand(this.#operations, id, command)),
-    );
+    const agreed = await agreeToArm(this.#vehicle, { title, text, confirmLabel: 'Start' });
+    if (agreed) await this.#vehicle.command(label, command, agreed);
   }
 
   /** Never asks: it stops where it is. */

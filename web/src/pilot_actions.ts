@@ -1,14 +1,18 @@
 /** What a pilot can make a drone do, with the question before each dangerous one. For buttons, keys and pads alike. */
 
-import { askToArm } from './arming';
+import { agreeToArm } from './arming';
 import { ask } from './confirmation.svelte';
 import type { FlightValues } from './link/flight_values';
 import { modeSetOf, type Mode } from './link/modes';
-import type { Place, Target } from './link/messages';
+import { wrapped, type Place, type Target } from './link/messages';
+import type { Outcome } from './link/outcome';
 import type { Vehicle } from './link/vehicle';
 import { preferences } from './preferences.svelte';
 import { latLon } from './words/format';
 import { measured, type Quantity } from './words/units';
+
+const NO_PLACE: Outcome = { kind: 'failed', why: 'it has not said where it is' };
+const NO_HOME: Outcome = { kind: 'failed', why: 'it has no home yet whose height could be kept' };
 
 const words = (quantity: Quantity, value: number | null): string =>
   measured(preferences.units, quantity, value, value !== null && Number.isInteger(value) ? 0 : undefined);
@@ -30,12 +34,8 @@ export class PilotActions {
 
   async arm(): Promise<void> {
     const text = `The motors of ${this.#name} will start to turn. Is everybody clear of it?`;
-    const agreed = await askToArm(this.#vehicle, { title: `Arm ${this.#name}?`, text, confirmLabel: 'Arm' });
-    if (agreed)
-      await this.#vehicle.perform(
-        'Arm',
-        agreed((flying) => flying.arm()),
-      );
+    const agreed = await agreeToArm(this.#vehicle, { title: `Arm ${this.#name}?`, text, confirmLabel: 'Arm' });
+    if (agreed) await this.#vehicle.command('Arm', { command: 'arm' }, agreed);
   }
 
   async disarm(): Promise<void> {
@@ -44,7 +44,7 @@ export class PilotActions {
     if (airborne === false) {
       const text = `The motors of ${name} will stop.`;
       if (await ask({ title: `Disarm ${name}?`, text, confirmLabel: 'Disarm' })) {
-        await this.#vehicle.perform('Disarm', (flying) => flying.disarm(false));
+        await this.#vehicle.command('Disarm', { command: 'disarm' });
       }
       return;
     }
@@ -64,45 +64,42 @@ export class PilotActions {
       confirmLabel: 'Stop the motors now',
       isDanger: true,
     });
-    if (second) await this.#vehicle.perform('Disarm in flight', (flying) => flying.disarm(true));
+    if (second) await this.#vehicle.command('Disarm in flight', { command: 'disarm', force: true });
   }
 
   async takeOff(heightM: number): Promise<void> {
     const name = this.#name;
     const isArmed = this.#values().armed === true;
-    const arming = isArmed ? '' : ' arms its motors,';
-    const text = `${name} changes to guided mode,${arming} and climbs to ${high(heightM)} above home. Is everybody clear of it?`;
+    const arming = isArmed ? '' : ' arms its motors';
+    const text = `${name}${arming ? `${arming} and` : ''} climbs to ${high(heightM)} above home. Is everybody clear of it?`;
     const question = { title: `Take off with ${name} to ${high(heightM)}?`, text, confirmLabel: 'Take off' };
     const label = `Take off to ${high(heightM)}`;
+    const command = { command: 'takeoff', height_m: heightM } as const;
     if (isArmed) {
-      if (await ask(question)) await this.#vehicle.perform(label, (flying) => flying.takeOff(heightM));
+      if (await ask(question)) await this.#vehicle.command(label, command);
       return;
     }
-    const agreed = await askToArm(this.#vehicle, question);
-    if (agreed)
-      await this.#vehicle.perform(
-        label,
-        agreed((flying) => flying.takeOff(heightM)),
-      );
+    const agreed = await agreeToArm(this.#vehicle, question);
+    if (agreed) await this.#vehicle.command(label, command, agreed);
   }
 
   async returnHome(): Promise<void> {
     const text = `${this.#name} flies back to its home and lands there.`;
     if (await ask({ title: `Return ${this.#name}?`, text, confirmLabel: 'Return' })) {
-      await this.#vehicle.perform('Return', (flying) => flying.returnHome());
+      await this.#vehicle.command('Return', { command: 'rtl' });
     }
   }
 
   async land(): Promise<void> {
     const text = `${this.#name} lands where it is now.`;
     if (await ask({ title: `Land ${this.#name} here?`, text, confirmLabel: 'Land' })) {
-      await this.#vehicle.perform('Land', (flying) => flying.land());
+      await this.#vehicle.command('Land', { command: 'land' });
     }
   }
 
   /** Never asks: it is what one does when something else went wrong. */
   async hold(): Promise<void> {
-    await this.#vehicle.perform('Hold', (flying) => flying.hold());
+    await this.#vehicle.sendHold();
   }
 
   /** Asked on the ground with motors at rest it harms nobody, and is not asked about. */
@@ -115,7 +112,7 @@ export class PilotActions {
     const title = `Change the mode of ${this.#name}?`;
     const question = { title, text, confirmLabel: `Change to ${mode.name}`, isDanger: warning !== '' };
     if (armed !== false && !(await ask(question))) return;
-    await this.#vehicle.perform(`Mode ${mode.name}`, (flying) => flying.setMode(mode));
+    await this.#vehicle.command(`Mode ${mode.name}`, { command: 'mode', mode: mode.name });
   }
 
   #warningOf(mode: Mode): string {
@@ -128,15 +125,26 @@ export class PilotActions {
 
   /** The dialog in which the place was corrected has asked already. */
   async goTo(target: Target): Promise<void> {
-    await this.#vehicle.perform(`Go to ${latLon(target)} at ${high(target.altRelM)}`, (flying) => flying.goTo(target));
+    await this.#goTo(`Go to ${latLon(target)} at ${high(target.altRelM)}`, target);
   }
 
   async changeHeight(altRelM: number): Promise<void> {
     const name = this.#name;
     const text = `${name} changes to guided mode and goes ${this.#upOrDown(altRelM)} to ${high(altRelM)} above home.`;
     if (await ask({ title: `${name} to ${high(altRelM)}?`, text, confirmLabel: 'Change height' })) {
-      await this.#vehicle.perform(`Height ${high(altRelM)}`, (flying) => flying.changeHeight(altRelM));
+      await this.#changeHeight(`Height ${high(altRelM)}`, altRelM);
     }
+  }
+
+  /** Where it is, or on its way. */
+  async #changeHeight(label: string, altRelM: number): Promise<void> {
+    const place = this.#vehicle.target.now.get() ?? this.#values().place;
+    if (place) await this.#goTo(label, { ...place, altRelM });
+    else await this.#vehicle.perform(label, () => Promise.resolve(NO_PLACE));
+  }
+
+  async #goTo(label: string, { latDeg, lonDeg, altRelM }: Target): Promise<void> {
+    await this.#vehicle.command(label, { command: 'goto', lat: latDeg, lon: wrapped(lonDeg), height_m: altRelM });
   }
 
   #upOrDown(altRelM: number): string {
@@ -146,14 +154,14 @@ export class PilotActions {
   async changeSpeed(speedMps: number): Promise<void> {
     const text = `${this.#name} flies at ${fast(speedMps)} over the ground from now on, where it flies by itself.`;
     if (await ask({ title: `${this.#name} at ${fast(speedMps)}?`, text, confirmLabel: 'Change speed' })) {
-      await this.#vehicle.perform(`Speed ${fast(speedMps)}`, (flying) => flying.changeSpeed(speedMps));
+      await this.#vehicle.command(`Speed ${fast(speedMps)}`, { command: 'speed', m_s: speedMps });
     }
   }
 
   async turnTo(headingDeg: number): Promise<void> {
     const text = `${this.#name} turns to ${headingDeg}° where it is.`;
     if (await ask({ title: `Turn ${this.#name} to ${headingDeg}°?`, text, confirmLabel: 'Turn' })) {
-      await this.#vehicle.perform(`Turn to ${headingDeg}°`, (flying) => flying.turnTo(headingDeg));
+      await this.#vehicle.command(`Turn to ${headingDeg}°`, { command: 'yaw', deg: headingDeg });
     }
   }
 
@@ -166,6 +174,18 @@ export class PilotActions {
     const text = `${name} returns to this place from now on, also by itself when it loses somebody: home is ${where}.`;
     if (!(await ask({ title: `Set the home of ${name}?`, text, confirmLabel: 'Set home' }))) return;
     const label = place ? `Home at ${latLon(place)}` : 'Home here';
-    await this.#vehicle.perform(label, (flying) => (place ? flying.homeAt(place) : flying.homeHere(isOnGround)));
+    const flying = isOnGround ? {} : { while_flying: true };
+    if (!place) {
+      await this.#vehicle.command(label, { command: 'set_home', here: true, ...flying });
+      return;
+    }
+    // As high as the present home: a map says nothing about heights.
+    const home = this.#vehicle.telemetry.newest('HOME_POSITION');
+    if (!home) {
+      await this.#vehicle.perform(label, () => Promise.resolve(NO_HOME));
+      return;
+    }
+    const at = { lat: place.latDeg, lon: wrapped(place.lonDeg), altitude_m: home.fields.altitude / 1000 };
+    await this.#vehicle.command(label, { command: 'set_home', ...at, ...flying });
   }
 }

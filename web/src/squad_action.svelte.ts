@@ -1,17 +1,17 @@
 /** Carries one action out at several drones at once, and keeps the answer of each. */
 
 import { waitsFor } from './link/assist_turns';
-import type { Flying } from './link/flying';
-import type { Outcome } from './link/commands';
+import type { Outcome } from './link/outcome';
+import type { Vehicle } from './link/vehicle';
 import type { User } from './link/wire_types';
 import { answerOf, ACTION_WORDS, wayToControls, type Answer, type SquadAction } from './squad/squad_action';
 import { tower } from './tower.svelte';
 import { blockedWords } from './words/blocked';
 
-const DO: Record<SquadAction, (flying: Flying) => Promise<Outcome>> = {
-  hold: (flying) => flying.hold(),
-  return: (flying) => flying.returnHome(),
-  land: (flying) => flying.land(),
+const DO: Record<SquadAction, (vehicle: Vehicle) => Promise<Outcome>> = {
+  hold: (vehicle) => vehicle.sendHold(),
+  return: (vehicle) => vehicle.command(ACTION_WORDS.return.verb, { command: 'rtl' }),
+  land: (vehicle) => vehicle.command(ACTION_WORDS.land.verb, { command: 'land' }),
 };
 
 /** Why this drone cannot be commanded by this user as things are; empty when it can. */
@@ -40,7 +40,7 @@ async function one(droneId: number, action: SquadAction, user: User, takesFirst:
   }
   const blocked = blockedNow(droneId, user);
   if (blocked) return { kind: 'refused', why: blocked };
-  return answerOf(drone.name, await vehicle.perform(ACTION_WORDS[action].verb, DO[action]));
+  return answerOf(drone.name, await DO[action](vehicle));
 }
 
 /** `onanswer` hears of every drone: at once that it is waited for, then what came of it. */

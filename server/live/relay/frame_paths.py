@@ -2,7 +2,10 @@
 
 from typing import Final
 
+from server.domain.people import UserRef
 from server.live.hub_events import TurnWanted
+from server.live.operations.observed_commands import ObservedCommands
+from server.live.operations.observed_table import ANSWERS
 from server.live.relay.browser import Browser
 from server.live.relay.flood_gate import FloodGate
 from server.live.relay.live_drone import LiveDrone
@@ -47,8 +50,9 @@ class RefusedByLoan(Dropped):
 class FramePaths:
     """No state of its own: all of it is in the drones and the browsers."""
 
-    def __init__(self, state: LiveState, flood: FloodGate) -> None:
+    def __init__(self, state: LiveState, flood: FloodGate, observed: ObservedCommands) -> None:
         self._state = state
+        self._observed = observed
         self._flood = flood
 
     def up(self, drone: LiveDrone, content: Frames, now: float) -> None:
@@ -67,13 +71,17 @@ class FramePaths:
         state: list[tuple[StateKey, bytes]] = []
         transactional: list[bytes] = []
         tag_bytes = tag(drone_id, b"")
+        is_asked = self._observed.waits(drone_id)
         for frame in frames:
             key = state_key(frame)
             if key is None:
-                if message_id(frame) == _SETUP_SIGNING:
+                kind = message_id(frame)
+                if kind == _SETUP_SIGNING:
                     self._state.drops[DropReason.NOT_ALLOWED] += 1
-                else:
-                    transactional.append(tag_bytes + frame)
+                    continue
+                if is_asked and kind in ANSWERS:
+                    self._observed.heard(drone_id, frame)
+                transactional.append(tag_bytes + frame)
                 continue
             state.append((key, tag_bytes + frame))
             msgid = key[2]
@@ -141,6 +149,7 @@ class FramePaths:
             if command is not None and ends_the_flight(command, standing):
                 self._ask_twice(browser, drone_id, command, now)
             if drone.lease.assistant is not None and not self._turn_allows(drone, user_id, frame, now):
+                self._observe(browser, drone_id, frame, kind, now)  # it waits, and goes when the turn has come
                 return
         if kind is Kind.STICKS and drone.other_hands_of(browser, now):
             raise Dropped(DropReason.OTHER_HANDS)
@@ -148,9 +157,17 @@ class FramePaths:
             raise Dropped(DropReason.OFFLINE)
         self._state.traffic.frames_to_agents += 1
         drone.commanded += says_how_to_fly(frame, command)
+        if not reads_only:
+            self._observe(browser, drone_id, frame, kind, now)
         if kind is Kind.STICKS:
             drone.sticks_at = self._state.sticks_at = now
             drone.sticks_from = browser.number
+
+    def _observe(self, browser: Browser, drone_id: DroneId, frame: bytes, kind: Kind, now: float) -> None:
+        """For the audit trail, after the frame has gone."""
+        if kind is Kind.COMMAND:
+            by = UserRef(browser.viewer.user_id, browser.viewer.name)
+            self._observed.sent(drone_id, by, browser.address, frame, now)
 
     @staticmethod
     def _ask_twice(browser: Browser, drone_id: DroneId, command: CommandSeen, now: float) -> None:

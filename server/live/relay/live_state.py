@@ -19,6 +19,7 @@ from server.live.relay.live_drone import MANUAL_FOR_S, LiveDrone, Viewpoint
 from server.live.relay.traffic import Traffic
 from wire.control_messages import ControlChanged, ToAgent
 from wire.drops import DropCounts, DropReason
+from wire.frames import payload
 from wire.ids import DroneId, LinkId, UserId
 from wire.open_holds import LostAction
 
@@ -127,6 +128,12 @@ class LiveState:
         browser.refuse(reason, drone_id, name, now, words)
         if reason is DropReason.FLOOD and not browser.patience.take(1.0, now):
             browser.end(FLOODING, "too much was sent, and it did not stop")
+
+    def mode_of(self, drone_id: DroneId) -> int | None:
+        """The custom mode of the newest heartbeat; None where there was none."""
+        drone = self.drones.get(drone_id)
+        heartbeat = None if drone is None else drone.heartbeat
+        return None if heartbeat is None else int.from_bytes(payload(heartbeat)[:4], "little")
 
     def has_browser(self, user_id: UserId) -> bool:
         """Whether this user has any live browser that may fly."""

@@ -1,4 +1,9 @@
-"""Writes into the audit trail who had what done at which drone, and how it ended. Nobody waits for it."""
+"""Writes into the audit trail who had what done at which drone, and how it ended. Nobody waits for it.
+
+A command of a pilot is one row, `command.given`, with its answer, whichever way it came: as an operation, or as a frame
+that the hub saw pass. Work that takes longer (plans, parameters, following) has one row at its beginning and one at its
+end.
+"""
 
 import asyncio
 from collections import deque
@@ -10,7 +15,8 @@ import structlog
 from sqlalchemy.exc import IntegrityError, SQLAlchemyError
 
 from server.domain.clock import Clock
-from server.live.operations.operation import Operation
+from server.live.operations.observed_commands import CommandObserved
+from server.live.operations.operation import Lane, Operation, State
 from server.store.audit.trail import Actor, record
 from server.store.database import Database
 
@@ -19,6 +25,9 @@ MAX_WAITING: Final = 5000
 AT_ONCE: Final = 200
 TRY_AGAIN_AFTER_S: Final = 1.0
 CAUGHT_UP_WITHIN_S: Final = 5.0
+COMMAND: Final = "command.given"
+_RESULTS: Final = {State.DONE: "accepted", State.TIMED_OUT: "no answer"}
+"""Of an operation, in the words in which an autopilot's answer is told."""
 _log = structlog.get_logger(__name__)
 
 
@@ -40,17 +49,39 @@ class OperationAuditWriter:
         self._clock = clock
         self._waiting: deque[_Note] = deque()
         self._something = asyncio.Event()
+        self._running: dict[int, Operation] = {}
+        """Commands that have not ended."""
 
     def began(self, operation: Operation) -> None:
-        """Noted before the drone can have done any of it."""
-        if operation.order.writes or operation.order.noted:
+        """Noted before the drone can have done any of it; a command is, when it ends."""
+        if _is_command(operation):
+            self._running[operation.id] = operation
+        elif operation.order.writes or operation.order.noted:
             self._note(operation, "operation.began", dict(operation.order.about))
 
     def ended(self, operation: Operation) -> None:
         """Noted with the words that people were told."""
-        if operation.order.writes or operation.order.noted:
+        if _is_command(operation):
+            # One that was given up may end again, when its agent is back: it has its row by then.
+            if self._running.pop(operation.id, None) is not None:
+                self._note_command(operation, _RESULTS.get(operation.state, operation.state.value))
+        elif operation.order.writes or operation.order.noted:
             told = {"state": operation.state.value, "words": operation.words, "code": operation.code}
             self._note(operation, "operation.ended", told)
+
+    def observed(self, command: CommandObserved) -> None:
+        """A command that came as frames, with its answer."""
+        detail: dict[str, Any] = {"command": command.command, "result": command.result, "way": "frames"}
+        detail |= {"count": command.count} if command.count > 1 else {}
+        actor = Actor(command.by.id, command.by.name)
+        note = _Note(command.at, actor, COMMAND, command.address, command.drone_id, detail | command.detail)
+        self._put(note)
+
+    def tower_ends(self) -> None:
+        """Commands that still run are noted too."""
+        for operation in list(self._running.values()):
+            self._note_command(operation, "not known: the tower was stopped")
+        self._running.clear()
 
     async def work(self) -> None:
         """Until cancelled; then what waits is written, if the database lets it."""
@@ -59,6 +90,9 @@ class OperationAuditWriter:
                 await self._something.wait()
                 self._something.clear()
                 await self._write_all()
+        except asyncio.CancelledError:
+            self.tower_ends()
+            raise
         finally:
             if self._waiting:
                 await asyncio.wait_for(asyncio.shield(self._write_once()), CAUGHT_UP_WITHIN_S)
@@ -67,13 +101,25 @@ class OperationAuditWriter:
         by = operation.by
         if by is None:
             return
-        if len(self._waiting) >= MAX_WAITING:
-            _log.error("operation_not_recorded", drone_id=operation.drone_id, what=action)
-            return
         order = operation.order
         about = {"operation": str(operation.id), "work": order.work, "kind": order.kind, "hash": order.hash, **detail}
         named = {name: value for name, value in about.items() if value not in (None, "")}
         note = _Note(self._clock(), Actor(by.id, by.name), action, operation.address, operation.drone_id, named)
+        self._put(note)
+
+    def _note_command(self, operation: Operation, result: str) -> None:
+        if operation.by is None:
+            return
+        told = {"result": result, "way": "operation", "operation": str(operation.id)}
+        said = {"words": operation.words, "code": operation.code}
+        detail = operation.order.about | told | {name: value for name, value in said.items() if value}
+        actor = Actor(operation.by.id, operation.by.name)
+        self._put(_Note(operation.began_at, actor, COMMAND, operation.address, operation.drone_id, detail))
+
+    def _put(self, note: _Note) -> None:
+        if len(self._waiting) >= MAX_WAITING:
+            _log.error("operation_not_recorded", drone_id=note.drone_id, what=note.action)
+            return
         self._waiting.append(note)
         self._something.set()
 
@@ -102,3 +148,7 @@ class OperationAuditWriter:
                 )
         for _ in notes:
             self._waiting.popleft()
+
+
+def _is_command(operation: Operation) -> bool:
+    return operation.order.lane is Lane.COMMANDS

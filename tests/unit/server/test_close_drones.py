@@ -35,11 +35,11 @@ def test_a_drone_in_focus_is_close_until_the_focus_moves_or_the_browser_goes() -
     world = HubWorld()
     agent = heard(world, 1)
     browser = world.browser(1).browser
-    world.hub.focus(browser, ONE, 0.0)
+    world.hub.audience.focus(browser, ONE, 0.0)
     assert close_addresses(world.hub.state) == {agent.address}
-    world.hub.focus(browser, None, 0.0)
+    world.hub.audience.focus(browser, None, 0.0)
     assert close_addresses(world.hub.state) == frozenset()
-    world.hub.focus(browser, ONE, 0.0)
+    world.hub.audience.focus(browser, ONE, 0.0)
     world.hub.detach_browser(browser, 0.0)
     assert close_addresses(world.hub.state) == frozenset()
 
@@ -48,7 +48,7 @@ def test_the_focus_of_somebody_who_may_not_see_the_drone_counts_for_nothing() ->
     world = HubWorld()
     heard(world, 1)
     stranger = world.browser(2).browser
-    world.hub.focus(stranger, ONE, 0.0)
+    world.hub.audience.focus(stranger, ONE, 0.0)
     assert close_addresses(world.hub.state) == frozenset()
 
 
@@ -64,7 +64,7 @@ def test_a_drone_is_close_while_somebody_holds_it() -> None:
 def test_it_follows_a_drone_to_its_next_address_and_leaves_out_the_control_channel() -> None:
     world = HubWorld()
     agent = heard(world, 1)
-    world.hub.focus(world.browser(1).browser, ONE, 0.0)
+    world.hub.audience.focus(world.browser(1).browser, ONE, 0.0)
     agent.address = ("203.0.113.7", 9)
     agent.send(heartbeat())
     assert close_addresses(world.hub.state) == {("203.0.113.7", 9)}
@@ -80,5 +80,5 @@ def test_it_is_bounded_and_drones_in_focus_come_first(monkeypatch: pytest.Monkey
     other = heard(world, 2)
     hold(world, UserRef(UserId(1), "alice"))
     admin = world.browser(9).browser
-    world.hub.focus(admin, DroneId(2), 0.0)
+    world.hub.audience.focus(admin, DroneId(2), 0.0)
     assert close_addresses(world.hub.state) == {other.address}

@@ -3,7 +3,7 @@
  * Heights are metres above home.
  */
 
-import type { Outcome } from './commands';
+import type { Outcome } from './outcome';
 import type { Operation } from './operation_types';
 import { isOver, type Operations } from './operations';
 import type { BodyOf, Schemas } from './rest_types';
@@ -16,6 +16,13 @@ export type FollowMeCommand = Schemas['FollowMe'];
 
 const COMMANDS = '/drones/{drone_id}/commands';
 
+function outcomeOf({ state, seen, words: said }: Operation): Outcome {
+  const words = said || 'The tower has not said how it ended.';
+  const isDone = state === 'done';
+  if (state === 'timed_out') return { kind: 'told', isDone, words, doubt: 'no-answer' };
+  return { kind: 'told', isDone, words, ...(isDone && seen === false ? { doubt: 'unconfirmed' } : {}) };
+}
+
 /** The same as what became of it, in words. */
 export async function outcomeOfCommand(
   operations: Operations,
@@ -23,8 +30,7 @@ export async function outcomeOfCommand(
   command: DroneCommand,
 ): Promise<Outcome> {
   try {
-    const { state, words } = await commandDrone(operations, droneId, command);
-    return { kind: 'told', isDone: state === 'done', words: words || 'The tower has not said how it ended.' };
+    return outcomeOf(await commandDrone(operations, droneId, command));
   } catch (error) {
     return { kind: 'told', isDone: false, words: error instanceof Error ? error.message : String(error) };
   }

@@ -20,7 +20,10 @@ import { ParameterTables } from './parameter_tables';
 import { Recordings } from './recordings';
 import { nextRehearsal } from './rehearsal_log';
 import type { PasskeyCredential } from './passkeys';
+import { outcomeOfCommand } from './drone_commands';
 import { Rest, RestError, type ControlAction, type ControlWords, type SecondFactorAnswer } from './rest';
+import { mayGoLive } from './signed_in';
+import { Squad } from './squad';
 import { Store } from './store';
 import { splitTagged } from './tagged_frames';
 import { Vehicle } from './vehicle';
@@ -50,7 +53,6 @@ export class Tower {
   readonly rest: Rest;
   readonly live: Live;
   readonly user = new Store<User | null>(null);
-  readonly vehicles = new Store<ReadonlyMap<number, Vehicle>>(new Map());
   readonly journal = new Journal();
   readonly alertFeed = new AlertFeed();
   readonly lostControls = new LostControlsLog();
@@ -65,14 +67,11 @@ export class Tower {
   readonly farewell = new Store('');
   /** Since when we do not hear the tower; null while we do. */
   readonly deafSinceMs = new Store<number | null>(null);
-  readonly #beatClock: Clock;
-  /** By how much the tower's time of day is behind our clock; as it was when the connection began. */
-  #towerLagMs = 0;
+  readonly #squad: Squad;
   #entries = 0;
 
   constructor(options: TowerOptions = {}) {
     this.clock = options.clock ?? realClock;
-    this.#beatClock = options.beatClock ?? this.clock;
     this.rest = options.rest ?? new Rest();
     this.operations = new Operations(this.rest);
     this.parameterTables = new ParameterTables(this.rest, this.operations);
@@ -85,6 +84,15 @@ export class Tower {
       onEvent: (event) => this.#onEvent(event),
       onFrames: (message) => this.#onFrames(message),
     });
+    this.#squad = new Squad({
+      clock: this.clock,
+      user: this.user,
+      lostControls: this.lostControls,
+      assist: this.assist,
+      alertFeed: this.alertFeed,
+      newVehicle: (drone) => this.#newVehicle(drone, options.beatClock ?? this.clock),
+    });
+    this.vehicles.subscribe(() => this.live.expectTraffic(this.#squad.drones().some((drone) => drone.online)));
     this.live.state.subscribe(({ phase, failures, why }) => {
       if (phase === 'open') this.deafSinceMs.set(null);
       else if (this.live.heardAtMs !== null) this.deafSinceMs.update((since) => since ?? this.live.heardAtMs);
@@ -95,6 +103,10 @@ export class Tower {
       }
       if (phase === 'signed-out') this.#signedOut(why);
     });
+  }
+
+  get vehicles(): Store<ReadonlyMap<number, Vehicle>> {
+    return this.#squad.vehicles;
   }
 
   /** Signed in already (a cookie from before)? Then go live. */
@@ -143,7 +155,7 @@ export class Tower {
     const now = drone();
     // What the live channel has told meanwhile is newer: the answer knows nothing yet of the hold that it began.
     if (now !== undefined && now !== before && now.epoch >= answer.epoch) return;
-    this.#putDrone(answer);
+    this.#squad.put(answer);
   }
 
   /** Reads the check before flight anew. */
@@ -182,14 +194,13 @@ export class Tower {
         this.alertFeed.separations.connected(this.clock.nowMs());
         break;
       case 'drone':
-        this.#putDrone(readDrone(event.drone));
+        this.#squad.put(readDrone(event.drone));
         break;
       case 'enrolment':
         this.enrolment.set(event.enrolment);
         break;
       case 'drone_removed':
-        this.#dropped(this.vehicles.get().get(event.drone_id)?.drone.get());
-        this.#setSquad(this.#squad().filter((drone) => drone.id !== event.drone_id));
+        this.#squad.remove(event.drone_id);
         break;
       case 'links':
         for (const quality of event.links) {
@@ -246,7 +257,7 @@ export class Tower {
 
   #setTowerTime(said: string): void {
     const saidMs = Date.parse(said);
-    if (Number.isFinite(saidMs)) this.#towerLagMs = this.clock.nowMs() - saidMs;
+    if (Number.isFinite(saidMs)) this.#squad.towerLagMs = this.clock.nowMs() - saidMs;
   }
 
   #onControl(event: ControlEvent): void {
@@ -302,22 +313,9 @@ export class Tower {
     for (const { droneId, frame } of splitTagged(message) ?? []) vehicles.get(droneId)?.receive(frame, nowMs);
   }
 
-  #squad(): Drone[] {
-    return [...this.vehicles.get().values()].map((vehicle) => vehicle.drone.get());
-  }
-
-  #putDrone(drone: Drone): void {
-    const known = this.vehicles.get().get(drone.id);
-    // REST answers and live events overtake each other: an older epoch is old news.
-    if (known && drone.epoch < known.drone.get().epoch) return;
-    this.#setSquad([...this.#squad().filter(({ id }) => id !== drone.id), drone]);
-  }
-
   /** The whole picture anew: what changed while we were away explains itself no more. */
   #welcome(drones: readonly Drone[]): void {
-    const kept = new Set(drones.map(({ id }) => id));
-    for (const drone of this.#squad()) if (!kept.has(drone.id)) this.#dropped(drone);
-    this.#setSquad(drones);
+    this.#squad.replace(drones);
     for (const vehicle of this.vehicles.get().values()) vehicle.rehearsal.set(null); // its end was said to nobody
     for (const drone of drones) this.lostControls.unexplained(drone, this.clock.nowMs());
     this.lossChecks.allChanged();
@@ -325,45 +323,20 @@ export class Tower {
     this.recordings.reread();
   }
 
-  #dropped(drone: Drone | undefined): void {
-    if (!drone) return;
-    this.lostControls.removed(drone, this.user.get(), this.clock.nowMs());
-    const vehicle = this.vehicles.get().get(drone.id);
-    vehicle?.manual.stop('we no longer have the controls', { holds: false });
-    vehicle?.abort('it is no longer in our squad');
-    this.alertFeed.gone(drone.id, this.clock.nowMs());
-  }
-
-  #setSquad(drones: readonly Drone[]): void {
-    const before = this.vehicles.get();
-    const me = this.user.get();
-    const nowMs = this.clock.nowMs();
-    const next = new Map<number, Vehicle>();
-    for (const drone of [...drones].sort((a, b) => a.id - b.id)) {
-      const known = before.get(drone.id);
-      const vehicle = known ?? this.#newVehicle(drone);
-      if (vehicle.drone.get() !== drone || !known) {
-        this.lostControls.drone(known?.drone.get() ?? null, drone, me, nowMs);
-        this.assist.drone(drone);
-        vehicle.put(drone, nowMs, this.#towerLagMs);
-      }
-      if (me && !mayCommand(drone, me)) vehicle.manual.stop('we no longer have the controls', { holds: false });
-      next.set(drone.id, vehicle);
-    }
-    this.vehicles.set(next);
-    this.live.expectTraffic(drones.some((drone) => drone.online));
-  }
-
-  #newVehicle(drone: Drone): Vehicle {
+  #newVehicle(drone: Drone, beatClock: Clock): Vehicle {
     return new Vehicle(
       drone,
       this.clock,
-      { send: (message) => this.live.send(message), sendFresh: (message) => this.live.sendFresh(message) },
+      {
+        command: (droneId, command) => outcomeOfCommand(this.operations, droneId, command),
+        send: (message) => this.live.send(message),
+        sendFresh: (message) => this.live.sendFresh(message),
+      },
       (entry) => {
         this.journal.add(entry);
         this.alertFeed.entry(entry);
       },
-      this.#beatClock,
+      beatClock,
     );
   }
 
@@ -393,7 +366,7 @@ export class Tower {
   /** The tower has ended it: whoever sits there reads why, and that they fly no longer. */
   #signedOut(why: string): void {
     const me = this.user.get();
-    const flown = this.#squad().filter(({ holder }) => me !== null && holder?.id === me.id);
+    const flown = this.#squad.drones().filter(({ holder }) => me !== null && holder?.id === me.id);
     this.#forget();
     this.farewell.set(
       farewellWords(
@@ -421,9 +394,4 @@ export class Tower {
 
 function openBrowserSocket(): SocketLike {
   return new WebSocket(liveUrl(window.location), SUBPROTOCOL) as SocketLike;
-}
-
-/** Not before a first password was changed, nor before a second factor was set up that the tower demands. */
-function mayGoLive(user: User | null): boolean {
-  return user !== null && user.must_change_password !== true && user.must_add_second_factor !== true;
 }

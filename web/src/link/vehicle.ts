@@ -2,18 +2,21 @@
 
 import { BatteryMeter } from './battery_time';
 import type { Clock } from './clock';
-import { Commands, isGood, outcomeWords, type Outcome } from './commands';
+import type { DroneCommand } from './drone_commands';
 import { flightValues, type FlightValues } from './flight_values';
-import { Flying } from './flying';
 import { eitherSays } from './drone_view';
+import { GoToTarget } from './go_to_target';
+import { HoldFrame } from './hold_frame';
 import type { HoldLog } from './hold_log';
 import { readHold, type HoldReading } from './hold_view';
 import { severityOf, type Entry } from './journal';
 import type { Sending } from './live';
 import { Manual, manualControlFields } from './manual';
 import { encode } from './mavlink';
-import { AUTOPILOT_COMPID, CONSOLE, type Command } from './messages';
+import type { MessageFields } from './generated/mavlink.gen';
+import { AUTOPILOT_COMPID, CONSOLE } from './messages';
 import { MissionProgress } from './mission_progress';
+import { isGood, outcomeWords, type Outcome } from './outcome';
 import type { ParametersKnown, PlanKind, PlanOnBoard } from './operation_types';
 import type { Rehearsal } from './rehearsal_log';
 import type { LossCheck } from './safety_types';
@@ -27,8 +30,10 @@ import type { Drone, LinkQuality } from './wire_types';
 /** Statements of the autopilot this long after an answer still belong to the action (arming: "PreArm: ..."). */
 export const REASON_WINDOW_MS = 2_000;
 
-/** The way to the drone: the live connection. */
+/** The way to the drone: the live connection for frames, the tower's operations for commands. */
 export interface Uplink {
+  /** Answers with what came of it. Never rejects. */
+  command(droneId: number, command: DroneCommand): Promise<Outcome>;
   send(message: Uint8Array<ArrayBuffer>): boolean;
   sendFresh(message: Uint8Array<ArrayBuffer>): Sending;
 }
@@ -70,8 +75,8 @@ export class Vehicle {
   readonly #record: (entry: Entry) => void;
   readonly #battery = new BatteryMeter();
   readonly #texts = new StatusTextAssembler();
-  readonly #commands: Commands;
-  readonly flying: Flying;
+  readonly #hold: HoldFrame;
+  readonly target: GoToTarget;
   readonly manual: Manual;
   #seq = 0;
   #actions = 0;
@@ -81,12 +86,12 @@ export class Vehicle {
     this.#clock = clock;
     this.#uplink = uplink;
     this.#record = record;
-    this.#commands = new Commands(clock, (command, repeat) => this.#transmit(command, repeat));
-    this.flying = new Flying(clock, this.#commands, this.telemetry);
+    this.#hold = new HoldFrame(clock, this.telemetry, (fields) => this.#transmit(fields));
+    this.target = new GoToTarget(this.telemetry);
     this.manual = new Manual({
       clock: beatClock,
       send: (axes) => this.#sendSticks(axes),
-      hold: () => void this.perform('Hold', (flying) => flying.hold()),
+      hold: () => void this.sendHold(),
     });
     this.wasAirborne = lastSaid(drone);
   }
@@ -136,8 +141,6 @@ export class Vehicle {
         severity: severityOf(entry.severity),
         text: entry.text,
       });
-    } else if (message.name === 'COMMAND_ACK' && this.telemetry.isFromAutopilot(message)) {
-      this.#commands.receive(message);
     } else if (message.name === 'SYS_STATUS' && this.telemetry.isFromAutopilot(message)) {
       if (message.fields.battery_remaining >= 0) this.#battery.percentage(message.fields.battery_remaining, nowMs);
     } else if (message.name === 'BATTERY_STATUS' && this.telemetry.isFromAutopilot(message)) {
@@ -161,7 +164,7 @@ export class Vehicle {
     const beside = {
       online,
       armed,
-      target: this.flying.target.get(),
+      target: this.target.now.get(),
       link,
       airborneSinceMs,
       batteryTime,
@@ -169,12 +172,32 @@ export class Vehicle {
     return flightValues(this.telemetry, beside, nowMs);
   }
 
-  /** Runs one of `flying`'s actions, shows it as the current action, and writes what came of it in the journal. */
-  async perform(label: string, action: (flying: Flying) => Promise<Outcome>): Promise<Outcome> {
+  /** Has the tower do it. `before`: what the tower must be told first. */
+  command(label: string, command: DroneCommand, before?: () => Promise<void>): Promise<Outcome> {
+    return this.perform(label, async () => {
+      try {
+        await before?.();
+      } catch (error) {
+        return { kind: 'failed', why: error instanceof Error ? error.message : String(error) };
+      }
+      return this.target.follow(command, this.#uplink.command(this.drone.get().id, command));
+    });
+  }
+
+  /** At once, and by the shortest way: see hold_frame.ts. */
+  sendHold(): Promise<Outcome> {
+    return this.perform('Hold', () => {
+      this.target.forget();
+      return this.#hold.send();
+    });
+  }
+
+  /** Shows this as the current action, and writes what came of it in the journal. */
+  async perform(label: string, action: () => Promise<Outcome>): Promise<Outcome> {
     const key = ++this.#actions;
     const beganMs = this.#clock.nowMs();
     this.action.set({ key, label, beganMs, endedMs: null, outcome: null, text: `${label}: waiting for the answer` });
-    const outcome = await action(this.flying);
+    const outcome = await action();
     const endedMs = this.#clock.nowMs();
     const { id, name } = this.drone.get();
     const text = `${label}: ${outcomeWords(name, outcome)}`;
@@ -185,18 +208,14 @@ export class Vehicle {
   }
 
   abort(why: string): void {
-    this.#commands.abort(why);
+    this.#hold.abort(why);
   }
 
-  #transmit(command: Command, repeat: number): boolean {
+  #transmit(fields: Partial<MessageFields['COMMAND_LONG']>): boolean {
     const { sysid } = this.telemetry;
     if (sysid === null) return false;
     const target = { target_system: sysid, target_component: AUTOPILOT_COMPID };
-    const seq = this.#seq++;
-    const frame =
-      command.form === 'COMMAND_LONG'
-        ? encode('COMMAND_LONG', { ...command.fields, ...target, confirmation: repeat }, CONSOLE, seq)
-        : encode('COMMAND_INT', { ...command.fields, ...target }, CONSOLE, seq);
+    const frame = encode('COMMAND_LONG', { ...fields, ...target }, CONSOLE, this.#seq++);
     return this.#uplink.send(tag(this.drone.get().id, frame));
   }
 

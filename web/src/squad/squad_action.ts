@@ -3,8 +3,7 @@
  * an admin may first take what others hold. Nobody is left without an answer.
  */
 
-import type { Outcome } from '../link/commands';
-import { outcomeWords } from '../link/commands';
+import { outcomeWords, type Outcome } from '../link/outcome';
 import type { ControlAction } from '../link/rest';
 import type { Drone, User } from '../link/wire_types';
 
@@ -48,7 +47,7 @@ export function answerOf(droneName: string, outcome: Outcome): Answer {
     case 'unconfirmed':
       return { kind: outcome.kind, why };
     case 'told':
-      return { kind: outcome.isDone ? 'done' : 'refused', why };
+      return { kind: outcome.doubt ?? (outcome.isDone ? 'done' : 'refused'), why };
     case 'refused':
     case 'failed':
       return { kind: 'refused', why };

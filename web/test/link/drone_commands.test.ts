@@ -1,6 +1,6 @@
 import { expect, it } from 'vitest';
 
-import { isGood, outcomeWords } from '../../src/link/commands';
+import { isGood, outcomeWords } from '../../src/link/outcome';
 import { outcomeOfCommand } from '../../src/link/drone_commands';
 import type { Operation } from '../../src/link/operation_types';
 import { Operations } from '../../src/link/operations';
@@ -34,4 +34,14 @@ it('tells why the tower did not begin it', async () => {
   const { outcome } = await paused(409, { type: 'urn:not-in-control', title: 'No', detail: 'bob has the controls.' });
   expect(isGood(outcome)).toBe(false);
   expect(outcomeWords('Kestrel', outcome)).toBe('bob has the controls.');
+});
+
+it.each([
+  [{ state: 'timed_out' }, 'no-answer'],
+  [{ seen: false }, 'unconfirmed'],
+  [{ seen: true }, undefined],
+  [{ state: 'failed', seen: false }, undefined],
+])('tells what nobody knows: %j', async (fields, doubt) => {
+  const { outcome } = await paused(200, { ...OVER, ...fields });
+  expect(outcome.kind === 'told' ? outcome.doubt : 'not told').toBe(doubt);
 });

@@ -135,30 +135,67 @@ describe('the squad', () => {
 describe('commands', () => {
   beforeEach(() => socket().saysBytes(tag(1, heartbeat(4))));
 
-  it('go through the socket and their answers come back', async () => {
-    const result = vehicle(1).perform('Arm', (flying) => flying.arm());
-    expect(socket().sent).toHaveLength(1);
-    socket().saysBytes(tag(2, fromAutopilot('COMMAND_ACK', { command: 400, result: MAV_RESULT.FAILED })));
-    socket().saysBytes(tag(1, fromAutopilot('COMMAND_ACK', { command: 400, result: MAV_RESULT.ACCEPTED })));
+  const COMMANDS = '/api/v1/drones/1/commands';
+  const LANDS = { id: '9', drone_id: 1, work: 'command', state: 'running', words: '' };
+
+  it('go to the tower as operations, and their answers come back', async () => {
+    answers[COMMANDS] = [202, LANDS];
+    const result = vehicle(1).command('Land', { command: 'land' });
+    await settled();
+    expect(socket().sent).toEqual([]);
+    const operation = { ...LANDS, state: 'done', words: 'Heron has accepted it: changing to LAND.' };
+    socket().says({ type: 'operation', operation });
+    expect(await result).toEqual({ kind: 'told', isDone: true, words: operation.words });
+    expect(texts()).toContain(`Land: ${operation.words}`);
+  });
+
+  it('survive a broken connection: how they ended is asked when it is back', async () => {
+    answers[COMMANDS] = [202, LANDS];
+    const result = vehicle(1).command('Land', { command: 'land' });
+    await settled();
+    socket().onclose?.({ code: 1006 });
+    await clock.pass(600);
+    answers['/api/v1/operations/9'] = [200, { ...LANDS, state: 'failed', words: 'Heron, changing to LAND: denied.' }];
+    socket().says({ type: 'welcome', user: OLGA, drones: [HERON], server_time: '' });
+    expect(await result).toEqual({ kind: 'told', isDone: false, words: 'Heron, changing to LAND: denied.' });
+    expect(socket().sent).toEqual([]);
+  });
+
+  it('that the tower refuses are over, with its words', async () => {
+    answers[COMMANDS] = [409, { title: 'No', detail: 'boss has the controls of Heron.' }];
+    const result = await vehicle(1).command('Arm', { command: 'arm' });
+    expect(result).toEqual({ kind: 'told', isDone: false, words: 'boss has the controls of Heron.' });
+  });
+
+  it('end where the tower cannot be told what it must know first', async () => {
+    const before = () => Promise.reject(new Error('The name is another.'));
+    const result = await vehicle(1).command('Arm', { command: 'arm' }, before);
+    expect(result).toEqual({ kind: 'failed', why: 'The name is another.' });
+  });
+});
+
+describe('hold', () => {
+  beforeEach(() => socket().saysBytes(tag(1, heartbeat(4))));
+
+  it('goes through the socket and its answer comes back', async () => {
+    const result = vehicle(1).sendHold();
+    expect(socket().frames).toHaveLength(1);
+    socket().saysBytes(tag(2, fromAutopilot('COMMAND_ACK', { command: 176, result: MAV_RESULT.FAILED })));
+    socket().saysBytes(tag(1, fromAutopilot('COMMAND_ACK', { command: 176, result: MAV_RESULT.ACCEPTED })));
+    socket().saysBytes(tag(1, heartbeat(17)));
     expect(await result).toEqual({ kind: 'accepted' });
   });
 
-  it('end at once when the tower refuses our frames, with its words', async () => {
-    const result = vehicle(1).perform('Arm', (flying) => flying.arm());
-    socket().says({
-      type: 'notice',
-      severity: 'warning',
-      code: 'not-in-control',
-      text: 'Not yours.',
-      drone_id: 1,
-      count: 3,
-    });
+  it('ends at once when the tower refuses our frames, with its words', async () => {
+    const result = vehicle(1).sendHold();
+    const refusal = { severity: 'warning', code: 'not-in-control', text: 'Not yours.', drone_id: 1, count: 3 };
+    socket().says({ type: 'notice', ...refusal });
     expect(await result).toEqual({ kind: 'failed', why: 'Not yours.' });
     expect(texts()).toContain('Not yours. (3 times)');
   });
 
-  it('end when the connection breaks, and are not sent again later', async () => {
-    const result = vehicle(1).perform('Arm', (flying) => flying.arm());
+  it('ends when the connection breaks, and is not sent again later', async () => {
+    const result = vehicle(1).sendHold();
     socket().onclose?.({ code: 1006 });
     expect((await result).kind).toBe('failed');
     await clock.pass(600);
@@ -167,8 +204,8 @@ describe('commands', () => {
     expect(socket().sent).toEqual([]);
   });
 
-  it('end when an admin takes the controls', async () => {
-    const result = vehicle(1).perform('Arm', (flying) => flying.arm());
+  it('ends when an admin takes the controls', async () => {
+    const result = vehicle(1).sendHold();
     const boss = { id: 1, name: 'boss' };
     socket().says({ type: 'control', drone_id: 1, event: 'taken', epoch: 2, holder: boss, by: boss, reason: 'storm' });
     expect((await result).kind).toBe('failed');
@@ -221,7 +258,7 @@ describe('who may fly', () => {
     socket().says({ type: 'drone', drone: { ...mine, assistant: boss, epoch: 4 } });
     socket().says({ type: 'turn', drone_id: 1, user: boss });
     expect(tower.assist.turns.get().get(1)).toEqual(boss);
-    const result = vehicle(1).perform('Land', (flying) => flying.land());
+    const result = vehicle(1).sendHold();
     const refusal = { severity: 'warning', code: 'assisted', text: 'boss assists.', drone_id: 1, count: 1 };
     socket().says({ type: 'notice', ...refusal });
     expect(await result).toEqual({ kind: 'failed', why: 'boss assists.' });

@@ -1,209 +1,70 @@
 import { beforeEach, describe, expect, it } from 'vitest';
 
-import { MAV_AUTOPILOT, MAV_RESULT, type MessageFields } from '../../src/link/generated/mavlink.gen';
+import type { DroneCommand } from '../../src/link/drone_commands';
 import type { Entry } from '../../src/link/journal';
-import { decode } from '../../src/link/mavlink';
-import { modeSetOf } from '../../src/link/modes';
-import { splitTagged } from '../../src/link/tagged_frames';
+import type { Outcome } from '../../src/link/outcome';
 import { Vehicle } from '../../src/link/vehicle';
 import { A_DRONE, A_HOLD, AUTOPILOT, FakeClock, fromAutopilot, heartbeat, settled } from './fakes';
 
 let clock: FakeClock;
-let sent: Uint8Array[];
+let commanded: [number, DroneCommand][];
+let end: (outcome: Outcome) => void;
 let journal: Entry[];
 let vehicle: Vehicle;
 
 beforeEach(() => {
   clock = new FakeClock();
-  sent = [];
+  commanded = [];
   journal = [];
   vehicle = new Vehicle(
     A_DRONE,
     clock,
     {
-      send(message) {
-        sent.push(message);
-        return true;
+      command(droneId, command) {
+        commanded.push([droneId, command]);
+        return new Promise((resolve) => (end = resolve));
       },
-      sendFresh(message) {
-        sent.push(message);
-        return 'sent';
-      },
+      send: () => true,
+      sendFresh: () => 'sent',
     },
     (entry) => journal.push(entry),
   );
 });
 
 const hears = (frame: Uint8Array): void => vehicle.receive(frame, clock.nowMs());
-const ack = (command: number, result: number = MAV_RESULT.ACCEPTED): void =>
-  hears(fromAutopilot('COMMAND_ACK', { command, result }));
 
-/** What was sent: command number, then the fields. */
-function commandsSent(): { command: number; fields: MessageFields['COMMAND_LONG' | 'COMMAND_INT'] }[] {
-  return sent.map((message) => {
-    const [{ droneId, frame }] = splitTagged(message)! as [{ droneId: number; frame: Uint8Array }];
-    expect(droneId).toBe(A_DRONE.id);
-    const decoded = decode(frame)!;
-    if (decoded.name !== 'COMMAND_LONG' && decoded.name !== 'COMMAND_INT') throw new Error(decoded.name);
-    expect(decoded.header).toMatchObject({ sysid: 255, compid: 190 });
-    return { command: decoded.fields.command, fields: decoded.fields };
-  });
-}
-
-describe('addressing', () => {
-  it('uses the system id that the autopilot has', async () => {
-    hears(heartbeat(0, false, { sysid: 42, compid: 1 }));
-    void vehicle.perform('Arm', (flying) => flying.arm());
+describe('a command', () => {
+  it('is the current action until it ends, and then in the journal', async () => {
+    const result = vehicle.command('Land', { command: 'land' });
     await settled();
-    expect(commandsSent()[0]!.fields).toMatchObject({ target_system: 42, target_component: 1, param1: 1 });
+    expect(commanded).toEqual([[A_DRONE.id, { command: 'land' }]]);
+    expect(vehicle.action.get()).toMatchObject({ label: 'Land', outcome: null });
+    end({ kind: 'told', isDone: false, words: 'Heron, changing to LAND: denied.' });
+    await result;
+    expect(vehicle.action.get()).toMatchObject({ text: 'Land: Heron, changing to LAND: denied.' });
+    expect(journal.map(({ source, severity }) => [source, severity])).toEqual([['command', 'error']]);
   });
 
-  it('sends nothing before the autopilot was heard', async () => {
-    hears(heartbeat(0, false, { sysid: 7, compid: 191 }));
-    const outcome = await vehicle.perform('Arm', (flying) => flying.arm());
-    expect(outcome.kind).toBe('failed');
-    expect(sent).toEqual([]);
-  });
-
-  it('counts its frames', async () => {
-    hears(heartbeat(0));
-    void vehicle.flying.arm();
-    await clock.pass(3_000);
-    const numbers = sent.map((message) => message[4 + 4]);
-    expect(numbers).toEqual([0, 1]);
-    expect(commandsSent().map(({ fields }) => (fields as MessageFields['COMMAND_LONG']).confirmation)).toEqual([0, 1]);
-  });
-});
-
-describe('a mode change', () => {
-  it('is believed when answer and heartbeat agree', async () => {
-    hears(heartbeat(0));
-    const result = vehicle.perform('Return', (flying) => flying.returnHome());
-    await settled();
-    expect(commandsSent()[0]!.fields).toMatchObject({ command: 176, param1: 1, param2: 6 });
-    ack(176);
-    await settled();
-    expect(vehicle.action.get()?.outcome).toBeNull();
-    hears(heartbeat(6, false, { sysid: 7, compid: 154 })); // a gimbal says so: not enough
-    await settled();
-    expect(vehicle.action.get()?.outcome).toBeNull();
-    hears(heartbeat(6));
-    expect(await result).toEqual({ kind: 'accepted' });
-  });
-
-  it('is not believed on the answer alone', async () => {
-    hears(heartbeat(0));
-    const result = vehicle.perform('Hold', (flying) => flying.hold());
-    await settled();
-    ack(176);
-    await settled();
-    await clock.pass(1_000);
-    hears(heartbeat(0));
-    await clock.pass(2_000);
-    expect(await result).toMatchObject({ kind: 'unconfirmed' });
-    expect(vehicle.action.get()?.text).toContain('Heron accepted it, but its heartbeat does not show BRAKE');
-  });
-
-  it('to hold is one that needs nobody at the sticks', () => {
-    for (const autopilot of [MAV_AUTOPILOT.ARDUPILOTMEGA, MAV_AUTOPILOT.PX4]) {
-      expect(modeSetOf(autopilot)?.hold.obeysSticks).toBe(false);
-    }
-  });
-
-  it('uses the numbers of PX4 where PX4 flies', async () => {
-    hears(fromAutopilot('HEARTBEAT', { autopilot: 12, type: 2, custom_mode: 0, base_mode: 81 }));
-    const result = vehicle.flying.land();
-    await settled();
-    expect(commandsSent()[0]!.fields).toMatchObject({ param1: 1, param2: 4, param3: 6 });
-    ack(176);
-    await settled();
-    hears(fromAutopilot('HEARTBEAT', { autopilot: 12, type: 2, custom_mode: (4 << 16) | (6 << 24), base_mode: 81 }));
-    expect(await result).toEqual({ kind: 'accepted' });
-  });
-});
-
-describe('take-off', () => {
-  it('goes to guided mode, arms, and climbs', async () => {
-    hears(heartbeat(2));
-    const result = vehicle.flying.takeOff(10);
-    await settled();
-    ack(176);
-    await settled();
+  it('that is older does not take the place of a newer one', async () => {
     hears(heartbeat(4));
+    const land = vehicle.command('Land', { command: 'land' });
     await settled();
-    ack(400);
-    await settled();
-    ack(22);
-    expect(await result).toEqual({ kind: 'accepted' });
-    expect(commandsSent().map(({ command }) => command)).toEqual([176, 400, 22]);
-    expect(commandsSent()[2]!.fields).toMatchObject({ param7: 10 });
-  });
-
-  it('does not arm what is armed', async () => {
-    hears(heartbeat(4, true));
-    void vehicle.flying.takeOff(10);
-    await settled();
-    ack(176);
-    await settled();
-    expect(commandsSent().map(({ command }) => command)).toEqual([176, 22]);
-  });
-
-  it('ends where a newer command begins: hold while it arms means no take-off', async () => {
-    hears(heartbeat(4));
-    const takeOff = vehicle.perform('Take off', (flying) => flying.takeOff(10));
-    await settled();
-    ack(176);
-    await settled();
-    const hold = vehicle.perform('Hold', (flying) => flying.hold());
-    await settled();
-    ack(400);
-    expect((await takeOff).kind).toBe('failed');
-    ack(176);
-    await settled();
-    hears(heartbeat(17, true));
-    expect(await hold).toEqual({ kind: 'accepted' });
-    expect(commandsSent().map(({ command }) => command)).toEqual([176, 400, 176]);
-    expect(vehicle.action.get()?.label).toBe('Hold');
-  });
-
-  it('does not make hold wait for the answer to its mode change', async () => {
-    hears(heartbeat(2));
-    const takeOff = vehicle.flying.takeOff(10);
-    await settled();
-    const hold = vehicle.flying.hold();
-    expect((await takeOff).kind).toBe('failed');
-    ack(176);
-    await settled();
-    hears(heartbeat(17));
-    expect(await hold).toEqual({ kind: 'accepted' });
-    expect(commandsSent().map(({ fields }) => (fields as MessageFields['COMMAND_LONG']).param2)).toEqual([4, 17]);
-  });
-
-  it('ends where it is refused, and the reason is in the journal', async () => {
-    hears(heartbeat(4));
-    const result = vehicle.perform('Take off', (flying) => flying.takeOff(10));
-    await settled();
-    ack(176);
-    await settled();
-    hears(fromAutopilot('STATUSTEXT', { severity: 2, text: 'PreArm: GPS not healthy' }));
-    ack(400, MAV_RESULT.FAILED);
-    expect(await result).toEqual({ kind: 'refused', result: MAV_RESULT.FAILED });
-    expect(commandsSent().map(({ command }) => command)).toEqual([176, 400]);
-    expect(journal.map(({ source, severity }) => [source, severity])).toEqual([
-      ['autopilot', 'error'],
-      ['command', 'error'],
-    ]);
+    void vehicle.sendHold();
+    end({ kind: 'told', isDone: true, words: 'Done.' });
+    await land;
+    expect(vehicle.action.get()).toMatchObject({ label: 'Hold', outcome: null });
   });
 });
 
 describe('go-to', () => {
-  const target = { latDeg: 47.1, lonDeg: 8.2, altRelM: 20 };
+  const GOTO = { command: 'goto', lat: 47.1, lon: 8.2, height_m: 20 } as const;
+  const DONE: Outcome = { kind: 'told', isDone: true, words: 'Done.' };
 
-  async function flyThere(): Promise<void> {
+  async function flyThere(outcome = DONE): Promise<void> {
     hears(heartbeat(4, true));
-    const result = vehicle.flying.goTo(target);
+    const result = vehicle.command('Go to', GOTO);
     await settled();
-    ack(192);
+    end(outcome);
     await result;
   }
 
@@ -216,16 +77,28 @@ describe('go-to', () => {
   it('forgets it when the mode is left, by whomever', async () => {
     await flyThere();
     hears(heartbeat(6, true));
-    expect(vehicle.flying.target.get()).toBeNull();
+    expect(vehicle.target.now.get()).toBeNull();
   });
 
   it('that was refused leaves no target', async () => {
+    await flyThere({ ...DONE, isDone: false });
+    expect(vehicle.target.now.get()).toBeNull();
+  });
+
+  it.each([
+    ['another command', () => void vehicle.command('Land', { command: 'land' }), null],
+    ['a hold', () => void vehicle.sendHold(), null],
+    ['a speed', () => void vehicle.command('Speed', { command: 'speed', m_s: 3 }), 20],
+  ])('that is answered after %s', async (_, meanwhile, altRelM) => {
     hears(heartbeat(4, true));
-    const result = vehicle.flying.goTo(target);
+    const result = vehicle.command('Go to', GOTO);
     await settled();
-    ack(192, MAV_RESULT.DENIED);
+    const answerIt = end;
+    meanwhile();
+    await settled();
+    answerIt(DONE);
     await result;
-    expect(vehicle.flying.target.get()).toBeNull();
+    expect(vehicle.target.now.get()?.altRelM ?? null).toBe(altRelM);
   });
 });
 

@@ -2,12 +2,10 @@
 
 import { agreeToArm } from '../../arming';
 import { ask } from '../../confirmation.svelte';
-import { commandDrone, type DroneCommand } from '../../link/drone_commands';
+import type { DroneCommand } from '../../link/drone_commands';
 import type { FlightValues } from '../../link/flight_values';
-import type { Operation } from '../../link/operation_types';
+import { isGood, outcomeWords } from '../../link/outcome';
 import type { Vehicle } from '../../link/vehicle';
-import { wordsOf } from '../../loading.svelte';
-import { tower } from '../../tower.svelte';
 
 export interface Told {
   readonly isGood: boolean;
@@ -46,15 +44,8 @@ export class MissionActions {
       confirmLabel: 'Arm and start',
     });
     if (!acknowledge) return null;
-    return this.#begun(async () => {
-      try {
-        await acknowledge();
-      } catch (error) {
-        return { isGood: false, words: wordsOf(error) };
-      }
-      // The tower arms it as one of the steps.
-      return this.#tell('Arm and start the mission', { command: 'start' });
-    });
+    // The tower arms it as one of the steps.
+    return this.#begun(() => this.#tell('Arm and start the mission', { command: 'start' }, acknowledge));
   }
 
   async #begun(action: () => Promise<Told>): Promise<Told> {
@@ -88,21 +79,8 @@ export class MissionActions {
     return this.#tell('Return', { command: 'rtl' });
   }
 
-  async #tell(label: string, command: DroneCommand): Promise<Told> {
-    const { id, name } = this.#vehicle.drone.get();
-    let told: Told;
-    try {
-      told = toldOf(label, name, await commandDrone(tower.operations, id, command));
-    } catch (error) {
-      told = { isGood: false, words: `${label}: ${wordsOf(error)}` };
-    }
-    tower.record({ droneId: id, source: 'command', severity: told.isGood ? 'info' : 'error', text: told.words });
-    return told;
+  async #tell(label: string, command: DroneCommand, before?: () => Promise<void>): Promise<Told> {
+    const outcome = await this.#vehicle.command(label, command, before);
+    return { isGood: isGood(outcome), words: `${label}: ${outcomeWords(this.#name, outcome)}` };
   }
-}
-
-function toldOf(label: string, name: string, { state, words, code }: Operation): Told {
-  const isGood = state === 'done';
-  const said = words || (isGood ? `${name} accepted it` : `${name} did not do it${code ? ` (${code})` : ''}`);
-  return { isGood, words: `${label}: ${said}` };
 }

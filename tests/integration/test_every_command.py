@@ -1,0 +1,302 @@
+"""Every command of a pilot by every way to give one: the same result, and one row in the audit trail with its answer.
+
+The ways: the console (its requests, and its frame for a hold), a program with a token (REST), and a ground station
+behind `tower connect`. One flight for each way, in a world of real programs with one simulator for each autopilot.
+"""
+
+import asyncio
+import socket
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import pytest
+from worlds.pilot import Pilot, at_the_controls
+from worlds.processes import Visitor, World, free_udp_ports, wait_for
+
+from server.live.relay.loan_limits import Home
+from wire.dialect import build, mavlink
+
+M: Final = mavlink
+NAN: Final = float("nan")
+LAT, LON = 47.3979, 8.5457
+HEIGHT_M = 12.0
+ABOVE_SEA, ABOVE_HOME = M.MAV_FRAME_GLOBAL, M.MAV_FRAME_GLOBAL_RELATIVE_ALT
+MISSION = [
+    [22, 3, [0, 0, 0, None], 473977000, 85456000, HEIGHT_M, 1],
+    *([16, 3, [0, 0, 0, None], 473980000 + n * 9000, 85456000, HEIGHT_M, 1] for n in range(4)),
+]
+ACCEPTED = "accepted"
+
+
+@dataclass(frozen=True)
+class Flavour:
+    """How one autopilot is told by frames, and what its heartbeat shows. `modes`: by the body's command."""
+
+    name: str
+    px4: bool
+    mode: tuple[str, tuple[float, float], int]
+    """One that can be chosen on the ground: its name, the parameters of DO_SET_MODE, HEARTBEAT.custom_mode."""
+    hold: tuple[tuple[float, float], int]
+    land: tuple[float, float]
+    rtl: tuple[tuple[float, float], int]
+    mission: tuple[tuple[float, float], int]
+
+    def place(self, sea_m: float) -> tuple[int, float]:
+        """(frame, altitude) of HEIGHT_M above home."""
+        return (ABOVE_SEA, sea_m + HEIGHT_M) if self.px4 else (ABOVE_HOME, HEIGHT_M)
+
+
+ARDUPILOT = Flavour("ardupilot", False, ("GUIDED", (4, 0), 4), ((17, 0), 17), (9, 0), ((6, 0), 6), ((3, 0), 3))
+PX4 = Flavour(
+    "px4",
+    True,
+    ("POSCTL", (3, 0), 3 << 16),
+    ((4, 3), 4 << 16 | 3 << 24),
+    (4, 6),
+    ((4, 5), 4 << 16 | 5 << 24),
+    ((4, 4), 4 << 16 | 4 << 24),
+)
+
+Frames = Callable[[Flavour, float], list[Any]]
+"""Messages, for the height of home above the sea."""
+Shows = Callable[[Pilot, Flavour], bool]
+
+
+def long(command: int, *params: float) -> Any:
+    return M.MAVLink_command_long_message(1, 1, command, 0, *[*params, *[0.0] * 7][:7])
+
+
+def at(command: int, frame: int, alt_m: float, *params: float) -> Any:
+    p1, p2, p3, p4 = [*params, *[0.0] * 4][:4]
+    return M.MAVLink_command_int_message(
+        1, 1, frame, command, 0, 0, p1, p2, p3, p4, round(LAT * 1e7), round(LON * 1e7), alt_m
+    )
+
+
+def mode(params: tuple[float, float]) -> Any:
+    return long(M.MAV_CMD_DO_SET_MODE, 1, *params)
+
+
+def any_time(pilot: Pilot, flavour: Flavour) -> bool:
+    return True
+
+
+def is_near(pilot: Pilot, flavour: Flavour) -> bool:
+    return Home(*pilot.place_deg, 0).distance_m(LAT, LON) < 3.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """`body`: of the request; `frame`: what a ground station sends; `row`: what the trail calls that frame."""
+
+    body: dict[str, Any]
+    frame: Frames
+    shows: Shows = any_time
+    row: str = ""
+
+    @property
+    def name(self) -> str:
+        return str(self.body["command"])
+
+
+def take_off(flavour: Flavour, sea_m: float) -> list[Any]:
+    if flavour.px4:
+        return [long(M.MAV_CMD_NAV_TAKEOFF, NAN, 0, 0, NAN, NAN, NAN, sea_m + HEIGHT_M)]
+    return [long(M.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, HEIGHT_M)]
+
+
+def cases(flavour: Flavour) -> list[Case]:
+    """In the order of one flight, from the ground to the ground."""
+    place = {"lat": LAT, "lon": LON, "height_m": HEIGHT_M}
+    home = {"lat": LAT, "lon": LON, "altitude_m": 488.0, "while_flying": True}
+    ardupilot = [
+        Case({"command": "yaw", "deg": 90}, lambda f, s: [long(M.MAV_CMD_CONDITION_YAW, 90)]),
+        Case({"command": "speed", "m_s": 6}, lambda f, s: [long(M.MAV_CMD_DO_CHANGE_SPEED, 1, 6, -1)]),
+    ]
+    px4 = [
+        Case({"command": "speed", "m_s": 6}, lambda f, s: [long(M.MAV_CMD_DO_CHANGE_SPEED, 1, 6, -1)]),
+        Case(
+            {"command": "orbit", **place, "radius_m": 20},
+            lambda f, s: [at(M.MAV_CMD_DO_ORBIT, *f.place(s), 20, NAN, 0, NAN)],
+        ),
+    ]
+    return [
+        Case(
+            {"command": "mode", "mode": flavour.mode[0]},
+            lambda f, s: [mode(f.mode[1])],
+            lambda p, f: p.mode == f.mode[2],
+        ),
+        Case({"command": "arm"}, lambda f, s: [long(M.MAV_CMD_COMPONENT_ARM_DISARM, 1)], lambda p, f: p.armed),
+        Case({"command": "takeoff", "height_m": HEIGHT_M}, take_off, lambda p, f: abs(p.altitude_m - HEIGHT_M) < 1),
+        Case(
+            {"command": "goto", **place},
+            lambda f, s: [at(M.MAV_CMD_DO_REPOSITION, *f.place(s), -1, 1, 0, NAN)],
+            is_near,
+        ),
+        *(px4 if flavour.px4 else ardupilot),
+        Case({"command": "roi", **place}, lambda f, s: [at(M.MAV_CMD_DO_SET_ROI_LOCATION, *f.place(s))]),
+        Case({"command": "roi", "none": True}, lambda f, s: [long(M.MAV_CMD_DO_SET_ROI_NONE)]),
+        Case({"command": "set_home", **home}, lambda f, s: [at(M.MAV_CMD_DO_SET_HOME, ABOVE_SEA, 488.0)]),
+        Case({"command": "start"}, lambda f, s: [mode(f.mission[0])], lambda p, f: p.mode == f.mission[1], row="mode"),
+        Case({"command": "jump", "item": 3}, lambda f, s: _jump(f), row="start" if flavour.px4 else "jump"),
+        Case({"command": "pause"}, _pause, row="mode" if flavour.px4 else "pause"),
+        Case({"command": "resume"}, _resume, row="mode" if flavour.px4 else "resume"),
+        Case({"command": "hold"}, lambda f, s: [mode(f.hold[0])], lambda p, f: p.mode == f.hold[1], row="mode"),
+        Case({"command": "rtl"}, lambda f, s: [mode(f.rtl[0])], lambda p, f: p.mode == f.rtl[1], row="mode"),
+        Case({"command": "land"}, lambda f, s: [mode(f.land)], lambda p, f: not p.armed, row="mode"),
+        Case(
+            {"command": "disarm", "force": True},
+            lambda f, s: [long(M.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196)],
+            lambda p, f: not p.armed,
+        ),
+    ]
+
+
+def _jump(flavour: Flavour) -> list[Any]:
+    return [long(M.MAV_CMD_MISSION_START, 3)] if flavour.px4 else [long(M.MAV_CMD_DO_SET_MISSION_CURRENT, 4)]
+
+
+def _pause(flavour: Flavour, sea_m: float) -> list[Any]:
+    return [mode(flavour.hold[0])] if flavour.px4 else [long(M.MAV_CMD_DO_PAUSE_CONTINUE, 0)]
+
+
+def _resume(flavour: Flavour, sea_m: float) -> list[Any]:
+    return [mode(flavour.mission[0])] if flavour.px4 else [long(M.MAV_CMD_DO_PAUSE_CONTINUE, 1)]
+
+
+Give = Callable[[Case], Awaitable[None]]
+Row = tuple[str, str, str]
+"""(command, result, way)."""
+
+
+@pytest.fixture
+def world(tmp_path: Path) -> Iterator[World]:
+    """Kestrel of alice, and a token of hers."""
+    with World(tmp_path) as world:
+        world.add_user("alice")
+        world.add_user("root", "admin")
+        world.add_drone("Kestrel", "alice")
+        world.start_tower()
+        scopes = ("--scope", "watch", "--scope", "fly")
+        world.tower_command("token", "add", "alice", "ground station", *scopes, "--token-file", str(tmp_path / "token"))
+        yield world
+
+
+@contextmanager
+def ground_station(world: World) -> Iterator[Callable[[Any], None]]:
+    """What a stock program does: it listens on a port, and sends frames to whoever speaks there."""
+    (port,) = free_udp_ports(1)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there:
+        there.bind(("127.0.0.1", port))
+        there.settimeout(30)
+        token = ("--tower", world.address, "--token-file", str(world.folder / "token"))
+        udp = ("--udp", f"127.0.0.1:{port}")
+        process = world.start("connect", "tower", "connect", "Kestrel", *token, "--fly", *udp)
+        _, bridge = there.recvfrom(4096)
+        wait_for("tower connect to fly", lambda: "you have the controls" in world.log_of("connect"))
+
+        def send(message: Any) -> None:
+            there.sendto(build(message, system_id=255, component_id=190, sequence=0), bridge)
+
+        yield send
+        process.terminate()
+        process.wait()
+
+
+def rows_of(root: Visitor) -> list[Row]:
+    """In the order in which they were given."""
+    events = root.ask("GET", "/audit?limit=500").json
+    given = sorted((one for one in events if one["action"] == "command.given"), key=lambda one: one["at"])
+    assert {(one["actor_name"], one["drone_id"]) for one in given} <= {("alice", 1)}
+    return [(one["detail"]["command"], one["detail"]["result"], one["detail"]["way"]) for one in given]
+
+
+async def end_of(pilot: Pilot, operation: str) -> Any:
+    """As the live channel tells it."""
+
+    def ended() -> list[Any]:
+        told = [one["operation"] for one in pilot.events if one["type"] == "operation"]
+        return [one for one in told if one["id"] == operation and one["state"] != "running"]
+
+    await pilot.until(lambda: bool(ended()), f"operation {operation}")
+    return ended()[0]
+
+
+async def refused_arming(pilot: Pilot) -> str:
+    """Why it is refused, once the drone has told what has to be known for it."""
+    for _ in range(300):
+        answer = await pilot.ask("POST", "/commands", {"command": "takeoff", "height_m": HEIGHT_M})
+        assert answer.status == 409, answer.body
+        if answer.json["type"] != "/problems/not-known-yet":
+            return str(answer.json["type"])
+        await asyncio.sleep(0.1)
+    raise AssertionError(answer.body)
+
+
+async def fly(pilot: Pilot, flavour: Flavour, give: Give, expected: Callable[[Case], Row]) -> list[Row]:
+    rows = []
+    for case in cases(flavour):
+        await give(case)
+        await pilot.until(lambda: case.shows(pilot, flavour), f"{flavour.name}, {case.name}: {pilot.texts[-3:]}")  # noqa: B023
+        rows.append(expected(case))
+    return rows
+
+
+@pytest.mark.parametrize("flavour", [ARDUPILOT, PX4], ids=lambda flavour: flavour.name)
+async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world: World, flavour: Flavour) -> None:
+    world.start_simulated("Kestrel", options=("--boot-s", "1", "--speed", "8", "--flavour", flavour.name))
+    alice, root = world.visitor("alice"), world.visitor("root")
+    await asyncio.to_thread(wait_for, "the autopilot to be heard", lambda: alice.drone(1).get("autopilot_heard"))
+    bearer = {"Authorization": f"Bearer {(world.folder / 'token').read_text().strip()}"}
+    async with at_the_controls(alice, 1) as pilot:
+        await pilot.until(lambda: pilot.has_position, "a position")
+        if flavour.px4:  # as it is delivered, it would drop or lose the drone
+            refused = await refused_arming(pilot)
+            assert refused == "/problems/loss-check"
+            assert (await pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})).status == 200
+        put = await pilot.ask("PUT", "/mission", {"items": MISSION})
+        assert put.json["state"] == "done", put.body
+
+        async def by_console(case: Case) -> None:
+            if case.name == "hold":
+                await pilot.send(mode(flavour.hold[0]))
+                return
+            begun = await asyncio.to_thread(alice.ask, "POST", "/drones/1/commands", case.body, Prefer="respond-async")
+            assert begun.status == 202, (case.name, begun.body)
+            ended = await end_of(pilot, begun.json["id"])
+            assert ended["state"] == "done", (case.name, ended["words"])
+
+        async def by_rest(case: Case) -> None:
+            answer = await asyncio.to_thread(alice.ask, "POST", "/drones/1/commands", case.body, **bearer)
+            assert answer.status == 200, (case.name, answer.body)
+            assert answer.json["state"] == "done", (case.name, answer.json["words"])
+
+        async def rows(count: int) -> None:
+            await asyncio.to_thread(wait_for, "the rows", lambda: len(rows_of(root)) >= count)
+
+        def operation(case: Case) -> Row:
+            return case.name, ACCEPTED, "operation"
+
+        def frame(case: Case) -> Row:
+            return case.row or case.name, ACCEPTED, "frames"
+
+        given = await fly(pilot, flavour, by_console, lambda one: (frame if one.name == "hold" else operation)(one))
+        given += await fly(pilot, flavour, by_rest, operation)
+        with ground_station(world) as send:
+
+            async def by_connect(case: Case) -> None:
+                for message in case.frame(flavour, pilot.home_amsl_m):
+                    pilot.acks.clear()
+                    send(message)
+                    answered = (message.command, M.MAV_RESULT_ACCEPTED)
+                    await pilot.until(lambda: answered in pilot.acks, f"{case.name}: {pilot.acks}")  # noqa: B023
+                given.append(frame(case))
+                if case.row == "mode":  # it may be given again, and within a second it would be the same one
+                    await rows(len(given))
+
+            await fly(pilot, flavour, by_connect, frame)
+            await rows(len(given))
+        assert rows_of(root) == given

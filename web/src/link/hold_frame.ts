@@ -1,0 +1,120 @@
+/**
+ * The one command that the console still says in MAVLink itself: the change to the mode that stays in place. It leaves
+ * with the next frame, without a request between. Everything else is an operation of the tower (drone_commands.ts).
+ */
+
+import type { Clock } from './clock';
+import { MAV_CMD, MAV_RESULT, type MessageFields } from './generated/mavlink.gen';
+import type { Message } from './mavlink';
+import { CONSOLE } from './messages';
+import { modeSetOf, type Mode } from './modes';
+import { REPLACED, type Outcome } from './outcome';
+import type { Telemetry } from './telemetry';
+
+export const ANSWER_LIMIT_MS = 3_000;
+/** After IN_PROGRESS the autopilot is at work: it has told us that it heard. */
+export const PROGRESS_LIMIT_MS = 20_000;
+const CONFIRM_LIMIT_MS = 3_000;
+/** param1 of DO_SET_MODE: MAV_MODE_FLAG_CUSTOM_MODE_ENABLED. */
+const CUSTOM_MODE = 1;
+const COMMAND = MAV_CMD.DO_SET_MODE;
+
+const NOT_HEARD: Outcome = { kind: 'failed', why: 'its autopilot has not been heard yet' };
+const NOT_KNOWN: Outcome = { kind: 'failed', why: 'this console does not know how its autopilot holds' };
+const NOT_SENT: Outcome = { kind: 'failed', why: 'not sent: there is no connection to it' };
+
+/** Sends a COMMAND_LONG to the autopilot; false when nothing could be sent. */
+export type Transmit = (fields: Partial<MessageFields['COMMAND_LONG']>) => boolean;
+
+/** One hold that is under way. */
+interface Waiting {
+  readonly mode: Mode;
+  readonly settle: (outcome: Outcome) => void;
+  isAccepted: boolean;
+  cancelTimer: () => void;
+}
+
+export class HoldFrame {
+  readonly #clock: Clock;
+  readonly #telemetry: Telemetry;
+  readonly #transmit: Transmit;
+  #waiting: Waiting | null = null;
+
+  constructor(clock: Clock, telemetry: Telemetry, transmit: Transmit) {
+    this.#clock = clock;
+    this.#telemetry = telemetry;
+    this.#transmit = transmit;
+    telemetry.onMessage((message) => this.#receive(message));
+  }
+
+  /** Believed when the autopilot has accepted it and its HEARTBEAT agrees. A newer hold takes the place of an older. */
+  send(): Promise<Outcome> {
+    const heartbeat = this.#telemetry.newest('HEARTBEAT');
+    if (!heartbeat) return Promise.resolve(NOT_HEARD);
+    const mode = modeSetOf(heartbeat.fields.autopilot)?.hold;
+    if (!mode) return Promise.resolve(NOT_KNOWN);
+    this.#waiting?.settle(REPLACED);
+    return new Promise((resolve) => {
+      const waiting: Waiting = {
+        mode,
+        isAccepted: false,
+        cancelTimer: () => undefined,
+        settle: (outcome) => {
+          waiting.cancelTimer();
+          this.#waiting = null;
+          resolve(outcome);
+        },
+      };
+      this.#waiting = waiting;
+      this.#try(waiting, 0);
+    });
+  }
+
+  /** Ends what waits: the connection broke, or the tower refused our frames. */
+  abort(why: string): void {
+    this.#waiting?.settle({ kind: 'failed', why });
+  }
+
+  /** `confirmation`: how often it was sent before; it is sent twice at most. */
+  #try(waiting: Waiting, confirmation: number): void {
+    const { main, sub } = waiting.mode;
+    const isSent = this.#transmit({ command: COMMAND, param1: CUSTOM_MODE, param2: main, param3: sub, confirmation });
+    if (!isSent) return waiting.settle(NOT_SENT);
+    waiting.cancelTimer = this.#clock.after(ANSWER_LIMIT_MS, () => {
+      if (confirmation === 0) this.#try(waiting, 1);
+      else waiting.settle({ kind: 'no-answer' });
+    });
+  }
+
+  #receive(message: Message): void {
+    const waiting = this.#waiting;
+    if (!waiting || !this.#telemetry.isFromAutopilot(message)) return;
+    if (message.name === 'COMMAND_ACK' && message.fields.command === COMMAND) {
+      const { result, target_system: asked } = message.fields;
+      // The agent changes modes too, and the answers to it come by here.
+      if (waiting.isAccepted || (asked !== 0 && asked !== CONSOLE.sysid)) return;
+      if (result === MAV_RESULT.ACCEPTED) this.#accepted(waiting);
+      else if (result !== MAV_RESULT.IN_PROGRESS) waiting.settle({ kind: 'refused', result });
+      else this.#after(waiting, PROGRESS_LIMIT_MS, { kind: 'no-answer' });
+    } else if (message.name === 'HEARTBEAT' && waiting.isAccepted) {
+      this.#look(waiting);
+    }
+  }
+
+  #accepted(waiting: Waiting): void {
+    waiting.isAccepted = true;
+    const detail = `its heartbeat does not show ${waiting.mode.name}`;
+    this.#after(waiting, CONFIRM_LIMIT_MS, { kind: 'unconfirmed', detail });
+    this.#look(waiting);
+  }
+
+  #look(waiting: Waiting): void {
+    if (this.#telemetry.newest('HEARTBEAT')?.fields.custom_mode === waiting.mode.customMode)
+      waiting.settle({ kind: 'accepted' });
+  }
+
+  #after(waiting: Waiting, delayMs: number, outcome: Outcome): void {
+    waiting.cancelTimer();
+    waiting.cancelTimer = this.#clock.after(delayMs, () => waiting.settle(outcome));
+  }
+}

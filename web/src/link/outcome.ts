@@ -1,0 +1,55 @@
+/** What came of a command, and the words for it. */
+
+import { MAV_RESULT } from './generated/mavlink.gen';
+
+/** What the tower could not find out: whether it was heard at all, or whether the drone does it. */
+export type Doubt = 'no-answer' | 'unconfirmed';
+
+export type Outcome =
+  | { readonly kind: 'accepted' }
+  | { readonly kind: 'refused'; readonly result: number }
+  | { readonly kind: 'no-answer' }
+  /** Accepted, but the HEARTBEAT never agreed. */
+  | { readonly kind: 'unconfirmed'; readonly detail: string }
+  /** Nobody can say whether it was carried out, or it was not sent at all: `why` says. */
+  | { readonly kind: 'failed'; readonly why: string }
+  /** By way of the tower: it, or the agent, has said how it ended, in a whole sentence. */
+  | { readonly kind: 'told'; readonly isDone: boolean; readonly words: string; readonly doubt?: Doubt };
+
+export const isGood = (outcome: Outcome): boolean =>
+  outcome.kind === 'accepted' || (outcome.kind === 'told' && outcome.isDone);
+
+export const REPLACED: Outcome = { kind: 'failed', why: 'a newer command took its place' };
+
+const MAV_RESULT_CANCELLED = 6;
+const MAV_RESULT_UNSUPPORTED_FRAME = 9;
+const MAV_RESULT_NOT_IN_CONTROL = 10;
+
+const RESULT_WORDS: Record<number, string> = {
+  [MAV_RESULT.TEMPORARILY_REJECTED]: 'cannot do it now (temporarily rejected)',
+  [MAV_RESULT.DENIED]: 'denied it',
+  [MAV_RESULT.UNSUPPORTED]: 'does not know this command',
+  [MAV_RESULT.FAILED]: 'could not do it (failed)',
+  [MAV_RESULT_CANCELLED]: 'cancelled it',
+  [MAV_RESULT.COMMAND_LONG_ONLY]: 'takes this command as COMMAND_LONG only',
+  [MAV_RESULT.COMMAND_INT_ONLY]: 'takes this command as COMMAND_INT only',
+  [MAV_RESULT_UNSUPPORTED_FRAME]: 'does not know this coordinate frame',
+  [MAV_RESULT_NOT_IN_CONTROL]: 'says that we are not in control',
+};
+
+export function outcomeWords(droneName: string, outcome: Outcome): string {
+  switch (outcome.kind) {
+    case 'accepted':
+      return `${droneName} accepted it`;
+    case 'refused':
+      return `${droneName} ${RESULT_WORDS[outcome.result] ?? `refused it (result ${outcome.result})`}`;
+    case 'no-answer':
+      return `${droneName} did not answer. Watch what it does before you try again`;
+    case 'unconfirmed':
+      return `${droneName} accepted it, but ${outcome.detail}`;
+    case 'failed':
+      return `${droneName}: ${outcome.why}`;
+    case 'told':
+      return outcome.words;
+  }
+}

@@ -1,0 +1,85 @@
+/** The drones that this user may see, one `Vehicle` each, as REST answers and live events tell of them. */
+
+import type { AlertFeed } from './alert_feed';
+import type { AssistTurns } from './assist_turns';
+import type { Clock } from './clock';
+import { mayCommand } from './drone_view';
+import type { LostControlsLog } from './lost_controls';
+import { Store, type Readable } from './store';
+import type { Vehicle } from './vehicle';
+import type { Drone, User } from './wire_types';
+
+const CONTROLS_GONE = 'we no longer have the controls';
+
+export interface SquadOptions {
+  readonly clock: Clock;
+  readonly user: Readable<User | null>;
+  readonly lostControls: LostControlsLog;
+  readonly assist: AssistTurns;
+  readonly alertFeed: AlertFeed;
+  readonly newVehicle: (drone: Drone) => Vehicle;
+}
+
+export class Squad {
+  readonly vehicles = new Store<ReadonlyMap<number, Vehicle>>(new Map());
+  /** By how much the tower's time of day is behind our clock; as it was when the connection began. */
+  towerLagMs = 0;
+  readonly #options: SquadOptions;
+
+  constructor(options: SquadOptions) {
+    this.#options = options;
+  }
+
+  drones(): Drone[] {
+    return [...this.vehicles.get().values()].map((vehicle) => vehicle.drone.get());
+  }
+
+  put(drone: Drone): void {
+    const known = this.vehicles.get().get(drone.id);
+    // REST answers and live events overtake each other: an older epoch is old news.
+    if (known && drone.epoch < known.drone.get().epoch) return;
+    this.#set([...this.drones().filter(({ id }) => id !== drone.id), drone]);
+  }
+
+  remove(droneId: number): void {
+    this.#dropped(droneId);
+    this.#set(this.drones().filter(({ id }) => id !== droneId));
+  }
+
+  /** The whole squad anew. */
+  replace(drones: readonly Drone[]): void {
+    const kept = new Set(drones.map(({ id }) => id));
+    for (const { id } of this.drones()) if (!kept.has(id)) this.#dropped(id);
+    this.#set(drones);
+  }
+
+  #dropped(droneId: number): void {
+    const vehicle = this.vehicles.get().get(droneId);
+    if (!vehicle) return;
+    const { lostControls, user, alertFeed, clock } = this.#options;
+    lostControls.removed(vehicle.drone.get(), user.get(), clock.nowMs());
+    vehicle.manual.stop(CONTROLS_GONE, { holds: false });
+    vehicle.abort('it is no longer in our squad');
+    alertFeed.gone(droneId, clock.nowMs());
+  }
+
+  #set(drones: readonly Drone[]): void {
+    const { clock, user, lostControls, assist, newVehicle } = this.#options;
+    const before = this.vehicles.get();
+    const me = user.get();
+    const nowMs = clock.nowMs();
+    const next = new Map<number, Vehicle>();
+    for (const drone of [...drones].sort((a, b) => a.id - b.id)) {
+      const known = before.get(drone.id);
+      const vehicle = known ?? newVehicle(drone);
+      if (vehicle.drone.get() !== drone || !known) {
+        lostControls.drone(known?.drone.get() ?? null, drone, me, nowMs);
+        assist.drone(drone);
+        vehicle.put(drone, nowMs, this.towerLagMs);
+      }
+      if (me && !mayCommand(drone, me)) vehicle.manual.stop(CONTROLS_GONE, { holds: false });
+      next.set(drone.id, vehicle);
+    }
+    this.vehicles.set(next);
+  }
+}

@@ -1,0 +1,151 @@
+import { beforeEach, describe, expect, it } from 'vitest';
+
+import { MAV_AUTOPILOT, MAV_RESULT, type MessageFields } from '../../src/link/generated/mavlink.gen';
+import { decode } from '../../src/link/mavlink';
+import { modeSetOf } from '../../src/link/modes';
+import type { Outcome } from '../../src/link/outcome';
+import { splitTagged } from '../../src/link/tagged_frames';
+import { Vehicle } from '../../src/link/vehicle';
+import { A_DRONE, FakeClock, fromAutopilot, heartbeat, settled } from './fakes';
+
+const BRAKE = 17;
+
+let clock: FakeClock;
+let sent: Uint8Array[];
+let isConnected: boolean;
+let vehicle: Vehicle;
+
+beforeEach(() => {
+  clock = new FakeClock();
+  sent = [];
+  isConnected = true;
+  const uplink = {
+    command: () => Promise.reject(new Error('a hold asks for nothing')),
+    send(message: Uint8Array): boolean {
+      if (isConnected) sent.push(message);
+      return isConnected;
+    },
+    sendFresh: () => 'sent' as const,
+  };
+  vehicle = new Vehicle(A_DRONE, clock, uplink, () => undefined);
+});
+
+const hears = (frame: Uint8Array): void => vehicle.receive(frame, clock.nowMs());
+const ack = (result: number = MAV_RESULT.ACCEPTED, target_system = 255): void =>
+  hears(fromAutopilot('COMMAND_ACK', { command: 176, result, target_system }));
+
+function commandsSent(): MessageFields['COMMAND_LONG'][] {
+  return sent.map((message) => {
+    const { droneId, frame } = splitTagged(message)![0]!;
+    expect(droneId).toBe(A_DRONE.id);
+    const decoded = decode(frame)!;
+    if (decoded.name !== 'COMMAND_LONG') throw new Error(decoded.name);
+    expect(decoded.header).toMatchObject({ sysid: 255, compid: 190 });
+    return decoded.fields;
+  });
+}
+
+function watch(promise: Promise<Outcome>): { outcome: Outcome | null } {
+  const seen: { outcome: Outcome | null } = { outcome: null };
+  void promise.then((outcome) => (seen.outcome = outcome));
+  return seen;
+}
+
+describe('a hold', () => {
+  it('is sent at once, to the system id that the autopilot has', () => {
+    hears(heartbeat(4, true, { sysid: 42, compid: 1 }));
+    void vehicle.sendHold();
+    const target = { target_system: 42, target_component: 1 };
+    expect(commandsSent()).toMatchObject([{ command: 176, param1: 1, param2: BRAKE, confirmation: 0, ...target }]);
+  });
+
+  it('is sent to nobody before the autopilot was heard', async () => {
+    hears(heartbeat(0, false, { sysid: 7, compid: 191 }));
+    expect((await vehicle.sendHold()).kind).toBe('failed');
+    expect(sent).toEqual([]);
+  });
+
+  it('is not kept without a connection', async () => {
+    hears(heartbeat(4));
+    isConnected = false;
+    expect((await vehicle.sendHold()).kind).toBe('failed');
+    isConnected = true;
+    await clock.pass(30_000);
+    expect(sent).toEqual([]);
+  });
+
+  it('is believed when answer and heartbeat agree', async () => {
+    hears(heartbeat(4));
+    const seen = watch(vehicle.sendHold());
+    hears(heartbeat(BRAKE, true)); // somebody else's doing: it has not answered yet
+    ack();
+    hears(heartbeat(4, true));
+    hears(heartbeat(BRAKE, false, { sysid: 7, compid: 154 })); // a gimbal says so: not enough
+    await settled();
+    expect(seen.outcome).toEqual({ kind: 'accepted' }); // the newest heartbeat showed it when the answer came
+    expect(clock.waiting).toBe(0);
+  });
+
+  it('is not believed on the answer alone', async () => {
+    hears(heartbeat(4));
+    const seen = watch(vehicle.sendHold());
+    ack();
+    await clock.pass(2_999);
+    expect(seen.outcome).toBeNull();
+    await clock.pass(1);
+    expect(seen.outcome).toMatchObject({ kind: 'unconfirmed', detail: 'its heartbeat does not show BRAKE' });
+  });
+
+  it('waits for its own answer: the agent changes modes too', async () => {
+    hears(heartbeat(4));
+    const seen = watch(vehicle.sendHold());
+    ack(MAV_RESULT.FAILED, 1);
+    await settled();
+    expect(seen.outcome).toBeNull();
+    ack(MAV_RESULT.FAILED);
+    await settled();
+    expect(seen.outcome).toEqual({ kind: 'refused', result: MAV_RESULT.FAILED });
+  });
+
+  it('is repeated once, with the repeat counted, then given up', async () => {
+    hears(heartbeat(4));
+    const seen = watch(vehicle.sendHold());
+    await clock.pass(3_000);
+    expect(commandsSent().map(({ confirmation }) => confirmation)).toEqual([0, 1]);
+    await clock.pass(3_000);
+    expect(seen.outcome).toEqual({ kind: 'no-answer' });
+    expect(sent).toHaveLength(2);
+  });
+
+  it('in progress may take longer, and is not repeated', async () => {
+    hears(heartbeat(4));
+    const seen = watch(vehicle.sendHold());
+    ack(MAV_RESULT.IN_PROGRESS);
+    await clock.pass(19_999);
+    expect(seen.outcome).toBeNull();
+    await clock.pass(1);
+    expect(seen.outcome).toEqual({ kind: 'no-answer' });
+    expect(sent).toHaveLength(1);
+  });
+
+  it('that is newer takes the place of an older one', async () => {
+    hears(heartbeat(4));
+    const older = watch(vehicle.sendHold());
+    const newer = watch(vehicle.sendHold());
+    ack();
+    hears(heartbeat(BRAKE));
+    await settled();
+    expect([older.outcome?.kind, newer.outcome?.kind]).toEqual(['failed', 'accepted']);
+    expect(sent).toHaveLength(2);
+  });
+
+  it('uses the numbers of PX4 where PX4 flies', () => {
+    hears(fromAutopilot('HEARTBEAT', { autopilot: 12, type: 2, custom_mode: 0, base_mode: 81 }));
+    void vehicle.sendHold();
+    expect(commandsSent()).toMatchObject([{ param1: 1, param2: 4, param3: 3 }]);
+  });
+
+  it.each([MAV_AUTOPILOT.ARDUPILOTMEGA, MAV_AUTOPILOT.PX4])('needs nobody at the sticks of autopilot %i', (one) => {
+    expect(modeSetOf(one)?.hold.obeysSticks).toBe(false);
+  });
+});

@@ -1,0 +1,129 @@
+import { beforeEach, describe, expect, it, vi } from 'vitest';
+
+import { GuidedActions } from '../src/guided_actions';
+import type { DroneCommand } from '../src/link/drone_commands';
+import type { FlightValues } from '../src/link/flight_values';
+import type { Operations } from '../src/link/operations';
+import { Vehicle } from '../src/link/vehicle';
+import { MissionActions } from '../src/parts/missions/mission_actions';
+import { PilotActions } from '../src/pilot_actions';
+import { A_DRONE, FakeClock, fromAutopilot, heartbeat } from './link/fakes';
+
+const asked = vi.hoisted(() => ({ acknowledged: 0 }));
+vi.mock('../src/confirmation.svelte', () => ({ ask: () => Promise.resolve(true) }));
+vi.mock('../src/preferences.svelte', () => ({ preferences: { units: 'metric' } }));
+vi.mock('../src/arming', () => ({
+  agreeToArm: () => Promise.resolve(() => Promise.resolve(void asked.acknowledged++)),
+}));
+
+const HERE = { latDeg: 47, lonDeg: 8 };
+const THERE = { latDeg: 47.1, lonDeg: 368.2, altRelM: 20 };
+
+let commands: DroneCommand[];
+let frames: number;
+let vehicle: Vehicle;
+let values: Partial<FlightValues>;
+let pilot: PilotActions;
+let guided: GuidedActions;
+let mission: MissionActions;
+
+beforeEach(() => {
+  commands = [];
+  frames = 0;
+  asked.acknowledged = 0;
+  const uplink = {
+    command: (_: number, command: DroneCommand) => {
+      commands.push(command);
+      return Promise.resolve({ kind: 'told', isDone: true, words: 'Done.' } as const);
+    },
+    send: () => ++frames > 0,
+    sendFresh: () => 'sent' as const,
+  };
+  const clock = new FakeClock();
+  vehicle = new Vehicle(A_DRONE, clock, uplink, () => undefined);
+  vehicle.receive(heartbeat(4, true), clock.nowMs());
+  vehicle.receive(fromAutopilot('HOME_POSITION', { altitude: 488_500 }), clock.nowMs());
+  values = { airborne: true, armed: true, autopilot: 3, mode: 'GUIDED', place: HERE, altRelM: 12 };
+  const now = () => values as FlightValues;
+  pilot = new PilotActions(vehicle, now);
+  guided = new GuidedActions(vehicle, {} as Operations, now);
+  mission = new MissionActions(vehicle, now);
+});
+
+describe('each button asks the tower for one command', () => {
+  it.each<[string, () => Promise<unknown>, DroneCommand]>([
+    ['arm', () => pilot.arm(), { command: 'arm' }],
+    ['disarm in flight', () => pilot.disarm(), { command: 'disarm', force: true }],
+    ['take off', () => pilot.takeOff(10), { command: 'takeoff', height_m: 10 }],
+    ['return', () => pilot.returnHome(), { command: 'rtl' }],
+    ['land', () => pilot.land(), { command: 'land' }],
+    ['mode', () => pilot.changeMode('POSHOLD'), { command: 'mode', mode: 'POSHOLD' }],
+    [
+      'go to',
+      () => pilot.goTo(THERE),
+      { command: 'goto', lat: 47.1, lon: expect.closeTo(8.2) as number, height_m: 20 },
+    ],
+    ['height', () => pilot.changeHeight(30), { command: 'goto', lat: 47, lon: 8, height_m: 30 }],
+    ['speed', () => pilot.changeSpeed(3), { command: 'speed', m_s: 3 }],
+    ['turn', () => pilot.turnTo(270), { command: 'yaw', deg: 270 }],
+    ['home here', () => pilot.setHome(null), { command: 'set_home', here: true, while_flying: true }],
+    [
+      'home on the map',
+      () => pilot.setHome(HERE),
+      { command: 'set_home', lat: 47, lon: 8, altitude_m: 488.5, while_flying: true } as DroneCommand,
+    ],
+    [
+      'circle',
+      () => guided.orbit({ ...HERE, altRelM: 20, radiusM: 30, isClockwise: false, speedMps: 4 }),
+      { command: 'orbit', lat: 47, lon: 8, height_m: 20, radius_m: -30, m_s: 4 },
+    ],
+    [
+      'look at',
+      () => guided.lookAt({ ...HERE, altRelM: 0 }),
+      { command: 'roi', lat: 47, lon: 8, height_m: 0 } as DroneCommand,
+    ],
+    ['look ahead', () => guided.lookAhead(), { command: 'roi', none: true }],
+    ['start the mission', () => guided.startMission(2, 5), { command: 'start', item: 2 }],
+    ['pause', () => guided.pauseMission(), { command: 'pause' }],
+    ['resume', () => guided.resumeMission(), { command: 'resume' }],
+    ['jump', () => guided.jumpTo(4, 'way-point'), { command: 'jump', item: 4 }],
+    ['start, on the page of missions', () => mission.start(5), { command: 'start' } as DroneCommand],
+    ['pause, there', () => mission.pause(), { command: 'pause' }],
+    ['resume, there', () => mission.resume(null), { command: 'resume' }],
+    ['jump, there', () => mission.jump(4, 'way-point'), { command: 'jump', item: 4 }],
+    ['return, there', () => mission.returnHome(), { command: 'rtl' }],
+  ])('%s', async (_, press, command) => {
+    await press();
+    expect(commands).toEqual([command]);
+    expect(frames).toBe(0);
+  });
+
+  it('on the ground: disarms without force, moves home without a word about flying', async () => {
+    values = { ...values, airborne: false };
+    await pilot.disarm();
+    await pilot.setHome(null);
+    expect(commands).toEqual([{ command: 'disarm' }, { command: 'set_home', here: true }]);
+  });
+
+  it('says before arming that the loss check was read', async () => {
+    values = { ...values, airborne: false, armed: false };
+    await pilot.arm();
+    await pilot.takeOff(5);
+    await guided.startMission(0, 5);
+    await mission.start(5);
+    expect(commands.map(({ command }) => command)).toEqual(['arm', 'takeoff', 'start', 'start']);
+    expect(asked.acknowledged).toBe(4);
+  });
+
+  it('but hold, which is a frame', () => {
+    void pilot.hold();
+    expect([commands, frames]).toEqual([[], 1]);
+  });
+
+  it('and none where something is not known', async () => {
+    values = { ...values, place: null };
+    await pilot.changeHeight(10);
+    expect(commands).toEqual([]);
+    expect(vehicle.action.get()?.text).toContain('it has not said where it is');
+  });
+});
