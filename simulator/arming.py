@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from simulator.flight import Flight
 from simulator.modes import RULES, Mode
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 FORCE_MAGIC = 21196.0
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from simulator.auto_items import (
     DELAY,
@@ -29,14 +28,12 @@ from simulator.auto_items import (
 )
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.guided import TURN_RATE_RPS, look_ahead
 from simulator.homing import ReturnToLaunch, descend
 from simulator.mission_plan import Frame, Item, PlanKind
 from simulator.notices import Severity
 from simulator.orbit import Orbit, look_at_roi
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 JUMP_FOREVER = -1
 STEPS_PER_TICK_MAX = 100
@@ -54,7 +51,7 @@ class Progress:
 
 
 class Auto(Behaviour):
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._progress: Progress | None = None
         self._flown: int | None = None

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from simulator.flight_state import FlightState
 from simulator.geodesy import wrap_pi
 from simulator.mission_plan import Item
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 WAYPOINT, LOITER_FOREVER, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = 16, 17, 18, 19, 20, 21, 22
 SPLINE, DELAY = 82, 93
@@ -33,7 +30,7 @@ NAMES = {
 YAW_REACHED_RAD = math.radians(3.0)
 
 
-def begin_beside(flight: Flight, item: Item) -> None:
+def begin_beside(flight: FlightState, item: Item) -> None:
     """Do what the item says. What is not known here does nothing."""
     command = item.command
     if command == CHANGE_SPEED and item.number(0) in (0.0, 1.0) and item.number(1) > 0:
@@ -59,7 +56,7 @@ def begin_beside(flight: Flight, item: Item) -> None:
         flight.camera.stop()
 
 
-def beside_is_done(flight: Flight, item: Item, *, since_s: float, to_go_m: float) -> bool:
+def beside_is_done(flight: FlightState, item: Item, *, since_s: float, to_go_m: float) -> bool:
     """May the next one be done? `to_go_m` is what is left to the waypoint that is being flown to."""
     if item.command == CONDITION_DELAY:
         return flight.now_s - since_s >= item.number(0)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from simulator.arming import FORCE_MAGIC
 from simulator.auto import Auto
+from simulator.command_message import Command
 from simulator.flight import Flight
 from simulator.geodesy import Place
 from simulator.guided import GoTo, Guided
@@ -14,9 +14,6 @@ from simulator.mission_plan import Frame
 from simulator.modes import Mode, mode_of
 from simulator.notices import Severity
 from simulator.setpoints import height_over_origin
-
-if TYPE_CHECKING:
-    from simulator.commands import Command
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 """MAV_RESULT."""
@@ -176,7 +173,7 @@ def run_checks(flight: Flight, command: Command) -> int:
     del command
     if flight.armed:
         return TEMPORARILY_REJECTED
-    reason = flight.flavour.why_not_ready(flight)
+    reason = flight.why_not_ready()
     if reason is not None:
         flight.say(Severity.CRITICAL, reason)
     return ACCEPTED

@@ -5,14 +5,10 @@ Each is an edge: it acts once when it sets in. When the cause goes away the flag
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from simulator.flight import Flight
 from simulator.homing import Land
 from simulator.modes import Mode
 from simulator.notices import Severity
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 CONTINUE_AUTO_ON_RADIO_LOSS = 1
 CONTINUE_AUTO_ON_GCS_LOSS = 2

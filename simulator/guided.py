@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.orbit import look_at_roi
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 TURN_RATE_RPS = math.radians(60.0)
 
@@ -44,7 +41,7 @@ class TakeOff:
 
 
 class Guided(Behaviour):
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self.wish: GoTo | FlyWith | TakeOff | None = None
         self._paused = False

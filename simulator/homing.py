@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from enum import Enum, auto
-from typing import TYPE_CHECKING
 
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.geodesy import clamp
 from simulator.notices import Severity
 from simulator.piloted import lean_of_sticks, turn_with_stick
 from simulator.rally import Refuge, nearest_refuge
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 RTL_MIN_CONE_SLOPE = 0.5
 RTL_ALT_MAX_M = 3000.0
@@ -45,7 +42,7 @@ def descend(behaviour: Behaviour, *, waiting: bool = False) -> None:
 
 
 class Land(Behaviour):
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._waits_until_s = 0.0
 
@@ -72,7 +69,7 @@ class Leg(Enum):
 
 
 class ReturnToLaunch(Behaviour):
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self.leg = Leg.CLIMB
         self.goal = Refuge(0.0, 0.0)

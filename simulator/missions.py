@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from simulator.auto import Auto
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
+from simulator.flavour import Flavour
 from simulator.flight import Flight
 from simulator.mission_items import read_item
 from simulator.mission_plan import Item, PlanKind
@@ -44,8 +45,13 @@ class Upload:
 
 class MissionServer:
     def __init__(
-        self, flight: Flight, send: Callable[[Message], None], restart: Callable[[], None] = lambda: None
+        self,
+        flight: Flight,
+        flavour: Flavour,
+        send: Callable[[Message], None],
+        restart: Callable[[], None] = lambda: None,
     ) -> None:
+        self._flavour = flavour
         self._flight = flight
         self._send = send
         self._restart = restart
@@ -80,7 +86,7 @@ class MissionServer:
             return
         self._fence_seen_s = now_s
         items = plans.items[PlanKind.FENCE]
-        total = self._flight.flavour.storage.fence_total(items)
+        total = self._flavour.storage.fence_total(items)
         if total == 0 and self._fence_total != 0 and items:
             plans.store(PlanKind.FENCE, [], self._flight.home)
         self._fence_total = total
@@ -112,7 +118,7 @@ class MissionServer:
             return
         if self._upload is not None and self._upload.peer != peer:
             self._ack(peer, mavlink.MAV_MISSION_DENIED, kind)
-        elif count > self._flight.flavour.items_max[kind] or self._fails(Failure.MISSION_FULL):
+        elif count > self._flavour.items_max[kind] or self._fails(Failure.MISSION_FULL):
             self._ack(peer, mavlink.MAV_MISSION_NO_SPACE, kind)
         else:
             now_s = self._flight.now_s
@@ -151,7 +157,7 @@ class MissionServer:
                 self._ack(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE, kind)
             return  # one that came twice is no error
         upload.last_heard_s = self._flight.now_s
-        storage, sent = self._flight.flavour.storage, read_item(message)
+        storage, sent = self._flavour.storage, read_item(message)
         taken = storage.take(sent, kind)
         if isinstance(taken, Item) and (problem := storage.why_not_jump(taken, upload.count - 1)) is not None:
             taken = problem
@@ -175,7 +181,7 @@ class MissionServer:
 
     def _finish(self, upload: Upload) -> None:
         self._upload = None
-        problem = self._flight.flavour.storage.why_not_whole(upload.items, upload.kind)
+        problem = self._flavour.storage.why_not_whole(upload.items, upload.kind)
         if problem is not None:
             self._ack(upload.peer, problem, upload.kind)
             return

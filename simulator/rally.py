@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from simulator.flight_state import FlightState
 from simulator.mission_plan import Frame, PlanKind
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +18,7 @@ class Refuge:
     alt_over_home_m: float | None = None
 
 
-def nearest_refuge(flight: Flight) -> Refuge:
+def nearest_refuge(flight: FlightState) -> Refuge:
     """Rally points farther than RALLY_LIMIT_KM do not count (0: all do); home only if RALLY_INCL_HOME says so or
     there is no other."""
     here = (flight.body.north_m, flight.body.east_m)

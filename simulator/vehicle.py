@@ -13,15 +13,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from simulator.ardupilot import ARDUPILOT
-from simulator.commands import ACCEPTED, FAILED, UNSUPPORTED, Command, carry_out, read_command
+from simulator.command_message import ACCEPTED, FAILED, UNSUPPORTED, Command, read_command
 from simulator.commands_flight import jump_to_item
 from simulator.components import Components
 from simulator.dialect import COMPONENT_METADATA, Codec, Message, mavlink
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.file_protocol import FileServer
 from simulator.flavour import Flavour
-from simulator.flight import Flight, FlightSettings
+from simulator.flight import Flight
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightSettings
 from simulator.log_protocol import LogServer
 from simulator.logbook import Logbook
 from simulator.metadata import ComponentFiles
@@ -73,7 +74,7 @@ class Vehicle:
             *settings.parameters,
         )
         self.parameters = settings.flavour.make_parameters(overrides, settings.parameter_count)
-        self._logbook = Logbook()
+        self._logbook = Logbook(settings.flavour.banner)
         self._codec = Codec(settings.system_id)
         self._inbox: deque[tuple[float, bytes]] = deque()
         self._outbox: deque[bytes] = deque(maxlen=OUTBOX_MAX)
@@ -96,7 +97,7 @@ class Vehicle:
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
         self.flight.on_photo = lambda photo: self._send(self.settings.flavour.photo_message(self.flight, photo))
         self._telemetry = Telemetry(self.settings.flavour)
-        self._missions = MissionServer(self.flight, self._send, self._restart_soon)
+        self._missions = MissionServer(self.flight, self.settings.flavour, self._send, self._restart_soon)
         self._logs = LogServer(self.flight, self._logbook, self._send)
         self._parameter_server = ParameterServer(self.parameters, self._send, self._say)
         settings = self.settings
@@ -156,7 +157,7 @@ class Vehicle:
             for message in self._codec.decode(self._inbox.popleft()[1]):
                 self._handle(message)
         while self._slow and self._slow[0][0] <= flight.now_s:
-            carry_out(flight, self._slow.popleft()[1])
+            self.settings.flavour.carry_out(flight, self._slow.popleft()[1])
         flight.tick(flight.now_s)
         self._missions.tick()
         self._parameter_server.drop_every_seventh = Failure.PARAMETERS_DROPPED in self.failures
@@ -317,7 +318,7 @@ class Vehicle:
         if number == mavlink.MAV_CMD_DO_SET_MODE and Failure.MODE_CHANGE_SLOW in self.failures:
             self._slow.append((flight.now_s + SLOW_MODE_CHANGE_S, command))
             return ACCEPTED
-        return carry_out(flight, command)
+        return self.settings.flavour.carry_out(flight, command)
 
     def _plan_reboot(self, what: int) -> int:
         if self.flight.armed:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from simulator import commands_flight as fly
 from simulator.auto import Auto
+from simulator.command_message import Command
 from simulator.commands import HANDLERS as COMMON
-from simulator.commands import Command
 from simulator.commands_camera import CAMERA_HANDLERS
 from simulator.dialect import mavlink
 from simulator.flight import Flight
 from simulator.guided import GoTo, Guided
 from simulator.notices import Severity
 from simulator.px4.modes import STICK_MODES, Orbiting, Px4Mode, TakingOff, custom_mode, mode_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 CUSTOM_MODE_FLAG = 1

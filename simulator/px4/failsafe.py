@@ -7,13 +7,9 @@ the action comes a hold of COM_FAIL_ACT_T; what comes back within it ends the fa
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from simulator.flight import Flight
 from simulator.notices import Severity
 from simulator.px4.modes import STICK_MODES, Px4Mode
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 NOTHING, HOLD, RETURN, LAND, TERMINATE, DISARM = 0, 1, 2, 3, 5, 6
 """NAV_RCL_ACT and NAV_DLL_ACT."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from simulator.flavour import Flavour, Storage
+from simulator.flight import Flight
 from simulator.mission_plan import PlanKind
 from simulator.px4.commands import HANDLERS, set_mode_number
 from simulator.px4.failsafe import Px4Failsafes
@@ -15,9 +14,6 @@ from simulator.px4.parameters import make_parameters
 from simulator.px4.reports import INTERVALS_S, REPORTS
 from simulator.px4.sticks import Px4Sticks
 from simulator.reports_camera import camera_trigger
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 
 def why_not_arm(flight: Flight) -> str | None:

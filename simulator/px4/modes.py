@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 from simulator.auto import Auto
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.guided import Guided, TakeOff
 from simulator.homing import Land, ReturnToLaunch
 from simulator.modes import ModeRules
 from simulator.orbit import Orbit
 from simulator.piloted import AltHold, Loiter, Stabilize
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 
 def custom_mode(main: int, sub: int = 0) -> int:
@@ -65,7 +62,7 @@ def mode_of(number: int) -> Px4Mode | None:
 class TakingOff(Guided):
     """AUTO.TAKEOFF: climbs as soon as it is armed, and becomes AUTO.LOITER at the top."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self.alt_over_origin_m: float | None = None
         """None: MIS_TAKEOFF_ALT over home."""
@@ -90,7 +87,7 @@ class TakingOff(Guided):
 class Orbiting(Behaviour):
     """Round the place that DO_ORBIT has named; without one it stays where it is."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._orbit: Orbit | None = None
         self._rate_rps = 0.0
@@ -119,7 +116,7 @@ class Orbiting(Behaviour):
         flight.fly()
 
 
-def make_behaviours(flight: Flight) -> dict[IntEnum, Behaviour]:
+def make_behaviours(flight: FlightState) -> dict[IntEnum, Behaviour]:
     return {
         Px4Mode.MANUAL: Stabilize(flight),
         Px4Mode.STABILIZED: Stabilize(flight),

@@ -26,7 +26,7 @@ from server.live.operations.operation import STATE_OF, Lane, Operation, Order, S
 from server.live.operations.refusals import DroneBusy, DroneOffline
 from simulator.dialect import Codec
 from simulator.failure_modes import Failure
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
 from simulator.vehicle import Vehicle, VehicleSettings

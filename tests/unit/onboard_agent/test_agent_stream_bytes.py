@@ -8,7 +8,7 @@ import pytest
 from onboard_agent.autopilot.rates import WISHES
 from onboard_agent.telemetry.thinner import Thinner
 from simulator.dialect import Codec
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.vehicle import Vehicle, VehicleSettings
 from wire.dialect import mavlink

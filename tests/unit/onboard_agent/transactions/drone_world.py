@@ -10,7 +10,7 @@ from onboard_agent.onboard import Onboard
 from simulator.ardupilot import ARDUPILOT
 from simulator.failure_modes import Failure
 from simulator.flavour import Flavour
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.vehicle import Vehicle, VehicleSettings
 from wire.content import Frames

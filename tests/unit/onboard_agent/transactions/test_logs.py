@@ -20,7 +20,8 @@ from onboard_agent.transactions.log_handler import ARMED, LogHandler
 from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
-from simulator.flight import Flight, FlightSettings
+from simulator.flight import Flight
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.log_protocol import LogServer
 from simulator.logbook import Log, Logbook
