@@ -10,7 +10,7 @@ import pytest
 from handler_line import DeskLine
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_parameter_reading import Half, MemoryStore, complete, table_of, tables
+from parameter_reading_line import Half, MemoryStore, complete, table_of, tables
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.file_read import BLOCK_TRIES

@@ -10,7 +10,7 @@ import pytest
 from handler_line import ARDUPILOT, PX4, DeskLine
 from hypothesis import given
 from hypothesis import strategies as st
-from test_parameter_reading import complete, parameter_line
+from parameter_reading_line import complete, parameter_line
 
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender
 from onboard_agent.transactions.parameter_encoding import (
