@@ -25,6 +25,7 @@ LONG_FILES: Final[Mapping[str, int]] = {
 }
 """Files that are longer than `MAX_LINES`, and how long they may be."""
 
+
 def modules_of(package: str) -> dict[str, Path]:
     """Names and files of all modules of a package."""
     found = {}

@@ -1,4 +1,4 @@
-"""May the motors start, and may they stop? Each answer is a reason in ArduPilot's words, or None for yes."""
+"""Arming checks. Each returns a reason in ArduPilot's words, or None if the motors may start."""
 
 from __future__ import annotations
 

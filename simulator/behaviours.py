@@ -1,4 +1,4 @@
-"""What a flight mode is: one object that sets the motor commands, tick by tick, while it is the mode."""
+"""A flight mode as an object: while it is the current mode, it sets the motor commands every tick."""
 
 from __future__ import annotations
 

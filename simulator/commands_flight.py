@@ -33,7 +33,7 @@ def set_mode(flight: Flight, command: Command) -> int:
 def set_mode_number(flight: Flight, number: int) -> int:
     mode = mode_of(number)
     if mode is None:
-        flight.say(Severity.WARNING, f"No such mode {number}")
+        flight.notify(Severity.WARNING, f"No such mode {number}")
         return FAILED
     return ACCEPTED if flight.set_mode(mode) else FAILED
 
@@ -110,12 +110,12 @@ def pause_or_continue(flight: Flight, command: Command) -> int:
     if command.params[0] == 0.0:
         if behaviour.pause():
             return ACCEPTED
-        flight.say(Severity.INFO, "Failed to pause")
+        flight.notify(Severity.INFO, "Failed to pause")
         return FAILED
     if command.params[0] == 1.0:
         if behaviour.resume():
             return ACCEPTED
-        flight.say(Severity.INFO, "Failed to continue")
+        flight.notify(Severity.INFO, "Failed to continue")
         return FAILED
     return DENIED
 
@@ -165,7 +165,7 @@ def terminate(flight: Flight, command: Command) -> int:
     if command.params[0] <= 0.5:
         return FAILED
     flight.disarm()
-    flight.say(Severity.EMERGENCY, "Terminating due to GCS request")
+    flight.notify(Severity.EMERGENCY, "Terminating due to GCS request")
     return ACCEPTED
 
 
@@ -175,5 +175,5 @@ def run_checks(flight: Flight, command: Command) -> int:
         return TEMPORARILY_REJECTED
     reason = flight.why_not_ready()
     if reason is not None:
-        flight.say(Severity.CRITICAL, reason)
+        flight.notify(Severity.CRITICAL, reason)
     return ACCEPTED

@@ -1,7 +1,7 @@
-"""Fences: what was drawn (polygons and circles to stay in or out of), limits of height and distance, and breaches.
+"""Fences: drawn areas (polygons and circles to stay in or out of), limits of height and distance, and breaches.
 
-Which limits hold and what a breach leads to are the flavour's. A breach acts once when it sets in, and again each
-AGAIN_M farther out; it ends when the vehicle is inside again. A floor holds from when the vehicle has been above it
+The flavour says which limits apply and what a breach leads to. A breach acts when it sets in, and again every AGAIN_M
+farther out; it ends when the vehicle is inside again. A minimum height applies once the vehicle has been above it,
 until it lands. Nothing here steers away from a fence.
 """
 
@@ -139,11 +139,11 @@ class Fence:
         self.breaches = {n: out if n in fresh else self.breaches[n] for n, out in outside.items()}
         if ended and not outside:
             self.kept_mode = None
-            flight.say(Severity.NOTICE, f"{', '.join(ended)} fence breach cleared")
+            flight.notify(Severity.NOTICE, f"{', '.join(ended)} fence breach cleared")
         if fresh:
             self.count = min(self.count + 1, 65535)
             self.last, self.last_s = KINDS[fresh[0]], flight.now_s
-            flight.say(Severity.NOTICE, f"{', '.join(fresh)} fence breached")
+            flight.notify(Severity.NOTICE, f"{', '.join(fresh)} fence breached")
             self.kept_mode = None
             self.kept_mode = self.on_breach(flight)
 

@@ -45,11 +45,11 @@ def on_fence_breach(flight: FlightState) -> IntEnum | None:
 
 def enable_fence(flight: FlightState, command: Command) -> int:
     """MAV_CMD_DO_FENCE_ENABLE: 0 off, 1 on, 2 the floor only."""
-    wish = int(command.params[0])
-    if wish not in (0, 1, 2):
+    goal = int(command.params[0])
+    if goal not in (0, 1, 2):
         return FAILED
-    if wish == 2:
+    if goal == 2:
         flight.parameters.set("FENCE_TYPE", flight.parameters.whole("FENCE_TYPE") & ~ALT_MIN)
     else:
-        flight.parameters.set("FENCE_ENABLE", wish)
+        flight.parameters.set("FENCE_ENABLE", goal)
     return ACCEPTED

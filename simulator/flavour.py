@@ -1,7 +1,7 @@
-"""What makes an autopilot this one and not another: modes, sticks, failsafes, commands, parameters, telemetry.
+"""What distinguishes one autopilot from another: modes, sticks, failsafes, commands, parameters, telemetry.
 
-The body, the controllers and the flight modes' behaviour are the same for all. `ardupilot` and `px4` bring one
-Flavour each; no other file may ask which one it is.
+Airframe, controllers and the behaviour of flight modes are shared. `ardupilot` and `px4` define one Flavour each; no
+other module may ask which autopilot it is.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from simulator.receiver import Receiver
 class Storage(NamedTuple):
     """What becomes of the items of plans."""
 
-    take: Callable[[Item, PlanKind], Item | int]
+    accept: Callable[[Item, PlanKind], Item | int]
     """The item as it is stored and read back, or the MAV_MISSION_RESULT with which it is refused."""
     why_not_jump: Callable[[Item, int], int | None]
     """Given the number of the last item of the plan."""

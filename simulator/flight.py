@@ -6,6 +6,7 @@ mode switch), fly the mode, move the body, notice the ground.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from enum import IntEnum
 from typing import Protocol
@@ -29,9 +30,10 @@ SWITCH_DEBOUNCE_S = 0.2
 HARD_IMPACT_MPS = 5.0
 
 
-class OwnFailsafes(FailsafeFlags, Protocol):
+class OwnFailsafes(FailsafeFlags, ABC):
     """What the autopilot does by itself when something is lost."""
 
+    @abstractmethod
     def update(self, flight: Flight) -> None: ...
 
 
@@ -125,7 +127,7 @@ class Flight(FlightState):
         else:
             refusal = self._behaviours[mode].why_not()
         if refusal:
-            self.say(Severity.WARNING, f"Mode change to {mode.name} failed: {refusal}")
+            self.notify(Severity.WARNING, f"Mode change to {mode.name} failed: {refusal}")
             return False
         self.mode = mode
         self.speed_override_mps = self.yaw_override_rad = self.roi = None
@@ -139,9 +141,9 @@ class Flight(FlightState):
             return True
         reason = None if force else self._autopilot.why_not_arm(self)
         if reason:
-            self.say(Severity.CRITICAL, reason)
+            self.notify(Severity.CRITICAL, reason)
             return False
-        self.say(Severity.INFO, "Arming motors")
+        self.notify(Severity.INFO, "Arming motors")
         if self.estimator.position_ok and not self.home_is_chosen:
             self.set_home(self.place())
         self.armed = True
@@ -155,7 +157,7 @@ class Flight(FlightState):
         if not self.armed:
             return
         self.armed = False
-        self.say(Severity.INFO, "Disarming motors")
+        self.notify(Severity.INFO, "Disarming motors")
         if not isinstance(self.flying, Auto):
             self.speed_override_mps = None
 
@@ -195,8 +197,8 @@ class Flight(FlightState):
         self.estimator_was_ready = True
         if self.home is None:
             self.set_home(self.place())
-        self.say(Severity.INFO, "EKF3 IMU0 is using GPS")
-        self.say(Severity.INFO, "EKF3 IMU0 origin set")
+        self.notify(Severity.INFO, "EKF3 IMU0 is using GPS")
+        self.notify(Severity.INFO, "EKF3 IMU0 origin set")
 
     def _read_mode_switch(self) -> None:
         """Act on a change of the switch, not on its position: that is how a lapsing channel 5 changes the mode."""
@@ -215,7 +217,7 @@ class Flight(FlightState):
     def _notice_ground(self) -> None:
         body = self.body
         if body.impact_mps > HARD_IMPACT_MPS and self.armed:
-            self.say(Severity.EMERGENCY, "Crash: Disarming")
+            self.notify(Severity.EMERGENCY, "Crash: Disarming")
             self.landed = True
             self.disarm()
         body.impact_mps = 0.0

@@ -12,7 +12,6 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Protocol
 
 from simulator.airframe import Airframe, Commands
 from simulator.attitude_control import IDLE_COMMAND, AttitudeControl
@@ -49,18 +48,21 @@ class FlightSettings:
     seed: int = 1
 
 
-class FailsafeFlags(Protocol):
+class FailsafeFlags:
     """Which failsafes are active."""
 
-    radio: bool
-    ground_station: bool
-    battery_low: bool
-    battery_critical: bool
-    position: bool
-    ground_station_seen_s: float | None
+    def __init__(self) -> None:
+        self.radio = False
+        self.ground_station = False
+        self.battery_low = False
+        self.battery_critical = False
+        self.position = False
+        self.ground_station_seen_s: float | None = None
+        """When a heartbeat (or, on ArduPilot, stick message) that counts came last; None: never, so never missed."""
 
     @property
-    def any(self) -> bool: ...
+    def any(self) -> bool:
+        return self.radio or self.ground_station or self.battery_low or self.battery_critical or self.position
 
 
 class FlightState(ABC):
@@ -126,7 +128,7 @@ class FlightState(ABC):
     @abstractmethod
     def disarm(self) -> None: ...
 
-    def say(self, severity: Severity, text: str) -> None:
+    def notify(self, severity: Severity, text: str) -> None:
         self.notices.append(Notice(severity, text))
 
     def set_home(self, place: Place) -> None:

@@ -1,4 +1,4 @@
-"""The logs on board: one for each time that it is armed. The oldest goes when there are too many; a full one ends."""
+"""The logs on board, one for each arming. The oldest is deleted when there are too many; a full one is closed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which class flies which mode."""
+"""The class that flies each mode of ArduCopter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Round a centre at a radius, nose inwards."""
+"""Circles a centre at a given radius, with the nose pointing inwards."""
 
 from __future__ import annotations
 

@@ -1,5 +1,7 @@
-"""A camera that takes photographs by command, every so many metres, or every so many seconds. There are no pictures:
-what comes of it is one message for each."""
+"""Takes photographs on command, by distance or by time.
+
+No pictures are made: each photograph results in one message.
+"""
 
 from __future__ import annotations
 

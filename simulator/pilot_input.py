@@ -1,4 +1,4 @@
-"""Stick positions: what every source of them offers, whichever autopilot interprets them."""
+"""The stick positions that flight modes read, whichever autopilot interprets them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The modes in which sticks fly: STABILIZE, ALT_HOLD, LOITER (and POSHOLD), and BRAKE and CIRCLE beside them."""
+"""The modes flown with sticks: STABILIZE, ALT_HOLD, LOITER (and POSHOLD); and BRAKE and CIRCLE."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Telemetry about what the vehicle is and how it fares: heartbeat, sensors, battery, estimate, home, radio."""
+"""Telemetry about the vehicle's state: heartbeat, sensors, battery, estimate, home, radio."""
 
 from __future__ import annotations
 

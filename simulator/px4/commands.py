@@ -1,4 +1,4 @@
-"""How PX4 answers commands. Heights are above sea level, and NaN means "as it is"."""
+"""How PX4 answers commands. Heights are above sea level; NaN means "unchanged"."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ORBIT_SPEED_MPS = 3.0
 def change_mode(flight: Flight, mode: Px4Mode) -> int:
     """Armed, a mode for which something is missing is refused: sticks, a position, a mission."""
     if flight.armed and mode in STICK_MODES and flight.sticks.silent_for_s(flight.now_s) > 0.0:
-        flight.say(Severity.CRITICAL, f"Mode {mode.name} not available: no manual control input")
+        flight.notify(Severity.CRITICAL, f"Mode {mode.name} not available: no manual control input")
         return TEMPORARILY_REJECTED
     return ACCEPTED if flight.set_mode(mode) else TEMPORARILY_REJECTED
 

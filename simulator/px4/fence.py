@@ -1,4 +1,4 @@
-"""PX4's geofence: what was uploaded holds, and GF_MAX_* where they are set; GF_ACTION says what a breach leads to."""
+"""PX4's geofence: uploaded fences, GF_MAX_* where set, and GF_ACTION for the response to a breach."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def on_fence_breach(flight: FlightState) -> IntEnum | None:
     action = flight.parameters.whole("GF_ACTION")
     if action == TERMINATE:
         flight.disarm()
-        flight.say(Severity.EMERGENCY, "Geofence violation! Executing flight termination")
+        flight.notify(Severity.EMERGENCY, "Geofence violation! Executing flight termination")
     elif action != WARN and flight.mode is not Px4Mode.LAND:
         flight.set_mode(_MODES.get(action, Px4Mode.LOITER))
     return None

@@ -1,4 +1,4 @@
-"""The flight modes of PX4: the numbers of HEARTBEAT.custom_mode, and who flies each."""
+"""The flight modes of PX4: the numbers in HEARTBEAT.custom_mode, and the class that flies each."""
 
 from __future__ import annotations
 
@@ -73,13 +73,13 @@ class TakingOff(Guided):
 
     def run(self) -> None:
         flight = self.flight
-        if flight.landed and self.wish is None:
+        if flight.landed and self.goal is None:
             alt_m = self.alt_over_origin_m
             if alt_m is None:
                 alt_m = flight.home_local()[2] + flight.parameters["MIS_TAKEOFF_ALT"]
             self.take_off(alt_m - flight.home_local()[2])
         super().run()
-        if not isinstance(self.wish, TakeOff) and not flight.landed:
+        if not isinstance(self.goal, TakeOff) and not flight.landed:
             self.alt_over_origin_m = None
             flight.set_mode(Px4Mode.LOITER)
 

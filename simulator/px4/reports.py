@@ -1,4 +1,4 @@
-"""What PX4 tells otherwise than ArduCopter: heartbeat, version, estimator; and what it sends without being asked."""
+"""Messages that PX4 sends differently from ArduCopter, and the rates at which it sends by itself."""
 
 from __future__ import annotations
 

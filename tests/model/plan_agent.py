@@ -66,13 +66,13 @@ class PlanAgent(ModelAgent):
         onboard = Onboard(now=world.now, speaks_first=False, journal=world.journal)
         super().__init__(DRONE, world.now, onboard=onboard, process=process)
         service = self.service
-        tell = service._tell
+        tell = service._report
 
         def noting(transaction_id: int, outcome: Outcome, words: str, **more: Any) -> None:
             world.ended(transaction_id, Told(outcome, words, world.on_board(), onboard.downlink.epoch))
             tell(transaction_id, outcome, words, **more)
 
-        service._tell = noting  # type: ignore[method-assign]
+        service._report = noting  # type: ignore[method-assign]
 
     @property
     def service(self) -> Any:
@@ -89,7 +89,7 @@ class PlanAgent(ModelAgent):
             self.onboard.from_autopilot(frames, now)
 
     def _to_autopilot(self) -> None:
-        for frame in self.onboard.take_to_autopilot():
+        for frame in self.onboard.frames_to_autopilot():
             self._world.to_vehicle(frame)
 
     def _tell(self, hub: Any, message: ToTower, now: float) -> None:

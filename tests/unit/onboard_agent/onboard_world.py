@@ -82,8 +82,8 @@ class World:
             self.now += STEP_S
 
     def collect(self) -> None:
-        self.sent += self.onboard.take_to_autopilot()
-        self.told += self.onboard.take_to_tower(self.now)
+        self.sent += self.onboard.frames_to_autopilot()
+        self.told += self.onboard.messages_to_tower(self.now)
 
     def tower_sends(self, *frames: bytes, epoch: int = 5) -> None:
         self.onboard.from_tower(Frames(DroneId(7), Epoch(epoch), int(self.now * 1000), list(frames)), self.now)

@@ -12,7 +12,7 @@ from mission_client import download, fields, item, mission, upload
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure
 from simulator.mission_plan import Item, PlanKind
-from simulator.mission_storage import PLACED, take
+from simulator.mission_storage import PLACED, accept_item
 from simulator.px4.flavour import PX4
 
 
@@ -131,10 +131,10 @@ def item_of(row: list, *, jump_by: int) -> Item:
 
 def test_each_item_is_stored_as_a_real_arducopter_did_it():
     for kind, sent, back in MEASURED["kept"]:
-        assert take(item_of(sent, jump_by=1), KINDS[kind]) == item_of(back, jump_by=1), sent
+        assert accept_item(item_of(sent, jump_by=1), KINDS[kind]) == item_of(back, jump_by=1), sent
     for kind, sent, code in MEASURED["refused"]:
         if sent[0] != 177 and code != "MAV_MISSION_ERROR":
-            result = take(item_of(sent, jump_by=1), KINDS[kind])
+            result = accept_item(item_of(sent, jump_by=1), KINDS[kind])
             assert result == getattr(mavlink, code), sent
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from handler_line import ARDUPILOT, PX4, DeskLine
+from handler_line import ARDUPILOT, PX4, HandlerLine
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.parameter_encoding import as_kept
@@ -35,7 +35,7 @@ class MemoryStore:
 class Half:
     """The simulator's server half behind the messages of its vehicle."""
 
-    def __init__(self, line: DeskLine, parameters: Parameters) -> None:
+    def __init__(self, line: HandlerLine, parameters: Parameters) -> None:
         self.parameters = parameters
         self.server = ParameterServer(parameters, line.say)
         self.deaf = False
@@ -55,25 +55,25 @@ class Half:
         self.server.tick()
 
 
-def parameter_line(kind: int = ARDUPILOT, *, store: MemoryStore | None = None, **options: Any) -> DeskLine:
+def parameter_line(kind: int = ARDUPILOT, *, store: MemoryStore | None = None, **options: Any) -> HandlerLine:
     around = {key: options.pop(key) for key in ("narrow_line", "flown_by_hand", "armed") if key in options}
-    line = DeskLine(ParameterHandler(FrameMaker(), store or MemoryStore()), kind, **around)
+    line = HandlerLine(ParameterHandler(FrameMaker(), store or MemoryStore()), kind, **around)
     line.server = Half(line, (Px4Parameters if kind == PX4 else Parameters)(**options))
     line.comes()
     return line
 
 
-def table_of(line: DeskLine) -> Table:
+def table_of(line: HandlerLine) -> Table:
     rows = [Row(one.name, as_kept(one.value, int(one.kind)), int(one.kind)) for one in line.server.parameters]
     return tuple(sorted(rows, key=lambda row: row.name))
 
 
-def complete(line: DeskLine) -> bool:
+def complete(line: HandlerLine) -> bool:
     caches = line.told(ParameterCache)
     return bool(caches) and caches[-1].hash is not None and caches[-1].verified
 
 
-def tables(line: DeskLine) -> list[Table]:
+def tables(line: HandlerLine) -> list[Table]:
     return [unpack_table(one.packed) for one in line.told(ParameterTable)]
 
 

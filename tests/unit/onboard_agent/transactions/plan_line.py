@@ -258,7 +258,7 @@ class Line:
         heard, self._down = self._down, []
         frames = []
         for frame in heard:
-            self.handler.heard(frame, self.now)
+            self.handler.receive(frame, self.now)
             frames += self.handler.due(self.now)
         frames += self.handler.due(self.now)
         self.news += self.handler.news()

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from handler_line import DeskLine
+from handler_line import HandlerLine
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions import metadata_service as service
@@ -39,7 +39,7 @@ ACCEPTED, DENIED, UNSUPPORTED = 0, 2, 3
 class Offering:
     """An autopilot's half: it answers REQUEST_MESSAGE with `result`, and gives files away."""
 
-    def __init__(self, line: DeskLine, file: Callable[[bytes], bytes | None] | None = None) -> None:
+    def __init__(self, line: HandlerLine, file: Callable[[bytes], bytes | None] | None = None) -> None:
         self.parameters = Parameters()
         self.component = ComponentFiles(self.parameters)
         self.files = FileServer(self.parameters, line.say, file=file or self.component.file)
@@ -61,7 +61,7 @@ class Offering:
         self.files.tick(self._line.now)
 
 
-class MetadataLine(DeskLine):
+class MetadataLine(HandlerLine):
     """`parameters_busy`: what the parameters are at."""
 
     def __init__(self, file: Callable[[bytes], bytes | None] | None = None, **around: Any) -> None:
@@ -223,7 +223,7 @@ def test_pieces_wait_until_it_is_disarmed_and_begin_anew_on_another_link() -> No
     assert line.told(MetadataPiece) == []
     line.around_options = {}
     line.until(lambda: len(line.told(MetadataPiece)) == 2)
-    line.handler.tell_again()
+    line.handler.resend()
     line.run(10.0)
     assert len(line.told(MetadataPiece)) == 2, "the tower asks for what it lacks"
     assert line.known().hash == hash_

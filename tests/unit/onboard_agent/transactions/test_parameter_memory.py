@@ -99,7 +99,7 @@ def test_a_chip_that_is_told_late_is_another_autopilot() -> None:
     line.until(lambda: line.told(ParameterCache))
     line.say(version(uid=5))
     line.run(0.3)
-    line.handler.tell_again()
+    line.handler.resend()
     line.run(0.3)
     assert line.told(ParameterCache)[-1].hash is None
     line.until(lambda: complete(line))

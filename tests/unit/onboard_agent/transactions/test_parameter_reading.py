@@ -214,7 +214,7 @@ def test_a_new_tower_is_told_how_it_is() -> None:
     line.until(lambda: complete(line))
     line.run(1.0)
     line.news.clear()
-    line.handler.tell_again()
+    line.handler.resend()
     line.run(0.1)
     assert line.news == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from drone_world import AUTO, BRAKE, GUIDED, RTL, SET_MODE, DroneWorld, command_work, mavlink, waypoints
-from handler_line import DeskLine
+from handler_line import HandlerLine
 from plan_line import MemoryJournal
 from plan_watch_world import MISSION, OTHER, PLAN, uploading
 
@@ -113,7 +113,7 @@ def test_whoever_commands_has_time_until_a_heartbeat_shows_it_before_a_mission_i
     """PX4 beats once a second: its heartbeats go on showing the mission for a while."""
     journal = MemoryJournal()
     journal.records[MISSION] = b"nobody can read this"
-    line = DeskLine(PlanWatch(FrameMaker(), journal), armed=True, custom_mode=AUTO)
+    line = HandlerLine(PlanWatch(FrameMaker(), journal), armed=True, custom_mode=AUTO)
     line.server = Deaf()
     line.comes()
     line.run(1.0)
