@@ -10,7 +10,7 @@ def test_first_in_first_out() -> None:
     lane = DatagramLane()
     lane.put(b"1", 0.0)
     lane.put(b"2", 0.1)
-    assert [lane.pop(0.2), lane.take(0.2), lane.take(0.2)] == [b"1", b"2", None]
+    assert [lane.pop(0.2), lane.pop(0.2), lane.pop(0.2)] == [b"1", b"2", None]
     assert lane.lost == 0
 
 
