@@ -33,9 +33,9 @@ from wire.tagged import split_tagged
 
 _FRAMES_PER_S: Final = 20.0
 _AS_AGENTS: Final = 30
-_MOST: Final = "1000000"
+_MAX: Final = "1000000"
 _WITHOUT_FLOOD_GATE: Final = {
-    f"TOWER_{whose}_FRAMES_{what}": _MOST for whose in ("USER", "DRONE", "AGENT") for what in ("PER_S", "BURST")
+    f"TOWER_{whose}_FRAMES_{what}": _MAX for whose in ("USER", "DRONE", "AGENT") for what in ("PER_S", "BURST")
 } | {"TOWER_USER_VIDEO_SOCKETS": "100000", "TOWER_ADDRESS_VIDEO_SOCKETS": "100000"}
 _PROGRESS: Final = {
     "type": "hold_progress",

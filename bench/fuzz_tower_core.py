@@ -30,7 +30,7 @@ DRONE: Final = DroneId(7)
 LINK: Final = LinkId(0x00C0FFEE)
 _UP, _DOWN = b"u" * 32, b"d" * 32
 _ALICE: Final = UserRef(UserId(1), "alice")
-_MOST: Final = 1 << 30
+_MAX: Final = 1 << 30
 _TICK_EVERY: Final = 64
 """Datagrams between two ticks of whoever receives them; a real tick comes more often."""
 
@@ -52,7 +52,7 @@ class TowerCore:
     def __init__(self, chance: random.Random) -> None:
         now = time.monotonic()
         self._chance = chance
-        self.hub = Hub(FloodLimits(agent_per_s=_MOST, agent_burst=_MOST))
+        self.hub = Hub(FloodLimits(agent_per_s=_MAX, agent_burst=_MAX))
         self.hub.apply_fleet(
             FleetSnapshot(
                 1,

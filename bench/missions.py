@@ -43,7 +43,7 @@ CONNECTION: Final = "ground station connects"
 READ_ANEW: Final = "all parameters, read anew"
 TOWER_NEW: Final = "all parameters at a tower that has just been started"
 KNOCKS: Final = 10
-TOWERS_MOST: Final = 5
+MAX_TOWERS: Final = 5
 PEERS_PLANS: Final = 1000
 """Where the numbers of MAVSDK's plans begin: it never sends one that the agent has sent."""
 
@@ -152,7 +152,7 @@ async def _all_rounds(trial: Trial, ours: bool, peer: Installed | None, rounds: 
             await _mavsdk(trial, peer, PEERS_PLANS + number)
         for index, (whose, person) in enumerate(people.items()):
             await _ours(trial, person, whose, 2 * number + index)
-    for _ in range(min(rounds, TOWERS_MOST) if ours else 0):
+    for _ in range(min(rounds, MAX_TOWERS) if ours else 0):
         await _tower_anew(trial)
 
 

@@ -1,4 +1,4 @@
-"""`HOST:PORT` of local endpoints, and the rule that other machines are let in only on purpose. Pure."""
+"""`HOST:PORT` of local endpoints; other machines are admitted only on explicit request. Pure."""
 
 from collections.abc import Callable
 

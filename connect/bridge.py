@@ -1,8 +1,7 @@
 """Frames between local programs and the tower. No I/O; takes `now`.
 
-Nothing is changed on the way, and nothing is kept to be sent later. A frame of a program goes up with the tag of the
-drone and a stamp of when it was heard, so that the tower sees what was held up; a frame of the drone goes to every
-program.
+Frames are neither changed nor stored for later. A frame from a program goes up with the drone's tag and the time of its
+reception, so the tower can measure delays. A frame from the drone goes to every program.
 """
 
 from collections.abc import Hashable
@@ -73,7 +72,7 @@ class Bridge:
             self.skipped_bytes += len(message)
             return []
 
-    def somebody_is_there(self, now: float) -> bool:
+    def has_programs(self, now: float) -> bool:
         """Whether a program has been heard lately. Before the first one it is whoever has just typed the command."""
         if not self._ever_heard:
             return True

@@ -1,7 +1,7 @@
-"""The command line of `tower connect`. Every error is one line on standard error; the exit code tells what kind.
+"""The command line of `tower connect`. Every error is one line on standard error; the exit code tells the kind.
 
-0: ended by whoever started it. 1: the tower was not there at the start, or the controls were not to be had. 2:
-something given is wrong (an option, the token, the drone's name, a port in use), and trying again will not help.
+0: ended by the user. 1: the tower was unreachable at the start, or the controls were not available. 2: invalid input
+(an option, the token, the drone's name, a port in use); trying again will not help.
 """
 
 import asyncio

@@ -1,6 +1,6 @@
-"""What the tower tells of one drone, followed and put into sentences for whoever sits before the terminal. No I/O.
+"""Follows the tower's events about one drone and puts them into sentences for the terminal. No I/O.
 
-Events in, replies and sentences out. It decides one thing only: whether the controls are ours.
+Events in, replies and sentences out. It decides one thing only: whether we hold the controls.
 """
 
 from collections import Counter
@@ -75,7 +75,7 @@ class ControlView:
             self._other(kind, event, now)
         return []
 
-    def take_sentences(self) -> list[str]:
+    def pop_sentences(self) -> list[str]:
         """What there is to say, in order."""
         sentences, self._sentences = self._sentences, []
         return sentences

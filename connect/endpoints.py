@@ -1,4 +1,4 @@
-"""Where local programs reach the drone: UDP to a known address, UDP on a port, TCP on a port. Thin shells."""
+"""Local endpoints for programs: UDP to a known address, UDP on a port, TCP on a port. Thin shells."""
 
 import asyncio
 import errno

@@ -1,4 +1,4 @@
-"""The live channel of the tower: one WebSocket after the other, for as long as the tower lets us in. Thin shell."""
+"""The live channel: one WebSocket after another, for as long as the tower accepts us. Thin shell."""
 
 import asyncio
 import contextlib
@@ -62,7 +62,7 @@ class Live:
         """Whether the socket is open, and for more than watching."""
         return self._socket is not None and not self._watch_only
 
-    def look_again(self) -> None:
+    def refresh(self) -> None:
         """What `watch_only` answers may have changed."""
         self._look_again.set()
 

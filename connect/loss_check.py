@@ -1,4 +1,4 @@
-"""The check before flight, on a terminal: reads out what a loss would do, and asks whether that is understood."""
+"""The pre-flight loss check on a terminal: reads out what a loss would do and asks for confirmation."""
 
 from collections.abc import Awaitable, Callable
 

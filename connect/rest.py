@@ -1,7 +1,7 @@
-"""The tower's REST API, as far as `tower connect` needs it. Shell: the standard library's client, in a thread.
+"""The part of the tower's REST API that `tower connect` needs, over the standard library's client in a thread.
 
-Why not httpx: it is no dependency of what runs on anybody's machine. `httpx.AsyncClient` would add 9.5 MB and 0.11 s of
-CPU to a start of 25 MB and 0.14 s, for a handful of requests.
+Not httpx, because this runs on users' machines: `httpx.AsyncClient` would add 9.5 MB and 0.11 s of CPU to a start of
+25 MB and 0.14 s, for a handful of requests.
 """
 
 import asyncio

@@ -1,6 +1,6 @@
-"""One run of `tower connect`: finds the drone, takes the controls if asked to, carries frames, gives them back.
+"""One run of `tower connect`: finds the drone, takes the controls if asked to, carries frames, releases the controls.
 
-The shell that puts the parts together. Nothing here decides who may fly: the tower does.
+The shell that connects the parts. It never decides who may fly: the tower does.
 """
 
 import asyncio
@@ -90,7 +90,7 @@ class Session:
                 self._view.say("the tower is out of reach: what a program sent was dropped, and is not sent later", now)
                 self._say_all()
         if self._options.fly and not self._live.may_fly:
-            self._live.look_again()
+            self._live.refresh()
 
     def _from_tower(self, message: str | bytes) -> None:
         if isinstance(message, bytes):
@@ -111,14 +111,14 @@ class Session:
             raise Ended(f"{view.name} is not in your squad any more")
 
     def _say_all(self) -> None:
-        for sentence in self._view.take_sentences():
+        for sentence in self._view.pop_sentences():
             self._say(sentence)
 
     def _watch_only(self) -> bool:
         """Without --fly always; with it while every ground station is silent, so that nobody takes us for a pilot."""
         if not self._options.fly:
             return True
-        there = self._bridge.somebody_is_there(self._loop.time())
+        there = self._bridge.has_programs(self._loop.time())
         if there != self._there:
             self._there = there
             self._say("a ground station is there again" if there else "no ground station is heard: the pilot is gone")

@@ -1,4 +1,4 @@
-"""Which drone is meant, by name or id. Pure."""
+"""Finds the drone that the user means, by name or id. Pure."""
 
 from dataclasses import dataclass
 from typing import Any

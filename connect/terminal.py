@@ -1,6 +1,6 @@
-"""What is typed while `tower connect --fly` runs: one line at a time. Thin shell around standard input.
+"""Lines typed while `tower connect --fly` runs. Thin shell around standard input.
 
-Read by the event loop, never by a thread: a thread that waits for a line keeps the program from ending.
+Read by the event loop, never by a thread: a thread waiting for a line keeps the program from ending.
 """
 
 import asyncio

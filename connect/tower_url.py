@@ -1,4 +1,4 @@
-"""The tower's address, and the rule that no token crosses a network in the clear. Pure."""
+"""The tower's address, and the rule that no token crosses a network unencrypted. Pure."""
 
 from dataclasses import dataclass
 from ipaddress import ip_address

@@ -1,4 +1,4 @@
-"""What ends `tower connect` with a sentence. No other file may choose an exit code."""
+"""The exceptions that end `tower connect` with a sentence. No other module may choose an exit code."""
 
 from typing import ClassVar
 

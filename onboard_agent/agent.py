@@ -1,4 +1,4 @@
-"""Puts the parts together and runs them: port, link, and the decisions between. Only here all are known."""
+"""Assembles and runs the agent: port, link, and the decisions between them. The only module that knows all parts."""
 
 import asyncio
 import logging
@@ -95,7 +95,7 @@ class Agent:
                 uplinks=settings.uplinks,
                 log_level=settings.log_level,
             ),
-            self._tell_video,
+            self._send_video_state,
         )
         self._stream = FrameStream()
         self._systemd = Systemd()
@@ -171,7 +171,7 @@ class Agent:
         self._onboard.welcomed(welcome, self._loop.time())
         self._flush()
         self._video.link_up(welcome.takes)
-        self._tell_video()
+        self._send_video_state()
 
     def link_down(self) -> None:
         self._onboard.link_broken(self._loop.time())
@@ -182,13 +182,13 @@ class Agent:
         self._onboard.resumed()
         self._flush()
         self._video.link_resumed()
-        self._tell_video()
+        self._send_video_state()
 
     def message(self, message: ToAgent) -> None:
         if isinstance(message, VideoWanted):
             self._video.wanted(message, self._loop.time())
             self._video_child.wake()
-            self._tell_video()
+            self._send_video_state()
             return
         self._onboard.message(message, self._loop.time())
         self._tick()
@@ -202,8 +202,8 @@ class Agent:
 
     # From the video process
 
-    def _tell_video(self) -> None:
-        state = self._video.take_to_tower() if self._link.room else None  # else with the next report
+    def _send_video_state(self) -> None:
+        state = self._video.messages_to_tower() if self._link.room else None  # else with the next report
         if state is not None:
             self._link.send_message(state)
 
@@ -235,9 +235,9 @@ class Agent:
         self._flush()
 
     def _flush(self) -> None:
-        for frame in self._onboard.take_to_autopilot():
+        for frame in self._onboard.frames_to_autopilot():
             self._port.send(frame)
-        for message in self._onboard.take_to_tower(self._loop.time(), self._link.room):
+        for message in self._onboard.messages_to_tower(self._loop.time(), self._link.room):
             self._link.send_message(message)
 
     async def _summarise_for_ever(self) -> None:

@@ -1,4 +1,4 @@
-"""`tower-agent check`: tries each part on its own and says in words what works."""
+"""`tower-agent check`: tries each part on its own and reports in words what works."""
 
 import asyncio
 import contextlib
@@ -85,7 +85,7 @@ async def _greet(port: AutopilotPort, onboard: Onboard) -> None:
     loop = asyncio.get_running_loop()
     while not onboard.autopilot.heard:
         onboard.tick(loop.time())
-        for frame in onboard.take_to_autopilot():
+        for frame in onboard.frames_to_autopilot():
             port.send(frame)
         await asyncio.sleep(0.2)
 

@@ -1,4 +1,4 @@
-"""The command `tower-agent`: reads its settings, says in one line what is wrong with them, and runs."""
+"""The command `tower-agent`: reads its settings, reports errors in them in one line, and runs the agent."""
 
 import asyncio
 import logging

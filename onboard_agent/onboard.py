@@ -1,7 +1,7 @@
 """Everything the agent decides, between its two shells: the autopilot's port and the tower's link. No I/O.
 
-Verbs in: what came from either side, and the time. What is to be sent is taken out with `take_to_autopilot` and
-`take_to_tower`. The order of events is the order of calls; nothing here waits.
+Call it with what came from either side, and the time. `frames_to_autopilot` and `messages_to_tower` hand out what is to
+be sent. Events happen in the order of calls; nothing here waits.
 """
 
 import logging
@@ -29,7 +29,7 @@ from onboard_agent.link.downlink import SETUP_SIGNING, Downlink
 from onboard_agent.link.tower_news import ROOM, TowerNews
 from onboard_agent.telemetry.telemetry_stream import TelemetryStream
 from onboard_agent.transactions.journal import JournalStore, NoJournal
-from onboard_agent.work import MakeDesks, WorkAtDrone
+from onboard_agent.work import MakeHandlers, WorkAtDrone
 from wire.content import Frames
 from wire.control_messages import (
     ControlChanged,
@@ -82,7 +82,7 @@ class Onboard:
         steps_told: int = 0,
         journal: JournalStore | None = None,
         holds: HoldStore | None = None,
-        make_handlers: MakeDesks = lambda _maker: (),
+        make_handlers: MakeHandlers = lambda _maker: (),
     ) -> None:
         maker = FrameMaker()
         self.autopilot = AutopilotView()
@@ -157,7 +157,7 @@ class Onboard:
             if msgid == SETUP_SIGNING:
                 self.counts["setup_signing"] += 1
                 continue
-            if msgid not in self._work.hears or not self._work.heard(frame, now):
+            if msgid not in self._work.hears or not self._work.receive(frame, now):
                 passed.append(frame)
             system_id, component_id = source(frame)
             if self.autopilot.is_autopilot(system_id, component_id):
@@ -360,7 +360,7 @@ class Onboard:
         """Time has passed: every 25 ms or so."""
         self._autopilot_event(self.autopilot.tick(now), now)
         self._to_autopilot += self._restart.due(now, self.hold)
-        self._failsafe.look(now, may_start=self._work.may_start)
+        self._failsafe.check(now, may_start=self._work.may_start)
         self._act_by_itself(now)
         self._to_autopilot += self._holder.sticks_to_keep(now, somebody_may_arm=self._holder_present)
         if self._restart.over:
@@ -379,16 +379,16 @@ class Onboard:
             out += self._inquiry.due(now, vehicle_system_id=view.system_id)
         out += self._work.due(now)
 
-    def take_to_autopilot(self) -> list[bytes]:
+    def frames_to_autopilot(self) -> list[bytes]:
         """Frames to write to the autopilot now, in order."""
         frames, self._to_autopilot = self._to_autopilot, []
         return frames
 
     def frames_to_tower(self, now: float) -> list[bytes]:
         """Frames of the autopilot that have waited for their beat, and answers in its name."""
-        return [*self._work.take_answers(), *self.stream.due(now)]
+        return [*self._work.pop_answers(), *self.stream.due(now)]
 
-    def take_to_tower(self, now: float, room: int = ROOM) -> list[ToTower]:
+    def messages_to_tower(self, now: float, room: int = ROOM) -> list[ToTower]:
         """Messages for the control channel, in order; nothing while there is no link, but progress is kept for it.
 
         `room`: so many of those that can wait for another time.

@@ -1,4 +1,4 @@
-"""Where an agent keeps what must outlast it: the journal of plans, what it knows of its autopilot."""
+"""The files that must survive a restart of the agent: the plan journal, and what is known of the autopilot."""
 
 import errno
 import fcntl

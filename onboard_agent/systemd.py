@@ -1,4 +1,4 @@
-"""What the agent tells systemd: ready, alive, and in words how it is. Silent where systemd did not start us."""
+"""Tells systemd that the agent is ready and alive, and its status. Does nothing where systemd did not start it."""
 
 import os
 

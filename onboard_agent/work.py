@@ -1,6 +1,6 @@
-"""The work at the drone, between `Onboard` and the handlers: what they must know, and what may go up or down. No I/O.
+"""The tower's work at the drone, between `Onboard` and the handlers: their inputs, and what may be sent. No I/O.
 
-Decides nothing about the flight; what a handler commands goes the way of a holder's frames.
+Decides nothing about the flight: a handler's commands pass the same checks as the holder's frames.
 """
 
 import logging
@@ -43,7 +43,7 @@ _ASKS_FOR_PARAMETERS: Final = frozenset(
     }
 )
 
-MakeDesks = Callable[[FrameMaker], Sequence[TransactionHandler]]
+MakeHandlers = Callable[[FrameMaker], Sequence[TransactionHandler]]
 """Makes the handlers that need more than the time and the frames (a disk, say), with whatever makes frames."""
 
 
@@ -59,7 +59,7 @@ class WorkAtDrone:
         holder: Holder,
         narrow_line: bool,
         journal: JournalStore,
-        make_handlers: MakeDesks,
+        make_handlers: MakeHandlers,
     ) -> None:
         self._autopilot = autopilot
         self._hold = hold
@@ -126,7 +126,7 @@ class WorkAtDrone:
         """Whether the mission on board may be flown."""
         return self._plans.why_no_start is None
 
-    def take_answers(self) -> list[bytes]:
+    def pop_answers(self) -> list[bytes]:
         """Frames that tell the tower what was refused, and what it must know."""
         answers, self._answers = self._answers, []
         return answers
@@ -165,9 +165,9 @@ class WorkAtDrone:
         if around is not None:
             self._transactions.autopilot_came(around, now)
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """A frame of the autopilot's side that is in `hears`. True: it need not go up to the tower."""
-        answers_us = self._transactions.heard(frame, now)
+        answers_us = self._transactions.receive(frame, now)
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_PARAM_VALUE and now - self._station_asked_at < STATION_READS_S:
             return False  # it does not say whom it answers
         return answers_us
@@ -175,7 +175,7 @@ class WorkAtDrone:
     def due(self, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
         out = self._transactions.due(self._around(now), now)
-        for warning in self._plans.take_warnings():
+        for warning in self._plans.pop_warnings():
             _log.warning("%s", warning)
             self._answers += self._gate.say(warning, vehicle_system_id=self._autopilot.system_id or 1)
         return out

@@ -1,4 +1,4 @@
-"""The ArduCopter 4.6 flavour: everything that the other files of this package bring, put together."""
+"""The ArduCopter 4.6 flavour, assembled from the other modules of this package."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from simulator.failsafe import Failsafes
 from simulator.fence_rules import fence_limits, on_fence_breach
 from simulator.flavour import Flavour, Storage
 from simulator.mission_plan import PlanKind
-from simulator.mission_storage import fence_total, take, why_not_jump, why_not_whole
+from simulator.mission_storage import accept_item, fence_total, why_not_jump, why_not_whole
 from simulator.mode_table import make_behaviours
 from simulator.modes import RULES, Mode
 from simulator.parameters import Parameters
@@ -33,7 +33,7 @@ ARDUPILOT = Flavour(
     keeps_dataflash_logs=True,
     keeps_parameter_file=True,
     offers_metadata=False,
-    storage=Storage(take, why_not_jump, why_not_whole, fence_total),
+    storage=Storage(accept_item, why_not_jump, why_not_whole, fence_total),
     items_max={PlanKind.MISSION: 650, PlanKind.FENCE: 70, PlanKind.RALLY: 46},
     fence_limits=fence_limits,
     on_fence_breach=on_fence_breach,

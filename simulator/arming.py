@@ -1,13 +1,9 @@
-"""May the motors start, and may they stop? Each answer is a reason in ArduPilot's words, or None for yes."""
+"""Arming checks. Each returns a reason in ArduPilot's words, or None if the motors may start."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from simulator.flight import Flight
 from simulator.modes import RULES, Mode
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 FORCE_MAGIC = 21196.0
 

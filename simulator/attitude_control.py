@@ -16,7 +16,7 @@ YAW_RATE_P = 4.0
 RATE_MAX_RPS = math.radians(220.0)
 YAW_RATE_MAX_RPS = math.radians(90.0)
 LEAN_SMOOTHING_S = 0.12
-"""Pilots' and the position controller's wishes are rounded off by this, as ATC_INPUT_TC does."""
+"""Pilots' and the position controller's unplug_requests are rounded off by this, as ATC_INPUT_TC does."""
 IDLE_COMMAND = 0.06
 """Armed motors never stop in flight (MOT_SPIN_ARM)."""
 

@@ -1,7 +1,7 @@
-"""AUTO: fly the stored mission.
+"""AUTO: flies the stored mission.
 
-Items that say where to fly are flown one after the other. Those between two of them (speed, heading, camera, waiting)
-are done beside the flight to the second, in their order; what is not done when it is reached is left out.
+Navigation items are flown in order. The DO and CONDITION commands between two of them (speed, heading, camera, waiting)
+run in order during the leg that follows; those still waiting when its item is reached are dropped.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from simulator.auto_items import (
     DELAY,
@@ -24,19 +23,17 @@ from simulator.auto_items import (
     SPLINE,
     TAKE_OFF,
     WAYPOINT,
-    begin_beside,
-    beside_is_done,
+    begin_do_command,
+    do_command_is_done,
 )
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.guided import TURN_RATE_RPS, look_ahead
 from simulator.homing import ReturnToLaunch, descend
 from simulator.mission_plan import Frame, Item, PlanKind
 from simulator.notices import Severity
 from simulator.orbit import Orbit, look_at_roi
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 JUMP_FOREVER = -1
 STEPS_PER_TICK_MAX = 100
@@ -54,13 +51,13 @@ class Progress:
 
 
 class Auto(Behaviour):
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._progress: Progress | None = None
         self._flown: int | None = None
-        self._beside: deque[Item] = deque()
+        self._do_commands: deque[Item] = deque()
         """To be done beside the flight to the current item, the first one perhaps begun."""
-        self._beside_since_s: float | None = None
+        self._do_command_since_s: float | None = None
         self._jumps_left: dict[int, int] = {}
         self._paused = False
         self._take_off_allowed = False
@@ -87,7 +84,7 @@ class Auto(Behaviour):
         if flight.landed and flight.armed:
             first = next((i for i in plans.mission[plans.first :] if i.command in NAVIGATION), None)
             if first is None or first.command != TAKE_OFF:
-                flight.say(Severity.CRITICAL, "Auto: Missing Takeoff Cmd")
+                flight.notify(Severity.CRITICAL, "Auto: Missing Takeoff Cmd")
                 return "init failed"
         return None
 
@@ -97,7 +94,7 @@ class Auto(Behaviour):
         if restart or not plans.first <= plans.current < len(plans.mission):
             plans.current = plans.first
         self._progress, self._flown = None, None
-        self._beside.clear()
+        self._do_commands.clear()
         self._jumps_left, self._paused, self._ended = {}, False, False
         self._take_off_allowed = not self.flight.landed
 
@@ -139,7 +136,7 @@ class Auto(Behaviour):
         for _ in range(STEPS_PER_TICK_MAX):
             if not self._advance():
                 break
-        self._do_beside()
+        self._run_do_commands()
         if self._ended or self._paused or self._progress is None:
             if flight.landed:
                 flight.rest()
@@ -173,7 +170,7 @@ class Auto(Behaviour):
         if item is None or not self._done(item):
             return False
         flight.on_item_reached(plans.current)
-        flight.say(Severity.INFO, f"Reached command #{plans.current}")
+        flight.notify(Severity.INFO, f"Reached command #{plans.current}")
         self._progress = None
         plans.current = min(plans.current + 1, len(plans.mission))
         return True
@@ -182,16 +179,16 @@ class Auto(Behaviour):
         """Nowhere left to fly to: what is still to be done is done, where nothing has to be waited for."""
         self._ended = True
         self._progress = None
-        for item in self._beside:
-            begin_beside(self.flight, item)
-        self._beside.clear()
-        self.flight.say(Severity.INFO, "Mission complete")
+        for item in self._do_commands:
+            begin_do_command(self.flight, item)
+        self._do_commands.clear()
+        self.flight.notify(Severity.INFO, "Mission complete")
 
     def _choose(self, seq: int) -> None:
         """From `seq` on: gather what is to be done beside, follow jumps, and stop at where to fly next."""
         plans = self.flight.plans
-        self._beside.clear()
-        self._beside_since_s = None
+        self._do_commands.clear()
+        self._do_command_since_s = None
         for _ in range(STEPS_PER_TICK_MAX):
             if not plans.first <= seq < len(plans.mission):
                 break
@@ -200,7 +197,7 @@ class Auto(Behaviour):
                 plans.current = seq
                 return
             if item.command != JUMP:
-                self._beside.append(item)
+                self._do_commands.append(item)
             seq = self._next_after(seq, item)
         plans.current = len(plans.mission)
         self._ended = True
@@ -216,25 +213,25 @@ class Auto(Behaviour):
             self._jumps_left[seq] = left - 1
         return int(item.number(0))
 
-    def _do_beside(self) -> None:
+    def _run_do_commands(self) -> None:
         flight = self.flight
-        while self._beside and self._progress is not None:
-            item = self._beside[0]
-            if self._beside_since_s is None:
-                self._beside_since_s = flight.now_s
-                begin_beside(flight, item)
+        while self._do_commands and self._progress is not None:
+            item = self._do_commands[0]
+            if self._do_command_since_s is None:
+                self._do_command_since_s = flight.now_s
+                begin_do_command(flight, item)
             north_m, east_m, _ = self._progress.destination
             to_go_m = math.hypot(north_m - flight.body.north_m, east_m - flight.body.east_m)
-            if not beside_is_done(flight, item, since_s=self._beside_since_s, to_go_m=to_go_m):
+            if not do_command_is_done(flight, item, since_s=self._do_command_since_s, to_go_m=to_go_m):
                 return
-            self._beside.popleft()
-            self._beside_since_s = None
+            self._do_commands.popleft()
+            self._do_command_since_s = None
 
     def _begin(self, item: Item) -> None:
         flight, plans = self.flight, self.flight.plans
         self._flown = plans.current
         self._progress = Progress(self._destination(item), started_s=flight.now_s)
-        flight.say(Severity.INFO, f"Mission: {plans.current} {NAMES[item.command]}")
+        flight.notify(Severity.INFO, f"Mission: {plans.current} {NAMES[item.command]}")
         flight.yaw_override_rad = None
         if item.command == TAKE_OFF and flight.landed:
             flight.lift_off()

@@ -1,15 +1,12 @@
-"""What a mission's items are called, and those that do something beside the flying: speed, heading, camera, waiting."""
+"""Mission item names, and the DO and CONDITION commands: speed, heading, camera, waiting."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from simulator.flight_state import FlightState
 from simulator.geodesy import wrap_pi
 from simulator.mission_plan import Item
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 WAYPOINT, LOITER_FOREVER, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = 16, 17, 18, 19, 20, 21, 22
 SPLINE, DELAY = 82, 93
@@ -33,8 +30,8 @@ NAMES = {
 YAW_REACHED_RAD = math.radians(3.0)
 
 
-def begin_beside(flight: Flight, item: Item) -> None:
-    """Do what the item says. What is not known here does nothing."""
+def begin_do_command(flight: FlightState, item: Item) -> None:
+    """Execute a DO or CONDITION command. Unknown commands have no effect."""
     command = item.command
     if command == CHANGE_SPEED and item.number(0) in (0.0, 1.0) and item.number(1) > 0:
         flight.speed_override_mps = item.number(1)
@@ -59,8 +56,8 @@ def begin_beside(flight: Flight, item: Item) -> None:
         flight.camera.stop()
 
 
-def beside_is_done(flight: Flight, item: Item, *, since_s: float, to_go_m: float) -> bool:
-    """May the next one be done? `to_go_m` is what is left to the waypoint that is being flown to."""
+def do_command_is_done(flight: FlightState, item: Item, *, since_s: float, to_go_m: float) -> bool:
+    """Whether the next command may start. `to_go_m`: distance left to the waypoint being flown to."""
     if item.command == CONDITION_DELAY:
         return flight.now_s - since_s >= item.number(0)
     if item.command == CONDITION_DISTANCE:

@@ -1,17 +1,14 @@
-"""What a flight mode is: one object that sets the motor commands, tick by tick, while it is the mode."""
+"""A flight mode as an object: while it is the current mode, it sets the motor commands every tick."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
+from simulator.flight_state import FlightState
 
 
 class Behaviour:
     """One flight mode. `enter` and `run` are only called while it is the vehicle's mode."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         self.flight = flight
 
     @property

@@ -12,7 +12,7 @@ import typer
 
 from simulator.ardupilot import ARDUPILOT
 from simulator.failure_modes import Failure
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.links import parse_endpoint
 from simulator.px4.flavour import PX4

@@ -1,99 +1,22 @@
-"""COMMAND_LONG and COMMAND_INT: what each command does, and how ArduCopter answers it.
+"""What each MAV_CMD does, and how ArduCopter answers it.
 
-Commands are not filtered by who sends them (sticks are). The answer is sent by the vehicle, in any case before
-what the command causes.
+Commands are accepted from any sender (sticks are not). The vehicle sends the answer, always before the effects of the
+command.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from simulator import commands_flight as fly
+from simulator.command_message import ACCEPTED, FAILED, Command
 from simulator.commands_camera import CAMERA_HANDLERS
-from simulator.dialect import Message, mavlink
+from simulator.dialect import mavlink
 from simulator.fence_rules import enable_fence
 from simulator.flight import Flight
-from simulator.geodesy import clamp
 from simulator.modes import Mode
 
-ACCEPTED = int(mavlink.MAV_RESULT_ACCEPTED)
-TEMPORARILY_REJECTED = int(mavlink.MAV_RESULT_TEMPORARILY_REJECTED)
-DENIED = int(mavlink.MAV_RESULT_DENIED)
-UNSUPPORTED = int(mavlink.MAV_RESULT_UNSUPPORTED)
-FAILED = int(mavlink.MAV_RESULT_FAILED)
-
-ALT_MAX_M = 50_000.0
-
-
-@dataclass(frozen=True, slots=True)
-class Command:
-    """Both messages in one shape. What was not a finite number has become 0."""
-
-    number: int
-    params: tuple[float, float, float, float]
-    lat_e7: int
-    lon_e7: int
-    alt_m: float
-    frame: int
-    raw: tuple[float, ...]
-    """The seven parameters of a COMMAND_LONG as they came; of a COMMAND_INT only the first four."""
-    alt_is_given: bool = True
-    """Not NaN, which some autopilots read as "as it is"."""
-
-    @property
-    def is_long(self) -> bool:
-        return len(self.raw) == 7
-
-    @property
-    def place_is_valid(self) -> bool:
-        return (
-            abs(self.lat_e7) <= 900_000_000
-            and abs(self.lon_e7) <= 1_800_000_000
-            and (self.lat_e7 != 0 or self.lon_e7 != 0)
-        )
-
-
-def read_command(message: Message) -> Command:
-    params = (message.param1, message.param2, message.param3, message.param4)
-    first = tuple(_finite(value) for value in params)
-    four = (first[0], first[1], first[2], first[3])
-    if message.get_type() == "COMMAND_INT":
-        return Command(
-            message.command,
-            four,
-            message.x,
-            message.y,
-            _altitude(message.z),
-            message.frame,
-            four,
-            math.isfinite(message.z),
-        )
-    seven = (*four, *(_finite(v) for v in (message.param5, message.param6, message.param7)))
-    lat_e7, lon_e7 = (round(v * 1e7) if abs(v) <= 360.0 else 2**31 - 1 for v in seven[4:6])
-    relative = int(mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT)
-    return Command(
-        message.command, four, lat_e7, lon_e7, _altitude(seven[6]), relative, seven, math.isfinite(message.param7)
-    )
-
-
-def _finite(value: float) -> float:
-    return value if math.isfinite(value) else 0.0
-
-
-def _altitude(value: float) -> float:
-    """Kept where it can be computed with and told in millimetres."""
-    return clamp(_finite(value), -ALT_MAX_M, ALT_MAX_M)
-
-
 Handler = Callable[[Flight, Command], int]
-
-
-def carry_out(flight: Flight, command: Command) -> int:
-    """The MAV_RESULT. Commands that need more than the flight code are handled before this is called."""
-    handler = flight.flavour.handlers.get(command.number)
-    return handler(flight, command) if handler is not None else UNSUPPORTED
 
 
 def result(done: bool) -> int:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
+from simulator.command_message import Command
 from simulator.dialect import mavlink
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from simulator.commands import Command
-    from simulator.flight import Flight
+from simulator.flight import Flight
 
 ACCEPTED, DENIED, FAILED = 0, 2, 4
 

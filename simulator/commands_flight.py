@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from simulator.arming import FORCE_MAGIC
 from simulator.auto import Auto
+from simulator.command_message import Command
 from simulator.flight import Flight
 from simulator.geodesy import Place
 from simulator.guided import GoTo, Guided
@@ -14,9 +14,6 @@ from simulator.mission_plan import Frame
 from simulator.modes import Mode, mode_of
 from simulator.notices import Severity
 from simulator.setpoints import height_over_origin
-
-if TYPE_CHECKING:
-    from simulator.commands import Command
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 """MAV_RESULT."""
@@ -36,7 +33,7 @@ def set_mode(flight: Flight, command: Command) -> int:
 def set_mode_number(flight: Flight, number: int) -> int:
     mode = mode_of(number)
     if mode is None:
-        flight.say(Severity.WARNING, f"No such mode {number}")
+        flight.notify(Severity.WARNING, f"No such mode {number}")
         return FAILED
     return ACCEPTED if flight.set_mode(mode) else FAILED
 
@@ -113,12 +110,12 @@ def pause_or_continue(flight: Flight, command: Command) -> int:
     if command.params[0] == 0.0:
         if behaviour.pause():
             return ACCEPTED
-        flight.say(Severity.INFO, "Failed to pause")
+        flight.notify(Severity.INFO, "Failed to pause")
         return FAILED
     if command.params[0] == 1.0:
         if behaviour.resume():
             return ACCEPTED
-        flight.say(Severity.INFO, "Failed to continue")
+        flight.notify(Severity.INFO, "Failed to continue")
         return FAILED
     return DENIED
 
@@ -168,7 +165,7 @@ def terminate(flight: Flight, command: Command) -> int:
     if command.params[0] <= 0.5:
         return FAILED
     flight.disarm()
-    flight.say(Severity.EMERGENCY, "Terminating due to GCS request")
+    flight.notify(Severity.EMERGENCY, "Terminating due to GCS request")
     return ACCEPTED
 
 
@@ -176,7 +173,7 @@ def run_checks(flight: Flight, command: Command) -> int:
     del command
     if flight.armed:
         return TEMPORARILY_REJECTED
-    reason = flight.flavour.why_not_ready(flight)
+    reason = flight.why_not_ready()
     if reason is not None:
-        flight.say(Severity.CRITICAL, reason)
+        flight.notify(Severity.CRITICAL, reason)
     return ACCEPTED

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from simulator.commands import ACCEPTED, FAILED, UNSUPPORTED, Command
+from simulator.command_message import ACCEPTED, FAILED, UNSUPPORTED, Command
 from simulator.dialect import Codec, Message, mavlink
 from simulator.flight import Flight
 from simulator.payload_camera import CameraReports

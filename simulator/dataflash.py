@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from simulator.flight import Flight
@@ -61,11 +61,11 @@ def us(flight: Flight) -> int:
     return round(flight.now_s * 1e6)
 
 
-def beginning(flight: Flight) -> bytes:
+def beginning(flight: Flight, banner: Sequence[str]) -> bytes:
     """What every log starts with: what its records are, what the vehicle is, and all its parameters."""
     now = us(flight)
     parts = [kind.described() for kind in KINDS]
-    parts += [MSG.record(now, line.encode()[:64]) for line in flight.flavour.banner]
+    parts += [MSG.record(now, line.encode()[:64]) for line in banner]
     parts += [PARM.record(now, p.name.encode(), p.value, math.nan) for p in flight.parameters]
     return b"".join(parts) + mode(flight)
 

@@ -1,6 +1,6 @@
-"""The one door to MAVLink: the generated dialect, and a codec around it that never raises on bad input.
+"""The only access to MAVLink: the generated dialect, and a codec around it that never raises on bad input.
 
-No other file of the package may import pymavlink.
+No other module of the package may import pymavlink.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Whether the vehicle knows where it is: boot, GPS loss, and the seconds for which inertia still carries it.
+"""Whether the vehicle knows its position: boot, GPS loss, and the seconds that dead reckoning bridges.
 
-While it knows, the estimate is the truth: sensor errors are not modelled.
+While the position is known, the estimate equals the truth: sensor errors are not modelled.
 """
 
 from __future__ import annotations

@@ -1,18 +1,14 @@
-"""The autopilot's own failsafes: radio, ground station, battery, position estimate.
+"""ArduCopter's own failsafes: radio, ground station, battery, position estimate.
 
-Each is an edge: it acts once when it sets in. When the cause goes away the flag clears and the mode stays.
+Each acts once, when it sets in. When its cause goes away, the flag clears and the mode stays.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from simulator.flight import Flight, OwnFailsafes
 from simulator.homing import Land
 from simulator.modes import Mode
 from simulator.notices import Severity
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 CONTINUE_AUTO_ON_RADIO_LOSS = 1
 CONTINUE_AUTO_ON_GCS_LOSS = 2
@@ -27,23 +23,13 @@ REPORT_ONLY, ALT_HOLD, LAND_EVEN_STABILIZE = 0, 2, 3
 """FS_EKF_ACTION; anything else is LAND in modes that need a position."""
 
 
-class Failsafes:
+class Failsafes(OwnFailsafes):
     def __init__(self) -> None:
-        self.radio = False
-        self.ground_station = False
-        self.battery_low = False
-        self.battery_critical = False
-        self.position = False
-        self.ground_station_seen_s: float | None = None
-        """Last heartbeat or stick message of SYSID_MYGCS; None: never seen, so never missed."""
+        super().__init__()
         self._position_turned_s: float | None = None
         """Since when the position is there in its failsafe, or missing out of it."""
         self._low_since_s: float | None = None
         self._critical_since_s: float | None = None
-
-    @property
-    def any(self) -> bool:
-        return self.radio or self.ground_station or self.battery_low or self.battery_critical or self.position
 
     def update(self, flight: Flight) -> None:
         self._update_radio(flight)
@@ -58,7 +44,7 @@ class Failsafes:
         concerns = flight.armed or sticks.ever_heard
         if self.radio and (not silent or not enabled):
             self.radio = False
-            flight.say(Severity.WARNING, "Radio Failsafe Cleared")
+            flight.notify(Severity.WARNING, "Radio Failsafe Cleared")
         elif not self.radio and enabled and silent and concerns:
             self.radio = True
             self._act_on_radio(flight, enabled)
@@ -66,17 +52,17 @@ class Failsafes:
     def _act_on_radio(self, flight: Flight, enabled: int) -> None:
         options = flight.parameters.whole("FS_OPTIONS")
         if not flight.armed or _may_disarm(flight):
-            flight.say(Severity.WARNING, "Radio Failsafe - Disarming")
+            flight.notify(Severity.WARNING, "Radio Failsafe - Disarming")
             flight.disarm()
         elif flight.flying.disarms_on_landing and options & CONTINUE_LANDING:
-            flight.say(Severity.WARNING, "Radio Failsafe - Continuing Landing")
+            flight.notify(Severity.WARNING, "Radio Failsafe - Continuing Landing")
             _land(flight)
         elif flight.mode is Mode.AUTO and options & CONTINUE_AUTO_ON_RADIO_LOSS:
-            flight.say(Severity.WARNING, "Radio Failsafe - Continuing Auto")
+            flight.notify(Severity.WARNING, "Radio Failsafe - Continuing Auto")
         elif flight.mode is Mode.GUIDED and options & CONTINUE_GUIDED_ON_RADIO_LOSS:
-            flight.say(Severity.WARNING, "Radio Failsafe - Continuing Guided Mode")
+            flight.notify(Severity.WARNING, "Radio Failsafe - Continuing Guided Mode")
         else:
-            flight.say(Severity.WARNING, "Radio Failsafe")
+            flight.notify(Severity.WARNING, "Radio Failsafe")
             _leave(flight, {3: Mode.LAND, 7: Mode.BRAKE}.get(enabled, Mode.RTL))
 
     def _update_ground_station(self, flight: Flight) -> None:
@@ -85,7 +71,7 @@ class Failsafes:
         lost = enabled > 0 and seen is not None and flight.now_s - seen > parameters["FS_GCS_TIMEOUT"]
         if self.ground_station and not lost:
             self.ground_station = False
-            flight.say(Severity.WARNING, "GCS Failsafe Cleared")
+            flight.notify(Severity.WARNING, "GCS Failsafe Cleared")
         elif lost and not self.ground_station:
             self.ground_station = True
             self._act_on_ground_station(flight, enabled)
@@ -94,21 +80,21 @@ class Failsafes:
         flight.sticks.clear_overrides()
         options = flight.parameters.whole("FS_OPTIONS")
         if not flight.armed:
-            flight.say(Severity.WARNING, "GCS Failsafe")
+            flight.notify(Severity.WARNING, "GCS Failsafe")
             return
         if _may_disarm(flight):
-            flight.say(Severity.WARNING, "GCS Failsafe - Disarming")
+            flight.notify(Severity.WARNING, "GCS Failsafe - Disarming")
             flight.disarm()
             return
         if flight.flying.disarms_on_landing and options & CONTINUE_LANDING:
-            flight.say(Severity.WARNING, "GCS Failsafe - Continuing Landing")
+            flight.notify(Severity.WARNING, "GCS Failsafe - Continuing Landing")
             _land(flight)
         elif flight.mode is Mode.AUTO and options & CONTINUE_AUTO_ON_GCS_LOSS:
-            flight.say(Severity.WARNING, "GCS Failsafe - Continuing Auto Mode")
+            flight.notify(Severity.WARNING, "GCS Failsafe - Continuing Auto Mode")
         elif flight.rules(flight.mode).pilot_controlled and options & CONTINUE_PILOTED_ON_GCS_LOSS:
-            flight.say(Severity.WARNING, "GCS Failsafe - Continuing Pilot Control")
+            flight.notify(Severity.WARNING, "GCS Failsafe - Continuing Pilot Control")
         else:
-            flight.say(Severity.WARNING, "GCS Failsafe")
+            flight.notify(Severity.WARNING, "GCS Failsafe")
             _leave(flight, {5: Mode.LAND, 7: Mode.BRAKE}.get(enabled, Mode.RTL))
 
     def _update_battery(self, flight: Flight) -> None:
@@ -131,13 +117,13 @@ class Failsafes:
 
     def _act_on_battery(self, flight: Flight, level: str, action: int) -> None:
         battery = flight.battery
-        flight.say(
+        flight.notify(
             Severity.WARNING,
             f"Battery 1 is {level} {battery.voltage_v:.2f}V used {battery.used_mah:.0f} mAh",
         )
         if not flight.armed or action == 0:
             return
-        flight.say(Severity.WARNING, "Battery Failsafe")
+        flight.notify(Severity.WARNING, "Battery Failsafe")
         if _may_disarm(flight):
             flight.disarm()
         elif flight.mode is not Mode.LAND:
@@ -150,22 +136,22 @@ class Failsafes:
             return
         self.position = lost
         if not lost:
-            flight.say(Severity.CRITICAL, "EKF Failsafe Cleared")
+            flight.notify(Severity.CRITICAL, "EKF Failsafe Cleared")
             return
-        flight.say(Severity.CRITICAL, "EKF variance")
+        flight.notify(Severity.CRITICAL, "EKF variance")
         if flight.armed:
             self._act_on_position(flight, flight.parameters.whole("FS_EKF_ACTION"))
 
     def _act_on_position(self, flight: Flight, action: int) -> None:
         concerns = flight.rules(flight.mode).needs_position or action == LAND_EVEN_STABILIZE
         if action == REPORT_ONLY or flight.mode is Mode.LAND or not concerns:
-            flight.say(Severity.CRITICAL, "EKF Failsafe")
+            flight.notify(Severity.CRITICAL, "EKF Failsafe")
             return
         if action == ALT_HOLD and not self.radio:
             flight.set_mode(Mode.ALT_HOLD)
         else:
             _land(flight)
-        flight.say(Severity.CRITICAL, f"EKF Failsafe: changed to {flight.mode.name} Mode")
+        flight.notify(Severity.CRITICAL, f"EKF Failsafe: changed to {flight.mode.name} Mode")
 
 
 def _since(since_s: float | None, holds: bool, now_s: float) -> float | None:

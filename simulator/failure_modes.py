@@ -1,4 +1,4 @@
-"""Ways to go wrong on purpose, by name: in tests, and with `tower-sim --fail NAME[@SECONDS[-SECONDS]]`."""
+"""Failures to inject, by name: in tests, and with `tower-sim --fail NAME[@SECONDS[-SECONDS]]`."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Fences: what was drawn (polygons and circles to stay in or out of), limits of height and distance, and breaches.
+"""Fences: drawn areas (polygons and circles to stay in or out of), limits of height and distance, and breaches.
 
-Which limits hold and what a breach leads to are the flavour's. A breach acts once when it sets in, and again each
-AGAIN_M farther out; it ends when the vehicle is inside again. A floor holds from when the vehicle has been above it
+The flavour says which limits apply and what a breach leads to. A breach acts when it sets in, and again every AGAIN_M
+farther out; it ends when the vehicle is inside again. A minimum height applies once the vehicle has been above it,
 until it lands. Nothing here steers away from a fence.
 """
 
@@ -12,13 +12,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from simulator.flight_state import FlightState
 from simulator.mission_plan import Item, PlanKind
 from simulator.notices import Severity
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 POLYGON_IN, POLYGON_OUT, CIRCLE_IN, CIRCLE_OUT = 5001, 5002, 5003, 5004
 CORNERS_MIN = 3
@@ -56,7 +53,7 @@ class Area:
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class FenceLimits:
     """What holds now. Heights are metres over home; None is no limit."""
 
     alt_max_m: float | None = None
@@ -75,6 +72,10 @@ class Limits:
 
 @dataclass(slots=True)
 class Fence:
+    limits: Callable[[FlightState], FenceLimits]
+    """Which fences hold now."""
+    on_breach: Callable[[FlightState], IntEnum | None]
+    """Acts; the mode that may not be left before the breach is over, if any."""
     breaches: dict[str, float] = field(default_factory=dict)
     """What is breached now, by its name, and how far out it acted last, metres."""
     count: int = 0
@@ -87,7 +88,7 @@ class Fence:
     _areas_are_whole: bool = True
     _version: int = -1
 
-    def areas(self, flight: Flight) -> Sequence[Area]:
+    def areas(self, flight: FlightState) -> Sequence[Area]:
         version = flight.plans.changes[PlanKind.FENCE]
         if version != self._version:
             to_local = flight.origin.to_local
@@ -95,14 +96,14 @@ class Fence:
             self._version = version
         return self._areas
 
-    def outside(self, flight: Flight, point: Point, alt_m: float) -> dict[str, float]:
+    def outside(self, flight: FlightState, point: Point, alt_m: float) -> dict[str, float]:
         """Names of the fences outside of which a place over home is, and by how much; 0 where that is not measured."""
-        limits, found = flight.flavour.fence_limits(flight), {}
+        limits, found = self.limits(flight), {}
         home_n, home_e, _ = flight.home_local()
         from_home_m = math.dist(point, (home_n, home_e))
         if limits.alt_max_m is not None and alt_m > limits.alt_max_m:
             found["Max Alt"] = alt_m - limits.alt_max_m
-        floor_holds = self._above_floor and not flight.flying.disarms_on_landing
+        floor_holds = self._above_floor and not flight.disarms_on_landing
         if limits.alt_min_m is not None and alt_m < limits.alt_min_m and floor_holds:
             found["Min Alt"] = limits.alt_min_m - alt_m
         if limits.radius_m is not None and from_home_m > limits.radius_m:
@@ -111,8 +112,8 @@ class Fence:
             found["Polygon"] = 0.0
         return found
 
-    def why_not_arm(self, flight: Flight) -> str | None:
-        limits = flight.flavour.fence_limits(flight)
+    def why_not_arm(self, flight: FlightState) -> str | None:
+        limits = self.limits(flight)
         if limits.none:
             return None
         if not flight.estimator.position_ok:
@@ -123,11 +124,11 @@ class Fence:
         outside = self.outside(flight, (flight.body.north_m, flight.body.east_m), flight.alt_over_home_m())
         return f"vehicle outside {', '.join(outside)} fence" if outside else None
 
-    def update(self, flight: Flight) -> None:
+    def update(self, flight: FlightState) -> None:
         if not flight.armed or flight.landed:
             self.breaches, self.kept_mode, self._above_floor = {}, None, False
             return
-        limits, alt_m = flight.flavour.fence_limits(flight), flight.alt_over_home_m()
+        limits, alt_m = self.limits(flight), flight.alt_over_home_m()
         self._above_floor |= limits.alt_min_m is not None and alt_m > limits.alt_min_m
         if limits.none or not flight.estimator.position_ok:
             self.breaches, self.kept_mode = {}, None
@@ -138,13 +139,13 @@ class Fence:
         self.breaches = {n: out if n in fresh else self.breaches[n] for n, out in outside.items()}
         if ended and not outside:
             self.kept_mode = None
-            flight.say(Severity.NOTICE, f"{', '.join(ended)} fence breach cleared")
+            flight.notify(Severity.NOTICE, f"{', '.join(ended)} fence breach cleared")
         if fresh:
             self.count = min(self.count + 1, 65535)
             self.last, self.last_s = KINDS[fresh[0]], flight.now_s
-            flight.say(Severity.NOTICE, f"{', '.join(fresh)} fence breached")
+            flight.notify(Severity.NOTICE, f"{', '.join(fresh)} fence breached")
             self.kept_mode = None
-            self.kept_mode = flight.flavour.on_fence_breach(flight)
+            self.kept_mode = self.on_breach(flight)
 
 
 KINDS = {"Max Alt": Breach.MAX_ALT, "Min Alt": Breach.MIN_ALT, "Circle": Breach.BOUNDARY, "Polygon": Breach.BOUNDARY}

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from enum import IntEnum
 
-from simulator.fence import Limits
+from simulator.command_message import Command
+from simulator.fence import FenceLimits
+from simulator.flight_state import FlightState
 from simulator.modes import Mode
-
-if TYPE_CHECKING:
-    from enum import IntEnum
-
-    from simulator.commands import Command
-    from simulator.flight import Flight
 
 ALT_MAX, CIRCLE, DRAWN, ALT_MIN = 1, 2, 4, 8
 """FENCE_TYPE."""
@@ -22,12 +18,12 @@ ACTIONS = {1: Mode.RTL, 2: Mode.LAND, 3: Mode.RTL, 4: Mode.BRAKE, 5: Mode.LAND}
 ACCEPTED, FAILED = 0, 4
 
 
-def fence_limits(flight: Flight) -> Limits:
+def fence_limits(flight: FlightState) -> FenceLimits:
     parameters = flight.parameters
     if not parameters.whole("FENCE_ENABLE"):
-        return Limits()
+        return FenceLimits()
     kinds, options = parameters.whole("FENCE_TYPE"), parameters.whole("FENCE_OPTIONS")
-    return Limits(
+    return FenceLimits(
         alt_max_m=parameters["FENCE_ALT_MAX"] if kinds & ALT_MAX else None,
         alt_min_m=parameters["FENCE_ALT_MIN"] if kinds & ALT_MIN else None,
         radius_m=parameters["FENCE_RADIUS"] if kinds & CIRCLE else None,
@@ -36,7 +32,7 @@ def fence_limits(flight: Flight) -> Limits:
     )
 
 
-def on_fence_breach(flight: Flight) -> IntEnum | None:
+def on_fence_breach(flight: FlightState) -> IntEnum | None:
     """The mode that must be kept until the breach is over, or None."""
     wanted = ACTIONS.get(flight.parameters.whole("FENCE_ACTION"))
     if wanted is None or flight.mode is Mode.LAND:
@@ -47,13 +43,13 @@ def on_fence_breach(flight: Flight) -> IntEnum | None:
     return wanted if flight.parameters.whole("FENCE_OPTIONS") & KEEPS_MODE else None
 
 
-def enable_fence(flight: Flight, command: Command) -> int:
+def enable_fence(flight: FlightState, command: Command) -> int:
     """MAV_CMD_DO_FENCE_ENABLE: 0 off, 1 on, 2 the floor only."""
-    wish = int(command.params[0])
-    if wish not in (0, 1, 2):
+    goal = int(command.params[0])
+    if goal not in (0, 1, 2):
         return FAILED
-    if wish == 2:
+    if goal == 2:
         flight.parameters.set("FENCE_TYPE", flight.parameters.whole("FENCE_TYPE") & ~ALT_MIN)
     else:
-        flight.parameters.set("FENCE_ENABLE", wish)
+        flight.parameters.set("FENCE_ENABLE", goal)
     return ACCEPTED

@@ -1,8 +1,9 @@
-"""The server half of MAVLink FTP, as far as reading goes: open, read, burst, close.
+"""The server half of MAVLink FTP, read-only: open, read, burst, close.
 
-ArduPilot's file of parameters is made for the blocks that are asked for; other files are as they lie there.
+ArduPilot's parameter file is generated for the block size that the client asks for; other files are served as they are.
 
-One session at a time for all who ask; who asks in another one is refused until the first was silent for a while.
+One session serves all clients. While it is open, requests for another session are refused until it has been silent for
+a while.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""What makes an autopilot this one and not another: modes, sticks, failsafes, commands, parameters, telemetry.
+"""What distinguishes one autopilot from another: modes, sticks, failsafes, commands, parameters, telemetry.
 
-The body, the controllers and the flight modes' behaviour are the same for all. `ardupilot` and `px4` bring one
-Flavour each; no other file may ask which one it is.
+Airframe, controllers and the behaviour of flight modes are shared. `ardupilot` and `px4` define one Flavour each; no
+other module may ask which autopilot it is.
 """
 
 from __future__ import annotations
@@ -9,74 +9,25 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    from simulator.behaviours import Behaviour
-    from simulator.commands import Command
-    from simulator.fence import Limits
-    from simulator.flight import Flight
-    from simulator.mission_plan import Item, PlanKind
-    from simulator.modes import ModeRules
-    from simulator.parameters import Parameters
-    from simulator.photographs import Photo
-    from simulator.receiver import Receiver
-
-
-class PilotInput(Protocol):
-    """Where stick positions come from, and what the flight modes read from them."""
-
-    receiver: Receiver
-    radio_pwm: list[int]
-    pwm: list[int]
-    ever_heard: bool
-
-    def accepts(self, sender_sysid: int) -> bool: ...
-    def override(self, channels: list[int], now_s: float) -> None: ...
-    def manual_control(self, *, x: int, y: int, z: int, r: int, now_s: float) -> None: ...
-    def clear_overrides(self) -> None: ...
-    def update(self, now_s: float, *, transmitter_lost: bool) -> None: ...
-    def silent_for_s(self, now_s: float) -> float: ...
-
-    @property
-    def overridden(self) -> bool: ...
-    @property
-    def channel_count(self) -> int: ...
-    @property
-    def roll(self) -> float: ...
-    @property
-    def pitch(self) -> float: ...
-    @property
-    def yaw(self) -> float: ...
-    @property
-    def throttle(self) -> float: ...
-    @property
-    def throttle_mid(self) -> float: ...
-    @property
-    def climb_mps(self) -> float: ...
-    @property
-    def mode_switch(self) -> int | None: ...
-
-
-class OwnFailsafes(Protocol):
-    """What the autopilot does by itself when something is lost."""
-
-    radio: bool
-    ground_station: bool
-    battery_low: bool
-    battery_critical: bool
-    position: bool
-    ground_station_seen_s: float | None
-
-    @property
-    def any(self) -> bool: ...
-    def update(self, flight: Flight) -> None: ...
+from simulator.behaviours import Behaviour
+from simulator.command_message import UNSUPPORTED, Command
+from simulator.fence import FenceLimits
+from simulator.flight import Flight, OwnFailsafes
+from simulator.flight_state import FlightState
+from simulator.mission_plan import Item, PlanKind
+from simulator.modes import ModeRules
+from simulator.parameters import Parameters
+from simulator.photographs import Photo
+from simulator.pilot_input import PilotInput
+from simulator.receiver import Receiver
 
 
 class Storage(NamedTuple):
     """What becomes of the items of plans."""
 
-    take: Callable[[Item, PlanKind], Item | int]
+    accept: Callable[[Item, PlanKind], Item | int]
     """The item as it is stored and read back, or the MAV_MISSION_RESULT with which it is refused."""
     why_not_jump: Callable[[Item, int], int | None]
     """Given the number of the last item of the plan."""
@@ -92,7 +43,7 @@ class Flavour:
     banner: tuple[str, ...]
     first_mode: IntEnum
     rules: Mapping[IntEnum, ModeRules]
-    make_behaviours: Callable[[Flight], dict[IntEnum, Behaviour]]
+    make_behaviours: Callable[[FlightState], dict[IntEnum, Behaviour]]
     make_parameters: Callable[[Iterable[tuple[str, float]], int], Parameters]
     make_sticks: Callable[[Parameters, Receiver], PilotInput]
     make_failsafes: Callable[[], OwnFailsafes]
@@ -108,9 +59,9 @@ class Flavour:
     """COMPONENT_METADATA is answered, unless the vehicle is told otherwise."""
     storage: Storage
     items_max: Mapping[PlanKind, int]
-    fence_limits: Callable[[Flight], Limits]
+    fence_limits: Callable[[FlightState], FenceLimits]
     """Which fences hold now."""
-    on_fence_breach: Callable[[Flight], IntEnum | None]
+    on_fence_breach: Callable[[FlightState], IntEnum | None]
     """Acts; the mode that may not be left before the breach is over, if any."""
     handlers: Mapping[int, Callable[[Flight, Command], int]]
     """MAV_CMD to what it does; the commands about messages and reboots are the vehicle's own."""
@@ -134,3 +85,8 @@ class Flavour:
     """On the ground it may disarm itself although the throttle is not at its bottom."""
     set_mode_number: Callable[[Flight, int], int]
     """SET_MODE (11)."""
+
+    def carry_out(self, flight: Flight, command: Command) -> int:
+        """The MAV_RESULT of a command that needs nothing but the flight code."""
+        handler = self.handlers.get(command.number)
+        return handler(flight, command) if handler is not None else UNSUPPORTED

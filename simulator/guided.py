@@ -1,17 +1,14 @@
-"""GUIDED: fly where, or as fast as, a ground station says."""
+"""GUIDED: flies to the position, or at the velocity, that a ground station commands."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.orbit import look_at_roi
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 TURN_RATE_RPS = math.radians(60.0)
 
@@ -44,28 +41,28 @@ class TakeOff:
 
 
 class Guided(Behaviour):
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
-        self.wish: GoTo | FlyWith | TakeOff | None = None
+        self.goal: GoTo | FlyWith | TakeOff | None = None
         self._paused = False
 
     @property
     def waits_to_take_off(self) -> bool:
-        return isinstance(self.wish, TakeOff)
+        return isinstance(self.goal, TakeOff)
 
     def enter(self) -> None:
-        self.wish = None
+        self.goal = None
         self._paused = False
 
     def take_off(self, alt_over_home_m: float) -> bool:
-        self.wish = TakeOff(alt_over_home_m + self.flight.home_local()[2])
+        self.goal = TakeOff(alt_over_home_m + self.flight.home_local()[2])
         self.flight.lift_off()
         return True
 
-    def go(self, wish: GoTo | FlyWith) -> None:
+    def go(self, goal: GoTo | FlyWith) -> None:
         self._paused = False
         if not self.flight.landed:  # on the ground nothing but a take-off leaves it
-            self.wish = wish
+            self.goal = goal
 
     def pause(self) -> bool:
         self._paused = True
@@ -76,47 +73,47 @@ class Guided(Behaviour):
         return True
 
     def run(self) -> None:
-        flight, target, wish = self.flight, self.flight.target, self.wish
+        flight, target, goal = self.flight, self.flight.target, self.goal
         if flight.landed:
             flight.rest()
             return
         limits = flight.limits()
-        if self._paused or wish is None:
+        if self._paused or goal is None:
             target.climb_with(0.0, limits, TICK_S)
             target.fly_with(0.0, 0.0, limits, TICK_S)
-        elif isinstance(wish, TakeOff):
-            target.climb_to(wish.alt_m, limits, TICK_S)
+        elif isinstance(goal, TakeOff):
+            target.climb_to(goal.alt_m, limits, TICK_S)
             target.fly_with(0.0, 0.0, limits, TICK_S)
-            if abs(flight.body.alt_m - wish.alt_m) < 0.1 and abs(flight.body.vd_mps) < 0.1:
-                self.wish = GoTo(target.north_m, target.east_m, wish.alt_m)
-        elif isinstance(wish, GoTo):
-            target.climb_to(wish.alt_m, limits, TICK_S)
-            target.fly_to(wish.north_m, wish.east_m, limits, flight.body, TICK_S)
+            if abs(flight.body.alt_m - goal.alt_m) < 0.1 and abs(flight.body.vd_mps) < 0.1:
+                self.goal = GoTo(target.north_m, target.east_m, goal.alt_m)
+        elif isinstance(goal, GoTo):
+            target.climb_to(goal.alt_m, limits, TICK_S)
+            target.fly_to(goal.north_m, goal.east_m, limits, flight.body, TICK_S)
         else:
-            self._fly_with(wish)
+            self._fly_with(goal)
         self._turn()
         flight.fly()
 
-    def _fly_with(self, wish: FlyWith) -> None:
+    def _fly_with(self, goal: FlyWith) -> None:
         flight, limits = self.flight, self.flight.limits()
-        if flight.now_s - wish.since_s > flight.parameters["GUID_TIMEOUT"]:
-            wish = FlyWith(0.0, 0.0, 0.0, wish.since_s)
-        climb = max(-limits.descent_mps, min(wish.climb_mps, limits.climb_mps))
+        if flight.now_s - goal.since_s > flight.parameters["GUID_TIMEOUT"]:
+            goal = FlyWith(0.0, 0.0, 0.0, goal.since_s)
+        climb = max(-limits.descent_mps, min(goal.climb_mps, limits.climb_mps))
         flight.target.climb_with(climb, limits, TICK_S)
-        flight.target.fly_with(wish.vn_mps, wish.ve_mps, limits, TICK_S)
-        if wish.yaw_rate_rps is not None:
-            flight.attitude.turn(wish.yaw_rate_rps, TICK_S)
+        flight.target.fly_with(goal.vn_mps, goal.ve_mps, limits, TICK_S)
+        if goal.yaw_rate_rps is not None:
+            flight.attitude.turn(goal.yaw_rate_rps, TICK_S)
 
     def _turn(self) -> None:
-        flight, wish = self.flight, self.wish
+        flight, goal = self.flight, self.goal
         if look_at_roi(flight):
             return
         if flight.yaw_override_rad is not None:
             flight.attitude.turn_towards(flight.yaw_override_rad, TURN_RATE_RPS, TICK_S)
-        elif isinstance(wish, GoTo | FlyWith) and wish.yaw_rad is not None:
-            flight.attitude.turn_towards(wish.yaw_rad, TURN_RATE_RPS, TICK_S)
-        elif isinstance(wish, GoTo):
-            look_ahead(self, wish.north_m, wish.east_m)
+        elif isinstance(goal, GoTo | FlyWith) and goal.yaw_rad is not None:
+            flight.attitude.turn_towards(goal.yaw_rad, TURN_RATE_RPS, TICK_S)
+        elif isinstance(goal, GoTo):
+            look_ahead(self, goal.north_m, goal.east_m)
 
 
 def look_ahead(behaviour: Behaviour, north_m: float, east_m: float) -> None:

@@ -1,20 +1,17 @@
-"""LAND and RTL: the way down, and the way home."""
+"""LAND and RTL: descending, and returning home."""
 
 from __future__ import annotations
 
 import math
 from enum import Enum, auto
-from typing import TYPE_CHECKING
 
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.geodesy import clamp
 from simulator.notices import Severity
 from simulator.piloted import lean_of_sticks, turn_with_stick
-from simulator.rally import Refuge, nearest_refuge
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
+from simulator.rally import ReturnPoint, nearest_return_point
 
 RTL_MIN_CONE_SLOPE = 0.5
 RTL_ALT_MAX_M = 3000.0
@@ -45,7 +42,7 @@ def descend(behaviour: Behaviour, *, waiting: bool = False) -> None:
 
 
 class Land(Behaviour):
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._waits_until_s = 0.0
 
@@ -72,10 +69,10 @@ class Leg(Enum):
 
 
 class ReturnToLaunch(Behaviour):
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self.leg = Leg.CLIMB
-        self.goal = Refuge(0.0, 0.0)
+        self.goal = ReturnPoint(0.0, 0.0)
         self._alt_m = 0.0
         self._start = (0.0, 0.0)
         self._waiting_since_s = 0.0
@@ -86,7 +83,7 @@ class ReturnToLaunch(Behaviour):
 
     def enter(self) -> None:
         flight, parameters = self.flight, self.flight.parameters
-        self.goal = nearest_refuge(flight)
+        self.goal = nearest_return_point(flight)
         _, _, home_alt = flight.home_local()
         alt = flight.alt_over_home_m()
         distance = math.hypot(self.goal.north_m - flight.body.north_m, self.goal.east_m - flight.body.east_m)
@@ -136,4 +133,4 @@ class ReturnToLaunch(Behaviour):
             wait_s = flight.parameters["RTL_LOIT_TIME"] / 1000.0
             if flight.now_s - self._waiting_since_s >= wait_s:
                 self.leg = Leg.DESCEND
-                flight.say(Severity.INFO, "RTL: landing")
+                flight.notify(Severity.INFO, "RTL: landing")

@@ -44,7 +44,7 @@ class LogServer:
     def receive(self, message: Message, peer: Peer) -> None:
         name = message.get_type()
         if self._download is not None and self._download.peer != peer:
-            self._flight.say(Severity.INFO, "Log download in progress")
+            self._flight.notify(Severity.INFO, "Log download in progress")
         elif name == "LOG_REQUEST_LIST":
             self._listing = Listing(max(message.start, 1), min(message.end, len(self._logbook.logs)))
             self._download = None
@@ -60,12 +60,12 @@ class LogServer:
         if self._flight.armed:
             return
         if self._listing is not None:
-            self._tell_next(self._listing)
+            self._send_next_entry(self._listing)
         for _ in range(CHUNKS_PER_TICK):
             if self._download is not None:
                 self._send_next(self._download)
 
-    def _tell_next(self, listing: Listing) -> None:
+    def _send_next_entry(self, listing: Listing) -> None:
         """One a tick. With none on board a single entry says so."""
         logs = self._logbook.logs
         if not logs:

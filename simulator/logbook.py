@@ -1,8 +1,8 @@
-"""The logs on board: one for each time that it is armed. The oldest goes when there are too many; a full one ends."""
+"""The logs on board, one for each arming. The oldest is deleted when there are too many; a full one is closed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -23,7 +23,8 @@ class Log:
 
 
 class Logbook:
-    def __init__(self) -> None:
+    def __init__(self, banner: Sequence[str] = ()) -> None:
+        self._banner = banner
         self.logs: list[Log] = []
         """The oldest first; on the wire they are numbered from 1."""
         self._writing: Log | None = None
@@ -56,7 +57,7 @@ class Logbook:
         self._writing = Log((BOOT_UNIX_US + dataflash.us(flight)) // 1_000_000)
         self.logs = [*self.logs, self._writing][-LOGS_MAX:]
         self._mode, self._due_s = flight.mode, {}
-        self._write(dataflash.beginning(flight))
+        self._write(dataflash.beginning(flight, self._banner))
 
     def _is_due(self, what: str, period_s: float, now_s: float) -> bool:
         if now_s + 1e-9 < self._due_s.get(what, now_s):

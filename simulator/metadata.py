@@ -1,8 +1,8 @@
-"""What the vehicle says of its own parameters: MAVLink's component metadata, as files that MAVLink FTP gives away.
+"""Component metadata about the vehicle's parameters, served as files over MAVLink FTP.
 
-Source: mavlink.io, services/component_information, general.schema.json and parameter.schema.json. As PX4 does it: the
-file of the parameters is packed with xz and its CRC is of the packed bytes; the CRC in COMPONENT_METADATA is of the
-general file as text.
+Source: mavlink.io, services/component_information, general.schema.json and parameter.schema.json. As in PX4, the
+parameter file is compressed with xz and its CRC covers the compressed bytes; the CRC in COMPONENT_METADATA covers the
+text of the general file.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the simulator makes of the parameters that it flies by: units, values, bits. Words for people are few."""
+"""Metadata of the parameters that the simulator uses: units, values, bits, and a few descriptions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One mission, fence or rally item, read from a message. What becomes of it is the flavour's (`mission_storage`)."""
+"""Reads a mission, fence or rally item from a message. How it is stored depends on the flavour (`mission_storage`)."""
 
 from __future__ import annotations
 

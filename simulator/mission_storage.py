@@ -19,7 +19,7 @@ from simulator.dialect import mavlink
 from simulator.mission_plan import Item, PlanKind
 
 RELATIVE, OVER_TERRAIN, ABSOLUTE = frozenset({3, 6}), frozenset({10, 11}), frozenset({0, 2, 5})
-HIGHEST_M = 83_000.0
+MAX_ALT_M = 83_000.0
 COUNTER_CLOCKWISE, BY_TANGENT, TENS, FRACTION = 1, 2, 4, 8
 """Flags beside a place."""
 JUMP = 177
@@ -101,15 +101,15 @@ def _turned(value: float, flags: int) -> float:
     return -value if flags & COUNTER_CLOCKWISE else value
 
 
-def _tell_p1(one: Stored) -> Four:
+def _read_back_p1(one: Stored) -> Four:
     return float(one.p1), 0.0, 0.0, 0.0
 
 
-def _tell_nothing(_one: Stored) -> Four:
+def _read_back_nothing(_one: Stored) -> Four:
     return 0.0, 0.0, 0.0, 0.0
 
 
-def _tell_turns(one: Stored) -> Four:
+def _read_back_turns(one: Stored) -> Four:
     turns, radius = float(one.p1 & 0xFF), float(one.p1 >> 8)
     turns = turns / 256 if one.flags & FRACTION else turns
     radius = radius * 10 if one.flags & TENS else radius
@@ -117,10 +117,10 @@ def _tell_turns(one: Stored) -> Four:
 
 
 PLACED: dict[int, tuple[Callable[[Item], Stored], Callable[[Stored], Four]]] = {
-    **dict.fromkeys((16, 22, 30, 82, 85, 92, 179, 195, 201), (_just_p1, _tell_p1)),
-    **dict.fromkeys((84, 188, 189, 191), (_nothing, _tell_nothing)),
+    **dict.fromkeys((16, 22, 30, 82, 85, 92, 179, 195, 201), (_just_p1, _read_back_p1)),
+    **dict.fromkeys((84, 188, 189, 191), (_nothing, _read_back_nothing)),
     17: (_radius(2), lambda one: (0.0, 0.0, _turned(float(one.p1), one.flags), 0.0)),
-    18: (_turns, _tell_turns),
+    18: (_turns, _read_back_turns),
     19: (_time, lambda one: (float(one.p1), 0.0, _turned(1.0, one.flags), float(bool(one.flags & BY_TANGENT)))),
     21: (_land, lambda one: (float(one.p1), 0.0, 0.0, _turned(1.0, one.flags))),
     31: (
@@ -178,17 +178,17 @@ ENGINE, ATTITUDE, MOUNT = 223, 42703, 205
 COMMANDS = frozenset({*PLACED, *P1_ALONE, *STRUCTURES, ENGINE, ATTITUDE})
 
 
-def take(item: Item, kind: PlanKind) -> Item | int:
+def accept_item(item: Item, kind: PlanKind) -> Item | int:
     """The item as it will be read back, or the MAV_MISSION_RESULT with which it is refused."""
     if kind is PlanKind.FENCE:
-        return _take_fence(item)
+        return _accept_fence(item)
     if kind is PlanKind.RALLY:
-        return _take_rally(item)
+        return _accept_rally(item)
     for at, value in enumerate(item.params):
         if math.isinf(value) or (math.isnan(value) and at not in OPEN.get(item.command, ())):
             return int(mavlink.MAV_MISSION_INVALID_PARAM1) + at
     if item.command in PLACED:
-        return _take_placed(item)
+        return _accept_placed(item)
     if item.command not in COMMANDS:
         return int(mavlink.MAV_MISSION_INVALID if item.command in (0, 1) else mavlink.MAV_MISSION_UNSUPPORTED)
     return _unplaced(item)
@@ -233,11 +233,11 @@ def _why_not_there(item: Item) -> int | None:
     return int(mavlink.MAV_MISSION_INVALID_PARAM6_Y) if abs(item.y) > 1_800_000_000 else None
 
 
-def _take_placed(item: Item) -> Item | int:
+def _accept_placed(item: Item) -> Item | int:
     problem = _why_not_there(item)
     if problem is not None:
         return problem
-    if not abs(item.z) < HIGHEST_M:
+    if not abs(item.z) < MAX_ALT_M:
         return int(mavlink.MAV_MISSION_INVALID_PARAM7)
     if item.frame not in RELATIVE | OVER_TERRAIN | ABSOLUTE:
         return int(mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
@@ -286,7 +286,7 @@ def _unplaced(item: Item) -> Item:
     return replace(item, frame=0, params=params, x=int(kept["x"]), y=int(kept["y"]), z=kept["z"], autocontinue=1)
 
 
-def _take_fence(item: Item) -> Item | int:
+def _accept_fence(item: Item) -> Item | int:
     if item.frame not in RELATIVE | OVER_TERRAIN | {0, 5}:
         return int(mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
     if item.command not in range(5000, 5005):
@@ -301,7 +301,7 @@ def _take_fence(item: Item) -> Item | int:
     return replace(item, frame=0, params=(float(first), 0.0, 0.0, 0.0), z=0.0, autocontinue=0)
 
 
-def _take_rally(item: Item) -> Item | int:
+def _accept_rally(item: Item) -> Item | int:
     if item.command != 5100:
         return int(mavlink.MAV_MISSION_UNSUPPORTED)
     problem = _why_not_there(item)

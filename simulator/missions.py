@@ -1,7 +1,7 @@
 """The server half of the mission protocol, for missions, fences and rally points.
 
-An upload is collected beside the stored plan and takes its place only when it is whole, so that one which fails
-half-way leaves the old plan as it was; unless the failure that writes plans in place is on. One upload at a time.
+An upload is collected beside the stored plan and replaces it only when complete, so an upload that fails half-way
+leaves the old plan intact (unless the failure that writes plans in place is on). One upload at a time.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from simulator.auto import Auto
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
+from simulator.flavour import Flavour
 from simulator.flight import Flight
 from simulator.mission_items import read_item
 from simulator.mission_plan import Item, PlanKind
@@ -19,7 +20,7 @@ from simulator.notices import Severity
 
 REPEAT_S = 1.0
 UPLOAD_TIMEOUT_S = 8.0
-LOOK_AT_FENCE_S = 0.1
+CHECK_FENCE_S = 0.1
 
 ACCEPTED = mavlink.MAV_MISSION_ACCEPTED
 Peer = tuple[int, int]
@@ -44,8 +45,13 @@ class Upload:
 
 class MissionServer:
     def __init__(
-        self, flight: Flight, send: Callable[[Message], None], restart: Callable[[], None] = lambda: None
+        self,
+        flight: Flight,
+        flavour: Flavour,
+        send: Callable[[Message], None],
+        restart: Callable[[], None] = lambda: None,
     ) -> None:
+        self._flavour = flavour
         self._flight = flight
         self._send = send
         self._restart = restart
@@ -68,31 +74,31 @@ class MissionServer:
         elif name == "MISSION_REQUEST_LIST":
             self._count(kind, peer)
         elif name in ("MISSION_REQUEST", "MISSION_REQUEST_INT"):
-            self._give(kind, message.seq, peer, whole_numbers=name.endswith("INT"))
+            self._send_item(kind, message.seq, peer, whole_numbers=name.endswith("INT"))
         elif name in ("MISSION_ITEM", "MISSION_ITEM_INT"):
-            self._take(message, kind, peer)
+            self._receive_item(message, kind, peer)
         else:
             self._ack(peer, mavlink.MAV_MISSION_UNSUPPORTED, kind)
 
-    def _look_at_fence(self) -> None:
+    def _check_fence(self) -> None:
         now_s, plans = self._flight.now_s, self._flight.plans
-        if now_s < self._fence_seen_s + LOOK_AT_FENCE_S:
+        if now_s < self._fence_seen_s + CHECK_FENCE_S:
             return
         self._fence_seen_s = now_s
         items = plans.items[PlanKind.FENCE]
-        total = self._flight.flavour.storage.fence_total(items)
+        total = self._flavour.storage.fence_total(items)
         if total == 0 and self._fence_total != 0 and items:
             plans.store(PlanKind.FENCE, [], self._flight.home)
         self._fence_total = total
 
     def tick(self) -> None:
-        self._look_at_fence()
+        self._check_fence()
         upload, now_s = self._upload, self._flight.now_s
         if upload is None:
             return
         if now_s - upload.last_heard_s >= UPLOAD_TIMEOUT_S:
             self._upload = None
-            self._flight.say(Severity.NOTICE, "Mission upload timeout")
+            self._flight.notify(Severity.NOTICE, "Mission upload timeout")
             self._ack(upload.peer, mavlink.MAV_MISSION_OPERATION_CANCELLED, upload.kind)
         elif now_s - upload.asked_s >= REPEAT_S:
             self._ask_next(upload)
@@ -112,7 +118,7 @@ class MissionServer:
             return
         if self._upload is not None and self._upload.peer != peer:
             self._ack(peer, mavlink.MAV_MISSION_DENIED, kind)
-        elif count > self._flight.flavour.items_max[kind] or self._fails(Failure.MISSION_FULL):
+        elif count > self._flavour.items_max[kind] or self._fails(Failure.MISSION_FULL):
             self._ack(peer, mavlink.MAV_MISSION_NO_SPACE, kind)
         else:
             now_s = self._flight.now_s
@@ -139,7 +145,7 @@ class MissionServer:
         for _ in range(2 if self._fails(Failure.MISSION_REQUESTS_TWICE) else 1):
             self._send(ask(*upload.peer, seq, int(upload.kind)))
 
-    def _take(self, message: Message, kind: PlanKind, peer: Peer) -> None:
+    def _receive_item(self, message: Message, kind: PlanKind, peer: Peer) -> None:
         upload = self._upload
         if upload is None or upload.peer != peer or upload.kind is not kind:
             self._ack(peer, mavlink.MAV_MISSION_ERROR, kind)
@@ -151,8 +157,8 @@ class MissionServer:
                 self._ack(peer, mavlink.MAV_MISSION_INVALID_SEQUENCE, kind)
             return  # one that came twice is no error
         upload.last_heard_s = self._flight.now_s
-        storage, sent = self._flight.flavour.storage, read_item(message)
-        taken = storage.take(sent, kind)
+        storage, sent = self._flavour.storage, read_item(message)
+        taken = storage.accept(sent, kind)
         if isinstance(taken, Item) and (problem := storage.why_not_jump(taken, upload.count - 1)) is not None:
             taken = problem
         if not isinstance(taken, Item):
@@ -175,7 +181,7 @@ class MissionServer:
 
     def _finish(self, upload: Upload) -> None:
         self._upload = None
-        problem = self._flight.flavour.storage.why_not_whole(upload.items, upload.kind)
+        problem = self._flavour.storage.why_not_whole(upload.items, upload.kind)
         if problem is not None:
             self._ack(upload.peer, problem, upload.kind)
             return
@@ -191,7 +197,7 @@ class MissionServer:
         count = len(self._flight.plans.items[kind])
         self._send(mavlink.MAVLink_mission_count_message(*peer, count, int(kind)))
 
-    def _give(self, kind: PlanKind, seq: int, peer: Peer, *, whole_numbers: bool) -> None:
+    def _send_item(self, kind: PlanKind, seq: int, peer: Peer, *, whole_numbers: bool) -> None:
         if self._ignores("request"):
             return
         items = self._flight.plans.items[kind]

@@ -1,22 +1,19 @@
-"""Which class flies which mode."""
+"""The class that flies each mode of ArduCopter."""
 
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 from simulator.auto import Auto
 from simulator.behaviours import Behaviour
+from simulator.flight_state import FlightState
 from simulator.guided import Guided
 from simulator.homing import Land, ReturnToLaunch
 from simulator.modes import Mode
 from simulator.piloted import AltHold, Brake, Circle, Loiter, Stabilize
 
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
-
-def make_behaviours(flight: Flight) -> dict[IntEnum, Behaviour]:
+def make_behaviours(flight: FlightState) -> dict[IntEnum, Behaviour]:
     return {
         Mode.STABILIZE: Stabilize(flight),
         Mode.ALT_HOLD: AltHold(flight),

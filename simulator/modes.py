@@ -1,6 +1,6 @@
-"""The flight modes of ArduCopter: their numbers and the rules that hang on each.
+"""The flight modes of ArduCopter: their numbers, and the rules for each.
 
-This table is the flavour of the autopilot: another one would bring another table, not other physics.
+Another autopilot brings another table, not other physics.
 """
 
 from __future__ import annotations

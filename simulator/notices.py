@@ -1,4 +1,4 @@
-"""What the vehicle says in plain words: it becomes STATUSTEXT."""
+"""Texts for the ground station, sent as STATUSTEXT."""
 
 from __future__ import annotations
 

@@ -1,15 +1,12 @@
-"""Round a centre at a radius, nose inwards."""
+"""Circles a centre at a given radius, with the nose pointing inwards."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.geodesy import clamp
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 TURN_RATE_RPS = math.radians(60.0)
 ON_IT_M = 2.0
@@ -25,7 +22,7 @@ class Orbit:
         self.turned_rad = 0.0
         self._begun = False
 
-    def run(self, flight: Flight, rate_rps: float) -> None:
+    def run(self, flight: FlightState, rate_rps: float) -> None:
         """One tick; positive is clockwise. No faster than the limits of speed and acceleration allow. Height is left
         to the caller, and so is `flight.fly`."""
         limits, body = flight.limits(), flight.body
@@ -44,7 +41,7 @@ class Orbit:
             look_at_roi(flight)
 
 
-def look_at_roi(flight: Flight) -> bool:
+def look_at_roi(flight: FlightState) -> bool:
     """Turn towards the region of interest; False where there is none, or it is underneath."""
     if flight.roi is None:
         return False

@@ -9,7 +9,7 @@ from simulator.parameters import Kind, Parameters
 MAGIC = 0x671B
 _VALUES = {Kind.INT8: (1, "<b"), Kind.INT16: (2, "<h"), Kind.INT32: (3, "<i"), Kind.FLOAT: (4, "<f")}
 """Its own number of each type, and how the value lies there."""
-COMMON_MOST = 15
+MAX_COMMON_CHARS = 15
 
 
 def pack_parameters(parameters: Parameters, block_bytes: int) -> bytes:
@@ -19,7 +19,7 @@ def pack_parameters(parameters: Parameters, block_bytes: int) -> bytes:
     for parameter in parameters:
         name = parameter.name.encode("ascii")
         common = 0
-        while common < min(len(before), len(name) - 1, COMMON_MOST) and before[common] == name[common]:
+        while common < min(len(before), len(name) - 1, MAX_COMMON_CHARS) and before[common] == name[common]:
             common += 1
         kind, layout = _VALUES[parameter.kind]
         value = struct.pack(layout, parameter.value if parameter.kind is Kind.FLOAT else int(parameter.value))

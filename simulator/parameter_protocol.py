@@ -49,13 +49,13 @@ class ParameterServer:
     def read(self, name: str, index: int) -> None:
         """By index, or by name where the index is -1. What does not exist gets no answer."""
         if index < 0 and name == HASH_NAME:
-            self._tell_hash()
+            self._send_hash()
         elif not self.is_slow:
-            self._tell(name, index)
+            self._send_value(name, index)
         elif len(self._questions) < QUESTIONS_MAX:
             self._questions.append((name, index))
 
-    def _tell(self, name: str, index: int) -> None:
+    def _send_value(self, name: str, index: int) -> None:
         if index >= 0:
             parameter = self._parameters.at(index)
             number = index
@@ -81,10 +81,10 @@ class ParameterServer:
     def tick(self) -> None:
         self._ticks += 1
         if self._questions and self._ticks % SLOW_TICKS == 0:
-            self._tell(*self._questions.popleft())
+            self._send_value(*self._questions.popleft())
         if self._hash_due:
             self._hash_due = False
-            self._tell_hash()
+            self._send_hash()
         for _ in range(VALUES_PER_TICK):
             if self._next is None:
                 return
@@ -96,7 +96,7 @@ class ParameterServer:
                 self._send(self._value(parameter, self._next))
             self._next += 1
 
-    def _tell_hash(self) -> None:
+    def _send_hash(self) -> None:
         told = self._parameters.hash_on_the_wire()
         if told is not None:
             count = len(self._parameters)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from simulator.camera.request import LIMITS
-from simulator.commands import UNSUPPORTED, Command
+from simulator.command_message import UNSUPPORTED, Command
 from simulator.commands_camera import CAMERA_HANDLERS
 from simulator.dialect import Message, mavlink
 from simulator.flight import Flight

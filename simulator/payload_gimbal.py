@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from simulator.commands import ACCEPTED, DENIED, UNSUPPORTED, Command
+from simulator.command_message import ACCEPTED, DENIED, UNSUPPORTED, Command
 from simulator.dialect import Message, mavlink
 from simulator.flight import Flight
 from simulator.reports_common import ms

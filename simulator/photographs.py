@@ -1,16 +1,18 @@
-"""A camera that takes photographs by command, every so many metres, or every so many seconds. There are no pictures:
-what comes of it is one message for each."""
+"""Takes photographs on command, by distance or by time.
+
+No pictures are made: each photograph results in one message.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
+from simulator.airframe import Airframe
+from simulator.estimator import Estimator
 from simulator.geodesy import Place
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 INTERVAL_MIN_S = 0.1
 
@@ -21,6 +23,19 @@ class Photo:
     """From 1."""
     place: Place
     alt_over_home_m: float
+
+
+class Carrier(Protocol):
+    """What the camera needs of the vehicle that carries it."""
+
+    now_s: float
+    body: Airframe
+    estimator: Estimator
+    on_photo: Callable[[Photo], None]
+
+    @property
+    def known_place(self) -> Place | None: ...
+    def alt_over_home_m(self) -> float: ...
 
 
 class Camera:
@@ -38,41 +53,41 @@ class Camera:
         """Between those that it takes in a row; None: it takes none."""
         return self._every_s if self._left else None
 
-    def every_metres(self, flight: Flight, distance_m: float, *, at_once: bool) -> None:
+    def every_metres(self, carrier: Carrier, distance_m: float, *, at_once: bool) -> None:
         """0 ends it."""
         self._every_m = max(distance_m, 0.0)
         self._last = None
         if at_once and self._every_m > 0.0:
-            self.shoot(flight)
+            self.shoot(carrier)
 
-    def every_seconds(self, flight: Flight, interval_s: float, count: int) -> None:
+    def every_seconds(self, carrier: Carrier, interval_s: float, count: int) -> None:
         """The first one now; `count` 0 goes on until `stop`."""
         self._every_s = max(interval_s, INTERVAL_MIN_S)
         self._left = count if count > 0 else -1
-        self._due_s = flight.now_s
+        self._due_s = carrier.now_s
 
     def stop(self) -> None:
         self._left = 0
 
-    def update(self, flight: Flight) -> None:
+    def update(self, carrier: Carrier) -> None:
         """One tick."""
-        if self._left and flight.now_s >= self._due_s:
+        if self._left and carrier.now_s >= self._due_s:
             self._due_s += self._every_s
             self._left -= self._left > 0
-            self.shoot(flight)
-        if self._every_m <= 0.0 or not flight.estimator.position_ok:
+            self.shoot(carrier)
+        if self._every_m <= 0.0 or not carrier.estimator.position_ok:
             return
-        here = (flight.body.north_m, flight.body.east_m)
+        here = (carrier.body.north_m, carrier.body.east_m)
         if self._last is None:
             self._last = here
         elif math.dist(here, self._last) >= self._every_m:
-            self.shoot(flight)
+            self.shoot(carrier)
 
-    def shoot(self, flight: Flight) -> None:
+    def shoot(self, carrier: Carrier) -> None:
         """With no position it takes none: nobody could say where."""
-        place = flight.known_place
+        place = carrier.known_place
         if place is None:
             return
         self.taken += 1
-        self._last = (flight.body.north_m, flight.body.east_m)
-        flight.on_photo(Photo(self.taken, place, flight.alt_over_home_m()))
+        self._last = (carrier.body.north_m, carrier.body.east_m)
+        carrier.on_photo(Photo(self.taken, place, carrier.alt_over_home_m()))

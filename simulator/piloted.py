@@ -1,20 +1,16 @@
-"""The modes in which sticks fly: STABILIZE, ALT_HOLD, LOITER (and POSHOLD), and BRAKE and CIRCLE beside them."""
+"""The modes flown with sticks: STABILIZE, ALT_HOLD, LOITER (and POSHOLD); and BRAKE and CIRCLE."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from simulator.airframe import MOTOR_MAX_N, WEIGHT_N
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.geodesy import clamp
 from simulator.orbit import Orbit
 from simulator.position_control import TILT_LAG_S, Limits
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
-
 
 PILOT_CLIMB_LAG_S = 0.4
 """Climbing and sinking end as softly as that: 2.2 m after the stick is centred at 2.5 m/s (measured)."""
@@ -58,7 +54,7 @@ class AltHold(Behaviour):
 class Loiter(Behaviour):
     """Sticks move the target; centred, the target stays and so does the vehicle."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._take_off_m: float | None = None
 
@@ -99,7 +95,7 @@ class Loiter(Behaviour):
 class Brake(Behaviour):
     """Stop and stay; no stick does anything. From any speed it takes as long, and fades out softly (measured)."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._from = (0.0, 0.0)
         self._since_s = 0.0
@@ -123,7 +119,7 @@ class Brake(Behaviour):
 class Circle(Behaviour):
     """Round a centre that lies CIRCLE_RADIUS ahead of where the mode was entered, nose inwards."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._orbit = Orbit((0.0, 0.0), 1.0, 0.0)
 
@@ -149,7 +145,7 @@ def lean_of_sticks(behaviour: Behaviour) -> tuple[float, float]:
     return roll * most, pitch * most
 
 
-def sticks_flown(flight: Flight) -> tuple[float, float, float]:
+def sticks_flown(flight: FlightState) -> tuple[float, float, float]:
     """Roll, pitch and yaw, -1..1: in a radio failsafe centred, whatever came last."""
     if flight.failsafes.radio:
         return 0.0, 0.0, 0.0

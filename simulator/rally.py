@@ -1,19 +1,16 @@
-"""Where a return ends: at home, or at a rally point that is nearer."""
+"""Where a return ends: at home or at the nearest rally point."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from simulator.flight_state import FlightState
 from simulator.mission_plan import Frame, PlanKind
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 
 @dataclass(frozen=True, slots=True)
-class Refuge:
+class ReturnPoint:
     """Metres from the origin. `alt_over_home_m` None: it does not say at which height to come, as home."""
 
     north_m: float
@@ -21,19 +18,19 @@ class Refuge:
     alt_over_home_m: float | None = None
 
 
-def nearest_refuge(flight: Flight) -> Refuge:
+def nearest_return_point(flight: FlightState) -> ReturnPoint:
     """Rally points farther than RALLY_LIMIT_KM do not count (0: all do); home only if RALLY_INCL_HOME says so or
     there is no other."""
     here = (flight.body.north_m, flight.body.east_m)
     home_n, home_e, home_alt = flight.home_local()
-    home = Refuge(home_n, home_e)
+    home = ReturnPoint(home_n, home_e)
     limit_m = flight.parameters["RALLY_LIMIT_KM"] * 1000.0
     points = []
     for item in flight.plans.items[PlanKind.RALLY]:
         north_m, east_m = flight.origin.to_local(item.x * 1e-7, item.y * 1e-7)
         above = flight.origin.origin.alt_amsl_m + home_alt if item.frame in (Frame.GLOBAL, Frame.GLOBAL_INT) else 0.0
         if limit_m <= 0.0 or math.dist(here, (north_m, east_m)) <= limit_m:
-            points.append(Refuge(north_m, east_m, item.z - above))
+            points.append(ReturnPoint(north_m, east_m, item.z - above))
     if not points or flight.parameters.whole("RALLY_INCL_HOME"):
         points.append(home)
     return min(points, key=lambda place: math.dist(here, (place.north_m, place.east_m)))

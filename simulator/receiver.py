@@ -1,4 +1,4 @@
-"""The radio receiver on board, and where the sticks of its transmitter rest while nobody touches them."""
+"""The radio receiver on board, and the stick positions while nobody touches the transmitter."""
 
 from __future__ import annotations
 

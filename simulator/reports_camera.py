@@ -1,4 +1,4 @@
-"""What an autopilot says of a photograph."""
+"""The message that reports a photograph, for each autopilot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Telemetry about what the vehicle is and how it fares: heartbeat, sensors, battery, estimate, home, radio."""
+"""Telemetry about the vehicle's state: heartbeat, sensors, battery, estimate, home, radio."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def heartbeat(flight: Flight) -> Message:
 
 def sys_status(flight: Flight) -> Message:
     """Sticks of a ground station count as a receiver, for ever; it is healthy outside of the radio failsafe."""
-    ready = flight.armed or flight.flavour.why_not_ready(flight) is None
+    ready = flight.armed or flight.why_not_ready() is None
     heard = flight.sticks.ever_heard
     healthy = heard and not flight.failsafes.radio
     return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=healthy)
@@ -71,7 +71,7 @@ def sensors(flight: Flight, *, with_prearm: bool, with_receiver: bool, receiver_
     battery, present = flight.battery, _SENSORS
     if with_receiver:
         present |= mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER
-    if not flight.flavour.fence_limits(flight).none:
+    if not flight.fence.limits(flight).none:
         present |= mavlink.MAV_SYS_STATUS_GEOFENCE
     health = present
     if flight.fence.breaches:

@@ -110,8 +110,8 @@ def nav_controller_output(flight: Flight) -> Message:
     if isinstance(flight.flying, ReturnToLaunch):
         goal_n, goal_e = flight.flying.goal.north_m, flight.flying.goal.east_m
     guided = flight.flying
-    if isinstance(guided, Guided) and isinstance(guided.wish, GoTo):
-        goal_n, goal_e = guided.wish.north_m, guided.wish.east_m
+    if isinstance(guided, Guided) and isinstance(guided.goal, GoTo):
+        goal_n, goal_e = guided.goal.north_m, guided.goal.east_m
     gap_n, gap_e = goal_n - body.north_m, goal_e - body.east_m
     bearing = round(math.degrees(math.atan2(gap_e, gap_n)))
     return mavlink.MAVLink_nav_controller_output_message(
@@ -131,9 +131,9 @@ def position_target(flight: Flight) -> Message:
     north_m, east_m, alt_m = target.north_m, target.east_m, target.alt_m
     mask = 0b110111111000
     if isinstance(guided, Guided):
-        if isinstance(guided.wish, GoTo):
-            north_m, east_m, alt_m = guided.wish.north_m, guided.wish.east_m, guided.wish.alt_m
-        elif isinstance(guided.wish, FlyWith):
+        if isinstance(guided.goal, GoTo):
+            north_m, east_m, alt_m = guided.goal.north_m, guided.goal.east_m, guided.goal.alt_m
+        elif isinstance(guided.goal, FlyWith):
             mask = 0b110111000111
     place = flight.origin.to_place(north_m, east_m, -alt_m)
     return mavlink.MAVLink_position_target_global_int_message(

@@ -1,4 +1,7 @@
-"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT: only GUIDED (OFFBOARD on PX4) listens, and nobody ever answers."""
+"""SET_POSITION_TARGET_LOCAL_NED and _GLOBAL_INT.
+
+Only GUIDED (on PX4 OFFBOARD) accepts them. They are never acknowledged.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from simulator.flight import Flight
 from simulator.guided import FlyWith, GoTo, Guided
 from simulator.mission_plan import Frame
 
-FARTHEST = 50_000.0
+MAX_COORDINATE = 50_000.0
 """Metres, or metres a second: beyond it a set-point is nonsense and is dropped."""
 
 NO_POSITION = 0b000000000111
@@ -31,13 +34,13 @@ def receive_setpoint(flight: Flight, message: Message) -> None:
     mask = message.type_mask
     is_global = message.get_type().endswith("GLOBAL_INT")
     numbers += [message.alt] if is_global else [message.x, message.y, message.z]
-    if not all(math.isfinite(number) and abs(number) < FARTHEST for number in numbers):
+    if not all(math.isfinite(number) and abs(number) < MAX_COORDINATE for number in numbers):
         return
     yaw = None if mask & NO_YAW else message.yaw
     if mask & NO_POSITION != NO_POSITION:
-        wish = _global_place(flight, message, yaw) if is_global else _local_place(flight, message, yaw)
-        if wish is not None:
-            guided.go(wish)
+        goal = _global_place(flight, message, yaw) if is_global else _local_place(flight, message, yaw)
+        if goal is not None:
+            guided.go(goal)
     elif mask & NO_VELOCITY != NO_VELOCITY:
         vn, ve = message.vx, message.vy
         if message.coordinate_frame in BODY_FRAMES:

@@ -1,4 +1,4 @@
-"""The asyncio shell: keeps the vehicles' clocks going and carries their bytes. No autopilot logic in here."""
+"""The asyncio shell: drives the vehicles' clocks and carries their bytes. Contains no autopilot logic."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Where stick positions come from: the receiver on board, RC_CHANNELS_OVERRIDE, MANUAL_CONTROL.
+"""ArduCopter's stick positions: from the receiver on board, RC_CHANNELS_OVERRIDE or MANUAL_CONTROL.
 
-Laws (AUTOPILOTS.md): only the configured ground station's sysid may move sticks, in silence for all others;
-each overridden channel lapses by itself; what lapses goes back to the receiver's value. Values only change when
-something comes, from a transmitter or from the ground station: with neither, they stay as they were. For the radio
-failsafe a receiver counts while it hears, sticks of a ground station only when they come: with no receiver it sets
-in while the last of them are still in force.
+Rules (AUTOPILOTS.md): only the sysid of the configured ground station may move sticks; others are silently ignored.
+Each overridden channel expires by itself and returns to the receiver's value. Values change only when input arrives,
+from a transmitter or from the ground station; without either they stay as they were. For the radio failsafe, a receiver
+counts while it has a signal, a ground station only when its sticks arrive: without a receiver the failsafe sets in
+while the last sticks are still in force.
 """
 
 from __future__ import annotations

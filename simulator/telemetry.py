@@ -1,5 +1,7 @@
-"""Which message is sent how often. Unasked comes only what the flavour sends by itself comes (ArduPilot: heartbeats),
-and texts, and now and then a TIMESYNC.
+"""How often each message is sent.
+
+Unrequested, the vehicle sends only what its flavour sends by itself (ArduPilot: heartbeats), texts, and an occasional
+TIMESYNC.
 """
 
 from __future__ import annotations

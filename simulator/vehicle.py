@@ -1,8 +1,7 @@
 """One simulated vehicle: bytes in, bytes out, time passed in.
 
-`receive` only queues; everything happens in `step`, tick by tick on a grid of TICK_S, so that the bytes that come
-out depend on what was received when, and not on how often `step` was called. Time is in seconds since the vehicle
-was switched on and never goes back.
+`receive` only queues. Everything happens in `step`, on a grid of TICK_S, so the output depends on what was received
+when, not on how often `step` was called. Times are seconds since power-on and never go back.
 """
 
 from __future__ import annotations
@@ -13,15 +12,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from simulator.ardupilot import ARDUPILOT
-from simulator.commands import ACCEPTED, FAILED, UNSUPPORTED, Command, carry_out, read_command
+from simulator.command_message import ACCEPTED, FAILED, UNSUPPORTED, Command, read_command
 from simulator.commands_flight import jump_to_item
 from simulator.components import Components
 from simulator.dialect import COMPONENT_METADATA, Codec, Message, mavlink
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.file_protocol import FileServer
 from simulator.flavour import Flavour
-from simulator.flight import Flight, FlightSettings
+from simulator.flight import Flight
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightSettings
 from simulator.log_protocol import LogServer
 from simulator.logbook import Logbook
 from simulator.metadata import ComponentFiles
@@ -73,7 +73,7 @@ class Vehicle:
             *settings.parameters,
         )
         self.parameters = settings.flavour.make_parameters(overrides, settings.parameter_count)
-        self._logbook = Logbook()
+        self._logbook = Logbook(settings.flavour.banner)
         self._codec = Codec(settings.system_id)
         self._inbox: deque[tuple[float, bytes]] = deque()
         self._outbox: deque[bytes] = deque(maxlen=OUTBOX_MAX)
@@ -96,9 +96,9 @@ class Vehicle:
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
         self.flight.on_photo = lambda photo: self._send(self.settings.flavour.photo_message(self.flight, photo))
         self._telemetry = Telemetry(self.settings.flavour)
-        self._missions = MissionServer(self.flight, self._send, self._restart_soon)
+        self._missions = MissionServer(self.flight, self.settings.flavour, self._send, self._restart_soon)
         self._logs = LogServer(self.flight, self._logbook, self._send)
-        self._parameter_server = ParameterServer(self.parameters, self._send, self._say)
+        self._parameter_server = ParameterServer(self.parameters, self._send, self._notify)
         settings = self.settings
         offers = settings.flavour.offers_metadata if settings.metadata is None else settings.metadata
         self._metadata = ComponentFiles(self.parameters) if offers else None
@@ -111,7 +111,7 @@ class Vehicle:
         self.components = Components(settings.system_id, self._send, camera=settings.camera, gimbal=settings.gimbal)
         if self.components.camera is not None:
             self.components.camera.video_uri = self.video_uri
-        self._say(Severity.INFO, self.settings.flavour.banner[0])
+        self._notify(Severity.INFO, self.settings.flavour.banner[0])
 
     # The outside.
 
@@ -156,7 +156,7 @@ class Vehicle:
             for message in self._codec.decode(self._inbox.popleft()[1]):
                 self._handle(message)
         while self._slow and self._slow[0][0] <= flight.now_s:
-            carry_out(flight, self._slow.popleft()[1])
+            self.settings.flavour.carry_out(flight, self._slow.popleft()[1])
         flight.tick(flight.now_s)
         self._missions.tick()
         self._parameter_server.drop_every_seventh = Failure.PARAMETERS_DROPPED in self.failures
@@ -173,7 +173,7 @@ class Vehicle:
         if self.settings.flavour.keeps_dataflash_logs:
             self._logbook.update(flight, [notice.text for notice in flight.notices])
         while flight.notices:
-            self._speak(flight.notices.popleft())
+            self._send_text(flight.notices.popleft())
         for message in self._telemetry.due(flight):
             self._send(message)
         for message_id in self._owed:
@@ -273,7 +273,7 @@ class Vehicle:
         name = message.get_type()
         if name == "PARAM_REQUEST_LIST":
             for line in self.settings.flavour.banner:
-                self._say(Severity.INFO, line)
+                self._notify(Severity.INFO, line)
             self._parameter_server.list_all()
         elif name == "PARAM_REQUEST_READ":
             self._parameter_server.read(str(message.param_id), message.param_index)
@@ -296,7 +296,7 @@ class Vehicle:
         if number == mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
             if self._telemetry.set_interval(first, command.params[1], flight.now_s):
                 return ACCEPTED
-            self._say(Severity.INFO, f"No ap_message for mavlink id ({first})")
+            self._notify(Severity.INFO, f"No ap_message for mavlink id ({first})")
             return int(mavlink.MAV_RESULT_DENIED)
         if number == mavlink.MAV_CMD_GET_MESSAGE_INTERVAL:
             if not self._telemetry.knows(first):
@@ -317,7 +317,7 @@ class Vehicle:
         if number == mavlink.MAV_CMD_DO_SET_MODE and Failure.MODE_CHANGE_SLOW in self.failures:
             self._slow.append((flight.now_s + SLOW_MODE_CHANGE_S, command))
             return ACCEPTED
-        return carry_out(flight, command)
+        return self.settings.flavour.carry_out(flight, command)
 
     def _plan_reboot(self, what: int) -> int:
         if self.flight.armed:
@@ -348,10 +348,10 @@ class Vehicle:
         managed = gimbal.manager_report(message_id, self.flight) if gimbal is not None else None
         return self._telemetry.report(message_id, self.flight) if managed is None else managed
 
-    def _say(self, severity: Severity, text: str) -> None:
-        self._speak(Notice(severity, text))
+    def _notify(self, severity: Severity, text: str) -> None:
+        self._send_text(Notice(severity, text))
 
-    def _speak(self, notice: Notice) -> None:
+    def _send_text(self, notice: Notice) -> None:
         """Long texts go out in numbered pieces of one text."""
         text = notice.text.encode("ascii", "replace")
         pieces = [text[i : i + TEXT_MAX] for i in range(0, len(text), TEXT_MAX)]

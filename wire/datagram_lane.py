@@ -38,7 +38,7 @@ class DatagramLane:
         while self._bytes > LANE_BYTES:
             self._lose_oldest()
 
-    def take(self, now: float) -> bytes | None:
+    def pop(self, now: float) -> bytes | None:
         """The oldest that is not too old, or None."""
         while self._waiting and now - self._waiting[0][0] > LANE_AGE_S:
             self._lose_oldest()

@@ -14,9 +14,9 @@ from typing import Annotated, Final
 
 import msgspec
 
-ENTRIES_MOST: Final = 4096
+MAX_ENTRIES: Final = 4096
 """More parameters than any autopilot has."""
-MAX_TABLE_BYTES: Final = ENTRIES_MOST * 64
+MAX_TABLE_BYTES: Final = MAX_ENTRIES * 64
 
 _HASHED: Final = Struct("<16sBd")
 _NO_TABLE: Final = "no table of parameters"
@@ -38,7 +38,7 @@ Table = tuple[Parameter, ...]
 
 _encoder: Final = msgspec.json.Encoder()
 _decoder: Final[msgspec.json.Decoder[Table]] = msgspec.json.Decoder(
-    Annotated[Table, msgspec.Meta(max_length=ENTRIES_MOST)]
+    Annotated[Table, msgspec.Meta(max_length=MAX_ENTRIES)]
 )
 
 

@@ -138,9 +138,9 @@ class SeenMtu:
         seen.heard_at = now
         if datagram_bytes >= seen.datagram_bytes:
             seen.datagram_bytes, seen.seen_at = datagram_bytes, now
-        self.look(now)
+        self.check(now)
 
-    def look(self, now: float) -> None:
+    def check(self, now: float) -> None:
         """Time has passed: a size of which nothing has come for long is the safe one again, and an uplink that is
         silent while another is not does not count."""
         if not self._uplinks:

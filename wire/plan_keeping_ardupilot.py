@@ -48,8 +48,8 @@ from wire.plans import PlanItem, PlanKind, as_float32
 
 HEIGHT_STEP_M: Final = 0.0101
 """A centimetre, and what 32 bits make of it."""
-_HIGHEST_M: Final = 83_000.0
-_STEPS_MOST: Final = 4
+_MAX_HEIGHT_M: Final = 83_000.0
+_MAX_STEPS: Final = 4
 _FRAMES: Final = {0: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
 _MISSION_FRAME: Final = 2
 
@@ -289,7 +289,7 @@ def _on_earth(item: PlanItem) -> dict[str, Kept]:
 
 
 def _centimetres(sent: float) -> Kept:
-    if abs(sent) >= _HIGHEST_M:
+    if abs(sent) >= _MAX_HEIGHT_M:
         return refused(sent)
     return becomes(sent, as_float32(_cut(sent) * as_float32(0.01)), Effect.QUIET)
 
@@ -302,10 +302,10 @@ def _cut(height_m: float) -> int:
 def _height_to_send(height_m: float) -> float:
     """A height of 32 bits may be a little below the centimetre that is meant: the next one that is not goes instead."""
     wanted = round(height_m * 100.0)
-    if abs(height_m) >= _HIGHEST_M or _cut(height_m) == wanted:
+    if abs(height_m) >= _MAX_HEIGHT_M or _cut(height_m) == wanted:
         return height_m
     sent = as_float32(wanted / 100.0)
-    for _ in range(_STEPS_MOST):
+    for _ in range(_MAX_STEPS):
         if _cut(sent) == wanted:
             return sent
         sent = _further_from_0(sent)

@@ -153,10 +153,10 @@ class SealedLink:
         self.datagram_bytes = datagram_bytes
         self._batcher.room_bytes = datagram_bytes - OVERHEAD_BYTES - FRAMES_HEADER_BYTES
 
-    def _look_at_size(self, now: float) -> None:
+    def _check_size(self, now: float) -> None:
         """The side that does not probe fills its datagrams as far as what it saw is still believed."""
         before = self._seen_mtu.datagram_bytes
-        self._seen_mtu.look(now)
+        self._seen_mtu.check(now)
         if self._seen_mtu.datagram_bytes != before:
             self.fill_datagrams(self._seen_mtu.datagram_bytes)
 
@@ -254,7 +254,7 @@ class SealedLink:
         """Answers to pings, and a ping of our own where one is due. Also the moment at which keys are changed."""
         if self._rekeying.due(sealed=self._sealer.sealed, arrived=self._told_counter, now=now):
             self._sealer.next_key()
-        self._look_at_size(now)
+        self._check_size(now)
         if self._retiring.due(phase=self._opener.phase, now=now):
             self._opener.retire_last_key()
         datagrams, self._answers = self._answers, []

@@ -25,11 +25,11 @@ MAX_PACKED_TABLE_BYTES: Final = 45_000
 TRANSACTIONS: Final = "transactions"
 """What `takes` of hello and welcome has where the messages of this module are understood."""
 
-VALUES_MOST: Final = 4096
+MAX_VALUES: Final = 4096
 """More parameters than any autopilot has."""
 
-REFUSALS_MOST: Final = 200
-LOGS_MOST: Final = 500
+MAX_REFUSALS: Final = 200
+MAX_LOGS: Final = 500
 """The newest; an autopilot numbers its logs up to 65535, and keeps a few hundred."""
 
 U32 = Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)]
@@ -88,7 +88,7 @@ class ParametersReadWork(msgspec.Struct, frozen=True, tag="parameters_read", tag
 class ParametersWriteWork(msgspec.Struct, frozen=True, tag="parameters_write", tag_field="work"):
     """Write these, in this order, each read back."""
 
-    values: Annotated[tuple[tuple[ParameterName, float], ...], msgspec.Meta(max_length=VALUES_MOST)]
+    values: Annotated[tuple[tuple[ParameterName, float], ...], msgspec.Meta(max_length=MAX_VALUES)]
 
 
 class CommandWork(msgspec.Struct, frozen=True, tag="command", tag_field="work"):
@@ -182,7 +182,7 @@ class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", t
 
     `words`: for people, what failed, why, and what is on board now. `item`: the item of the plan that was refused, from
     0. `code`: the name of the MAV_MISSION_RESULT or MAV_RESULT, empty where there is none. `plan`: of a download, as
-    `wire.plans.pack_plan` makes it. `refusals`: of a parameter write, the first REFUSALS_MOST, of `refused` in all.
+    `wire.plans.pack_plan` makes it. `refusals`: of a parameter write, the first MAX_REFUSALS, of `refused` in all.
     `logs`: of a log list, newest first. `seen`: of a command that was accepted, whether telemetry showed it in time;
     None where there is nothing to see, or an older agent does not look.
     """
@@ -193,10 +193,10 @@ class TransactionResult(msgspec.Struct, frozen=True, tag="transaction_result", t
     item: U16 | None = None
     code: str = ""
     plan: PackedPlan | None = None
-    refusals: Annotated[tuple[ParameterRefusal, ...], msgspec.Meta(max_length=REFUSALS_MOST)] = ()
+    refusals: Annotated[tuple[ParameterRefusal, ...], msgspec.Meta(max_length=MAX_REFUSALS)] = ()
     refused: U16 = 0
     seen: bool | None = None
-    logs: Annotated[tuple[LogEntry, ...], msgspec.Meta(max_length=LOGS_MOST)] | None = None
+    logs: Annotated[tuple[LogEntry, ...], msgspec.Meta(max_length=MAX_LOGS)] | None = None
 
 
 class PlanOnBoard(msgspec.Struct, frozen=True, tag="plan_on_board", tag_field="type", kw_only=True):

@@ -139,6 +139,6 @@ class AutopilotView:
         self._told = state
         return state
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """A new tower link knows nothing: the state is due again."""
         self._told = None

@@ -117,6 +117,6 @@ class Inquiry:
         """What decides on a loss, where it differs from what was told last."""
         return self._report.changed(self._parameters, autopilot_kind=autopilot_kind, has_radio=self._radio.has_radio)
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """A new tower link knows nothing."""
-        self._report.tell_again()
+        self._report.resend()

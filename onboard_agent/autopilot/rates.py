@@ -29,7 +29,7 @@ class RateRequest(NamedTuple):
     rate_hz: float
 
 
-WISHES: Final[tuple[RateRequest, ...]] = (
+RATE_REQUESTS: Final[tuple[RateRequest, ...]] = (
     RateRequest(mavlink.MAVLINK_MSG_ID_ATTITUDE, 10),
     RateRequest(mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 5),
     RateRequest(mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 1),
@@ -60,7 +60,7 @@ _READ_HERE: Final = frozenset(
 
 WATCHED: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
-_RATE_OF: Final = {wish.message_id: wish.rate_hz for wish in WISHES}
+_RATE_OF: Final = {wish.message_id: wish.rate_hz for wish in RATE_REQUESTS}
 
 
 class Rates:
@@ -99,7 +99,7 @@ class Rates:
             self._ask_what_differs()
 
     def _ask_what_differs(self) -> None:
-        wishes = [wish._replace(rate_hz=self._wanted_hz(wish)) for wish in WISHES]
+        wishes = [wish._replace(rate_hz=self._wanted_hz(wish)) for wish in RATE_REQUESTS]
         self._asking.ask(
             wish
             for wish in wishes
@@ -147,7 +147,7 @@ class Rates:
         """What does not come although nobody refused it: an answer says for which command it is, but not for which
         message, so that a late one may have stood for the next; and a busy autopilot may have answered nothing."""
         missing = []
-        for wish in WISHES:
+        for wish in RATE_REQUESTS:
             period_s = 1.0 / self._wanted_hz(wish) if wish.rate_hz else float("inf")
             silent_s = now - self._came_at.get(wish.message_id, float("-inf"))
             if wish.message_id not in self._unsupported and silent_s > max(MISSED_FOR_S, 3.0 * period_s):

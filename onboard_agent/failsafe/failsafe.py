@@ -190,18 +190,18 @@ class Failsafe:
             and self._motion.has_position(now) is True
         )
 
-    def look(self, now: float, *, may_start: bool) -> None:
+    def check(self, now: float, *, may_start: bool) -> None:
         """What the agent notices by itself: a pilot who is gone, a tower or a person that stays away.
 
         `may_start`: whether the mission on board may be flown.
         """
         by_hand = self._holder.by_hand
-        self._holder.look(now)
+        self._holder.update(now)
         if self._hold.open and self._person.gone_s(now) is None and self._hold.open_s(now) >= self._patience_s:
             self._person.hold_began(now)
-        self._look_for_position(now)
-        self._look_for_foreign_mode(now)
-        self._look_after_pilot(now, by_hand=by_hand)
+        self._check_position(now)
+        self._check_foreign_mode(now)
+        self._check_pilot(now, by_hand=by_hand)
         view, motion = self._autopilot, self._motion
         airborne = view.airborne(now)
         self._way_home.seen(now, airborne=airborne, percent=motion.battery_percent)
@@ -217,12 +217,12 @@ class Failsafe:
                 percent=motion.battery_percent, home_m=motion.home_m, alt_rel_m=motion.alt_rel_m
             ),
         )
-        deed = self.lost.tick(now, loss=loss, settings=self.settings, modes=self._modes())
-        if deed not in (None, LossResponse.LEAVE):
+        response = self.lost.tick(now, loss=loss, settings=self.settings, modes=self._modes())
+        if response not in (None, LossResponse.LEAVE):
             self._holder.gate.close()
             self._watch.nobody_needed()
             self._hold.yield_mode()
-        if deed is LossResponse.STOP_STICKS:
+        if response is LossResponse.STOP_STICKS:
             self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
         self._lost_action_done(now)
 
@@ -231,11 +231,11 @@ class Failsafe:
         """Whoever commands a mode of sticks may take a moment to put a hand on them."""
         return 0.0 if self._hold.holds else STICKS_COME_WITHIN_S
 
-    def _look_after_pilot(self, now: float, *, by_hand: bool) -> None:
-        if self._hold.take_failed_hand_over():
+    def _check_pilot(self, now: float, *, by_hand: bool) -> None:
+        if self._hold.pop_failed_hand_over():
             self.hold_now(HoldCause.STICKS_STALE, now, why="the sticks stopped while they were taken up")
             return
-        if self._holder.wish.open:
+        if self._holder.mode_request.open:
             return
         kept_centred = self._holder.keeper.for_assistant or (self._hold.sticks_on and not self._hold.holds)
         alarm = self._watch.alarm(now, settings=self.settings, flown_by_hand=by_hand, kept_centred=kept_centred)
@@ -243,7 +243,7 @@ class Failsafe:
             _log.warning("%s: holding", alarm.why)
             self.hold_now(alarm.cause, now, why=alarm.why)
 
-    def _look_for_position(self, now: float) -> None:
+    def _check_position(self, now: float) -> None:
         """A hold in a mode that needs a position is over with it: ArduCopter lands 1 s after it has told so."""
         view, modes = self._autopilot, self._modes()
         if modes is None or not self._hold.open or self._motion.has_position(now) is not False:
@@ -251,7 +251,7 @@ class Failsafe:
         if any(view.custom_mode == mode.custom_mode for mode in (*modes.position_holds, *modes.pauses)):
             self._hold.back_to_altitude(modes.altitude_hold, now)
 
-    def _look_for_foreign_mode(self, now: float) -> None:
+    def _check_foreign_mode(self, now: float) -> None:
         """A mode that nobody here asked for: a radio pilot's switch, another ground station, or a failsafe."""
         if self._hold.foreign_mode(now) is None or self.lost.phase is LostPhase.ASKING:
             return
@@ -274,7 +274,7 @@ class Failsafe:
             self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
 
     def due(self, now: float) -> list[bytes]:
-        """What a hold, the lost action and the holder's wish have to send."""
+        """What a hold, the lost action and the holder's mode_request have to send."""
         system_id = self._autopilot.system_id or 1
         frames = self._hold.tick(now, self._flying(now))
         if self._hold.sticks_on:
@@ -282,8 +282,8 @@ class Failsafe:
             self._holder.keeper.others_sent(now)
         frames += self.lost.due(now, vehicle_system_id=system_id)
         self._lost_action_done(now)
-        frames += self._holder.wish.due(now, vehicle_system_id=system_id)
-        for line in self.lost.take_notices():
+        frames += self._holder.mode_request.due(now, vehicle_system_id=system_id)
+        for line in self.lost.pop_notices():
             _log.warning("%s", line)
         return frames
 

@@ -188,7 +188,7 @@ class Hold:
             return []
         if self._flown and self.phase in WANTS_MODE and self._gives_up(now, flying):
             return []
-        self._look_at_stage_two(now, flying)
+        self._check_stage_two(now, flying)
         frames = self._sticks_due(now, flying)
         if not self._waits:
             if self._stay.asking or self.phase not in WANTS_MODE:
@@ -215,7 +215,7 @@ class Hold:
         self._fire(HoldEvent.OVERRULED, now, "the sticks were taken up")
         return True
 
-    def take_failed_hand_over(self) -> bool:
+    def pop_failed_hand_over(self) -> bool:
         """True once, where a pilot's sticks stopped before a mode obeyed them, or none does."""
         failed, self._hand_over_failed = self._hand_over_failed, False
         return failed
@@ -230,7 +230,7 @@ class Hold:
             return self._sticks_due(now, flying)
         return self._proof.due(now, vehicle_system_id=flying.vehicle_system_id)
 
-    def _look_at_stage_two(self, now: float, flying: Flying) -> None:
+    def _check_stage_two(self, now: float, flying: Flying) -> None:
         stay = self._stay
         may_let_go = stay.mode is not None and flying.after_sticks(stay.mode.custom_mode) is AfterSticks.STAYS
         if may_let_go and not stay.asking:
@@ -282,7 +282,7 @@ class Hold:
             elif self.phase in WANTS_MODE:
                 self._ladder.heartbeat(custom_mode)
                 self._follow_ladder(now)
-        self._look_for_foreign(custom_mode, now)
+        self._check_foreign(custom_mode, now)
 
     def _disarmed(self, now: float) -> None:
         self._sticks.on = False
@@ -295,7 +295,7 @@ class Hold:
         """A mode that nobody here asked for, in which the autopilot has been for a while; None if there is none."""
         return self._foreign.mode(now)
 
-    def _look_for_foreign(self, custom_mode: int, now: float) -> None:
+    def _check_foreign(self, custom_mode: int, now: float) -> None:
         settled = self.phase is HoldPhase.CONFIRMED and not (self._stay.asking or self._waits or self._flown)
         ours = self._stay.mode or self._ladder.confirmed
         self._foreign.shown(custom_mode, ours=ours.custom_mode if settled and ours else None, now=now)
@@ -352,12 +352,12 @@ class Hold:
         if self.phase is not HoldPhase.IDLE:
             self.phase = HoldPhase.CONFIRMED
 
-    def take_progress(self) -> list[HoldProgress]:
+    def pop_progress(self) -> list[HoldProgress]:
         """The steps done since the last call, in order."""
-        return self._report.take()
+        return self._report.pop()
 
     def _follow_ladder(self, now: float) -> None:
-        for step, detail in self._ladder.take_reached():
+        for step, detail in self._ladder.pop_reached():
             if step is LadderStep.REQUESTED:
                 if self.phase is not HoldPhase.HANDING:
                     self._report.add(HoldStep.MODE_REQUESTED, detail, now)

@@ -32,7 +32,7 @@ class HoldNews:
         self._number = 0
         self._needed_percent = 0.0
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """A new tower link knows nothing."""
         self._told = None
 

@@ -37,7 +37,7 @@ class HoldReport:
             )
         )
 
-    def take(self) -> list[HoldProgress]:
+    def pop(self) -> list[HoldProgress]:
         """The steps done since the last call, in order."""
         progress, self._progress = self._progress, []
         return progress

@@ -40,7 +40,7 @@ class Holder:
         stream: TelemetryStream,
     ) -> None:
         self.gate = StickGate()
-        self.wish = CommandRequest(maker)
+        self.mode_request = CommandRequest(maker)
         self.keeper = StickKeeper(maker)
         self.arming = ArmingSticks(maker)
         self.mission_before_hold = False
@@ -117,13 +117,13 @@ class Holder:
             self._flies_by_command(now)
         elif isinstance(intent, Command):
             self._person.acted(now)
-            self.wish.ask(intent.command, now, from_mode=None if self.by_hand else self._autopilot.custom_mode)
+            self.mode_request.ask(intent.command, now, from_mode=None if self.by_hand else self._autopilot.custom_mode)
             self._hold.wait()
         elif not self.by_hand and self._obeys_targets:
             self._flies_by_command(now)
 
     def _wants_sticks(self, now: float) -> None:
-        self.wish.over()
+        self.mode_request.over()
         self._person.acted(now)
         self._hold.go_on()
         self._hold.overruled(needs_sticks=True, now=now)
@@ -142,7 +142,7 @@ class Holder:
 
     def _flies_by_command(self, now: float) -> None:
         """No hand is needed on the sticks, as the autopilot shows."""
-        self.wish.over()
+        self.mode_request.over()
         self._hold.go_on()
         self._hold.overruled(needs_sticks=False, now=now)
         self._person.flown()
@@ -151,15 +151,15 @@ class Holder:
 
     def acknowledged(self, ack: Any, now: float) -> None:
         """A COMMAND_ACK of the autopilot that may answer the holder."""
-        if self.wish.refused(ack):
+        if self.mode_request.refused(ack):
             self._hold.go_on()
-        elif self._obeys_targets and self.wish.accepted(ack):
+        elif self._obeys_targets and self.mode_request.accepted(ack):
             self._flies_by_command(now)
 
     def heartbeat(self, now: float) -> None:
         """A HEARTBEAT of the autopilot; the view has read it."""
         view = self._autopilot
-        if self.wish.granted(needs_sticks=self.by_hand, custom_mode=view.custom_mode):
+        if self.mode_request.granted(needs_sticks=self.by_hand, custom_mode=view.custom_mode):
             self._flies_by_command(now)
         if not view.armed:
             self.gate.let_go()
@@ -168,9 +168,9 @@ class Holder:
         elif self.by_hand and self._watch.hand_on_sticks and holds_when_centred(view.kind, view.custom_mode):
             self._hand_mode = view.custom_mode
 
-    def look(self, now: float) -> None:
-        """Time has passed: a wish that nothing came of is over."""
-        if self.wish.lapsed(now):
+    def update(self, now: float) -> None:
+        """Time has passed: a mode_request that nothing came of is over."""
+        if self.mode_request.lapsed(now):
             self._hold.go_on()
 
     def hold_begins(self, *, needed: bool) -> None:
@@ -179,7 +179,7 @@ class Holder:
         if needed:
             self.gate.close()
         self.keeper.end_turn()
-        self.wish.over()
+        self.mode_request.over()
         self._watch.nobody_needed()
 
     def sticks_to_keep(self, now: float, *, somebody_may_arm: bool) -> list[bytes]:
@@ -196,7 +196,7 @@ class Holder:
         kept = self.keeper.due(
             now,
             for_assistant=view.armed and self._watch.hand_on_sticks and holds_when_centred(view.kind, view.custom_mode),
-            for_autopilot=self._minds_end_of_sticks(now) or self._let_go_for_a_wish,
+            for_autopilot=self._minds_end_of_sticks(now) or self._release_for_request,
             lasts_s=self._inquiry.overrides_last_s,
             **ids,
         )
@@ -207,9 +207,9 @@ class Holder:
         return frames + kept
 
     @property
-    def _let_go_for_a_wish(self) -> bool:
+    def _release_for_request(self) -> bool:
         """A command is open, and the hand that was on the sticks may have gone already."""
-        return self.wish.open and self._autopilot.armed and self._watch.hand_on_sticks
+        return self.mode_request.open and self._autopilot.armed and self._watch.hand_on_sticks
 
     def _minds_end_of_sticks(self, now: float) -> bool:
         view = self._autopilot

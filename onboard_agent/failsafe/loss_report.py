@@ -30,6 +30,6 @@ class LossReport:
         self._told = report
         return report
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """A new tower link knows nothing."""
         self._told = None

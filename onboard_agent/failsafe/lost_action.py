@@ -52,7 +52,7 @@ class Loss:
 
 
 class LostActing:
-    """`tick` it; it says once which deed begins. Then `due` hands out the requests for the mode."""
+    """`tick` it; it says once which response begins. Then `due` hands out the requests for the mode."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self.phase = LostPhase.QUIET
@@ -70,7 +70,7 @@ class LostActing:
         self._notices: list[str] = []
 
     def tick(self, now: float, *, loss: Loss, settings: SafetySettings, modes: Modes | None) -> LossResponse | None:
-        """Time has passed. Returns the deed in the very call in which it begins."""
+        """Time has passed. Returns the response in the very call in which it begins."""
         tower = loss.tower_gone_s >= settings.lost_hold_s
         person = loss.person_gone_s is not None
         if not (tower or person):
@@ -89,43 +89,43 @@ class LostActing:
         self.lost = Lost.TOWER if tower else Lost.PERSON
         if not tower and settings.lost_action in _STAYING:
             loss = replace(loss, drifts=False)  # the tower sees it, and somebody may help
-        deed = self._battery(now, loss, DEEDS[settings.lost_action, situation(loss, modes)])
+        response = self._battery(now, loss, DEEDS[settings.lost_action, situation(loss, modes)])
         remaining_s = self._remaining_s(now, loss, settings)
         if self.phase is LostPhase.QUIET:
-            if deed is LossResponse.LEAVE:
+            if response is LossResponse.LEAVE:
                 if loss.custom_mode == (modes.mission.custom_mode if modes else None):
                     self._leave_alone()
                 return None
             self._left_alone = False
             self._fire(LostEvent.GONE)
             self._told_s = round(remaining_s)
-            self._say(f"the {self.lost} is lost: {deed} in {remaining_s:.0f} s")
+            self._say(f"the {self.lost} is lost: {response} in {remaining_s:.0f} s")
         if self.phase not in _WAITING:
             return None
-        self.action = TOLD_AS[deed]
-        self._count_or_stay(deed, said=loss.stayed and not tower and self._battery_at is None)
+        self.action = TOLD_AS[response]
+        self._count_or_stay(response, said=loss.stayed and not tower and self._battery_at is None)
         self.due_in_s = max(remaining_s, 0.0) if self.phase is LostPhase.COUNTING else None
         if self.phase is LostPhase.STAYED:
             return None
         if remaining_s > 0.0:
-            self._count(remaining_s, deed)
+            self._count(remaining_s, response)
             return None
-        if deed is LossResponse.STAY:
+        if response is LossResponse.STAY:
             self._fire(LostEvent.STAY)
             self._say("it stays until the battery is needed for the way home")
             self.due_in_s = None
             return None
-        return self._begin(deed, now, modes)
+        return self._begin(response, now, modes)
 
-    def _battery(self, now: float, loss: Loss, deed: LossResponse) -> LossResponse:
+    def _battery(self, now: float, loss: Loss, response: LossResponse) -> LossResponse:
         """What is done where the battery is needed for the way home, and since when it is."""
-        if not loss.battery_due or deed is LossResponse.LEAVE or self.phase not in _WAITING:
+        if not loss.battery_due or response is LossResponse.LEAVE or self.phase not in _WAITING:
             self._battery_at = None
-            return deed
+            return response
         if self._battery_at is None:
             self._battery_at = now
             self._say("the battery is needed for the way home")
-        return LossResponse.LAND if loss.drifts or deed is LossResponse.LAND else LossResponse.RETURN
+        return LossResponse.LAND if loss.drifts or response is LossResponse.LAND else LossResponse.RETURN
 
     def _leave_alone(self) -> None:
         """Its mission is to go on: nothing is counted, and what comes after it may be."""
@@ -133,23 +133,23 @@ class LostActing:
             self._left_alone = True
             self._say(f"the {self.lost} is lost: {LossResponse.LEAVE}")
 
-    def _begin(self, deed: LossResponse, now: float, modes: Modes | None) -> LossResponse:
-        wanted = _wanted(deed, modes)
+    def _begin(self, response: LossResponse, now: float, modes: Modes | None) -> LossResponse:
+        wanted = _wanted(response, modes)
         self.due_in_s = None
-        self.action = TOLD_AS[deed]
+        self.action = TOLD_AS[response]
         if wanted:
             self._ladder.climb(wanted, patience_s=RUNG_PATIENCE_S, now=now, keeps_shown=True)
         self._fire(LostEvent.DUE_MODE if wanted else LostEvent.DUE_NOTHING)
-        none_known = deed in _MODES_NEEDED and not wanted
+        none_known = response in _MODES_NEEDED and not wanted
         words = ", but no such mode is known for this vehicle" if none_known else ""
-        self._say(f"the {self.lost} stays lost: {deed}{words}")
-        return LossResponse.STOP_STICKS if none_known else deed
+        self._say(f"the {self.lost} stays lost: {response}{words}")
+        return LossResponse.STOP_STICKS if none_known else response
 
-    def _count_or_stay(self, deed: LossResponse, *, said: bool) -> None:
+    def _count_or_stay(self, response: LossResponse, *, said: bool) -> None:
         if self.phase is LostPhase.COUNTING and said:
             self._fire(LostEvent.STAY)
             self._say("it stays, as somebody said, until the battery is needed for the way home")
-        elif self.phase is LostPhase.STAYED and not said and deed is not LossResponse.STAY:
+        elif self.phase is LostPhase.STAYED and not said and response is not LossResponse.STAY:
             self._fire(LostEvent.COUNT)
 
     def _remaining_s(self, now: float, loss: Loss, settings: SafetySettings) -> float:
@@ -194,21 +194,21 @@ class LostActing:
             self._ladder.heartbeat(custom_mode)
             self._follow_ladder()
 
-    def take_notices(self) -> list[str]:
+    def pop_notices(self) -> list[str]:
         """Lines for the log since the last call."""
         notices, self._notices = self._notices, []
         return notices
 
     def _follow_ladder(self) -> None:
-        for step, detail in self._ladder.take_reached():
+        for step, detail in self._ladder.pop_reached():
             self._say(f"{detail} {step}")
             if step is LadderStep.CONFIRMED:
                 self._fire(LostEvent.CONFIRMED)
 
-    def _count(self, remaining_s: float, deed: LossResponse) -> None:
+    def _count(self, remaining_s: float, response: LossResponse) -> None:
         whole_s = int(remaining_s) + 1
         if whole_s < self._told_s and (whole_s <= _LAST_SECONDS or whole_s % 10 == 0):
-            self._say(f"the {self.lost} is lost: {deed} in {whole_s} s")
+            self._say(f"the {self.lost} is lost: {response} in {whole_s} s")
         self._told_s = min(self._told_s, whole_s)
 
     def _end(self, event: LostEvent, why: str) -> None:
@@ -240,13 +240,13 @@ def situation(loss: Loss, modes: Modes | None) -> Situation:
     return Situation.HELD_ON_MISSION if loss.mission_before_hold else Situation.OTHERWISE
 
 
-def _wanted(deed: LossResponse, modes: Modes | None) -> tuple[FlightMode, ...]:
+def _wanted(response: LossResponse, modes: Modes | None) -> tuple[FlightMode, ...]:
     if modes is None:
         return ()
-    if deed is LossResponse.RETURN:
+    if response is LossResponse.RETURN:
         return (modes.return_, modes.land)
-    if deed is LossResponse.LAND:
+    if response is LossResponse.LAND:
         return (modes.land,)
-    if deed is LossResponse.RESUME_MISSION:
+    if response is LossResponse.RESUME_MISSION:
         return (modes.mission,)
     return ()

@@ -60,7 +60,7 @@ class _Rung:
 
 
 class ModeLadder:
-    """`climb`, then `due` at each tick; feed it acknowledgements and heartbeats; `take_reached` after each."""
+    """`climb`, then `due` at each tick; feed it acknowledgements and heartbeats; `pop_reached` after each."""
 
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker
@@ -176,7 +176,7 @@ class ModeLadder:
         """Why none is confirmed, rung by rung."""
         return "; ".join(rung.why_not() for rung in self._rungs if rung.requests)
 
-    def take_reached(self) -> list[Reached]:
+    def pop_reached(self) -> list[Reached]:
         """The steps since the last call, in order."""
         reached, self._reached = self._reached, []
         return reached

@@ -72,7 +72,7 @@ class StayStage:
         if not self._modes:
             return []
         if not self._ladder.asking and now >= self._try_at:
-            self._look(now, flying)
+            self._check(now, flying)
         frames = self._ladder.due(now, vehicle_system_id=flying.vehicle_system_id)
         self._follow(now)
         return frames
@@ -87,7 +87,7 @@ class StayStage:
         self._ladder.heartbeat(custom_mode)
         self._follow(now)
 
-    def _look(self, now: float, flying: Flying) -> None:
+    def _check(self, now: float, flying: Flying) -> None:
         if self.mode is not None:
             better = self._better(flying)
             if better is not None and flying.still:
@@ -122,7 +122,7 @@ class StayStage:
         return ""
 
     def _follow(self, now: float) -> None:
-        for step, _ in self._ladder.take_reached():
+        for step, _ in self._ladder.pop_reached():
             if step is LadderStep.CONFIRMED:
                 self.mode = self._ladder.confirmed
                 self.waiting_for = ""

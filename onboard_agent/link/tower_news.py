@@ -57,10 +57,10 @@ class TowerNews:
     def resumed(self) -> None:
         """The link goes on with another control channel: what was told on the last may be lost."""
         self._linked = True
-        self._hold_news.tell_again()
-        self._autopilot.tell_again()
-        self._inquiry.tell_again()
-        self._stream.tell_again()
+        self._hold_news.resend()
+        self._autopilot.resend()
+        self._inquiry.resend()
+        self._stream.resend()
 
     def link_down(self) -> None:
         """Nobody to tell."""
@@ -68,7 +68,7 @@ class TowerNews:
 
     def take(self, now: float, room: int) -> list[ToTower]:
         """Messages in order; none while there is no link. `room`: at most so many about work at the drone."""
-        for step in self._hold.take_progress():
+        for step in self._hold.pop_progress():
             _log.info("hold: %s %s", step.step, step.detail)
             self._progress.append(step)
         if not self._linked:

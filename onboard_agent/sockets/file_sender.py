@@ -104,7 +104,7 @@ class TowerFileSender:
         loop = asyncio.get_running_loop()
 
         def gone(done: int) -> None:
-            loop.call_soon_threadsafe(self._tell, attempt, done)
+            loop.call_soon_threadsafe(self._report, attempt, done)
 
         attempt = _Attempt(self._url, ticket, opened, gone)
         thread = asyncio.create_task(asyncio.to_thread(attempt.put, transaction_id, path))
@@ -120,7 +120,7 @@ class TowerFileSender:
                 await thread
             raise
 
-    def _tell(self, attempt: "_Attempt", done: int) -> None:
+    def _report(self, attempt: "_Attempt", done: int) -> None:
         if not attempt.stopped.is_set() and isinstance(self._state, Sending):
             self._state = Sending(done)
 

@@ -223,7 +223,7 @@ class TowerLink:
             self._state = None
             _log.info("link up: drone %d (%s)", opened.welcome.drone_id, opened.welcome.name)
             self._user.link_up(opened.welcome)
-            running = [asyncio.create_task(data.run()), asyncio.create_task(self._tell_state_again())]
+            running = [asyncio.create_task(data.run()), asyncio.create_task(self._resend_state())]
             while (following := await self._serve(opened, data)) is not None and following.sealed is opened.sealed:
                 opened.connection.transport.abort()
                 opened = self._opened = following
@@ -297,7 +297,7 @@ class TowerLink:
             while True:
                 if self._outbox:
                     await connection.send(encode_message(self._outbox.popleft()))
-                elif (datagram := data.lane.take(self._loop.time())) is not None:
+                elif (datagram := data.lane.pop(self._loop.time())) is not None:
                     await connection.send(datagram)
                 else:
                     self._something_to_write.clear()
@@ -332,17 +332,17 @@ class TowerLink:
     def _has_no_channel(self) -> bool:
         return self._reading is not None and self._reading.done()
 
-    def _tell_state(self) -> None:
+    def _send_state(self) -> None:
         """Always the newest over the data channel, for a tower to which the control channel is lost."""
         if self._state is not None:
             self._send_copy(self._opened, encode_message(self._state).encode())
 
-    async def _tell_state_again(self) -> None:
+    async def _resend_state(self) -> None:
         """The tower may see that the control channel is lost later than we do, and a change may have been then."""
         while True:
             await asyncio.sleep(STATE_AGAIN_S)
             if self._has_no_channel:
-                self._tell_state()
+                self._send_state()
 
     def send_frames(self, epoch: Epoch, frames: list[bytes]) -> None:
         """Frames for the tower: the urgent ones now, the others within `wire.batching`'s deadline."""
@@ -360,9 +360,9 @@ class TowerLink:
             self._send_urgent(message)
         elif isinstance(message, AutopilotState):
             self._state = message
-            self._tell_state()
+            self._send_state()
             for delay_s in URGENT_COPIES_AFTER_S:
-                self._loop.call_later(delay_s, self._tell_state)
+                self._loop.call_later(delay_s, self._send_state)
         if len(self._outbox) >= OUTBOX:
             self.counts["message to a stuck control channel"] += 1
             if self._opened is not None:

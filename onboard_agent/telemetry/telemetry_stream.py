@@ -77,7 +77,7 @@ class TelemetryStream:
         self.thinner.by_hand = now - self._sticks_at < BY_HAND_FOR_S
         return self.thinner.due(now)
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """A new tower link knows nothing."""
         self._told = None
 

@@ -1,1 +1,1 @@
-"""The chatty protocols of MAVLink, carried out beside the autopilot: client halves without I/O (docs/missions.md)."""
+"""MAVLink's transactional protocols, client halves without I/O (docs/missions.md)."""

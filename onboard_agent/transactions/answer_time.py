@@ -1,7 +1,7 @@
-"""How long an answer is waited for, as the answers before it took. No I/O; takes seconds.
+"""How long to wait for an answer, from how long earlier answers took. No I/O; takes seconds.
 
-Smoothed mean and deviation of the round trip as TCP keeps them (RFC 6298): what is lost is asked for again after about
-a round trip, on a fast line after milliseconds, on a slow one not before it can have come.
+Smoothed mean and deviation of the round trip, as in TCP (RFC 6298): a lost request is repeated after about one round
+trip, within milliseconds on a fast line, and never before the answer can have arrived on a slow one.
 """
 
 from typing import Final

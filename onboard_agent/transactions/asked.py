@@ -1,4 +1,4 @@
-"""A transaction that is being worked on: until when, and what is told of it meanwhile. No I/O; takes `now`."""
+"""A transaction in progress: its deadline, and its progress reports. No I/O; takes `now`."""
 
 from typing import Any, Final
 

@@ -22,7 +22,7 @@ from onboard_agent.autopilot.own_frames import FrameMaker, Sender, request_messa
 from onboard_agent.transactions.command_answer import CommandAnswer, CommandEnd
 from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, what_shows
 from onboard_agent.transactions.handler import Around
-from onboard_agent.transactions.spoken_words import SpokenWords
+from onboard_agent.transactions.status_texts import StatusTexts
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.plans import as_float32
@@ -91,7 +91,7 @@ class CommandHandler:
         self._commanded = commanded
         self._system: int | None = None
         self._waiting: list[_Waiting] = []
-        self._spoken = SpokenWords()
+        self._spoken = StatusTexts()
         self._news: list[TransactionToTower] = []
 
     def autopilot_came(self, around: Around, now: float) -> None:
@@ -103,16 +103,16 @@ class CommandHandler:
         work = transaction.work
         assert isinstance(work, CommandWork)
         if around is None or not around.heard:
-            self._tell(transaction.id, Outcome.REFUSED, "The autopilot is not heard.")
+            self._report(transaction.id, Outcome.REFUSED, "The autopilot is not heard.")
             return
         self._system = around.system_id
         if not _fits(work):
-            self._tell(transaction.id, Outcome.REFUSED, "A value of the command is too large to be sent.")
+            self._report(transaction.id, Outcome.REFUSED, "A value of the command is too large to be sent.")
             return
         self._repeat_no_more()
         if len(self._waiting) >= len(COMPONENTS):
             oldest = self._waiting.pop(0)
-            self._tell(
+            self._report(
                 oldest.transaction.id,
                 Outcome.CANCELLED,
                 "Later commands took its place; whether the autopilot does it is not known.",
@@ -142,7 +142,7 @@ class CommandHandler:
             if waiting.transaction.epoch != epoch:
                 self._give_up(waiting, Outcome.STALE_EPOCH, "The controls changed hands meanwhile")
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """One of `hears` came."""
         if not self._waiting or source(frame) != (self._system, _AUTOPILOT):
             return False
@@ -150,7 +150,7 @@ class CommandHandler:
         if message is None:
             return False
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_STATUSTEXT:
-            self._spoken.heard(message, now)
+            self._spoken.receive(message, now)
             return False
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_HEARTBEAT:
             for waiting in self._waiting:
@@ -158,7 +158,7 @@ class CommandHandler:
         if message_id(frame) != mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             for waiting in self._waiting:
                 if waiting.wanted is not None and waiting.answer.end is not None:
-                    waiting.wanted.heard(message_id(frame), message)
+                    waiting.wanted.receive(message_id(frame), message)
             return False
         return self._acknowledged(message, now)
 
@@ -185,7 +185,7 @@ class CommandHandler:
         news, self._news = self._news, []
         return news
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """There is no state to tell."""
 
     # Inside.
@@ -202,12 +202,12 @@ class CommandHandler:
     def _settle(self, waiting: _Waiting, around: Around, now: float) -> list[bytes]:
         end = waiting.answer.end
         if end is None:
-            self._tell_progress(waiting, now)
+            self._report_progress(waiting, now)
             return []
         if end.outcome is Outcome.FAILED:
             return self._refused(waiting, end, around, now)
         if end.outcome is Outcome.DONE and waiting.wanted is not None:
-            return self._look(waiting, waiting.wanted, end, around, now)
+            return self._check(waiting, waiting.wanted, end, around, now)
         if end.outcome is not Outcome.DONE or not waiting.mode:
             self._end(waiting, end, around)
             return []
@@ -227,7 +227,7 @@ class CommandHandler:
             return [self._maker.make(ask, Sender(around.system_id, waiting.component))]
         return []
 
-    def _look(self, waiting: _Waiting, wanted: Seen, end: CommandEnd, around: Around, now: float) -> list[bytes]:
+    def _check(self, waiting: _Waiting, wanted: Seen, end: CommandEnd, around: Around, now: float) -> list[bytes]:
         if waiting.ended_at is None:
             waiting.ended_at = now
         late = now >= min(waiting.deadline, waiting.ended_at + SEEN_WITHIN_S)
@@ -253,18 +253,18 @@ class CommandHandler:
 
     def _end(self, waiting: _Waiting, end: CommandEnd, around: Around, *, seen: bool | None = None) -> None:
         self._waiting.remove(waiting)
-        self._tell(waiting.transaction.id, end.outcome, f"{end.words} {state_words(around)}", end.code, seen)
+        self._report(waiting.transaction.id, end.outcome, f"{end.words} {state_words(around)}", end.code, seen)
 
     def _give_up(self, waiting: _Waiting, outcome: Outcome, why: str) -> None:
         self._waiting.remove(waiting)
         known = "whether the autopilot does it is not known" if waiting.answer.sent else "it was not sent"
-        self._tell(waiting.transaction.id, outcome, f"{why}; {known}.")
+        self._report(waiting.transaction.id, outcome, f"{why}; {known}.")
 
     def _repeat_no_more(self) -> None:
         for waiting in self._waiting:
             waiting.answer.repeat_no_more()
 
-    def _tell_progress(self, waiting: _Waiting, now: float) -> None:
+    def _report_progress(self, waiting: _Waiting, now: float) -> None:
         percent = waiting.answer.percent
         if percent is None or percent == waiting.told_percent or now - waiting.told_at < PROGRESS_EVERY_S:
             return
@@ -272,7 +272,7 @@ class CommandHandler:
         progress = TransactionProgress(id=waiting.transaction.id, phase="carrying out", done=percent, total=100)
         self._news.append(progress)
 
-    def _tell(
+    def _report(
         self, transaction_id: int, outcome: Outcome, words: str, code: str = "", seen: bool | None = None
     ) -> None:
         self._news.append(

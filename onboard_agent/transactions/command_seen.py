@@ -1,7 +1,7 @@
-"""Whether the autopilot's telemetry shows what a command wanted, after it was accepted. No I/O.
+"""Whether telemetry shows the effect of a command that was accepted. No I/O.
 
-An autopilot accepts a command within milliseconds; what comes of it is another matter. Speed is looked for in the
-motion over ground, home in HOME_POSITION, the item in MISSION_CURRENT, a mission that was started in the mode.
+An autopilot accepts a command within milliseconds; the effect comes later, or never. A speed shows in the ground
+speed, a home in HOME_POSITION, the current item in MISSION_CURRENT, the start of a mission in the mode.
 """
 
 from collections.abc import Callable
@@ -36,7 +36,7 @@ class Seen(Protocol):
 
     asks: int | None
 
-    def heard(self, message_id: int, message: Any) -> None:
+    def receive(self, message_id: int, message: Any) -> None:
         """One of READ, or a HEARTBEAT, came since it was accepted."""
 
     @property
@@ -55,7 +55,7 @@ class _Speed:
         self._wanted_m_s = wanted_m_s
         self._m_s: float | None = None
 
-    def heard(self, message_id: int, message: Any) -> None:
+    def receive(self, message_id: int, message: Any) -> None:
         if message_id == _POSITION:
             self._m_s = hypot(message.vx, message.vy) / 100.0
 
@@ -82,7 +82,7 @@ class _Home:
         self._here: tuple[float, float] | None = None
         self._home: tuple[float, float] | None = None
 
-    def heard(self, message_id: int, message: Any) -> None:
+    def receive(self, message_id: int, message: Any) -> None:
         if message_id == _HOME:
             self._home = (message.latitude / 1e7, message.longitude / 1e7)
         elif message_id == _POSITION:
@@ -117,7 +117,7 @@ class _Item:
         self._wanted = wanted
         self._current: int | None = None
 
-    def heard(self, message_id: int, message: Any) -> None:
+    def receive(self, message_id: int, message: Any) -> None:
         if message_id == _CURRENT:
             self._current = message.seq
 
@@ -137,7 +137,7 @@ class _Mission:
         self._modes = modes
         self._mode: int | None = None
 
-    def heard(self, message_id: int, message: Any) -> None:
+    def receive(self, message_id: int, message: Any) -> None:
         if message_id == _HEARTBEAT:
             self._mode = message.custom_mode
 

@@ -1,6 +1,6 @@
-"""One request or answer of MAVLink FTP: what stands in FILE_TRANSFER_PROTOCOL's payload. Pure.
+"""One request or answer of MAVLink FTP: the payload of FILE_TRANSFER_PROTOCOL. Pure.
 
-Source: mavlink.io, services/ftp; ArduPilot's GCS_FTP for what it leaves to its servers.
+Source: mavlink.io, services/ftp; ArduPilot's GCS_FTP where that leaves the choice to the server.
 """
 
 from dataclasses import dataclass

@@ -57,7 +57,7 @@ class FileRead:
         """The first block, once it is here."""
         return self._blocks.get(0, b"")
 
-    def heard(self, answer: FileAnswer, now: float) -> None:
+    def receive(self, answer: FileAnswer, now: float) -> None:
         """The autopilot answers us."""
         if self._over or answer.sequence not in self._asked:
             return

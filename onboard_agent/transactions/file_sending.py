@@ -1,4 +1,4 @@
-"""A file on its way to the tower, as a handler sees it. No I/O."""
+"""The interface through which a handler sends a file to the tower. No I/O."""
 
 from dataclasses import dataclass
 from pathlib import Path

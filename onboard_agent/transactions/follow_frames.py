@@ -1,4 +1,4 @@
-"""What a follower's autopilot is told: where to go and how fast, or to stand still. Builders of messages. Pure."""
+"""Messages to a follower's autopilot: a target and a speed, or stand still. Pure."""
 
 from typing import Any, Final
 

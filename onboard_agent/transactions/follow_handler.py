@@ -38,7 +38,7 @@ GO_EVERY_S: Final = 1.0
 FIRST_WITHIN_S: Final = 2.0
 """The first positions, the leader's and its own."""
 TELL_EVERY_S: Final = 1.0
-REFUSALS_MOST: Final = 3
+MAX_REFUSALS: Final = 3
 """In a row."""
 
 _AUTOPILOT: Final = 1
@@ -116,7 +116,7 @@ class FollowHandler:
         assert isinstance(work, FollowWork)
         why_not = self._why_not(work, around)
         if why_not is not None or around is None:
-            self._tell(transaction.id, Outcome.REFUSED, f"It does not follow {work.leader_name}: {why_not}.")
+            self._report(transaction.id, Outcome.REFUSED, f"It does not follow {work.leader_name}: {why_not}.")
             return
         self._system = around.system_id
         self._one = _Following(
@@ -157,7 +157,7 @@ class FollowHandler:
                 Outcome.STALE_EPOCH, f"The controls changed hands while it followed {self._one.work.leader_name}"
             )
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """One of `hears` came."""
         one = self._one
         if one is None or source(frame) != (self._system, _AUTOPILOT):
@@ -189,14 +189,14 @@ class FollowHandler:
             if why is not None:
                 self._over(Outcome.FAILED, f"It follows {one.work.leader_name} no more: {why}. {state_words(around)}")
                 return []
-            self._look(one, now)
+            self._check(one, now)
             if self._one is None:
                 return []
         if one.end is not None:
             return self._holding(one, one.end, around, now)
         if not one.begun:
             return []
-        self._tell_progress(one, now)
+        self._report_progress(one, now)
         return self._on(one, around, now)
 
     def news(self) -> list[TransactionToTower]:
@@ -204,7 +204,7 @@ class FollowHandler:
         news, self._news = self._news, []
         return news
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """There is no state to tell."""
 
     # Whether.
@@ -243,7 +243,7 @@ class FollowHandler:
             return "a hold or another command came"
         return self._why_not_flying(around)
 
-    def _look(self, one: _Following, now: float) -> None:
+    def _check(self, one: _Following, now: float) -> None:
         """Whether it must be ended, or can begin."""
         name = one.work.leader_name
         if one.leader is None or one.own is None:
@@ -264,7 +264,7 @@ class FollowHandler:
             self._stop(Outcome.TIMED_OUT, f"The time for which it was to follow {name} is over")
         elif why is not None:
             self._stop(Outcome.FAILED, f"It follows {name} no more: {why}")
-        elif one.refusals >= REFUSALS_MOST:
+        elif one.refusals >= MAX_REFUSALS:
             self._stop(Outcome.FAILED, f"It follows {name} no more: the autopilot refuses the place ({one.refusal})")
 
     # On its way.
@@ -312,7 +312,7 @@ class FollowHandler:
             one.refusal = result_name(ack.result)
         return True
 
-    def _tell_progress(self, one: _Following, now: float) -> None:
+    def _report_progress(self, one: _Following, now: float) -> None:
         if one.own is None or one.leader is None or now - one.told_at < TELL_EVERY_S:
             return
         one.told_at = now
@@ -370,8 +370,8 @@ class FollowHandler:
 
     def _over(self, outcome: Outcome, words: str) -> None:
         if self._one is not None:
-            self._tell(self._one.transaction.id, outcome, words)
+            self._report(self._one.transaction.id, outcome, words)
         self._one = None
 
-    def _tell(self, transaction_id: int, outcome: Outcome, words: str) -> None:
+    def _report(self, transaction_id: int, outcome: Outcome, words: str) -> None:
         self._news.append(TransactionResult(id=transaction_id, outcome=outcome, words=words[:600]))

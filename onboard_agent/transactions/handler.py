@@ -1,6 +1,6 @@
-"""What a handler is: one kind of work at the drone, as `Transactions` and `Onboard` know it. No I/O.
+"""The interface of a handler: one kind of work at the drone, as `Transactions` and `Onboard` see it. No I/O.
 
-A handler is given the time, the frames and the tower's transactions; it hands out frames for the autopilot and news for
+A handler receives the time, frames and the tower's transactions; it returns frames for the autopilot and messages for
 the tower. It decides nothing about the flight.
 """
 
@@ -66,7 +66,7 @@ class TransactionHandler(Protocol):
     def epoch_changed(self, epoch: int, now: float) -> None:
         """This is the epoch now; what writes under another one is given up, and put back where that can be."""
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """One of `hears` came, a whole frame from whomever, its checksum holds.
 
         True: it answers this handler alone, and need not go up to the tower.
@@ -78,5 +78,5 @@ class TransactionHandler(Protocol):
     def news(self) -> list[TransactionToTower]:
         """What is to be told to the tower, once, in order. What does not fit waits in Transactions."""
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """The tower may know nothing: the state (not results, not progress) is news again."""

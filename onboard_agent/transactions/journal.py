@@ -1,7 +1,7 @@
-"""What is kept on disk while a plan is being written, so that whoever comes after a crash knows the old one. No I/O.
+"""The journal that is on disk while a plan is being written, so the old plan survives a crash. No I/O.
 
-An intent is saved before the first frame of a write goes out and removed when a read-back has proved which plan is on
-board. As long as there is one, the plan on board may be half of one.
+An intent is saved before the first frame of a write and removed when a read-back has proved which plan is on board.
+While an intent exists, the plan on board may be incomplete.
 """
 
 from collections.abc import Callable

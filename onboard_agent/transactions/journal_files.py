@@ -1,4 +1,4 @@
-"""The journal as files in the agent's state directory: one for each kind of plan, replaced whole."""
+"""The journal as files in the agent's state directory: one for each kind of plan, replaced atomically."""
 
 import os
 from pathlib import Path

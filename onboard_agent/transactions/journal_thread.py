@@ -1,4 +1,4 @@
-"""Brings the journal to the disk in a thread: a memory card may take a second for it, and sticks must not wait."""
+"""Writes the journal in a thread: a memory card may need a second, and sticks must not wait."""
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -30,8 +30,8 @@ class JournalThread:
         """Begins to."""
         return self._begin(kind, None, lambda: self._files.remove(kind))
 
-    def _begin(self, kind: PlanKind, record: bytes | None, deed: Callable[[], Any]) -> Lasting:
-        future: Future[Any] = self._worker.submit(deed)
+    def _begin(self, kind: PlanKind, record: bytes | None, change: Callable[[], Any]) -> Lasting:
+        future: Future[Any] = self._worker.submit(change)
 
         def lasting() -> bool:
             if not future.done():

@@ -62,7 +62,7 @@ class LogDownload:
         """Bytes, and bytes in all."""
         return min(self._at + len(self._pieces) * CHUNK, self._size), self._size
 
-    def heard(self, told: Any, now: float) -> bool:
+    def receive(self, told: Any, now: float) -> bool:
         """A LOG_DATA of the autopilot. Whether it was news."""
         if self.end is not None or told.id != self._log_id or self._asked is None:
             return False

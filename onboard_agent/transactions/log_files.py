@@ -1,4 +1,4 @@
-"""The one flight log that the agent keeps while it is read and sent: a file in its state directory."""
+"""The flight log being read and sent, as a file in the agent's state directory."""
 
 import contextlib
 import os

@@ -21,7 +21,7 @@ from onboard_agent.transactions.log_store import LogStore
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.transactions import (
-    LOGS_MOST,
+    MAX_LOGS,
     LogDownloadWork,
     LogEntry,
     LogListWork,
@@ -96,7 +96,7 @@ class LogHandler:
     def epoch_changed(self, epoch: int, now: float) -> None:
         """Whoever has the controls, a log is a log."""
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """True: an entry or a piece that was asked for."""
         at = self._at
         if at is None or source(frame) != (self._system, 1):
@@ -105,7 +105,7 @@ class LogHandler:
         if is_entry is not isinstance(at, LogListing):
             return False
         message = decode(frame)
-        return message is not None and at.heard(message, now)
+        return message is not None and at.receive(message, now)
 
     def due(self, around: Around, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
@@ -124,7 +124,7 @@ class LogHandler:
         news, self._news = self._news, []
         return news
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """There is nothing to tell but progress and results."""
 
     # Inside.
@@ -132,7 +132,7 @@ class LogHandler:
     def _go_on(self, asked: Asked, now: float) -> None:
         at = self._at
         if at is None:
-            self._look_at_sending(asked, now)
+            self._check_sending(asked, now)
             return
         self._out += at.due(now)
         if at.end is None:
@@ -158,7 +158,7 @@ class LogHandler:
         if end.missing:
             outcome = Outcome.FAILED
             words = f"The autopilot has told {len(end.logs)} of its {len(end.logs) + end.missing} logs."
-        self._end(outcome, words, logs=end.logs[:LOGS_MOST])
+        self._end(outcome, words, logs=end.logs[:MAX_LOGS])
 
     def _begin_download(self, log: LogEntry | None) -> None:
         assert self._talk is not None
@@ -179,7 +179,7 @@ class LogHandler:
         self._sending_bytes = size
         self._sender.begin(asked.id, self._store.path)
 
-    def _look_at_sending(self, asked: Asked, now: float) -> None:
+    def _check_sending(self, asked: Asked, now: float) -> None:
         state = self._sender.state
         if isinstance(state, Sending):
             self._news += asked.progress(Phase.SENDING, state.done, self._sending_bytes, now)

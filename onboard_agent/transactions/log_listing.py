@@ -52,7 +52,7 @@ class LogListing:
         """Logs told, and in all (0: not known yet)."""
         return len(self._logs), 1 if self._only is not None else self._count or 0
 
-    def heard(self, entry: Any, now: float) -> bool:
+    def receive(self, entry: Any, now: float) -> bool:
         """A LOG_ENTRY of the autopilot. Whether it was news."""
         if self.end is not None or not self._asked:
             return False

@@ -1,4 +1,4 @@
-"""Where a flight log is kept between the autopilot and the tower, as a handler sees it. No I/O."""
+"""The interface of the store for a flight log between autopilot and tower. No I/O."""
 
 from pathlib import Path
 from typing import Protocol

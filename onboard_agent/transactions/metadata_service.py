@@ -96,7 +96,7 @@ class MetadataService:
         if self._autopilot != (around.system_id, around.autopilot_kind):
             self._autopilot = (around.system_id, around.autopilot_kind)
             self._known_file = None
-            self._tell(b"", _NOT_YET)
+            self._report(b"", _NOT_YET)
         self._ask_at, self._asked = None, 0
         self._begin(None)
 
@@ -109,7 +109,7 @@ class MetadataService:
     def epoch_changed(self, epoch: int, now: float) -> None:
         """It writes nothing."""
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """One of `hears` came."""
         if self._autopilot is None or source(frame) != (self._autopilot[0], 1):
             return False
@@ -125,7 +125,7 @@ class MetadataService:
         elif kind == mavlink.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL:
             answer = read_answer(message, self._autopilot[0], COMPONENT)
             if answer is not None and self._read is not None:
-                self._read.heard(answer, now)
+                self._read.receive(answer, now)
             return answer is not None
         else:
             return self._acknowledged(message)
@@ -133,7 +133,7 @@ class MetadataService:
 
     def due(self, around: Around, now: float) -> list[bytes]:
         """Frames to send to the autopilot now."""
-        self._tell_piece(around, now)
+        self._send_piece(around, now)
         if self._in_the_way(around, now):
             self._busy_at = now
             self._stop()
@@ -156,7 +156,7 @@ class MetadataService:
         news, self._news = self._news, []
         return news
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """The tower may know nothing, and says what it lacks."""
         self._pieces = iter(())
         self._news = [self._known]
@@ -279,7 +279,7 @@ class MetadataService:
         """The text of the general file, or what the tower is told of the parameters. Raises MetadataUnusable."""
         if self._general is None:
             self._known_file, self._parameters = self._parameters, None
-            self._tell(data, "")
+            self._report(data, "")
             return
         offered = parameters_file(data)
         self._begin(None)
@@ -290,16 +290,16 @@ class MetadataService:
         self._ask_at = float("inf")
         self._begin(None)
         self._known_file = None
-        self._tell(b"", f"The vehicle {why}."[:300])
+        self._report(b"", f"The vehicle {why}."[:300])
 
-    def _tell(self, data: bytes, words: str) -> None:
+    def _report(self, data: bytes, words: str) -> None:
         known = MetadataKnown(hash=metadata_hash(data) if data else None, size_bytes=len(data), words=words)
         if known != self._known:
             self._packed, self._known = data, known
             self._pieces = iter(())
             self._news.append(known)
 
-    def _tell_piece(self, around: Around, now: float) -> None:
+    def _send_piece(self, around: Around, now: float) -> None:
         if around.armed or now < self._piece_at:
             return
         piece = next(self._pieces, None)

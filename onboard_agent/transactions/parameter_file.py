@@ -11,7 +11,7 @@ from struct import Struct
 from typing import Final
 
 from onboard_agent.transactions.parameter_encoding import NAME
-from wire.parameters import ENTRIES_MOST, Parameter
+from wire.parameters import MAX_ENTRIES, Parameter
 
 FILE_NAME: Final = b"@PARAM/param.pck"
 
@@ -47,7 +47,7 @@ def read_count(head: bytes) -> int:
 def read_parameter_file(data: bytes) -> PackedParameters:
     """Raises BadParameterFile unless all of them are there, each once."""
     count = read_count(data)
-    if not 0 < count <= ENTRIES_MOST or _HEAD.unpack_from(data)[1] != count:
+    if not 0 < count <= MAX_ENTRIES or _HEAD.unpack_from(data)[1] != count:
         raise BadParameterFile("the head of the file is wrong")
     found: dict[str, Parameter | None] = {}
     name, at = "", _HEAD.size

@@ -1,4 +1,4 @@
-"""The remembered tables as files in the agent's state directory, one for each autopilot."""
+"""Remembered parameter tables as files in the agent's state directory, one for each autopilot."""
 
 import contextlib
 import logging
@@ -7,7 +7,7 @@ from typing import Final
 
 _log = logging.getLogger(__name__)
 
-FILES_MOST: Final = 8
+MAX_FILES: Final = 8
 """An agent may be moved from one autopilot to another; the oldest file goes."""
 
 
@@ -45,7 +45,7 @@ class ParameterFiles:
 
 def _make_room(directory: Path) -> None:
     files = sorted(directory.glob("*.parameters"), key=lambda path: path.stat().st_mtime)
-    for path in files[:-FILES_MOST]:
+    for path in files[:-MAX_FILES]:
         path.unlink()
 
 

@@ -1,4 +1,4 @@
-"""What is said to the autopilot about its parameters, and how patiently. Pure."""
+"""Requests to the autopilot about its parameters, and how often to repeat them. Pure."""
 
 from dataclasses import dataclass
 from typing import Any, Final

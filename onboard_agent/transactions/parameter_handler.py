@@ -49,7 +49,7 @@ AGAIN_AFTER_S: Final = 30.0
 """A list that could not be read, or whose length has changed once more."""
 RELIST_AFTER_S: Final = 2.0
 SAVE_AFTER_S: Final = 5.0
-READERS_MOST: Final = 4
+MAX_READERS: Final = 4
 SOON_S: Final = 10.0
 """Who wants the autopilot's files for something else begins nothing so shortly before they are read."""
 
@@ -120,7 +120,7 @@ class ParameterHandler:
         asked = Asked(transaction, now)
         work = transaction.work
         if around is None or self._system is None:
-            self._tell(asked, Outcome.REFUSED, _NOT_HEARD)
+            self._report(asked, Outcome.REFUSED, _NOT_HEARD)
         elif isinstance(work, ParametersWriteWork):
             self._begin_write(asked, work, around)
         elif isinstance(work, ParametersReadWork):
@@ -132,7 +132,7 @@ class ParameterHandler:
             self._stop_write(Outcome.CANCELLED, "it was cancelled")
         for asked in self._readers:
             if asked.id == transaction_id:
-                self._tell(asked, Outcome.CANCELLED, "It was cancelled.")
+                self._report(asked, Outcome.CANCELLED, "It was cancelled.")
         self._readers = [asked for asked in self._readers if asked.id != transaction_id]
 
     def epoch_changed(self, epoch: int, now: float) -> None:
@@ -140,7 +140,7 @@ class ParameterHandler:
         if self._writer is not None and self._writer.epoch != epoch:
             self._stop_write(Outcome.STALE_EPOCH, "the controls changed hands meanwhile")
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """True: a value of the list that we read."""
         if self._system is None or source(frame) != (self._system, 1):
             return False
@@ -171,7 +171,7 @@ class ParameterHandler:
         out = self._write_on(now)
         if not self._held_back(around):
             out += self._list_on(around, now)
-        self._look_at_readers(now)
+        self._check_readers(now)
         if self._save_at is not None and now >= self._save_at and not around.armed:
             self._save()
         return out
@@ -179,14 +179,14 @@ class ParameterHandler:
     def news(self) -> list[TransactionToTower]:
         """While parameters are written their changes wait, and a tower that knows them is told of them together."""
         if self._write is None or not self._table.told:
-            self._tell_news(self._now)
+            self._send_news(self._now)
         news, self._news = self._news, []
         return news
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """The tower may know nothing."""
         self._sent_hash = None
-        self._table.tell_again()
+        self._table.resend()
 
     def busy(self, now: float) -> bool:
         """They are being read or written, or will be in a moment."""
@@ -199,9 +199,9 @@ class ParameterHandler:
         listed = False
         reading = self._listing is not None
         if self._listing is not None:
-            listed = self._listing.heard(told, now)
+            listed = self._listing.receive(told, now)
         if self._write is not None:
-            self._write.heard(told, now)
+            self._write.receive(told, now)
         if told.name == HASH_NAME:
             return reading
         if not listed and told.parameter is not None and self._table.put(told.parameter):
@@ -249,16 +249,16 @@ class ParameterHandler:
     def _begin_read(self, asked: Asked, work: ParametersReadWork, around: Around, now: float) -> None:
         if self._table.values and not work.again:
             self._sent_hash = None
-            self._tell_table(asked)
+            self._send_table(asked)
         elif not around.heard:
-            self._tell(asked, Outcome.REFUSED, _NOT_HEARD)
+            self._report(asked, Outcome.REFUSED, _NOT_HEARD)
         elif self._held_back(around):
             words = "The line to the autopilot is narrow and it is flown by hand: parameters are read after that."
-            self._tell(asked, Outcome.REFUSED, words)
+            self._report(asked, Outcome.REFUSED, words)
         elif work.again and self._write is not None:
-            self._tell(asked, Outcome.REFUSED, "Busy: parameters are being written.")
-        elif len(self._readers) >= READERS_MOST:
-            self._tell(asked, Outcome.REFUSED, "Busy: the parameters are being read.")
+            self._report(asked, Outcome.REFUSED, "Busy: parameters are being written.")
+        elif len(self._readers) >= MAX_READERS:
+            self._report(asked, Outcome.REFUSED, "Busy: the parameters are being read.")
         else:
             self._readers.append(asked)
             if self._listing is None:
@@ -297,7 +297,7 @@ class ParameterHandler:
         if isinstance(end, ListingFailed):
             self._list_at = now + AGAIN_AFTER_S
             for asked in readers:
-                self._tell(asked, Outcome.FAILED, f"The parameters could not be read: {end.why}.")
+                self._report(asked, Outcome.FAILED, f"The parameters could not be read: {end.why}.")
             return
         if isinstance(end, Listed):
             self._table.learnt(end.table, verified=True)
@@ -305,37 +305,37 @@ class ParameterHandler:
             self._save_at = now
         else:
             self._table.learnt(self._table.table, verified=True)
-        self._tell_news(now, at_once=True)
+        self._send_news(now, at_once=True)
         for asked in readers:
-            self._tell_table(asked)
+            self._send_table(asked)
 
-    def _look_at_readers(self, now: float) -> None:
+    def _check_readers(self, now: float) -> None:
         for asked in self._readers:
             if now >= asked.deadline:
-                self._tell(asked, Outcome.TIMED_OUT, "The parameters were not all read in the time for it.")
+                self._report(asked, Outcome.TIMED_OUT, "The parameters were not all read in the time for it.")
             elif self._listing is not None:
                 self._news += asked.progress("reading", *self._listing.progress, now)
         self._readers = [asked for asked in self._readers if now < asked.deadline]
 
-    def _tell_table(self, asked: Asked) -> None:
+    def _send_table(self, asked: Asked) -> None:
         table, told = self._table.table, self._table.hash
         if told is None or told != self._sent_hash:
             packed = pack_table(table)
             if told is None or len(packed) > MAX_PACKED_TABLE_BYTES:
-                self._tell(asked, Outcome.FAILED, "There are more parameters than can be told.")
+                self._report(asked, Outcome.FAILED, "There are more parameters than can be told.")
                 return
             self._sent_hash = told
             self._news.append(ParameterTable(hash=told, packed=packed))
         how = "known" if self._table.verified else "remembered from the last time"
-        self._tell(asked, Outcome.DONE, f"{len(table)} parameters are {how}.")
+        self._report(asked, Outcome.DONE, f"{len(table)} parameters are {how}.")
 
     # Writing.
 
     def _begin_write(self, asked: Asked, work: ParametersWriteWork, around: Around) -> None:
         if self._write is not None:
-            self._tell(asked, Outcome.REFUSED, "Busy: parameters are being written.")
+            self._report(asked, Outcome.REFUSED, "Busy: parameters are being written.")
         elif not around.heard:
-            self._tell(asked, Outcome.REFUSED, _NOT_HEARD)
+            self._report(asked, Outcome.REFUSED, _NOT_HEARD)
         else:
             self._writer = asked
             self._write = ParameterWrite(self._talk(), work.values, self._table.values, self._pace)
@@ -355,7 +355,7 @@ class ParameterHandler:
             self._news += self._writer.progress("writing", *self._write.progress, now)
             return out
         asked, self._write, self._writer = self._writer, None, None
-        self._tell_news(now, at_once=True)
+        self._send_news(now, at_once=True)
         self._news.append(asked.result(end.outcome, end.words, refusals=end.refusals, refused=end.refused))
         return out
 
@@ -365,7 +365,7 @@ class ParameterHandler:
         assert self._system is not None
         return ParameterFrames(self._maker, vehicle_system_id=self._system, encoding=self._encoding)
 
-    def _tell_news(self, now: float, *, at_once: bool = False) -> None:
+    def _send_news(self, now: float, *, at_once: bool = False) -> None:
         """A tower that was sent the table before a change has the one after it as well."""
         news = self._table.due(now, at_once=at_once)
         for one in news:
@@ -373,5 +373,5 @@ class ParameterHandler:
                 self._sent_hash = one.hash
         self._news += news
 
-    def _tell(self, asked: Asked, outcome: Outcome, words: str) -> None:
+    def _report(self, asked: Asked, outcome: Outcome, words: str) -> None:
         self._news.append(asked.result(outcome, words))

@@ -20,13 +20,13 @@ from onboard_agent.transactions.answer_time import AnswerTime
 from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, Told
 from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
 from onboard_agent.transactions.retry_policy import Repeated
-from wire.parameters import ENTRIES_MOST, Parameter, Table, by_name
+from wire.parameters import MAX_ENTRIES, Parameter, Table, by_name
 
-RESTARTS_MOST: Final = 5
+MAX_RESTARTS: Final = 5
 SETTLE_S: Final = 0.3
 """After a change of their number: one switch brings many of them, and what is on its way is of the old count."""
 HASH_TRIES: Final = 2
-REPEATS_MOST: Final = 4
+MAX_REPEATS: Final = 4
 GAPS_MEASURED: Final = 12
 """So many single answers say how fast they come."""
 
@@ -105,14 +105,14 @@ class ParameterListing:
         """Parameters told, and in all (0: not known yet)."""
         return len(self._names), self._count
 
-    def heard(self, told: Told, now: float) -> None:
+    def receive(self, told: Told, now: float) -> None:
         """A PARAM_VALUE of the autopilot, whoever asked."""
         if self.end is not None:
             return
         if told.name == HASH_NAME:
             self._hash_told(told)
             return
-        if not 0 < told.count <= ENTRIES_MOST:
+        if not 0 < told.count <= MAX_ENTRIES:
             return
         if told.count != self._count and not self._count_told(told.count, now):
             return
@@ -188,7 +188,7 @@ class ParameterListing:
         self._streaming = False  # what comes until the list is asked for again is of neither
         self._begin_at = now + SETTLE_S
         self._restarts += 1
-        if self._restarts > RESTARTS_MOST:
+        if self._restarts > MAX_RESTARTS:
             self.end = ListingFailed("the parameters change faster than they can be read")
         else:
             self._ask_list()
@@ -243,7 +243,7 @@ class ParameterListing:
     def _list_is_faster(self, now: float) -> bool:
         """Whether the rest would come sooner with the whole list than number by number, at the pace of either."""
         assert self._missing is not None and self._flowed_at is not None
-        if self._repeats >= REPEATS_MOST or self._gaps_told < GAPS_MEASURED:
+        if self._repeats >= MAX_REPEATS or self._gaps_told < GAPS_MEASURED:
             return False
         each_s = (now - self._gaps_began_at) / self._gaps_told
         return len(self._missing) * each_s > self._flowed_at - self._flow_began_at + self._pace.quiet_s

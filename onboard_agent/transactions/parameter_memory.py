@@ -1,7 +1,7 @@
-"""The table of parameters that is remembered from one start of the agent to the next. No I/O.
+"""The parameter table that the agent remembers from one start to the next. No I/O.
 
-A record belongs to one autopilot: by the number of its chip (AUTOPILOT_VERSION), or, where that is not told, by its
-system id and kind. It is a cache: what cannot be read, or is not whole, is none.
+A record belongs to one autopilot, identified by its chip number (AUTOPILOT_VERSION) or, without one, by system id and
+kind. It is a cache: an unreadable or incomplete record counts as none.
 """
 
 from typing import Final, Protocol
@@ -9,7 +9,7 @@ from typing import Final, Protocol
 import msgspec
 
 from wire.dialect import mavlink
-from wire.parameters import ENTRIES_MOST, Table, pack_table, unpack_table
+from wire.parameters import MAX_ENTRIES, Table, pack_table, unpack_table
 from wire.transactions import MAX_PACKED_TABLE_BYTES
 
 MAX_RECORD_BYTES: Final = 2 * MAX_PACKED_TABLE_BYTES
@@ -74,6 +74,6 @@ def recall(store: ParameterStore, autopilot: str) -> Remembered | None:
         table = unpack_table(record.packed)
     except (msgspec.DecodeError, ValueError, RecursionError):
         return None
-    if not table or not 0 < record.count <= ENTRIES_MOST:
+    if not table or not 0 < record.count <= MAX_ENTRIES:
         return None
     return Remembered(table, record.count, record.autopilot_hash)

@@ -14,7 +14,7 @@ from wire.parameters import Parameter, Table, by_name, table_hash
 from wire.transactions import ParameterCache, ParameterChanged
 
 TOLD_EVERY_S: Final = 0.5
-CHANGES_MOST: Final = 4
+MAX_CHANGES: Final = 4
 """Each costs a hash over the whole table, on a slow computer some milliseconds, and sticks may pass."""
 
 News = ParameterCache | ParameterChanged
@@ -82,7 +82,7 @@ class ParameterNews:
         """So many of a list that is being read were told."""
         self._progress = (done, total)
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """The tower may know nothing."""
         self._told = None
         self._told_at = float("-inf")
@@ -92,7 +92,7 @@ class ParameterNews:
         if now - self._told_at < TOLD_EVERY_S and not at_once:
             return []
         news: list[News] = []
-        if self._told is not None and self._told.hash is not None and 0 < len(self._changed) <= CHANGES_MOST:
+        if self._told is not None and self._told.hash is not None and 0 < len(self._changed) <= MAX_CHANGES:
             news += self._changes(self._told.hash)
         done, total = (len(self.values),) * 2 if self.values else self._progress
         cache = ParameterCache(hash=self.hash, count=done, total=total, verified=self.verified or not self.values)

@@ -51,20 +51,20 @@ class ParameterReading:
         total = read_count(self._file.head)
         return min(total, self._file.received_bytes // USUAL_ENTRY_BYTES), total
 
-    def heard(self, told: Told, now: float) -> bool:
+    def receive(self, told: Told, now: float) -> bool:
         """A PARAM_VALUE of the autopilot, whoever asked. Whether the list that is read has it from this."""
         if self._listing is None:
             if told.parameter is not None:
                 self._newer[told.name] = told.parameter
             return False
         before, _ = self._listing.progress
-        self._listing.heard(told, now)
+        self._listing.receive(told, now)
         return self._listing.progress[0] > before
 
     def heard_file(self, answer: FileAnswer, now: float) -> None:
         """The autopilot answers us about a file."""
         if self._file is not None:
-            self._file.heard(answer, now)
+            self._file.receive(answer, now)
 
     def due(self, now: float) -> list[bytes]:
         """Frames to send now."""

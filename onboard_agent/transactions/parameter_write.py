@@ -18,11 +18,11 @@ from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
 from onboard_agent.transactions.retry_policy import Repeated
 from wire.dialect import mavlink
 from wire.parameters import Parameter
-from wire.transactions import REFUSALS_MOST, Outcome, ParameterRefusal
+from wire.transactions import MAX_REFUSALS, Outcome, ParameterRefusal
 
-SETS_MOST: Final = 2
+MAX_SETS: Final = 2
 """A value that is on its way from a list may be older than the one that was set."""
-SILENT_MOST: Final = 2
+MAX_SILENT: Final = 2
 NAMES_TOLD: Final = 5
 
 _NOT_ANSWERED: Final = "The autopilot has not answered: whether it has the new value is not known."
@@ -44,7 +44,7 @@ class _At(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class WriteEnd:
-    """`refusals`: the first REFUSALS_MOST of `refused`."""
+    """`refusals`: the first MAX_REFUSALS of `refused`."""
 
     outcome: Outcome
     words: str
@@ -94,7 +94,7 @@ class ParameterWrite:
             self._has = None
             self._refuse(_NOT_ANSWERED)
 
-    def heard(self, told: Told, now: float) -> None:
+    def receive(self, told: Told, now: float) -> None:
         """A PARAM_VALUE of the autopilot."""
         if self._at is None or told.name != self._name or self.end is not None:
             return
@@ -108,7 +108,7 @@ class ParameterWrite:
         elif self._has == self._wanted:
             self._written += 1
             self._at = None
-        elif self._sets < SETS_MOST:
+        elif self._sets < MAX_SETS:
             self._set()
         else:
             self._refuse(self._difference)
@@ -148,7 +148,7 @@ class ParameterWrite:
         return as_kept(self._asked, self._kind)
 
     def _begin_next(self) -> None:
-        if self._stopped is not None or self._silent >= SILENT_MOST or self._next == len(self._values):
+        if self._stopped is not None or self._silent >= MAX_SILENT or self._next == len(self._values):
             self._finish()
             return
         self._next += 1
@@ -224,6 +224,6 @@ class ParameterWrite:
             known = self._known.get(name)
             has = None if known is None else known.value
             self._refusals.append(ParameterRefusal(name[:16], asked, has, "Not sent."))
-        told = tuple(self._refusals[:REFUSALS_MOST])
+        told = tuple(self._refusals[:MAX_REFUSALS])
         words = words[0].upper() + words[1:]
         self.end = WriteEnd(outcome, f"{words}.", told, len(self._refusals))

@@ -55,7 +55,7 @@ class PlanChanges:
         self._current.pop(kind, None)
         self._changed.discard(kind)
 
-    def take(self) -> set[PlanKind]:
+    def pop(self) -> set[PlanKind]:
         """Kinds that may have changed since the last call."""
         changed, self._changed = self._changed, set()
         return changed

@@ -19,7 +19,7 @@ from onboard_agent.transactions.retry_policy import Repeated, RetryPolicy
 from wire.dialect import mavlink
 from wire.plans import MAX_ITEMS_ANY, Plan, PlanItem, read_item
 
-RESTARTS_MOST: Final = 3
+MAX_RESTARTS: Final = 3
 _PASSING: Final = frozenset(
     {
         mavlink.MAV_MISSION_ACCEPTED,
@@ -75,7 +75,7 @@ class PlanDownload:
         first = self._talk.first
         return max(len(self._items) - first, 0), max((self._count or 0) - first, 0)
 
-    def heard(self, message: Any, now: float) -> None:
+    def receive(self, message: Any, now: float) -> None:
         """A message of the autopilot that is meant for us."""
         if self.end is not None or not self._talk.concerns(message):
             return
@@ -109,7 +109,7 @@ class PlanDownload:
             return  # an answer to a repetition
         if self._count is not None:
             self._restarts += 1
-            if self._restarts > RESTARTS_MOST:
+            if self._restarts > MAX_RESTARTS:
                 self.end = DownloadFailed("the plan on board kept changing while it was read")
                 return
         if count > MAX_ITEMS_ANY + self._talk.first:

@@ -1,7 +1,7 @@
-"""What is said to the autopilot about one plan, and its numbering. Pure.
+"""Messages to the autopilot about one plan, and its numbering. Pure.
 
-People and the tower number a plan from 0, without home. ArduPilot keeps home in slot 0 of a mission, so that there
-every number is one more: of the items, and in the jumps from one to another.
+People and the tower number items from 0, without home. ArduPilot keeps home in slot 0 of a mission, so its item
+numbers, and the targets of jumps, are one higher.
 """
 
 from typing import Any, Final

@@ -138,7 +138,7 @@ class PlanHandler:
         assert isinstance(work, PlanWork)
         refusal = self._refusal(transaction, work)
         if refusal is not None:
-            self._tell(transaction.id, *refusal)
+            self._report(transaction.id, *refusal)
             return
         talk = self._talk(work.kind)
         machine: PlanReplacement | PlanDownload
@@ -156,7 +156,7 @@ class PlanHandler:
             self.read_failed.pop(kind, None)
             self._running = _Running(PlanDownload(self._talk(kind), self._patience), kind, None, now + READ_WITHIN_S)
 
-    def look_no_more(self) -> None:
+    def cancel_reads(self) -> None:
         """Ends what `read` began."""
         if self.looks:
             self._running = None
@@ -185,7 +185,7 @@ class PlanHandler:
             self._stop(Outcome.REFUSED, "the drone began to fly its mission")
             self._settle(now)
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """One of HEARD: a whole frame whose checksum holds. What is not from the autopilot to us changes nothing.
 
         Returns whether it is.
@@ -196,7 +196,7 @@ class PlanHandler:
         if message is None or not self._for_us(message):
             return False
         if self._running is not None:
-            self._running.machine.heard(message, now)
+            self._running.machine.receive(message, now)
         return True
 
     def due(self, now: float) -> list[bytes]:
@@ -217,7 +217,7 @@ class PlanHandler:
     # Inside.
 
     def _refusal(self, transaction: Transaction, work: PlanWork) -> tuple[Outcome, str] | None:
-        self.look_no_more()
+        self.cancel_reads()
         if isinstance(work, _WRITES):
             if transaction.epoch < self._epoch:
                 return Outcome.STALE_EPOCH, "The controls have changed hands since this was asked for."
@@ -249,7 +249,7 @@ class PlanHandler:
             if running.transaction is None:
                 self.read_failed[running.kind] = ""
             else:
-                self._tell(running.transaction.id, outcome, f"{why[0].upper()}{why[1:]}. Nothing was changed.")
+                self._report(running.transaction.id, outcome, f"{why[0].upper()}{why[1:]}. Nothing was changed.")
 
     def _settle(self, now: float) -> None:
         running = self._running
@@ -257,7 +257,7 @@ class PlanHandler:
             return
         end = running.machine.end
         if end is None:
-            self._tell_progress(running, now)
+            self._report_progress(running, now)
             return
         self._running = None
         if isinstance(end, ReplacementEnd):
@@ -268,7 +268,7 @@ class PlanHandler:
             self.read_failed[running.kind] = end.code
         else:
             words = f"The {THE[running.kind]} could not be read: {end.why}."
-            self._tell(running.transaction.id, Outcome.FAILED, words, code=end.code, item=end.item)
+            self._report(running.transaction.id, Outcome.FAILED, words, code=end.code, item=end.item)
 
     def _replaced(self, running: _Running, end: ReplacementEnd, now: float) -> None:
         intent = read_intent(self._journal, running.kind)
@@ -283,7 +283,7 @@ class PlanHandler:
         elif intent is not None:
             self._news.append(PlanOnBoard(kind=running.kind, hash=None, fit_to_fly=False))
         if running.transaction is not None:
-            self._tell(running.transaction.id, end.outcome, end.words, code=end.code, item=end.item)
+            self._report(running.transaction.id, end.outcome, end.words, code=end.code, item=end.item)
 
     def _downloaded(self, running: _Running, plan: Plan) -> None:
         self._know(running.kind, plan, None)
@@ -291,7 +291,7 @@ class PlanHandler:
             return
         work, the = running.transaction.work, THE[running.kind]
         if not isinstance(work, PlanVerifyWork):
-            self._tell(
+            self._report(
                 running.transaction.id,
                 Outcome.DONE,
                 f"The {the} was read: {len(plan)} items.",
@@ -299,7 +299,7 @@ class PlanHandler:
             )
             return
         outcome, words, item = compared(self._keeping, running.kind, work.items, plan)
-        self._tell(running.transaction.id, outcome, words, item=item)
+        self._report(running.transaction.id, outcome, words, item=item)
 
     def _know(self, kind: PlanKind, plan: Plan, sent: Plan | None) -> None:
         self._news.append(
@@ -313,7 +313,7 @@ class PlanHandler:
             )
         )
 
-    def _tell_progress(self, running: _Running, now: float) -> None:
+    def _report_progress(self, running: _Running, now: float) -> None:
         if running.transaction is None or now - running.told_at < PROGRESS_EVERY_S:
             return
         running.told_at = now
@@ -323,7 +323,7 @@ class PlanHandler:
         )
         self._news.append(TransactionProgress(id=running.transaction.id, phase=str(phase), done=done, total=total))
 
-    def _tell(
+    def _report(
         self,
         transaction_id: int,
         outcome: Outcome,

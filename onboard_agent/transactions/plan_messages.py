@@ -1,4 +1,4 @@
-"""Which messages of the mission protocol the agent hears, and which it keeps out. Pure."""
+"""Messages of the mission protocol that the agent reads, and those that it blocks. Pure."""
 
 from typing import Final
 

@@ -48,7 +48,7 @@ class PlanPause:
         """Frames to send to the autopilot now."""
         if self.mode or self.why_not:
             return []
-        if any(reached.step is LadderStep.CONFIRMED for reached in self._ladder.take_reached()):
+        if any(reached.step is LadderStep.CONFIRMED for reached in self._ladder.pop_reached()):
             self.mode = mode_name(around.autopilot_kind, around.vehicle_type, around.custom_mode)
         elif around.holding or around.commanded != self._commanded:
             self.why_not = "somebody else has said meanwhile how it is to fly"

@@ -34,8 +34,8 @@ from wire.plan_keeping import Change, differences, number_words, same_plan
 from wire.plans import Plan
 from wire.transactions import Outcome
 
-READS_MOST: Final = 2
-RESTORES_MOST: Final = 3
+MAX_READS: Final = 2
+MAX_RESTORES: Final = 3
 
 
 class Phase(StrEnum):
@@ -122,16 +122,16 @@ class PlanReplacement:
         """Whether the plan on board may be another than before."""
         return self.phase is not Phase.LEARNING
 
-    def heard(self, message: Any, now: float) -> None:
+    def receive(self, message: Any, now: float) -> None:
         """A message of the autopilot that is meant for us."""
         if self.end is None:
-            self._part.heard(message, now)
+            self._part.receive(message, now)
 
     def due(self, now: float) -> list[bytes]:
         """Frames to send now."""
         out, self._out = self._out, []
         out += self._part.due(now)
-        self._look_at_disk()
+        self._check_disk()
         while self.end is None and self._disk is None and self._part.end is not None:
             self._advance()
             out += self._part.due(now)
@@ -239,7 +239,7 @@ class PlanReplacement:
     def _not_read(self, end: DownloadFailed) -> None:
         if self._trouble is None or self._recovers:
             self._trouble = _Trouble(Outcome.FAILED, end.why, end.code)
-        if self._reads < READS_MOST:
+        if self._reads < MAX_READS:
             self._read()
         elif self._recovers:
             self._unknown()  # the autopilot does not talk: writing to it now would only make it worse
@@ -267,7 +267,7 @@ class PlanReplacement:
                 words = f"The old {self._the} was put back." if self._old else f"There is no {self._the} on board now."
                 self._finish(on_board=on_board, is_new=False, words=words)
                 return
-        if self._restores < RESTORES_MOST:
+        if self._restores < MAX_RESTORES:
             self._restore()
         else:
             self._unknown()
@@ -304,7 +304,7 @@ class PlanReplacement:
         else:
             self._disk = lasting, then
 
-    def _look_at_disk(self) -> None:
+    def _check_disk(self) -> None:
         if self._disk is None:
             return
         lasting, then = self._disk

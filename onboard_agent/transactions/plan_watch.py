@@ -43,7 +43,7 @@ from wire.transactions import (
 
 READ_AGAIN_S: Final = 15.0
 """After a reading that failed; twice as long after each further one."""
-READ_AGAIN_MOST_S: Final = 300.0
+MAX_READ_AGAIN_S: Final = 300.0
 STOP_AGAIN_S: Final = 2.0
 """After a mission that is in doubt could not be stopped, or somebody commanded otherwise: their mode comes first."""
 
@@ -106,7 +106,7 @@ class PlanWatch:
         """A plan is being read or written."""
         return self._pause is not None or self._handler.busy or bool(self._handler.looks)
 
-    def take_warnings(self) -> list[str]:
+    def pop_warnings(self) -> list[str]:
         """Sentences for everybody who sees the drone, once."""
         warnings, self._warnings = self._warnings, []
         return warnings
@@ -161,11 +161,11 @@ class PlanWatch:
             self._no_pause(Outcome.STALE_EPOCH, "The controls changed hands meanwhile")
         self._handler.epoch_changed(epoch, now)
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """One of `hears` came."""
         if source(frame) != (self._system, _AUTOPILOT):
             return False
-        if self._handler.heard(frame, now):
+        if self._handler.receive(frame, now):
             return True
         msgid = message_id(frame)
         if msgid in TALK or msgid == _CURRENT:
@@ -185,7 +185,7 @@ class PlanWatch:
         out += self._stop_what_is_in_doubt(around, now)
         out += self._handler.due(now)
         self._hear_handler()
-        for kind in self._changes.take():
+        for kind in self._changes.pop():
             self._not_known(kind, now)
         self._read_next(around, now)
         return out
@@ -196,7 +196,7 @@ class PlanWatch:
         news, self._news = self._news, []
         return news
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         """The tower may know nothing of the plans."""
         told = [one for one in self._news if not isinstance(one, PlanOnBoard)]
         self._news = [*self._known.values(), *told]
@@ -243,7 +243,7 @@ class PlanWatch:
                 self._could_not_read(kind, code, now)
         self._handler.read_failed.clear()
         if around.narrow_line and around.flown_by_hand:
-            self._handler.look_no_more()
+            self._handler.cancel_reads()
             return
         if (
             not self._to_read
@@ -264,7 +264,7 @@ class PlanWatch:
             self._to_read.discard(kind)
             return
         self._failures[kind] += 1
-        self._read_at[kind] = now + min(READ_AGAIN_S * 2 ** (self._failures[kind] - 1), READ_AGAIN_MOST_S)
+        self._read_at[kind] = now + min(READ_AGAIN_S * 2 ** (self._failures[kind] - 1), MAX_READ_AGAIN_S)
 
     def _stop_what_is_in_doubt(self, around: Around, now: float) -> list[bytes]:
         in_doubt = _shows_mission(around) and self._handler.mission_in_doubt and not around.holding

@@ -1,4 +1,4 @@
-"""The mission protocol's results in words: code names for programs, sentences for people. Pure."""
+"""Results of the mission protocol in words: code names for programs, sentences for people. Pure."""
 
 from typing import Final
 

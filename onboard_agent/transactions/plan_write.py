@@ -59,7 +59,7 @@ class PlanWrite:
         first = self._talk.first if self._items else 0
         return max(self._most - first, 0), len(self._items) - first
 
-    def heard(self, message: Any, now: float) -> None:
+    def receive(self, message: Any, now: float) -> None:
         """A message of the autopilot that is meant for us."""
         if self.end is not None or not self._talk.concerns(message):
             return
@@ -72,7 +72,7 @@ class PlanWrite:
     def due(self, now: float) -> list[bytes]:
         """Frames to send now."""
         if self.end is None:
-            self._look_at_the_clock(now)
+            self._check_deadlines(now)
         out, self._out = self._out, []
         question = None if self.end is not None else self._asking.due(now)
         return out if question is None else [*out, question]
@@ -98,7 +98,7 @@ class PlanWrite:
         else:
             self.end = WriteFailed(sentence(result), code_name(result), self._item)
 
-    def _look_at_the_clock(self, now: float) -> None:
+    def _check_deadlines(self, now: float) -> None:
         if self._asking.given_up(now):
             self.end = WriteFailed("the autopilot does not answer")
         elif self._heard_at is not None and now - self._heard_at >= self._patience.silence_s:

@@ -1,4 +1,4 @@
-"""How long an answer is waited for, and how often it is asked for. No I/O; takes `now`."""
+"""How long to wait for an answer, and how often to repeat the question. No I/O; takes `now`."""
 
 from dataclasses import dataclass
 

@@ -42,7 +42,7 @@ RESULTS_KEPT: Final = 16
 
 NOT_HERE: Final = "The agent knows nothing of it: it never came to the drone, or it ended long ago."
 
-WAITING_MOST: Final = 128
+MAX_WAITING: Final = 128
 """Messages that wait for the control channel."""
 
 
@@ -52,7 +52,7 @@ class Transactions:
 
     def __init__(self, handlers: Sequence[TransactionHandler]) -> None:
         self._handlers = tuple(handlers)
-        self._desk_of = {work: handler for handler in handlers for work in handler.works}
+        self._handler_of = {work: handler for handler in handlers for work in handler.works}
         self.hears: frozenset[int] = frozenset[int]().union(*(handler.hears for handler in handlers))
         """Ids of the autopilot's messages that some handler wants to see."""
         self._epoch = 0
@@ -76,7 +76,7 @@ class Transactions:
         self._taken = taken
         self._takes = frozenset(takes)
         for handler in self._handlers:
-            handler.tell_again()
+            handler.resend()
 
     def link_down(self) -> None:
         """Nobody to tell."""
@@ -90,7 +90,7 @@ class Transactions:
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
         """The tower wants something. The newest epoch that is known has been told with `epoch_changed`."""
-        handler = self._desk_of.get(type(transaction.work))
+        handler = self._handler_of.get(type(transaction.work))
         if handler is None:
             self.refuse(transaction.id, Outcome.REFUSED, "The agent on this drone is too old for that.")
         elif isinstance(transaction.work, WRITES) and transaction.epoch < self._epoch:
@@ -135,10 +135,10 @@ class Transactions:
         for handler in self._handlers:
             handler.autopilot_came(around, now)
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         """One of `hears` came. True: it answers a handler alone, and need not go up to the tower."""
         msgid = message_id(frame)
-        answers = [handler.heard(frame, now) for handler in self._handlers if msgid in handler.hears]
+        answers = [handler.receive(frame, now) for handler in self._handlers if msgid in handler.hears]
         return any(answers)
 
     def due(self, around: Around | None, now: float) -> list[bytes]:
@@ -150,12 +150,12 @@ class Transactions:
 
     # What is to be told.
 
-    def news(self, *, room: int = WAITING_MOST) -> list[TransactionToTower]:
+    def news(self, *, room: int = MAX_WAITING) -> list[TransactionToTower]:
         """Messages for the control channel, in order, at most `room`; none where nobody takes them."""
         for handler in self._handlers:
             for one in handler.news():
                 self._wait(one)
-        if len(self._waiting) > WAITING_MOST:
+        if len(self._waiting) > MAX_WAITING:
             self._throw_state_away()
         if not self._taken:
             return []
@@ -177,7 +177,7 @@ class Transactions:
         results = [one for one in self._waiting if isinstance(one, TransactionResult)]
         self._waiting = deque(results[-RESULTS_KEPT:])
         for handler in self._handlers:
-            handler.tell_again()
+            handler.resend()
 
     def _forget(self, transaction_id: int) -> None:
         """A tower that was started anew may count from the beginning."""

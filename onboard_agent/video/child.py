@@ -121,7 +121,7 @@ class VideoChild:
             if not self._service.should_run(now):
                 return ""
             well = self._well
-            verdict = well.look(_states(process.pid) if well.is_silent else "", now)
+            verdict = well.judge(_states(process.pid) if well.is_silent else "", now)
             if verdict is Verdict.HUNG:
                 _kill(process)
                 return f"hangs: it has said nothing for {well.silent_s:.1f} s"

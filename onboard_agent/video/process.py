@@ -29,7 +29,7 @@ _log = logging.getLogger(__name__)
 TICK_S: Final = 0.1
 CAMERA_KEPT_S: Final = 3.0
 """After the last wish: who switches from one stream to another need not wait for the camera."""
-CAMERA_WISH: Final = PictureRequest(
+CAMERA_REQUEST: Final = PictureRequest(
     max(limits.width for limits in LIMITS.values()),
     max(limits.height for limits in LIMITS.values()),
     max(limits.rate_hz for limits in LIMITS.values()),
@@ -112,7 +112,7 @@ class VideoProcess:
     async def run(self) -> None:
         """Until cancelled."""
         self._report()
-        self._work(LOOKS_WITHIN_S, self._look_for_codecs)
+        self._work(LOOKS_WITHIN_S, self._find_codecs)
         try:
             while True:
                 await asyncio.sleep(TICK_S)
@@ -164,7 +164,7 @@ class VideoProcess:
     def _open_camera(self) -> None:
         if self._camera is not None:
             return
-        self._camera = self._parts.make_camera(CAMERA_WISH, self._news_in_thread)
+        self._camera = self._parts.make_camera(CAMERA_REQUEST, self._news_in_thread)
         self._camera_waits = self._letting_go is not None
         if not self._camera_waits:
             self._camera.start()
@@ -215,7 +215,7 @@ class VideoProcess:
             done.result()
         self._news()
 
-    def _look_for_codecs(self) -> None:
+    def _find_codecs(self) -> None:
         codecs = self._parts.usable_codecs()
         self._loop.call_soon_threadsafe(self._codecs_found, codecs)
 

@@ -30,7 +30,7 @@ async def try_camera(camera: str, tower: TowerUrl) -> tuple[bool, str]:
         nonlocal state
         if tried.is_set():
             return
-        state = service.take_to_tower() or state
+        state = service.messages_to_tower() or state
         if state.camera in (CameraState.LIVE, CameraState.LOST):
             tried.set()
 

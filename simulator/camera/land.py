@@ -18,8 +18,8 @@ Points = npt.NDArray[np.float64]
 
 SIZE_M = 1024.0
 """Of the square; the world's origin is its middle."""
-FIELD_LARGEST_M = 150.0
-FIELD_LEAST_M = 45.0
+MAX_FIELD_M = 150.0
+MIN_FIELD_M = 45.0
 ROAD_EAST_M, ROAD_NORTH_M = 58.0, -130.0
 """Of the two main roads: the one that runs north, and the one that runs east."""
 CLEAR_OF_HOUSES_M = 14.0
@@ -126,12 +126,12 @@ def _fields(random: np.random.Generator) -> Iterator[Field]:
 def _split(random: np.random.Generator, west: float, south: float, east: float, north: float) -> Iterator[Field]:
     wide, high = east - west, north - south
     holds_home = west < 0.0 < east and south < 0.0 < north
-    if max(wide, high) <= (FIELD_LARGEST_M if not holds_home else 190.0) * random.uniform(0.7, 1.3):
+    if max(wide, high) <= (MAX_FIELD_M if not holds_home else 190.0) * random.uniform(0.7, 1.3):
         yield Field(west, south, east, north, MEADOW if holds_home else int(random.choice(KINDS)))
         return
     part = random.uniform(0.35, 0.65)
     if wide > high:
-        at = west + max(FIELD_LEAST_M, wide * part)
+        at = west + max(MIN_FIELD_M, wide * part)
         if abs(at) < 45.0 and holds_home:
             at = -75.0 if west < -110.0 else east
         if at >= east:
@@ -140,7 +140,7 @@ def _split(random: np.random.Generator, west: float, south: float, east: float, 
         yield from _split(random, west, south, at, north)
         yield from _split(random, at, south, east, north)
         return
-    at = south + max(FIELD_LEAST_M, high * part)
+    at = south + max(MIN_FIELD_M, high * part)
     if abs(at) < 45.0 and holds_home:
         at = 80.0
     yield from _split(random, west, south, east, at)

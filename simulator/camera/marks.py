@@ -18,10 +18,10 @@ PAD_M = 5.0
 """From edge to edge."""
 PAD_PX = 512
 VISIBLE_M = 300.0
-MOST = 12
+MAX_MARKS = 12
 """Of the nearest ones are drawn."""
 NEAREST_M = 0.05
-FARTHEST_PX = 100_000.0
+MAX_OUTLINE_PX = 100_000.0
 """From the picture; the drawing functions count in 32 bits."""
 GREY, WHITE, ORANGE = (96, 98, 98), (238, 240, 240), (48, 120, 236)
 
@@ -55,7 +55,7 @@ def _pad(text: str) -> list[Picture]:
 def draw_marks(picture: Picture, view: View, marks: list[Mark]) -> None:
     """North is up on each."""
     by_distance = sorted(marks, key=lambda mark: math.hypot(mark.north_m - view.eye[0], mark.east_m - view.eye[1]))
-    for mark in reversed(by_distance[:MOST]):
+    for mark in reversed(by_distance[:MAX_MARKS]):
         _draw_mark(picture, view, mark)
 
 
@@ -70,7 +70,7 @@ def _draw_mark(picture: Picture, view: View, mark: Mark) -> None:
     left, top = (max(math.floor(edge), 0) for edge in outline.min(axis=0))
     right = min(math.ceil(outline[:, 0].max()) + 1, view.width)
     bottom = min(math.ceil(outline[:, 1].max()) + 1, view.height)
-    if left >= right or top >= bottom or np.abs(outline).max() > FARTHEST_PX:
+    if left >= right or top >= bottom or np.abs(outline).max() > MAX_OUTLINE_PX:
         return
     pads = _pad(mark.text)
     largest_px = PAD_M / float(seen[:, 2].min()) * view.focal_px

@@ -16,7 +16,7 @@ from contextlib import suppress
 from simulator.camera.marks import Mark
 from simulator.camera.process import CameraSettings, Settings
 from simulator.camera.server import CameraEndpoint, listen
-from simulator.camera.sights import make_sights
+from simulator.camera.shared_poses import make_shared_poses
 from simulator.camera.view import Pose
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.geodesy import LocalFrame, Place
@@ -33,12 +33,12 @@ class CameraProcess:
 
     def __init__(self, endpoints: Sequence[CameraEndpoint], seed: int, marks: list[Mark]) -> None:
         self.endpoints = endpoints
-        self.wishes: list[deque[float]] = [deque(maxlen=8) for _ in endpoints]
+        self.unplug_requests: list[deque[float]] = [deque(maxlen=8) for _ in endpoints]
         """For how many simulated seconds somebody asks a camera to be unplugged; the flight takes them from here."""
         self.plugged = [True] * len(endpoints)
         self._seed = seed
         self._marks = marks
-        self._file, self.sights = make_sights(len(endpoints))
+        self._file, self.poses = make_shared_poses(len(endpoints))
         self._process: subprocess.Popen[bytes] | None = None
         self._started_s = 0.0
         self._heard = b""
@@ -66,7 +66,7 @@ class CameraProcess:
                 process.kill()
                 process.wait()
             process.stdout.close()
-        self.sights.close()
+        self.poses.close()
         self._file.close()
 
     def plug(self, number: int, plugged: bool) -> None:
@@ -89,7 +89,7 @@ class CameraProcess:
         except BlockingIOError:
             return
         if said:
-            self._hear(said)
+            self._receive(said)
         elif time.monotonic() - self._started_s > AGAIN_S and process.poll() is not None:
             log.error("the process of the cameras has ended (%s) and is started again", process.returncode)
             assert process.stdin is not None
@@ -97,12 +97,12 @@ class CameraProcess:
             process.stdin.close()
             self._spawn([])
 
-    def _hear(self, said: bytes) -> None:
+    def _receive(self, said: bytes) -> None:
         *lines, self._heard = (self._heard + said).split(b"\n")
         for line in lines:
             match line.decode().split():
                 case ["unplug", number, seconds]:
-                    self.wishes[int(number)].append(float(seconds))
+                    self.unplug_requests[int(number)].append(float(seconds))
 
     def _spawn(self, listener_fds: list[int]) -> None:
         cameras = [
@@ -122,7 +122,7 @@ class CameraProcess:
             [sys.executable, "-m", "simulator.camera.process", settings.to_json()],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            pass_fds=[*listener_fds, settings.sights_fd],
+            pass_fds=[*listener_fds, settings.poses_fd],
             bufsize=0,
         )
         assert self._process.stdout is not None
@@ -132,23 +132,23 @@ class CameraProcess:
 class VehicleCamera:
     """Of one vehicle. `stands_at`: north and east of the squad's home, metres, where it was switched on."""
 
-    def __init__(self, darkroom: CameraProcess, number: int, stands_at: tuple[float, float]) -> None:
-        self._darkroom = darkroom
+    def __init__(self, process: CameraProcess, number: int, stands_at: tuple[float, float]) -> None:
+        self._darkroom = process
         self._number = number
         self._stands_at = stands_at
 
     def follow(self, vehicle: Vehicle, now_s: float) -> None:
         """After each step of the flight; takes some microseconds."""
-        darkroom, number = self._darkroom, self._number
-        darkroom.tend()
-        wishes = darkroom.wishes[number]
-        while wishes:
-            vehicle.plan_failure(PlannedFailure(now_s, Failure.CAMERA_UNPLUGGED, now_s + wishes.popleft()))
-        darkroom.plug(number, Failure.CAMERA_UNPLUGGED not in vehicle.failures)
+        process, number = self._darkroom, self._number
+        process.tend()
+        unplug_requests = process.unplug_requests[number]
+        while unplug_requests:
+            vehicle.plan_failure(PlannedFailure(now_s, Failure.CAMERA_UNPLUGGED, now_s + unplug_requests.popleft()))
+        process.plug(number, Failure.CAMERA_UNPLUGGED not in vehicle.failures)
         body = vehicle.flight.body
         north_m, east_m = self._stands_at
         quaternion = (body.qw, body.qx, body.qy, body.qz)
-        darkroom.sights.write(number, Pose(north_m + body.north_m, east_m + body.east_m, body.alt_m, quaternion), now_s)
+        process.poses.write(number, Pose(north_m + body.north_m, east_m + body.east_m, body.alt_m, quaternion), now_s)
 
 
 class SquadCameras:

@@ -20,7 +20,7 @@ from functools import partial
 from simulator.camera.marks import Mark
 from simulator.camera.scene import Scene
 from simulator.camera.server import Camera, CameraEndpoint
-from simulator.camera.sights import Sights
+from simulator.camera.shared_poses import SharedPoses
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Settings:
     seed: int
     marks: list[Mark]
     cameras: list[CameraSettings]
-    sights_fd: int
+    poses_fd: int
 
     def to_json(self) -> str:
         return json.dumps(asdict(self))
@@ -47,21 +47,21 @@ class Settings:
     def from_json(cls, text: str) -> Settings:
         read = json.loads(text)
         marks = [Mark(**mark) for mark in read["marks"]]
-        return cls(read["seed"], marks, [CameraSettings(**one) for one in read["cameras"]], read["sights_fd"])
+        return cls(read["seed"], marks, [CameraSettings(**one) for one in read["cameras"]], read["poses_fd"])
 
 
 def say_unplug(number: int, seconds: float) -> None:
     os.write(sys.stdout.fileno(), f"unplug {number} {seconds:g}\n".encode())
 
 
-def make_camera(settings: Settings, number: int, scene: Scene, sights: Sights) -> Camera:
+def make_camera(settings: Settings, number: int, scene: Scene, poses: SharedPoses) -> Camera:
     one = settings.cameras[number]
     listener = socket.socket(fileno=one.listener_fd) if one.listener_fd is not None else None
     camera = Camera(
         CameraEndpoint(one.host, one.port),
         one.name,
         scene,
-        sight=partial(sights.read, number),
+        sight=partial(poses.read, number),
         on_unplug=partial(say_unplug, number),
     )
     camera.plug(one.plugged)
@@ -73,9 +73,9 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the flight, which ends us
     logging.basicConfig(level=logging.INFO, format="tower-sim: %(message)s")
     settings = Settings.from_json(sys.argv[1])
-    sights = Sights(settings.sights_fd, len(settings.cameras))
+    poses = SharedPoses(settings.poses_fd, len(settings.cameras))
     scene = Scene(settings.seed, settings.marks)
-    cameras = [make_camera(settings, number, scene, sights) for number in range(len(settings.cameras))]
+    cameras = [make_camera(settings, number, scene, poses) for number in range(len(settings.cameras))]
     # Whoever looks first should not have to wait for it.
     threading.Thread(target=scene.prepare, name="land", daemon=True).start()
     for line in sys.stdin:

@@ -7,7 +7,7 @@ from urllib.parse import parse_qsl, urlsplit
 
 CAMERA_PATH = "/camera"
 UNPLUG_PATH = "/unplug"
-NAME_LONGEST = 32
+MAX_NAME_LENGTH = 32
 LIMITS = {
     "width": (64, 1920, 640),
     "height": (48, 1080, 480),
@@ -16,7 +16,7 @@ LIMITS = {
     "quality": (30, 95, 85),
 }
 """Least, most, and what it is if nobody says."""
-UNPLUG_MOST_S = 3600
+MAX_UNPLUG_S = 3600
 
 
 class BadRequest(ValueError):
@@ -39,8 +39,8 @@ def read_wanted(target: str, name: str) -> Wanted:
     """`name` is written into the picture unless the address has one. Raises BadRequest."""
     asked = dict(parse_qsl(urlsplit(target).query, keep_blank_values=True))
     name = asked.pop("name", name)
-    if len(name) > NAME_LONGEST or not (name.isascii() and name.isprintable()):
-        raise BadRequest(f"name: up to {NAME_LONGEST} plain letters")
+    if len(name) > MAX_NAME_LENGTH or not (name.isascii() and name.isprintable()):
+        raise BadRequest(f"name: up to {MAX_NAME_LENGTH} plain letters")
     numbers = {key: _number(asked.pop(key, None), key, LIMITS[key]) for key in LIMITS}
     if asked:
         raise BadRequest(f"{next(iter(asked))!r} is none of {', '.join(LIMITS)}, name")
@@ -50,7 +50,7 @@ def read_wanted(target: str, name: str) -> Wanted:
 def read_unplugged_s(target: str) -> float:
     """For how many simulated seconds. Raises BadRequest."""
     asked = dict(parse_qsl(urlsplit(target).query))
-    return float(_number(asked.get("seconds"), "seconds", (1, UNPLUG_MOST_S, 5)))
+    return float(_number(asked.get("seconds"), "seconds", (1, MAX_UNPLUG_S, 5)))
 
 
 def _number(text: str | None, key: str, limits: tuple[int, int, int]) -> int:

@@ -103,7 +103,7 @@ class Camera:
 
     def close(self) -> None:
         self._closed = True
-        self._ring()
+        self._wake()
         if self._thread.ident is not None:
             self._thread.join()
         self._bell.close()
@@ -114,7 +114,7 @@ class Camera:
         if plugged is not self._plugged:
             self._plugged = plugged
             self._pulled += not plugged
-            self._ring()
+            self._wake()
 
     # Called by the viewers' threads.
 
@@ -138,7 +138,7 @@ class Camera:
 
     # The thread that has the port.
 
-    def _ring(self) -> None:
+    def _wake(self) -> None:
         self._bell_rope.send(b"!")
 
     def _serve(self) -> None:
@@ -146,7 +146,7 @@ class Camera:
         while not self._closed:
             if pulled != self._pulled:
                 pulled = self._pulled
-                self._hang_up()
+                self._disconnect()
             if not self._plugged:
                 self._sleep(None)
             elif self._listener is None:
@@ -157,7 +157,7 @@ class Camera:
                     self._sleep(AGAIN_S)
             else:
                 self._sleep(None, self._listener)
-        for thread in self._hang_up():
+        for thread in self._disconnect():
             thread.join(END_WITHIN_S)
 
     def _sleep(self, timeout_s: float | None, listener: socket.socket | None = None) -> None:
@@ -166,9 +166,9 @@ class Camera:
         if self._bell in readable:
             self._bell.recv(1024)
         elif listener is not None and listener in readable:
-            self._let_in(listener)
+            self._accept(listener)
 
-    def _let_in(self, listener: socket.socket) -> None:
+    def _accept(self, listener: socket.socket) -> None:
         try:
             connection, _ = listener.accept()
         except OSError:
@@ -181,7 +181,7 @@ class Camera:
             self._viewers[connection] = thread
         thread.start()
 
-    def _hang_up(self) -> list[threading.Thread]:
+    def _disconnect(self) -> list[threading.Thread]:
         """The port refuses from here on, and everybody's connection ends. The viewers' threads, which end soon."""
         if self._listener is not None:
             self._listener.close()
@@ -206,12 +206,12 @@ class _Handler(BaseHTTPRequestHandler):
         self.close_connection = True
         camera = cast(Camera, self.server)
         if self.path.partition("?")[0] != CAMERA_PATH:
-            self._say(404, f"The camera is at {CAMERA_PATH}")
+            self._respond(404, f"The camera is at {CAMERA_PATH}")
             return
         try:
             wanted = read_wanted(self.path, camera.name)
         except BadRequest as error:
-            self._say(400, str(error))
+            self._respond(400, str(error))
             return
         prepare(self.connection)
         send_pictures(self.connection, camera, wanted, camera.is_gone)
@@ -220,17 +220,17 @@ class _Handler(BaseHTTPRequestHandler):
         self.close_connection = True
         camera = cast(Camera, self.server)
         if self.path.partition("?")[0] != UNPLUG_PATH:
-            self._say(404, f"It is unplugged with POST {UNPLUG_PATH}?seconds=5")
+            self._respond(404, f"It is unplugged with POST {UNPLUG_PATH}?seconds=5")
             return
         try:
             seconds = read_unplugged_s(self.path)
         except BadRequest as error:
-            self._say(400, str(error))
+            self._respond(400, str(error))
             return
-        self._say(202, f"unplugged for {seconds:g} s")
+        self._respond(202, f"unplugged for {seconds:g} s")
         camera.on_unplug(seconds)
 
-    def _say(self, status: int, text: str) -> None:
+    def _respond(self, status: int, text: str) -> None:
         body = f"{text}\n".encode()
         self.send_response(status)
         self.send_header("Content-Type", "text/plain; charset=utf-8")

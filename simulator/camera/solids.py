@@ -26,7 +26,7 @@ WINDOWS_TO_M = 90.0
 MAX_HOUSES, MAX_TREES = 30, 120
 MARGIN_M = 14.0
 """As much of a thing may be in the picture whose middle is not."""
-FARTHEST_PX = 30000.0
+MAX_OUTLINE_PX = 30000.0
 """From the picture; the drawing functions count in 32 bits."""
 NEAREST_M = 0.4
 SUN = np.array([-0.50, -0.62, -0.60])
@@ -114,7 +114,7 @@ def _fill(picture: Picture, view: View, seen: Floats, colour: Colour) -> None:
     if len(seen) < 3:
         return
     pixels = view.to_pixels(seen)
-    if np.abs(pixels).max() < FARTHEST_PX:
+    if np.abs(pixels).max() < MAX_OUTLINE_PX:
         cv2.fillConvexPoly(picture, np.round(pixels * 16).astype(np.int32), colour, cv2.LINE_AA, 4)
 
 
@@ -162,7 +162,7 @@ def _tree_turns(
     at = crowns[:, :2] / ahead[:, None] * view.focal_px + view.middle
     stand = feet[:, :2] / np.where(drawn, feet[:, 2], 1.0)[:, None] * view.focal_px + view.middle
     radii_px = radii / ahead * view.focal_px
-    drawn &= (np.abs(at).max(axis=1) < FARTHEST_PX) & (np.abs(stand).max(axis=1) < FARTHEST_PX) & (radii_px > 1.0)
+    drawn &= (np.abs(at).max(axis=1) < MAX_OUTLINE_PX) & (np.abs(stand).max(axis=1) < MAX_OUTLINE_PX) & (radii_px > 1.0)
     up_x, up_y = (float(part) for part in -view.turned[2, :2])
     for i in np.flatnonzero(drawn):
         x, y, radius = float(at[i, 0]), float(at[i, 1]), float(radii_px[i])

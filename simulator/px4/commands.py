@@ -1,22 +1,19 @@
-"""How PX4 answers commands. Heights are above sea level, and NaN means "as it is"."""
+"""How PX4 answers commands. Heights are above sea level; NaN means "unchanged"."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from simulator import commands_flight as fly
 from simulator.auto import Auto
+from simulator.command_message import Command
 from simulator.commands import HANDLERS as COMMON
-from simulator.commands import Command
 from simulator.commands_camera import CAMERA_HANDLERS
 from simulator.dialect import mavlink
 from simulator.flight import Flight
 from simulator.guided import GoTo, Guided
 from simulator.notices import Severity
 from simulator.px4.modes import STICK_MODES, Orbiting, Px4Mode, TakingOff, custom_mode, mode_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 CUSTOM_MODE_FLAG = 1
@@ -28,7 +25,7 @@ ORBIT_SPEED_MPS = 3.0
 def change_mode(flight: Flight, mode: Px4Mode) -> int:
     """Armed, a mode for which something is missing is refused: sticks, a position, a mission."""
     if flight.armed and mode in STICK_MODES and flight.sticks.silent_for_s(flight.now_s) > 0.0:
-        flight.say(Severity.CRITICAL, f"Mode {mode.name} not available: no manual control input")
+        flight.notify(Severity.CRITICAL, f"Mode {mode.name} not available: no manual control input")
         return TEMPORARILY_REJECTED
     return ACCEPTED if flight.set_mode(mode) else TEMPORARILY_REJECTED
 

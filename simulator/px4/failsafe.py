@@ -1,19 +1,15 @@
 """PX4's own failsafes: sticks lost, ground station lost, battery, position estimate.
 
-Sticks: silent for COM_RC_LOSS_T, in *every* mode that COM_RCL_EXCEPT does not name (by default it names none), unless
-they were already missing when it was armed. Ground station: no heartbeat of one, whoever's, for COM_DL_LOSS_T. Before
-the action comes a hold of COM_FAIL_ACT_T; what comes back within it ends the failsafe, after it the mode stays.
+Sticks: silent for COM_RC_LOSS_T, in every mode not excepted by COM_RCL_EXCEPT (default: none), unless they were already
+missing at arming. Ground station: no heartbeat of any ground station for COM_DL_LOSS_T. The vehicle holds for
+COM_FAIL_ACT_T before it acts. If the loss ends during that hold, so does the failsafe; later, the mode stays.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from simulator.flight import Flight, OwnFailsafes
 from simulator.notices import Severity
 from simulator.px4.modes import STICK_MODES, Px4Mode
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 NOTHING, HOLD, RETURN, LAND, TERMINATE, DISARM = 0, 1, 2, 3, 5, 6
 """NAV_RCL_ACT and NAV_DLL_ACT."""
@@ -21,23 +17,14 @@ _EXCEPT_MISSION, _EXCEPT_AUTO, _EXCEPT_OFFBOARD = 1, 2, 4
 _DELAYED = frozenset({RETURN, LAND})
 
 
-class Px4Failsafes:
+class Px4Failsafes(OwnFailsafes):
     def __init__(self) -> None:
-        self.radio = False
-        self.ground_station = False
-        self.battery_low = False
-        self.battery_critical = False
-        self.position = False
-        self.ground_station_seen_s: float | None = None
+        super().__init__()
         self._sticks_optional = True
         """They were missing when it was armed, so that their absence is no loss."""
         self._intended = Px4Mode.LOITER
         self._planned: tuple[int, float] | None = None
         """(action, when) of the failsafe that is holding before it acts."""
-
-    @property
-    def any(self) -> bool:
-        return self.radio or self.ground_station or self.battery_low or self.battery_critical or self.position
 
     def update(self, flight: Flight) -> None:
         lost_sticks = self._sticks_lost(flight)
@@ -77,7 +64,7 @@ class Px4Failsafes:
         was = getattr(self, flag)
         setattr(self, flag, lost)
         if was and not lost:
-            flight.say(Severity.INFO, f"{what} regained")
+            flight.notify(Severity.INFO, f"{what} regained")
             if self._planned is not None and flight.mode is Px4Mode.LOITER:
                 self._planned = None
                 flight.set_mode(self._intended)
@@ -87,13 +74,13 @@ class Px4Failsafes:
         if action == NOTHING:
             return
         if flight.landed:
-            flight.say(Severity.CRITICAL, "Failsafe activated: Disarming")
+            flight.notify(Severity.CRITICAL, "Failsafe activated: Disarming")
             flight.disarm()
             return
         wait_s = flight.parameters["COM_FAIL_ACT_T"] if action in _DELAYED else 0.0
         if wait_s > 0.0 and flight.estimator.position_ok:
             self._intended = Px4Mode(flight.mode)
-            flight.say(Severity.CRITICAL, f"Failsafe activated: Autopilot disengaged, switching in {wait_s:g} s")
+            flight.notify(Severity.CRITICAL, f"Failsafe activated: Autopilot disengaged, switching in {wait_s:g} s")
             flight.set_mode(Px4Mode.LOITER)
             self._planned = (action, flight.now_s + wait_s)
         else:
@@ -110,7 +97,7 @@ class Px4Failsafes:
             self._act(flight, action)
 
     def _act(self, flight: Flight, action: int) -> None:
-        flight.say(Severity.CRITICAL, "Failsafe activated: Autopilot disengaged")
+        flight.notify(Severity.CRITICAL, "Failsafe activated: Autopilot disengaged")
         if action in (TERMINATE, DISARM):
             flight.disarm()
             return
@@ -123,17 +110,17 @@ class Px4Failsafes:
         act = parameters.whole("COM_LOW_BAT_ACT")
         if not self.battery_low and left < parameters["BAT_LOW_THR"]:
             self.battery_low = True
-            flight.say(Severity.WARNING, "Low battery level")
+            flight.notify(Severity.WARNING, "Low battery level")
         if not self.battery_critical and left < parameters["BAT_CRIT_THR"]:
             self.battery_critical = True
-            flight.say(Severity.CRITICAL, "Critical battery level")
+            flight.notify(Severity.CRITICAL, "Critical battery level")
             if flight.armed and act in (2, 3):
                 self._act(flight, LAND if act == 2 else RETURN)
 
     def _update_position(self, flight: Flight) -> None:
         lost = flight.armed and not flight.estimator.position_ok and flight.estimator_was_ready
         if lost and not self.position:
-            flight.say(Severity.CRITICAL, "Position estimate lost")
+            flight.notify(Severity.CRITICAL, "Position estimate lost")
         self.position = lost
         if not lost or flight.landed or not flight.rules(flight.mode).needs_position:
             return

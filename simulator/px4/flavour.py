@@ -1,23 +1,19 @@
-"""The PX4 flavour, put together."""
+"""The PX4 flavour, assembled."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from simulator.flavour import Flavour, Storage
+from simulator.flight import Flight
 from simulator.mission_plan import PlanKind
 from simulator.px4.commands import HANDLERS, set_mode_number
 from simulator.px4.failsafe import Px4Failsafes
 from simulator.px4.fence import fence_limits, on_fence_breach
-from simulator.px4.mission_storage import take, why_not_jump, why_not_whole
+from simulator.px4.mission_storage import accept_item, why_not_jump, why_not_whole
 from simulator.px4.modes import RULES, Px4Mode, make_behaviours
 from simulator.px4.parameters import make_parameters
 from simulator.px4.reports import INTERVALS_S, REPORTS
 from simulator.px4.sticks import Px4Sticks
 from simulator.reports_camera import camera_trigger
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 
 def why_not_arm(flight: Flight) -> str | None:
@@ -61,7 +57,7 @@ PX4 = Flavour(
     keeps_dataflash_logs=False,
     keeps_parameter_file=False,
     offers_metadata=True,
-    storage=Storage(take, why_not_jump, why_not_whole),
+    storage=Storage(accept_item, why_not_jump, why_not_whole),
     items_max={PlanKind.MISSION: 2000, PlanKind.FENCE: 64, PlanKind.RALLY: 32},
     fence_limits=fence_limits,
     on_fence_breach=on_fence_breach,

@@ -1,8 +1,7 @@
-"""How PX4 stores an item, and what it sends back of it.
+"""How PX4 stores an item, and what it sends back.
 
-Two kinds of items: with a place (frames 0, 3, 5 and 6), of which it takes the parameters that it knows, and of frame 2,
-of which it keeps seven floats. Read in PX4's source (main of 2025): mavlink_mission.cpp, navigation.h. Not compared
-with one.
+Items with a position (frames 0, 3, 5 and 6) keep the parameters that PX4 knows; items of frame 2 keep seven floats.
+Source: PX4 main of 2025, mavlink_mission.cpp and navigation.h. Not compared with a real PX4.
 """
 
 from __future__ import annotations
@@ -51,16 +50,16 @@ UNPLACED = frozenset(
 COMMANDS = UNPLACED | frozenset(PLACED)
 
 
-def take(item: Item, kind: PlanKind) -> Item | int:
+def accept_item(item: Item, kind: PlanKind) -> Item | int:
     """The item as it will be read back, or the MAV_MISSION_RESULT with which it is refused."""
     if item.frame not in (*ABSOLUTE, *RELATIVE, NO_PLACE):
         return int(mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
     if any(map(math.isinf, item.params)) or not math.isfinite(item.z):  # PX4 would store it
         return int(mavlink.MAV_MISSION_INVALID)
     if kind is not PlanKind.MISSION:
-        return _take_beside(item, kind)
+        return _accept_do_command(item, kind)
     if item.frame == NO_PLACE:
-        return _take_unplaced(item)
+        return _accept_unplaced(item)
     if item.command not in PLACED:
         return int(mavlink.MAV_MISSION_UNSUPPORTED)
     is_roi = item.command in (ROI_AS_IT_WAS, ROI)
@@ -89,7 +88,7 @@ def why_not_jump(item: Item, last: int) -> int | None:
     return None
 
 
-def _take_unplaced(item: Item) -> Item | int:
+def _accept_unplaced(item: Item) -> Item | int:
     if item.command not in UNPLACED:
         return int(mavlink.MAV_MISSION_UNSUPPORTED)
     command, params = item.command, item.params
@@ -104,7 +103,7 @@ def _take_unplaced(item: Item) -> Item | int:
     return replace(item, command=command, params=params, x=x, y=y, autocontinue=item.autocontinue & 1)
 
 
-def _take_beside(item: Item, kind: PlanKind) -> Item | int:
+def _accept_do_command(item: Item, kind: PlanKind) -> Item | int:
     if item.frame == NO_PLACE or item.command not in (range(5000, 5005) if kind is PlanKind.FENCE else (5100,)):
         return int(mavlink.MAV_MISSION_UNSUPPORTED)
     first = item.number(0)

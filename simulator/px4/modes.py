@@ -1,22 +1,19 @@
-"""The flight modes of PX4: the numbers of HEARTBEAT.custom_mode, and who flies each."""
+"""The flight modes of PX4: the numbers in HEARTBEAT.custom_mode, and the class that flies each."""
 
 from __future__ import annotations
 
 import math
 from enum import IntEnum
-from typing import TYPE_CHECKING
 
 from simulator.auto import Auto
 from simulator.behaviours import Behaviour
 from simulator.flight_constants import TICK_S
+from simulator.flight_state import FlightState
 from simulator.guided import Guided, TakeOff
 from simulator.homing import Land, ReturnToLaunch
 from simulator.modes import ModeRules
 from simulator.orbit import Orbit
 from simulator.piloted import AltHold, Loiter, Stabilize
-
-if TYPE_CHECKING:
-    from simulator.flight import Flight
 
 
 def custom_mode(main: int, sub: int = 0) -> int:
@@ -65,7 +62,7 @@ def mode_of(number: int) -> Px4Mode | None:
 class TakingOff(Guided):
     """AUTO.TAKEOFF: climbs as soon as it is armed, and becomes AUTO.LOITER at the top."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self.alt_over_origin_m: float | None = None
         """None: MIS_TAKEOFF_ALT over home."""
@@ -76,13 +73,13 @@ class TakingOff(Guided):
 
     def run(self) -> None:
         flight = self.flight
-        if flight.landed and self.wish is None:
+        if flight.landed and self.goal is None:
             alt_m = self.alt_over_origin_m
             if alt_m is None:
                 alt_m = flight.home_local()[2] + flight.parameters["MIS_TAKEOFF_ALT"]
             self.take_off(alt_m - flight.home_local()[2])
         super().run()
-        if not isinstance(self.wish, TakeOff) and not flight.landed:
+        if not isinstance(self.goal, TakeOff) and not flight.landed:
             self.alt_over_origin_m = None
             flight.set_mode(Px4Mode.LOITER)
 
@@ -90,7 +87,7 @@ class TakingOff(Guided):
 class Orbiting(Behaviour):
     """Round the place that DO_ORBIT has named; without one it stays where it is."""
 
-    def __init__(self, flight: Flight) -> None:
+    def __init__(self, flight: FlightState) -> None:
         super().__init__(flight)
         self._orbit: Orbit | None = None
         self._rate_rps = 0.0
@@ -119,7 +116,7 @@ class Orbiting(Behaviour):
         flight.fly()
 
 
-def make_behaviours(flight: Flight) -> dict[IntEnum, Behaviour]:
+def make_behaviours(flight: FlightState) -> dict[IntEnum, Behaviour]:
     return {
         Px4Mode.MANUAL: Stabilize(flight),
         Px4Mode.STABILIZED: Stabilize(flight),

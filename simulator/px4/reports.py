@@ -1,4 +1,4 @@
-"""What PX4 tells otherwise than ArduCopter: heartbeat, version, estimator; and what it sends without being asked."""
+"""Messages that PX4 sends differently from ArduCopter, and the rates at which it sends by itself."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def heartbeat(flight: Flight) -> Message:
 def sys_status(flight: Flight) -> Message:
     """A receiver is present while sticks come that count, whoever sends them; nothing ever says that it is unwell."""
     heard = flight.sticks.silent_for_s(flight.now_s) <= 0.0
-    ready = flight.flavour.why_not_ready(flight) is None
+    ready = flight.why_not_ready() is None
     return sensors(flight, with_prearm=ready, with_receiver=heard, receiver_healthy=True)
 
 

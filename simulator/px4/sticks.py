@@ -1,10 +1,10 @@
-"""Where PX4's stick positions come from: the receiver on board, or a ground station's MANUAL_CONTROL.
+"""PX4's stick positions: from the receiver on board, or from a ground station's MANUAL_CONTROL.
 
-Laws, each with a test:
+Rules, each with a test:
 - Anybody may send sticks; no sysid is configured.
-- COM_RC_IN_MODE: 0 the receiver only, 1 MAVLink only, 2 the one in use until it falls silent, 3 whichever was heard
-  first since boot and no other, 4 none.
-- RC_CHANNELS_OVERRIDE counts as a receiver; on channels 1 to 8 a 0 is a value like any other: full deflection.
+- COM_RC_IN_MODE: 0 receiver only, 1 MAVLink only, 2 the one in use until it falls silent, 3 the first heard since boot,
+  4 none.
+- RC_CHANNELS_OVERRIDE counts as a receiver; on channels 1 to 8, 0 is an ordinary value: full deflection.
 - A source that is silent for COM_RC_LOSS_T is lost. Its last values stay, but no mode may fly by them.
 """
 
@@ -72,23 +72,23 @@ class Px4Sticks:
         for index, value in enumerate(channels[:CHANNELS]):
             if value != IGNORE and not (index >= 8 and value == 0):
                 self.pwm[index] = value
-        self._hear(Source.RECEIVER, self._axes_of(self.pwm), now_s)
+        self._receive(Source.RECEIVER, self._axes_of(self.pwm), now_s)
 
     def manual_control(self, *, x: int, y: int, z: int, r: int, now_s: float) -> None:
         """An axis out of its range is not given and reads as centred."""
         throttle = z / 500.0 - 1.0 if 0 <= z <= 1000 else 0.0
         axes = (value / 1000.0 if abs(value) <= 1000 else 0.0 for value in (y, x, r))
         roll, pitch, yaw = axes
-        self._hear(Source.MAVLINK, Axes(roll, pitch, throttle, yaw), now_s)
+        self._receive(Source.MAVLINK, Axes(roll, pitch, throttle, yaw), now_s)
 
-    def _hear(self, source: Source, axes: Axes, now_s: float) -> None:
+    def _receive(self, source: Source, axes: Axes, now_s: float) -> None:
         self._axes[source], self._heard_s[source] = axes, now_s
 
     def update(self, now_s: float, *, transmitter_lost: bool) -> None:
         self._now_s = now_s
         if self.receiver.is_fitted and not transmitter_lost:
             self.pwm[:] = self.radio_pwm
-            self._hear(Source.RECEIVER, self._axes_of(self.radio_pwm), now_s)
+            self._receive(Source.RECEIVER, self._axes_of(self.radio_pwm), now_s)
         fresh = [source for source in Source if self._is_fresh(source)]
         if self._first is None and fresh:
             self._first = fresh[0]

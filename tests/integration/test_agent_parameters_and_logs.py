@@ -22,7 +22,7 @@ from onboard_agent.sockets import file_sender
 from onboard_agent.sockets.file_sender import TowerFileSender
 from onboard_agent.transactions.file_sending import NotSent, Sending, Sent
 from simulator.failure_modes import Failure
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.links import Endpoint
 from simulator.logbook import Log

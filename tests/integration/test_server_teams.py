@@ -1,80 +1,23 @@
-"""Teams on a running tower: who sees and flies what, what a change ends at once, and what nobody learns of others."""
+"""Teams on a running tower: roles, membership changes, invitations and drones."""
 
-import json
 from collections.abc import AsyncIterator
-from dataclasses import dataclass, field
 from datetime import timedelta
 from pathlib import Path
 
 import httpx
 import pytest
-from control_world import ObedientAgent, ask, audit, live, until
-from fastapi.routing import APIRoute
-from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
+from control_world import ObedientAgent, ask, audit, live
+from team_world import ADMIN, OBSERVER, OPERATOR, Team
+from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.app.composition import ROUTERS
 from server.domain.people import Role
-from server.domain.relations import TeamRole
 from server.store.audit.action import AuditAction
 from server.store.audit.trail import COMMAND_LINE as BY_COMMAND_LINE
-from server.store.fleet.tables import OwnershipRow
-from server.store.recordings.tables import RecordingRow
 from server.store.teams import teams
 from server.store.teams.teams import COMMAND_LINE
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.tagged import tag
-
-OBSERVER, OPERATOR, ADMIN = TeamRole.OBSERVER, TeamRole.OPERATOR, TeamRole.ADMIN
-
-
-@dataclass
-class Team:
-    """A team with a drone, and a client of each of its people. Every name begins with the team's own word."""
-
-    world: TowerWorld
-    word: str
-    id: int = 0
-    people: dict[TeamRole, Person] = field(default_factory=dict)
-    clients: dict[TeamRole, httpx.AsyncClient] = field(default_factory=dict)
-    owner: Person | None = None
-    drone: NewDrone | None = None
-
-    async def set_up(self) -> "Team":
-        for role in TeamRole:
-            self.people[role] = await self.world.add_user(f"{self.word}-{role.value}")
-            self.clients[role] = await self.world.signed_in(self.people[role])
-        self.drone = await self.world.add_drone(f"{self.word}-drone", self.people[ADMIN])
-        made = await self.clients[ADMIN].post("/api/v1/teams", json={"name": f"{self.word}-team"})
-        assert made.status_code == 201, made.text
-        self.id = made.json()["id"]
-        for role in (OBSERVER, OPERATOR):
-            await self.join(self.people[role], role)
-        added = await self.clients[ADMIN].put(f"/api/v1/teams/{self.id}/drones/{self.drone.id}")
-        assert added.status_code == 200, added.text
-        return self
-
-    async def join(self, person: Person, role: TeamRole) -> None:
-        asked = {"name": person.name.upper(), "role": role.value}
-        invited = await self.clients[ADMIN].post(f"/api/v1/teams/{self.id}/invitations", json=asked)
-        assert invited.status_code == 201, invited.text
-        client = await self.world.signed_in(person)
-        (waiting,) = (await client.get("/api/v1/me/invitations")).json()
-        joined = await client.post(f"/api/v1/me/invitations/{waiting['id']}/accept")
-        assert joined.status_code == 200, joined.text
-
-    @property
-    def drone_id(self) -> int:
-        assert self.drone is not None
-        return self.drone.id
-
-    @property
-    def path(self) -> str:
-        return f"/api/v1/teams/{self.id}"
-
-    async def set_role(self, who: TeamRole, role: TeamRole) -> httpx.Response:
-        member = f"{self.path}/members/{self.people[who].id}"
-        return await self.clients[ADMIN].put(member, json={"role": role.value})
 
 
 @pytest.fixture
@@ -312,114 +255,3 @@ async def test_a_team_admin_lends_to_observers_of_the_team_alone(
     assert_problem(await chief.put(f"{loans}/{wanda.id}", json=ends), 403, "admins-only")
     actions = {one["action"] for one in await audit(root, "team.")}
     assert {"team.created", "team.invited", "team.member_added", "team.member_removed", "team.drone_added"} <= actions
-
-
-async def test_no_team_learns_of_another(world: TowerWorld, red: Team, root: httpx.AsyncClient) -> None:
-    """Every GET there is, and the live channel, as each role of one team, searched for the other's names."""
-    blue = await Team(world, "Zinnia").set_up()
-    agents = [ObedientAgent(world.tower.hub, team.drone_id) for team in (red, blue)]
-    for agent in agents:
-        agent.state(armed=True, airborne=True)
-    document = {"mission": [], "fence": [], "rally": []}
-    plan = {"name": "Zinnia-plan", "document": document, "shared": True}
-    assert (await blue.clients[OPERATOR].post("/api/v1/missions", json=plan)).status_code == 201
-    same = {"name": "Rowan-plan", "document": document, "shared": True}
-    assert (await red.clients[ADMIN].post("/api/v1/missions", json=same)).status_code == 201
-    await blue.clients[ADMIN].post(f"{blue.path}/invitations", json={"name": "Zinnia-guest", "role": "operator"})
-    await _fly_a_drone_of_the_past(world, red, blue)
-
-    for role in TeamRole:
-        client = red.clients[role]
-        async with live(world, client) as screen:
-            await _make_a_stir(blue)
-            await _make_a_stir(red)
-            await screen.event("control", drone_id=red.drone_id, event="released")
-            heard = json.dumps(screen.events)
-        assert "Rowan-operator" in heard
-        assert "Zinnia" not in heard
-        read = ""
-        for path in _every_get(red, blue):
-            answer = await client.get(path)
-            read += answer.text + str(answer.headers)
-        assert "Rowan-drone" in read
-        assert ("Rowan-plan" in read) is True
-        assert "Zinnia" not in read
-    # What it is that is searched for is there: the other team reads it.
-    for path in (f"/api/v1/drones/{blue.drone_id}", blue.path, "/api/v1/missions"):
-        assert "Zinnia" in (await blue.clients[OPERATOR].get(path)).text
-        assert "Zinnia" not in (await red.clients[OPERATOR].get(path)).text
-
-
-async def _fly_a_drone_of_the_past(world: TowerWorld, red: Team, blue: Team) -> None:
-    """A drone that was the other team's yesterday, with a recording and an operation from then."""
-    both = await world.add_drone("Rowan-used", red.people[ADMIN], blue.people[ADMIN])
-    assert (await blue.clients[ADMIN].put(f"{blue.path}/drones/{both.id}")).status_code == 200
-    at = world.clock()
-    async with world.database.writing() as session:
-        session.add(
-            RecordingRow(
-                drone_id=both.id,
-                store="s",
-                file="f",
-                by_id=blue.people[OPERATOR].id,
-                by_name="Zinnia-operator",
-                quality="low",
-                codec="h264",
-                state="failed",
-                words="",
-                began_at=at,
-                ended_at=at,
-                flights=[],
-                size_bytes=0,
-                pictures=0,
-            )
-        )
-        # Yesterday's owner is no more when the drone changes hands.
-        row = await session.get(OwnershipRow, (both.id, blue.people[ADMIN].id))
-        await session.delete(row)
-    await world.tower.roster.refresh()
-    hers = f"/api/v1/drones/{both.id}/recordings"
-    assert "Zinnia-operator" in (await blue.clients[OPERATOR].get(hers)).text
-    assert (await blue.clients[ADMIN].delete(f"{blue.path}/drones/{both.id}")).status_code == 204
-    assert (await red.clients[ADMIN].put(f"{red.path}/drones/{both.id}")).status_code == 200
-    assert (await red.clients[OPERATOR].get(hers)).json() == []
-
-
-async def _make_a_stir(team: Team) -> None:
-    await ask(team.clients[OPERATOR], team.drone_id, "acquire")
-    await ask(team.clients[ADMIN], team.drone_id, "take")
-    await ask(team.clients[ADMIN], team.drone_id, "release")
-    await team.clients[ADMIN].patch(team.path, json={"name": f"{team.word}-team"})
-
-
-def _every_get(red: Team, blue: Team) -> list[str]:
-    """Each path there is, filled in with the numbers of both."""
-    paths = set()
-    for router in ROUTERS:
-        for route in router.routes:
-            if not isinstance(route, APIRoute) or "GET" not in route.methods:
-                continue
-            for team in (red, blue):
-                for number in (1, 2, 3):
-                    path = route.path.replace("{drone_id}", str(team.drone_id)).replace("{team_id}", str(team.id))
-                    path = path.replace("{kind:plan_kind}", "mission").replace("{name}", "units")
-                    for name in ("operation_id", "mission_id", "log_id", "recording_id", "user_id"):
-                        path = path.replace(f"{{{name}}}", str(number))
-                    paths.add(path)
-    assert not [path for path in paths if "{" in path]
-    return sorted(paths)
-
-
-async def test_a_removed_members_video_is_over(world: TowerWorld, red: Team) -> None:
-    """The same judgement as the frames: asked again at each change."""
-    viewer = red.clients[OBSERVER]
-    hub = world.tower.hub
-    member = f"{red.path}/members/{red.people[OBSERVER].id}"
-    assert (await viewer.get(f"/api/v1/drones/{red.drone_id}/video")).status_code == 200
-    async with live(world, viewer) as screen:
-        await red.clients[ADMIN].delete(member)
-        await screen.event("drone_removed", drone_id=red.drone_id)
-        drone = hub.state.drones.get(DroneId(red.drone_id))
-        assert drone is not None
-        await until("nobody to watch", lambda: not drone.watchers)
-    assert_problem(await viewer.get(f"/api/v1/drones/{red.drone_id}/video"), 404, "unknown-drone")

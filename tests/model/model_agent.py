@@ -192,7 +192,7 @@ class ModelAgent:
             return
         for datagram in self._sealed.datagrams_to_send(now):
             self._to_tower(hub, datagram, now)
-        for message in self.onboard.take_to_tower(now):
+        for message in self.onboard.messages_to_tower(now):
             self._tell(hub, message, now)
 
     def _tell(self, hub: Hub, message: ToTower, now: float) -> None:
@@ -211,7 +211,7 @@ class ModelAgent:
             hub.datagram(datagram, self._sealed.link_id, ("203.0.113.1", 4000), now)
 
     def _to_autopilot(self) -> None:
-        for frame in self.onboard.take_to_autopilot():
+        for frame in self.onboard.frames_to_autopilot():
             if message_id(frame) != mavlink.MAVLINK_MSG_ID_MANUAL_CONTROL:
                 continue
             message = decode(frame)

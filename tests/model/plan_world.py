@@ -13,12 +13,11 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from model_agent import ModelAgent
 from model_store import Account, MemoryStore
 from model_tower import ModelTower
+from plan_agent import DRONE, MISSION, MemoryJournal, PlanAgent, Told
+from plan_samples import NEW, OLD, THIRD
 
-from onboard_agent.onboard import Onboard
-from onboard_agent.transactions.plan_replacement import Phase, PlanReplacement
 from server.domain.lease import Event, Lease
 from server.domain.people import Role, UserRef
 from server.live.missions import plans
@@ -26,120 +25,29 @@ from server.live.operations.operation import STATE_OF, Lane, Operation, Order, S
 from server.live.operations.refusals import DroneBusy, DroneOffline
 from simulator.dialect import Codec
 from simulator.failure_modes import Failure
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
 from simulator.vehicle import Vehicle, VehicleSettings
-from wire.control_messages import SafetySettings, ToTower
+from wire.control_messages import SafetySettings
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, LinkId, UserId
 from wire.open_holds import LostAction
 from wire.plan_keeping import same_plan
 from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plans import Plan, PlanItem, PlanKind, plan_hash
+from wire.plans import Plan, PlanItem, plan_hash
 from wire.tagged import tag
-from wire.transactions import TRANSACTIONS, CommandWork, Outcome, PlanUploadWork
+from wire.transactions import CommandWork, Outcome, PlanUploadWork
 
 STEP_S: Final = 0.01
 TOWER_EVERY: Final = 10
-DRONE, ALICE, ROOT = DroneId(1), UserId(1), UserId(8)
+ALICE, ROOT = UserId(1), UserId(8)
 HOME: Final = Place(47.397742, 8.545594, 488.0)
 HEIGHT_M: Final = 2.0
-MISSION: Final = PlanKind.MISSION
 QUIET_S: Final = 40.0
 AUTO: Final = (1.0, float(Mode.AUTO), 0.0, 0.0, 0.0, 0.0, 0.0)
 SETTINGS: Final = SafetySettings(lost_action=LostAction.CONTINUE, lost_hold_s=1.0, lost_action_s=3.0)
 """Whoever may resume a mission when the tower is gone must not resume half of one."""
-
-
-def mission(count: int, height_m: float) -> Plan:
-    """A take-off and way-points, at a height by which the plan is known."""
-    there = tuple(
-        PlanItem(16, 3, (0.0, 0.0, 0.0, 0.0), 473_978_420 + 400 * n, 85_456_940, height_m) for n in range(count)
-    )
-    return (PlanItem(22, 3, z=height_m), *there)
-
-
-OLD, NEW, THIRD = mission(3, 20.0), mission(5, 40.0), mission(4, 60.0)
-
-
-class MemoryJournal:
-    """The agent's disk, which outlasts it."""
-
-    def __init__(self) -> None:
-        self.records: dict[PlanKind, bytes] = {}
-
-    def load(self, kind: PlanKind) -> bytes | None:
-        return self.records.get(kind)
-
-    def save(self, kind: PlanKind, record: bytes) -> None:
-        self.records[kind] = record
-
-    def remove(self, kind: PlanKind) -> None:
-        self.records.pop(kind, None)
-
-
-@dataclass
-class Told:
-    """How the agent said that a transaction ended, and what was on board at that moment."""
-
-    outcome: Outcome
-    words: str
-    on_board: Plan
-    epoch: int
-
-
-class PlanAgent(ModelAgent):
-    """An agent that talks with a vehicle instead of an autopilot that is made up."""
-
-    takes = (TRANSACTIONS,)
-
-    def __init__(self, world: PlanWorld, process: int) -> None:
-        self._world = world
-        onboard = Onboard(now=world.now, speaks_first=False, journal=world.journal)
-        super().__init__(DRONE, world.now, onboard=onboard, process=process)
-        service = self.service
-        tell = service._tell
-
-        def noting(transaction_id: int, outcome: Outcome, words: str, **more: Any) -> None:
-            world.ended(transaction_id, Told(outcome, words, world.on_board(), onboard.downlink.epoch))
-            tell(transaction_id, outcome, words, **more)
-
-        service._tell = noting  # type: ignore[method-assign]
-
-    @property
-    def service(self) -> Any:
-        """Its plans."""
-        return self.onboard._work._plans._handler
-
-    @property
-    def why_no_start(self) -> str | None:
-        return self.onboard._work._plans.why_no_start
-
-    def _autopilot_beats(self, now: float) -> None:
-        frames = self._world.from_vehicle()
-        if frames:
-            self.onboard.from_autopilot(frames, now)
-
-    def _to_autopilot(self) -> None:
-        for frame in self.onboard.take_to_autopilot():
-            self._world.to_vehicle(frame)
-
-    def _tell(self, hub: Any, message: ToTower, now: float) -> None:
-        super()._tell(hub, message, now)
-
-    @property
-    def has_written(self) -> bool:
-        """It is past the point at which it would still notice that a mission is being flown."""
-        running = self.service._running
-        return running is not None and isinstance(running.machine, PlanReplacement) and running.machine.has_written
-
-    def writes_under_an_older_epoch(self) -> bool:
-        running = self.service._running
-        if running is None or running.transaction is None or not isinstance(running.machine, PlanReplacement):
-            return False
-        older = running.transaction.epoch < self.onboard.downlink.epoch
-        return older and running.machine.phase is Phase.WRITING
 
 
 @dataclass

@@ -237,7 +237,7 @@ class HeldCopter:
         agent = self.onboard
         if agent is None:
             return
-        frames = agent.take_to_autopilot()
+        frames = agent.frames_to_autopilot()
         for frame in frames:
             message = decode(frame)
             if message is None:
@@ -247,7 +247,7 @@ class HeldCopter:
             elif message.get_srcComponent() == AGENT_COMPONENT:
                 self.agent_sent.append(message)
         self.copter.receive(frames)
-        self.told += [(self.now, message) for message in agent.take_to_tower(self.now)]
+        self.told += [(self.now, message) for message in agent.messages_to_tower(self.now)]
 
     # What was seen
 

@@ -20,31 +20,31 @@ NOT_THIN_FROM: Final = 1.2
 """Times what is needed."""
 
 
-def least_bps(wish: StreamRequest) -> int:
+def min_bps(request: StreamRequest) -> int:
     """Below this the picture is not what was asked for."""
-    return round(LIMITS[wish.quality].least_bits_per_s * SHARE_OF_MPEG1[wish.codec])
+    return round(LIMITS[request.quality].least_bits_per_s * SHARE_OF_MPEG1[request.codec])
 
 
-def most_bps(wish: StreamRequest) -> int:
+def max_bps(request: StreamRequest) -> int:
     """More than this helps nobody."""
-    return round(LIMITS[wish.quality].bits_per_s * SHARE_OF_MPEG1[wish.codec])
+    return round(LIMITS[request.quality].bits_per_s * SHARE_OF_MPEG1[request.codec])
 
 
 def allot(budget_bps: float, wishes: Iterable[StreamRequest]) -> dict[StreamRequest, int]:
     """Bits a second for each; 0: it rests, because the others need everything. One stream alone never rests."""
-    order = sorted(wishes, key=lambda wish: (wish.quality, -wish.codec))
+    order = sorted(wishes, key=lambda request: (request.quality, -request.codec))
     left = int(budget_bps)
     shares: dict[StreamRequest, int] = {}
-    for wish in order:
-        shares[wish] = min(left, least_bps(wish))
-        left -= shares[wish]
-    for wish in order:
-        more = min(left, most_bps(wish) - shares[wish])
-        shares[wish] += more
+    for request in order:
+        shares[request] = min(left, min_bps(request))
+        left -= shares[request]
+    for request in order:
+        more = min(left, max_bps(request) - shares[request])
+        shares[request] += more
         left -= more
-    for place, wish in enumerate(order):
-        if shares[wish] < MIN_BPS:
-            shares[wish] = MIN_BPS if place == 0 else 0
+    for place, request in enumerate(order):
+        if shares[request] < MIN_BPS:
+            shares[request] = MIN_BPS if place == 0 else 0
     return shares
 
 
@@ -57,7 +57,7 @@ class Thinness:
 
     def judge(self, budget_bps: float, wishes: Iterable[StreamRequest], now: float) -> bool:
         """Whether it is so now."""
-        needed = sum(least_bps(wish) for wish in wishes)
+        needed = sum(min_bps(request) for request in wishes)
         if self.thin:
             self.thin = needed > 0 and budget_bps < NOT_THIN_FROM * needed
             self._since = None

@@ -54,7 +54,7 @@ class ChildWatch:
         """Before its first word it is not missed."""
         return self._first_word and self.silent_s > SAID_AFTER_S
 
-    def look(self, states: str, now: float) -> Verdict:
+    def judge(self, states: str, now: float) -> Verdict:
         """Every LOOK_EVERY_S. `states`: the letters that the system has for its threads (proc(5)); empty where they
         are not known or, while it is not silent, were not looked up."""
         step_s = min(MAX_STEP_S, max(0.0, now - self._looked_at))

@@ -3,7 +3,7 @@
 from typing import Final
 
 OVER_S: Final = 2.0
-MOST: Final = 2.5
+MAX_FACTOR: Final = 2.5
 
 
 class Overshoot:
@@ -26,5 +26,5 @@ class Overshoot:
         self._asked += asked_bps * (now - self._last_at)
         self._last_at = now
         if now - self._begun_at >= OVER_S and self._asked > 0:
-            self.factor += (min(MOST, max(1.0, self._made / self._asked)) - self.factor) / 2
+            self.factor += (min(MAX_FACTOR, max(1.0, self._made / self._asked)) - self.factor) / 2
             self._begun_at, self._made, self._asked = now, 0, 0.0

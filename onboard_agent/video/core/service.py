@@ -98,7 +98,7 @@ class VideoService:
 
     # -- to the tower ----------------------------------------------------------------------------------------------
 
-    def take_to_tower(self) -> VideoState | None:
+    def messages_to_tower(self) -> VideoState | None:
         """What has changed for the tower, if anything."""
         if not self._linked:
             return None

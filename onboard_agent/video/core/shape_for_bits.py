@@ -3,7 +3,7 @@ No I/O."""
 
 from typing import Final, NamedTuple
 
-from onboard_agent.video.core.allotment import most_bps
+from onboard_agent.video.core.allotment import max_bps
 from wire.video import LIMITS, StreamRequest
 
 
@@ -42,7 +42,7 @@ class ShapeForBits:
     def __init__(self, wish: StreamRequest) -> None:
         self.wish = wish
         self._limits = LIMITS[wish.quality]
-        self._most_bps = most_bps(wish)
+        self._most_bps = max_bps(wish)
         self._step: int | None = None
         self._better_since: float | None = None
 

@@ -345,7 +345,7 @@ class AgentChannel:
             while True:
                 if self._outgoing:
                     await self._websocket.send_text(encode_message(self._outgoing.popleft()))
-                elif (datagram := self._lane.take(time.monotonic())) is not None:
+                elif (datagram := self._lane.pop(time.monotonic())) is not None:
                     await self._websocket.send_bytes(datagram)
                     self._hub.state.traffic.datagrams_to_agents += 1
                     self._hub.state.traffic.bytes_to_agents += len(datagram)

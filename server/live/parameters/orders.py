@@ -13,7 +13,7 @@ from server.domain.refusal import Refusal
 from server.live.operations.board import ReportedParameters
 from server.live.operations.operation import Lane, Order, Step
 from wire.parameters import Table
-from wire.transactions import VALUES_MOST, ParametersReadWork, ParametersWriteWork
+from wire.transactions import MAX_VALUES, ParametersReadWork, ParametersWriteWork
 
 READ_WITHIN_S: Final = 120.0
 WRITE_WITHIN_S: Final = (30.0, 0.5, 600.0)
@@ -52,14 +52,14 @@ class ValuesToWrite(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """By name, in the order in which they are to be written."""
 
     values: Annotated[
-        dict[Annotated[str, msgspec.Meta(pattern=_NAME)], float], msgspec.Meta(min_length=1, max_length=VALUES_MOST)
+        dict[Annotated[str, msgspec.Meta(pattern=_NAME)], float], msgspec.Meta(min_length=1, max_length=MAX_VALUES)
     ]
 
 
 VALUES_SCHEMA: Final[dict[str, Any]] = {
     "type": "object",
     "minProperties": 1,
-    "maxProperties": VALUES_MOST,
+    "maxProperties": MAX_VALUES,
     "propertyNames": {"pattern": _NAME},
     "additionalProperties": {"type": "number"},
 }

@@ -33,10 +33,10 @@ def test_pictures_that_nobody_saw() -> None:
 
 
 def test_how_stale_the_screen_was() -> None:
-    sights = seen((100, 50), (140, 50), (640, 500), (680, 50))
-    assert oldest_on_screen_ms(sights, 700) == 640 - 90
-    assert oldest_on_screen_ms(sights, 2000) == 2000 - 630
-    assert frozen_ms(sights) == 500
+    poses = seen((100, 50), (140, 50), (640, 500), (680, 50))
+    assert oldest_on_screen_ms(poses, 700) == 640 - 90
+    assert oldest_on_screen_ms(poses, 2000) == 2000 - 630
+    assert frozen_ms(poses) == 500
     assert math.isnan(oldest_on_screen_ms([], 700))
 
 

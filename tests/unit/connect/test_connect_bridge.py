@@ -66,15 +66,15 @@ def test_only_this_drones_frames_come_down() -> None:
 
 def test_who_is_there() -> None:
     bridge = Bridge(KESTREL)
-    assert bridge.somebody_is_there(100.0)
+    assert bridge.has_programs(100.0)
     bridge.from_program("qgc", b"noise", 100.0)
-    assert bridge.somebody_is_there(1e6), "noise is nobody"
+    assert bridge.has_programs(1e6), "noise is nobody"
     bridge.from_program("qgc", HEARTBEAT, 100.0)
-    assert bridge.somebody_is_there(100.0 + PROGRAM_GONE_AFTER_S - 0.1)
-    assert not bridge.somebody_is_there(100.0 + PROGRAM_GONE_AFTER_S)
+    assert bridge.has_programs(100.0 + PROGRAM_GONE_AFTER_S - 0.1)
+    assert not bridge.has_programs(100.0 + PROGRAM_GONE_AFTER_S)
     bridge.from_program("sdk", HEARTBEAT, 110.0)
     bridge.program_gone("sdk")
-    assert not bridge.somebody_is_there(110.0)
+    assert not bridge.has_programs(110.0)
 
 
 def test_strangers_cannot_grow_it() -> None:
@@ -83,7 +83,7 @@ def test_strangers_cannot_grow_it() -> None:
         bridge.from_program(number, LIST[:5], float(number))
     bridge.from_program("qgc", HEARTBEAT, 1e3)
     assert len(bridge._streams) == MAX_PROGRAMS
-    assert bridge.somebody_is_there(1e3)
+    assert bridge.has_programs(1e3)
 
 
 @given(st.binary(max_size=400))

@@ -22,7 +22,7 @@ def drone(**changes: Any) -> dict[str, Any]:
 
 def told(view: ControlView, now: float = 0.0, **event: Any) -> list[str]:
     view.event(json.dumps(event), now)
-    return view.take_sentences()
+    return view.pop_sentences()
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from onboard_agent.autopilot.asking import Asking
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender
 from onboard_agent.autopilot.parameters import NAMES, Parameters, read_value
 from onboard_agent.autopilot.presence import Presence
-from onboard_agent.autopilot.rates import ASK_AGAIN_AFTER_S, MISSED_FOR_S, WISHES, Rates
+from onboard_agent.autopilot.rates import ASK_AGAIN_AFTER_S, MISSED_FOR_S, RATE_REQUESTS, Rates
 from onboard_agent.link.backoff import Backoff
 from wire.dialect import decode, mavlink
 from wire.stream_profiles import StreamProfile
@@ -65,13 +65,13 @@ class RatesBench:
         return asked
 
     def hear_all(self, now: float, *, but: frozenset[int] = frozenset()) -> None:
-        for wish in WISHES:
+        for wish in RATE_REQUESTS:
             if wish.message_id not in but:
                 self.rates.heard(wish.message_id, now)
 
 
 def test_the_whole_table_is_asked_for_in_order() -> None:
-    assert RatesBench().grant_all(0.0) == [wish.message_id for wish in WISHES]
+    assert RatesBench().grant_all(0.0) == [wish.message_id for wish in RATE_REQUESTS]
 
 
 def test_the_interval_is_in_microseconds_and_the_version_is_asked_once() -> None:
@@ -123,7 +123,7 @@ def test_a_change_while_the_table_is_being_asked_for_asks_for_the_rest_too() -> 
     bench.ask(0.0)
     bench.rates.acknowledged(ack(511), 0.0)
     bench.rates.follow(StreamProfile.THIN)
-    assert set(bench.intervals(0.1)) == {wish.message_id for wish in WISHES}
+    assert set(bench.intervals(0.1)) == {wish.message_id for wish in RATE_REQUESTS}
 
 
 def test_a_wide_line_is_asked_for_everything_in_any_profile() -> None:
@@ -158,7 +158,7 @@ def test_rates_that_were_forgotten_are_asked_for_again_but_not_too_often() -> No
     bench.hear_all(ASK_AGAIN_AFTER_S)
     assert bench.ask(ASK_AGAIN_AFTER_S + 1.0) is None, "it still comes"
     later = ASK_AGAIN_AFTER_S + MISSED_FOR_S + 0.1
-    assert len(bench.grant_all(later)) == len(WISHES)
+    assert len(bench.grant_all(later)) == len(RATE_REQUESTS)
     assert bench.ask(later + MISSED_FOR_S + 1.0) is None
 
 

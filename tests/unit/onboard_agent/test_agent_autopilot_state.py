@@ -109,7 +109,7 @@ def test_changes_are_told_once() -> None:
     assert view.changed(0.1) is None
     view.heartbeat(beat(armed=True), 1, 1, 1.0)
     assert view.changed(1.0) == AutopilotState(heard=True, armed=True, airborne=False)
-    view.tell_again()
+    view.resend()
     assert view.changed(1.1) == AutopilotState(heard=True, armed=True, airborne=False)
     view.tick(5.0)
     assert view.changed(5.0) == AutopilotState(heard=False, armed=False, airborne=False)

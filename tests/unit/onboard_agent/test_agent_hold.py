@@ -36,7 +36,7 @@ def test_a_second_hold_that_takes_as_long_is_told_apart_from_a_copy_of_the_first
     for now in (100.0, 200.0):
         hold.begin(cause=HoldCause.STICKS_STALE, order_id=0, epoch=4, rungs=(), stays=(), armed=True, now=now)
         hold.tick(now, Flying())
-        told += hold.take_progress()
+        told += hold.pop_progress()
     assert len(told) == 4
     assert len(set(told)) == 4
 
@@ -74,7 +74,7 @@ class Bench:
         self.collect()
 
     def collect(self) -> None:
-        for progress in self.hold.take_progress():
+        for progress in self.hold.pop_progress():
             assert (progress.order_id, progress.epoch, progress.cause) == (9, 4, self.cause)
             self.steps.append(progress.step)
             self.details.append(progress.detail)

@@ -91,7 +91,7 @@ def test_it_is_told_when_all_are_read_then_on_each_change_and_to_each_new_link()
     with_radio = told(True)
     assert with_radio is not None
     assert with_radio.has_radio is True
-    report.tell_again()
+    report.resend()
     assert told(True) == with_radio
 
 

@@ -50,7 +50,7 @@ class Bench:
                 self.deeds.append((round(self.now - self.lost_at, 1), deed))
             frames = self.acting.due(self.now, vehicle_system_id=1)
             self.sent += [decode(frame) for frame in frames]
-            self.lines += self.acting.take_notices()
+            self.lines += self.acting.pop_notices()
             self.now += STEP_S
         return self
 

@@ -41,7 +41,7 @@ class Bench:
         return self
 
     def collect(self) -> None:
-        self.reached += [(str(step), detail) for step, detail in self.ladder.take_reached()]
+        self.reached += [(str(step), detail) for step, detail in self.ladder.pop_reached()]
 
     def ack(self, result: int) -> "Bench":
         self.ladder.acknowledged(mavlink.MAVLink_command_ack_message(176, result), self.now)

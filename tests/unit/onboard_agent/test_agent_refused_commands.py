@@ -1,7 +1,7 @@
 """A command to fly without sticks counts when the autopilot shows it, not when it is sent: laws of `CommandRequest`."""
 
 import pytest
-from test_agent_onboard import (
+from onboard_world import (
     ALT_HOLD,
     BRAKE,
     RTL,

@@ -280,7 +280,7 @@ def test_an_order_that_must_not_interrupt_is_answered_and_nothing_else() -> None
     bench = Bench()
     bench.hold.stand_aside(order_id=3, epoch=9, now=bench.now, why="the drone is in RTL, and goes on with it")
     assert not bench.sticks_come()
-    (told,) = bench.hold.take_progress()
+    (told,) = bench.hold.pop_progress()
     assert (told.order_id, told.epoch, told.step, told.detail) == (
         3,
         9,

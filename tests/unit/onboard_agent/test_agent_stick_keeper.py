@@ -3,7 +3,7 @@
 from typing import Any
 
 import pytest
-from test_agent_onboard import LOITER, RTL, STEP_S, World, order, set_mode
+from onboard_world import LOITER, RTL, STEP_S, World, order, set_mode
 
 from onboard_agent.autopilot.flight_modes import holds_when_centred, px4_custom_mode
 from wire.control_messages import ControlChanged, HoldCause

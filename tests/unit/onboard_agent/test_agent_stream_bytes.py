@@ -5,10 +5,10 @@ Bytes a second on the wire, with sealing, UDP and IP headers and the keep-alive.
 
 import pytest
 
-from onboard_agent.autopilot.rates import WISHES
+from onboard_agent.autopilot.rates import RATE_REQUESTS
 from onboard_agent.telemetry.thinner import Thinner
 from simulator.dialect import Codec
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.vehicle import Vehicle, VehicleSettings
 from wire.dialect import mavlink
@@ -37,7 +37,7 @@ class Way:
                 codec.encode(mavlink.MAVLink_request_data_stream_message(1, 1, 0, EVERYTHING_HZ, 1)), 0.0
             )
         else:
-            for wish in WISHES:
+            for wish in RATE_REQUESTS:
                 if wish.rate_hz:
                     message = mavlink.MAVLink_command_long_message(
                         1, 1, 511, 0, wish.message_id, 1e6 / wish.rate_hz, 0, 0, 0, 0, 0

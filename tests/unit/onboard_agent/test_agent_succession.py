@@ -77,12 +77,12 @@ def linked() -> Onboard:
 
 def test_a_resumed_link_keeps_its_epoch_and_tells_all_again() -> None:
     onboard = linked()
-    first = onboard.take_to_tower(0.1)
+    first = onboard.messages_to_tower(0.1)
     assert AutopilotState(heard=True, armed=True, airborne=False) in first
-    assert onboard.take_to_tower(0.2) == []
+    assert onboard.messages_to_tower(0.2) == []
     onboard.resumed()
     assert onboard.downlink.epoch == 3
-    assert onboard.take_to_tower(0.3) == first
+    assert onboard.messages_to_tower(0.3) == first
 
 
 def test_who_holds_is_believed_in_the_order_in_which_it_was_told() -> None:

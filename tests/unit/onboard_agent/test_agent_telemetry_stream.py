@@ -70,7 +70,7 @@ def test_nothing_is_told_twice_but_all_again_on_a_new_link(bench: Bench) -> None
     assert len(bench.told) == 1
     bench.stream.link_down()
     bench.stream.link_up(bench.now)
-    bench.stream.tell_again()
+    bench.stream.resend()
     bench.run(10)
     assert bench.told[0] == bench.told[1]
     assert len(bench.told) == 2

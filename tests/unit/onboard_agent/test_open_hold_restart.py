@@ -1,7 +1,7 @@
 """The agent's process dies and begins again while the drone is held, or flown by hand: two Onboards, one store."""
 
 import pytest
-from test_open_hold_flown import flown, sinks, taken
+from held_flights import flown, sinks, taken
 from worlds.held_copter import HeldCopter, mode_command
 from worlds.model_copter import Mode, ModelCopter, Receiver
 

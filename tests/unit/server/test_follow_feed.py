@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from hub_world import LATER, NAMES, FakeAgent, record
-from test_operation_service import Scene
+from operation_scene import Scene
 
 from server.domain.fleet import LoanRecord
 from server.domain.people import Principal, Role, UserRef

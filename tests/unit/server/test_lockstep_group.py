@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_relay_video import MEDIUM, FakeViewer, Scene, unit
+from video_relay_scene import MEDIUM, FakeViewer, Scene, unit
 
 from server.live.video.drone_video import Flow
 from server.live.video.pacing import TRUST_S

@@ -1,95 +1,32 @@
-"""Operations: what is sent to agents, what is believed of what they tell, and how each operation ends."""
+"""Operations: steps, epochs, cancels, lost links and restarts."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import pytest
-from hub_world import FakeAgent, HubWorld, record
+from hub_world import record
+from operation_scene import ALICE, COMMAND, DOWNLOAD, ITEMS, Scene
 
-from server.domain.people import UserRef
 from server.live.operations.operation import Lane, Operation, Order, State, Step
 from server.live.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
 from server.live.operations.service import ASK_AFTER_S, ENDED_KEPT_S, ENDED_MOST, GRACE_S, LINK_LOST
-from server.live.operations.table_fetching import NOT_YET_S, TABLE_AGAIN_AFTER_S, TABLES_APART_S
-from server.live.relay import live_messages as live
 from server.live.relay.assist_turn import BACK_AFTER_S
-from server.live.relay.live_drone import LiveDrone
-from wire.control_messages import MalformedMessage
 from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms
-from wire.parameters import Parameter, by_name, pack_table, table_hash
-from wire.plans import PlanItem, PlanKind, pack_plan, plan_hash
+from wire.plans import PlanKind
 from wire.transactions import (
     TRANSACTIONS,
     CancelTransaction,
     CommandWork,
     Outcome,
-    ParameterCache,
-    ParameterChanged,
     ParametersReadWork,
     ParametersWriteWork,
-    ParameterTable,
-    PlanDownloadWork,
-    PlanOnBoard,
     PlanUploadWork,
     PlanVerifyWork,
     Transaction,
     TransactionProgress,
     TransactionResult,
 )
-
-ALICE = UserRef(UserId(1), "alice")
-ITEMS = (PlanItem(16, x=470000000, y=80000000, z=30.0), PlanItem(21, params=(0.0, 0.0, 0.0, None)))
-UPLOAD = Order("plan_upload", Lane.PLANS, [Step(PlanUploadWork(PlanKind.MISSION, ITEMS), 60.0)], True, PlanKind.MISSION)
-DOWNLOAD = Order("plan_download", Lane.PLANS, [Step(PlanDownloadWork(PlanKind.MISSION), 60.0)], False, PlanKind.MISSION)
-COMMAND = Order("command", Lane.COMMANDS, [Step(CommandWork(400), 5.0), Step(CommandWork(22), 5.0)], True)
-
-
-class Scene(HubWorld):
-    """A drone of alice's with an agent that takes transactions, and a browser that watches."""
-
-    def __init__(self, *, takes: tuple[str, ...] = (TRANSACTIONS,), process: int = 7) -> None:
-        super().__init__()
-        self.service = self.hub.operations
-        self.watcher = self.browser(1)
-        self.agent_ = self.come(takes=takes, process=process)
-        self.watcher.events()
-        self.now = 0.0
-
-    def come(self, *, takes: tuple[str, ...] = (TRANSACTIONS,), process: int = 7, link_id: int = 0) -> FakeAgent:
-        agent = self.agent(1, link_id=link_id)
-        agent.link.takes, agent.link.process = frozenset(takes), process
-        agent.posted.clear()
-        return agent
-
-    @property
-    def drone(self) -> LiveDrone:
-        found = self.hub.state.drones.get(DroneId(1))
-        assert found is not None
-        return found
-
-    def begin(self, order: Order = UPLOAD) -> Operation:
-        return self.service.begin(self.drone, order, by=ALICE, now=self.now)
-
-    def tell(self, message: Any, agent: FakeAgent | None = None) -> None:
-        self.hub.reports.take((agent or self.agent_).link, message)
-
-    def end(self, operation: Operation, outcome: Outcome = Outcome.DONE, words: str = "So it is.", **more: Any) -> None:
-        self.tell(TransactionResult(id=operation.transaction_id, outcome=outcome, words=words, **more))
-
-    def pass_time(self, seconds: float) -> None:
-        self.now += seconds
-        self.service.tick(self.now)
-
-    def told(self) -> list[Any]:
-        kinds = (live.OperationChanged, live.PlanOnBoardChanged, live.ParametersChanged)
-        return [event for event in self.watcher.events() if isinstance(event, kinds)]
-
-    def sent(self) -> list[Any]:
-        posted = [one for one in self.agent_.posted if isinstance(one, Transaction | CancelTransaction)]
-        self.agent_.posted.clear()
-        return posted
 
 
 def test_an_operation_goes_to_the_agent_under_the_epoch_and_back_to_those_who_watch() -> None:
@@ -378,163 +315,3 @@ def test_what_is_over_is_forgotten_after_an_hour_or_a_thousand_others() -> None:
 def test_ids_grow_over_a_restart() -> None:
     """NOW of the world is 2026: an agent that still works for the tower before must not be taken at its word."""
     assert Scene().begin().id > 1_700_000_000
-
-
-# -- what is on board ----------------------------------------------------------------------------------------
-
-
-def on_board(**more: Any) -> PlanOnBoard:
-    told = {"hash": plan_hash(PlanKind.MISSION, ITEMS), "count": 2, "plan": pack_plan(PlanKind.MISSION, ITEMS)}
-    return PlanOnBoard(kind=PlanKind.MISSION, **(told | more))
-
-
-def test_the_plan_on_board_is_in_the_snapshot_and_told_on_change_only() -> None:
-    scene = Scene()
-    scene.tell(on_board())
-    scene.tell(on_board())
-    (told,) = scene.told()
-    assert (told.kind, told.state, told.count) == ("mission", "known", 2)
-    assert scene.drone.view().plans.mission.hash == plan_hash(PlanKind.MISSION, ITEMS)
-    view, known = scene.drone.board.plan(PlanKind.MISSION)
-    assert known.items() == ITEMS
-    scene.tell(on_board(hash=None, plan=None, fit_to_fly=False))
-    view, known = scene.drone.board.plan(PlanKind.MISSION)
-    assert (view.state, view.count, view.fit_to_fly, known.items()) == ("unknown", 0, False, None)
-
-
-def test_nothing_is_known_of_a_drone_that_is_offline_and_nothing_is_told_to_the_blind() -> None:
-    scene = Scene()
-    scene.tell(on_board())
-    scene.hub.detach_link(scene.agent_.link)
-    assert scene.drone.view().plans.mission.state == "unknown"
-
-
-GARBAGE = {
-    "another hash": on_board(hash="0" * 16),
-    "another count": on_board(count=3),
-    "another kind": on_board(plan=pack_plan(PlanKind.FENCE, ITEMS)),
-    "cut short": on_board(plan=pack_plan(PlanKind.MISSION, ITEMS)[:-1]),
-    "empty": on_board(plan=b""),
-}
-
-
-@pytest.mark.parametrize("told", GARBAGE.values(), ids=GARBAGE)
-def test_a_plan_that_is_not_what_is_said_of_it_is_malformed(told: PlanOnBoard) -> None:
-    scene = Scene()
-    with pytest.raises(MalformedMessage):
-        scene.tell(told)
-    assert scene.told() == []
-
-
-def test_a_download_that_is_no_plan_is_malformed() -> None:
-    scene = Scene()
-    operation = scene.begin(DOWNLOAD)
-    with pytest.raises(MalformedMessage):
-        scene.end(operation, plan=b"\0\1\0")
-    assert operation.running
-
-
-# -- parameters ----------------------------------------------------------------------------------------------
-
-TABLE = by_name([Parameter("RTL_ALT", 1500.0, 9), Parameter("ARMING_CHECK", 1.0, 6)])
-HASH = table_hash(TABLE)
-
-
-def read_table(scene: Scene) -> None:
-    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
-    (asked,) = scene.sent()
-    assert asked.work == ParametersReadWork(again=False)
-    scene.tell(ParameterTable(hash=HASH, packed=pack_table(TABLE)))
-    scene.tell(TransactionResult(id=asked.id, outcome=Outcome.DONE, words=""))
-
-
-def test_a_table_that_is_not_here_is_asked_for_once_and_by_the_tower_itself() -> None:
-    scene = Scene()
-    read_table(scene)
-    assert scene.drone.board.parameters.table() == TABLE
-    assert [type(event).__name__ for event in scene.told()] == ["ParametersChanged"]
-    scene.pass_time(60.0)
-    assert scene.sent() == []
-
-
-def test_a_table_is_asked_for_again_until_it_is_here() -> None:
-    scene = Scene()
-    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
-    (asked,) = scene.sent()
-    scene.tell(TransactionResult(id=asked.id, outcome=Outcome.REFUSED, words="Busy."))
-    scene.pass_time(TABLE_AGAIN_AFTER_S - 0.1)
-    assert scene.sent() == []
-    scene.pass_time(0.2)
-    assert len(scene.sent()) == 1
-
-
-def test_an_agent_that_is_not_online_yet_is_asked_for_its_table_as_soon_as_it_is() -> None:
-    scene = Scene()
-    link, heard = scene.agent_.link, scene.agent_.link.is_heard
-    link.is_heard = lambda now: False  # type: ignore[method-assign]
-    scene.hub.tick(scene.now)
-    assert not scene.drone.online
-    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
-    assert scene.sent() == []
-    link.is_heard = heard  # type: ignore[method-assign]
-    scene.drone.online = True
-    scene.pass_time(NOT_YET_S)
-    (asked,) = scene.sent()
-    assert asked.work == ParametersReadWork(again=False)
-
-
-def test_the_same_table_is_not_asked_for_again_when_the_agent_is_back() -> None:
-    scene = Scene()
-    read_table(scene)
-    scene.hub.detach_link(scene.agent_.link)
-    assert scene.drone.board.parameters.table() is None
-    scene.agent_ = scene.come(link_id=55)
-    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
-    assert scene.sent() == []
-    assert scene.drone.board.parameters.table() == TABLE
-
-
-def test_a_change_is_taken_over_where_it_fits_the_table_and_else_the_table_is_asked_for() -> None:
-    scene = Scene()
-    read_table(scene)
-    scene.told()
-    changed = by_name([Parameter("RTL_ALT", 3000.0, 9), TABLE[0]])
-    scene.tell(
-        ParameterChanged(name="RTL_ALT", value=3000.0, kind=9, before=HASH, hash=table_hash(changed)),
-    )
-    assert scene.drone.board.parameters.table() == changed
-    assert [event.hash for event in scene.told()] == [table_hash(changed)]
-    scene.tell(ParameterChanged(name="RTL_ALT", value=1.0, kind=9, before="f" * 16, hash="e" * 16))
-    assert scene.drone.board.parameters.table() is None
-    assert scene.sent() == []  # not at once: an agent may tell a new hash with every message
-    scene.pass_time(TABLES_APART_S)
-    assert [one.work for one in scene.sent()] == [ParametersReadWork(again=False)]
-
-
-def test_changes_that_do_not_add_up_to_their_hash_make_the_table_unknown() -> None:
-    scene = Scene()
-    read_table(scene)
-    scene.tell(ParameterChanged(name="RTL_ALT", value=1.0, kind=9, before=HASH, hash="e" * 16))
-    assert scene.drone.board.parameters.table() is None
-    assert scene.drone.board.parameters.lacks_table
-
-
-def test_a_table_that_nobody_asked_for_is_not_even_looked_at() -> None:
-    scene = Scene()
-    scene.tell(ParameterTable(hash=HASH, packed=b"garbage"))
-    assert scene.drone.board.parameters.table() is None
-
-
-@pytest.mark.parametrize("packed", [b"garbage", pack_table(TABLE[:1]), b""], ids=["garbage", "another", "empty"])
-def test_a_table_that_is_not_what_its_hash_says_is_malformed(packed: bytes) -> None:
-    scene = Scene()
-    scene.tell(ParameterCache(hash=HASH, count=2, total=2))
-    with pytest.raises(MalformedMessage):
-        scene.tell(ParameterTable(hash=HASH, packed=packed))
-
-
-@pytest.mark.parametrize("name", ["NO SPACE", "\u00e4"], ids=["space", "letters"])
-def test_a_changed_parameter_with_a_name_that_none_has_is_malformed(name: str) -> None:
-    scene = Scene()
-    with pytest.raises(MalformedMessage):
-        scene.tell(ParameterChanged(name=name, value=1.0, kind=9, before=HASH, hash=HASH))

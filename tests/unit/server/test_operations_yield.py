@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 from hub_world import command_long, record
-from test_operation_service import ALICE, COMMAND, Scene
+from operation_scene import ALICE, COMMAND, Scene
 
 from server.live.operations.operation import AT_ONCE, Lane, Order, State, Step
 from server.live.operations.refusals import DroneBusy

@@ -10,7 +10,7 @@ import pytest
 
 from simulator.dialect import Codec, mavlink
 from simulator.failure_modes import Failure
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
 from simulator.receiver import Receiver

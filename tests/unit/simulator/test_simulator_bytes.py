@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simulator.dialect import Codec, mavlink
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
 from simulator.vehicle import INBOX_MAX, Vehicle, VehicleSettings

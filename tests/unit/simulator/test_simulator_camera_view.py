@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from simulator.camera.poses import make_shared_poses
 
 from simulator.camera.ground_map import ground_map
 from simulator.camera.land import SIZE_M, bend, bent, make_land
@@ -15,7 +16,6 @@ from simulator.camera.overlay import clock_text
 from simulator.camera.request import BadRequest, Wanted, read_unplugged_s, read_wanted
 from simulator.camera.scene import Scene
 from simulator.camera.server import CameraEndpoint, parse_camera
-from simulator.camera.sights import make_sights
 from simulator.camera.view import EYE_HEIGHT_M, Pose, View, cut, pose_of
 
 LEVEL = pose_of(0.0, 0.0, 20.0, 0.0, 0.0, 0.0)
@@ -194,10 +194,10 @@ def test_the_clock_for_people() -> None:
 
 
 def test_sights_are_read_as_they_were_written() -> None:
-    file, sights = make_sights(2)
+    file, poses = make_shared_poses(2)
     pose = pose_of(1, 2, 3, 4, 5, 6)
-    sights.write(1, pose, 7.5)
-    assert sights.read(1) == (pose, 7.5)
-    assert sights.read(0) == (Pose(0.0, 0.0, 0.0), 0.0)
-    sights.close()
+    poses.write(1, pose, 7.5)
+    assert poses.read(1) == (pose, 7.5)
+    assert poses.read(0) == (Pose(0.0, 0.0, 0.0), 0.0)
+    poses.close()
     file.close()

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from simulator.failure_modes import Failure, PlannedFailure
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import LocalFrame, Place
 from simulator.links import Endpoint, parse_endpoint
 from simulator.squad import (

@@ -9,7 +9,7 @@ import pytest
 from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import mavlink
 from simulator.failure_modes import Failure, PlannedFailure
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.modes import Mode
 from simulator.vehicle import Vehicle, VehicleSettings

@@ -8,10 +8,10 @@ import pytest
 from wire import control_messages
 from wire.plans import MAX_ITEMS_ANY, PlanItem, PlanKind, pack_plan
 from wire.transactions import (
-    LOGS_MOST,
+    MAX_LOGS,
     MAX_PACKED_TABLE_BYTES,
+    MAX_REFUSALS,
     MAX_TRANSACTION_BYTES,
-    REFUSALS_MOST,
     CancelTransaction,
     CommandWork,
     LogDownloadWork,
@@ -102,10 +102,10 @@ def test_what_goes_to_the_tower_keeps_its_bound() -> None:
     refusal = ParameterRefusal("N" * 16, -1.1754943508222875e-38, -1.1754943508222875e-38, "w" * 160)
     plan = pack_plan(PlanKind.MISSION, (WIDEST,) * MAX_ITEMS_ANY)
     for told in (
-        TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, refusals=(refusal,) * REFUSALS_MOST),
+        TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, refusals=(refusal,) * MAX_REFUSALS),
         TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, plan=plan),
         TransactionResult(
-            id=1, outcome=Outcome.DONE, words="", logs=(LogEntry(65535, 2**32 - 1, 2**32 - 1),) * LOGS_MOST
+            id=1, outcome=Outcome.DONE, words="", logs=(LogEntry(65535, 2**32 - 1, 2**32 - 1),) * MAX_LOGS
         ),
         PlanOnBoard(kind=PlanKind.MISSION, hash="00" * 8, count=MAX_ITEMS_ANY, plan=plan, sent_hash="11" * 8),
         ParameterTable(hash="00" * 8, packed=b"x" * MAX_PACKED_TABLE_BYTES),

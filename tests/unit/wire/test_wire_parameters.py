@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wire.parameters import ENTRIES_MOST, MAX_TABLE_BYTES, Parameter, by_name, pack_table, table_hash, unpack_table
+from wire.parameters import MAX_ENTRIES, MAX_TABLE_BYTES, Parameter, by_name, pack_table, table_hash, unpack_table
 from wire.transactions import MAX_PACKED_TABLE_BYTES
 
 NAMES = st.text("ABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789", min_size=1, max_size=16)
@@ -57,7 +57,7 @@ def test_a_real_copters_table_fits_into_a_message():
         zlib.compress(b"[" * 100_000),
         zlib.compress(b"\xff\xfe"),
         zlib.compress(b" " * (MAX_TABLE_BYTES + 1)),
-        zlib.compress(b"[" + b",".join(b'["A%d", 1.0, 9]' % i for i in range(ENTRIES_MOST + 1)) + b"]"),
+        zlib.compress(b"[" + b",".join(b'["A%d", 1.0, 9]' % i for i in range(MAX_ENTRIES + 1)) + b"]"),
     ],
 )
 def test_what_is_no_table_is_refused(packed):

@@ -10,7 +10,7 @@ from onboard_agent.onboard import Onboard
 from simulator.ardupilot import ARDUPILOT
 from simulator.failure_modes import Failure
 from simulator.flavour import Flavour
-from simulator.flight import FlightSettings
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.vehicle import Vehicle, VehicleSettings
 from wire.content import Frames
@@ -112,11 +112,11 @@ class DroneWorld:
         self.seen += [message for message in map(decode, frames) if message is not None]
 
     def _collect(self) -> None:
-        for frame in self.onboard.take_to_autopilot():
+        for frame in self.onboard.frames_to_autopilot():
             self.sent.append(frame)
             if not self.deaf:
                 self.vehicle.receive(frame, self.now - 1000.0)
-        self.told += self.onboard.take_to_tower(self.now)
+        self.told += self.onboard.messages_to_tower(self.now)
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds / STEP_S)):

@@ -28,7 +28,7 @@ def arrives(_number: int, _message: Message) -> tuple[float, ...]:
     return (0.0,)
 
 
-class DeskLine:
+class HandlerLine:
     """`around`: keywords of Around that differ from a drone on the ground that is heard."""
 
     def __init__(self, handler: TransactionHandler, kind: int = ARDUPILOT, **around: Any) -> None:
@@ -66,7 +66,7 @@ class DeskLine:
 
     def gimbal_says(self, message: Message) -> None:
         """Another component of the vehicle, straight to the handler."""
-        assert not self.handler.heard(self._gimbal.encode(message), self.now)
+        assert not self.handler.receive(self._gimbal.encode(message), self.now)
 
     def _put(self, way: str, message: Message, fault: Fault, frame: bytes = b"") -> None:
         self._counts[way] += 1
@@ -85,7 +85,7 @@ class DeskLine:
                 for message in messages:
                     self.server.receive(message)
             else:
-                if message_id(frame) not in self.handler.hears or not self.handler.heard(frame, self.now):
+                if message_id(frame) not in self.handler.hears or not self.handler.receive(frame, self.now):
                     self.passed_up += messages
                 self._agent_sends()
         self._agent_sends()

@@ -12,7 +12,8 @@ from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import Codec, Message, mavlink
 from simulator.failure_modes import Failure
 from simulator.flavour import Flavour
-from simulator.flight import Flight, FlightSettings
+from simulator.flight import Flight
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.mission_plan import Item
 from simulator.mission_plan import PlanKind as ServerKind
@@ -104,15 +105,16 @@ class SimulatorServer:
         self, send: Callable[[Message], None], failures: Iterable[Failure] = (), flavour: Flavour = ARDUPILOT
     ) -> None:
         self.failures = set(failures)
+        self._flavour = flavour
         self._flight = Flight(FlightSettings(HOME), Parameters(), self.failures, flavour)
         self._send = send
-        self._half = MissionServer(self._flight, send, self.reset)
+        self._half = MissionServer(self._flight, flavour, send, self.reset)
         self.now_s = 0.0
         self.on_reset: Callable[[], None] = lambda: None
 
     def reset(self) -> None:
         """It has booted: what is stored is still there."""
-        self._half = MissionServer(self._flight, self._send, self.reset)
+        self._half = MissionServer(self._flight, self._flavour, self._send, self.reset)
         self.on_reset()
 
     def receive(self, message: Message, peer: tuple[int, int]) -> None:
@@ -256,7 +258,7 @@ class Line:
         heard, self._down = self._down, []
         frames = []
         for frame in heard:
-            self.handler.heard(frame, self.now)
+            self.handler.receive(frame, self.now)
             frames += self.handler.due(self.now)
         frames += self.handler.due(self.now)
         self.news += self.handler.news()

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from onboard_agent.transactions.handler import Around
-from onboard_agent.transactions.transactions import AGAIN_WITHIN_S, NOT_HERE, RESULTS_KEPT, WAITING_MOST, Transactions
+from onboard_agent.transactions.transactions import AGAIN_WITHIN_S, MAX_WAITING, NOT_HERE, RESULTS_KEPT, Transactions
 from wire.dialect import build, mavlink
 from wire.plans import PlanKind
 from wire.transactions import (
@@ -62,7 +62,7 @@ class NotingDesk:
     def epoch_changed(self, epoch: int, now: float) -> None:
         self.epochs.append(epoch)
 
-    def heard(self, frame: bytes, now: float) -> bool:
+    def receive(self, frame: bytes, now: float) -> bool:
         return self.answers_us
 
     def due(self, around: Around, now: float) -> list[bytes]:
@@ -72,7 +72,7 @@ class NotingDesk:
         told, self.to_tell = self.to_tell, []
         return told
 
-    def tell_again(self) -> None:
+    def resend(self) -> None:
         self.told_again += 1
 
 
@@ -192,7 +192,7 @@ def test_only_the_newest_progress_and_state_wait_and_none_of_what_is_over() -> N
 
 def test_where_too_much_waits_the_state_is_told_anew_and_results_stay() -> None:
     transactions, handler = with_a_handler()
-    handler.to_tell = [result(1), *(ParameterCache(hash=None, count=n, total=999) for n in range(WAITING_MOST))]
+    handler.to_tell = [result(1), *(ParameterCache(hash=None, count=n, total=999) for n in range(MAX_WAITING))]
     assert transactions.news(room=0) == []
     assert handler.told_again == 2
     assert transactions.news() == [result(1)]
@@ -207,4 +207,4 @@ def test_what_answers_a_handler_alone_need_not_go_up(answers_us: bool) -> None:
     assert transactions.hears == {22, 44}
     handlers[1].answers_us = answers_us
     frame = build(mavlink.MAVLink_mission_count_message(1, 191, 3), system_id=1, component_id=1, sequence=0)
-    assert transactions.heard(frame, 0.0) is answers_us
+    assert transactions.receive(frame, 0.0) is answers_us

@@ -8,7 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
-from handler_line import DeskLine
+from handler_line import HandlerLine
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -20,7 +20,8 @@ from onboard_agent.transactions.log_handler import ARMED, LogHandler
 from simulator.ardupilot import ARDUPILOT
 from simulator.dialect import Message, mavlink
 from simulator.failure_modes import Failure
-from simulator.flight import Flight, FlightSettings
+from simulator.flight import Flight
+from simulator.flight_state import FlightSettings
 from simulator.geodesy import Place
 from simulator.log_protocol import LogServer
 from simulator.logbook import Log, Logbook
@@ -34,7 +35,7 @@ BEGAN = 1_767_225_600
 class Half:
     """The simulator's server half, with logs of its own."""
 
-    def __init__(self, line: DeskLine, logs: list[bytes], failures: tuple[Failure, ...]) -> None:
+    def __init__(self, line: HandlerLine, logs: list[bytes], failures: tuple[Failure, ...]) -> None:
         home = Place(47.397742, 8.545594, 488.0)
         self.flight = Flight(FlightSettings(home), PARAMETERS, set(failures), ARDUPILOT)
         self.book = Logbook()
@@ -70,10 +71,10 @@ def log_of(size: int, seed: int = 1) -> bytes:
 
 
 @pytest.fixture
-def logs(tmp_path: Path) -> Callable[..., DeskLine]:
-    def make(*data: bytes, failures: tuple[Failure, ...] = (), **around: Any) -> DeskLine:
+def logs(tmp_path: Path) -> Callable[..., HandlerLine]:
+    def make(*data: bytes, failures: tuple[Failure, ...] = (), **around: Any) -> HandlerLine:
         tower = Tower()
-        line = DeskLine(LogHandler(FrameMaker(), LogFiles(tmp_path / "logs"), tower), **around)
+        line = HandlerLine(LogHandler(FrameMaker(), LogFiles(tmp_path / "logs"), tower), **around)
         line.server = Half(line, list(data), failures)
         line.tower = tower
         return line

@@ -7,10 +7,10 @@ from random import Random
 from typing import Any
 
 import pytest
-from handler_line import DeskLine
+from handler_line import HandlerLine
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_parameter_reading import Half, MemoryStore, complete, table_of, tables
+from parameter_reading_line import Half, MemoryStore, complete, table_of, tables
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.file_read import BLOCK_TRIES
@@ -33,7 +33,7 @@ BLOCK = 239
 class FilingHalf(Half):
     """Also with its server of files, and `at_file` between the two."""
 
-    def __init__(self, line: DeskLine, parameters: Parameters) -> None:
+    def __init__(self, line: HandlerLine, parameters: Parameters) -> None:
         super().__init__(line, parameters)
         self.files = FileServer(parameters, line.say)
         self._line = line
@@ -48,9 +48,9 @@ class FilingHalf(Half):
         super().tick()
 
 
-def filing_line(*, total: int = 1400, **options: Any) -> DeskLine:
+def filing_line(*, total: int = 1400, **options: Any) -> HandlerLine:
     """An autopilot that comes and says that it has files."""
-    line = DeskLine(ParameterHandler(FrameMaker(), MemoryStore()), **options)
+    line = HandlerLine(ParameterHandler(FrameMaker(), MemoryStore()), **options)
     line.server = FilingHalf(line, Parameters(total_count=total))
     line.comes()
     names = (mavlink.MAV_PROTOCOL_CAPABILITY_FTP, 0, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 0)
@@ -58,11 +58,11 @@ def filing_line(*, total: int = 1400, **options: Any) -> DeskLine:
     return line
 
 
-def asked(line: DeskLine, op: int) -> int:
+def asked(line: HandlerLine, op: int) -> int:
     return sum(1 for one in line.sent if one.get_type() == FILES and one.payload[3] == op)
 
 
-def read_again(line: DeskLine) -> float:
+def read_again(line: HandlerLine) -> float:
     """How long it takes, and it is the table of the autopilot."""
     began = line.now
     assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
@@ -110,7 +110,7 @@ def test_a_table_that_the_tower_has_is_not_sent_again() -> None:
     for _ in range(3):
         read_again(line)
     assert len(tables(line)) == 1
-    line.handler.tell_again()
+    line.handler.resend()
     read_again(line)
     assert len(tables(line)) == 2
     line.server.server.set("RTL_ALT", 4321, 6)

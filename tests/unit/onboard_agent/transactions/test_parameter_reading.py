@@ -1,92 +1,29 @@
-"""Parameters are read from the simulator's own server half: whole, fast, whatever is lost, and kept up to date."""
+"""Parameters are read from the autopilot: losses, gaps, changes meanwhile, narrow lines."""
 
 from __future__ import annotations
 
 from random import Random
-from typing import Any
 
 import pytest
-from handler_line import ARDUPILOT, PX4, DeskLine
+from handler_line import ARDUPILOT, PX4
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from parameter_reading_line import complete, parameter_line, table_of, tables
 
-from onboard_agent.autopilot.own_frames import FrameMaker
-from onboard_agent.transactions.parameter_encoding import as_kept
 from onboard_agent.transactions.parameter_frames import FAST, NARROW
-from onboard_agent.transactions.parameter_handler import AGAIN_AFTER_S, SAVE_AFTER_S, ParameterHandler
+from onboard_agent.transactions.parameter_handler import AGAIN_AFTER_S
 from onboard_agent.transactions.parameter_listing import SETTLE_S
-from onboard_agent.transactions.parameter_memory import Remembered, recall, remember
 from simulator.dialect import Message, mavlink
-from simulator.parameter_protocol import ParameterServer
-from simulator.parameters import Kind, Parameter, Parameters
-from simulator.px4.parameters import Px4Parameters
-from wire.parameters import Parameter as Row
-from wire.parameters import Table, table_hash, unpack_table
+from simulator.parameters import Kind, Parameter
+from wire.parameters import table_hash
 from wire.transactions import (
     Outcome,
     ParameterCache,
     ParameterChanged,
     ParametersReadWork,
-    ParametersWriteWork,
     ParameterTable,
     TransactionProgress,
 )
-
-
-class MemoryStore:
-    def __init__(self) -> None:
-        self.records: dict[str, bytes] = {}
-
-    def load(self, autopilot: str) -> bytes | None:
-        return self.records.get(autopilot)
-
-    def save(self, autopilot: str, record: bytes) -> None:
-        self.records[autopilot] = record
-
-
-class Half:
-    """The simulator's server half behind the messages of its vehicle."""
-
-    def __init__(self, line: DeskLine, parameters: Parameters) -> None:
-        self.parameters = parameters
-        self.server = ParameterServer(parameters, line.say)
-        self.deaf = False
-
-    def receive(self, message: Message) -> None:
-        name = message.get_type()
-        if self.deaf:
-            return
-        if name == "PARAM_REQUEST_LIST":
-            self.server.list_all()
-        elif name == "PARAM_REQUEST_READ":
-            self.server.read(str(message.param_id), message.param_index)
-        elif name == "PARAM_SET":
-            self.server.set(str(message.param_id), message.param_value, message.param_type)
-
-    def tick(self) -> None:
-        self.server.tick()
-
-
-def parameter_line(kind: int = ARDUPILOT, *, store: MemoryStore | None = None, **options: Any) -> DeskLine:
-    around = {key: options.pop(key) for key in ("narrow_line", "flown_by_hand", "armed") if key in options}
-    line = DeskLine(ParameterHandler(FrameMaker(), store or MemoryStore()), kind, **around)
-    line.server = Half(line, (Px4Parameters if kind == PX4 else Parameters)(**options))
-    line.comes()
-    return line
-
-
-def table_of(line: DeskLine) -> Table:
-    rows = [Row(one.name, as_kept(one.value, int(one.kind)), int(one.kind)) for one in line.server.parameters]
-    return tuple(sorted(rows, key=lambda row: row.name))
-
-
-def complete(line: DeskLine) -> bool:
-    caches = line.told(ParameterCache)
-    return bool(caches) and caches[-1].hash is not None and caches[-1].verified
-
-
-def tables(line: DeskLine) -> list[Table]:
-    return [unpack_table(one.packed) for one in line.told(ParameterTable)]
 
 
 @pytest.mark.parametrize("kind", [ARDUPILOT, PX4], ids=["ardupilot", "px4"])
@@ -277,7 +214,7 @@ def test_a_new_tower_is_told_how_it_is() -> None:
     line.until(lambda: complete(line))
     line.run(1.0)
     line.news.clear()
-    line.handler.tell_again()
+    line.handler.resend()
     line.run(0.1)
     assert line.news == [ParameterCache(hash=table_hash(table_of(line)), count=1390, total=1390)]
 
@@ -367,207 +304,3 @@ def test_a_tower_that_has_the_table_by_its_changes_is_not_sent_it_again() -> Non
     line.run(1.0)
     assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
     assert tables(line)[1:] == [table_of(line)], "many changes are another table"
-
-
-# What is remembered.
-
-
-def version(capabilities: int = 0, uid: int = 0, uid2: tuple[int, ...] = (0,) * 18) -> Message:
-    eight = [0] * 8
-    return mavlink.MAVLink_autopilot_version_message(
-        capabilities, 1, 1, 1, 1, eight, eight, eight, 0, 0, uid, list(uid2)
-    )
-
-
-def remembered(kind: int = ARDUPILOT, said: Message | None = None) -> MemoryStore:
-    store = MemoryStore()
-    line = parameter_line(kind, store=store)
-    if said is not None:
-        line.say(said)
-    line.until(lambda: complete(line))
-    line.until(lambda: store.records)
-    return store
-
-
-def test_a_remembered_table_is_told_at_once_as_such_and_then_verified() -> None:
-    store = remembered()
-    assert list(store.records) == ["ardupilotmega-1"]
-    line = parameter_line(store=store)
-    line.server.parameters.set("RTL_ALT", 3333.0)
-    old = table_hash(tuple(row if row.name != "RTL_ALT" else Row("RTL_ALT", 1500.0, 6) for row in table_of(line)))
-    line.until(lambda: line.told(ParameterCache))
-    first = line.told(ParameterCache)[0]
-    assert (first.hash, first.verified) == (old, False)
-    assert not line.told(ParameterTable)
-    known = line.do(ParametersReadWork())
-    assert (known.outcome, "remembered" in known.words) == (Outcome.DONE, True)
-    line.until(lambda: complete(line))
-    assert line.told(ParameterChanged) == [
-        ParameterChanged(name="RTL_ALT", value=3333.0, kind=6, before=old, hash=table_hash(table_of(line)))
-    ]
-
-
-def test_it_is_remembered_by_its_chip_and_another_chip_has_its_own() -> None:
-    store = remembered(said=version(uid2=(7, *(0,) * 17)))
-    assert list(store.records) == [f"chip-07{'00' * 17}"]
-    line = parameter_line(store=store)
-    line.say(version(uid=99))
-    line.until(lambda: complete(line))
-    assert not any(one.hash and not one.verified for one in line.told(ParameterCache))
-    line.until(lambda: len(store.records) == 2)
-    assert "chip-0000000000000063" in store.records
-
-
-@pytest.mark.parametrize(
-    "damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b.replace(b"packed", b"pecked")]
-)
-def test_what_is_left_of_a_record_after_a_power_cut_is_nothing(damage: Any) -> None:
-    store = remembered()
-    store.records = {name: damage(record) for name, record in store.records.items()}
-    line = parameter_line(store=store)
-    line.until(lambda: complete(line))
-    assert not any(one.hash and not one.verified for one in line.told(ParameterCache))
-
-
-def test_nothing_is_saved_while_it_is_armed() -> None:
-    store = MemoryStore()
-    line = parameter_line(store=store, armed=True)
-    line.until(lambda: complete(line))
-    line.run(20.0)
-    assert store.records == {}
-    line.around_options["armed"] = False
-    line.run(0.1)
-    assert store.records
-
-
-def test_a_reboot_reads_anew_and_the_table_counts_as_remembered_until_then() -> None:
-    line = parameter_line()
-    line.until(lambda: complete(line))
-    line.run(1.0)
-    line.news.clear()
-    line.server.parameters.set("RTL_ALT", 1234.0)
-    line.comes()
-    line.run(0.6)
-    assert [one.verified for one in line.told(ParameterCache)] == [False]
-    line.until(lambda: complete(line))
-    assert line.told(ParameterChanged)[-1].name == "RTL_ALT"
-
-
-def test_a_chip_that_is_told_late_is_another_autopilot() -> None:
-    store = remembered()
-    line = parameter_line(store=store)
-    line.until(lambda: line.told(ParameterCache))
-    line.say(version(uid=5))
-    line.run(0.3)
-    line.handler.tell_again()
-    line.run(0.3)
-    assert line.told(ParameterCache)[-1].hash is None
-    line.until(lambda: complete(line))
-
-
-def test_a_remembered_table_with_one_too_many_becomes_another() -> None:
-    store = remembered()
-    line = parameter_line(store=store)
-    line.server.parameters._ordered.pop()
-    line.server.parameters.set("RTL_ALT", 1234.0)
-    line.until(lambda: complete(line))
-    assert not line.told(ParameterChanged)
-    assert line.told(ParameterCache)[-1].hash == table_hash(table_of(line))
-
-
-@pytest.mark.parametrize("nothing", [Remembered((), 5), Remembered((Row("A", 1.0, 9),), 0)], ids=["empty", "of none"])
-def test_a_record_of_nothing_is_none(nothing: Remembered) -> None:
-    store = MemoryStore()
-    remember(store, "px4-1", nothing)
-    assert recall(store, "px4-1") is None
-
-
-# PX4 tells a hash of them all.
-
-
-def test_px4_with_the_hash_that_it_had_is_not_read_again() -> None:
-    store = remembered(PX4)
-    line = parameter_line(PX4, store=store)
-    took_s = line.until(lambda: complete(line))
-    assert took_s < FAST.list_after_s + 0.1
-    assert [message.get_type() for message in line.sent] == ["PARAM_REQUEST_READ"]
-    line.do(ParametersReadWork())
-    assert tables(line) == [table_of(line)]
-    line.do(ParametersReadWork(again=True))
-    assert line.sent_count("PARAM_REQUEST_LIST") == 1
-
-
-def test_px4_with_another_hash_is_read() -> None:
-    store = remembered(PX4)
-    line = parameter_line(PX4, store=store)
-    line.server.parameters.set("NAV_DLL_ACT", 3.0)
-    line.until(lambda: complete(line))
-    line.do(ParametersReadWork())
-    assert tables(line) == [table_of(line)]
-    assert line.sent_count("PARAM_REQUEST_LIST") == 1
-
-
-def test_px4_with_a_change_unheard_while_it_was_read_has_no_hash_for_another_time() -> None:
-    store = MemoryStore()
-    line = parameter_line(PX4, store=store)
-    line.until(lambda: line.told(ParameterCache))
-    line.server.parameters.set("MAV_TYPE", 13.0)  # told already, and nobody says that it is another now
-    line.until(lambda: store.records)
-    again = parameter_line(PX4, store=store)
-    again.server.parameters.set("MAV_TYPE", 13.0)
-    again.until(lambda: complete(again))
-    assert again.sent_count("PARAM_REQUEST_LIST") == 1
-    assert again.told(ParameterChanged)[-1].name == "MAV_TYPE"
-
-
-def test_px4_whose_hash_somebody_asks_for_in_the_middle_of_the_list() -> None:
-    store = MemoryStore()
-    line = parameter_line(PX4, store=store)
-    line.until(lambda: line.told(ParameterCache))
-    line.server.parameters.set("MAV_TYPE", 13.0)
-    line.server.server.read("_HASH_CHECK", -1)
-    line.until(lambda: store.records)
-    again = parameter_line(PX4, store=store)
-    again.server.parameters.set("MAV_TYPE", 13.0)
-    again.until(lambda: complete(again))
-    assert again.told(ParameterChanged)[-1].name == "MAV_TYPE"
-
-
-def test_px4_that_tells_no_hash_any_more_is_read() -> None:
-    store = remembered(PX4)
-    line = parameter_line(PX4, store=store)
-    line.server.parameters.hash_on_the_wire = lambda: None
-    took_s = line.until(lambda: complete(line))
-    assert took_s > FAST.list_after_s + 2 * FAST.answer_s
-    line.do(ParametersReadWork())
-    assert tables(line) == [table_of(line)]
-
-
-def test_after_a_write_the_hash_is_not_believed() -> None:
-    store = remembered(PX4)
-    line = parameter_line(PX4, store=store)
-    line.until(lambda: complete(line))
-    line.do(ParametersWriteWork((("NAV_DLL_ACT", 3.0),)))
-    line.run(SAVE_AFTER_S + 1.0)
-    again = parameter_line(PX4, store=store)
-    again.until(lambda: complete(again))
-    assert again.sent_count("PARAM_REQUEST_LIST") == 1
-
-
-def test_where_single_values_are_slow_and_many_are_missing_the_list_is_asked_for_again() -> None:
-    """As an agent finds it that was not run for a moment while a thousand came at once."""
-    line = parameter_line(total_count=1400)
-    line.server.server.is_slow = True
-    burst = range(200, 900)
-    line.to_agent = lambda number, _message: () if number in burst else (0.0,)
-    assert line.until(lambda: complete(line)) < FAST.list_after_s + 2.5
-    assert line.sent_count("PARAM_REQUEST_LIST") == 2
-    line.do(ParametersReadWork())
-    assert tables(line) == [table_of(line)]
-
-
-def test_a_pause_in_the_list_that_is_like_those_before_is_no_end_of_it() -> None:
-    line = parameter_line(total_count=1400)
-    line.to_agent = lambda number, _message: (0.2 * (number // 300),)
-    line.until(lambda: complete(line))
-    assert line.sent_count("PARAM_REQUEST_READ") == 0

@@ -7,10 +7,10 @@ import struct
 from typing import Any
 
 import pytest
-from handler_line import ARDUPILOT, PX4, DeskLine
+from handler_line import ARDUPILOT, PX4, HandlerLine
 from hypothesis import given
 from hypothesis import strategies as st
-from test_parameter_reading import complete, parameter_line
+from parameter_reading_line import complete, parameter_line
 
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender
 from onboard_agent.transactions.parameter_encoding import (
@@ -38,7 +38,7 @@ from wire.transactions import (
 KINDS = {1: "B", 2: "b", 3: "H", 4: "h", 5: "I", 6: "i"}
 
 
-def ready(kind: int = ARDUPILOT, **options: Any) -> DeskLine:
+def ready(kind: int = ARDUPILOT, **options: Any) -> HandlerLine:
     line = parameter_line(kind, **options)
     line.until(lambda: complete(line))
     line.run(1.0)
@@ -47,15 +47,15 @@ def ready(kind: int = ARDUPILOT, **options: Any) -> DeskLine:
     return line
 
 
-def write(line: DeskLine, *values: tuple[str, float], **options: Any) -> Any:
+def write(line: HandlerLine, *values: tuple[str, float], **options: Any) -> Any:
     return line.do(ParametersWriteWork(values), **options)
 
 
-def has(line: DeskLine, name: str) -> float:
+def has(line: HandlerLine, name: str) -> float:
     return line.server.parameters.find(name).value
 
 
-def sets(line: DeskLine) -> list[str]:
+def sets(line: HandlerLine) -> list[str]:
     return [message.param_id for message in line.sent if message.get_type() == "PARAM_SET"]
 
 
@@ -332,7 +332,7 @@ def test_a_new_tower_is_told_the_table_while_parameters_are_written() -> None:
     line.until(lambda: len(sets(line)) == 2)
     line.run(0.02)
     assert line.told(ParameterCache) == line.told(ParameterChanged) == []
-    line.handler.tell_again()
+    line.handler.resend()
     line.step()
     assert [one.count for one in line.told(ParameterCache)] == [1390]
 

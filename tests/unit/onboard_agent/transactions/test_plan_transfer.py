@@ -295,7 +295,7 @@ def test_what_writes_under_an_older_epoch_is_refused_and_what_reads_is_not() -> 
 
 
 def heard(line: Line, message: Message, system: int = 1, component: int = 1) -> None:
-    line.handler.heard(Codec(system, component).encode(message), line.now)
+    line.handler.receive(Codec(system, component).encode(message), line.now)
 
 
 @pytest.mark.parametrize(

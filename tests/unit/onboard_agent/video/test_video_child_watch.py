@@ -22,7 +22,7 @@ class Scene:
         began, said_s, hung_s = self.now, None, None
         while hung_s is None and self.now < began + most_s:
             self.now += LOOK_EVERY_S
-            verdict = self.watch.look(states if self.watch.is_silent else "", self.now)
+            verdict = self.watch.judge(states if self.watch.is_silent else "", self.now)
             if verdict is not Verdict.WELL and said_s is None:
                 said_s = self.now - began
             if verdict is Verdict.HUNG:
@@ -78,7 +78,7 @@ def test_when_we_were_away_ourselves_it_was_not_silent(away_s: float) -> None:
     scene = Scene()
     scene.silent_for("", 0.25)
     scene.now += away_s
-    assert scene.watch.look("", scene.now) is Verdict.WELL
+    assert scene.watch.judge("", scene.now) is Verdict.WELL
     said_s, _ = scene.silent_for("SSSS", 1.0)
     assert said_s is not None
 

@@ -32,7 +32,7 @@ def mean_bps(seconds: list[Second]) -> float:
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize(
-    ("conditions", "ceiling_bps", "rate_hz", "least_bps", "age_p95_s", "queue_s"),
+    ("conditions", "ceiling_bps", "rate_hz", "min_bps", "age_p95_s", "queue_s"),
     [
         pytest.param(Conditions(2e6), HIGH_BPS, 30, 1.1e6, 0.15, 0.08, id="2M"),
         pytest.param(Conditions(2e6, rtt_s=0.05), MEDIUM_BPS, 24, 0.4e6, 0.08, 0.05, id="2M-medium"),
@@ -49,7 +49,7 @@ def test_it_settles(
     conditions: Conditions,
     ceiling_bps: float,
     rate_hz: float,
-    least_bps: float,
+    min_bps: float,
     age_p95_s: float,
     queue_s: float,
     seed: int,
@@ -57,7 +57,7 @@ def test_it_settles(
     model = ModelUplink(ceiling_bps=ceiling_bps, rate_hz=rate_hz, seed=seed)
     model.run(conditions, 10)
     settled = model.run(conditions, 30)
-    assert mean_bps(settled) >= least_bps
+    assert mean_bps(settled) >= min_bps
     assert p95(settled) <= age_p95_s
     assert max(second.worst_queue_s for second in settled) <= queue_s
     budgets = [min(ceiling_bps, second.budget_bps) for second in settled]

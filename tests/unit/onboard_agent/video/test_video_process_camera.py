@@ -9,7 +9,7 @@ from onboard_agent.video.process import CAMERA_KEPT_S, Parts, VideoProcess
 from onboard_agent.video.sources.source import Picture
 from wire.video import CameraState, Codec, Quality, StreamRequest
 
-WISHES = (StreamRequest(Quality.LOW, Codec.MPEG1),)
+RATE_REQUESTS = (StreamRequest(Quality.LOW, Codec.MPEG1),)
 
 
 class SlowCamera:
@@ -56,7 +56,7 @@ class TransactionHandler:
         return self.cameras[-1]
 
     def watch(self) -> SlowCamera:
-        self.process.watched(Watched(ticket="t", streams=WISHES))
+        self.process.watched(Watched(ticket="t", streams=RATE_REQUESTS))
         return self.cameras[-1]
 
     def watch_nothing_for_long(self) -> None:

@@ -28,7 +28,7 @@ def service() -> VideoService:
 
 
 def told(service: VideoService) -> CameraState | None:
-    state = service.take_to_tower()
+    state = service.messages_to_tower()
     return None if state is None else state.camera
 
 
@@ -49,7 +49,7 @@ def test_nothing_is_watched_over_a_link_that_is_down(service: VideoService) -> N
     service.link_down(2.0)
     assert service.watched == Watched()
     assert service.should_run(3.0), "the next link comes soon"
-    assert service.take_to_tower() is None
+    assert service.messages_to_tower() is None
     service.link_up((VIDEO,))
     assert told(service) is CameraState.IDLE
     service.wanted(WANTED, 3.0)
@@ -63,7 +63,7 @@ def test_that_it_does_not_answer_is_said_until_it_does(service: VideoService) ->
     service.reported(Report(camera=CameraState.LIVE))
     assert told(service) is CameraState.LIVE
     service.silent()
-    state = service.take_to_tower()
+    state = service.messages_to_tower()
     assert state is not None
     assert (state.camera, state.words) == (CameraState.LOST, SILENT_WORDS)
     service.silent()
@@ -72,11 +72,11 @@ def test_that_it_does_not_answer_is_said_until_it_does(service: VideoService) ->
     assert told(service) is CameraState.LIVE
     service.reported(Report(camera=CameraState.LOST, words="unplugged"))
     service.silent()
-    state = service.take_to_tower()
+    state = service.messages_to_tower()
     assert state is not None
     assert state.words == "unplugged", "that is why there are no pictures"
     service.ended()
-    state = service.take_to_tower()
+    state = service.messages_to_tower()
     assert state is not None
     assert state.words == STOPPED_WORDS
 
@@ -100,7 +100,7 @@ def test_what_was_learnt_of_the_link_is_kept_for_the_next_process_and_goes_with_
 def test_without_a_camera_or_a_tower_for_it_there_is_no_video(has_camera: bool, takes: tuple[str, ...]) -> None:
     service = VideoService(has_camera=has_camera)
     service.link_up(takes)
-    assert service.take_to_tower() is None
+    assert service.messages_to_tower() is None
     service.wanted(WANTED, 1.0)
     assert not service.should_run(1.0)
 
@@ -113,17 +113,17 @@ def test_the_tower_is_told_each_change_once(service: VideoService) -> None:
     service.reported(Report(camera=CameraState.IDLE))
     assert told(service) is None
     service.reported(Report(camera=CameraState.LIVE, codecs=(Codec.MPEG1,)))
-    state = service.take_to_tower()
+    state = service.messages_to_tower()
     assert state is not None
     assert (state.camera, state.codecs) == (CameraState.LIVE, (Codec.MPEG1,))
     service.reported(Report(camera=CameraState.LIVE, codecs=(Codec.MPEG1,)))
     assert told(service) is None
     service.reported(Report(camera=CameraState.LOST, words="x" * 500, thin=True))
-    state = service.take_to_tower()
+    state = service.messages_to_tower()
     assert state is not None
     assert (state.camera, len(state.words), state.thin, state.codecs) == (CameraState.LOST, 200, True, (Codec.MPEG1,))
     service.ended()
-    state = service.take_to_tower()
+    state = service.messages_to_tower()
     assert state is not None
     assert (state.camera, state.words) == (CameraState.LOST, STOPPED_WORDS)
     service.reported(Report(camera=CameraState.OPENING))

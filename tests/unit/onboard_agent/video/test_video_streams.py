@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from onboard_agent.video.core.allotment import MIN_BPS, THIN_AFTER_S, Thinness, allot, least_bps, most_bps
+from onboard_agent.video.core.allotment import MIN_BPS, THIN_AFTER_S, Thinness, allot, max_bps, min_bps
 from onboard_agent.video.core.cadence import Cadence
 from onboard_agent.video.core.overshoot import Overshoot
 from onboard_agent.video.core.shape_for_bits import UP_AFTER_S, ShapeForBits
@@ -17,7 +17,7 @@ HIGH_H264 = StreamRequest(Quality.HIGH, Codec.H264)
 
 def test_with_enough_everybody_has_the_most() -> None:
     wishes = [HIGH, LOW, MEDIUM]
-    assert allot(10e6, wishes) == {wish: most_bps(wish) for wish in wishes}
+    assert allot(10e6, wishes) == {wish: max_bps(wish) for wish in wishes}
 
 
 def test_the_higher_quality_gives_way_first() -> None:
@@ -27,39 +27,39 @@ def test_the_higher_quality_gives_way_first() -> None:
         shares = allot(budget, [LOW, MEDIUM, HIGH])
         assert sum(shares.values()) <= max(budget, MIN_BPS)
         for wish, share in shares.items():
-            if share <= least_bps(wish) and before[wish] > least_bps(wish):
+            if share <= min_bps(wish) and before[wish] > min_bps(wish):
                 gave_way.append(wish)
         before = shares
     assert gave_way == [HIGH, MEDIUM, LOW]
 
 
 def test_below_everyones_least_the_higher_rests_and_the_last_one_never() -> None:
-    assert allot(least_bps(LOW), [LOW, HIGH]) == {LOW: least_bps(LOW), HIGH: 0}
+    assert allot(min_bps(LOW), [LOW, HIGH]) == {LOW: min_bps(LOW), HIGH: 0}
     assert allot(1_000, [HIGH]) == {HIGH: MIN_BPS}
     assert allot(50_000, [HIGH]) == {HIGH: 50_000}
     assert allot(1e6, []) == {}
 
 
 def test_h264_needs_less_and_comes_first_of_the_same_quality() -> None:
-    assert most_bps(HIGH_H264) < most_bps(HIGH)
-    shares = allot(least_bps(HIGH_H264) + 20_000, [HIGH, HIGH_H264])
-    assert shares == {HIGH_H264: least_bps(HIGH_H264), HIGH: 20_000}
+    assert max_bps(HIGH_H264) < max_bps(HIGH)
+    shares = allot(min_bps(HIGH_H264) + 20_000, [HIGH, HIGH_H264])
+    assert shares == {HIGH_H264: min_bps(HIGH_H264), HIGH: 20_000}
 
 
 def test_thin_after_a_while_and_not_for_a_moment() -> None:
     thinness = Thinness()
-    assert not thinness.judge(least_bps(LOW) - 1, [LOW], 0.0)
-    assert not thinness.judge(least_bps(LOW) - 1, [LOW], THIN_AFTER_S - 0.1)
-    assert thinness.judge(least_bps(LOW) - 1, [LOW], THIN_AFTER_S)
-    assert thinness.judge(least_bps(LOW) + 1, [LOW], 10.0), "no flicker"
-    assert not thinness.judge(2 * least_bps(LOW), [LOW], 11.0)
-    assert not thinness.judge(least_bps(LOW) - 1, [LOW], 12.0)
+    assert not thinness.judge(min_bps(LOW) - 1, [LOW], 0.0)
+    assert not thinness.judge(min_bps(LOW) - 1, [LOW], THIN_AFTER_S - 0.1)
+    assert thinness.judge(min_bps(LOW) - 1, [LOW], THIN_AFTER_S)
+    assert thinness.judge(min_bps(LOW) + 1, [LOW], 10.0), "no flicker"
+    assert not thinness.judge(2 * min_bps(LOW), [LOW], 11.0)
+    assert not thinness.judge(min_bps(LOW) - 1, [LOW], 12.0)
     assert not thinness.judge(0.0, [], 20.0), "nobody watches"
 
 
 def test_first_bits_then_pictures_then_size() -> None:
     seen = []
-    for bits in range(most_bps(MEDIUM), 10_000, -5_000):
+    for bits in range(max_bps(MEDIUM), 10_000, -5_000):
         shape = ShapeForBits(MEDIUM).choose(bits, 0.0)
         assert shape.bits_per_s == bits
         if (shape.rate_hz, shape.scale) not in seen:
@@ -73,7 +73,7 @@ def test_first_bits_then_pictures_then_size() -> None:
 
 def test_a_shape_gets_worse_at_once_and_better_after_a_while() -> None:
     shapes = ShapeForBits(MEDIUM)
-    full, little = most_bps(MEDIUM), most_bps(MEDIUM) // 8
+    full, little = max_bps(MEDIUM), max_bps(MEDIUM) // 8
     assert shapes.choose(full, 0.0).rate_hz == 24.0
     assert shapes.choose(little, 0.1).scale == 0.75
     assert shapes.choose(full, 0.2).scale == 0.75
@@ -87,9 +87,9 @@ def test_a_shape_gets_worse_at_once_and_better_after_a_while() -> None:
 
 def test_a_shape_gets_better_at_once_while_nothing_speaks_against_it() -> None:
     shapes = ShapeForBits(MEDIUM)
-    assert shapes.choose(most_bps(MEDIUM) // 8, 0.0, is_free=True).scale == 0.75
-    assert shapes.choose(most_bps(MEDIUM), 0.1, is_free=True).rate_hz == 24.0
-    assert shapes.choose(most_bps(MEDIUM) // 5, 0.2, is_free=True).rate_hz == 12.0
+    assert shapes.choose(max_bps(MEDIUM) // 8, 0.0, is_free=True).scale == 0.75
+    assert shapes.choose(max_bps(MEDIUM), 0.1, is_free=True).rate_hz == 24.0
+    assert shapes.choose(max_bps(MEDIUM) // 5, 0.2, is_free=True).rate_hz == 12.0
 
 
 @pytest.mark.parametrize(("camera_hz", "wanted_hz"), [(30, 24), (30, 12), (30, 30), (25, 24), (60, 24), (15, 24)])

@@ -14,11 +14,11 @@ from typing import IO
 from simulator.camera.view import Pose
 
 ROW = struct.Struct("=Q8dQ")
-LOOKS = 100
+MAX_READ_TRIES = 100
 """At an unlucky moment; in between the flight is done long since."""
 
 
-class Sights:
+class SharedPoses:
     """`fd` is a file of `size(count)` bytes that both processes map."""
 
     def __init__(self, fd: int, count: int) -> None:
@@ -36,7 +36,7 @@ class Sights:
 
     def read(self, row: int) -> tuple[Pose, float]:
         """The newest one, and when it was, in simulated seconds."""
-        for _ in range(LOOKS):
+        for _ in range(MAX_READ_TRIES):
             before, north_m, east_m, height_m, w, x, y, z, now_s, after = ROW.unpack_from(self._memory, row * ROW.size)
             if before == after:
                 break
@@ -46,11 +46,11 @@ class Sights:
         self._memory.close()
 
 
-def make_sights(count: int) -> tuple[IO[bytes], Sights]:
+def make_shared_poses(count: int) -> tuple[IO[bytes], SharedPoses]:
     """Everybody at the origin. The file has no name and is gone with the last who has it open."""
     file = tempfile.TemporaryFile()  # noqa: SIM115 - it is handed on
-    file.truncate(Sights.size(count))
-    sights = Sights(file.fileno(), count)
+    file.truncate(SharedPoses.size(count))
+    poses = SharedPoses(file.fileno(), count)
     for row in range(count):
-        sights.write(row, Pose(0.0, 0.0, 0.0), 0.0)
-    return file, sights
+        poses.write(row, Pose(0.0, 0.0, 0.0), 0.0)
+    return file, poses

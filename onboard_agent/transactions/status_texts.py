@@ -1,7 +1,7 @@
-"""What the autopilot says in STATUSTEXT, put together and kept for a while: why it has refused. No I/O; takes `now`.
+"""Assembles the autopilot's STATUSTEXTs and keeps them for a while, as reasons for refusals. No I/O; takes `now`.
 
-COMMAND_ACK has no room for a reason. ArduPilot gives it in one or several texts beside the answer, a few tens of
-milliseconds before or after it.
+COMMAND_ACK carries no reason. ArduPilot gives it in one or several texts, some tens of milliseconds before or after the
+answer.
 """
 
 from collections import deque
@@ -18,7 +18,7 @@ REASON: Final = mavlink.MAV_SEVERITY_WARNING
 _CHUNK: Final = 50
 
 
-class SpokenWords:
+class StatusTexts:
     """Feed it each STATUSTEXT of the autopilot; ask `since`."""
 
     def __init__(self) -> None:
@@ -26,7 +26,7 @@ class SpokenWords:
         self._open_id = 0
         self._chunks: list[str] = []
 
-    def heard(self, message: Any, now: float) -> None:
+    def receive(self, message: Any, now: float) -> None:
         """STATUSTEXT came."""
         if message.severity > REASON:
             return

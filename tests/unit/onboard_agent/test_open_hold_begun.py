@@ -1,0 +1,192 @@
+"""Where a hold begins, flown: without sticks, lost browsers and towers, slow links, near the ground."""
+
+from typing import Any
+
+import pytest
+from held_flights import NO_FAILSAFE, STAYS_IN_GUIDED, STEP_S, flown, sinks, taken
+from worlds.held_copter import ARM, HeldCopter, go_to, takeoff
+from worlds.model_copter import Mode, ModelCopter, Receiver
+
+from wire.control_messages import HoldStep
+from wire.dialect import mavlink
+from wire.open_holds import HoldStage, Lost, LostAction, LostPhase
+
+# Out of what flies without sticks
+
+
+@pytest.mark.parametrize("parameters", [{}, STAYS_IN_GUIDED, NO_FAILSAFE])
+@pytest.mark.parametrize("receiver", list(Receiver))
+def test_a_hold_of_what_goes_to_a_place_stops_it(receiver: Receiver, parameters: dict[str, float]) -> None:
+    """GUIDED again would be accepted at once, and it would fly on."""
+    world = flown(receiver, parameters=parameters, mode=Mode.GUIDED, hand=None)
+    world.send(go_to())
+    world.pass_time(5.0)
+    assert world.copter.speed_m_s == pytest.approx(5.0)
+    world.take()
+    world.pass_time(6.0)
+    assert world.copter.speed_m_s < 0.5
+    assert (world.state.open, world.state.stage) == (True, HoldStage.STAY)
+
+
+@pytest.mark.parametrize("parameters", [{}, STAYS_IN_GUIDED])
+@pytest.mark.parametrize("at_m", [0.2, 1.5, 6.0])
+@pytest.mark.parametrize("receiver", [Receiver.LOW, Receiver.NONE])
+def test_a_hold_in_a_guided_take_off_stops_the_climb(
+    receiver: Receiver, at_m: float, parameters: dict[str, float]
+) -> None:
+    world = HeldCopter(ModelCopter(50.0, receiver=receiver, parameters=parameters, mode=Mode.GUIDED), step_s=STEP_S)
+    world.send(ARM, takeoff(40.0))
+    world.pass_until(lambda: world.copter.height_m >= at_m)
+    world.take()
+    world.pass_time(10.0)
+    assert world.copter.height_m < at_m + 5.0
+    assert abs(world.copter.climb_m_s) < 0.3
+    assert world.state.open
+
+
+@pytest.mark.parametrize("receiver", list(Receiver))
+def test_a_hold_of_a_mission_stops_it_and_keeps_the_height(receiver: Receiver) -> None:
+    world = flown(receiver, mode=Mode.AUTO, hand=None)
+    world.take()
+    world.pass_time(6.0)
+    assert world.copter.mode is Mode.BRAKE
+    assert world.copter.speed_m_s < 0.5
+    assert not sinks(world, 20.0)
+
+
+# Who is lost
+
+
+@pytest.mark.parametrize("receiver", list(Receiver))
+def test_a_browser_that_is_gone_is_held_counted_and_brought_home(receiver: Receiver) -> None:
+    world = flown(receiver, hand=(800, 1000))
+    world.hand = None
+    gone_at = world.now
+    world.holder_is(present=False)
+    world.pass_time(0.7)
+    assert world.copter.mode is Mode.ALT_HOLD
+    assert world.longest_gap_s(gone_at) <= 0.6
+    world.pass_time(31.0)
+    assert world.copter.mode is Mode.RTL
+    assert [one.action for _, one in world.states() if one.phase is LostPhase.COUNTING][-1] is LostAction.RETURN
+
+
+@pytest.mark.parametrize("receiver", list(Receiver))
+def test_a_tower_that_is_gone_in_a_hold_leaves_it_open(receiver: Receiver) -> None:
+    world = taken(receiver)
+    height_m = world.copter.height_m
+    world.link_down()
+    world.pass_time(20.0)
+    assert world.copter.mode is Mode.BRAKE
+    assert not sinks(world, height_m)
+    world.link_up()
+    world.pass_time(0.1)
+    assert (world.state.open, world.state.stage) == (True, HoldStage.STAY)
+
+
+def test_somebody_whose_drone_flies_by_itself_is_counted_from_their_going() -> None:
+    world = flown(hand=None, mode=Mode.AUTO)
+    world.holder_is(present=False)
+    world.pass_time(10.0)
+    assert (world.state.lost, world.state.phase) == (Lost.PERSON, LostPhase.COUNTING)
+    assert not world.state.open
+    world.holder_is(present=True)
+    world.pass_time(0.1)
+    assert world.state.phase is LostPhase.QUIET
+
+
+# Slow links
+
+
+def test_sticks_that_are_too_old_for_too_long_hold() -> None:
+    world = flown(hand=(800, 500))
+    world.slow_tower_s = 0.4
+    late_at = world.now
+    world.pass_time(0.8)  # of the second 0.15 s were over when they came
+    assert world.copter.mode is Mode.LOITER
+    world.pass_time(0.4)
+    assert world.copter.mode is Mode.ALT_HOLD
+    assert world.copter.changes[0].at - late_at <= 1.2
+    assert "late" in world.progress()[0].detail
+
+
+def test_sticks_that_are_old_for_a_moment_hold_nothing() -> None:
+    world = flown(hand=(800, 500))
+    for _ in range(5):
+        world.slow_tower_s = 0.4
+        world.pass_time(0.7)
+        world.slow_tower_s = 0.0
+        world.pass_time(0.3)
+    assert world.copter.changes == []
+
+
+# Near the ground
+
+
+@pytest.mark.parametrize("receiver", list(Receiver))
+def test_near_the_ground_and_sinking_stage_one_climbs_first(receiver: Receiver) -> None:
+    world = flown(receiver, height_m=12.0, hand=(0, 0))
+    world.pass_until(lambda: world.copter.height_m <= 4.0)
+    world.take()
+    low_m, taken_at = world.copter.height_m, world.now
+    for _ in range(200):
+        world.pass_time(STEP_S)
+        low_m = min(low_m, world.copter.height_m)
+    assert low_m > 1.0
+    assert world.copter.touched_m_s is None
+    own = [one.z for one in world.sticks_since(taken_at) if not one.buttons]
+    assert (own[0], own[-1]) == (1000, 500)
+    assert world.copter.height_m < 6.0, "it climbs no longer than it sinks"
+
+
+# What is told
+
+
+@pytest.mark.parametrize("loses", [True, False])
+def test_lost_or_slow_answers_delay_it_and_no_more(loses: bool) -> None:
+    world = flown()
+    height_m = world.copter.height_m
+    world.copter.loses_acks, world.copter.ack_after_s = loses, 0.4
+    world.take()
+    world.pass_time(5.0)
+    assert not sinks(world, height_m)
+    assert world.longest_gap_s(world.now - 1.0) <= 0.3 or world.copter.mode is Mode.BRAKE
+    world.copter.loses_acks, world.copter.ack_after_s = False, 0.003
+    world.pass_time(10.0)
+    assert world.copter.mode in (Mode.BRAKE, Mode.GUIDED)
+    assert world.state.stage is HoldStage.STAY
+    assert HoldStep.CONFIRMED in world.steps()
+
+
+def test_a_new_link_is_told_of_it_first() -> None:
+    world = taken()
+    world.link_down()
+    world.pass_time(5.0)
+    told = len(world.states())
+    world.link_up()
+    world.pass_time(0.1)
+    new = [one for _, one in world.states()[told:]]
+    assert new[0].open
+    assert [one.number for _, one in world.states()] == sorted({one.number for _, one in world.states()})
+
+
+def test_a_tower_that_does_not_take_it_is_told_none() -> None:
+    world = flown()
+    world.link_down()
+    world.link_up(takes=())
+    world.told.clear()
+    world.take()
+    world.pass_time(5.0)
+    assert world.states() == []
+    assert "confirmed" in world.steps()
+
+
+def test_no_ground_station_heartbeat_hides_the_loss_of_the_tower() -> None:
+    world = taken(Receiver.NONE)
+    world.link_down()
+    world.pass_time(3.0)
+    world.agent_sent.clear()
+    beats: list[Any] = []
+    world.pass_time(3.0)
+    beats += [one for one in world.agent_sent if one.get_type() == "HEARTBEAT"]
+    assert {one.type for one in beats} == {mavlink.MAV_TYPE_ONBOARD_CONTROLLER}

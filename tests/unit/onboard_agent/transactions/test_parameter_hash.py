@@ -1,0 +1,105 @@
+"""PX4 tells a hash of all parameters: when it saves a reading and when it is not believed."""
+
+from __future__ import annotations
+
+from handler_line import PX4
+from parameter_reading_line import MemoryStore, complete, parameter_line, remembered, table_of, tables
+
+from onboard_agent.transactions.parameter_frames import FAST
+from onboard_agent.transactions.parameter_handler import SAVE_AFTER_S
+from wire.transactions import (
+    ParameterCache,
+    ParameterChanged,
+    ParametersReadWork,
+    ParametersWriteWork,
+)
+
+# PX4 tells a hash of them all.
+
+
+def test_px4_with_the_hash_that_it_had_is_not_read_again() -> None:
+    store = remembered(PX4)
+    line = parameter_line(PX4, store=store)
+    took_s = line.until(lambda: complete(line))
+    assert took_s < FAST.list_after_s + 0.1
+    assert [message.get_type() for message in line.sent] == ["PARAM_REQUEST_READ"]
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+    line.do(ParametersReadWork(again=True))
+    assert line.sent_count("PARAM_REQUEST_LIST") == 1
+
+
+def test_px4_with_another_hash_is_read() -> None:
+    store = remembered(PX4)
+    line = parameter_line(PX4, store=store)
+    line.server.parameters.set("NAV_DLL_ACT", 3.0)
+    line.until(lambda: complete(line))
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+    assert line.sent_count("PARAM_REQUEST_LIST") == 1
+
+
+def test_px4_with_a_change_unheard_while_it_was_read_has_no_hash_for_another_time() -> None:
+    store = MemoryStore()
+    line = parameter_line(PX4, store=store)
+    line.until(lambda: line.told(ParameterCache))
+    line.server.parameters.set("MAV_TYPE", 13.0)  # told already, and nobody says that it is another now
+    line.until(lambda: store.records)
+    again = parameter_line(PX4, store=store)
+    again.server.parameters.set("MAV_TYPE", 13.0)
+    again.until(lambda: complete(again))
+    assert again.sent_count("PARAM_REQUEST_LIST") == 1
+    assert again.told(ParameterChanged)[-1].name == "MAV_TYPE"
+
+
+def test_px4_whose_hash_somebody_asks_for_in_the_middle_of_the_list() -> None:
+    store = MemoryStore()
+    line = parameter_line(PX4, store=store)
+    line.until(lambda: line.told(ParameterCache))
+    line.server.parameters.set("MAV_TYPE", 13.0)
+    line.server.server.read("_HASH_CHECK", -1)
+    line.until(lambda: store.records)
+    again = parameter_line(PX4, store=store)
+    again.server.parameters.set("MAV_TYPE", 13.0)
+    again.until(lambda: complete(again))
+    assert again.told(ParameterChanged)[-1].name == "MAV_TYPE"
+
+
+def test_px4_that_tells_no_hash_any_more_is_read() -> None:
+    store = remembered(PX4)
+    line = parameter_line(PX4, store=store)
+    line.server.parameters.hash_on_the_wire = lambda: None
+    took_s = line.until(lambda: complete(line))
+    assert took_s > FAST.list_after_s + 2 * FAST.answer_s
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+
+
+def test_after_a_write_the_hash_is_not_believed() -> None:
+    store = remembered(PX4)
+    line = parameter_line(PX4, store=store)
+    line.until(lambda: complete(line))
+    line.do(ParametersWriteWork((("NAV_DLL_ACT", 3.0),)))
+    line.run(SAVE_AFTER_S + 1.0)
+    again = parameter_line(PX4, store=store)
+    again.until(lambda: complete(again))
+    assert again.sent_count("PARAM_REQUEST_LIST") == 1
+
+
+def test_where_single_values_are_slow_and_many_are_missing_the_list_is_asked_for_again() -> None:
+    """As an agent finds it that was not run for a moment while a thousand came at once."""
+    line = parameter_line(total_count=1400)
+    line.server.server.is_slow = True
+    burst = range(200, 900)
+    line.to_agent = lambda number, _message: () if number in burst else (0.0,)
+    assert line.until(lambda: complete(line)) < FAST.list_after_s + 2.5
+    assert line.sent_count("PARAM_REQUEST_LIST") == 2
+    line.do(ParametersReadWork())
+    assert tables(line) == [table_of(line)]
+
+
+def test_a_pause_in_the_list_that_is_like_those_before_is_no_end_of_it() -> None:
+    line = parameter_line(total_count=1400)
+    line.to_agent = lambda number, _message: (0.2 * (number // 300),)
+    line.until(lambda: complete(line))
+    assert line.sent_count("PARAM_REQUEST_READ") == 0

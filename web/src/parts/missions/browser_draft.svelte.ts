@@ -1,0 +1,40 @@
+/** The draft of a plan, kept in this browser a moment after each change and restored when the page opens. */
+
+import { onMount } from 'svelte';
+
+import { keepPlan, keptPlan } from '../../plan/plan_keeping';
+import type { PlanWorkspace } from './plan_workspace.svelte';
+
+const SAVE_AFTER_MS = 400;
+
+/** Made while a component is initialised: it saves once more when that component goes. */
+export class BrowserDraft {
+  readonly #workspace: PlanWorkspace;
+  readonly #userId: number;
+  #timer: ReturnType<typeof setTimeout> | undefined;
+  /** The browser stores nothing for us. */
+  isLost = $state(false);
+
+  constructor(workspace: PlanWorkspace, userId: number) {
+    this.#workspace = workspace;
+    this.#userId = userId;
+    const kept = keptPlan(localStorage, userId);
+    if (kept) workspace.restore(kept);
+    $effect(() => {
+      void [workspace.plan, workspace.name, workspace.library, workspace.isUnsaved, workspace.patterns];
+      clearTimeout(this.#timer);
+      this.#timer = setTimeout(this.save, SAVE_AFTER_MS);
+    });
+    onMount(() => this.save);
+  }
+
+  readonly save = (): void => {
+    clearTimeout(this.#timer);
+    this.isLost = !keepPlan(localStorage, this.#userId, this.#workspace.kept());
+  };
+
+  readonly onbeforeunload = (event: BeforeUnloadEvent): void => {
+    this.save();
+    if (this.#workspace.isUnsaved && !this.#workspace.isEmpty) event.preventDefault();
+  };
+}
