@@ -146,7 +146,7 @@ describe('who may fly', () => {
     socket().says({ type: 'drone', drone: { ...mine, assistant: boss, epoch: 4 } });
     socket().says({ type: 'turn', drone_id: 1, user: boss });
     expect(tower.assist.turns.get().get(1)).toEqual(boss);
-    const result = vehicle(1).perform('Land', (flying) => flying.land());
+    const result = vehicle(1).sendHold();
     const refusal = { severity: 'warning', code: 'assisted', text: 'boss assists.', drone_id: 1, count: 1 };
     socket().says({ type: 'notice', ...refusal });
     expect(await result).toEqual({ kind: 'failed', why: 'boss assists.' });
