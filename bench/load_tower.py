@@ -17,14 +17,14 @@ from typing import Final
 import httpx
 
 from bench.lean_browser import LeanBrowser, connect_browser
-from server.accounts.passwords import Passwords
-from server.accounts.users import create_user
-from server.audit.action import AuditAction
-from server.audit.trail import COMMAND_LINE
-from server.database import open_database
 from server.domain.people import Role
-from server.fleet.drones import create_drone, set_key
-from server.schema import migrate
+from server.store.accounts.passwords import Passwords
+from server.store.accounts.users import create_user
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import COMMAND_LINE
+from server.store.database import open_database
+from server.store.fleet.drones import create_drone, set_key
+from server.store.schema import migrate
 from wire.drone_key import KEY_BYTES, DroneKey
 from wire.ids import DroneId
 

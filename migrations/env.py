@@ -6,9 +6,9 @@ import os
 from alembic import context
 from sqlalchemy import Connection
 
-from server.database import open_database
-from server.settings import read_settings
-from server.tables import METADATA
+from server.runtime.settings import read_settings
+from server.store.database import open_database
+from server.store.tables import METADATA
 
 
 def _run(connection: Connection) -> None:

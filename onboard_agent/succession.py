@@ -17,7 +17,7 @@ from typing import Final
 from onboard_agent.backoff import Backoff
 
 SEEK_S: Final = 10.0
-"""As long as the tower keeps a link without a control channel (server.relay.orphans)."""
+"""As long as the tower keeps a link without a control channel (server.live.relay.orphans)."""
 
 SILENT_S: Final = 1.5
 """The tower's datagrams are missing: three keep-alives in a row, and the answers to as many."""

@@ -1,7 +1,7 @@
 """When a viewer says `got`, as the console's player does (web/src/video/got_cadence.ts). Pure: takes `now`.
 
 While all is well it says so now and then, and that is a promise: it speaks up as soon as something is late or does not
-come. What it then says often is what the tower bounds by what is on its way (server/video/pacing.py).
+come. What it then says often is what the tower bounds by what is on its way (server/live/video/pacing.py).
 """
 
 from typing import Final, NamedTuple

@@ -8,8 +8,8 @@ import os
 import sqlalchemy as sa
 from alembic import context, op
 
-from server.settings import read_settings
-from server.vault import Vault
+from server.runtime.settings import read_settings
+from server.runtime.vault import Vault
 
 revision = "0006"
 down_revision = "0005"

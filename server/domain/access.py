@@ -162,7 +162,7 @@ IN_PERSON: Final = frozenset(
 WITH_FRESH_PROOF: Final = frozenset(
     {Action.CHANGE_CREDENTIALS, Action.SET_UP_SECOND_FACTOR, Action.CHANGE_PASSWORD, Action.CHANGE_USERS}
 )
-"""What a stolen cookie is not enough for: see `server/accounts/reauthentication.py`."""
+"""What a stolen cookie is not enough for: see `server/store/accounts/reauthentication.py`."""
 
 
 FOR_ADMINS: Final = frozenset({Action.ADMINISTER, Action.READ_METRICS, Action.CHANGE_USERS})

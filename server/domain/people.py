@@ -43,7 +43,7 @@ class Principal:
     expires_at: datetime
     """When the session ends if nothing more is heard of it, or the token in any case."""
     proved_at: datetime | None = None
-    """When this person last proved who they are (`server/accounts/reauthentication.py`); never so with a token."""
+    """When this person last proved who they are (`reauthentication.py`); a token never does."""
     scopes: frozenset[Scope] = ALL_SCOPES
     """What this sign-in may be used for; what the user may do is another question."""
     must_change_password: bool = False

@@ -14,10 +14,10 @@ import pytest
 from hub_world import FakeAgent, FakeBrowser, HubWorld, record, sticks
 
 from server.domain.people import Role
-from server.relay import live_messages as live
-from server.relay.hub_events import HolderExpired, HolderGone, HubEvent, MotionSuspected, RightLost, RttTooLong
-from server.separation.motion import METRES_PER_DEGREE
-from server.separation.strangers import BEGUN_AT_ONCE, BEGUN_EVERY_S, FIGURES_EVERY_S
+from server.live.hub_events import HolderExpired, HolderGone, HubEvent, MotionSuspected, RightLost, RttTooLong
+from server.live.relay import live_messages as live
+from server.live.separation.motion import METRES_PER_DEGREE
+from server.live.separation.strangers import BEGUN_AT_ONCE, BEGUN_EVERY_S, FIGURES_EVERY_S
 from wire.control_messages import AutopilotState, HoldOrder
 from wire.dialect import build, mavlink
 from wire.frames import message_id

@@ -361,7 +361,7 @@ def test_it_starts_without_a_database() -> None:
     """What `tower connect` imports is what a machine needs that has no tower."""
     code = (
         "import sys; sys.argv = ['tower', 'connect', '--help']\n"
-        "from server.entry import main\n"
+        "from server.app.entry import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
         "print(sorted({'sqlalchemy', 'fastapi', 'passlib', 'uvicorn'} & set(sys.modules)))"

@@ -34,12 +34,12 @@ from onboard_agent.identity_file import read_identity, write_private
 from onboard_agent.signing_in import KeySignIn
 from onboard_agent.tower_url import TowerUrl, parse_tower_url
 from onboard_agent.unusable import Unusable
+from server.api.relay import agent_sign_in
+from server.api.relay.tls_binding import TlsBinding
 from server.domain.people import Role
-from server.fleet.tower_identity import TowerIdentity, check_key_is_there, forget_identity
-from server.relay import agent_sign_in
-from server.relay.tls_binding import TlsBinding
-from server.tables import METADATA
-from server.vault import Vault, VaultError, new_key
+from server.runtime.vault import Vault, VaultError, new_key
+from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there, forget_identity
+from server.store.tables import METADATA
 from wire.channel_binding import end_point
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
@@ -478,7 +478,7 @@ async def test_a_tower_that_was_killed_before_it_wrote_the_key_down(
         raise OSError("no database")
 
     with monkeypatch.context() as patched:
-        patched.setattr("server.fleet.exchange.exchange_credential", out_of_reach)
+        patched.setattr("server.store.fleet.exchange.exchange_credential", out_of_reach)
         async with signed_in(world, read_identity(file)) as opened:
             assert not opened.welcome.credential_forgotten
     assert read_identity(file).credential == credential

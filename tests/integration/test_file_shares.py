@@ -11,9 +11,9 @@ import pytest
 from sqlalchemy import func, select
 from tower_world import NewDrone, TowerWorld, start_tower
 
-from server.file_room import NOBODY, Account, NoRoom, to_shrink
-from server.flight_logs.quota import ArrivingLog, FlightLogQuota
-from server.recordings.tables import RecordingRow
+from server.store.file_room import NOBODY, Account, NoRoom, to_shrink
+from server.store.flight_logs.quota import ArrivingLog, FlightLogQuota
+from server.store.recordings.tables import RecordingRow
 from wire.ids import DroneId
 
 ALICE, MALLORY = 1, 2

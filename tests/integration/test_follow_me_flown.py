@@ -14,7 +14,7 @@ import pytest
 from worlds.pilot import Pilot, at_the_controls, watching
 from worlds.processes import Visitor, World
 
-from server.separation.motion import METRES_PER_DEGREE
+from server.live.separation.motion import METRES_PER_DEGREE
 
 BRAKE: Final = 17
 HEIGHT_M: Final = 12.0

@@ -17,10 +17,10 @@ from uvicorn._types import ASGIReceiveEvent
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from server import guarded_websocket
+from server.api.websocket import guarded_websocket
+from server.api.websocket.guarded_websocket import HIGH_WATER_BYTES, MAX_PIECES, SLICE_BYTES, GuardedWebSocket
 from server.domain.people import Role
-from server.guarded_websocket import HIGH_WATER_BYTES, MAX_PIECES, SLICE_BYTES, GuardedWebSocket
-from server.relay.outbox import MAX_TRANSACTIONAL
+from server.live.relay.outbox import MAX_TRANSACTIONAL
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 from wire.frames import payload

@@ -19,14 +19,14 @@ from tower_world import Person, TowerWorld, start_tower
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from server.accounts.tables import UserRow
-from server.accounts.users import UserChange, change_user, reset_second_factor
-from server.audit.action import AuditAction
-from server.audit.trail import COMMAND_LINE
+from server.api.relay import routes as relay_routes
+from server.api.relay.viewer_sign_in import StillSignedIn
+from server.api.video import routes as video_routes
 from server.domain.people import Role
-from server.relay import routes as relay_routes
-from server.relay.viewer_sign_in import StillSignedIn
-from server.video import routes as video_routes
+from server.store.accounts.tables import UserRow
+from server.store.accounts.users import UserChange, change_user, reset_second_factor
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import COMMAND_LINE
 from wire.ids import DroneId
 from wire.video import VIEWER_VIDEO_SUBPROTOCOL
 

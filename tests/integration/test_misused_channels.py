@@ -13,9 +13,9 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Subprotocol
 
-from server.anonymous.limits import LIMITS
+from server.app.log import configure_log
 from server.domain.people import Role
-from server.log import configure_log
+from server.live.anonymous.limits import LIMITS
 from wire.control_messages import AGENT_SUBPROTOCOL
 from wire.drops import DropReason
 

@@ -1,5 +1,5 @@
 """Connections that end, however they do, leave nothing for the garbage collector: it comes seldom, and stops the tower
-when it does (server/garbage.py)."""
+when it does (server/runtime/garbage.py)."""
 
 import asyncio
 import gc
@@ -16,15 +16,15 @@ from websockets.server import ServerProtocol
 from websockets.typing import Subprotocol
 
 from bench.key_sign_in import say_hello
-from server.direct_websocket import DirectWebSocket
+from server.api.relay.agent_channel import AgentChannel
+from server.api.relay.live_channel import LiveChannel
+from server.api.relay.live_writer import LiveWriter
+from server.api.websocket.direct_websocket import DirectWebSocket
+from server.api.websocket.upgrading_http import UpgradingHttp
+from server.app.serving import MAX_MESSAGE_BYTES
 from server.domain.people import Role
-from server.relay.agent_channel import AgentChannel
-from server.relay.agent_link import AgentLink
-from server.relay.browser import Browser
-from server.relay.live_channel import LiveChannel
-from server.relay.live_writer import LiveWriter
-from server.serving import MAX_MESSAGE_BYTES
-from server.upgrading_http import UpgradingHttp
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.browser import Browser
 from wire.control_messages import KEY_SUBPROTOCOL
 from wire.drone_key import DroneKey
 

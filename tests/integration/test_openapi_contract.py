@@ -38,14 +38,14 @@ from test_server_access_table import TOKENS as ACCESS_TOKENS
 from test_server_access_table import VISITORS as ACCESS_VISITORS
 from tower_world import PASSWORD, TowerWorld, start_tower
 
-from server.access import COOKIE
-from server.accounts.tables import UserRow
-from server.accounts.tokens import create_token
-from server.app import ROUTERS
-from server.audit.action import AuditAction
-from server.audit.trail import COMMAND_LINE
+from server.api.access import COOKIE
+from server.app.composition import ROUTERS
 from server.domain.people import Role
 from server.domain.scopes import Scope
+from server.store.accounts.tables import UserRow
+from server.store.accounts.tokens import create_token
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import COMMAND_LINE
 
 # All of it now, before there are threads: pytest reads the source of its plugins, and Python 3.11 cannot parse in two
 # threads at once ("AST constructor recursion depth mismatch").

@@ -10,9 +10,9 @@ from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.routing import Route
 from tower_world import TowerWorld, start_tower
 
-from server.app import ROUTERS, create_app
+from server.app.composition import ROUTERS, create_app
 from server.domain.people import Role
-from server.settings import Settings
+from server.runtime.settings import Settings
 
 VISITORS: Final = ("anonymous", "stranger", "owner", "admin")
 TOKENS: Final = ("for watch", "for fly", "for admin", "for metrics", "of the settings")

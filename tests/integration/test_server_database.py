@@ -12,15 +12,15 @@ from sqlalchemy import event, select, text
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.exc import TimeoutError as GaveUp
 
-from server import database as database_module
-from server.audit.action import AuditAction
-from server.audit.trail import COMMAND_LINE
-from server.database import Database, open_database
-from server.fleet import enrolments
-from server.fleet.drones import create_drone
-from server.fleet.enrolment_news import EnrolmentNews
-from server.fleet.tables import EnrolmentRow
-from server.schema import migrate
+from server.store import database as database_module
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import COMMAND_LINE
+from server.store.database import Database, open_database
+from server.store.fleet import enrolments
+from server.store.fleet.drones import create_drone
+from server.store.fleet.enrolment_news import EnrolmentNews
+from server.store.fleet.tables import EnrolmentRow
+from server.store.schema import migrate
 from wire.ids import DroneId
 
 NOW = datetime(2026, 11, 22, 2, 0, tzinfo=UTC)

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
-from server.database import open_database
 from server.domain.people import Role
-from server.fleet.drones import create_drone
+from server.store.database import open_database
+from server.store.fleet.drones import create_drone
 from wire.drone_key import fingerprint
 from wire.ids import DroneId
 

@@ -15,8 +15,8 @@ from worlds.processes import PASSWORD, World, free_udp_ports
 
 from onboard_agent.identity_file import read_identity
 from server.domain.people import Role
-from server.fleet.tables import EnrolmentRow
-from server.relay.hub_events import AgentLinked
+from server.live.hub_events import AgentLinked
+from server.store.fleet.tables import EnrolmentRow
 from wire.drone_key import DroneKey, enrolment_statement, fingerprint, key_text
 from wire.ids import DroneId
 

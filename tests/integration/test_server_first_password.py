@@ -10,10 +10,10 @@ from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from server.accounts.users import UserChange, change_user
-from server.audit.action import AuditAction
-from server.audit.trail import COMMAND_LINE
 from server.domain.people import Role
+from server.store.accounts.users import UserChange, change_user
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import COMMAND_LINE
 
 OWN = "a password of my own"
 

@@ -9,8 +9,8 @@ import pytest
 from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 
 from server.domain.people import Role
-from server.listening import CannotListen, listen
-from server.schema import DatabaseNotReady
+from server.runtime.listening import CannotListen, listen
+from server.store.schema import DatabaseNotReady
 
 SESSION = "/api/v1/session"
 SIGN_IN = {"name": "Root", "password": PASSWORD}

@@ -8,7 +8,7 @@ import httpx
 import pytest
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.tile_source import TileAddresses, TileFile
+from server.runtime.tile_source import TileAddresses, TileFile
 
 CONTENT: Final = bytes(range(256)) * 40
 FILE: Final = "/api/v1/map/tiles.pmtiles"

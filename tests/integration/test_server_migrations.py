@@ -8,12 +8,12 @@ from alembic.autogenerate import compare_metadata
 from alembic.runtime.migration import MigrationContext
 from sqlalchemy import JSON, Connection, DateTime, column, insert, inspect, select, table, text
 
-from server.accounts.tables import ApiTokenRow
-from server.database import Database, open_database
-from server.fleet.snapshot import load_snapshot
-from server.schema import DatabaseNotReady, check_schema, migrate
-from server.tables import METADATA
-from server.vault import Vault
+from server.runtime.vault import Vault
+from server.store.accounts.tables import ApiTokenRow
+from server.store.database import Database, open_database
+from server.store.fleet.snapshot import load_snapshot
+from server.store.schema import DatabaseNotReady, check_schema, migrate
+from server.store.tables import METADATA
 
 
 def _difference(connection: Connection) -> list[object]:

@@ -10,7 +10,7 @@ from control_world import audit
 from tower_world import TowerWorld, assert_problem, start_tower
 
 from server.domain.people import Role
-from server.missions import library
+from server.store.missions import library
 
 MISSIONS = "/api/v1/missions"
 ROW = [16, 3, [0, 0.1, 0, None], 470000000, 80000000, 30.5, 1]

@@ -14,7 +14,7 @@ from test_server_enrolment import asked
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
 from server.domain.people import Role
-from server.schema import newest_revision
+from server.store.schema import newest_revision
 from wire.drone_key import DroneKey
 from wire.ids import DroneId
 

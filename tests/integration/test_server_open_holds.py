@@ -11,9 +11,9 @@ from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 
-from server.control.tables import ControlLeaseRow
 from server.domain.people import Role
-from server.relay.link_changes import ORDERED_AGAIN
+from server.live.relay.link_changes import ORDERED_AGAIN
+from server.store.control.tables import ControlLeaseRow
 from wire.control_messages import AutopilotState, HoldStep
 from wire.ids import DroneId
 from wire.open_holds import OPEN_HOLDS, AfterSticks, HoldStage, HoldState, Lost, LostAction, LostPhase, Stay
@@ -166,7 +166,7 @@ async def test_stay_needs_no_database(scene: Scene, monkeypatch: pytest.MonkeyPa
     def broken(*_: object, **__: object) -> None:
         raise OperationalError("INSERT", None, OSError("disk full"))
 
-    monkeypatch.setattr("server.control.stays.record", broken)
+    monkeypatch.setattr("server.store.control.stays.record", broken)
     assert (await ask(scene.anna, scene.drone.id, "stay")).status_code == 200
     assert len(scene.stays) == 1
 

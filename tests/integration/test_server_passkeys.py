@@ -26,10 +26,10 @@ from sqlalchemy import func, select, update
 from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 from worlds.soft_authenticator import b64, unb64
 
-from server.accounts.challenges import ASKED_AT_ONCE, LIFETIME_S
-from server.accounts.passkeys import MAX_PER_USER
-from server.accounts.tables import PasskeyRow, RecoveryCodeRow, UserRow
 from server.domain.people import Role
+from server.live.accounts.challenges import ASKED_AT_ONCE, LIFETIME_S
+from server.store.accounts.passkeys import MAX_PER_USER
+from server.store.accounts.tables import PasskeyRow, RecoveryCodeRow, UserRow
 
 ME = "/api/v1/me"
 SESSION = "/api/v1/session"

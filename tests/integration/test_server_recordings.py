@@ -21,17 +21,17 @@ from tower_world import assert_problem, start_tower
 from worlds.camera_units import units
 from worlds.recorded_video import VideoByHand
 
-from server import file_room
-from server.recordings import service
-from server.recordings.finishing import CannotFinish
-from server.recordings.quota import AT_ONCE
-from server.recordings.service import NO_STORE, NOT_HERE, NOTHING_CAME, TOO_LONG
-from server.recordings.sink import TOO_LARGE
-from server.recordings.tables import RecordingRow
-from server.recordings.writer import TOO_SLOW, UnitWriter
-from server.relay import flood_gate
-from server.video.situation import VideoCondition
-from server.video.streams import StreamKey
+from server.live.relay import flood_gate
+from server.live.video.situation import VideoCondition
+from server.live.video.streams import StreamKey
+from server.store import file_room
+from server.store.recordings import service
+from server.store.recordings.finishing import CannotFinish
+from server.store.recordings.quota import AT_ONCE
+from server.store.recordings.service import NO_STORE, NOT_HERE, NOTHING_CAME, TOO_LONG
+from server.store.recordings.sink import TOO_LARGE
+from server.store.recordings.tables import RecordingRow
+from server.store.recordings.writer import TOO_SLOW, UnitWriter
 from wire.control_messages import AutopilotState
 from wire.video import Codec, Quality
 

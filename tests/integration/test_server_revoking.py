@@ -9,11 +9,11 @@ from control_world import ObedientAgent, ask, audit, live, until
 from sqlalchemy.exc import OperationalError
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
-from server.accounts.users import UserChange, change_user
-from server.audit.action import AuditAction
-from server.audit.trail import COMMAND_LINE
 from server.domain.people import Role
-from server.relay.hub_events import HolderExpired, HolderGone, OfferLapsed, RightLost, RttTooLong, TurnWanted
+from server.live.hub_events import HolderExpired, HolderGone, OfferLapsed, RightLost, RttTooLong, TurnWanted
+from server.store.accounts.users import UserChange, change_user
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import COMMAND_LINE
 from wire.ids import DroneId, UserId
 
 
@@ -311,7 +311,7 @@ async def test_a_flood_of_events_is_bounded_and_holds(
 ) -> None:
     hawk = await world.add_drone("hawk", anna)
     agent = ObedientAgent(world.tower.hub, hawk.id)
-    monkeypatch.setattr("server.control.hub_event_handler.MAX_WAITING", 4)
+    monkeypatch.setattr("server.store.control.hub_event_handler.MAX_WAITING", 4)
     for number in range(20):
         world.tower.event_handler.noticed(RightLost(DroneId(hawk.id), UserId(anna.id), "holder", f"reason {number}"))
     assert len(agent.holds) == 16

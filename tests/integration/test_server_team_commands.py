@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from server.cli import app
-from server.commands.session import CommandError
+from server.app.cli import app
+from server.app.commands.session import CommandError
 from server.domain.refusal import Refusal
 
 Tower = Callable[..., str]

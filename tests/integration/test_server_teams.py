@@ -12,15 +12,15 @@ from control_world import ObedientAgent, ask, audit, live, until
 from fastapi.routing import APIRoute
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
-from server.app import ROUTERS
-from server.audit.action import AuditAction
-from server.audit.trail import COMMAND_LINE as BY_COMMAND_LINE
+from server.app.composition import ROUTERS
 from server.domain.people import Role
 from server.domain.relations import TeamRole
-from server.fleet.tables import OwnershipRow
-from server.recordings.tables import RecordingRow
-from server.teams import teams
-from server.teams.teams import COMMAND_LINE
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import COMMAND_LINE as BY_COMMAND_LINE
+from server.store.fleet.tables import OwnershipRow
+from server.store.recordings.tables import RecordingRow
+from server.store.teams import teams
+from server.store.teams.teams import COMMAND_LINE
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.tagged import tag

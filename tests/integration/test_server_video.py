@@ -14,8 +14,8 @@ from video_world import CameraAgent, Watcher, camera_agent, filming, watching_vi
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from server.domain.people import Role
-from server.relay.flood_gate import FLOODING
-from server.video.drone_video import UNITS_BURST
+from server.live.relay.flood_gate import FLOODING
+from server.live.video.drone_video import UNITS_BURST
 from wire.video import HEADER_BYTES, CameraState, Codec, KeyWanted, Quality, encode_unit
 
 

@@ -9,7 +9,7 @@ import pytest
 from control_world import live
 from tower_world import TowerWorld, start_tower
 
-from server import upgrading_http
+from server.api.websocket import upgrading_http
 from server.domain.people import Role
 
 HEAD_WITHIN_S = 0.3

@@ -21,19 +21,19 @@ from fastapi import FastAPI
 
 from onboard_agent.identity import Identity, Kept
 from onboard_agent.identity_file import write_private
-from server.accounts.users import create_user
-from server.app import create_app
-from server.audit.action import AuditAction
-from server.audit.trail import COMMAND_LINE
-from server.database import Database, open_database
+from server.api.tower import Tower
+from server.app.composition import create_app
+from server.app.serving import TowerServer
 from server.domain.people import Role
-from server.fleet.drones import add_owner, create_drone, get_drone, set_key
-from server.fleet.snapshot import begin_fleet_change
-from server.listening import address_in_words, listen
-from server.schema import migrate
-from server.serving import TowerServer
-from server.settings import Settings
-from server.tower import Tower
+from server.runtime.listening import address_in_words, listen
+from server.runtime.settings import Settings
+from server.store.accounts.users import create_user
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import COMMAND_LINE
+from server.store.database import Database, open_database
+from server.store.fleet.drones import add_owner, create_drone, get_drone, set_key
+from server.store.fleet.snapshot import begin_fleet_change
+from server.store.schema import migrate
 from wire.credential import Credential
 from wire.drone_key import KEY_BYTES, DroneKey
 from wire.ids import DroneId

@@ -4,13 +4,13 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from server.control.lease_store import HOLDS_ANOTHER, MOVED, Ask, Committed
 from server.domain.fleet import DroneRecord, FleetSnapshot, TeamRecord, UserRecord
 from server.domain.lease import TOWER as THE_TOWER
 from server.domain.lease import Actor, Changed, Event, Lease, Refused, decide
 from server.domain.people import Role, UserRef
 from server.domain.relations import Relation, Right, TeamRole, Ties, may, relation_of
-from server.relay.live_drone import LeaseView
+from server.live.relay.live_drone import LeaseView
+from server.store.control.lease_store import HOLDS_ANOTHER, MOVED, Ask, Committed
 from wire.ids import DroneId, UserId
 
 SINCE = datetime(2026, 1, 1, tzinfo=UTC)
@@ -77,7 +77,7 @@ class MemoryStore:
             assert not above, "a team admin took from an admin of the tower"
 
     def after_start(self) -> None:
-        """What `server.control.after_start` does."""
+        """What `server.store.control.after_start` does."""
         for drone_id, lease in self.leases.items():
             outcome = decide(lease, Event.ASSIST_END, THE_TOWER)
             if isinstance(outcome, Changed):

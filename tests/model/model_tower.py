@@ -9,16 +9,16 @@ from typing import Any
 from model_agent import stick_frame
 from model_store import MemoryStore
 
-from server.control.hub_event_handler import HubEventHandler
-from server.control.loss_checks import LossChecks
-from server.control.rehearsal import Rehearsals
-from server.control.service import ControlRefused, ControlService
 from server.domain.access import UnknownDrone
 from server.domain.lease import Event
 from server.domain.people import Principal, Role
-from server.relay.browser import Browser
-from server.relay.hub import Hub
-from server.relay.hub_events import HubEvent
+from server.live.hub import Hub
+from server.live.hub_events import HubEvent
+from server.live.relay.browser import Browser
+from server.store.control.hub_event_handler import HubEventHandler
+from server.store.control.loss_checks import LossChecks
+from server.store.control.rehearsal import Rehearsals
+from server.store.control.service import ControlRefused, ControlService
 from wire.ids import DroneId, UserId
 from wire.tagged import tag
 

@@ -21,9 +21,9 @@ from onboard_agent.onboard import Onboard
 from onboard_agent.transactions.plan_replacement import Phase, PlanReplacement
 from server.domain.lease import Event, Lease
 from server.domain.people import Role, UserRef
-from server.missions import plans
-from server.operations.operation import STATE_OF, Lane, Operation, Order, State, Step
-from server.operations.refusals import DroneBusy, DroneOffline
+from server.live.missions import plans
+from server.live.operations.operation import STATE_OF, Lane, Operation, Order, State, Step
+from server.live.operations.refusals import DroneBusy, DroneOffline
 from simulator.dialect import Codec
 from simulator.failure_modes import Failure
 from simulator.flight import FlightSettings

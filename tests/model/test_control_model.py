@@ -25,7 +25,7 @@ from model_tower import ModelTower
 from server.domain.lease import Event, Lease
 from server.domain.people import Role
 from server.domain.relations import Right, TeamRole, may
-from server.relay.orphans import ORPHAN_S
+from server.live.relay.orphans import ORPHAN_S
 from wire.ids import DroneId, LinkId, UserId
 
 ALICE, BOB, CHIEF, ROOT, TOOR = UserId(1), UserId(2), UserId(5), UserId(8), UserId(9)

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.video.got_cadence import Got, GotCadence
-from server.video.pacing import TRUST_S, ViewerPace
-from server.video.streams import Relayed, Stream
+from server.live.video.pacing import TRUST_S, ViewerPace
+from server.live.video.streams import Relayed, Stream
 from wire.video import Codec, Quality, UnitHead
 
 RATE_HZ = 24.0

@@ -40,14 +40,14 @@ def test_the_rules_hold() -> None:
 @pytest.mark.parametrize(
     ("file", "line"),
     [
-        ("wire/ids.py", "import server.settings"),
-        ("server/settings.py", "import onboard_agent"),
+        ("wire/ids.py", "import server.runtime.settings"),
+        ("server/runtime/settings.py", "import onboard_agent"),
         ("onboard_agent/backoff.py", "import simulator"),
         ("simulator/geodesy.py", "import wire.ids"),
         ("wire/replay.py", "import time"),
-        ("server/relay/hub.py", "import asyncio"),
+        ("server/live/hub.py", "import asyncio"),
         ("server/domain/lease.py", "import sqlalchemy"),
-        ("connect/session.py", "import server.access"),
+        ("connect/session.py", "import server.api.access"),
         ("connect/bridge.py", "import asyncio"),
     ],
 )

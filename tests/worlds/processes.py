@@ -264,7 +264,7 @@ class World:
 def _tower(words: Sequence[str], environment: Mapping[str, str], stdin: str = "") -> str:
     """What `tower WORDS` says. Without a process of its own, each of which takes more than a second of a processor;
     `test_server_cli.py` has the real ones. In a thread, for the caller may be in an event loop."""
-    from server.cli import app
+    from server.app.cli import app
 
     with ThreadPoolExecutor(1) as thread:
         done = thread.submit(CliRunner().invoke, app, words, input=stdin, env=environment).result()

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable
 
-from server.recordings.source import VideoStreams
-from server.video.situation import VideoCondition, VideoSituation
-from server.video.streams import StreamKey, StreamSink
+from server.live.video.situation import VideoCondition, VideoSituation
+from server.live.video.streams import StreamKey, StreamSink
+from server.store.recordings.source import VideoStreams
 from wire.ids import DroneId
 from wire.video import Codec, decode_head
 

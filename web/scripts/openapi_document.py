@@ -6,8 +6,8 @@
 import json
 import sys
 
-from server.app import create_app
-from server.settings import Settings
+from server.app.composition import create_app
+from server.runtime.settings import Settings
 
 if __name__ == "__main__":
     json.dump(create_app(Settings()).openapi(), sys.stdout, sort_keys=True)

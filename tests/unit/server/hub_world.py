@@ -5,10 +5,10 @@ from datetime import UTC, datetime
 
 from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
 from server.domain.people import Principal, Role, UserRef
-from server.relay.agent_link import AgentLink
-from server.relay.browser import Browser
-from server.relay.hub import Hub
-from server.relay.live_messages import ToBrowser
+from server.live.hub import Hub
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.browser import Browser
+from server.live.relay.live_messages import ToBrowser
 from wire.control_messages import ToAgent
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, LinkId, UserId

@@ -5,8 +5,8 @@ from typing import Any, cast
 
 import pytest
 
-from server.relay.agent_sign_in import is_agent
-from server.relay.hub import Hub
+from server.api.relay.agent_sign_in import is_agent
+from server.live.hub import Hub
 from wire.drone_key import CALLER_HEADER, DroneKey, key_text
 from wire.ids import DroneId
 

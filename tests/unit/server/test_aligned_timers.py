@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from server import aligned_timers
-from server.aligned_timers import BEAT_S, SharedChecks, rest
+from server.runtime import aligned_timers
+from server.runtime.aligned_timers import BEAT_S, SharedChecks, rest
 
 
 class Clock:

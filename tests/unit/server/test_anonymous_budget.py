@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from server.anonymous.budget import AnonymousBudget, Over, origin_of_guest
-from server.anonymous.connections import AnonymousConnection, ConnectionBudget
-from server.anonymous.fair_line import Bounds, FairLine, Priority, Ticket
-from server.anonymous.hashing import Caller, HashingSlots
-from server.anonymous.known_addresses import KnownAddresses
-from server.anonymous.limits import LIMITS
-from server.anonymous.log_lines import LogBudget
-from server.anonymous.networks import origin_of
-from server.anonymous.slices import Slices
+from server.live.anonymous.budget import AnonymousBudget, Over, origin_of_guest
+from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
+from server.live.anonymous.fair_line import Bounds, FairLine, Priority, Ticket
+from server.live.anonymous.hashing import Caller, HashingSlots
+from server.live.anonymous.known_addresses import KnownAddresses
+from server.live.anonymous.limits import LIMITS
+from server.live.anonymous.log_lines import LogBudget
+from server.live.anonymous.networks import origin_of
+from server.live.anonymous.slices import Slices
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 KEY = b"k" * 32

@@ -13,7 +13,7 @@ from websockets.client import ClientProtocol
 from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 
-from server.direct_websocket import EXTENSION, DirectWebSocket
+from server.api.websocket.direct_websocket import EXTENSION, DirectWebSocket
 
 Sent = list[tuple[str, bytes]]
 

@@ -7,10 +7,10 @@ import pytest
 from hub_world import HubWorld
 from pydantic import TypeAdapter, ValidationError
 
-from server.flight_commands.bodies import FlightCommand
-from server.flight_commands.steps import NoSuchItem, order_of
-from server.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
-from server.operations.leave import message_of
+from server.live.flight_commands.bodies import FlightCommand
+from server.live.flight_commands.steps import NoSuchItem, order_of
+from server.live.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
+from server.live.operations.leave import message_of
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.transactions import CommandWork, Outcome

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from server import file_room
-from server.file_room import NoRoom
-from server.flight_logs.quota import FlightLogQuota
+from server.store import file_room
+from server.store.file_room import NoRoom
+from server.store.flight_logs.quota import FlightLogQuota
 from wire.ids import DroneId
 
 HAWK, CROW = DroneId(3), DroneId(4)

@@ -10,11 +10,11 @@ from test_operation_service import Scene
 
 from server.domain.fleet import LoanRecord
 from server.domain.people import Principal, Role, UserRef
-from server.flight_commands.bodies import Follow
-from server.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
-from server.operations.operation import Operation, State
-from server.operations.refusals import AgentTooOld, DroneBusy, LoanForbids
-from server.relay.loan_limits import Home
+from server.live.flight_commands.bodies import Follow
+from server.live.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
+from server.live.operations.operation import Operation, State
+from server.live.operations.refusals import AgentTooOld, DroneBusy, LoanForbids
+from server.live.relay.loan_limits import Home
 from wire.control_messages import AutopilotState, decode_to_agent
 from wire.dialect import build, mavlink
 from wire.following import FOLLOW, FollowWork, LeaderPosition

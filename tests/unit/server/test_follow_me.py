@@ -7,13 +7,13 @@ from hub_world import NAMES
 from test_follow_feed import FollowScene, lend, principal
 
 from server.domain.people import UserRef
-from server.flight_commands.bodies import FollowMe
-from server.flight_commands.follow_me import follow_me_order
-from server.flight_commands.following import CannotFollow
-from server.operations.operation import Operation, State
-from server.operations.refusals import AgentTooOld, DroneBusy, LoanForbids
-from server.relay.live_messages import PersonFix
-from server.separation.motion import METRES_PER_DEGREE
+from server.live.flight_commands.bodies import FollowMe
+from server.live.flight_commands.follow_me import follow_me_order
+from server.live.flight_commands.following import CannotFollow
+from server.live.operations.operation import Operation, State
+from server.live.operations.refusals import AgentTooOld, DroneBusy, LoanForbids
+from server.live.relay.live_messages import PersonFix
+from server.live.separation.motion import METRES_PER_DEGREE
 from wire.dialect import build, mavlink
 from wire.following import FOLLOW, FOLLOW_PERSON, PERSON_PATIENCE_S, FollowWork
 from wire.ids import DroneId, UserId

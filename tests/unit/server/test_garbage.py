@@ -3,7 +3,7 @@
 import gc
 import mmap
 
-from server.garbage import (
+from server.runtime.garbage import (
     AGAIN_S,
     AT_LEAST_BYTES,
     AT_LEAST_EVERY_S,

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_relay_video import MEDIUM, FakeViewer, Scene, unit
 
-from server.video.drone_video import Flow
-from server.video.pacing import TRUST_S
-from server.video.viewer import MAX_MEMBERS
-from server.video.viewer_messages import Drawn
+from server.live.video.drone_video import Flow
+from server.live.video.pacing import TRUST_S
+from server.live.video.viewer import MAX_MEMBERS
+from server.live.video.viewer_messages import Drawn
 from wire.ids import DroneId
 
 RATE_S = 1 / 24

@@ -8,13 +8,13 @@ import pytest
 from hub_world import FakeAgent, HubWorld, record
 
 from server.domain.people import UserRef
-from server.operations.operation import Lane, Operation, Order, State, Step
-from server.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
-from server.operations.service import ASK_AFTER_S, ENDED_KEPT_S, ENDED_MOST, GRACE_S, LINK_LOST
-from server.operations.table_fetching import NOT_YET_S, TABLE_AGAIN_AFTER_S, TABLES_APART_S
-from server.relay import live_messages as live
-from server.relay.assist_turn import BACK_AFTER_S
-from server.relay.live_drone import LiveDrone
+from server.live.operations.operation import Lane, Operation, Order, State, Step
+from server.live.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
+from server.live.operations.service import ASK_AFTER_S, ENDED_KEPT_S, ENDED_MOST, GRACE_S, LINK_LOST
+from server.live.operations.table_fetching import NOT_YET_S, TABLE_AGAIN_AFTER_S, TABLES_APART_S
+from server.live.relay import live_messages as live
+from server.live.relay.assist_turn import BACK_AFTER_S
+from server.live.relay.live_drone import LiveDrone
 from wire.control_messages import MalformedMessage
 from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms

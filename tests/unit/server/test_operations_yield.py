@@ -6,8 +6,8 @@ import pytest
 from hub_world import command_long, record
 from test_operation_service import ALICE, COMMAND, Scene
 
-from server.operations.operation import AT_ONCE, Lane, Order, State, Step
-from server.operations.refusals import DroneBusy
+from server.live.operations.operation import AT_ONCE, Lane, Order, State, Step
+from server.live.operations.refusals import DroneBusy
 from wire.control_messages import HoldCause, HoldProgress, HoldStep
 from wire.ids import DroneId
 from wire.tagged import tag

@@ -4,8 +4,8 @@ import itertools
 
 import pytest
 
-from server.accounts import challenges
-from server.accounts.challenges import (
+from server.live.accounts import challenges
+from server.live.accounts.challenges import (
     ASKED_AT_ONCE,
     CHALLENGE_BYTES,
     LIFETIME_S,
@@ -14,7 +14,7 @@ from server.accounts.challenges import (
     Purpose,
     TooManyChallenges,
 )
-from server.anonymous.networks import origin_of
+from server.live.anonymous.networks import origin_of
 
 HERE = "browser 1"
 

@@ -5,15 +5,15 @@ import time
 
 import pytest
 
-from server.accounts import password_policy
-from server.accounts.password_policy import (
+from server.store.accounts import password_policy
+from server.store.accounts.password_policy import (
     BadPassword,
     PasswordPolicy,
     TooManyJudgements,
     check_password,
     judge_password,
 )
-from server.accounts.passwords import generate_password
+from server.store.accounts.passwords import generate_password
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """When the data channel's socket is read at once, and when it rests for company."""
 
-from server.relay.read_rhythm import (
+from server.live.relay.read_rhythm import (
     BY_HAND_REST_S,
     ENOUGH,
     MAX_REST_S,

@@ -6,8 +6,8 @@ import msgspec
 from hub_world import HubWorld
 
 from server.domain.people import Role
-from server.relay import live_messages as live
-from server.relay.event_queue import MAX_EVENTS, EventQueue
+from server.live.relay import live_messages as live
+from server.live.relay.event_queue import MAX_EVENTS, EventQueue
 from wire.ids import DroneId, UserId
 
 

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from server.domain.people import UserRef
-from server.relay import live_messages as live
-from server.relay.flood_gate import FLOODING, PATIENCE, RESERVED, FloodGate, FloodLimits
-from server.relay.live_drone import LeaseView
-from server.relay.socket_bounds import SocketBounds
-from server.relay.token_bucket import TokenBucket
+from server.live.relay import live_messages as live
+from server.live.relay.flood_gate import FLOODING, PATIENCE, RESERVED, FloodGate, FloodLimits
+from server.live.relay.live_drone import LeaseView
+from server.live.relay.socket_bounds import SocketBounds
+from server.live.relay.token_bucket import TokenBucket
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 from wire.ids import DroneId, Epoch, UserId

@@ -7,10 +7,10 @@ import pytest
 from hub_world import FIRST_ORDER, HubWorld, command_ack, command_long, heartbeat, record, sticks
 
 from server.domain.people import UserRef
-from server.relay import live_messages as live
-from server.relay.hold_orders import OFFLINE
-from server.relay.hub import LINK_REPLACED, SESSION_ENDED
-from server.relay.live_drone import LeaseView
+from server.live.hub import LINK_REPLACED, SESSION_ENDED
+from server.live.relay import live_messages as live
+from server.live.relay.hold_orders import OFFLINE
+from server.live.relay.live_drone import LeaseView
 from wire.batching import MAX_WAIT_S
 from wire.content import Ping, encode_keepalive
 from wire.control_messages import AutopilotState, ControlChanged, HoldOrder, HoldProgress, HoldStep

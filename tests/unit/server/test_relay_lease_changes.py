@@ -7,11 +7,11 @@ import pytest
 from hub_world import FakeBrowser, HubWorld, heartbeat, record, sticks
 
 from server.domain.people import UserRef
-from server.relay import live_messages as live
-from server.relay.holder_watch import GRACE_S
-from server.relay.hub_events import HolderExpired
-from server.relay.lease_changes import DESK_SPEAKS_WITHIN_S, ELSEWHERE
-from server.relay.live_drone import LeaseView
+from server.live.hub_events import HolderExpired
+from server.live.relay import live_messages as live
+from server.live.relay.holder_watch import GRACE_S
+from server.live.relay.lease_changes import DESK_SPEAKS_WITHIN_S, ELSEWHERE
+from server.live.relay.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 from wire.tagged import tag
 

@@ -1,6 +1,6 @@
 """The limits of a loan: when a hand has flown too far. What a frame may ask for: test_relay_loan_requests.py."""
 
-from server.relay.loan_limits import Home, Limits, LimitWatch, Place, home_in, whole_place_in
+from server.live.relay.loan_limits import Home, Limits, LimitWatch, Place, home_in, whole_place_in
 from wire.dialect import build, mavlink
 
 HOME = Home(47.0, 8.0, 500.0)

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.relay.loan_limits import Home, Limits
-from server.relay.loan_requests import LoanBar, bar_of, words_of
-from server.relay.loan_tables import COMMANDS, ITEMS, MESSAGES
-from server.relay.policy import command_in
+from server.live.relay.loan_limits import Home, Limits
+from server.live.relay.loan_requests import LoanBar, bar_of, words_of
+from server.live.relay.loan_tables import COMMANDS, ITEMS, MESSAGES
+from server.live.relay.policy import command_in
 from wire.dialect import build, mavlink
 
 M = mavlink

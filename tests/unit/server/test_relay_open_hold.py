@@ -6,13 +6,13 @@ import pytest
 from hub_world import FIRST_ORDER, NOW, FakeAgent, HubWorld, record, sticks
 
 from server.domain.people import UserRef
-from server.fleet.views import HoldView
-from server.relay import live_messages as live
-from server.relay.hold_orders import OFFLINE
-from server.relay.hub_events import HoldToKeep, HubEvent
-from server.relay.link_changes import ORDERED_AGAIN
-from server.relay.live_drone import LeaseView, LiveDrone
-from server.relay.open_hold import NO_ORDER, OpenHold
+from server.live.fleet.views import HoldView
+from server.live.hub_events import HoldToKeep, HubEvent
+from server.live.relay import live_messages as live
+from server.live.relay.hold_orders import OFFLINE
+from server.live.relay.link_changes import ORDERED_AGAIN
+from server.live.relay.live_drone import LeaseView, LiveDrone
+from server.live.relay.open_hold import NO_ORDER, OpenHold
 from wire.control_messages import (
     HoldOrder,
     HoldProgress,

@@ -6,10 +6,10 @@ import pytest
 from hub_world import FIRST_ORDER, NOW, FakeAgent, FakeBrowser, HubWorld, command_ack, heartbeat, record, sticks
 
 from server.domain.people import UserRef
-from server.relay import live_messages as live
-from server.relay.agent_routes import OVER_CHANNEL
-from server.relay.live_drone import LeaseView
-from server.relay.orphans import ORPHAN_S, SILENT_S
+from server.live.relay import live_messages as live
+from server.live.relay.agent_routes import OVER_CHANNEL
+from server.live.relay.live_drone import LeaseView
+from server.live.relay.orphans import ORPHAN_S, SILENT_S
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.relay.policy import (
+from server.live.relay.policy import (
     ASK_AGAIN_WITHIN_S,
     AskTwice,
     Authorization,

@@ -19,10 +19,7 @@ from hub_world import (
 
 from server.domain.fleet import LoanRecord
 from server.domain.people import UserRef
-from server.relay import live_messages as live
-from server.relay.agent_link import COPIES_AT_ONCE
-from server.relay.holder_watch import GRACE_S, KEPT_FOR_S
-from server.relay.hub_events import (
+from server.live.hub_events import (
     ControlsMoved,
     HolderExpired,
     HolderGone,
@@ -34,7 +31,10 @@ from server.relay.hub_events import (
     RttTooLong,
     TurnWanted,
 )
-from server.relay.live_drone import SILENT_AFTER_S, LeaseView, LossCheckMark
+from server.live.relay import live_messages as live
+from server.live.relay.agent_link import COPIES_AT_ONCE
+from server.live.relay.holder_watch import GRACE_S, KEPT_FOR_S
+from server.live.relay.live_drone import SILENT_AFTER_S, LeaseView, LossCheckMark
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,

@@ -9,13 +9,13 @@ import pytest
 from hub_world import LATER, NAMES, FakeAgent, HubWorld, record
 
 from server.domain.people import Principal, Role, UserRef
-from server.relay.live_drone import LeaseView
-from server.video.drone_video import LINGER_S
-from server.video.service import AT_ONCE
-from server.video.situation import VideoCondition, VideoSituation
-from server.video.streams import StreamKey
-from server.video.viewer import DEAF_AFTER_S, VideoViewer
-from server.video.viewer_messages import Drawn, MalformedVideoRequest, streams_named
+from server.live.relay.live_drone import LeaseView
+from server.live.video.drone_video import LINGER_S
+from server.live.video.service import AT_ONCE
+from server.live.video.situation import VideoCondition, VideoSituation
+from server.live.video.streams import StreamKey
+from server.live.video.viewer import DEAF_AFTER_S, VideoViewer
+from server.live.video.viewer_messages import Drawn, MalformedVideoRequest, streams_named
 from wire.control_messages import ToAgent
 from wire.ids import DroneId, Epoch, UserId
 from wire.video import (

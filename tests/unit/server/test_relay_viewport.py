@@ -3,8 +3,8 @@
 import pytest
 from hub_world import HubWorld, command_ack
 
-from server.relay.live_messages import MalformedRequest, MapShown, decode_request
-from server.relay.viewport import Viewport, place_in
+from server.live.relay.live_messages import MalformedRequest, MapShown, decode_request
+from server.live.relay.viewport import Viewport, place_in
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.tagged import tag

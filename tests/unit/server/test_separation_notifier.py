@@ -9,10 +9,10 @@ import pytest
 from hub_world import FakeAgent, FakeBrowser, HubWorld, record
 
 from server.domain.people import UserRef
-from server.relay import live_messages as live
-from server.relay.event_queue import EventQueue
-from server.relay.hub_events import HubEvent, SeparationLost
-from server.separation.motion import METRES_PER_DEGREE
+from server.live.hub_events import HubEvent, SeparationLost
+from server.live.relay import live_messages as live
+from server.live.relay.event_queue import EventQueue
+from server.live.separation.motion import METRES_PER_DEGREE
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId

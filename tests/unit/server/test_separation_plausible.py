@@ -4,8 +4,8 @@ from math import cos, radians, sin
 
 import pytest
 
-from server.separation.motion import METRES_PER_DEGREE, Motion
-from server.separation.plausible import KNOWN_FOR_S, QUARANTINE_S, MotionCheck
+from server.live.separation.motion import METRES_PER_DEGREE, Motion
+from server.live.separation.plausible import KNOWN_FOR_S, QUARANTINE_S, MotionCheck
 
 STEP_S = 0.5
 

@@ -5,10 +5,10 @@ from typing import Final
 
 import pytest
 
-from server.separation.approach import Approach
-from server.separation.bounds import Level
-from server.separation.motion import Relative
-from server.separation.strangers import (
+from server.live.separation.approach import Approach
+from server.live.separation.bounds import Level
+from server.live.separation.motion import Relative
+from server.live.separation.strangers import (
     BEGUN_AT_ONCE,
     BEGUN_EVERY_S,
     FIGURES_EVERY_S,

@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from server.accounts.passwords import generate_password
+from server.api.http.origin import origin_matches
 from server.domain.access import (
     WITH_FRESH_PROOF,
     WITHOUT_DEMANDED_FACTOR,
@@ -24,7 +24,7 @@ from server.domain.names import BadName, clean_name, name_key
 from server.domain.people import Principal, Role, TokenId
 from server.domain.relations import Relation
 from server.domain.scopes import Scope
-from server.origin import origin_matches
+from server.store.accounts.passwords import generate_password
 from wire.ids import UserId
 
 ADMIN = Principal(UserId(1), "Root", Role.ADMIN, 1, datetime(2030, 1, 1, tzinfo=UTC))

@@ -2,7 +2,7 @@
 
 import asyncio
 
-from server.background import in_background
+from server.runtime.background import in_background
 
 
 async def test_work_that_fails_begins_again_and_ends_with_the_block() -> None:

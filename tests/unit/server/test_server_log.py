@@ -7,7 +7,7 @@ import pytest
 
 PROGRAM = """
 import structlog
-from server.log import configure_log
+from server.app.log import configure_log
 configure_log({form!r})
 def sign_in(password):
     raise RuntimeError("no database")

@@ -6,12 +6,12 @@ import pkgutil
 from collections.abc import Iterator
 
 import server
-from server.accounts.password_policy import BadPassword
-from server.accounts.users import SignInThrottled
-from server.control.service import ControlRefused
+from server.api.http.problems import PROBLEMS, kind_of, refusal_problem
 from server.domain.lease import Refused
 from server.domain.refusal import Refusal, RetryLater
-from server.problems import PROBLEMS, kind_of, refusal_problem
+from server.store.accounts.password_policy import BadPassword
+from server.store.accounts.users import SignInThrottled
+from server.store.control.service import ControlRefused
 
 
 def _all_refusals(parent: type[Refusal] = Refusal) -> Iterator[type[Refusal]]:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from server.settings import Settings, SettingsError, read_settings, variables
+from server.runtime.settings import Settings, SettingsError, read_settings, variables
 
 REFERENCE = Path(__file__).parents[3] / "docs" / "settings.md"
 

@@ -1,6 +1,6 @@
 """The sign-in throttle, with time passed in."""
 
-from server.accounts.throttle import (
+from server.live.accounts.throttle import (
     FIRST_WAIT_S,
     FORGOTTEN_AFTER_S,
     FREE_TRIES,
@@ -10,9 +10,9 @@ from server.accounts.throttle import (
     SUSPECT_FROM,
     SignInThrottle,
 )
-from server.anonymous.fair_line import Priority
-from server.anonymous.known_addresses import KnownAddresses
-from server.anonymous.limits import LIMITS
+from server.live.anonymous.fair_line import Priority
+from server.live.anonymous.known_addresses import KnownAddresses
+from server.live.anonymous.limits import LIMITS
 
 
 def tries(throttle: SignInThrottle, count: int, now_s: float = 0.0) -> list[float]:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from server.vault import Vault, VaultError, new_key, parse_keys
+from server.runtime.vault import Vault, VaultError, new_key, parse_keys
 
 ABOUT = "second factor of user 7"
 

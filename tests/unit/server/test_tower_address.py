@@ -2,8 +2,8 @@
 
 import pytest
 
-from server.fleet.tower_address import AddressUnknown, address_for_agents
-from server.settings import Settings
+from server.api.fleet.tower_address import AddressUnknown, address_for_agents
+from server.runtime.settings import Settings
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ import cbor2
 import pytest
 from worlds.soft_authenticator import SoftAuthenticator, b64, unb64
 
-from server.accounts.relying_party import RelyingParty
-from server.accounts.webauthn_check import (
+from server.live.accounts.relying_party import RelyingParty
+from server.live.accounts.webauthn_check import (
     KnownCredential,
     NewCredential,
     PasskeyFault,

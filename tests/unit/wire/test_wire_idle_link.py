@@ -9,7 +9,7 @@ from wire.sealed_link import SealedLink
 from wire.transport_choice import Transport, TransportChoice
 
 OFFLINE_AFTER_S = 3.0
-"""server.relay.agent_link.SILENT_AFTER_S, the least that must not be reached by chance."""
+"""server.live.relay.agent_link.SILENT_AFTER_S, the least that must not be reached by chance."""
 WAY_S = 0.02
 
 

@@ -13,7 +13,7 @@ export interface Located {
   };
 }
 
-/** From the person, over ground: as the tower has it (server/operations/person.py). */
+/** From the person, over ground: as the tower has it (server/live/operations/person.py). */
 export const MIN_DISTANCE_M = 8;
 export const MAX_DISTANCE_M = 50;
 export const USUAL_AWAY_M = 15;

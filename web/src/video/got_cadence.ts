@@ -1,7 +1,7 @@
 /**
  * When a viewer tells the tower what it has drawn (`got`). While all is well it does so now and then, and that is a
  * promise: it speaks up as soon as something is late or does not come. What it then says often is what the tower bounds
- * by what is on its way (server/video/pacing.py). For many viewers of a stream, answers are a good part of what they
+ * by what is on its way (server/live/video/pacing.py). For many viewers of a stream, answers are a good part of what they
  * cost the tower.
  *
  * The benchmarks' viewers do the same (bench/video/got_cadence.py).

@@ -5,7 +5,7 @@ export type CodecName = 'mpeg1' | 'h264';
 /** `auto`: H.264 where both the drone's agent and this browser have it, else MPEG-1. */
 export type CodecChoice = 'auto' | CodecName;
 
-/** How it is with the drone's video, as the tower says it (server/video/situation.py). */
+/** How it is with the drone's video, as the tower says it (server/live/video/situation.py). */
 export const TOWER_STATES = [
   'waiting',
   'live',

@@ -1,0 +1,38 @@
+"""`/api/v1/me/preferences`: what the console keeps for whoever is signed in."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Path, Request
+
+from server.api.access import Anybody, Oneself
+from server.api.http.problem_docs import answers
+from server.api.tower import tower_of
+from server.domain.access import BadToken, InPersonOnly, NotSignedIn, SessionExpired
+from server.store.accounts.preferences import PreferenceTooLarge, TooManyPreferences, keep_preference, preferences_of
+
+router = APIRouter(
+    prefix="/api/v1/me/preferences", tags=["session"], responses=answers(NotSignedIn, SessionExpired, BadToken)
+)
+
+Name = Annotated[str, Path(pattern="^[a-z][a-z0-9-]{0,31}$", description="what the document is about, as `sticks`")]
+Document = Annotated[dict[str, Any], Body(description="any JSON object of at most 8 KiB")]
+
+
+@router.get("")
+async def get_preferences(request: Request, principal: Anybody) -> dict[str, dict[str, Any]]:
+    """Every document by its name; empty for somebody who has none."""
+    async with tower_of(request).database.reading() as session:
+        return await preferences_of(session, principal.user_id)
+
+
+@router.put("/{name}", status_code=204, responses=answers(InPersonOnly, PreferenceTooLarge, TooManyPreferences))
+async def put_preference(request: Request, principal: Oneself, name: Name, document: Document) -> None:
+    """Keeps a document in the place of the one of that name. An empty object takes it away.
+
+    Not with a token: these documents say how a pilot's sticks are read, and a program has no business with that.
+    """
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        await keep_preference(session, user_id=principal.user_id, name=name, document=document, now=tower.clock())

@@ -1,0 +1,156 @@
+"""`/api/v1/session/proof`: "confirm that it is you". The table of the kinds of proof is here."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from datetime import datetime
+from typing import Annotated, Any, Final, Literal
+
+from fastapi import APIRouter, Request
+from pydantic import BaseModel, Discriminator, Field, Tag
+
+from server.api.access import Prover
+from server.api.accounts.passkey_asking import asked_of, challenge_for
+from server.api.http.problem_docs import answers
+from server.api.tower import address_of, tower_of
+from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired, is_fresh
+from server.domain.people import Principal
+from server.live.accounts import webauthn_check
+from server.live.accounts.challenges import ChallengeOver, Purpose, TooManyChallenges
+from server.live.accounts.relying_party import PasskeysUnavailable
+from server.store.accounts import passkeys
+from server.store.accounts.passkey_sign_in import WrongPasskey
+from server.store.accounts.passkey_views import PasskeyAnswer, PasskeyOptions
+from server.store.accounts.passwords import TooManySignIns
+from server.store.accounts.reauthentication import CodeNeeded, fresh_until, prove_by_password, renew
+from server.store.accounts.second_factor import WrongCode
+from server.store.accounts.sessions import UnknownSession
+from server.store.accounts.sign_in import WrongPassword
+from server.store.accounts.tables import SessionRow, UserRow
+from server.store.accounts.users import SignInThrottled, get_user
+from server.store.accounts.views import Code, Secret, Strict
+from server.store.audit.action import AuditAction
+
+router = APIRouter(
+    prefix="/api/v1/session/proof", tags=["session"], responses=answers(NotSignedIn, SessionExpired, InPersonOnly)
+)
+
+
+ProofKind = Literal["passkey", "password"]
+
+
+class PasswordProof(Strict):
+    """The password, and the code of the second factor where the account has one."""
+
+    kind: Literal["password"] = "password"
+    password: Secret
+    code: Code | None = None
+
+
+class PasskeyProof(Strict):
+    """A passkey of this account, asked for with `POST /session/proof/passkey`."""
+
+    kind: Literal["passkey"]
+    credential: PasskeyAnswer
+
+
+def _kind_of(proof: object) -> str:
+    kind = proof.get("kind", "password") if isinstance(proof, dict) else getattr(proof, "kind", "password")
+    return kind if isinstance(kind, str) else ""
+
+
+Proof = Annotated[
+    Annotated[PasswordProof, Tag("password")] | Annotated[PasskeyProof, Tag("passkey")], Discriminator(_kind_of)
+]
+"""A further kind is one more member of the union, and has a line in PROOF_KINDS."""
+
+Check = Callable[[Request, Principal, Any, AuditAction], Awaitable[None]]
+"""Checks the evidence, throttled as signing in is, and renews the session's proof; else raises a refusal."""
+
+
+async def _by_password(request: Request, principal: Principal, proof: PasswordProof, deed: AuditAction) -> None:
+    await prove_by_password(tower_of(request).door, principal, password=proof.password, code=proof.code, deed=deed)
+
+
+async def _by_passkey(request: Request, principal: Principal, proof: PasskeyProof, deed: AuditAction) -> None:
+    """It verified its person, so it stands for the password and the code."""
+    tower = tower_of(request)
+    await tower.passkey_door.accept(
+        proof.credential.model_dump(),
+        asked=asked_of(request, principal, Purpose.PROVE),
+        user_id=principal.user_id,
+        address=deed.address,
+        now=deed.at,
+    )
+    async with tower.database.writing() as session:
+        await renew(session, principal, kind="passkey", deed=deed)
+
+
+PROOF_KINDS: Final[Mapping[str, Check]] = {"password": _by_password, "passkey": _by_passkey}
+
+
+class ProofView(BaseModel):
+    """How fresh this session's proof is, and how it is renewed."""
+
+    fresh: Annotated[bool, Field(description="Credentials may be changed now")]
+    fresh_until: Annotated[datetime | None, Field(description="null: there is no proof")]
+    kinds: Annotated[list[ProofKind], Field(description="How this person can prove who they are, the best first")]
+    code_needed: Annotated[bool, Field(description="With the password goes a code of the second factor")]
+
+    @classmethod
+    def of(cls, proved_at: datetime | None, user: UserRow, now: datetime) -> ProofView:
+        return cls(
+            fresh=is_fresh(proved_at, now),
+            fresh_until=fresh_until(proved_at),
+            kinds=kinds_of(user),
+            code_needed=user.has_second_factor,
+        )
+
+
+def kinds_of(user: UserRow) -> list[ProofKind]:
+    """Every kind of proof that this person can give, the best first."""
+    return ["passkey", "password"] if user.passkey_count > 0 else ["password"]
+
+
+@router.get("")
+async def get_proof(request: Request, principal: Prover) -> ProofView:
+    """Whether a change of credentials would be taken now, and how to prove who one is."""
+    async with tower_of(request).database.reading() as session:
+        user = await get_user(session, principal.user_id)
+    return ProofView.of(principal.proved_at, user, tower_of(request).clock())
+
+
+@router.post(
+    "",
+    responses=answers(
+        CodeNeeded,
+        WrongPassword,
+        WrongCode,
+        WrongPasskey,
+        ChallengeOver,
+        PasskeysUnavailable,
+        SignInThrottled,
+        TooManySignIns,
+        UnknownSession,
+    ),
+)
+async def renew_proof(request: Request, principal: Prover, body: Proof) -> ProofView:
+    """Proves again who one is. For five minutes credentials may be changed in this session."""
+    tower = tower_of(request)
+    deed = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
+    await PROOF_KINDS[body.kind](request, principal, body, deed)
+    async with tower.database.reading() as session:
+        user = await get_user(session, principal.user_id)
+        row = await session.get(SessionRow, principal.session_id)
+    return ProofView.of(row.proved_at if row else None, user, tower.clock())
+
+
+@router.post("/passkey", responses=answers(PasskeysUnavailable, TooManyChallenges))
+async def ask_for_proof_by_passkey(request: Request, principal: Prover) -> PasskeyOptions:
+    """Begins a proof by one of the account's passkeys, which then goes to `POST /session/proof`."""
+    asked = asked_of(request, principal, Purpose.PROVE)
+    async with tower_of(request).database.reading() as session:
+        own = await passkeys.list_passkeys(session, principal.user_id)
+    allowed = [passkeys.known(one) for one in own if one.party_id == asked.party.id]
+    options = webauthn_check.request_options(asked.party, challenge=challenge_for(request, asked), allowed=allowed)
+    return PasskeyOptions(public_key=options)

@@ -1,0 +1,125 @@
+"""`/api/v1/tokens`: API tokens, made by each user for themself; admins see and revoke everybody's."""
+
+from __future__ import annotations
+
+from datetime import datetime, timedelta
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query, Request
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
+
+from server.api.access import InPerson, Proved
+from server.api.http.problem_docs import answers
+from server.api.tower import address_of, tower_of
+from server.domain.access import AdminsOnly, InPersonOnly, NotSignedIn, SessionExpired
+from server.domain.people import Principal, Role, TokenId
+from server.domain.scopes import Scope
+from server.store.accounts import tokens
+from server.store.accounts.tables import ApiTokenRow, UserRow
+from server.store.accounts.tokens import TooManyTokens, UnknownToken, scopes_of
+from server.store.accounts.users import get_user
+from server.store.audit.action import AuditAction
+
+router = APIRouter(
+    prefix="/api/v1/tokens", tags=["tokens"], responses=answers(NotSignedIn, SessionExpired, InPersonOnly)
+)
+
+
+class TokenOwner(BaseModel):
+    id: int
+    name: str
+
+
+class TokenView(BaseModel):
+    """A token, without its text."""
+
+    id: int
+    name: str
+    owner: TokenOwner
+    scopes: list[Scope]
+    created_at: datetime
+    expires_at: datetime
+    last_used_at: Annotated[datetime | None, Field(description="null: never used")]
+    last_used_address: Annotated[str, Field(description="From where a connection with it was last opened; or empty")]
+
+    @classmethod
+    def of(cls, row: ApiTokenRow, owner: UserRow) -> TokenView:
+        return cls(
+            id=row.id,
+            name=row.name,
+            owner=TokenOwner(id=owner.id, name=owner.name),
+            scopes=sorted(scopes_of(row)),
+            created_at=row.created_at,
+            expires_at=row.expires_at,
+            last_used_at=row.last_used_at,
+            last_used_address=row.last_used_address,
+        )
+
+
+class NewToken(BaseModel):
+    """What the token is to be for. It never does more than its owner may."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: Annotated[str, Field(description="What it is for, in 1 to 64 printable characters")]
+    scopes: Annotated[list[Scope], Field(max_length=16)]
+    expires_at: Annotated[
+        AwareDatetime | None, Field(description="null: in 90 days, or as late as this tower allows if that is earlier")
+    ] = None
+
+
+class TokenWithSecret(BaseModel):
+    """The only answer that ever contains the token."""
+
+    token: TokenView
+    secret: Annotated[str, Field(description="For `Authorization: Bearer`. The tower keeps only its hash")]
+
+
+def _deed(request: Request, principal: Principal) -> AuditAction:
+    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
+
+
+@router.get("", responses=answers(AdminsOnly))
+async def list_tokens(
+    request: Request,
+    principal: InPerson,
+    everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
+) -> list[TokenView]:
+    """One's own tokens, or everybody's, in the order of their ids."""
+    if everybody and principal.role is not Role.ADMIN:
+        raise AdminsOnly
+    await tower_of(request).tokens.write_uses()
+    async with tower_of(request).database.reading() as session:
+        found = await tokens.list_tokens(session, user_id=None if everybody else principal.user_id)
+    return [TokenView.of(row, owner) for row, owner in found]
+
+
+@router.post("", status_code=201, responses=answers(TooManyTokens))
+async def create_token(request: Request, principal: Proved, body: NewToken) -> TokenWithSecret:
+    """Makes a token for oneself and tells it, once."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        owner = await get_user(session, principal.user_id)
+        row, secret = await tokens.create_token(
+            session,
+            owner=owner,
+            name=body.name,
+            scopes=body.scopes,
+            expires_at=body.expires_at,
+            deed=_deed(request, principal),
+            longest=timedelta(days=tower.settings.token_longest_days),
+        )
+    await tower.roster.refresh()
+    return TokenWithSecret(token=TokenView.of(row, owner), secret=secret)
+
+
+@router.delete("/{token_id}", status_code=204, responses=answers(UnknownToken))
+async def revoke_token(request: Request, principal: Proved, token_id: Annotated[int, Path(ge=1, le=2**31 - 1)]) -> None:
+    """Revokes a token of one's own, or as an admin anybody's. What is connected with it is cut off at once."""
+    tower = tower_of(request)
+    of_user = None if principal.role is Role.ADMIN else principal.user_id
+    async with tower.database.writing() as session:
+        await tokens.revoke_token(session, token_id=token_id, of_user=of_user, deed=_deed(request, principal))
+    tower.hub.end_sessions([TokenId(token_id)])
+    await tower.roster.refresh()
+    await tower.event_handler.caught_up()  # what was flown with it is held when this is answered

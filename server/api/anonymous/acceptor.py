@@ -1,0 +1,104 @@
+"""Takes connections off the listening socket, so many at a time that frames need not wait for them.
+
+An event loop's own server accepts all that wait in the kernel at once, and makes a connection of each: a thousand of
+them cost a tenth of a second. Here whoever is over the budget is closed before anything is made.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import errno
+import socket
+import struct
+import time
+from collections.abc import Callable
+from typing import Any, Final
+
+from server.live.anonymous.budget import AnonymousBudget, Over, origin_of_guest
+from server.live.anonymous.connections import AnonymousConnection
+from server.live.anonymous.slices import Slices
+
+NO_MORE_FILES_REST_S: Final = 0.1
+"""When the process may open no more files: what waits in the kernel stays there until some are closed."""
+_RESET: Final = struct.pack("ii", 1, 0)
+"""SO_LINGER: closed at once, so that the other side's connections do not stay in the kernel's tables."""
+
+
+class Acceptor:
+    """Of one listening socket. `make` gives the protocol of a connection."""
+
+    def __init__(
+        self,
+        listener: socket.socket,
+        budget: AnonymousBudget,
+        make: Callable[[AnonymousConnection], asyncio.BaseProtocol],
+    ) -> None:
+        limits = budget.limits
+        self._loop = asyncio.get_running_loop()
+        self._listener = listener
+        self._budget = budget
+        self._make = make
+        self._slices = Slices(limits.accept_slice_s, limits.accept_rest_s)
+        self._timer: asyncio.TimerHandle | None = None
+        self._opening: set[asyncio.Task[Any]] = set()
+        listener.setblocking(False)
+        self._loop.add_reader(listener, self._ready)
+
+    def close(self) -> None:
+        """Accepts nobody from here on. A second time is harmless."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+        if self._listener.fileno() >= 0:
+            self._loop.remove_reader(self._listener)
+
+    def _ready(self) -> None:
+        while (wait_s := self._slices.wait_s(time.monotonic())) <= 0:
+            began = time.perf_counter()
+            try:
+                opened, address = self._listener.accept()
+            except OSError as error:
+                if error.errno in (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM):
+                    self._rest(NO_MORE_FILES_REST_S)
+                return  # nobody waits any more, or went while waiting
+            self._came(opened, address)
+            self._slices.used(time.perf_counter() - began)
+        self._rest(wait_s)
+
+    def _rest(self, wait_s: float) -> None:
+        self._loop.remove_reader(self._listener)
+        self._timer = self._loop.call_later(wait_s, self._rested)
+
+    def _rested(self) -> None:
+        self._timer = None
+        self._loop.add_reader(self._listener, self._ready)
+
+    def _came(self, opened: socket.socket, address: tuple[Any, ...]) -> None:
+        host = str(address[0])
+        is_proxy = self._budget.is_proxy(host)
+        origin = origin_of_guest(host, int(address[1]), is_proxy=is_proxy)
+        guest = self._budget.connections.come(origin, is_proxy=is_proxy, cut=_nothing)
+        if guest is None:
+            self._budget.refused[Over.CONNECTIONS] += 1
+            with contextlib.suppress(OSError):
+                opened.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
+            opened.close()
+            return
+        opened.setblocking(False)
+        with contextlib.suppress(OSError):
+            opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        task = self._loop.create_task(self._open(opened, guest))
+        self._opening.add(task)
+        task.add_done_callback(self._opening.discard)
+
+    async def _open(self, opened: socket.socket, guest: AnonymousConnection) -> None:
+        try:
+            await self._loop.connect_accepted_socket(lambda: self._make(guest), opened)
+        except Exception:  # it went before it was made
+            self._budget.connections.gone(guest)
+            opened.close()
+
+
+def _nothing() -> None:
+    pass

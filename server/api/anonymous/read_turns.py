@@ -1,0 +1,102 @@
+"""Bytes of connections that have not signed in are parsed in slices of time, in fair turns between networks.
+
+An event loop hands over the bytes of all connections that are ready before it looks at anything else: a thousand heads
+that come at once would be a thousand parsed before the next frame. While a connection waits here it is not read.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Protocol
+
+from server.live.anonymous.budget import AnonymousBudget, Over
+from server.live.anonymous.connections import AnonymousConnection
+from server.live.anonymous.fair_line import Bounds, FairLine, Priority
+from server.live.anonymous.slices import Slices
+
+_AS_MANY_AS_CONNECTIONS = Bounds(per_address=1_000_000, per_network=1_000_000, total=1_000_000)
+
+
+class AnonymousReader(Protocol):
+    """A connection that has not signed in."""
+
+    guest: AnonymousConnection | None
+    unread: bytes
+    """What has come and waits for its turn."""
+
+    def hold_reading(self) -> None:
+        """No more is read of it."""
+
+    def take_turn(self) -> None:
+        """Parses what is in `unread`, and reads on."""
+
+    def cut(self) -> None:
+        """Ends it, without words."""
+
+
+class ReadTurns:
+    """One for a tower."""
+
+    def __init__(self, budget: AnonymousBudget) -> None:
+        limits = budget.limits
+        self._budget = budget
+        self._line = FairLine[AnonymousReader](_AS_MANY_AS_CONNECTIONS)
+        self._slices = Slices(limits.read_slice_s, limits.read_rest_s)
+        self._unread = 0
+        self._timer: asyncio.TimerHandle | None = None
+
+    def came(self, reader: AnonymousReader, data: bytes) -> None:
+        """`data` is for this connection: now, if nobody waits, else when its turn comes."""
+        if reader.unread:  # it has a place already
+            self._keep(reader, data)
+        elif self._timer is None and self._slices.wait_s(time.monotonic()) <= 0:
+            reader.unread = data
+            self._serve(reader)
+        else:
+            guest = reader.guest
+            assert guest is not None
+            standing = Priority.KNOWN if guest.is_known else Priority.FRESH
+            if self._keep(reader, data):
+                reader.hold_reading()
+                self._line.join(reader, guest.origin, standing)
+                self._plan()
+
+    def close(self) -> None:
+        """At the end of the tower."""
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _keep(self, reader: AnonymousReader, data: bytes) -> bool:
+        if self._unread + len(data) > self._budget.limits.max_unread_bytes:
+            self._budget.refused[Over.UNREAD] += 1
+            self._unread -= len(reader.unread)
+            reader.cut()
+            return False
+        self._unread += len(data)
+        reader.unread += data
+        self._budget.waiting["reading"] = len(self._line)
+        return True
+
+    def _serve(self, reader: AnonymousReader) -> None:
+        began = time.perf_counter()
+        reader.take_turn()
+        self._slices.used(time.perf_counter() - began)
+
+    def _plan(self) -> None:
+        if self._timer is None:
+            wait_s = max(self._slices.wait_s(time.monotonic()), 0.0)
+            self._timer = asyncio.get_running_loop().call_later(wait_s, self._turns)
+
+    def _turns(self) -> None:
+        self._timer = None
+        while self._slices.wait_s(time.monotonic()) <= 0:
+            ticket = self._line.call()
+            if ticket is None:
+                break
+            self._unread -= len(ticket.item.unread)
+            self._serve(ticket.item)
+        self._budget.waiting["reading"] = len(self._line)
+        if len(self._line):
+            self._plan()

@@ -1,0 +1,19 @@
+"""Log lines that strangers cause: within the budget, and the sum of those that were left out."""
+
+from __future__ import annotations
+
+import time
+
+import structlog
+
+from server.live.anonymous.budget import AnonymousBudget
+
+_log = structlog.get_logger(__name__)
+
+
+def log_refusal(budget: AnonymousBudget, event: str, status: int, why: str) -> None:
+    """Somebody was refused at a door. `left_out`: so many lines of strangers were not written before this one."""
+    if budget.may_log(time.monotonic()):
+        left_out = budget.log.untold()
+        more = {"left_out": left_out} if left_out else {}
+        _log.warning(event, status=status, why=why, **more)

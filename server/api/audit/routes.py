@@ -1,0 +1,102 @@
+"""`/api/v1/audit`: reading the audit trail, for admins, as JSON and as a table to download."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import AsyncIterator
+from datetime import datetime
+from io import StringIO
+from typing import Annotated, Any, Final
+
+from fastapi import APIRouter, Depends, Query, Request
+from fastapi.responses import StreamingResponse
+from pydantic import AwareDatetime, BaseModel, Field
+
+from server.api.access import Admin
+from server.api.http.problem_docs import answers
+from server.api.tower import tower_of
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
+from server.store.audit.search import AuditFilter, page, pages
+from server.store.audit.tables import AuditEventRow
+from server.store.database import Database
+
+router = APIRouter(prefix="/api/v1", tags=["audit"])
+
+MAX_IN_CSV: Final = 100_000
+_NO_NUL: Final = r"^[^\x00]*$"
+"""Not every database can look for it, and nothing has it."""
+COLUMNS: Final = ("id", "at", "actor_id", "actor_name", "action", "drone_id", "address", "detail")
+
+
+class AuditEventView(BaseModel):
+    id: int
+    at: datetime
+    actor_id: Annotated[int | None, Field(description="null: nobody signed in, the command line, or deleted since")]
+    actor_name: str
+    action: str
+    drone_id: int | None
+    detail: dict[str, Any]
+    address: str
+
+
+def _filter(
+    action: Annotated[
+        str | None,
+        Query(max_length=64, pattern=_NO_NUL, description="A whole action, or a prefix that ends in a dot: `control.`"),
+    ] = None,
+    actor: Annotated[
+        str | None, Query(max_length=64, pattern=_NO_NUL, description="A name; upper and lower case do not count")
+    ] = None,
+    drone_id: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
+    since: Annotated[AwareDatetime | None, Query(description="Not before")] = None,
+    until: Annotated[AwareDatetime | None, Query(description="Before")] = None,
+) -> AuditFilter:
+    """What is looked for. All that are named must fit."""
+    return AuditFilter(action=action, actor=actor, drone_id=drone_id, since=since, until=until)
+
+
+Wanted = Annotated[AuditFilter, Depends(_filter)]
+_ADMINS = answers(NotSignedIn, SessionExpired, AdminsOnly)
+
+
+@router.get("/audit", responses=_ADMINS)
+async def list_audit_events(
+    request: Request,
+    admin: Admin,
+    wanted: Wanted,
+    limit: Annotated[int, Query(ge=1, le=500)] = 100,
+    before: Annotated[int | None, Query(ge=1, le=2**31 - 1, description="Only events with a smaller id")] = None,
+) -> list[AuditEventView]:
+    """The audit trail, newest first. For the next page, ask for what is before the last id."""
+    found = await page(tower_of(request).database, wanted, before=before, limit=limit)
+    return [AuditEventView.model_validate(row, from_attributes=True) for row in found]
+
+
+@router.get(
+    "/audit.csv",
+    responses=_ADMINS | {200: {"content": {"text/csv": {"schema": {"type": "string"}}}}},
+    response_class=StreamingResponse,
+)
+async def download_audit_events(request: Request, admin: Admin, wanted: Wanted) -> StreamingResponse:
+    """The same as a table, newest first, at most 100,000 events."""
+    headers = {"Content-Disposition": 'attachment; filename="audit.csv"'}
+    rows = _as_csv(tower_of(request).database, wanted)
+    return StreamingResponse(rows, media_type="text/csv; charset=utf-8", headers=headers)
+
+
+async def _as_csv(database: Database, wanted: AuditFilter) -> AsyncIterator[str]:
+    yield ",".join(COLUMNS) + "\r\n"
+    async for rows in pages(database, wanted, limit=MAX_IN_CSV):
+        out = StringIO()
+        csv.writer(out).writerows([_cell(row, column) for column in COLUMNS] for row in rows)
+        yield out.getvalue()
+
+
+def _cell(row: AuditEventRow, column: str) -> str:
+    value = getattr(row, column)
+    if column == "detail":
+        return json.dumps(value, ensure_ascii=False, sort_keys=True)
+    told = "" if value is None else value.isoformat() if isinstance(value, datetime) else str(value)
+    # A name can begin like a formula; a spreadsheet must not carry it out.
+    return f"'{told}" if told[:1] in {"=", "+", "-", "@", "\t", "\r"} else told

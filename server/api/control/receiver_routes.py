@@ -1,0 +1,107 @@
+"""`/api/v1/drones/{id}/receiver-setup`: the parameters for flying without a radio receiver, shown and set."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Path, Request
+from pydantic import BaseModel, Field
+
+from server.api.access import Pilot, Viewer
+from server.api.http.problem_docs import answers
+from server.api.operations.asking import begin, flown_drone, watched_drone
+from server.api.parameters.routes import NOT_A_BORROWERS
+from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.lease import Refused
+from server.live.control.receiver_setup import ReceiverSetup, receiver_setup
+from server.live.operations.refusals import (
+    AgentTooOld,
+    Assisted,
+    DroneBusy,
+    DroneOffline,
+    LoanForbids,
+    NotInControl,
+    TooManyOperations,
+    ViewTaken,
+)
+from server.live.operations.views import OperationView
+from server.live.parameters.orders import write
+from server.live.relay.live_drone import LiveDrone
+from server.store.control.service import ControlRefused
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}/receiver-setup",
+    tags=["control"],
+    responses=answers(NotSignedIn, SessionExpired, UnknownDrone, ViewTaken),
+)
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+
+
+class SetupRowView(BaseModel):
+    """One parameter."""
+
+    name: str
+    now: Annotated[float | None, Field(description="null: not read yet")]
+    wanted: float
+    why: str
+    ok: bool
+
+
+class ReceiverSetupView(BaseModel):
+    """What the autopilot needs to fly without a radio receiver."""
+
+    autopilot: Literal["ardupilot", "px4", ""]
+    has_radio: Annotated[bool | None, Field(description="null: not known")]
+    needed: Annotated[bool, Field(description="There is no receiver, and something is not as it should be")]
+    known: Annotated[bool, Field(description="Each of the parameters was read")]
+    rows: list[SetupRowView]
+    text: Annotated[str, Field(description="For people")]
+
+    @classmethod
+    def of(cls, setup: ReceiverSetup) -> "ReceiverSetupView":
+        return cls(
+            autopilot="ardupilot" if setup.autopilot == "ardupilot" else "px4" if setup.autopilot == "px4" else "",
+            has_radio=setup.has_radio,
+            needed=setup.needed,
+            known=setup.known,
+            rows=[SetupRowView(name=r.name, now=r.now, wanted=r.wanted, why=r.why, ok=r.ok) for r in setup.rows],
+            text=setup.text,
+        )
+
+
+@router.get("")
+async def get_receiver_setup(request: Request, principal: Viewer, drone_id: DronePath) -> ReceiverSetupView:
+    """Which parameters matter for flying without a radio receiver, how they are, and how they should be."""
+    return ReceiverSetupView.of(receiver_setup(watched_drone(request, principal, drone_id).loss_parameters))
+
+
+@router.post(
+    "",
+    status_code=202,
+    responses=answers(
+        *(DroneOffline, AgentTooOld, DroneBusy, TooManyOperations),
+        *(NotInControl, Assisted, LoanForbids, ControlRefused),
+    ),
+)
+async def set_up_without_receiver(request: Request, principal: Pilot, drone_id: DronePath) -> OperationView:
+    """Writes those that are not as they should be, at a drone that is known to be disarmed. By whoever has the
+    controls, and no borrower; how it goes is told as any writing of parameters. 409 `armed`, `not-known-yet`,
+    `nothing-to-set`."""
+    drone = await flown_drone(request, principal, drone_id)
+    if drone.limits_of(principal.user_id, principal.role) is not None:
+        raise LoanForbids(drone.record.name, NOT_A_BORROWERS)
+    setup = receiver_setup(drone.loss_parameters)
+    refused = refusal_of(drone, setup)
+    if refused is not None:
+        raise ControlRefused(refused)
+    return OperationView.of(begin(request, principal, drone, write(setup.to_write)))
+
+
+def refusal_of(drone: LiveDrone, setup: ReceiverSetup) -> Refused | None:
+    """Why it may not be set up now; None if it may."""
+    if drone.armed is None or drone.airborne is None:
+        return Refused("not-known-yet", "whether the drone is armed is not known: its autopilot is silent")
+    if drone.armed or drone.airborne:
+        return Refused("armed", "the drone is armed: this is set on the ground, disarmed")
+    if setup.has_radio or (setup.known and not setup.to_write):
+        return Refused("nothing-to-set", setup.text)
+    return None if setup.known else Refused("not-known-yet", "not every parameter that matters is known yet")

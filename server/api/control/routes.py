@@ -1,0 +1,147 @@
+"""`/api/v1/drones/{id}/control/...`: REST's way to the control service."""
+
+import time
+from typing import Annotated, Final, Literal
+
+from fastapi import APIRouter, Body, Path, Request
+from pydantic import BaseModel, Field
+
+from server.api.access import Commander, Pilot
+from server.api.http.problem_docs import answers
+from server.api.tower import address_of, tower_of
+from server.domain.access import UnknownDrone
+from server.domain.lease import Event, Refused
+from server.domain.people import Principal
+from server.live.fleet.views import DroneView
+from server.store.control.service import ControlRefused
+from wire.ids import DroneId
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}/control", tags=["control"], responses=answers(UnknownDrone, ControlRefused)
+)
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+
+
+class ControlRequest(BaseModel):
+    """Why. Everybody concerned reads it, and so does the audit trail."""
+
+    reason: Annotated[str, Field(max_length=256)] = ""
+
+
+class TakeRequest(ControlRequest):
+    """Why, and whether whoever is shut out may go on watching: all of it (`watch`), and the video (`video`).
+
+    `interrupt`: an emergency. The hold also interrupts a return or a landing, which otherwise goes on.
+    """
+
+    interrupt: bool = False
+    watch: bool = True
+    video: Annotated[
+        Literal["keep", "move"],
+        Field(description="`move`: they may not watch the video until the controls are offered"),
+    ] = "keep"
+
+
+class AcceptRequest(ControlRequest):
+    """ "I have control": `sticks_centred` must be true."""
+
+    sticks_centred: bool = False
+
+
+_NOT_THE_HOLDER: Final = Refused("not-the-holder", "you do not have the controls")
+Reason = Annotated[ControlRequest | None, Body()]
+
+
+async def _change(
+    request: Request, principal: Principal, drone_id: int, event: Event, body: ControlRequest | None
+) -> DroneView:
+    return await tower_of(request).service.change(
+        principal,
+        DroneId(drone_id),
+        event,
+        reason=body.reason.strip() if body else "",
+        address=address_of(request),
+        now=time.monotonic(),
+        watch=body.watch if isinstance(body, TakeRequest) else True,
+        moves_video=isinstance(body, TakeRequest) and body.video == "move",
+        interrupts=isinstance(body, TakeRequest) and body.interrupt,
+        sticks_centred=isinstance(body, AcceptRequest) and body.sticks_centred,
+    )
+
+
+@router.post("/acquire", operation_id="acquire_control")
+async def acquire(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Take the controls of a drone of yours that nobody has."""
+    return await _change(request, principal, drone_id, Event.ACQUIRE, body)
+
+
+@router.post("/keep-alive", operation_id="keep_control")
+async def keep_alive(request: Request, principal: Pilot, drone_id: DronePath) -> DroneView:
+    """The holder's program is there, for 5 s more; without a live channel this is how the tower knows. Send one every
+    2 s. 409 `not-the-holder` when the controls are gone, which is how the program knows."""
+    hub = tower_of(request).hub
+    drone = hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    if drone is None:
+        raise UnknownDrone
+    if drone.holder_id != principal.user_id:
+        raise ControlRefused(_NOT_THE_HOLDER)
+    hub.keep_controls(drone, principal.user_id, time.monotonic())
+    return drone.view_for(principal.user_id, principal.role)
+
+
+@router.post("/release", operation_id="release_control")
+async def release(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Give up the controls. A drone that is being flown by hand holds."""
+    return await _change(request, principal, drone_id, Event.RELEASE, body)
+
+
+@router.post("/take", operation_id="take_control")
+async def take(
+    request: Request,
+    principal: Commander,
+    drone_id: DronePath,
+    body: Annotated[TakeRequest | None, Body()] = None,
+) -> DroneView:
+    """Admin: take the controls, or withdraw an offer. The drone holds, but a return or a landing goes on unless
+    `interrupt` says otherwise; its operator is shut out until they are given
+    back, does not see it either if `watch` is false, and has no video of it if `video` is `move`."""
+    return await _change(request, principal, drone_id, Event.TAKE, body)
+
+
+@router.post("/give", operation_id="give_control")
+async def give(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Admin: offer the controls back to the operator they were taken from. The drone holds until they are accepted."""
+    return await _change(request, principal, drone_id, Event.GIVE, body)
+
+
+@router.post("/accept", operation_id="accept_control")
+async def accept(
+    request: Request,
+    principal: Pilot,
+    drone_id: DronePath,
+    body: Annotated[AcceptRequest | None, Body()] = None,
+) -> DroneView:
+    """The operator: "I have control", with centred sticks."""
+    return await _change(request, principal, drone_id, Event.ACCEPT, body)
+
+
+@router.post("/stay", operation_id="stay_in_hold")
+async def stay(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Holder, owner, borrower or admin: the drone is to stay where it is. What it would do by itself because a person
+    is away waits until the battery is needed for the way home. 409 `nothing-to-stay` where nothing is being counted."""
+    reason = body.reason.strip() if body else ""
+    stays = tower_of(request).stays
+    return await stays.stay(principal, DroneId(drone_id), reason=reason, address=address_of(request))
+
+
+@router.post("/assist", operation_id="assist_control")
+async def assist(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Admin: help the holder. Your commands win for as long as they come, and a second longer."""
+    return await _change(request, principal, drone_id, Event.ASSIST, body)
+
+
+@router.post("/unassist", operation_id="unassist_control")
+async def unassist(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
+    """Admin: end the assistance, your own or another admin's."""
+    return await _change(request, principal, drone_id, Event.ASSIST_END, body)

@@ -1,0 +1,137 @@
+"""`/api/v1/drones/{id}/loss-check` and `/rehearsal`: what a loss would do, and making one on purpose."""
+
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Body, Path, Request
+from pydantic import BaseModel, ConfigDict, Field
+
+from server.api.access import Pilot, Viewer
+from server.api.http.problem_docs import answers
+from server.api.tower import address_of, tower_of
+from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
+from server.live.control.simulated import is_simulator
+from server.store.control.loss_checks import LossCheck
+from server.store.control.rehearsal import LASTS_S
+from server.store.control.service import ControlRefused
+from wire.ids import DroneId
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}", tags=["control"], responses=answers(NotSignedIn, SessionExpired, UnknownDrone)
+)
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+
+
+class SentenceView(BaseModel):
+    """What happens, if what is lost."""
+
+    about: Literal["operator", "tower", "radio"]
+    severity: Literal["info", "warning", "danger"]
+    text: str
+
+
+class LossCheckView(BaseModel):
+    """What would happen on a loss, as far as the autopilot's parameters tell."""
+
+    complete: Annotated[bool, Field(description="Every parameter that matters was read")]
+    has_radio: Annotated[bool | None, Field(description="null: not known")]
+    sentences: list[SentenceView]
+    dangerous: Annotated[bool, Field(description="Whoever arms the drone must acknowledge it before")]
+    acknowledged: Annotated[
+        bool, Field(description="For these very dangers, by you if you may arm the drone now, else by its holder")
+    ]
+    simulated: Annotated[bool, Field(description="The parameters prove that the autopilot is a simulated one")]
+
+    @classmethod
+    def of(cls, check: LossCheck) -> "LossCheckView":
+        return cls.model_validate(check, from_attributes=True)
+
+
+class Acknowledgement(BaseModel):
+    """Of which drone, by its name: needed where a loss is dangerous."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    drone: Annotated[str | None, Field(max_length=200)] = None
+
+
+class RehearsalRequest(BaseModel):
+    """Which loss. `in_flight`: also with an armed drone that is no simulator; ask people before."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    what: Literal["operator", "tower"]
+    in_flight: bool = False
+
+
+class RehearsalLasts(BaseModel):
+    """Seconds."""
+
+    operator: float
+    tower: float
+
+
+class RehearsalView(BaseModel):
+    """What a rehearsal would be."""
+
+    lasts_s: Annotated[RehearsalLasts, Field(description="How long each loss lasts")]
+    running: Annotated[bool, Field(description="One is going on now")]
+    simulated: Annotated[bool, Field(description="The autopilot is a simulated one: `in_flight` is not asked for")]
+
+
+class RehearsalBegun(BaseModel):
+    """The rest comes as `rehearsal` events on `/api/v1/live`."""
+
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
+    what: Literal["operator", "tower"]
+    phase: Literal["begun"] = "begun"
+
+
+@router.get("/loss-check")
+async def get_loss_check(request: Request, principal: Viewer, drone_id: DronePath) -> LossCheckView:
+    """What would happen if the operator, the tower or the radio were lost, in words."""
+    tower = tower_of(request)
+    if tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
+        raise UnknownDrone
+    return LossCheckView.of(tower.loss_checks.check(DroneId(drone_id), principal.user_id))
+
+
+@router.post("/loss-check/acknowledge", responses=answers(ControlRefused))
+async def acknowledge_loss_check(
+    request: Request,
+    principal: Pilot,
+    drone_id: DronePath,
+    body: Annotated[Acknowledgement | None, Body()] = None,
+) -> LossCheckView:
+    """Whoever may arm the drone now (its holder, or an admin who assists) has read it, and names the drone. Until then
+    they cannot arm a drone that a loss would drop or lose. 409 `wrong-name`: that is another drone's name, or none."""
+    named = body.drone if body is not None else None
+    checks = tower_of(request).loss_checks
+    check = await checks.acknowledge(principal, DroneId(drone_id), named=named, address=address_of(request))
+    return LossCheckView.of(check)
+
+
+@router.get("/rehearsal")
+async def get_rehearsal(request: Request, principal: Viewer, drone_id: DronePath) -> RehearsalView:
+    """How long a loss made on purpose lasts, and whether one is going on."""
+    tower = tower_of(request)
+    drone = tower.hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    if drone is None:
+        raise UnknownDrone
+    return RehearsalView(
+        lasts_s=RehearsalLasts(**LASTS_S),
+        running=tower.rehearsals.running(drone.drone_id),
+        simulated=is_simulator(drone.loss_parameters),
+    )
+
+
+@router.post("/rehearsal", status_code=202, responses=answers(ControlRefused))
+async def rehearse_loss(
+    request: Request, principal: Pilot, drone_id: DronePath, body: RehearsalRequest
+) -> RehearsalBegun:
+    """Holder or admin: loses the operator or the tower on purpose, to see the drone hold and how fast."""
+    tower_of(request).rehearsals.begin(
+        principal, DroneId(drone_id), body.what, in_flight=body.in_flight, address=address_of(request)
+    )
+    return RehearsalBegun(what=body.what)

@@ -1,0 +1,107 @@
+"""`/api/v1/drones/{id}/settings`: how a drone holds, what it does when it is lost, and how much it sends."""
+
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Path, Request
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from server.api.access import Admin, Viewer
+from server.api.http.problem_docs import answers
+from server.api.tower import address_of, tower_of
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.drone_settings import BOUNDS, BadDroneSettings, check_ladder
+from server.store.audit.action import AuditAction
+from server.store.control.settings_store import apply_to, change_settings, settings_in
+from wire.ids import DroneId
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}/settings",
+    tags=["control"],
+    responses=answers(NotSignedIn, SessionExpired, UnknownDrone),
+)
+
+DronePath = Annotated[int, Path(ge=1, le=2**31 - 1)]
+LostActionName = Literal["return", "land", "continue", "stay"]
+ProfileName = Literal["auto", "full", "thin", "minimal"]
+
+
+def _within(name: str, description: str) -> Any:
+    least, most = BOUNDS[name]
+    return Field(ge=least, le=most, allow_inf_nan=False, description=description)
+
+
+Ladder = Annotated[
+    list[str], Field(max_length=4, description="Modes of a hold, tried in order; altitude hold comes last in any case")
+]
+SticksStale = Annotated[float, _within("sticks_stale_s", "No fresh sticks for so long while flown by hand: hold")]
+SticksLate = Annotated[float, _within("sticks_late_s", "Sticks that come later than this are discarded")]
+CommandsLate = Annotated[float, _within("commands_late_s", "Commands that come later than this are never executed")]
+LostHold = Annotated[float, _within("lost_hold_s", "The tower lost for so long while flown by hand: hold")]
+LostActionAfter = Annotated[float, _within("lost_action_s", "The tower or the person lost for so long: `lost_action`")]
+RttLimitMs = Annotated[float, _within("rtt_limit_ms", "A round trip above this ...")]
+RttLimitFor = Annotated[float, _within("rtt_limit_s", "... for so long while flown by hand: hold")]
+
+Profile = Annotated[
+    ProfileName, Field(description="How much telemetry it sends; `auto`: its agent decides by the quality of the link")
+]
+
+
+class DroneSettingsView(BaseModel):
+    """Every setting, chosen or not. Times in seconds."""
+
+    hold_ladder: Ladder
+    sticks_stale_s: SticksStale
+    sticks_late_s: SticksLate
+    commands_late_s: CommandsLate
+    lost_hold_s: LostHold
+    lost_action: LostActionName
+    lost_action_s: LostActionAfter
+    rtt_limit_ms: RttLimitMs
+    rtt_limit_s: RttLimitFor
+    stream_profile: Profile
+
+
+class DroneSettingsPatch(BaseModel):
+    """What is to be different; what is not named stays."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    hold_ladder: Ladder | None = None
+    sticks_stale_s: SticksStale | None = None
+    sticks_late_s: SticksLate | None = None
+    commands_late_s: CommandsLate | None = None
+    lost_hold_s: LostHold | None = None
+    lost_action: LostActionName | None = None
+    lost_action_s: LostActionAfter | None = None
+    rtt_limit_ms: RttLimitMs | None = None
+    rtt_limit_s: RttLimitFor | None = None
+    stream_profile: Profile | None = None
+
+    @field_validator("hold_ladder")
+    @classmethod
+    def _a_ladder(cls, value: list[str] | None) -> list[str] | None:
+        return None if value is None else check_ladder(value)
+
+
+@router.get("")
+async def get_drone_settings(request: Request, principal: Viewer, drone_id: DronePath) -> DroneSettingsView:
+    """How this drone holds, what it does when tower or person stay away, and how much telemetry it sends."""
+    hub = tower_of(request).hub
+    if hub.drone_for(DroneId(drone_id), principal.user_id, principal.role) is None:
+        raise UnknownDrone
+    return DroneSettingsView.model_validate(settings_in(hub, DroneId(drone_id)).as_values())
+
+
+@router.patch("", responses=answers(AdminsOnly, BadDroneSettings))
+async def change_drone_settings(
+    request: Request, admin: Admin, drone_id: DronePath, body: DroneSettingsPatch
+) -> DroneSettingsView:
+    """Admin: changes some of it. The drone's agent knows at once, or when it is next there."""
+    tower = tower_of(request)
+    deed = AuditAction(by=admin, at=tower.clock(), address=address_of(request))
+    change = body.model_dump(exclude_none=True)
+    async with tower.database.writing() as session:
+        settings = await change_settings(session, drone_id=drone_id, change=change, deed=deed)
+    apply_to(tower.hub, DroneId(drone_id), settings)
+    tower.loss_checks.look_again(DroneId(drone_id))
+    return DroneSettingsView.model_validate(settings.as_values())

@@ -1,0 +1,126 @@
+"""`/api/v1/enrolments` and `/enrol`: how the agent of a drone makes its key known with one command."""
+
+from __future__ import annotations
+
+import shlex
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Request
+from pydantic import BaseModel, ConfigDict, Field
+
+from server.api.access import Admin
+from server.api.fleet.tower_address import AddressUnknown, address_for_agents
+from server.api.http.private_path import NotPrivate, is_private_path
+from server.api.http.problem_docs import answers
+from server.api.tower import address_of, tower_of
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.people import Principal
+from server.store.audit.action import AuditAction
+from server.store.fleet import enrolments
+from server.store.fleet.drones import get_drone
+from server.store.fleet.enrolment_news import EnrolmentView
+from server.store.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
+from wire.drone_key import key_text
+
+router = APIRouter(prefix="/api/v1", tags=["enrolment"])
+_ADMINS = answers(NotSignedIn, SessionExpired, AdminsOnly)
+
+
+class NewEnrolment(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    lasts_s: Annotated[float, Field(ge=60, le=604_800, description="Seconds for which the token is good")] = 3600
+    autopilot: Annotated[
+        str, Field(max_length=200, description="For the command: where the autopilot is, as docs/agent.md spells it")
+    ] = ""
+
+
+class EnrolmentWithToken(BaseModel):
+    """The only answer that ever contains the token."""
+
+    enrolment: EnrolmentView
+    token: str
+    command: Annotated[str, Field(description="To be pasted on the drone's companion computer")]
+
+
+class Enrol(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    token: Annotated[str, Field(max_length=200)]
+    public_key: Annotated[
+        str, Field(max_length=43, description="Of an Ed25519 key that the agent made: 32 bytes in base64url")
+    ]
+    signature: Annotated[str, Field(max_length=86, description="By that key, of the token: docs/wire-protocol.md, 2.0")]
+
+
+class Enrolled(BaseModel):
+    """What the agent has to know besides its own key."""
+
+    drone_id: int
+    drone: str
+    tower_key: Annotated[str, Field(description="The tower's own Ed25519 public key, in base64url")]
+
+
+def _deed(request: Request, admin: Principal) -> AuditAction:
+    return AuditAction(by=admin, at=tower_of(request).clock(), address=address_of(request))
+
+
+@router.post(
+    "/drones/{drone_id}/enrolments", status_code=201, responses=_ADMINS | answers(UnknownDrone, AddressUnknown)
+)
+async def begin_enrolment(
+    request: Request, admin: Admin, drone_id: Annotated[int, Path(ge=1, le=2**31 - 1)], body: NewEnrolment
+) -> EnrolmentWithToken:
+    """Makes a token with which an agent becomes the drone, once. One that was waiting is cancelled."""
+    tower = tower_of(request)
+    address = address_for_agents(tower.settings, str(request.base_url))
+    async with tower.database.writing() as session:
+        row, drone, token, cancelled = await enrolments.begin(
+            session, drone_id=drone_id, lasts_s=body.lasts_s, deed=_deed(request, admin)
+        )
+    for one in [*cancelled, row.id]:
+        tower.enrolment_news.tell(one)
+    tower.enrolment_news.expect_expiry(row.id, body.lasts_s)
+    words = ["tower-agent", "enrol", address, token]
+    words += ["--autopilot", body.autopilot] if body.autopilot else []
+    return EnrolmentWithToken(
+        enrolment=EnrolmentView.of(row, drone, tower.clock()), token=token, command=shlex.join(words)
+    )
+
+
+@router.get("/enrolments", responses=_ADMINS)
+async def list_enrolments(request: Request, admin: Admin) -> list[EnrolmentView]:
+    """Newest first, at most 200."""
+    tower = tower_of(request)
+    async with tower.database.reading() as session:
+        found = await enrolments.list_enrolments(session)
+    return [EnrolmentView.of(row, drone, tower.clock()) for row, drone in found]
+
+
+@router.delete("/enrolments/{enrolment_id}", status_code=204, responses=_ADMINS | answers(UnknownEnrolment))
+async def cancel_enrolment(
+    request: Request, admin: Admin, enrolment_id: Annotated[int, Path(ge=1, le=2**31 - 1)]
+) -> None:
+    """The token is worth nothing from then on. One that was used stays used."""
+    tower = tower_of(request)
+    async with tower.database.writing() as session:
+        row = await enrolments.cancel(session, enrolment_id=enrolment_id, deed=_deed(request, admin))
+    tower.enrolment_news.tell(row.id)
+
+
+@router.post("/enrol", responses=answers(BadEnrolment, BadDroneKey, NotPrivate))
+async def enrol(request: Request, body: Enrol) -> Enrolled:
+    """For the agent: its key is the drone's from then on. Over TLS or from this very machine only. An agent that did
+    not get the answer asks once more with the same key."""
+    if not is_private_path(request):
+        raise NotPrivate
+    tower = tower_of(request)
+    key = enrolments.read_key(token=body.token, public_key=body.public_key, signature=body.signature)
+    async with tower.database.writing() as session:
+        row = await enrolments.use(
+            session, token=body.token, public_key=key, at=tower.clock(), address=address_of(request)
+        )
+        drone = await get_drone(session, row.drone_id)
+    await tower.roster.refresh()
+    tower.enrolment_news.tell(row.id)
+    return Enrolled(drone_id=drone.id, drone=drone.name, tower_key=key_text(tower.sign_in_rules.identity.public_key))

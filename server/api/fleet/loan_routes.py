@@ -1,0 +1,69 @@
+"""`/api/v1/drones/{id}/loans`: lending a drone to a user for a while, for admins of the tower and of its team."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Request
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
+
+from server.api.access import TeamKeeper
+from server.api.http.problem_docs import answers
+from server.api.tower import address_of, tower_of
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.people import Principal
+from server.live.fleet.views import DroneView
+from server.store.accounts.users import UnknownUser
+from server.store.audit.action import AuditAction
+from server.store.fleet import loans
+from server.store.fleet.loans import OwnerAlready, Terms
+from wire.ids import DroneId
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}/loans/{user_id}",
+    tags=["drones"],
+    responses=answers(NotSignedIn, SessionExpired, AdminsOnly, UnknownDrone, UnknownUser),
+)
+Id = Annotated[int, Path(ge=1, le=2**31 - 1)]
+
+
+class NewLoan(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    until: AwareDatetime
+    may_arm: bool = True
+    max_height_m: Annotated[float | None, Field(ge=1, le=10_000, description="Above home")] = None
+    radius_m: Annotated[float | None, Field(ge=5, le=100_000, description="Around home")] = None
+
+
+@router.put("", responses=answers(OwnerAlready))
+async def lend_drone(request: Request, lender: TeamKeeper, drone_id: Id, user_id: Id, body: NewLoan) -> DroneView:
+    """The user sees and flies the drone until then, within the limits. Lending again changes them."""
+    tower = tower_of(request)
+    deed = _deed(request, lender)
+    terms = Terms(body.until, body.may_arm, body.max_height_m, body.radius_m)
+    async with tower.database.writing() as session:
+        await loans.lend(session, drone_id=drone_id, user_id=user_id, terms=terms, lender=lender, deed=deed)
+    return await _changed(request, lender, drone_id)
+
+
+@router.delete("")
+async def end_loan(request: Request, lender: TeamKeeper, drone_id: Id, user_id: Id) -> DroneView:
+    """Before its time. What the user loses with it, they have lost when this is answered."""
+    async with tower_of(request).database.writing() as session:
+        await loans.end_loan(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=_deed(request, lender))
+    return await _changed(request, lender, drone_id)
+
+
+def _deed(request: Request, lender: Principal) -> AuditAction:
+    return AuditAction(by=lender, at=tower_of(request).clock(), address=address_of(request))
+
+
+async def _changed(request: Request, lender: Principal, drone_id: int) -> DroneView:
+    tower = tower_of(request)
+    await tower.roster.refresh()
+    await tower.event_handler.caught_up()
+    found = tower.hub.drone_view(DroneId(drone_id), lender.user_id, lender.role)
+    if found is None:
+        raise UnknownDrone
+    return found

@@ -1,0 +1,90 @@
+"""`/api/v1/drones/{id}/commands`: what a drone is told to do, in words that do not depend on its autopilot."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Path, Request, Response
+
+from server.api.access import Pilot
+from server.api.http.problem_docs import answers
+from server.api.operations.asking import ACCEPTED, ASYNC, Prefer, answer, begin, flown_drone
+from server.api.tower import tower_of
+from server.domain.access import UnknownDrone
+from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, SetHome
+from server.live.flight_commands.follow_me import follow_me_order
+from server.live.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
+from server.live.flight_commands.steps import NoSuchItem, order_of
+from server.live.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
+from server.live.operations.leave import refuse_commands
+from server.live.operations.refusals import (
+    AgentTooOld,
+    Assisted,
+    DroneBusy,
+    DroneOffline,
+    LoanForbids,
+    LossCheckOpen,
+    MovesHome,
+    NotInControl,
+    TooManyOperations,
+    ViewTaken,
+    WouldFall,
+)
+from server.live.operations.views import OperationView
+from wire.transactions import CommandWork
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}/commands", tags=["commands"], responses=answers(UnknownDrone, ViewTaken)
+)
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+
+
+@router.post(
+    "",
+    responses=ACCEPTED
+    | answers(
+        *(
+            DroneOffline,
+            AgentTooOld,
+            DroneBusy,
+            NotInControl,
+            Assisted,
+            LoanForbids,
+            LossCheckOpen,
+            WouldFall,
+            MovesHome,
+        ),
+        *(TooManyOperations, NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem, NoSuchLeader, CannotFollow),
+    ),
+)
+async def command_drone(
+    request: Request,
+    response: Response,
+    principal: Pilot,
+    drone_id: DronePath,
+    body: Annotated[FlightCommand, Body()],
+    prefer: Prefer = None,
+) -> OperationView:
+    """Has the drone do something. Where it takes several steps, it stops at the first that is not accepted."""
+    drone = await flown_drone(request, principal, drone_id)
+    if not drone.online:
+        raise DroneOffline(drone.record.name)
+    following = None
+    if isinstance(body, FollowMe):
+        order, following = follow_me_order(tower_of(request).hub, principal, drone, body, time.monotonic())
+    elif isinstance(body, Follow):
+        order, following = follow_order(tower_of(request).hub, principal, drone, body, time.monotonic())
+    else:
+        order = order_of(body, Vehicle.of(drone))
+    sent = [step.work for step in order.steps if step.skip is None or not step.skip()]
+    works = [work for work in sent if isinstance(work, CommandWork)]
+    refuse_commands(drone, principal, works, falls=isinstance(body, Disarm) and body.force)
+    if isinstance(body, SetHome) and drone.airborne is not False and not body.while_flying:
+        raise MovesHome(drone.record.name, known=drone.airborne is True)
+    operation = begin(request, principal, drone, order)
+    if following is not None:
+        tower_of(request).hub.follows.began(operation, following)
+        prefer = ASYNC  # it runs until something ends it
+    return await answer(operation, response, prefer)

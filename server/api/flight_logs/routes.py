@@ -1,0 +1,177 @@
+"""`/api/v1/drones/{id}/logs`: the flight logs on board, those that the tower has, and the agents' way in."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from datetime import UTC, datetime
+from typing import Annotated, Any, Final
+
+from fastapi import APIRouter, Path, Request, Response
+from fastapi.responses import FileResponse
+from pydantic import BaseModel, Field
+from starlette.requests import ClientDisconnect
+
+from server.api.access import Pilot, Viewer
+from server.api.http.private_path import NotPrivate
+from server.api.http.problem_docs import answers
+from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, refuse_observers, watched_drone
+from server.api.relay.agent_sign_in import AgentRefused
+from server.api.relay.link_ticket import drone_of
+from server.api.tower import tower_of
+from server.domain.access import UnknownDrone
+from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
+from server.live.operations.operation import Lane, Order, Step
+from server.live.operations.refusals import (
+    AgentTooOld,
+    Assisted,
+    DroneBusy,
+    DroneOffline,
+    LoanForbids,
+    NotInControl,
+    OnlyWatches,
+    TooManyOperations,
+    ViewTaken,
+)
+from server.live.operations.views import LogView, OperationView
+from server.store.flight_logs.quota import KeptLog
+from wire.transactions import LogDownloadWork, LogListWork
+
+router = APIRouter(prefix="/api/v1", tags=["logs"])
+
+LIST_WITHIN_S: Final = 60.0
+FETCH_WITHIN_S: Final = 600.0
+"""As long as a transaction may last. What was read by then stays beside the autopilot: asked for again, it goes on."""
+MEDIA_TYPE: Final = "application/octet-stream"
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+LogPath = Annotated[int, Path(ge=0, le=0xFFFF)]
+TransactionPath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+_BEGIN: Final = (
+    answers(*(UnknownDrone, ViewTaken, OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations)) | ACCEPTED
+)
+
+
+class KeptLogView(LogView):
+    """A log that the tower has."""
+
+    kept_at: datetime
+
+    @classmethod
+    def of_file(cls, kept: KeptLog) -> KeptLogView:
+        began = None if kept.began_unix_s is None else datetime.fromtimestamp(kept.began_unix_s, UTC)
+        kept_at = datetime.fromtimestamp(kept.kept_at, UTC)
+        return cls(id=kept.log_id, size_bytes=kept.size_bytes, began_at=began, kept_at=kept_at)
+
+
+class LogsView(BaseModel):
+    """Newest first."""
+
+    read_at: Annotated[datetime | None, Field(description="When the list was read; null: not since the tower runs")]
+    on_board: Annotated[list[LogView] | None, Field(description="null: not known")]
+    kept: Annotated[list[KeptLogView], Field(description="Those that the tower has")]
+
+
+@router.get("/drones/{drone_id}/logs", responses=answers(UnknownDrone, ViewTaken, OnlyWatches))
+async def get_logs(request: Request, principal: Viewer, drone_id: DronePath) -> LogsView:
+    """Which logs were on board when the list was read last, and which of the drone's the tower has."""
+    drone = watched_drone(request, principal, drone_id)
+    refuse_observers(drone, principal)
+    kept = await asyncio.to_thread(tower_of(request).log_shelf.of, drone.drone_id)
+    board = drone.board
+    return LogsView(
+        read_at=board.logs_read_at,
+        on_board=None if board.logs is None else [LogView.of(entry) for entry in board.logs],
+        kept=[KeptLogView.of_file(one) for one in kept],
+    )
+
+
+@router.post("/drones/{drone_id}/logs/list", responses=_BEGIN)
+async def list_logs(
+    request: Request, response: Response, principal: Viewer, drone_id: DronePath, prefer: Prefer = None
+) -> OperationView:
+    """Reads from the autopilot which logs it has; on the ground only."""
+    drone = watched_drone(request, principal, drone_id)
+    order = Order("log_list", Lane.LOGS, [Step(LogListWork(), LIST_WITHIN_S)], writes=False)
+    return await answer(begin(request, principal, drone, order), response, prefer)
+
+
+@router.post(
+    "/drones/{drone_id}/logs/{log_id}/fetch",
+    responses=_BEGIN | answers(*(NotInControl, Assisted, LoanForbids, DroneBusy)),
+)
+async def fetch_log(
+    request: Request,
+    response: Response,
+    principal: Pilot,
+    drone_id: DronePath,
+    log_id: LogPath,
+    prefer: Prefer = None,
+) -> OperationView:
+    """Has the agent read a log and send it here. Whoever has the controls: it takes the drone's whole link."""
+    drone = await flown_drone(request, principal, drone_id)
+    step = Step(LogDownloadWork(log_id), FETCH_WITHIN_S)
+    order = Order("log_download", Lane.LOGS, [step], writes=False, noted=True, about={"log": log_id})
+    return await answer(begin(request, principal, drone, order), response, prefer)
+
+
+@router.get(
+    "/drones/{drone_id}/logs/{log_id}/file",
+    response_class=Response,
+    responses={
+        200: {"content": {MEDIA_TYPE: {}}, "description": "The whole log"},
+        206: {"content": {MEDIA_TYPE: {}}, "description": "The range that was asked for"},
+        400: {"description": "The range cannot be read"},
+        416: {"description": "The file has no such range"},
+        **answers(UnknownDrone, UnknownLog, ViewTaken, OnlyWatches),
+    },
+)
+async def get_log_file(request: Request, principal: Viewer, drone_id: DronePath, log_id: LogPath) -> FileResponse:
+    """A log that the tower has, as the autopilot wrote it."""
+    drone = watched_drone(request, principal, drone_id)
+    refuse_observers(drone, principal)
+    kept = await asyncio.to_thread(tower_of(request).log_shelf.of, drone.drone_id)
+    found = next((one for one in kept if one.log_id == log_id), None)
+    if found is None:
+        raise UnknownLog
+    name = f"{drone.record.name}-log-{log_id}.bin"
+    return FileResponse(
+        found.path, media_type=MEDIA_TYPE, filename=name, headers={"Cache-Control": "private, no-cache"}
+    )
+
+
+_FILE: Final[dict[str, Any]] = {
+    "requestBody": {"required": True, "content": {MEDIA_TYPE: {"schema": {"type": "string", "format": "binary"}}}}
+}
+
+
+@router.put(
+    "/agent/files/{transaction_id}",
+    status_code=204,
+    responses=answers(BadCredential, NotPrivate, NotAskedFor, FileNotTaken, FileIncomplete),
+    openapi_extra=_FILE,
+)
+async def put_agent_file(request: Request, transaction_id: TransactionPath) -> None:
+    """For agents, with the ticket of their link: the file that a running transaction of theirs has asked for."""
+    tower = tower_of(request)
+    until = tower.sign_in_rules.credentials_until
+    try:
+        drone_id = drone_of(tower.hub, request, credentials_until=until, now=tower.clock())
+    except AgentRefused as refused:
+        raise (NotPrivate() if refused.status == 403 else BadCredential(refused.words)) from None
+    drone = tower.hub.drone(drone_id)
+    operation = tower.hub.operations.transaction(drone_id, transaction_id)
+    length = request.headers.get("content-length", "")
+    if drone is None or operation is None:
+        raise NotAskedFor
+    if not (length.isascii() and length.isdigit() and len(length) < 16):
+        raise FileIncomplete("say with Content-Length how long the file is")
+    await tower.log_receiver.take(drone, operation, int(length), _pieces(request))
+
+
+async def _pieces(request: Request) -> AsyncIterator[bytes]:
+    try:
+        async for piece in request.stream():
+            yield piece
+    except ClientDisconnect:
+        raise FileIncomplete("the connection broke off") from None

@@ -1,0 +1,92 @@
+"""What may be in a request: JSON, and not much of it. Plain ASGI, before anything is read."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from typing import Final
+
+from starlette.datastructures import Headers
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from server.api.http.problems import JSON_ONLY, TOO_LARGE, problem
+from server.live.anonymous.budget import AnonymousBudget, Over
+from server.live.anonymous.limits import LIMITS
+
+MAX_BODY_BYTES: Final = LIMITS.max_body_bytes
+WITHIN_S: Final = LIMITS.body_within_s
+_TIMEOUT: Final = 408
+
+_PLANS: Final = re.compile(r"/api/v1/(drones/\d+/((mission|fence|rally)(/verify)?|parameters)|missions(/\d+)?)")
+_SIGN_IN: Final = frozenset(
+    {"/api/v1/session", "/api/v1/session/passkey", "/api/v1/session/passkey/options", "/api/v1/enrol"}
+)
+_FILES: Final = re.compile(r"/api/v1/agent/files/\d+")
+
+
+class BodyCheck:
+    """Turns down what the headers promise, where they do; counts what really comes, where they do not,
+    and gives up what does not come to its end."""
+
+    def __init__(self, app: ASGIApp, budget: AnonymousBudget) -> None:
+        self._app = app
+        self._budget = budget
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "http":
+            headers = Headers(scope=scope)
+            if _FILES.fullmatch(scope["path"]):  # an agent's, which is no JSON and is counted where it is written
+                await self._app(scope, receive, send)
+                return
+            most, within_s = _bounds(scope["path"])
+            length = _length(headers)
+            if length > most:
+                self._budget.refused[Over.BODY] += 1
+                await problem(TOO_LARGE, instance=scope["path"])(scope, receive, send)
+                return
+            if (length > 0 or "transfer-encoding" in headers) and not _is_json(headers):
+                await problem(JSON_ONLY, instance=scope["path"])(scope, receive, send)
+                return
+            await self._app(scope, self._counted(receive, most, within_s), send)
+        else:
+            await self._app(scope, receive, send)
+
+    def _counted(self, receive: Receive, most: int, within_s: float) -> Receive:
+        taken, whole, refused = 0, False, self._budget.refused
+        until = asyncio.get_running_loop().time() + within_s
+
+        async def counted() -> Message:
+            nonlocal taken, whole
+            try:
+                async with asyncio.timeout_at(
+                    None if whole else until
+                ):  # afterwards it waits for the end of the connection
+                    message = await receive()
+            except TimeoutError:
+                refused[Over.BODY_TIME] += 1
+                raise HTTPException(_TIMEOUT, headers={"Connection": "close"}) from None
+            taken += len(message.get("body", b""))
+            whole = not message.get("more_body", False)
+            if taken > most:
+                refused[Over.BODY] += 1
+                raise HTTPException(TOO_LARGE.status)  # in the route that reads, so it becomes a problem document
+            return message
+
+        return counted
+
+
+def _bounds(path: str) -> tuple[int, float]:
+    """How many bytes a body may have there, and in how many seconds it must be whole."""
+    if path in _SIGN_IN:
+        return LIMITS.max_sign_in_body_bytes, min(LIMITS.sign_in_body_within_s, WITHIN_S)
+    return LIMITS.max_plan_body_bytes if _PLANS.fullmatch(path) else MAX_BODY_BYTES, WITHIN_S
+
+
+def _length(headers: Headers) -> int:
+    text = headers.get("content-length", "0")
+    return int(text) if text.isascii() and text.isdigit() else 0
+
+
+def _is_json(headers: Headers) -> bool:
+    return headers.get("content-type", "").partition(";")[0].strip().lower() == "application/json"

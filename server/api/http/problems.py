@@ -1,0 +1,329 @@
+"""The one place that turns errors into HTTP: RFC 9457 problem documents. To add an error, add a line to the table.
+
+Nothing of a request's body is ever repeated in an answer: it may be a password.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from http import HTTPStatus
+from typing import Any, Final
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+
+from server.api.fleet.tower_address import AddressUnknown
+from server.api.http.private_path import NotPrivate
+from server.domain.access import (
+    AdminsOnly,
+    BadToken,
+    InPersonOnly,
+    NotSignedIn,
+    PasswordChangeNeeded,
+    ProofNeeded,
+    ScopeMissing,
+    SecondFactorDemanded,
+    SessionExpired,
+    UnknownDrone,
+)
+from server.domain.drone_settings import BadDroneSettings
+from server.domain.names import BadName
+from server.domain.refusal import Refusal, RetryLater
+from server.live.accounts.challenges import ChallengeOver, TooManyChallenges
+from server.live.accounts.relying_party import PasskeysUnavailable
+from server.live.flight_commands.following import CannotFollow, NoSuchLeader
+from server.live.flight_commands.steps import NoSuchItem
+from server.live.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet
+from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
+from server.live.missions.document import DocumentTooLarge
+from server.live.missions.plan_body import BadPlan, MalformedBody
+from server.live.missions.plans import PlanNotRead
+from server.live.operations.refusals import (
+    AgentTooOld,
+    Assisted,
+    DroneBusy,
+    DroneOffline,
+    LoanForbids,
+    LossCheckOpen,
+    MovesHome,
+    NotInControl,
+    NotThroughTheTower,
+    OnlyWatches,
+    TooManyOperations,
+    TurnNotCome,
+    UnknownOperation,
+    ViewTaken,
+    WouldFall,
+)
+from server.live.parameters.metadata import NoMetadata
+from server.live.parameters.orders import ParametersUnknown
+from server.live.recordings.refusals import (
+    AlreadyRecording,
+    NoRoomToRecord,
+    NotReady,
+    NotYourRecording,
+    NotYoursToRecord,
+    NoVideo,
+    RecordingBusy,
+    TooManyRecordings,
+    UnknownRecording,
+)
+from server.live.teams.refusals import (
+    DroneInUse,
+    InAnotherTeam,
+    LastTeamAdmin,
+    MemberAlready,
+    NotYourDrone,
+    TeamAdminsOnly,
+    TeamFull,
+    TooManyTeams,
+    UnknownInvitation,
+    UnknownTeam,
+)
+from server.runtime.tile_source import NoTileFile
+from server.store.accounts.passkey_sign_in import PasskeyRefused, PasswordNeeded, WrongPasskey
+from server.store.accounts.passkeys import PasskeyKnown, TooManyPasskeys, UnknownPasskey
+from server.store.accounts.password_policy import BadPassword, TooManyJudgements
+from server.store.accounts.passwords import TooManySignIns
+from server.store.accounts.preferences import BadPreference, PreferenceTooLarge, TooManyPreferences
+from server.store.accounts.reauthentication import CodeNeeded
+from server.store.accounts.second_factor import LastFactor, NoSecondFactorBegun, SecondFactorOn, WrongCode
+from server.store.accounts.sessions import UnknownSession
+from server.store.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
+from server.store.accounts.tokens import BadExpiry, BadScopes, TooManyTokens, UnknownToken
+from server.store.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
+from server.store.control.service import ControlRefused
+from server.store.fleet.drones import DroneNameTaken
+from server.store.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
+from server.store.fleet.loans import BadLoan, OwnerAlready
+from server.store.missions.library import (
+    ChangedMeanwhile,
+    NotYourMission,
+    TooManyMissions,
+    UnknownMission,
+    VersionNeeded,
+)
+
+MEDIA_TYPE: Final = "application/problem+json"
+
+
+@dataclass(frozen=True)
+class Kind:
+    """`field`: the member of the request's body that was at fault, if it was one."""
+
+    slug: str
+    status: int
+    title: str
+    field: str | None = None
+
+
+INVALID: Final = Kind("invalid-request", 422, "The request is not valid")
+MALFORMED_JSON: Final = Kind("malformed-json", 400, "The body is not JSON")
+JSON_ONLY: Final = Kind("json-only", 415, "Only JSON is taken")
+TOO_LARGE: Final = Kind("too-large", 413, "The body is too large")
+WRONG_ORIGIN: Final = Kind("wrong-origin", 403, "The request came from another site")
+INTERNAL: Final = Kind("internal-error", 500, "Something went wrong in the tower")
+
+PROBLEMS: Final[dict[type[Refusal], Kind]] = {
+    NotSignedIn: Kind("not-signed-in", 401, "Not signed in"),
+    SessionExpired: Kind("session-expired", 401, "The session has ended"),
+    BadToken: Kind("bad-token", 401, "The token is not valid"),
+    ScopeMissing: Kind("scope-missing", 403, "The token was not made for this"),
+    PasswordChangeNeeded: Kind("password-change-needed", 403, "The first password must be changed"),
+    SecondFactorDemanded: Kind("second-factor-demanded", 403, "A second factor must be set up"),
+    InPersonOnly: Kind("in-person-only", 403, "Not with a token"),
+    WrongSignIn: Kind("wrong-sign-in", 401, "Wrong name or password"),
+    SecondFactorNeeded: Kind("second-factor-needed", 401, "A code is needed"),
+    WrongSecondFactor: Kind("wrong-code", 401, "Wrong code"),
+    WrongCode: Kind("code-refused", 403, "The code is not good"),
+    WrongPassword: Kind("wrong-password", 403, "Wrong password"),
+    ProofNeeded: Kind("proof-needed", 403, "Confirm that it is you"),
+    CodeNeeded: Kind("code-needed", 403, "A code is needed"),
+    SecondFactorOn: Kind("second-factor-on", 409, "There is a second factor already"),
+    NoSecondFactorBegun: Kind("no-second-factor-begun", 409, "There is no second factor"),
+    PasskeyRefused: Kind("passkey-refused", 401, "The passkey is not accepted"),
+    WrongPasskey: Kind("wrong-passkey", 403, "The passkey is not accepted"),
+    PasswordNeeded: Kind("password-needed", 401, "The new password is needed"),
+    ChallengeOver: Kind("challenge-over", 409, "Too late"),
+    TooManyChallenges: Kind("too-many-tries", 429, "Too many tries"),
+    PasskeysUnavailable: Kind("passkeys-unavailable", 409, "No passkeys at this address"),
+    UnknownPasskey: Kind("unknown-passkey", 404, "No such passkey"),
+    TooManyPasskeys: Kind("too-many-passkeys", 409, "Too many passkeys"),
+    PasskeyKnown: Kind("passkey-known", 409, "The passkey is there already"),
+    LastFactor: Kind("last-factor", 409, "The last second factor must stay"),
+    UnknownSession: Kind("unknown-session", 404, "No such session"),
+    SignInThrottled: Kind("too-many-tries", 429, "Too many tries"),
+    TooManyJudgements: Kind("busy", 503, "The tower is busy"),
+    TooManySignIns: Kind("busy", 503, "The tower is busy"),
+    AdminsOnly: Kind("admins-only", 403, "For admins only"),
+    UnknownDrone: Kind("unknown-drone", 404, "No such drone"),
+    NoTileFile: Kind("no-tiles", 404, "No map tiles here"),
+    UnknownUser: Kind("unknown-user", 404, "No such user"),
+    UnknownToken: Kind("unknown-token", 404, "No such token"),
+    TooManyTokens: Kind("too-many-tokens", 409, "Too many tokens"),
+    TooManyPreferences: Kind("too-many-preferences", 409, "Too many documents"),
+    BadPreference: Kind(INVALID.slug, INVALID.status, INVALID.title),
+    PreferenceTooLarge: Kind("too-large", 413, "The body is too large"),
+    BadScopes: Kind(INVALID.slug, INVALID.status, INVALID.title, field="scopes"),
+    BadExpiry: Kind(INVALID.slug, INVALID.status, INVALID.title, field="expires_at"),
+    UnknownEnrolment: Kind("unknown-enrolment", 404, "No such enrolment"),
+    AddressUnknown: Kind("address-unknown", 409, "The tower's own address is not known"),
+    BadDroneKey: Kind("bad-drone-key", 403, "The key is not good"),
+    BadEnrolment: Kind("bad-enrolment", 403, "The enrolment token is not good"),
+    NotPrivate: Kind("https-only", 403, "Not over plain http"),
+    OwnerAlready: Kind("owner-already", 409, "The user owns the drone"),
+    BadLoan: Kind(INVALID.slug, INVALID.status, INVALID.title, field="until"),
+    UserNameTaken: Kind("name-taken", 409, "The name is taken"),
+    DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
+    ControlRefused: Kind("control-refused", 409, "The controls did not change hands"),
+    BadDroneSettings: Kind(INVALID.slug, INVALID.status, INVALID.title, field="lost_action_s"),
+    DroneOffline: Kind("drone-offline", 409, "The drone is offline"),
+    AgentTooOld: Kind("agent-too-old", 409, "The drone's agent is too old"),
+    TooManyOperations: Kind("too-many-operations", 429, "Too much in too short a time"),
+    DroneBusy: Kind("drone-busy", 409, "The drone is busy"),
+    UnknownOperation: Kind("unknown-operation", 404, "No such operation"),
+    NotInControl: Kind("not-in-control", 409, "You do not have the controls"),
+    Assisted: Kind("assisted", 409, "An admin is assisting"),
+    TurnNotCome: Kind("not-in-control", 409, "You do not have the controls"),
+    LossCheckOpen: Kind("loss-check", 409, "The loss check is open"),
+    NotThroughTheTower: Kind("not-allowed", 409, "Not through the tower"),
+    WouldFall: Kind("would-fall", 409, "The drone would fall"),
+    MovesHome: Kind("moves-home", 409, "Home would move"),
+    LoanForbids: Kind("loan", 409, "Beyond the limits of the loan"),
+    ViewTaken: Kind("view-taken", 403, "The view was taken"),
+    OnlyWatches: Kind("only-watches", 403, "You may only watch"),
+    MalformedBody: Kind(MALFORMED_JSON.slug, MALFORMED_JSON.status, MALFORMED_JSON.title),
+    BadPlan: Kind(INVALID.slug, INVALID.status, INVALID.title),
+    ParametersUnknown: Kind("parameters-unknown", 409, "The parameters are not known yet"),
+    NoMetadata: Kind("no-metadata", 404, "The vehicle says nothing of its parameters"),
+    NotKnownHow: Kind("not-supported", 409, "Not with this vehicle"),
+    NotKnownYet: Kind("not-known-yet", 409, "Not known yet"),
+    NoSuchMode: Kind(INVALID.slug, INVALID.status, INVALID.title, field="mode"),
+    NoSuchItem: Kind(INVALID.slug, INVALID.status, INVALID.title, field="item"),
+    NoSuchLeader: Kind(INVALID.slug, INVALID.status, INVALID.title, field="leader"),
+    CannotFollow: Kind("cannot-follow", 409, "It cannot follow"),
+    UnknownMission: Kind("unknown-mission", 404, "No such mission"),
+    NotYourMission: Kind("not-your-mission", 403, "Not your mission"),
+    TooManyMissions: Kind("too-many-missions", 409, "Too many missions"),
+    ChangedMeanwhile: Kind("changed-meanwhile", 412, "Changed meanwhile"),
+    VersionNeeded: Kind("version-needed", 428, "Say which version"),
+    DocumentTooLarge: Kind(TOO_LARGE.slug, TOO_LARGE.status, TOO_LARGE.title),
+    UnknownLog: Kind("unknown-log", 404, "No such log here"),
+    BadCredential: Kind("bad-credential", 401, "The ticket or credential is not good"),
+    NotAskedFor: Kind("not-asked-for", 404, "Nobody waits for it"),
+    FileNotTaken: Kind("no-room", 413, "The file is not taken"),
+    FileIncomplete: Kind("incomplete", 400, "The file is not whole"),
+    UnknownRecording: Kind("unknown-recording", 404, "No such recording"),
+    NotReady: Kind("recording-not-ready", 409, "There is no file yet"),
+    NotYoursToRecord: Kind("not-in-control", 409, "You do not have the controls"),
+    NotYourRecording: Kind("not-your-recording", 403, "Not your recording"),
+    AlreadyRecording: Kind("already-recording", 409, "It is recorded already"),
+    TooManyRecordings: Kind("too-many-recordings", 409, "Too many recordings"),
+    RecordingBusy: Kind("recording-busy", 409, "It is not over yet"),
+    NoVideo: Kind("no-video", 409, "There is no video"),
+    NoRoomToRecord: Kind("no-room", 413, "There is no room for it"),
+    PlanNotRead: Kind("plan-not-read", 409, "The plan could not be read"),
+    UnknownTeam: Kind("unknown-team", 404, "No such team"),
+    UnknownInvitation: Kind("unknown-invitation", 404, "No such invitation"),
+    TeamAdminsOnly: Kind("team-admins-only", 403, "For admins of the team"),
+    NotYourDrone: Kind("not-your-drone", 403, "Not your drone"),
+    InAnotherTeam: Kind("in-another-team", 409, "The drone is in another team"),
+    DroneInUse: Kind("drone-in-use", 409, "Somebody flies the drone"),
+    LastTeamAdmin: Kind("last-team-admin", 409, "The last team admin must stay"),
+    MemberAlready: Kind("member-already", 409, "In the team already"),
+    TooManyTeams: Kind("too-many-teams", 409, "Too many teams"),
+    TeamFull: Kind("team-full", 409, "The team is full"),
+    LastAdmin: Kind("last-admin", 409, "The last admin must stay"),
+    BadName: Kind(INVALID.slug, INVALID.status, INVALID.title, field="name"),
+    BadPassword: Kind(INVALID.slug, INVALID.status, INVALID.title, field="password"),
+}
+
+NOT_ALLOWED: Final = frozenset({"admins-only", "not-an-owner"})
+"""The codes of control that are about who asks, not about what is going on."""
+
+
+def problem(
+    kind: Kind,
+    *,
+    instance: str,
+    detail: str | None = None,
+    errors: Sequence[dict[str, str]] = (),
+    headers: dict[str, str] | None = None,
+    more: Mapping[str, Any] | None = None,
+) -> JSONResponse:
+    document: dict[str, Any] = {"type": f"/problems/{kind.slug}", "title": kind.title, "status": kind.status}
+    if detail:
+        document["detail"] = detail
+    document["instance"] = instance
+    if errors:
+        document["errors"] = list(errors)
+    document |= more or {}
+    return JSONResponse(document, status_code=kind.status, media_type=MEDIA_TYPE, headers=headers)
+
+
+def kind_of(refusal: Refusal) -> Kind:
+    kind = next((PROBLEMS[one] for one in type(refusal).__mro__ if one in PROBLEMS), INTERNAL)
+    if isinstance(refusal, ControlRefused):
+        # The table of control has a code for each answer; programs want to tell them apart.
+        status = 403 if refusal.code in NOT_ALLOWED else kind.status
+        return replace(kind, slug=refusal.code, status=status)
+    return kind
+
+
+def refusal_problem(refusal: Refusal, *, instance: str) -> JSONResponse:
+    kind = kind_of(refusal)
+    headers: dict[str, str] = {}
+    if isinstance(refusal, RetryLater):
+        headers["Retry-After"] = str(max(1, math.ceil(refusal.retry_after_s)))
+    if kind.status == HTTPStatus.UNAUTHORIZED:
+        headers["WWW-Authenticate"] = "Bearer" if isinstance(refusal, BadToken) else "Cookie"
+    field = getattr(refusal, "field", None) or kind.field
+    errors = [{"in": "body", "field": field, "message": refusal.message}] if field else []
+    detail = refusal.message if kind is not INTERNAL else None
+    more = dict(getattr(refusal, "more", None) or {})
+    item = getattr(refusal, "item", None)
+    if item is not None:
+        more["item"] = item
+    return problem(kind, instance=instance, detail=detail, errors=errors, headers=headers, more=more)
+
+
+def handle_problems(app: FastAPI) -> None:
+    app.add_exception_handler(Refusal, _on_refusal)
+    app.add_exception_handler(RequestValidationError, _on_invalid)
+    app.add_exception_handler(HTTPException, _on_http)
+
+
+async def _on_refusal(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, Refusal)
+    return refusal_problem(error, instance=request.url.path)
+
+
+async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    found = error.errors()
+    if any(one["type"] == "json_invalid" for one in found):
+        return problem(MALFORMED_JSON, instance=request.url.path)
+    errors = [
+        {
+            "in": str(one["loc"][0]) if one["loc"] else "body",
+            "field": ".".join(str(step) for step in one["loc"][1:]),
+            "message": one["msg"],
+        }
+        for one in found
+    ]
+    named = ", ".join(sorted({one["field"] for one in errors if one["field"]}))
+    detail = f"not valid: {named}" if named else "a JSON object is needed"
+    return problem(INVALID, instance=request.url.path, detail=detail, errors=errors)
+
+
+async def _on_http(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    if error.status_code == TOO_LARGE.status:
+        return problem(TOO_LARGE, instance=request.url.path)
+    status = HTTPStatus(error.status_code)
+    kind = Kind(status.phrase.lower().replace(" ", "-"), status.value, status.phrase)
+    return problem(kind, instance=request.url.path, headers=dict(error.headers or {}))

@@ -1,0 +1,167 @@
+"""`/api/v1/missions`: the library. Lists without documents; each change says which version it replaces."""
+
+from __future__ import annotations
+
+import re
+from datetime import datetime
+from typing import Annotated, Any, Final
+
+import msgspec
+from fastapi import APIRouter, Header, Path, Request, Response
+from pydantic import BaseModel, Field, WithJsonSchema
+
+from server.api.access import Pilot, Viewer
+from server.api.http.problem_docs import answers
+from server.api.http.strict_body import read_body
+from server.api.tower import address_of, tower_of
+from server.domain.names import BadName
+from server.domain.people import Principal
+from server.live.fleet.views import UserRefView
+from server.live.missions.document import DOCUMENT_SCHEMA, DocumentTooLarge, MissionBody, kept
+from server.live.missions.plan_body import BadPlan, MalformedBody, body_schema
+from server.store.audit.action import AuditAction
+from server.store.missions import library
+from server.store.missions.library import (
+    ChangedMeanwhile,
+    Found,
+    NotYourMission,
+    TooManyMissions,
+    UnknownMission,
+    VersionNeeded,
+)
+
+router = APIRouter(prefix="/api/v1/missions", tags=["missions"])
+
+MissionPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
+IfMatch = Annotated[str | None, Header(description="The ETag of the version that is replaced")]
+_BAD: Final = (BadPlan, BadName, MalformedBody, DocumentTooLarge)
+_BODY: Final = body_schema(
+    {
+        "name": {"type": "string", "description": "1 to 64 printable characters"},
+        "document": DOCUMENT_SCHEMA,
+        "shared": {"type": "boolean", "default": False},
+    },
+    ["name", "document"],
+)
+_TAG: Final = re.compile(r'(?:W/)?"(\d{1,9})"')
+
+
+class CountsView(BaseModel):
+    """Items of each kind."""
+
+    mission: int
+    fence: int
+    rally: int
+
+
+class MissionView(BaseModel):
+    """One of the library, without its plan."""
+
+    id: int
+    name: str
+    owner: UserRefView
+    shared: Annotated[bool, Field(description="Every user of the tower may read it")]
+    updated_at: datetime
+    counts: CountsView
+    version: Annotated[int, Field(description="Also its ETag")]
+
+    @classmethod
+    def of(cls, found: Found) -> MissionView:
+        row, owner = found
+        return cls(
+            id=row.id,
+            name=row.name,
+            owner=UserRefView(id=row.owner_id, name=owner),
+            shared=row.shared,
+            updated_at=row.updated_at,
+            counts=CountsView(mission=row.mission_items, fence=row.fence_items, rally=row.rally_items),
+            version=row.version,
+        )
+
+
+class MissionWithDocument(MissionView):
+    document: Annotated[dict[str, Any], WithJsonSchema(DOCUMENT_SCHEMA)]
+
+
+def _deed(request: Request, principal: Principal) -> AuditAction:
+    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
+
+
+def _tagged(response: Response, found: Found) -> MissionView:
+    response.headers["ETag"] = f'"{found[0].version}"'
+    return MissionView.of(found)
+
+
+@router.get("")
+async def list_missions(request: Request, principal: Viewer) -> list[MissionView]:
+    """One's own and those that are shared, the newest first."""
+    async with tower_of(request).database.reading() as session:
+        return [MissionView.of(found) for found in await library.list_missions(session, principal)]
+
+
+@router.post("", status_code=201, responses=answers(TooManyMissions, *_BAD), openapi_extra=_BODY)
+async def create_mission(request: Request, response: Response, principal: Pilot) -> MissionView:
+    """Keeps a plan under a name."""
+    body = await read_body(request, MissionBody)
+    document = kept(body.document)
+    async with tower_of(request).database.writing() as session:
+        found = await library.create_mission(
+            session,
+            principal,
+            name=body.name,
+            document=document,
+            shared=body.shared,
+            deed=_deed(request, principal),
+        )
+        return _tagged(response, found)
+
+
+@router.get("/{mission_id}", response_model=MissionWithDocument, responses=answers(UnknownMission))
+async def get_mission(request: Request, principal: Viewer, mission_id: MissionPath) -> Response:
+    """One of them, with its plan."""
+    async with tower_of(request).database.reading() as session:
+        found = await library.get_mission(session, principal, mission_id)
+        text = await library.document_of(session, found[0])
+    view = MissionView.of(found).model_dump() | {"document": msgspec.Raw(text.encode())}
+    headers = {"ETag": f'"{found[0].version}"'}
+    return Response(msgspec.json.encode(view), media_type="application/json", headers=headers)
+
+
+@router.put(
+    "/{mission_id}",
+    responses=answers(UnknownMission, NotYourMission, VersionNeeded, ChangedMeanwhile, *_BAD),
+    openapi_extra=_BODY,
+)
+async def replace_mission(
+    request: Request, response: Response, principal: Pilot, mission_id: MissionPath, if_match: IfMatch = None
+) -> MissionView:
+    """Puts a plan, a name, and whether it is shared in the place of what was there."""
+    body = await read_body(request, MissionBody)
+    document = kept(body.document)
+    async with tower_of(request).database.writing() as session:
+        found = await library.replace_mission(
+            session,
+            principal,
+            mission_id,
+            version=_version(if_match),
+            name=body.name,
+            document=document,
+            shared=body.shared,
+            deed=_deed(request, principal),
+        )
+        return _tagged(response, found)
+
+
+@router.delete("/{mission_id}", status_code=204, responses=answers(UnknownMission, NotYourMission))
+async def delete_mission(request: Request, principal: Pilot, mission_id: MissionPath) -> None:
+    """Takes it out of the library; what is on board of a drone stays there."""
+    async with tower_of(request).database.writing() as session:
+        await library.delete_mission(session, principal, mission_id, deed=_deed(request, principal))
+
+
+def _version(if_match: str | None) -> int | None:
+    """None where there is none; 0, which no mission has, for what is no version."""
+    if if_match is None:
+        return None
+    found = _TAG.fullmatch(if_match.strip())
+    return int(found[1]) if found else 0

@@ -1,0 +1,169 @@
+"""`/api/v1/drones/{id}/mission`, `/fence`, `/rally`: the plans on board. Whoever watches reads, the holder writes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal
+
+from fastapi import APIRouter, Path, Query, Request, Response
+from starlette.convertors import Convertor, register_url_convertor
+
+from server.api.access import Pilot, Viewer, admit
+from server.api.http.problem_docs import answers
+from server.api.http.strict_body import read_body
+from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, ended, flown_drone, watched_drone
+from server.api.tower import tower_of
+from server.domain.access import Action, UnknownDrone
+from server.live.flight_commands.vehicle import NotKnownYet
+from server.live.missions import plans
+from server.live.missions.plan_body import (
+    ITEMS_SCHEMA,
+    BadPlan,
+    MalformedBody,
+    PlanBody,
+    PlanToPut,
+    body_schema,
+    plan_of,
+)
+from server.live.missions.plan_keeping import PlanKeptView, keeping_for, plan_kept
+from server.live.missions.plans import PlanNotRead, PlanView
+from server.live.operations.leave import refuse_plan
+from server.live.operations.operation import Lane, Operation, State
+from server.live.operations.refusals import (
+    AgentTooOld,
+    Assisted,
+    DroneBusy,
+    DroneOffline,
+    LoanForbids,
+    NotInControl,
+    OnlyWatches,
+    TooManyOperations,
+    ViewTaken,
+)
+from server.live.operations.views import OperationView
+from server.live.relay.live_drone import LiveDrone
+from wire.plans import PlanKind
+from wire.transactions import PlanDownloadWork
+
+
+class _KindConvertor(Convertor[str]):
+    """So that no other path of a drone is taken for one of these."""
+
+    regex = "|".join(PlanKind)
+
+    def convert(self, value: str) -> str:
+        return value
+
+    def to_string(self, value: str) -> str:
+        return value
+
+
+register_url_convertor("plan_kind", _KindConvertor())
+router = APIRouter(prefix="/api/v1/drones/{drone_id}", tags=["plans"], responses=answers(UnknownDrone, ViewTaken))
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+KindPath = Annotated[Literal["mission", "fence", "rally"], Path()]
+WhileFlying = Annotated[bool, Query(description="Also while a mission is being flown, which is paused for it")]
+
+_BEGIN: Final = answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations)
+_WRITE: Final = _BEGIN | ACCEPTED | answers(NotInControl, Assisted, LoanForbids)
+_BODY: Final = answers(MalformedBody, BadPlan)
+_ITEMS: Final[dict[str, Any]] = {"items": ITEMS_SCHEMA}
+
+
+@router.get(
+    "/{kind:plan_kind}", operation_id="get_plan", response_model=PlanView, responses=_BEGIN | answers(PlanNotRead)
+)
+async def get_plan(
+    request: Request,
+    principal: Viewer,
+    drone_id: DronePath,
+    kind: KindPath,
+    fresh: Annotated[bool, Query(description="Read from the autopilot now")] = False,
+) -> Response:
+    """The plan on board, as its agent told last, or as it is now."""
+    drone = watched_drone(request, principal, drone_id)
+    what = PlanKind(kind)
+    if not fresh:
+        return _json(plans.plan_json(drone.board, what))
+    operation = _being_read(request, drone, what) or begin(request, principal, drone, plans.download(what))
+    await ended(operation)
+    if operation.state is State.REFUSED:
+        raise DroneBusy(operation.words)
+    if operation.state is not State.DONE or operation.plan is None:
+        raise PlanNotRead(operation.words or f"the plan of {drone.record.name} could not be read")
+    return _json(plans.fresh_json(drone.board, what, operation.plan, operation.ended_at or tower_of(request).clock()))
+
+
+@router.put(
+    "/{kind:plan_kind}",
+    operation_id="put_plan",
+    responses=_WRITE | _BODY,
+    openapi_extra=body_schema({**_ITEMS, "while_flying": {"type": "boolean", "default": False}}, ["items"]),
+)
+async def put_plan(
+    request: Request, response: Response, principal: Pilot, drone_id: DronePath, kind: KindPath, prefer: Prefer = None
+) -> OperationView:
+    """Puts a plan on board: the whole of it, proved by reading it back, or the old one stays."""
+    body = await read_body(request, PlanToPut)
+    principal = await admit(request, Action.FLY)
+    what, items = PlanKind(kind), plan_of(body.items)
+    drone = await flown_drone(request, principal, drone_id)
+    refuse_plan(drone, principal, what, items)
+    order = plans.upload(what, items, while_flying=body.while_flying)
+    return await answer(begin(request, principal, drone, order), response, prefer)
+
+
+@router.delete("/{kind:plan_kind}", operation_id="clear_plan", responses=_WRITE)
+async def clear_plan(
+    request: Request,
+    response: Response,
+    principal: Pilot,
+    drone_id: DronePath,
+    kind: KindPath,
+    while_flying: WhileFlying = False,
+    prefer: Prefer = None,
+) -> OperationView:
+    """Takes the plan off the drone."""
+    what = PlanKind(kind)
+    drone = await flown_drone(request, principal, drone_id)
+    refuse_plan(drone, principal, what, ())
+    order = plans.clear(what, while_flying=while_flying)
+    return await answer(begin(request, principal, drone, order), response, prefer)
+
+
+@router.post(
+    "/{kind:plan_kind}/verify",
+    operation_id="verify_plan",
+    responses=_BEGIN | _BODY | ACCEPTED,
+    openapi_extra=body_schema(_ITEMS, ["items"]),
+)
+async def verify_plan(
+    request: Request, response: Response, principal: Viewer, drone_id: DronePath, kind: KindPath, prefer: Prefer = None
+) -> OperationView:
+    """Reads the plan on board and says whether it is this one."""
+    items = plan_of((await read_body(request, PlanBody)).items)
+    drone = watched_drone(request, principal, drone_id)
+    order = plans.verify(PlanKind(kind), items)
+    return await answer(begin(request, principal, drone, order), response, prefer)
+
+
+@router.post(
+    "/{kind:plan_kind}/kept",
+    operation_id="foresee_plan",
+    responses=answers(NotKnownYet) | _BODY,
+    openapi_extra=body_schema(_ITEMS, ["items"]),
+)
+async def foresee_plan(request: Request, principal: Viewer, drone_id: DronePath, kind: KindPath) -> PlanKeptView:
+    """What the drone's autopilot would not keep of this plan. Nothing is sent to the drone."""
+    items = plan_of((await read_body(request, PlanBody)).items)
+    return plan_kept(keeping_for(watched_drone(request, principal, drone_id)), PlanKind(kind), items)
+
+
+def _being_read(request: Request, drone: LiveDrone, kind: PlanKind) -> Operation | None:
+    """Somebody has asked for the same a moment ago."""
+    there = tower_of(request).hub.operations.running_at(drone.drone_id, Lane.PLANS)
+    return next((one for one in there if one.step.work == PlanDownloadWork(kind)), None)
+
+
+def _json(content: bytes) -> Response:
+    return Response(content, media_type="application/json")

@@ -1,0 +1,95 @@
+"""From a request to an operation and its answer: the thin shell around the service, for all routes of work."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Annotated, Any, Final
+
+from fastapi import Header, Request, Response
+
+from server.api.tower import address_of, tower_of
+from server.domain.access import UnknownDrone
+from server.domain.people import Principal, UserRef
+from server.domain.relations import Right
+from server.live.operations.leave import refuse_others, refuse_the_blind
+from server.live.operations.operation import Operation, Order
+from server.live.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnNotCome
+from server.live.operations.views import OperationView
+from server.live.relay.live_drone import LiveDrone
+from wire.ids import DroneId
+
+TURN_WITHIN_S: Final = 2.0
+LOOK_EVERY_S: Final = 0.02
+ASYNC: Final = "respond-async"
+
+Prefer = Annotated[
+    str | None, Header(description="`respond-async`: answered at once with 202, the end is told on `/live`")
+]
+ACCEPTED: Final[dict[int | str, dict[str, Any]]] = {
+    202: {"model": OperationView, "description": "Begun: with `Prefer: respond-async`"}
+}
+
+
+def watched_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
+    """Raises UnknownDrone, ViewTaken."""
+    drone = tower_of(request).hub.drone_for(DroneId(drone_id), principal.user_id, principal.role)
+    if drone is None:
+        raise UnknownDrone
+    refuse_the_blind(drone, principal)
+    return drone
+
+
+def refuse_observers(drone: LiveDrone, principal: Principal) -> None:
+    """Raises OnlyWatches for whoever may see the drone, and have nothing read or fetched from it."""
+    if not drone.may(principal.user_id, principal.role, Right.READ):
+        raise OnlyWatches(drone.record.name)
+
+
+async def flown_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
+    """A drone of which this user has the controls and the turn. No await between this and `begin`.
+
+    Raises UnknownDrone, ViewTaken, NotInControl, Assisted, TurnNotCome.
+    """
+    hub = tower_of(request).hub
+    drone = watched_drone(request, principal, drone_id)
+    refuse_others(drone, principal, time.monotonic())
+    until = time.monotonic() + TURN_WITHIN_S
+    while not hub.operations.has_turn(drone, principal.user_id, time.monotonic()):
+        if drone.lease.assistant is None or drone.lease.assistant.id != principal.user_id:
+            raise Assisted(drone.record.name)
+        if time.monotonic() > until:
+            raise TurnNotCome(drone.record.name)
+        await asyncio.sleep(LOOK_EVERY_S)
+        drone = watched_drone(request, principal, drone_id)
+    refuse_others(drone, principal, time.monotonic())
+    return drone
+
+
+def begin(request: Request, principal: Principal, drone: LiveDrone, order: Order) -> Operation:
+    """Raises OnlyWatches, TooManyOperations, DroneOffline, AgentTooOld, DroneBusy."""
+    refuse_observers(drone, principal)
+    if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=order.stops):
+        raise TooManyOperations
+    by = UserRef(principal.user_id, principal.name)
+    service = tower_of(request).hub.operations
+    return service.begin(drone, order, by=by, now=time.monotonic(), address=address_of(request))
+
+
+async def answer(operation: Operation, response: Response, prefer: str | None) -> OperationView:
+    """Its end, or with `Prefer: respond-async` its beginning."""
+    if prefer is not None and ASYNC in [part.strip().lower() for part in prefer.split(",")]:
+        response.status_code = 202
+        response.headers["Preference-Applied"] = ASYNC
+    else:
+        await ended(operation)
+    return OperationView.of(operation)
+
+
+async def ended(operation: Operation) -> None:
+    """Returns when it is over. The service sees to it that it will be."""
+    if not operation.running:
+        return
+    over = asyncio.Event()
+    operation.on_end.append(lambda _: over.set())
+    await over.wait()

@@ -1,0 +1,49 @@
+"""`/api/v1/operations`: work at drones that is going on, or ended not long ago."""
+
+import time
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Request
+
+from server.api.access import Pilot, Viewer
+from server.api.http.problem_docs import answers
+from server.api.tower import tower_of
+from server.domain.people import Principal, Role
+from server.live.operations.leave import refuse_others
+from server.live.operations.operation import Operation
+from server.live.operations.refusals import NotInControl, UnknownOperation
+from server.live.operations.views import OperationView
+
+router = APIRouter(prefix="/api/v1/operations", tags=["operations"], responses=answers(UnknownOperation))
+
+OperationPath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+
+
+def _find(request: Request, principal: Principal, operation_id: int) -> Operation:
+    hub = tower_of(request).hub
+    operation = hub.operations.find(operation_id)
+    drone = hub.drone_for(operation.drone_id, principal.user_id, principal.role) if operation else None
+    if operation is None or drone is None or principal.user_id == drone.blind_user_id:
+        raise UnknownOperation
+    if not drone.knows_of(principal.user_id, principal.role, operation.began_at):
+        raise UnknownOperation
+    return operation
+
+
+@router.get("/{operation_id}")
+async def get_operation(request: Request, principal: Viewer, operation_id: OperationPath) -> OperationView:
+    """How it goes, or went: the last thousand, for an hour."""
+    return OperationView.of(_find(request, principal, operation_id))
+
+
+@router.delete("/{operation_id}", status_code=202, responses=answers(NotInControl))
+async def cancel_operation(request: Request, principal: Pilot, operation_id: OperationPath) -> OperationView:
+    """Stops it: whoever asked for it, whoever has the controls, or an admin. The end comes later, in words."""
+    operation = _find(request, principal, operation_id)
+    hub = tower_of(request).hub
+    drone = hub.drone(operation.drone_id)
+    theirs = operation.by is not None and operation.by.id == principal.user_id
+    if drone is not None and not theirs and principal.role is not Role.ADMIN:
+        refuse_others(drone, principal, time.monotonic())
+    hub.operations.cancel(operation)
+    return OperationView.of(operation)

@@ -1,0 +1,157 @@
+"""`/api/v1/drones/{id}/parameters`: those of the autopilot. Whoever watches reads, the holder writes, no borrower."""
+
+from __future__ import annotations
+
+import gzip
+from asyncio import to_thread
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Header, Path, Request, Response
+
+from server.api.access import Pilot, Viewer, admit
+from server.api.http.content_coding import accepted_codings
+from server.api.http.problem_docs import answers
+from server.api.http.strict_body import read_body
+from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, watched_drone
+from server.domain.access import Action, UnknownDrone
+from server.live.missions.plan_body import BadPlan, MalformedBody, body_schema
+from server.live.operations.refusals import (
+    AgentTooOld,
+    Assisted,
+    DroneBusy,
+    DroneOffline,
+    LoanForbids,
+    NotInControl,
+    OnlyWatches,
+    TooManyOperations,
+    ViewTaken,
+)
+from server.live.operations.views import OperationView
+from server.live.parameters.metadata import MetadataView, NoMetadata, metadata_json
+from server.live.parameters.orders import (
+    VALUES_SCHEMA,
+    ParametersUnknown,
+    ParametersView,
+    ValuesToWrite,
+    parameters_json,
+    read_anew,
+    write,
+)
+
+router = APIRouter(
+    prefix="/api/v1/drones/{drone_id}/parameters", tags=["parameters"], responses=answers(UnknownDrone, ViewTaken)
+)
+
+DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
+GZIP_LEVEL: Final = 5
+"""Less than a millisecond for the table of a Copter, and nearly as small as the most."""
+NOT_A_BORROWERS: Final = "without its parameters: they are its owner's to change"
+
+
+@router.get(
+    "",
+    response_model=ParametersView,
+    responses=answers(ParametersUnknown) | {304: {"description": "Still those of `If-None-Match`"}},
+)
+async def get_parameters(
+    request: Request,
+    principal: Viewer,
+    drone_id: DronePath,
+    if_none_match: Annotated[str | None, Header(description="Hashes that are known already")] = None,
+    accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
+) -> Response:
+    """All of them, as the agent knows them. It reads them when the autopilot comes, and hears of each change."""
+    drone = watched_drone(request, principal, drone_id)
+    shelf = drone.board.parameters
+    tag = f'"{shelf.told.hash}"'
+    headers = {"ETag": tag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
+    if shelf.told.hash is not None and _names(if_none_match, tag):
+        return Response(status_code=304, headers=headers)
+    table = shelf.table()
+    if table is None:
+        raise ParametersUnknown(drone.record.name, shelf.told.count, shelf.told.total)
+    body = parameters_json(shelf, table)
+    if "gzip" in accepted_codings(accept_encoding or ""):
+        # Some 1,400 of them are 65 kB, which is three round trips more than what this makes of them.
+        body = gzip.compress(body, GZIP_LEVEL, mtime=0)
+        headers["Content-Encoding"] = "gzip"
+    return Response(body, media_type="application/json", headers=headers)
+
+
+@router.get(
+    "/metadata",
+    response_model=MetadataView,
+    responses=answers(NoMetadata) | {304: {"description": "Still that of `If-None-Match`"}},
+)
+async def get_parameter_metadata(
+    request: Request,
+    principal: Viewer,
+    drone_id: DronePath,
+    if_none_match: Annotated[str | None, Header(description="Hashes that are known already")] = None,
+    accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
+) -> Response:
+    """What the vehicle itself says of its parameters: words, units, ranges, defaults, choices, bits. Its agent reads it
+    from the autopilot, where that offers it (COMPONENT_METADATA)."""
+    drone = watched_drone(request, principal, drone_id)
+    metadata = drone.board.metadata
+    packed = metadata.packed()
+    if packed is None:
+        raise NoMetadata(drone.record.name, metadata.words)
+    tag = f'"{metadata.told}"'
+    headers = {"ETag": tag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
+    if _names(if_none_match, tag):
+        return Response(status_code=304, headers=headers)
+    coded = "gzip" in accepted_codings(accept_encoding or "")
+    try:
+        body = await to_thread(_metadata_body, packed, coded=coded)
+    except ValueError:
+        metadata.unreadable(packed)
+        raise NoMetadata(drone.record.name, metadata.words) from None
+    if coded:
+        headers["Content-Encoding"] = "gzip"
+    return Response(body, media_type="application/json", headers=headers)
+
+
+def _metadata_body(packed: bytes, *, coded: bool) -> bytes:
+    body = metadata_json(packed)
+    return gzip.compress(body, GZIP_LEVEL, mtime=0) if coded else body
+
+
+@router.post(
+    "/read", responses=answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations) | ACCEPTED
+)
+async def read_parameters(
+    request: Request, response: Response, principal: Viewer, drone_id: DronePath, prefer: Prefer = None
+) -> OperationView:
+    """Reads them from the autopilot anew."""
+    drone = watched_drone(request, principal, drone_id)
+    return await answer(begin(request, principal, drone, read_anew()), response, prefer)
+
+
+@router.patch(
+    "",
+    responses=answers(
+        *(DroneOffline, AgentTooOld, DroneBusy, TooManyOperations), *(NotInControl, Assisted, LoanForbids)
+    )
+    | answers(MalformedBody, BadPlan)
+    | ACCEPTED,
+    openapi_extra=body_schema({"values": VALUES_SCHEMA}, ["values"]),
+)
+async def write_parameters(
+    request: Request, response: Response, principal: Pilot, drone_id: DronePath, prefer: Prefer = None
+) -> OperationView:
+    """Writes these in this order, each read back. `refusals` has those that are not as they were asked to be."""
+    body = await read_body(request, ValuesToWrite)
+    principal = await admit(request, Action.FLY)
+    drone = await flown_drone(request, principal, drone_id)
+    if drone.limits_of(principal.user_id, principal.role) is not None:
+        raise LoanForbids(drone.record.name, NOT_A_BORROWERS)
+    return await answer(begin(request, principal, drone, write(body.values)), response, prefer)
+
+
+def _names(if_none_match: str | None, tag: str) -> bool:
+    """RFC 9110, 13.1.2: by weak comparison."""
+    if if_none_match is None:
+        return False
+    tags = [one.strip().removeprefix("W/") for one in if_none_match.split(",")]
+    return tag in tags or tags == ["*"]

@@ -1,0 +1,38 @@
+"""What an agent shows with what it does by HTTP: a ticket that its link's welcome told, good while the link stands."""
+
+from __future__ import annotations
+
+import hmac
+import re
+import secrets
+from datetime import datetime
+from typing import Final
+
+from starlette.requests import HTTPConnection
+
+from server.api.anonymous.visit_scope import admitted
+from server.api.http.private_path import is_private_path
+from server.api.relay.agent_sign_in import AgentRefused, read_credential
+from server.live.hub import Hub
+from wire.ids import DroneId, LinkId
+
+_FORM: Final = re.compile(r"twl_([0-9a-f]{8})_([A-Za-z0-9_-]{43})")
+
+
+def new_ticket(link_id: LinkId) -> str:
+    """256 random bits, and which link it is of."""
+    return f"twl_{link_id:08x}_{secrets.token_urlsafe(32)}"
+
+
+def drone_of(hub: Hub, connection: HTTPConnection, *, credentials_until: datetime | None, now: datetime) -> DroneId:
+    """Whose agent this is: by the ticket of a link that stands, or by the bearer credential of one that has no key yet.
+    Raises AgentRefused."""
+    _, _, text = connection.headers.get("authorization", "").partition(" ")
+    match = _FORM.fullmatch(text.strip())
+    if match is None or not is_private_path(connection):
+        return read_credential(hub, connection, until=credentials_until, now=now).drone_id
+    link = hub.live_link(LinkId(int(match[1], 16)))
+    if link is None or not hmac.compare_digest(link.ticket, text.strip()):
+        raise AgentRefused(401, "this ticket is not known")
+    admitted(connection)
+    return link.drone_id

@@ -1,0 +1,152 @@
+"""`/api/v1/live`: one browser's WebSocket. The thin shell: reads what it sends, writes what its outbox has due."""
+
+import time
+from typing import Final
+
+from starlette.websockets import WebSocket
+
+from server.api.relay.live_writer import LiveWriter
+from server.api.relay.session_watch import watch_session
+from server.api.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
+from server.api.relay.viewer_sign_in import StillSignedIn
+from server.api.relay.write_round import WriteRound
+from server.api.websocket.direct_websocket import direct_writer
+from server.domain.clock import Clock
+from server.domain.people import Principal
+from server.live.hub import SESSION_ENDED, Hub
+from server.live.relay.browser import Browser
+from server.live.relay.live_messages import Focus, MalformedRequest, MapShown, Notice, PersonFix, Pong, decode_request
+from server.live.relay.socket_bounds import TOO_MANY_SOCKETS
+from server.live.relay.viewport import Viewport
+from server.runtime.aligned_timers import SharedChecks
+from wire.drops import DropReason
+from wire.ids import DroneId
+
+BROWSER_SUBPROTOCOL: Final = "tower.v1"
+BAD_REQUEST: Final = 4400
+MAX_BAD_REQUESTS: Final = 20
+"""Text messages that make no sense before the channel is closed: a mistake is told, a flood is ended."""
+MAX_QUOTED_LENGTH: Final = 200
+"""Characters of what is wrong with it: the words may quote what came, and no answer is larger than that."""
+
+
+class LiveChannel:
+    """From the accepted upgrade to the end."""
+
+    def __init__(
+        self,
+        websocket: WebSocket,
+        hub: Hub,
+        viewer: Principal,
+        *,
+        clock: Clock,
+        looks: SharedChecks,
+        subprotocol: str | None,
+        still_signed_in: StillSignedIn,
+        write_round: WriteRound,
+    ) -> None:
+        self._websocket = websocket
+        self._hub = hub
+        self._clock = clock
+        self._looks = looks
+        self._subprotocol = subprotocol
+        self._still_signed_in = still_signed_in
+        self._ending = Ending()
+        self._bad_requests = 0
+        self._browser = Browser(
+            hub.next_browser_number(),
+            viewer,
+            time.monotonic(),
+            wake=lambda: None,  # its writer says how
+            close=self._ending.wish,
+            address=websocket.client.host if websocket.client else "",
+        )
+        self._writer = LiveWriter(self._browser, direct_writer(websocket), write_round, hub.traffic)
+
+    async def run(self) -> None:
+        """Until the browser goes or its session ends."""
+        try:
+            await self._serve()
+        finally:
+            self._writer.stop()
+
+    async def _serve(self) -> None:
+        await self._websocket.accept(subprotocol=self._subprotocol)
+        # Nothing is awaited from here until it is attached: two that come at once cannot both have the last place.
+        no_room = self._hub.why_no_room(self._browser.viewer.user_id, self._browser.address, time.monotonic())
+        if no_room is not None:
+            self._hub.traffic.browser_closes[TOO_MANY_SOCKETS] += 1
+            await close_quietly(self._websocket, TOO_MANY_SOCKETS, no_room)
+            return
+        self._hub.attach_browser(self._browser, self._clock().isoformat(), time.monotonic())
+        try:
+            await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())
+        finally:
+            self._writer.stop()
+            self._hub.detach_browser(self._browser, time.monotonic())
+        if self._ending.wished:
+            self._hub.traffic.browser_closes[self._ending.code] += 1
+            await close_quietly(self._websocket, self._ending.code, self._ending.why)
+
+    async def _receive(self) -> None:
+        try:
+            while not self._ending.wished:
+                message = await self._websocket.receive()
+                if message["type"] == "websocket.disconnect":
+                    self._hub.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
+                    return
+                now = time.monotonic()
+                if (frames := message.get("bytes")) is not None:
+                    self._frames(frames, now)
+                elif (text := message.get("text")) is not None and self._hub.hears_request(self._browser, now):
+                    self._request(text, now)
+        except RuntimeError:
+            return
+
+    def _frames(self, message: bytes, now: float) -> None:
+        traffic = self._hub.traffic
+        traffic.messages_from_browsers += 1
+        traffic.bytes_from_browsers += len(message)
+        passed_before = traffic.frames_to_agents
+        self._hub.frames_from_browser(self._browser, message, now)
+        if traffic.frames_to_agents != passed_before:
+            traffic.down.observe(time.monotonic() - now)
+
+    def _request(self, text: str, now: float) -> None:
+        try:
+            request = decode_request(text)
+        except MalformedRequest as error:
+            self._bad_requests += 1
+            self._hub.drops[DropReason.MALFORMED] += 1
+            if self._bad_requests >= MAX_BAD_REQUESTS:
+                self._ending.wish(BAD_REQUEST, "too many messages that make no sense")
+            self._browser.tell(
+                Notice("warning", "malformed", f"Not understood: {str(error)[:MAX_QUOTED_LENGTH]}", None, 1)
+            )
+            return
+        if isinstance(request, Focus):
+            drone_id = None if request.drone_id is None else DroneId(request.drone_id)
+            self._hub.focus(self._browser, drone_id, now)
+        elif isinstance(request, PersonFix):
+            self._hub.person_fix(self._browser, request, now)
+        elif isinstance(request, Pong):
+            self._browser.trip.pong(request.sequence, now)
+        elif isinstance(request, MapShown):
+            bounds = request.bounds
+            shown = None if bounds is None else Viewport(bounds.south, bounds.west, bounds.north, bounds.east)
+            self._hub.show_map(self._browser, shown)
+        else:
+            self._browser.outbox.set_watch_rate(request.rate_hz, now)
+
+    async def _watch_session(self) -> None:
+        await watch_session(
+            self._browser.viewer,
+            clock=self._clock,
+            looks=self._looks,
+            still_signed_in=self._still_signed_in,
+            over=self._session_over,
+        )
+
+    def _session_over(self, why: str) -> None:
+        self._hub.end_sessions([self._browser.viewer.session_id], why)
+        self._ending.wish(SESSION_ENDED, why)

@@ -1,0 +1,98 @@
+"""Writes to one browser what its outbox has due. Plain callbacks: waking a task costs more than a frame.
+
+When: at the end of the round (`write_round`) in which it came, in one message with all else that came in it, of one
+drone or of fifty; the state of drones that are only watched at the beats of the watch rate.
+"""
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from server.api.relay.write_round import WriteRound
+from server.api.websocket.direct_websocket import DirectWriter
+from server.live.relay.browser import Browser
+from server.live.relay.live_messages import Lost, encode_event
+from server.live.relay.traffic import Traffic
+
+MAX_FRAMES_PER_MESSAGE: Final = 128
+"""Downwards; at most 36 KiB. A browser that is slow gets them one by one, and the socket's buffer stays small."""
+
+
+class LiveWriter:
+    """Call `wake` whenever something may be due, `stop` at the end."""
+
+    def __init__(self, browser: Browser, writer: DirectWriter, write_round: WriteRound, traffic: Traffic) -> None:
+        self._browser = browser
+        self._writer = writer
+        self._round = write_round
+        self._traffic = traffic
+        self._due_since: float | None = None
+        """When the first of what is due at once came; None while nothing is."""
+        self._unsent_since: float | None = None
+        """The same of the frames in `_unsent`."""
+        self._loop = asyncio.get_running_loop()
+        self._woken = False
+        """A flush is on its way, or the browser does not read: it need not be asked for again."""
+        self._stopped = False
+        self._beat: asyncio.TimerHandle | None = None
+        self._unsent: deque[tuple[Callable[[bytes], None], bytes]] = deque()
+        """Messages that were due when the browser stopped reading: no more than one flush makes."""
+        writer.on_room = self._flush
+        browser.woken_by(self.wake)
+
+    def wake(self) -> None:
+        """Something is due, or a beat is set."""
+        if not self._woken:
+            self._woken = True
+            self._due_since = time.monotonic()
+            self._round.ask(self._flush)
+
+    def stop(self) -> None:
+        """Nothing is written from here on, and neither the browser nor the connection knows this any more."""
+        self._stopped = True
+        self._browser.woken_by(_nothing)
+        self._writer.on_room = _nothing
+        self._unsent.clear()
+        if self._beat is not None:
+            self._beat.cancel()
+
+    def _flush(self) -> None:
+        if self._stopped:
+            return
+        writer, outbox, unsent, traffic = self._writer, self._browser.outbox, self._unsent, self._traffic
+        now = time.monotonic()
+        if not unsent and writer.has_room():
+            for event in self._browser.take_events():
+                if isinstance(event, Lost):
+                    traffic.frames_lost += event.count
+                unsent.append((writer.write_text, encode_event(event).encode()))
+            frames = outbox.take(now)
+            traffic.frames_to_browsers += len(frames)
+            self._unsent_since, self._due_since = self._due_since if frames else None, None
+            for start in range(0, len(frames), MAX_FRAMES_PER_MESSAGE):
+                unsent.append((writer.write_binary, b"".join(frames[start : start + MAX_FRAMES_PER_MESSAGE])))
+        while unsent and writer.has_room():
+            write, message = unsent.popleft()
+            write(message)
+            traffic.messages_to_browsers += 1
+            traffic.bytes_to_browsers += len(message)
+        if self._unsent_since is not None and not unsent:
+            traffic.up.observe(time.monotonic() - self._unsent_since)
+            self._unsent_since = None
+        # Without room: until `on_room`. The outbox conflates meanwhile.
+        self._woken = bool(unsent) or not writer.has_room()
+        if self._woken and self._due_since is None:
+            self._due_since = now  # nobody calls `wake` now: what comes is counted as if it came at once
+        beat_at = None if self._woken else outbox.next_beat()
+        if beat_at is not None and self._beat is None:
+            self._beat = self._loop.call_later(max(0.0, beat_at - now), self._at_beat)
+
+    def _at_beat(self) -> None:
+        self._beat = None
+        self._flush()
+
+
+def _nothing() -> None:
+    pass

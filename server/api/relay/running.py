@@ -1,0 +1,48 @@
+"""The relay of one running tower: hub, UDP socket and heartbeat, opened and closed with the application."""
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Final
+
+from server.api.relay.data_endpoint import DataEndpoint, open_data_endpoint
+from server.live.anonymous.budget import AnonymousBudget
+from server.live.hub import Hub
+from server.runtime.aligned_timers import rest
+from server.runtime.garbage import FullSearch
+
+TICK_S: Final = 0.1
+TICKS_A_SECOND: Final = 10
+
+
+@asynccontextmanager
+async def running_relay(hub: Hub, anonymous: AnonymousBudget, *, host: str, port: int) -> AsyncIterator[DataEndpoint]:
+    """Opens the data channel's socket and keeps the hub's time. Raises OSError if the port is in use."""
+    endpoint = await open_data_endpoint(hub, host, port, anonymous)
+    hub.video.later = _soon
+    beating = asyncio.create_task(_beat(hub))
+    try:
+        yield endpoint
+    finally:
+        beating.cancel()
+        await asyncio.gather(beating, return_exceptions=True)
+        endpoint.close()
+
+
+def _soon(call: Callable[[float], None]) -> None:
+    asyncio.get_running_loop().call_soon(lambda: call(time.monotonic()))
+
+
+async def _beat(hub: Hub) -> None:
+    ticks = 0
+    search = FullSearch(time.monotonic())
+    while True:
+        due_at = await rest(TICK_S)
+        now = time.monotonic()
+        hub.traffic.loop_late.observe(max(0.0, now - due_at))
+        hub.tick(now)
+        ticks += 1
+        if ticks % TICKS_A_SECOND == 0:
+            hub.each_second(time.monotonic())
+            search.look(now, flown_by_hand=hub.anybody_flies_by_hand(now))

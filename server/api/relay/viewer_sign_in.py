@@ -1,0 +1,81 @@
+"""How whoever watches signs in on a WebSocket: a session cookie from a page of ours, or a token. One way for all."""
+
+from datetime import datetime
+from typing import Final
+
+from starlette.websockets import WebSocket
+
+from server.api.access import authenticate, token_in
+from server.api.http.origin import origin_allowed
+from server.api.tower import Tower, tower_of
+from server.domain.access import AccessRequest, Action, judge
+from server.domain.people import Principal, TokenId
+from server.domain.refusal import Refusal
+from server.domain.scopes import ALL_SCOPES, Scope
+from server.live.relay.fleet_changes import role_changed
+
+NOT_SIGNED_IN: Final = 4401
+WRONG_ORIGIN: Final = 4403
+
+
+async def sign_in_viewer(websocket: WebSocket, subprotocol: str | None) -> Principal | None:
+    """Who opens this. None: nobody who may; the connection has been closed with a code that says why.
+
+    `?scopes=watch` asks for less than the sign-in allows.
+    """
+    tower = tower_of(websocket)
+    if token_in(websocket.headers) is None and not origin_allowed(websocket, tower.settings):
+        await turn_away(websocket, subprotocol, WRONG_ORIGIN, "this page may not talk to this tower")
+        return None
+    viewer = await authenticate(websocket)
+    if isinstance(viewer, Refusal):
+        await turn_away(websocket, subprotocol, NOT_SIGNED_IN, viewer.message)
+        return None
+    return viewer.narrowed(_scopes_wanted(websocket))
+
+
+async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, why: str) -> None:
+    """A browser shows a script no more of a refused upgrade than that it failed, so the code comes after one."""
+    await websocket.accept(subprotocol=subprotocol)
+    await websocket.close(code, why)
+
+
+class StillSignedIn:
+    """Whether the sign-in of a connection that stays open still stands.
+
+    `revision`: `hub.fleet_revision` before the sign-in was looked up. What changes between then and the moment at which
+    the hub has the connection would otherwise be told to nobody.
+    """
+
+    def __init__(self, tower: Tower, viewer: Principal, *, revision: int) -> None:
+        self._tower = tower
+        self._viewer = viewer
+        self._revision = revision
+        self._is_new = True
+
+    def comes_into_doubt(self) -> bool:
+        """Whether the fleet has changed since the last call, and the database must be asked. Call it each second."""
+        hub, is_new = self._tower.hub, self._is_new
+        changed = hub.fleet_revision != self._revision
+        self._revision, self._is_new = hub.fleet_revision, False
+        return changed and (is_new or not hub.knows_sign_in(self._viewer.session_id))
+
+    async def ask(self, now: datetime) -> Principal | str:
+        """What the database says, off the frame path; in words, where the connection must end."""
+        signed_in_by = self._viewer.session_id
+        if isinstance(signed_in_by, TokenId):
+            found = await self._tower.tokens.touch(signed_in_by, now)
+        else:
+            found = await self._tower.sessions.touch(signed_in_by, now)
+        if found is None:
+            return "the session has ended"
+        if found.role is not self._viewer.role:
+            return role_changed(found.role)
+        refusal = judge(AccessRequest(found, Action.SEE_SQUAD)).refusal
+        return found if refusal is None else refusal.message
+
+
+def _scopes_wanted(websocket: WebSocket) -> frozenset[Scope]:
+    """All that there are, unless the address names some."""
+    named = websocket.query_params.get("scopes")
+    return ALL_SCOPES if named is None else frozenset(scope for scope in Scope if scope.value in named.split(","))

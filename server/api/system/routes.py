@@ -1,0 +1,98 @@
+"""`/api/v1/system`: how the tower itself is, for admins."""
+
+from __future__ import annotations
+
+import asyncio
+import platform
+import resource
+import shutil
+from datetime import datetime
+from typing import Annotated
+
+from fastapi import APIRouter, Request
+from pydantic import BaseModel, Field
+
+from server.api.access import Admin
+from server.api.http.problem_docs import answers
+from server.api.tower import tower_of
+from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
+from server.live.fleet.views import UserRefView
+from server.store.database_facts import database_facts
+
+router = APIRouter(prefix="/api/v1", tags=["system"])
+
+
+class LagView(BaseModel):
+    now: float
+    worst_60s: float
+
+
+class DatabaseView(BaseModel):
+    kind: str
+    revision: str
+    answered_in_ms: float
+    size_bytes: int
+
+
+class DiskView(BaseModel):
+    """Where the tower keeps its files."""
+
+    free_bytes: int
+    total_bytes: int
+
+
+class AgentsView(BaseModel):
+    known: Annotated[int, Field(description="Drones in the fleet")]
+    online: int
+
+
+class ClientsView(BaseModel):
+    live: Annotated[int, Field(description="Open live connections")]
+    users: Annotated[int, Field(description="Of so many different users")]
+
+
+class SystemView(BaseModel):
+    version: str
+    python: str
+    started_at: datetime
+    uptime_s: float
+    loop_lag_ms: LagView
+    database: DatabaseView
+    disk: DiskView
+    agents: AgentsView
+    clients: ClientsView
+    memory_bytes: Annotated[int, Field(description="The most that the process has had so far")]
+
+
+class OnlineView(BaseModel):
+    user: UserRefView
+    connections: Annotated[int, Field(description="Live connections: browsers and programs")]
+
+
+@router.get("/online", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
+async def who_is_online(request: Request, admin: Admin) -> list[OnlineView]:
+    """Who has a live connection at this moment, by name."""
+    found = tower_of(request).hub.who_is_online()
+    return [OnlineView(user=UserRefView(id=user_id, name=name), connections=many) for user_id, name, many in found]
+
+
+@router.get("/system", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
+async def system(request: Request, admin: Admin) -> SystemView:
+    """Database, disk, agents, clients, loop, versions, at this moment."""
+    tower = tower_of(request)
+    now = tower.clock()
+    disk = await asyncio.to_thread(shutil.disk_usage, tower.settings.var)
+    known, online = tower.hub.count_agents()
+    live, users = tower.hub.count_browsers()
+    return SystemView(
+        version=request.app.version,
+        python=platform.python_version(),
+        started_at=tower.started_at,
+        uptime_s=round((now - tower.started_at).total_seconds(), 1),
+        loop_lag_ms=LagView(now=tower.loop_lag.now_ms, worst_60s=tower.loop_lag.worst_ms),
+        database=DatabaseView.model_validate(await database_facts(tower.database), from_attributes=True),
+        disk=DiskView(free_bytes=disk.free, total_bytes=disk.total),
+        agents=AgentsView(known=known, online=online),
+        clients=ClientsView(live=live, users=users),
+        memory_bytes=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024,
+    )

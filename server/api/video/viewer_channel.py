@@ -1,0 +1,184 @@
+"""`/api/v1/drones/{id}/video`: one viewer's WebSocket. A thin shell: units go out by direct writing, without a task."""
+
+import asyncio
+import time
+from typing import Final
+
+from starlette.websockets import WebSocket
+
+from server.api.relay.session_watch import watch_session
+from server.api.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
+from server.api.relay.viewer_sign_in import StillSignedIn
+from server.api.websocket.direct_websocket import direct_writer
+from server.domain.clock import Clock
+from server.domain.people import Principal
+from server.live.hub import SESSION_ENDED, Hub
+from server.live.relay.flood_gate import FLOODING, PATIENCE, PATIENCE_PER_S
+from server.live.relay.socket_bounds import TOO_MANY_SOCKETS
+from server.live.relay.token_bucket import TokenBucket
+from server.live.video.streams import StreamKey
+from server.live.video.viewer import VideoViewer
+from server.live.video.viewer_messages import (
+    MAX_REQUEST_BYTES,
+    AskClock,
+    Drawn,
+    MalformedVideoRequest,
+    ToldClock,
+    decode_video_request,
+    stream_named,
+)
+from server.live.video.watching import why_not_watch
+from server.runtime.aligned_timers import SharedChecks
+from wire.drops import DropReason
+from wire.ids import DroneId
+
+BAD_REQUEST: Final = 4400
+STIR_EVERY_S: Final = 0.025
+MAX_WAKEUPS: Final = 20
+"""In a row: what has not come by then is no packet that was lost."""
+
+
+class ViewerChannel:
+    """From the accepted upgrade to the end."""
+
+    def __init__(
+        self,
+        websocket: WebSocket,
+        hub: Hub,
+        principal: Principal,
+        drone_id: DroneId,
+        key: StreamKey,
+        *,
+        clock: Clock,
+        looks: SharedChecks,
+        still_signed_in: StillSignedIn,
+    ) -> None:
+        self._websocket = websocket
+        self._hub = hub
+        self._clock = clock
+        self._looks = looks
+        self._still_signed_in = still_signed_in
+        self._ending = Ending()
+        now = time.monotonic()
+        self._patience = TokenBucket(PATIENCE_PER_S, PATIENCE, now)
+        self._stirring: asyncio.TimerHandle | None = None
+        self._stirs = 0
+        self._writer = writer = direct_writer(websocket)
+        self._viewer = VideoViewer(
+            hub.video.next_number(),
+            principal,
+            drone_id,
+            key,
+            now,
+            write=writer.write_whole,
+            tell=writer.write_text,
+            has_room=writer.has_room,
+            close=self._ending.wish,
+            held_up=self._held_up,
+            address=websocket.client.host if websocket.client else "",
+        )
+
+    async def run(self, subprotocol: str | None) -> None:
+        """Until the viewer goes, or may not watch any more."""
+        viewer, hub, writer = self._viewer, self._hub, self._writer
+        await self._websocket.accept(subprotocol=subprotocol)
+        writer.take_messages(largest_bytes=MAX_REQUEST_BYTES)
+        # Nothing is awaited from here until it has entered: neither rights nor room can change in between.
+        now = time.monotonic()
+        no_room = hub.why_no_room_for_video(viewer.viewer.user_id, viewer.address, now)
+        refusal = why_not_watch(hub.drone(viewer.drone_id), viewer.viewer)
+        if refusal is not None:
+            self._ending.wish(refusal.code, refusal.words)
+        elif no_room is not None:
+            self._ending.wish(TOO_MANY_SOCKETS, no_room)
+        else:
+            writer.on_room, writer.on_full = self._room, self._full
+            writer.hear(on_text=self._heard)
+            hub.video.enter(viewer, now)
+            try:
+                await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())
+            finally:
+                writer.on_room = writer.on_full = _nothing
+                viewer.ended = True
+                if self._stirring is not None:
+                    self._stirring.cancel()
+                hub.video.leave(viewer)
+        if self._ending.wished:
+            hub.video.traffic.closes[self._ending.code] += 1
+            await close_quietly(self._websocket, self._ending.code, self._ending.why)
+
+    def _room(self) -> None:
+        self._hub.video.has_room(self._viewer, time.monotonic())
+
+    def _full(self) -> None:
+        self._hub.video.is_full(self._viewer)
+
+    def _held_up(self) -> None:
+        if self._stirring is None and self._stirs < MAX_WAKEUPS:
+            self._stirring = asyncio.get_running_loop().call_later(STIR_EVERY_S, self._stir)
+
+    def _stir(self) -> None:
+        """Small pings while a picture is overdue, so that TCP learns sooner of what was lost on the way."""
+        self._stirring, viewer = None, self._viewer
+        self._hub.video.has_room(viewer, time.monotonic())
+        if not viewer.ended and viewer.party is None and viewer.pace.is_held_up:
+            self._stirs += 1
+            self._writer.write_ping()
+
+    async def _receive(self) -> None:
+        try:
+            while not self._ending.wished:
+                message = await self._websocket.receive()
+                if message["type"] == "websocket.disconnect":
+                    self._hub.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
+                    return
+                text = message.get("text")
+                if text is None:
+                    self._not_understood("viewers of video send text only")
+                else:
+                    self._heard(text.encode())
+        except RuntimeError:
+            return
+
+    def _heard(self, text: bytes) -> None:
+        viewer, now = self._viewer, time.monotonic()
+        if viewer.ended:
+            return
+        if not viewer.requests.take(1.0, now):
+            self._hub.drops[DropReason.FLOOD] += 1
+            if not self._patience.take(1.0, now):
+                self._hub.video.end(viewer, FLOODING, "too much was sent, and it did not stop")
+            return
+        try:
+            request = decode_video_request(text)
+        except MalformedVideoRequest as error:
+            self._not_understood(str(error))
+            return
+        if isinstance(request, Drawn):
+            self._stirs = 0
+            self._hub.video.got(viewer, request, now)
+        elif isinstance(request, AskClock):
+            viewer.tell(ToldClock(request.sent, round(now * 1e6)))
+        else:
+            self._hub.video.want(viewer, stream_named(request.quality, request.codec), now)
+
+    def _not_understood(self, why: str) -> None:
+        self._hub.drops[DropReason.MALFORMED] += 1
+        self._hub.video.end(self._viewer, BAD_REQUEST, why)
+
+    async def _watch_session(self) -> None:
+        await watch_session(
+            self._viewer.viewer,
+            clock=self._clock,
+            looks=self._looks,
+            still_signed_in=self._still_signed_in,
+            over=self._session_over,
+        )
+
+    def _session_over(self, why: str) -> None:
+        self._hub.end_sessions([self._viewer.viewer.session_id], why)
+        self._ending.wish(SESSION_ENDED, why)
+
+
+def _nothing() -> None:
+    pass

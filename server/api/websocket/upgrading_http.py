@@ -1,0 +1,177 @@
+"""uvicorn's HTTP, with bounds where it has none, and without what would stay behind when a WebSocket begins.
+
+- Who sends a head without end would have the process keep and parse it, and everybody's frames wait meanwhile: a
+  request has MAX_HEADERS headers and MAX_HEAD_BYTES around its body at most. More is answered 431, and the connection
+  is closed.
+- Who connects and says nothing, or one byte now and then, would keep the connection for ever, and thousands of them
+  all that the process may open: the head of a request must be there within HEAD_WITHIN_S. (Between requests, uvicorn
+  waits for 5 s.)
+- Bytes of a connection that has not signed in are parsed when it is its turn (server.api.anonymous.read_turns).
+- The parser and the connection know each other. At the end uvicorn parts them; one that was upgraded has no such end,
+  and both would wait for the garbage collector, which comes seldom (server/runtime/garbage.py), with all that
+  was in the request.
+"""
+
+import asyncio
+from typing import Any, Final, cast
+
+from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
+
+from server.api.anonymous.read_turns import ReadTurns
+from server.api.anonymous.visit_scope import GUEST
+from server.api.websocket.guarded_websocket import GuardedWebSocket
+from server.live.anonymous.budget import AnonymousBudget, Over
+from server.live.anonymous.connections import AnonymousConnection
+from server.live.anonymous.limits import LIMITS
+
+HEAD_WITHIN_S: Final = LIMITS.head_within_s
+MAX_HEADERS: Final = LIMITS.max_headers
+MAX_HEAD_BYTES: Final = LIMITS.max_head_bytes
+MAX_CHUNKING_FACTOR: Final = 8
+"""A body in chunks of one byte takes six bytes for each."""
+
+_TOO_LARGE: Final = b"HTTP/1.1 431 Request Header Fields Too Large\r\ncontent-length: 0\r\nconnection: close\r\n\r\n"
+
+
+class _TooManyHeadersError(Exception):
+    """Ends the parsing: httptools hands it on as an error of its own."""
+
+
+class UpgradingHttp(HttpToolsProtocol):
+    """What `TowerServer` gives to uvicorn as its HTTP implementation."""
+
+    def __init__(
+        self,
+        *args: Any,
+        budget: AnonymousBudget | None = None,
+        turns: ReadTurns | None = None,
+        guest: AnonymousConnection | None = None,
+        **options: Any,
+    ) -> None:
+        """`guest`: what the connection counts as until it has signed in; without one nothing is counted."""
+        super().__init__(*args, **options)
+        self.guest = guest
+        self.unread = b""
+        self._budget = budget
+        self._turns = turns
+        self._no_head: asyncio.TimerHandle | None = None
+        self._around_body = 0
+        """Bytes of this request so far that are not its body."""
+        self._body = 0
+        self._is_too_large = False
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        if self.guest is not None:
+            self.guest.cut = transport.abort
+        self._wait_for_head()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._head_is_there()
+        if self.guest is not None and self._budget is not None:
+            self._budget.connections.gone(self.guest)
+        super().connection_lost(exc)
+
+    def data_received(self, data: bytes) -> None:
+        if self.guest is None or self._turns is None or (self.guest.is_admitted and not self.unread):
+            self._parse(data)
+        else:
+            self._turns.came(self, data)
+
+    # -- what has not signed in waits for its turn (AnonymousReader) ---------------------------------------------
+
+    def hold_reading(self) -> None:
+        self.transport.pause_reading()
+        self._unset_keepalive_if_required()  # it waits for us now
+        if self._no_head is None and (self.cycle is None or self.cycle.response_complete):
+            self._wait_for_head()
+
+    def take_turn(self) -> None:
+        data, self.unread = self.unread, b""
+        if self.parser is None or self.transport.is_closing():
+            return
+        self._parse(data)
+        if self.transport.is_closing():
+            return
+        # Whom the parsing handed over to may have paused it for a reason of their own.
+        taker = self.transport.get_protocol()
+        paused = taker.read_paused if isinstance(taker, GuardedWebSocket) else self.flow.read_paused
+        if not paused:
+            self.transport.resume_reading()
+
+    def cut(self) -> None:
+        self.unread = b""
+        self.transport.abort()
+
+    def _parse(self, data: bytes) -> None:
+        self._around_body += len(data)
+        super().data_received(data)
+        if self.parser is None or self.transport.is_closing():
+            return
+        if self._around_body > MAX_HEAD_BYTES + MAX_CHUNKING_FACTOR * self._body:
+            self._refuse()
+            return
+        # Line ends between requests begin none, but they have stopped uvicorn's own timer.
+        idle = self.cycle is None or self.cycle.response_complete
+        if idle and self._no_head is None and self.timeout_keep_alive_task is None and self.parser is not None:
+            self._wait_for_head()
+
+    def send_400_response(self, msg: str) -> None:
+        if self._is_too_large:
+            self._refuse()
+        else:
+            super().send_400_response(msg)
+
+    def _refuse(self) -> None:
+        self._head_is_there()
+        self._count(Over.HEAD)
+        cycle = self.cycle
+        if cycle is None or cycle.response_complete or not cycle.response_started:
+            self.transport.write(_TOO_LARGE)
+        self.transport.close()
+
+    def on_message_begin(self) -> None:
+        super().on_message_begin()
+        cast("dict[str, Any]", self.scope)[GUEST] = self.guest
+        self._around_body = self._body = 0
+        if self._no_head is None:
+            self._wait_for_head()
+
+    def on_header(self, name: bytes, value: bytes) -> None:
+        if len(self.headers) >= MAX_HEADERS:
+            self._is_too_large = True
+            raise _TooManyHeadersError
+        super().on_header(name, value)
+
+    def on_body(self, body: bytes) -> None:
+        self._body += len(body)
+        self._around_body -= len(body)
+        super().on_body(body)
+
+    def on_headers_complete(self) -> None:
+        self._head_is_there()
+        super().on_headers_complete()
+
+    def handle_websocket_upgrade(self) -> None:
+        super().handle_websocket_upgrade()
+        # From here on everything that comes goes to the WebSocket.
+        self.parser = None  # type: ignore[assignment]
+        taker = self.transport.get_protocol()
+        if self.guest is not None and self._budget is not None and isinstance(taker, GuardedWebSocket):
+            taker.is_guest(self.guest, self._budget.connections)
+
+    def _wait_for_head(self) -> None:
+        self._no_head = self.loop.call_later(HEAD_WITHIN_S, self._no_head_came)
+
+    def _no_head_came(self) -> None:
+        self._count(Over.HEAD_TIME)
+        self.transport.abort()
+
+    def _count(self, over: Over) -> None:
+        if self._budget is not None:
+            self._budget.refused[over] += 1
+
+    def _head_is_there(self) -> None:
+        if self._no_head is not None:
+            self._no_head.cancel()
+            self._no_head = None

@@ -1,0 +1,124 @@
+"""The `tower` command. Every error is one line on standard error: what is wrong and what to do."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from server.app.commands import drones, teams, tokens, users
+from server.app.commands.session import CommandError, settings_now, with_database
+from server.domain.refusal import Refusal
+from server.runtime.listening import CannotListen, address_in_words, listen
+from server.runtime.settings import Settings, SettingsError
+from server.runtime.vault import VaultError, new_key
+from server.store.database import Database, DatabaseError, open_database
+from server.store.fleet.tower_identity import forget_identity
+from server.store.schema import DatabaseNotReady, migrate, newest_revision
+
+app = typer.Typer(
+    name="tower",
+    help="The control tower: serve it, and look after its users and drones.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(users.app, name="user")
+app.add_typer(drones.app, name="drone")
+app.add_typer(teams.app, name="team")
+app.add_typer(tokens.app, name="token")
+
+
+@app.callback()
+def tower(
+    show_version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
+) -> None:
+    if show_version:
+        typer.echo(version("control-tower"))
+        raise typer.Exit
+
+
+@app.command("serve")
+def serve() -> None:
+    """Run the tower until it is told to stop. Settings come from the environment: see docs/settings.md."""
+    from server.app.composition import create_app  # half a second of imports that the other commands do not need
+    from server.app.log import configure_log
+    from server.app.serving import run
+
+    settings = settings_now()
+    configure_log(settings.log_format)
+    listener = listen(settings.host, settings.port)
+    address = settings.public_url or address_in_words(listener)
+    run(
+        create_app(settings),
+        listener,
+        on_listening=lambda: print(f"Control Tower is at {address}", flush=True),
+    )
+
+
+@app.command("migrate")
+def migrate_database() -> None:
+    """Create the database, or bring it up to this version."""
+    settings = settings_now()
+
+    async def work() -> None:
+        database = open_database(settings.database_url)
+        try:
+            await migrate(database, vault=settings.vault())
+        finally:
+            await database.close()
+
+    asyncio.run(work())
+    typer.echo(f"the database is at revision {newest_revision()}")
+
+
+@app.command("new-key")
+def print_new_key() -> None:
+    """Print a key for TOWER_SECRET_KEYS, or for the key file. Changes nothing: see docs/deploy.md."""
+    typer.echo(new_key())
+
+
+@app.command("forget-identity")
+def forget_tower_identity(
+    sure: Annotated[bool, typer.Option("--every-drone-is-enrolled-anew", help="Say that you know.")] = False,
+) -> None:
+    """Give the tower a new identity at its next start, where the key that sealed the old one is lost.
+
+    No drone takes this tower for its own then, until it has been enrolled anew.
+    """
+    if not sure:
+        raise CommandError("every drone has to be enrolled anew then: say --every-drone-is-enrolled-anew")
+
+    async def work(database: Database, _settings: Settings) -> None:
+        async with database.writing() as session:
+            await forget_identity(session)
+
+    with_database(work)
+    typer.echo("the tower gets a new identity when it is started")
+
+
+@app.command("connect", add_help_option=False)
+def connect() -> None:
+    """A drone as a local MAVLink endpoint for ordinary ground stations: see `tower connect --help`."""
+    # Here for the list of commands only: the console script goes straight to the other package (server/app/entry.py).
+
+
+def main() -> None:
+    try:
+        app()
+    except SettingsError as error:
+        _fail(str(error), 2)
+    except (CommandError, Refusal, DatabaseNotReady, CannotListen, VaultError) as error:
+        _fail(str(error), 1)
+    except DatabaseError as error:
+        _fail(f"the database refused: {str(error.orig).splitlines()[0]}", 1)
+    except OSError as error:
+        _fail(f"cannot go on: {error}", 1)
+
+
+def _fail(words: str, code: int) -> None:
+    print(f"tower: {words}", file=sys.stderr)
+    raise SystemExit(code)

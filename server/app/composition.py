@@ -1,0 +1,359 @@
+"""Puts the tower together: the only place that knows every capability. Nothing is opened before the lifespan begins."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from functools import partial
+from importlib.metadata import version
+from typing import Final
+from urllib.parse import urlsplit
+
+from fastapi import APIRouter, FastAPI
+from fastapi.routing import APIRoute
+
+from server.api.accounts import (
+    passkey_routes,
+    preference_routes,
+    proof_routes,
+    second_factor_routes,
+    session_routes,
+    token_routes,
+    user_routes,
+)
+from server.api.anonymous.request_gate import RequestGate
+from server.api.audit import routes as audit_routes
+from server.api.control import receiver_routes, safety_routes, settings_routes
+from server.api.control import routes as control_routes
+from server.api.fleet import enrolment_routes, loan_routes
+from server.api.fleet import routes as fleet_routes
+from server.api.flight_commands import routes as command_routes
+from server.api.flight_logs import routes as log_routes
+from server.api.http import health
+from server.api.http.body import BodyCheck
+from server.api.http.console import serve_console
+from server.api.http.cookie_prefix import CookiePrefix
+from server.api.http.guards import UnexpectedErrors
+from server.api.http.origin import OriginCheck
+from server.api.http.over_tls import OverTls
+from server.api.http.problem_docs import describe_problems
+from server.api.http.problems import handle_problems
+from server.api.http.security_headers import SecurityHeaders
+from server.api.http.security_txt import PATH as SECURITY_TXT
+from server.api.http.security_txt import security_txt
+from server.api.metrics import routes as metrics_routes
+from server.api.missions import library_routes, plan_routes
+from server.api.operations import routes as operation_routes
+from server.api.parameters import routes as parameter_routes
+from server.api.recordings import routes as recording_routes
+from server.api.relay import routes as relay_routes
+from server.api.relay.agent_sign_in import SignInRules, is_agent
+from server.api.relay.running import running_relay
+from server.api.relay.tls_binding import TlsBinding
+from server.api.system import routes as system_routes
+from server.api.teams import routes as team_routes
+from server.api.tiles import routes as tile_routes
+from server.api.tower import Tower
+from server.api.video import routes as video_routes
+from server.domain.clock import Clock, utc_now
+from server.live.accounts.challenges import Challenges
+from server.live.accounts.throttle import SignInThrottle
+from server.live.anonymous.budget import AnonymousBudget, Over
+from server.live.hub import Hub
+from server.live.relay.flood_gate import FloodLimits
+from server.live.relay.socket_bounds import SocketBounds
+from server.live.separation.bounds import SeparationBounds
+from server.runtime.background import in_background
+from server.runtime.listening import CannotListen
+from server.runtime.loop_lag import LoopLag
+from server.runtime.private_files import make_private_folder
+from server.runtime.settings import Settings
+from server.runtime.tile_source import TileAddresses
+from server.store.accounts.hashing_process import HashingProcess
+from server.store.accounts.known_addresses import remember_addresses
+from server.store.accounts.passkey_sign_in import PasskeySignInService
+from server.store.accounts.password_policy import PasswordPolicy
+from server.store.accounts.passwords import Passwords
+from server.store.accounts.sealed_factors import prepare_vault
+from server.store.accounts.sessions import Sessions
+from server.store.accounts.sign_in import SignInService
+from server.store.accounts.tokens import ApiTokens
+from server.store.control.after_start import end_assistance
+from server.store.control.hub_event_handler import HubEventHandler
+from server.store.control.lease_store import DatabaseLeaseStore
+from server.store.control.loss_checks import LossChecks
+from server.store.control.open_hold_store import load_open_holds
+from server.store.control.rehearsal import Rehearsals
+from server.store.control.service import ControlService
+from server.store.control.settings_store import load_into
+from server.store.control.stays import Stays
+from server.store.database import open_database
+from server.store.file_accounts import file_accounts
+from server.store.fleet.drones import deleted_among
+from server.store.fleet.enrolment_news import EnrolmentNews
+from server.store.fleet.exchange import CredentialExchange
+from server.store.fleet.loans import LoanExpiry
+from server.store.fleet.roster import Roster
+from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
+from server.store.flight_logs.quota import FlightLogQuota
+from server.store.flight_logs.receiving import LogReceiver
+from server.store.operations.audit_writer import OperationAuditWriter
+from server.store.recordings.recordings import new_recordings
+from server.store.recordings.source import HubVideo
+from server.store.schema import check_schema
+
+ROUTERS: Final[tuple[APIRouter, ...]] = (
+    session_routes.router,
+    proof_routes.router,
+    preference_routes.router,
+    second_factor_routes.router,
+    passkey_routes.router,
+    fleet_routes.router,
+    enrolment_routes.router,
+    loan_routes.router,
+    team_routes.router,
+    control_routes.router,
+    settings_routes.router,
+    safety_routes.router,
+    receiver_routes.router,
+    plan_routes.router,
+    parameter_routes.router,
+    command_routes.router,
+    library_routes.router,
+    log_routes.router,
+    operation_routes.router,
+    recording_routes.router,
+    relay_routes.router,
+    video_routes.router,
+    tile_routes.router,
+    token_routes.router,
+    user_routes.router,
+    audit_routes.router,
+    system_routes.router,
+    health.router,
+    metrics_routes.router,
+)
+_TAGS: Final = (
+    {"name": "session", "description": "Signing in and out."},
+    {"name": "tokens", "description": "API tokens: how a program signs in for a user."},
+    {"name": "drones", "description": "The squad, and its administration."},
+    {"name": "teams", "description": "People and drones that belong together."},
+    {"name": "enrolment", "description": "How the agent of a drone makes its key known."},
+    {"name": "control", "description": "Who has the controls of a drone."},
+    {"name": "plans", "description": "Missions, fences and rally points on board of a drone."},
+    {"name": "parameters", "description": "The parameters of a drone's autopilot."},
+    {"name": "commands", "description": "What a drone is told to do."},
+    {"name": "logs", "description": "Flight logs, on board and fetched."},
+    {"name": "video", "description": "How it is with the video of a drone."},
+    {"name": "recordings", "description": "Recorded video."},
+    {"name": "missions", "description": "The library of missions."},
+    {"name": "operations", "description": "Work at drones that is going on."},
+    {"name": "map", "description": "The tiles of the map."},
+    {"name": "users", "description": "Users administration, for admins."},
+    {"name": "audit", "description": "Who did what, for admins."},
+    {"name": "metrics", "description": "What the tower counts, for Prometheus."},
+    {"name": "system", "description": "How the tower itself is, for admins."},
+    {"name": "health", "description": "Whether the tower is well."},
+)
+
+
+def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
+    tower = _compose(settings, clock)
+    app = FastAPI(
+        title="Control Tower",
+        version=version("control-tower"),
+        description="Fly and watch drones through the internet. Live data is on the WebSocket `/api/v1/live`.",
+        openapi_tags=[dict(one) for one in _TAGS],
+        lifespan=_lifespan,
+        docs_url=None,  # the usual pages load scripts from elsewhere
+        redoc_url=None,
+        openapi_url="/api/v1/openapi.json",
+        redirect_slashes=False,
+        generate_unique_id_function=_operation_id,
+    )
+    app.state.tower = tower
+    app.state.metrics_registry = metrics_routes.new_registry(tower)
+    handle_problems(app)
+    describe_problems(app, [route for router in ROUTERS for route in router.routes])
+    for router in ROUTERS:
+        app.include_router(router)
+    tell_contact = partial(security_txt, settings.security_contact, settings.public_url)
+    serve_console(app, settings.web, {SECURITY_TXT: lambda: tell_contact(clock())})
+    # The last one added is the outermost.
+    app.add_middleware(BodyCheck, budget=tower.anonymous)
+    app.add_middleware(OriginCheck, settings=settings)
+    app.add_middleware(UnexpectedErrors)
+    tiles_from = settings.tiles.origin if isinstance(settings.tiles, TileAddresses) else None
+    over_tls = OverTls(settings.public_url)
+    app.add_middleware(CookiePrefix, over_tls=over_tls)
+    app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls, tiles_from=tiles_from)
+    app.add_middleware(RequestGate, budget=tower.anonymous, is_vouched=partial(is_agent, tower.hub))
+    return app
+
+
+def _compose(settings: Settings, clock: Clock) -> Tower:
+    database = open_database(settings.database_url)
+    vault = settings.vault()
+    anonymous = AnonymousBudget(now=time.monotonic(), trusted_proxies=settings.trusted_proxies)
+    passwords = Passwords(
+        concurrency=settings.argon2_concurrency,
+        memory_kib=settings.argon2_memory_kib,
+        rounds=settings.argon2_rounds,
+        budget=anonymous,
+        hashing=HashingProcess(settings.argon2_concurrency) if settings.argon2_process else None,
+    )
+    throttle = SignInThrottle(
+        anonymous.known, anonymous.limits, on_refused=lambda: anonymous.refused.update((Over.GUESSES,))
+    )
+    sessions = Sessions(
+        database,
+        idle_s=settings.session_idle_s,
+        lifetime_s=settings.session_lifetime_s,
+        admins_need_second_factor=settings.admins_need_second_factor,
+    )
+    hub = Hub(
+        FloodLimits(
+            user_per_s=settings.user_frames_per_s,
+            user_burst=settings.user_frames_burst,
+            drone_per_s=settings.drone_frames_per_s,
+            drone_burst=settings.drone_frames_burst,
+            agent_per_s=settings.agent_frames_per_s,
+            agent_burst=settings.agent_frames_burst,
+        ),
+        SocketBounds(per_user=settings.user_sockets, per_address=settings.address_sockets),
+        clock,
+        SeparationBounds(
+            horizontal_m=settings.separation_horizontal_m,
+            vertical_m=settings.separation_vertical_m,
+            ahead_s=settings.separation_ahead_s,
+        ),
+        SocketBounds(per_user=settings.user_video_sockets, per_address=settings.address_video_sockets),
+    )
+    loss_checks = LossChecks(hub=hub, database=database, clock=clock)
+    rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
+    roster = Roster(database, hub, clock)
+    enrolment_news = EnrolmentNews(database, hub, clock)
+    service = ControlService(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
+    mb = 1_000_000
+    log_shelf = FlightLogQuota(
+        settings.files,
+        budget_bytes=settings.files_budget_mb * mb,
+        largest_bytes=settings.file_largest_mb * mb,
+    )
+    audit_writer = OperationAuditWriter(database, clock)
+    hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
+    return Tower(
+        settings=settings,
+        clock=clock,
+        database=database,
+        vault=vault,
+        passwords=passwords,
+        password_policy=PasswordPolicy(urlsplit(settings.public_url).hostname or ""),
+        sessions=sessions,
+        tokens=ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor),
+        door=SignInService(database, passwords, sessions, throttle, vault),
+        passkey_door=PasskeySignInService(database, sessions, Challenges()),
+        hub=hub,
+        service=service,
+        roster=roster,
+        loan_keeper=LoanExpiry(database, hub, roster, clock),
+        loss_checks=loss_checks,
+        rehearsals=rehearsals,
+        stays=Stays(hub=hub, database=database, clock=clock),
+        event_handler=HubEventHandler(
+            service=service,
+            hub=hub,
+            database=database,
+            clock=clock,
+            loss_checks=loss_checks,
+            rehearsals=rehearsals,
+            agent_linked=enrolment_news.agent_linked,
+        ),
+        enrolment_news=enrolment_news,
+        sign_in_rules=SignInRules(
+            identity=TowerIdentity(),
+            binding=TlsBinding(settings.tls_certificate),
+            credentials_until=settings.drone_credentials_until,
+            exchange=CredentialExchange(database, roster, clock),
+        ),
+        audit_writer=audit_writer,
+        log_shelf=log_shelf,
+        log_receiver=LogReceiver(log_shelf, lambda: file_accounts(hub)),
+        recordings=new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock),
+        loop_lag=LoopLag(),
+        anonymous=anonymous,
+        started_at=clock(),
+    )
+
+
+async def _deleted_with_files(tower: Tower) -> frozenset[int]:
+    """Drones that were deleted, and of which there still are files."""
+    there = await asyncio.to_thread(lambda: tower.log_shelf.drone_ids() | tower.recordings.store.drone_ids())
+    async with tower.database.reading() as session:
+        return await deleted_among(session, there - frozenset(tower.hub.drone_ids()))
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
+    tower: Tower = app.state.tower
+    settings = tower.settings
+    async with AsyncExitStack() as stack:
+        stack.push_async_callback(tower.database.close)
+        stack.push_async_callback(tower.passwords.close)
+        stack.callback(tower.password_policy.close)
+        await asyncio.to_thread(make_private_folder, settings.var)
+        await check_schema(tower.database)
+        await check_key_is_there(tower.vault, tower.database)
+        await prepare_vault(tower.vault, tower.database)
+        await tower.sign_in_rules.identity.load(tower.vault, tower.database)
+        await tower.passwords.warm_up()
+        await remember_addresses(tower.anonymous.known, tower.database)
+        await end_assistance(tower.database, tower.clock)
+        tower.hub.on_event = tower.event_handler.noticed
+        stack.push_async_callback(tower.event_handler.stop)
+        stack.push_async_callback(tower.rehearsals.stop)
+        stack.push_async_callback(tower.enrolment_news.stop)
+        await tower.loss_checks.load()
+        await tower.roster.refresh()
+        await load_into(tower.hub, tower.database)
+        await load_open_holds(tower.hub, tower.database)
+        deleted = await _deleted_with_files(tower)
+        await asyncio.to_thread(tower.log_shelf.sweep, deleted)
+        await stack.enter_async_context(tower.recordings.working(deleted))
+        for drone_id in tower.hub.drone_ids():
+            tower.loss_checks.look_again(drone_id)
+        await stack.enter_async_context(in_background("roster", tower.roster.follow))
+        await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))
+        await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
+        stack.push_async_callback(tower.tokens.write_uses)
+        await stack.enter_async_context(in_background("token uses", tower.tokens.keep_writing_uses))
+        await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
+        _prepare_routes(app)
+        # Last: from here on agents are answered.
+        try:
+            relay = running_relay(tower.hub, tower.anonymous, host=settings.udp_host, port=settings.udp_port)
+            app.state.data_endpoint = await stack.enter_async_context(relay)
+        except OSError as error:
+            raise CannotListen("TOWER_UDP_PORT", settings.udp_host, settings.udp_port, error) from error
+        tower.before_shutdown.append(_good_bye(tower))
+        yield
+
+
+def _prepare_routes(app: FastAPI) -> None:
+    """What FastAPI otherwise does at the first request, whoever sends it: it stops everything for half a second."""
+    scope = {"type": "http", "method": "GET", "path": "/", "root_path": "", "query_string": b"", "headers": []}
+    for route in app.router.routes:
+        route.matches(dict(scope, app=app))
+
+
+def _good_bye(tower: Tower) -> Callable[[], Awaitable[None]]:
+    async def say_good_bye() -> None:
+        tower.hub.say_good_bye()
+
+    return say_good_bye
+
+
+def _operation_id(route: APIRoute) -> str:
+    return route.name

@@ -1,0 +1,17 @@
+"""The console script `tower`. It only looks which half is meant: `tower connect` runs on machines that have no tower,
+and must not load a database to start.
+"""
+
+import sys
+
+
+def main() -> None:
+    """`tower connect ...` goes to the `connect` package, everything else to the tower's own commands."""
+    if sys.argv[1:2] == ["connect"]:
+        from connect.cli import main as connect_main
+
+        connect_main(sys.argv[2:])
+    else:
+        from server.app.cli import main as tower_main
+
+        tower_main()

@@ -1,0 +1,70 @@
+"""How the tower logs: lines for people on a terminal, JSON lines otherwise. Edges only, never frames, never secrets."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from typing import Final
+
+import structlog
+
+from server.live.anonymous.limits import LIMITS
+from server.live.anonymous.log_lines import LogBudget
+
+_SHARED: Final[tuple[structlog.typing.Processor, ...]] = (
+    structlog.contextvars.merge_contextvars,
+    structlog.processors.add_log_level,
+    structlog.processors.TimeStamper(fmt="iso", utc=True),
+)
+
+
+def configure_log(log_format: str = "auto") -> None:
+    """Everything goes to standard error, the server's and the libraries' lines too."""
+    human = log_format == "human" or (log_format == "auto" and sys.stderr.isatty())
+    renderer: tuple[structlog.typing.Processor, ...] = (
+        # The usual picture of an exception shows every local variable: passwords, codes, tokens.
+        (structlog.dev.ConsoleRenderer(exception_formatter=structlog.dev.plain_traceback),)
+        if human
+        else (structlog.processors.format_exc_info, structlog.processors.JSONRenderer())
+    )
+    structlog.configure(
+        processors=[*_SHARED, *renderer],
+        wrapper_class=structlog.make_filtering_bound_logger(logging.INFO),
+        logger_factory=structlog.PrintLoggerFactory(file=sys.stderr),
+        cache_logger_on_first_use=False,
+    )
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(
+        structlog.stdlib.ProcessorFormatter(
+            foreign_pre_chain=_SHARED,
+            processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, *renderer],
+        )
+    )
+    logging.basicConfig(handlers=[handler], level=logging.WARNING, force=True)
+    logging.getLogger("uvicorn.error").addFilter(_is_our_fault)
+    logging.getLogger("uvicorn.error").addFilter(_FewWarnings(time.monotonic()))
+
+
+def _is_our_fault(record: logging.LogRecord) -> bool:
+    """uvicorn logs a traceback for each text message that is no UTF-8: anybody who is connected could fill the log
+    with them. The connection is closed (1007) and the message counted; that is enough."""
+    return not (record.exc_info and isinstance(record.exc_info[1], UnicodeDecodeError))
+
+
+class _FewWarnings(logging.Filter):
+    """uvicorn's warnings are all about what a stranger has sent ("Invalid HTTP request received.")."""
+
+    def __init__(self, now: float) -> None:
+        super().__init__()
+        self._budget = LogBudget(LIMITS.log_lines_per_s, LIMITS.log_lines_burst, now)
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        if record.levelno != logging.WARNING:
+            return True
+        if not self._budget.admits(time.monotonic()):
+            return False
+        left_out = self._budget.untold()
+        if left_out:
+            record.msg = f"{record.msg} ({left_out} such lines were left out)"
+        return True

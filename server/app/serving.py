@@ -1,0 +1,132 @@
+"""Runs the application on a listening socket: uvicorn, with the tower's own beginning and end.
+
+The application's lifespan is entered here and not by uvicorn, so that what goes wrong at start-up arrives as the
+exception that it is, and so that good-byes are said while connections are still open.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final
+
+import uvicorn
+from fastapi import FastAPI
+
+from server.api.anonymous.acceptor import Acceptor
+from server.api.anonymous.read_turns import ReadTurns
+from server.api.tower import Tower
+from server.api.websocket.direct_websocket import DirectWebSocket
+from server.api.websocket.upgrading_http import UpgradingHttp
+from server.live.anonymous.connections import AnonymousConnection
+from server.runtime.aligned_timers import BEAT_S, rest
+from server.runtime.garbage import settle_memory
+
+MAX_MESSAGE_BYTES: Final = 64 * 1024
+"""Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is for telling why it was refused."""
+GRACE_S: Final = 2
+SWITCH_INTERVAL_S: Final = 0.001
+"""For which another thread (of the database) may keep the interpreter from the event loop. Python's own is 5 ms: as
+much as a stick takes altogether."""
+_TICKS_A_DAY: Final = 864_000
+
+
+class TowerServer(uvicorn.Server):
+    """One application on one socket. `started` (of uvicorn) is true once connections are accepted."""
+
+    def __init__(self, app: FastAPI, *, on_listening: Callable[[], None] = lambda: None) -> None:
+        tower: Tower = app.state.tower
+        super().__init__(
+            uvicorn.Config(
+                app,
+                lifespan="off",
+                http=UpgradingHttp,
+                ws=DirectWebSocket,
+                ws_max_size=MAX_MESSAGE_BYTES,
+                ws_per_message_deflate=False,  # telemetry hardly shrinks, and every message would cost more
+                timeout_graceful_shutdown=GRACE_S,
+                proxy_headers=True,
+                forwarded_allow_ips=tower.settings.trusted_proxies,
+                access_log=False,
+                log_config=None,
+                server_header=False,
+            )
+        )
+        self._app = app
+        self._on_listening = on_listening
+        self._budget = tower.anonymous
+        self._turns = ReadTurns(tower.anonymous)
+        self._acceptors: list[Acceptor] = []
+
+    async def run_on(self, listener: socket.socket) -> None:
+        """Serves until told to stop, then closes the socket. Raises what the start of the application raises."""
+        with listener:
+            async with self._app.router.lifespan_context(self._app):
+                await self.serve(sockets=[listener])
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Leaves signals alone (see `run`): uvicorn would raise them again before the application has ended."""
+        yield
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup([])  # no listener of uvicorn's: it accepts all who wait at once
+        self._acceptors = [Acceptor(one, self._budget, self._connection) for one in sockets or ()]
+        self._on_listening()
+
+    def _connection(self, guest: AnonymousConnection) -> UpgradingHttp:
+        return UpgradingHttp(
+            config=self.config,
+            server_state=self.server_state,
+            app_state=self.lifespan.state,
+            budget=self._budget,
+            turns=self._turns,
+            guest=guest,
+        )
+
+    async def main_loop(self) -> None:
+        ticks = 0
+        while not await self.on_tick(ticks):
+            await rest(BEAT_S)
+            ticks = (ticks + 1) % _TICKS_A_DAY
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        tower: Tower = self._app.state.tower
+        for say_goodbye in tower.before_shutdown:
+            await say_goodbye()
+        for acceptor in self._acceptors:
+            acceptor.close()
+        self._turns.close()
+        await super().shutdown(sockets)
+
+
+def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], None]) -> None:
+    """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody."""
+
+    def listening() -> None:
+        settle_memory()
+        on_listening()
+
+    server = TowerServer(app, on_listening=listening)
+    sys.setswitchinterval(SWITCH_INTERVAL_S)
+
+    async def until_told_to_stop() -> None:
+        loop = asyncio.get_running_loop()
+        for one in (signal.SIGINT, signal.SIGTERM):
+            loop.add_signal_handler(one, server.handle_exit, one, None)
+        await server.run_on(listener)
+
+    with asyncio.Runner(loop_factory=_loop_factory()) as runner:
+        runner.run(until_told_to_stop())
+
+
+def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:
+    try:
+        import uvloop
+    except ImportError:  # not on every platform
+        return None
+    return uvloop.new_event_loop

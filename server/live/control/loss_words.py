@@ -1,0 +1,85 @@
+"""What would happen if the operator, the tower or the radio were lost, in plain words. Pure.
+
+Facts about the autopilots are in `loss_words_ardupilot.py` and `loss_words_px4.py`; here is what our own side does, and
+what is said of every autopilot alike.
+"""
+
+import hashlib
+from collections.abc import Iterable
+from math import isfinite
+
+import msgspec
+
+from server.domain.drone_settings import DroneSettings
+from server.live.control.loss_sentence import Sentence, danger, info, warning
+from server.live.control.loss_words_ardupilot import ardupilot_sentences
+from server.live.control.loss_words_px4 import px4_sentences
+from wire.control_messages import LossParameters
+from wire.open_holds import LostAction
+
+_THEN = {
+    LostAction.RETURN: "it is told to return to launch, and without a position to land",
+    LostAction.LAND: "it is told to land where it is",
+    LostAction.CONTINUE: "a mission goes on, and anything else stays",
+    LostAction.STAY: "it stays, until the battery is needed for the way home: then it returns",
+}
+
+
+def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -> list[Sentence]:
+    """In the order operator, tower, radio. `parameters` is None while the agent has told nothing."""
+    found = [*_of_ours(settings)]
+    if parameters is None:
+        found.append(warning("operator", "The autopilot's own failsafes are not known: its parameters were not read."))
+        return found
+    sane = {name: value for name, value in parameters.values.items() if isfinite(value)}
+    parameters = msgspec.structs.replace(parameters, values=sane)
+    if not parameters.complete:
+        found.append(warning("operator", "Not every parameter that decides on a loss is known."))
+    if parameters.autopilot == "ardupilot":
+        found += ardupilot_sentences(parameters)
+    elif parameters.autopilot == "px4":
+        found += px4_sentences(parameters, settings)
+    else:
+        found.append(
+            warning("operator", "This autopilot is neither ArduPilot nor PX4: what it does on a loss is unknown.")
+        )
+    order = ("operator", "tower", "radio")
+    return sorted(found, key=lambda sentence: order.index(sentence.about))
+
+
+def _of_ours(settings: DroneSettings) -> Iterable[Sentence]:
+    safety = settings.safety
+    ladder = [mode for mode in safety.hold_ladder if mode not in ("ALT_HOLD", "ALTCTL")]
+    modes = f"{', '.join(ladder)}, then altitude hold" if ladder else "altitude hold"
+    then = _THEN[safety.lost_action]
+    yield info(
+        "operator",
+        f"Flown by hand, the drone holds when no fresh sticks come for {safety.sticks_stale_s:g} s, when the "
+        f"operator's browser is gone for 2 s, or when the round trip is above {safety.rtt_limit_ms:g} ms for "
+        f"{safety.rtt_limit_s:g} s: at once in {modes} with centred sticks, and as soon as it is level and has a "
+        "position in a mode that stays and uses nobody's sticks.",
+    )
+    stays_away = f"When the person stays away for {safety.lost_action_s:g} s, {then}."
+    yield info("operator", f"A hold does not end by itself. {stays_away}")
+    yield info(
+        "operator", "Without a position it stays in altitude hold, which keeps the height and drifts with the wind."
+    )
+    yield info(
+        "tower",
+        f"Flown by hand, the drone holds by itself when the tower is silent for {safety.lost_hold_s:g} s. After "
+        f"{safety.lost_action_s:g} s {then}.",
+    )
+
+
+def is_dangerous(sentences: Iterable[Sentence]) -> bool:
+    """Whether a loss would drop or lose the drone: then the holder must say that they know, before arming."""
+    return any(sentence.severity == "danger" for sentence in sentences)
+
+
+def findings_hash(sentences: Iterable[Sentence]) -> str:
+    """Of what is dangerous. An acknowledgement holds for exactly these sentences; a new danger is asked for anew."""
+    dangers = sorted(f"{one.about}: {one.text}" for one in sentences if one.severity == "danger")
+    return hashlib.sha256("\n".join(dangers).encode()).hexdigest()
+
+
+__all__ = ["Sentence", "danger", "findings_hash", "is_dangerous", "loss_sentences"]

@@ -1,0 +1,112 @@
+"""What PX4 does by itself on a loss, read from its parameters. Pure; the facts are in its documentation."""
+
+from collections.abc import Iterable
+from typing import Final
+
+from server.domain.drone_settings import DroneSettings
+from server.live.control.loss_sentence import About, Sentence, danger, info, warning
+from wire.control_messages import LossParameters
+
+_ACTIONS: Final = {
+    1: "holds its place",
+    2: "returns to launch",
+    3: "lands where it is",
+}
+TERMINATE: Final = 5
+DISARM: Final = 6
+
+STICKS_RADIO_ONLY: Final = 0
+STICKS_OF_THE_FIRST: Final = 3
+"""Whoever was there first, and a radio nearly always is."""
+STICKS_OFF: Final = 4
+"""Values of COM_RC_IN_MODE that leave no room for sticks from the tower."""
+
+HOLDS_WITHOUT_STICKS: Final = "AUTO.LOITER"
+
+STAYS: Final = 1
+"""NAV_RCL_ACT: holds its place. Above it, the autopilot leaves a hold."""
+HOLD_EXCEPTED: Final = 2
+
+_EXCEPT: Final = {1: "a mission", 2: "a hold", 4: "offboard flight"}
+"""Bits of COM_RCL_EXCEPT."""
+
+
+def px4_sentences(parameters: LossParameters, settings: DroneSettings) -> Iterable[Sentence]:
+    """In no particular order."""
+    values = parameters.values
+    source = values.get("COM_RC_IN_MODE")
+    if source in (STICKS_RADIO_ONLY, STICKS_OFF) or (source == STICKS_OF_THE_FIRST and parameters.has_radio):
+        ignored = f"COM_RC_IN_MODE is {source:g}: the autopilot ignores sticks from the tower"
+        if source == STICKS_OF_THE_FIRST:
+            ignored += " while the radio is on"
+        if HOLDS_WITHOUT_STICKS in settings.safety.hold_ladder:
+            yield warning(
+                "operator", f"{ignored}. Flying by hand through the tower is impossible; the hold needs none."
+            )
+        else:
+            yield danger(
+                "operator",
+                f"{ignored}. The first seconds of a hold would fly as the radio's sticks are left: put "
+                f"{HOLDS_WITHOUT_STICKS} first in the drone's settings.",
+            )
+    yield from _action(values.get("NAV_RCL_ACT"), about="radio", name="NAV_RCL_ACT", what=_sticks_lost(parameters))
+    excepted = [words for bit, words in _EXCEPT.items() if int(values.get("COM_RCL_EXCEPT", 0)) & bit]
+    if excepted:
+        yield info("radio", f"COM_RCL_EXCEPT: not during {', '.join(excepted)}, which goes on.")
+    after_s = values.get("COM_DL_LOSS_T", 10.0)
+    lost = f"Without the computer on board, after {after_s:g} s,"
+    link_action = values.get("NAV_DLL_ACT")
+    if link_action == 0:
+        words = "NAV_DLL_ACT is 0: if the computer on board fails, the autopilot does not mind that nobody is there"
+        if values.get("NAV_RCL_ACT") == 0:
+            yield danger("tower", f"{words}, and nothing else is set to bring the drone down or back.")
+        else:
+            yield warning("tower", f"{words}.")
+    else:
+        yield from _action(link_action, about="tower", name="NAV_DLL_ACT", what=lost)
+    yield from _hold_without_sticks(parameters)
+
+
+def _hold_without_sticks(parameters: LossParameters) -> Iterable[Sentence]:
+    """How the second stage of a hold ends, in which the agent's sticks stop."""
+    values = parameters.values
+    if parameters.has_radio is None:
+        yield danger(
+            "radio",
+            "It is not known whether a radio receiver is on board, and so not how a hold ends if the computer on board "
+            "fails.",
+        )
+    elif parameters.has_radio:
+        yield info("radio", f"There is a receiver: a hold stays in {HOLDS_WITHOUT_STICKS} without anybody's sticks.")
+        yield warning(
+            "radio",
+            "If the computer on board fails while the drone is flown by hand, or in the first seconds of a hold, the "
+            "transmitter's own sticks come back: one that lies on the bench with its throttle low makes the drone "
+            "descend.",
+        )
+    elif values.get("NAV_RCL_ACT", 0.0) > STAYS and not int(values.get("COM_RCL_EXCEPT", 0)) & HOLD_EXCEPTED:
+        does = _ACTIONS.get(int(values["NAV_RCL_ACT"]), "acts as configured")
+        yield danger(
+            "radio",
+            f"There is no radio and COM_RCL_EXCEPT lacks 2: in {HOLDS_WITHOUT_STICKS} without sticks the autopilot "
+            f"{does} after {values.get('COM_RC_LOSS_T', 0.5):g} s. The agent keeps centred sticks coming in a hold to "
+            "prevent that; if it fails, a hold ends so, and nobody is told.",
+        )
+
+
+def _sticks_lost(parameters: LossParameters) -> str:
+    after_s = parameters.values.get("COM_RC_LOSS_T", 0.5)
+    if parameters.has_radio is False:
+        return f"There is no radio. {after_s:g} s after the last sticks from the tower"
+    return f"{after_s:g} s after the last sticks, from the radio or from the tower,"
+
+
+def _action(value: float | None, *, about: About, name: str, what: str) -> Iterable[Sentence]:
+    if value is None:
+        yield warning(about, f"The autopilot does not tell {name}: what it does then is not known.")
+    elif value == 0:
+        yield danger(about, f"{name} is 0: when sticks end, nothing brings the drone down or back.")
+    elif value in (TERMINATE, DISARM):
+        yield danger(about, f"{what} the autopilot stops the motors, and the drone falls ({name} {value:g}).")
+    else:
+        yield info(about, f"{what} the autopilot {_ACTIONS.get(int(value), 'acts as configured')} ({name} {value:g}).")

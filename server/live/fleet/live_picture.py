@@ -1,0 +1,37 @@
+"""What accounts and fleet ask of whoever owns the live state (the hub). An interface only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from datetime import datetime
+from typing import Any, Protocol
+
+from server.domain.fleet import FleetSnapshot
+from server.domain.people import Role, SignInId
+from server.live.fleet.views import DroneView
+from wire.ids import DroneId, UserId
+
+
+class LivePicture(Protocol):
+    """Every method is plain and returns at once: no lock, no waiting."""
+
+    def apply_fleet(self, snapshot: FleetSnapshot) -> None:
+        """Takes over who exists, who owns what and who may come in. Called with growing revisions only."""
+
+    def drone_views(self, user_id: UserId, role: Role) -> list[DroneView]:
+        """The squad of a user, in the order of the ids."""
+
+    def drone_view(self, drone_id: DroneId, user_id: UserId, role: Role) -> DroneView | None:
+        """One drone; None when it does not exist and, on purpose the same, when it is not theirs to see."""
+
+    def end_loans(self, at: datetime) -> bool:
+        """Ends the loans whose time is over at `at`. Whether there was any."""
+
+    def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
+        """How an enrolment goes (an EnrolmentView as JSON), to every admin's live connections."""
+
+    def end_sessions(self, session_ids: Iterable[SignInId]) -> None:
+        """Closes the live connections of these sessions and tokens."""
+
+    def end_user(self, user_id: UserId, why: str) -> None:
+        """Closes every live connection of a user, and tells it why."""

@@ -1,0 +1,173 @@
+"""The commands that can be asked for, as bodies of requests. Degrees, metres above home, metres a second."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from server.live.operations.person import MAX_M, MIN_M, USUAL_M
+from wire.following import MAX_OFFSET_M
+from wire.plans import MAX_ITEMS_ANY
+
+Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
+Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
+Height = Annotated[float, Field(ge=-1000, le=10_000, allow_inf_nan=False, description="Above home")]
+Speed = Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)]
+Offset = Annotated[float, Field(ge=-MAX_OFFSET_M, le=MAX_OFFSET_M, allow_inf_nan=False)]
+ItemNumber = Annotated[int, Field(ge=0, lt=MAX_ITEMS_ANY, description="Of the plan, from 0")]
+
+
+class _Command(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Arm(_Command):
+    command: Literal["arm"]
+
+
+class Disarm(_Command):
+    """`force`: also in the air, where it falls."""
+
+    command: Literal["disarm"]
+    force: bool = False
+
+
+class ChangeMode(_Command):
+    command: Literal["mode"]
+    mode: Annotated[str, Field(min_length=1, max_length=32, description="As its autopilot names it")]
+
+
+class TakeOff(_Command):
+    """Into a mode that can, armed if it is not yet, and up."""
+
+    command: Literal["takeoff"]
+    height_m: Annotated[float, Field(gt=0, le=1000, allow_inf_nan=False, description="Above home")]
+
+
+class GoTo(_Command):
+    command: Literal["goto"]
+    lat: Latitude
+    lon: Longitude
+    height_m: Height
+    speed_m_s: Speed | None = None
+
+
+class Simple(_Command):
+    """`hold`: stays where it is, without sticks. `resume`: goes on with what was paused, else the mission."""
+
+    command: Literal["land", "rtl", "hold", "pause", "resume"]
+
+
+class SetHome(_Command):
+    """A place, or `here`. `altitude_m` is above the sea. In the air heights above home would jump: `here` keeps the
+    height that home has, and `while_flying` says that this is wanted."""
+
+    command: Literal["set_home"]
+    here: bool = False
+    while_flying: bool = False
+    lat: Latitude | None = None
+    lon: Longitude | None = None
+    altitude_m: Annotated[float, Field(ge=-1000, le=10_000, allow_inf_nan=False)] | None = None
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> Self:
+        place = (self.lat, self.lon, self.altitude_m)
+        if self.here and place != (None, None, None):
+            raise ValueError("either here, or a place")
+        if not self.here and None in place:
+            raise ValueError("lat, lon and altitude_m are needed, or here")
+        return self
+
+
+class ChangeSpeed(_Command):
+    command: Literal["speed"]
+    m_s: Speed
+
+
+class Turn(_Command):
+    """To this heading; `relative`: by so much, clockwise."""
+
+    command: Literal["yaw"]
+    deg: Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
+    relative: bool = False
+
+
+class Start(_Command):
+    """Flies the mission from this item on; armed if it is not yet."""
+
+    command: Literal["start"]
+    item: ItemNumber = 0
+
+
+class Jump(_Command):
+    command: Literal["jump"]
+    item: ItemNumber
+
+
+class Orbit(_Command):
+    """`radius_m` negative: counter-clockwise."""
+
+    command: Literal["orbit"]
+    lat: Latitude
+    lon: Longitude
+    radius_m: Annotated[float, Field(ge=-2000, le=2000, allow_inf_nan=False)]
+    height_m: Height
+    m_s: Speed | None = None
+
+    @model_validator(mode="after")
+    def _round_something(self) -> Self:
+        if abs(self.radius_m) < 1.0:
+            raise ValueError("radius_m is 1 at least, or -1")
+        return self
+
+
+class LookAt(_Command):
+    """At a place, or at nothing any more (`none`)."""
+
+    command: Literal["roi"]
+    none: bool = False
+    lat: Latitude | None = None
+    lon: Longitude | None = None
+    height_m: Height | None = None
+
+    @model_validator(mode="after")
+    def _one_or_the_other(self) -> Self:
+        place = (self.lat, self.lon, self.height_m)
+        if self.none and place != (None, None, None):
+            raise ValueError("either none, or a place")
+        if not self.none and None in place:
+            raise ValueError("lat, lon and height_m are needed, or none")
+        return self
+
+
+class Follow(_Command):
+    """Keeps this place relative to another drone, seen from that one, until something ends it."""
+
+    command: Literal["follow"]
+    leader: Annotated[int, Field(ge=1, le=0xFFFFFFFF, description="The drone that is followed")]
+    north_m: Offset = 0.0
+    east_m: Offset = 0.0
+    up_m: Offset = 0.0
+    for_s: Annotated[float, Field(ge=5, le=600, allow_inf_nan=False, description="Then it holds")] = 600.0
+
+
+class FollowMe(_Command):
+    """Follows whoever asks, on the side on which it is and as high as it is, until something ends it. Where they are
+    now; from then on their browser tells it, with `person_fix` on `/live`, once a second."""
+
+    command: Literal["follow_me"]
+    lat: Latitude
+    lon: Longitude
+    accuracy_m: Annotated[float, Field(ge=0, allow_inf_nan=False, description="As geolocation has it: 95 of 100")]
+    age_ms: Annotated[float, Field(ge=0, allow_inf_nan=False, description="Since it was measured")] = 0.0
+    distance_m: Annotated[float, Field(ge=MIN_M, le=MAX_M, allow_inf_nan=False, description="Over ground")] = USUAL_M
+    for_s: Annotated[float, Field(ge=5, le=600, allow_inf_nan=False, description="Then it holds")] = 600.0
+
+
+OneOff = (
+    Arm | Disarm | ChangeMode | TakeOff | GoTo | Simple | SetHome | ChangeSpeed | Turn | Start | Jump | Orbit | LookAt
+)
+"""Over when the autopilot has accepted it, and its telemetry shows it or has had the time to."""
+
+FlightCommand = Annotated[OneOff | Follow | FollowMe, Field(discriminator="command")]

@@ -1,0 +1,75 @@
+"""The command to follow the person who flies the drone: whether it may be, and the order for it. Nothing is sent here.
+
+The drone stays on the side of the person on which it is, so far away as was asked for, and as high as it is: so its way
+never leads over the person, neither at the beginning nor when they turn round.
+"""
+
+from __future__ import annotations
+
+from math import cos, radians, sin
+from typing import Final
+
+from server.domain.people import Principal
+from server.live.flight_commands.bodies import FollowMe
+from server.live.flight_commands.following import STALE_S, CannotFollow, order_for, refuse_busy
+from server.live.flight_commands.vehicle import Vehicle
+from server.live.hub import Hub
+from server.live.operations.follow_feed import Following, motion_of, why_beyond
+from server.live.operations.operation import Order
+from server.live.operations.person import MIN_M, Fix, PersonTrack, sure_m
+from server.live.operations.refusals import LoanForbids
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.loan_limits import whole_place_in
+from server.live.separation.motion import Motion, Relative
+from wire.following import FOLLOW_PERSON, PERSON_PATIENCE_S, FollowWork
+
+FOLLOW_ME: Final = "follow_me"
+LOWEST_M: Final = 8.0
+"""Above home. A fix may be wrong by as much as the drone is away: then it is above the person, and so high."""
+FARTHEST_M: Final = 100.0
+"""From the person, to begin with."""
+_SLACK_M: Final = 0.05
+"""What rounding could take from the least distance."""
+
+
+def follow_me_order(
+    hub: Hub, principal: Principal, drone: LiveDrone, wish: FollowMe, now: float
+) -> tuple[Order, Following]:
+    """Raises CannotFollow, DroneBusy, LoanForbids, and what Vehicle raises."""
+    name = drone.record.name
+    vehicle = Vehicle.of(drone)
+    refuse_busy(hub, drone)
+    if hub.follows.with_person(principal.user_id) is not None:
+        raise CannotFollow(f"another drone follows you already: {name} might come too near to it")
+    if wish.accuracy_m > sure_m(wish.distance_m):
+        raise CannotFollow(
+            f"where you are is known to {wish.accuracy_m:.0f} m only: {sure_m(wish.distance_m):.0f} m are needed for "
+            f"{name} to follow you"
+        )
+    age_s = wish.age_ms / 1000.0
+    if age_s > PERSON_PATIENCE_S:
+        raise CannotFollow(f"where you are was measured {age_s:.0f} s ago: {name} follows nobody by that")
+    own = motion_of(drone)
+    placed = None if drone.position_frame is None else whole_place_in(drone.position_frame)
+    if own is None or placed is None or now - drone.position_at > STALE_S:
+        raise CannotFollow(f"where {name} is was not heard within {STALE_S:g} s")
+    if placed.alt_rel_m < LOWEST_M:
+        raise CannotFollow(f"{name} is {placed.alt_rel_m:.1f} m above home: {LOWEST_M:g} m are the least to follow you")
+    here = Motion(wish.lat, wish.lon, own.alt_amsl_m, 0.0, 0.0, 0.0, own.at)
+    seen = Relative.of(here, own, own.at)
+    if seen.distance_m < MIN_M:
+        raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you, over ground: {MIN_M:g} m are the least")
+    if seen.distance_m > FARTHEST_M:
+        raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you: {FARTHEST_M:g} m are the most to begin with")
+    bearing, away_m = radians(seen.bearing_deg), wish.distance_m + _SLACK_M
+    work = FollowWork(principal.name[:80], away_m * cos(bearing), away_m * sin(bearing), 0.0, PERSON_PATIENCE_S)
+    first = Fix(wish.lat, wish.lon, wish.accuracy_m, now - age_s)
+    person = PersonTrack(first, alt_amsl_m=own.alt_amsl_m, away_m=wish.distance_m, sign_in=principal.session_id)
+    following = Following(None, work, principal, person)
+    beyond = why_beyond(drone, person.motion(), following)
+    if beyond is not None:
+        raise LoanForbids(name, f"with limits: {beyond}")
+    # Where people were is nobody's business afterwards: the trail has it not.
+    about: dict[str, object] = {"command": FOLLOW_ME, "distance_m": wish.distance_m, "leader_name": work.leader_name}
+    order = order_for(vehicle, following, wish.for_s, work=FOLLOW_ME, needs=FOLLOW_PERSON, about=about)
+    return order, following

@@ -1,0 +1,102 @@
+"""The command to follow another drone: who may be followed, and the order for it. Nothing is sent here."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from server.domain.people import Principal
+from server.domain.refusal import Refusal
+from server.live.flight_commands.bodies import Follow
+from server.live.flight_commands.steps import mode_step
+from server.live.flight_commands.vehicle import Vehicle
+from server.live.hub import Hub
+from server.live.operations.follow_feed import Following, motion_of, why_beyond
+from server.live.operations.operation import Lane, Order, Step, WorkName
+from server.live.operations.refusals import DroneBusy, LoanForbids
+from server.live.relay.live_drone import LiveDrone
+from wire.following import APART_M, FOLLOW, FollowWork, is_apart
+from wire.ids import DroneId
+from wire.transactions import Outcome
+
+STALE_S: Final = 2.0
+_LISTENS: Final = {True: "AUTO.LOITER", False: "GUIDED"}
+
+
+class NoSuchLeader(Refusal):
+    """Nor one that this user may not see: one answer for both."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such drone to follow")
+
+
+class CannotFollow(Refusal):
+    """This drone that one, now."""
+
+
+def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow, now: float) -> tuple[Order, Following]:
+    """Raises NoSuchLeader, CannotFollow, DroneBusy, LoanForbids, and what Vehicle raises."""
+    name = drone.record.name
+    leader = hub.drone_for(DroneId(wish.leader), principal.user_id, principal.role)
+    if leader is None or leader.blind_user_id == principal.user_id:
+        raise NoSuchLeader
+    leads = leader.record.name
+    work = FollowWork(leads[:80], wish.north_m, wish.east_m, wish.up_m)
+    following = Following(leader.drone_id, work, principal)
+    vehicle = Vehicle.of(drone)
+    _refuse(hub, drone, leader, work, now)
+    beyond = why_beyond(drone, motion_of(leader), following)
+    if beyond is not None:
+        raise LoanForbids(name, f"with limits: {beyond}")
+
+    about: dict[str, object] = wish.model_dump() | {"leader_name": leads}
+    return order_for(vehicle, following, wish.for_s, work=FOLLOW, needs=FOLLOW, about=about), following
+
+
+def order_for(
+    vehicle: Vehicle, following: Following, for_s: float, *, work: WorkName, needs: str, about: dict[str, object]
+) -> Order:
+    """Into the mode that listens, and then to the place. `work`, `needs`, `about`: of the order."""
+
+    def say(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
+        why = f" {following.stopped}." if following.stopped else ""
+        where = "" if isinstance(step.work, FollowWork) else f", {step.phase}"
+        return f"{vehicle.name}{where}:{why} {words}"
+
+    mode = _LISTENS[vehicle.px4]
+    steps = [mode_step(vehicle, mode, skip=vehicle.is_in(mode)), Step(following.work, for_s)]
+    return Order(work, Lane.FOLLOWING, steps, writes=True, overrules=True, needs=needs, say=say, about=about)
+
+
+def _refuse(hub: Hub, drone: LiveDrone, leader: LiveDrone, work: FollowWork, now: float) -> None:
+    name, leads = drone.record.name, leader.record.name
+    if leader is drone:
+        raise CannotFollow(f"{name} cannot follow itself")
+    if not is_apart(work.north_m, work.east_m, work.up_m):
+        raise CannotFollow(f"that is too near to {leads}: {APART_M:g} m away, or higher or lower, is the least")
+    refuse_busy(hub, drone)
+    other = hub.follows.leader_of(leader.drone_id)
+    if other is not None:
+        whom = other.work.leader_name
+        raise CannotFollow(f"{leads} follows {whom} itself: {name} can follow one that follows nobody")
+    if hub.follows.taken_place(leader.drone_id, work) is not None:
+        raise CannotFollow(f"that place at {leads} is too near to another drone's that follows it")
+    if leader.online and leader.airborne is None:
+        raise CannotFollow(f"whether {leads} is in the air is not known: its autopilot is silent")
+    if not leader.online or not leader.airborne:
+        raise CannotFollow(f"{leads} is not in the air: there is nobody to follow")
+    if motion_of(leader) is None or now - leader.position_at > STALE_S:
+        raise CannotFollow(f"where {leads} is was not heard within {STALE_S:g} s")
+
+
+def refuse_busy(hub: Hub, drone: LiveDrone) -> None:
+    """Raises DroneBusy, CannotFollow: what keeps it from following anybody."""
+    name = drone.record.name
+    own = hub.follows.leader_of(drone.drone_id)
+    if own is not None:
+        raise DroneBusy(f"{name} follows {own.work.leader_name}: stop that first")
+    if hub.follows.followers_of(drone.drone_id):
+        raise CannotFollow(f"{name} is followed by another drone, and can follow nobody")
+    if drone.airborne is None:
+        raise CannotFollow(f"whether {name} is in the air is not known: its autopilot is silent")
+    if not drone.airborne:
+        raise CannotFollow(f"{name} is not in the air: take off first")

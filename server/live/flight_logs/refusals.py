@@ -1,0 +1,27 @@
+"""Why a log is not given out, nor taken. Knows nothing of HTTP: `server/api/http/problems.py` maps it."""
+
+from server.domain.refusal import Refusal
+
+
+class UnknownLog(Refusal):
+    def __init__(self) -> None:
+        super().__init__("the tower has no such log: have it fetched first")
+
+
+class BadCredential(Refusal):
+    """Not an agent that is known."""
+
+
+class NotAskedFor(Refusal):
+    """Nobody waits for this file, or not any more."""
+
+    def __init__(self) -> None:
+        super().__init__("nobody waits for this file")
+
+
+class FileNotTaken(Refusal):
+    """There is no room for it."""
+
+
+class FileIncomplete(Refusal):
+    """Less came than was promised, or more."""

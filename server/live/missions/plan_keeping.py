@@ -1,0 +1,74 @@
+"""What a drone's autopilot will not keep of a plan, told before it is sent. Pure; the facts are wire.plan_keeping's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from struct import Struct
+from typing import Annotated, Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from server.live.flight_commands.vehicle import NotKnownYet
+from server.live.relay.live_drone import LiveDrone
+from wire.frames import payload
+from wire.plan_fields import Effect, KeptFields
+from wire.plan_keeping import change_words, changes_ahead, keeping_of
+from wire.plans import PlanItem, PlanKind
+
+TOLD_MOST: Final = 200
+_HEARTBEAT: Final = Struct("<IBBBBB")
+
+EffectName = Literal["flight", "refused"]
+
+
+class ChangeView(BaseModel):
+    """A number that the autopilot does not keep."""
+
+    model_config = ConfigDict(frozen=True)
+
+    item: Annotated[int, Field(description="From 0; of count the first that there is no room for")]
+    field: Annotated[str, Field(description="command, frame, param1 to param4, x, y, z, autocontinue or count")]
+    sent: Annotated[float | None, Field(description="null: NaN")]
+    kept: Annotated[float | None, Field(description="null: NaN; of what is refused as it was sent")]
+    effect: Annotated[EffectName, Field(description="flight: it flies otherwise; refused: the upload will fail")]
+    words: str
+
+
+class PlanKeptView(BaseModel):
+    """What becomes of a plan in the drone's autopilot."""
+
+    model_config = ConfigDict(frozen=True)
+
+    autopilot: Annotated[str, Field(description="As people call it")]
+    changes: Annotated[list[ChangeView], Field(description=f"To be known before an upload; the first {TOLD_MOST}")]
+    count: Annotated[int, Field(description="Of those in all")]
+    quiet: Annotated[
+        int, Field(description="Numbers that are kept in another way, which changes nothing in the flight")
+    ]
+
+
+def keeping_for(drone: LiveDrone) -> KeptFields:
+    """Raises NotKnownYet before a heartbeat."""
+    if drone.heartbeat is None:
+        raise NotKnownYet(f"nothing has been heard of the autopilot of {drone.record.name} yet")
+    body = payload(drone.heartbeat).ljust(_HEARTBEAT.size, b"\0")
+    _, vehicle_type, autopilot, _, _, _ = _HEARTBEAT.unpack_from(body)
+    return keeping_of(autopilot, vehicle_type)
+
+
+def plan_kept(keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem]) -> PlanKeptView:
+    """What is to be told of these items beforehand."""
+    changes = changes_ahead(keeping, kind, items)
+    told = [one for one in changes if one.effect > Effect.QUIET]
+    views = [
+        ChangeView(
+            item=one.item,
+            field=one.field,
+            sent=one.sent,
+            kept=one.kept,
+            effect="refused" if one.effect is Effect.REFUSED else "flight",
+            words=change_words(keeping, one),
+        )
+        for one in told[:TOLD_MOST]
+    ]
+    return PlanKeptView(autopilot=keeping.name, changes=views, count=len(told), quiet=len(changes) - len(told))

@@ -1,0 +1,157 @@
+"""What is on board of one drone, as its agent told: plans and parameters. State and checks; no I/O, takes the time.
+
+An agent is believed about its own drone and about nothing else, and only where what it tells agrees with itself: a plan
+or a table that is not what its hash says is a MalformedMessage, which ends the channel.
+"""
+
+from dataclasses import dataclass
+from datetime import datetime
+from hashlib import sha256
+
+import msgspec
+
+from server.live.operations.board_views import NO_PARAMETERS, NO_PLANS, ParametersStateView, PlanBoardView, PlansView
+from server.live.operations.metadata_store import MetadataStore
+from wire.control_messages import MalformedMessage
+from wire.parameters import Parameter, Table, by_name, table_hash, unpack_table
+from wire.plans import Plan, PlanKind, unpack_plan
+from wire.transactions import LogEntry, ParameterCache, ParameterChanged, ParameterTable, PlanOnBoard
+
+
+@dataclass(frozen=True)
+class KnownPlan:
+    """`packed`: None where the agent told no more than the hash. `read_at`: when it was told."""
+
+    packed: bytes | None
+    read_at: datetime | None
+
+    def items(self) -> Plan | None:
+        return None if self.packed is None else unpack_plan(self.packed)[1]
+
+
+def checked_plan(kind: PlanKind, packed: bytes, *, hash_: str | None = None, count: int | None = None) -> Plan:
+    """The items of a packed plan. Raises MalformedMessage where it is none of this kind, hash and length."""
+    try:
+        found, items = unpack_plan(packed)
+    except ValueError as error:
+        raise MalformedMessage(f"no plan: {error}") from None
+    right_hash = hash_ is None or sha256(packed).hexdigest()[:16] == hash_
+    if found is not kind or not right_hash or (count is not None and count != len(items)):
+        raise MalformedMessage("a plan that is not what is said of it")
+    return items
+
+
+class Board:
+    """One for each drone. What is told to browsers is kept as the views that they are told."""
+
+    def __init__(self) -> None:
+        self.plans: PlansView = NO_PLANS
+        self.parameters = ReportedParameters()
+        self.metadata = MetadataStore()
+        self.logs: tuple[LogEntry, ...] | None = None
+        """On board, when the list was read last."""
+        self.logs_read_at: datetime | None = None
+        self._known: dict[PlanKind, KnownPlan] = {}
+
+    def plan(self, kind: PlanKind) -> tuple[PlanBoardView, KnownPlan]:
+        """What is known of it."""
+        view: PlanBoardView = getattr(self.plans, kind.value)
+        return view, self._known.get(kind, KnownPlan(None, None))
+
+    def plan_told(self, told: PlanOnBoard, at: datetime | None) -> bool:
+        """Whether that is anything new. Raises MalformedMessage."""
+        packed = told.plan if told.hash is not None else None
+        if packed is not None:
+            checked_plan(told.kind, packed, hash_=told.hash, count=told.count)
+        before, known = self.plan(told.kind)
+        if packed is None and told.hash is not None and told.hash == before.hash:
+            packed = known.packed
+        self._known[told.kind] = KnownPlan(packed, at)
+        view = PlanBoardView(
+            kind=told.kind,
+            state="unknown" if told.hash is None else "known",
+            hash=told.hash,
+            sent_hash=told.sent_hash,
+            count=told.count if told.hash is not None else 0,
+            fit_to_fly=told.fit_to_fly,
+        )
+        self.plans = self.plans.model_copy(update={told.kind.value: view})
+        return view != before
+
+    def forget(self) -> None:
+        """The agent is gone: whoever else is at the drone may change what is on board. A table of parameters stays
+        until a hash says that it is another."""
+        self.plans = NO_PLANS
+        self._known.clear()
+        self.parameters.told = NO_PARAMETERS
+        self.metadata.forget()
+
+
+class ReportedParameters:
+    """The table of one drone as it came, packed, and what has changed since. Unpacked when somebody asks: a thousand
+    drones have a million and a half of them."""
+
+    def __init__(self) -> None:
+        self.told: ParametersStateView = NO_PARAMETERS
+        """As browsers are told."""
+        self.read_at: datetime | None = None
+        self._packed: bytes | None = None
+        self._hash: str | None = None
+        self._changes: dict[str, Parameter] = {}
+
+    def read_again(self, at: datetime) -> None:
+        """They were read anew. An agent whose table is here already sends nothing but its hash."""
+        if not self.lacks_table:
+            self.read_at = at
+
+    @property
+    def lacks_table(self) -> bool:
+        """Whether the agent has a table that is not here."""
+        return self.told.hash is not None and self.told.hash != self._hash
+
+    def cache_told(self, told: ParameterCache) -> bool:
+        """Whether that is anything new."""
+        before = self.told
+        self.told = ParametersStateView(hash=told.hash, count=told.count, total=told.total)
+        return self.told != before
+
+    def table_told(self, told: ParameterTable, at: datetime | None) -> None:
+        """Raises MalformedMessage."""
+        try:
+            table = unpack_table(told.packed)
+        except ValueError as error:
+            raise MalformedMessage(str(error)) from None
+        if table_hash(table) != told.hash:
+            raise MalformedMessage("a table of parameters that is not what its hash says")
+        self._packed, self._hash, self.read_at = told.packed, told.hash, at
+        self._changes.clear()
+
+    def changed(self, told: ParameterChanged, at: datetime | None) -> bool:
+        """One of them has another value. Whether browsers must hear of it. Raises MalformedMessage."""
+        try:
+            parameter = msgspec.convert([told.name, told.value, told.kind], Parameter)
+        except msgspec.ValidationError as error:
+            raise MalformedMessage(str(error)) from None
+        if self.told.hash is None:
+            return False
+        if told.before == self._hash:
+            self._changes[told.name] = parameter
+            self._hash, self.read_at = told.hash, at
+        before = self.told
+        self.told = before.model_copy(update={"hash": told.hash})
+        return self.told != before
+
+    def table(self) -> Table | None:
+        """All of them as they are now, or None where that is not known. Changes that do not add up to the hash that
+        was told make the table one that is lacking."""
+        if self.told.hash is None or self._packed is None or self.lacks_table:
+            return None
+        table = unpack_table(self._packed)
+        if self._changes:
+            named = {one.name: one for one in table} | self._changes
+            table = by_name(named.values())
+            if table_hash(table) != self._hash:
+                self._packed = self._hash = None
+                self._changes.clear()
+                return None
+        return table

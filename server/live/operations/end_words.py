@@ -1,0 +1,24 @@
+"""What people are told of an operation of which the agent did not say how it ended. Pure."""
+
+from server.live.operations.operation import Lane, Operation
+
+
+def moved_words(operation: Operation) -> str:
+    """The controls went to somebody else between two steps."""
+    return f"It was stopped after this step, because the controls moved: {operation.step.phase}."
+
+
+def overruled_words(operation: Operation) -> str:
+    """Between two steps the drone was made to hold, or told to do something else."""
+    step = operation.step.phase
+    return f"It was stopped after this step: {step}. What was to follow was not sent: a hold or another command came."
+
+
+def unknown_words(operation: Operation, what: str) -> str:
+    """`what`: what the agent did instead of telling the end."""
+    look = ": look at what is on board before you fly it" if operation.order.writes else ""
+    if operation.order.lane is Lane.COMMANDS:
+        look = ": whether the command was carried out is not known"
+    elif operation.order.lane is Lane.FOLLOWING:
+        look = ": whether it holds is not known, look at it"
+    return f"The agent of {operation.drone_name} {what}{look}."

@@ -1,0 +1,93 @@
+"""Whether somebody may have something done at a drone now. Decided by the rules by which frames are (server.relay).
+
+What is asked for is turned into the frames that an ordinary ground station would send for it, and each is judged as if
+it had come on the live channel: who has the controls, what nobody may send, the loss check, the limits of a loan.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any, Final
+
+from server.domain.people import Principal
+from server.live.operations.refusals import (
+    LoanForbids,
+    LossCheckOpen,
+    NotInControl,
+    NotThroughTheTower,
+    ViewTaken,
+    WouldFall,
+)
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.loan_check import barred_by_loan
+from server.live.relay.policy import command_in, ends_the_flight, refusal_of
+from wire.dialect import build, mavlink
+from wire.drops import DropReason
+from wire.plans import PlanItem, PlanKind, item_message
+from wire.transactions import CommandWork
+
+_NAN: Final = float("nan")
+
+
+def refuse_the_blind(drone: LiveDrone, viewer: Principal) -> None:
+    """Raises ViewTaken for whom no frames of the drone come either."""
+    if viewer.user_id == drone.blind_user_id:
+        raise ViewTaken(drone.record.name)
+
+
+def refuse_others(drone: LiveDrone, viewer: Principal, now: float) -> None:
+    """Raises NotInControl for everybody but the holder and the assistant."""
+    has_turn = drone.standing_of(viewer).has_turn
+    if not has_turn or drone.fenced or drone.is_deaf_to_holder(viewer.user_id, now):
+        raise NotInControl(drone.record.name)
+
+
+def refuse_frame(
+    drone: LiveDrone, viewer: Principal, frame: bytes, *, item: int | None = None, falls: bool = False
+) -> None:
+    """Raises what the policy of frames says about this one. `falls`: they know that it makes the drone fall."""
+    name, standing, command = drone.record.name, drone.standing_of(viewer), command_in(frame)
+    match refusal_of(frame, command, standing):
+        case None:
+            pass
+        case DropReason.NOT_IN_CONTROL:
+            raise NotInControl(name)
+        case DropReason.LOSS_CHECK:
+            raise LossCheckOpen(name)
+        case _:
+            raise NotThroughTheTower(name)
+    barred = barred_by_loan(drone, viewer, frame, command)
+    if barred is not None:
+        raise LoanForbids(name, barred, item=item)
+    if command is not None and ends_the_flight(command, standing) and not falls:
+        raise WouldFall(name, known=standing.airborne is True)
+
+
+def refuse_plan(drone: LiveDrone, viewer: Principal, kind: PlanKind, items: Sequence[PlanItem]) -> None:
+    """Raises LoanForbids about the first item that leads beyond the limits of a loan."""
+    limits = drone.limits_of(viewer.user_id, viewer.role)
+    if limits is None or not limits.any:
+        return
+    if not items:
+        refuse_frame(drone, viewer, _frame(mavlink.MAVLink_mission_clear_all_message(1, 1, kind.mission_type)))
+    for number, item in enumerate(items):
+        message = item_message(item, seq=number, kind=kind, target_system=1, target_component=1)
+        refuse_frame(drone, viewer, _frame(message), item=number)
+
+
+def refuse_commands(drone: LiveDrone, viewer: Principal, works: Iterable[CommandWork], *, falls: bool = False) -> None:
+    """Raises what the policy of frames says about the first of them that may not pass."""
+    for work in works:
+        refuse_frame(drone, viewer, _frame(message_of(work)), falls=falls)
+
+
+def message_of(work: CommandWork) -> Any:
+    """The COMMAND_INT or COMMAND_LONG that it becomes beside the autopilot."""
+    params = [_NAN if value is None else value for value in work.params]
+    if work.x is None or work.y is None or work.frame is None:
+        return mavlink.MAVLink_command_long_message(1, 1, work.command, 0, *params)
+    return mavlink.MAVLink_command_int_message(
+        1, 1, work.frame, work.command, 0, 0, *params[:4], work.x, work.y, params[6]
+    )
+
+
+def _frame(message: Any) -> bytes:
+    return build(message, system_id=255, component_id=190, sequence=0)

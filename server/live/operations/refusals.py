@@ -1,0 +1,96 @@
+"""Why an operation is not begun. Knows nothing of HTTP: `server/api/http/problems.py` maps it."""
+
+from server.domain.refusal import Refusal
+
+
+class DroneOffline(Refusal):
+    def __init__(self, name: str) -> None:
+        super().__init__(f"{name} is offline: nothing was sent to it, and nothing will be sent later")
+
+
+class AgentTooOld(Refusal):
+    def __init__(self, name: str) -> None:
+        super().__init__(f"the agent of {name} is too old for this: install a newer one on the drone")
+
+
+class DroneBusy(Refusal):
+    """One thing of a kind at a time."""
+
+
+class TooManyOperations(Refusal):
+    """Of one user, whatever the drone."""
+
+    def __init__(self) -> None:
+        super().__init__("too much was asked for in too short a time: wait a few seconds")
+
+
+class UnknownOperation(Refusal):
+    """Never was, long over, or at a drone that this user may not see."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such operation: it may be long over")
+
+
+class NotInControl(Refusal):
+    """Somebody else has the controls, or nobody, or they are just being moved."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"you do not have the controls of {name}: nothing was sent to it")
+
+
+class OnlyWatches(Refusal):
+    """An observer of the drone's team."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"you may watch {name}, and neither read from it nor see what was kept of it")
+
+
+class Assisted(Refusal):
+    def __init__(self, name: str) -> None:
+        super().__init__(f"an admin is assisting {name}: yours has to wait until they have finished")
+
+
+class TurnNotCome(Refusal):
+    """The assistant's own."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"the turn at {name} could not be given to you in time: try again")
+
+
+class LossCheckOpen(Refusal):
+    def __init__(self, name: str) -> None:
+        super().__init__(f"read what a loss would do to {name}, and say so, before arming it")
+
+
+class NotThroughTheTower(Refusal):
+    def __init__(self, name: str) -> None:
+        super().__init__(f"this may not be sent to {name} through the tower")
+
+
+class WouldFall(Refusal):
+    def __init__(self, name: str, *, known: bool) -> None:
+        where = "is in the air and would fall" if known else "may be in the air and would fall"
+        super().__init__(f"{name} {where}: say `force` if that is what you want")
+
+
+class MovesHome(Refusal):
+    def __init__(self, name: str, *, known: bool) -> None:
+        where = "is in the air" if known else "may be in the air"
+        super().__init__(
+            f"{name} {where}: where it returns to would move, and what is above home with it; "
+            "say `while_flying` if that is what you want"
+        )
+
+
+class ViewTaken(Refusal):
+    def __init__(self, name: str) -> None:
+        super().__init__(f"an admin has taken the view of {name} with its controls")
+
+
+class LoanForbids(Refusal):
+    """`item`: the one of the plan, from 0, that leads beyond what is lent."""
+
+    def __init__(self, name: str, words: str, *, item: int | None = None) -> None:
+        which = "" if item is None else f"item {item + 1}: "
+        super().__init__(f"{which}{name} is lent to you {words}")
+        self.item = item

@@ -1,0 +1,402 @@
+"""The service of operations: sends transactions to agents, takes what they tell of them, and sees each to its end.
+
+Its laws, each with a test:
+- Plain methods, no await: it is a part of the hub's world, and nothing happens between its reading and writing.
+- An operation ends exactly once, with words; only one of which nobody knew the end may be put right by its agent later.
+- What an agent tells counts for operations of its own drone only.
+- A link that is lost ends nothing at once: the agent goes on beside the autopilot and tells when it is back. An agent
+  that was started again knows nothing, so what ran there has failed. One that says nothing of a plan, of which it would
+  tell five times a second, is asked to stop it: what was lost on its way there ends with its answer.
+- Steps of one operation are sent under the epoch of its beginning, and none once the controls have changed hands, the
+  drone was made to hold, or somebody has said otherwise how it is to fly.
+- Bounded: so many at a time for each lane of a drone, 1,000 that are over, for an hour at most.
+"""
+
+from collections import OrderedDict
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from typing import Final
+
+from server.domain.clock import Clock
+from server.domain.people import UserRef
+from server.live.hub_events import TurnWanted
+from server.live.operations.board import checked_plan
+from server.live.operations.end_words import moved_words, overruled_words, unknown_words
+from server.live.operations.operation import AT_ONCE, STATE_OF, Carrier, Lane, Operation, Order, State
+from server.live.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
+from server.live.operations.table_fetching import FETCH, TableFetching
+from server.live.relay import live_messages as live
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_state import LiveState
+from wire.ids import DroneId, UserId
+from wire.lateness import stamp_ms
+from wire.transactions import (
+    TRANSACTIONS,
+    CancelTransaction,
+    LogListWork,
+    Outcome,
+    ParameterCache,
+    ParameterChanged,
+    ParametersReadWork,
+    ParameterTable,
+    PlanDownloadWork,
+    PlanOnBoard,
+    Transaction,
+    TransactionProgress,
+    TransactionResult,
+    TransactionToTower,
+)
+
+ENDED_MOST: Final = 1000
+LATE_MOST: Final = 50
+"""That were given up, and of which an agent may still tell the end."""
+ENDED_KEPT_S: Final = 3600.0
+GRACE_S: Final = 10.0
+"""Beyond the agent's deadline: the way there, the end of what it is at, the way back."""
+
+ASK_AFTER_S: Final = 8.0
+"""How long an agent that is back may say nothing of a plan: to stop a mission before it writes takes it 5 s."""
+
+MAX_PHASE_LENGTH: Final = 80
+"""Characters of an agent's words while it works: many browsers are told them."""
+
+LINK_LOST: Final = "link lost"
+STOPPING: Final = "being stopped"
+
+
+class OperationService:
+    """One for the hub. `clock`: the time of day, for people; `now`: monotonic seconds."""
+
+    def __init__(self, state: LiveState, clock: Clock) -> None:
+        self._state = state
+        self._clock = clock
+        # Ids grow over a restart too, or an agent that still works for the tower before could be taken at its word.
+        self._last_id = int(clock().timestamp()) & 0xFFFFFFFF
+        self._running: dict[int, Operation] = {}
+        """By the transaction that runs."""
+        self._named: OrderedDict[int, Operation] = OrderedDict()
+        """All that may be asked for, in the order of their beginning."""
+        self._late: OrderedDict[int, Operation] = OrderedDict()
+        """Given up; by transaction."""
+        self._tables = TableFetching(state, self._fetch_table)
+        self._now = 0.0
+        self.on_began: Callable[[Operation], None] = lambda operation: None
+        self.on_ended: Callable[[Operation], None] = lambda operation: None
+
+    # -- what people ask -------------------------------------------------------------------------------------
+
+    def begin(self, drone: LiveDrone, order: Order, *, by: UserRef, now: float, address: str = "") -> Operation:
+        """Sends the first step. Raises DroneOffline, AgentTooOld, DroneBusy."""
+        return self._begin(drone, order, by=by, now=now, address=address)
+
+    def has_turn(self, drone: LiveDrone, user_id: UserId, now: float) -> bool:
+        """While an admin assists, theirs is the turn for as long as they do something. False: it will be soon, or is
+        the other's; it is asked for."""
+        assistant, turn = drone.lease.assistant, drone.turn
+        if assistant is None:
+            return True
+        if user_id != assistant.id:
+            return turn.whose == turn.wanted == "holder"
+        before = turn.wanted
+        may = turn.asks(now)
+        if before != turn.wanted:
+            self._state.on_event(TurnWanted(drone.drone_id, "assistant"))
+        return may
+
+    def cancel(self, operation: Operation) -> None:
+        """Asks the agent to stop it; the end still comes from there. Harmless after the end."""
+        if not operation.running:
+            return
+        operation.cancelling = True
+        operation.phase = STOPPING
+        link = operation.link
+        if link is not None and link.has_channel and not operation.link_lost:
+            link.post(CancelTransaction(id=operation.transaction_id))
+        self._tell(operation)
+
+    def find(self, operation_id: int) -> Operation | None:
+        """One that runs, or that has ended not long ago."""
+        return self._named.get(operation_id)
+
+    def running_at(self, drone_id: DroneId, lane: Lane) -> list[Operation]:
+        """What this drone does there at the moment."""
+        return [one for one in self._running.values() if one.drone_id == drone_id and one.order.lane is lane]
+
+    def transaction(self, drone_id: DroneId, transaction_id: int) -> Operation | None:
+        """The operation of which that drone runs this transaction."""
+        operation = self._running.get(transaction_id)
+        return operation if operation is not None and operation.drone_id == drone_id else None
+
+    # -- what agents tell ------------------------------------------------------------------------------------
+
+    def take(self, drone: LiveDrone, link: AgentLink, message: TransactionToTower) -> None:
+        """Raises MalformedMessage about what is not what it says."""
+        match message:
+            case TransactionProgress():
+                self._progress(drone, link, message)
+            case TransactionResult():
+                self._result(drone, link, message, self._now)
+            case PlanOnBoard():
+                if drone.board.plan_told(message, self._clock()):
+                    view, _ = drone.board.plan(message.kind)
+                    self._tell_drone(drone, live.PlanOnBoardChanged.of(drone.drone_id, view))
+            case ParameterCache():
+                self._parameters_told(drone, drone.board.parameters.cache_told(message))
+            case ParameterChanged():
+                self._parameters_told(drone, drone.board.parameters.changed(message, self._clock()))
+            case ParameterTable():
+                asked = any(
+                    isinstance(one.step.work, ParametersReadWork)
+                    for one in self.running_at(drone.drone_id, Lane.PARAMETERS)
+                )
+                if asked:  # else nobody has, and to check it is work
+                    drone.board.parameters.table_told(message, self._clock())
+                    self._tables.came(drone, self._now)
+
+    def resumed(self, link: AgentLink) -> None:
+        """The link has another control channel: what was said on the last may be lost, on either way."""
+        for operation in self._running.values():
+            if operation.link is link:
+                self._ask_later(operation, self._now)
+
+    def tick(self, now: float) -> None:
+        """Several times a second: links that went and came, deadlines, tables that are lacking."""
+        self._now = now
+        for operation in list(self._running.values()):
+            self._look_at(operation, now)
+        self._tables.tick(now)
+        while self._named:
+            oldest = next(iter(self._named.values()))
+            too_many = len(self._named) - len(self._running) > ENDED_MOST
+            if oldest.running or not (too_many or now - oldest.over_since > ENDED_KEPT_S):
+                break
+            self._named.popitem(last=False)
+
+    # -- inside ----------------------------------------------------------------------------------------------
+
+    def _begin(self, drone: LiveDrone, order: Order, *, by: UserRef | None, now: float, address: str = "") -> Operation:
+        self._now = now
+        name = drone.record.name
+        link = drone.link
+        if link is None or not link.has_channel or not drone.online:
+            raise DroneOffline(name)
+        if not link.takes.issuperset((TRANSACTIONS, order.needs)):
+            raise AgentTooOld(name)
+        self._make_room(drone, order)
+        drone.commanded += order.overrules
+        operation = Operation(
+            id=self._last_id + 1,
+            drone_id=drone.drone_id,
+            drone_name=name,
+            order=order,
+            by=by,
+            epoch=drone.lease.epoch,
+            began_at=self._clock(),
+            address=address,
+            commanded=drone.commanded,
+        )
+        if by is not None:
+            self._named[operation.id] = operation
+        operation.link = link
+        self._send_next(operation, link, now)
+        if by is not None:
+            self.on_began(operation)
+        return operation
+
+    def _make_room(self, drone: LiveDrone, order: Order) -> None:
+        """Whoever writes a plan does not wait for somebody who reads one."""
+        there = self._asked_at(drone, order.lane)
+        if order.writes and order.lane is Lane.PLANS:
+            for one in there:
+                if not one.order.writes:
+                    self.cancel(one)
+                    self._end(one, State.CANCELLED, "Reading the plan was stopped: another one is being written.")
+            there = self._asked_at(drone, order.lane)
+        if order.lane is Lane.PARAMETERS:  # the agent reads and writes them side by side
+            there = [one for one in there if one.order.writes == order.writes]
+        if order.overrules and len(there) >= AT_ONCE[order.lane]:
+            self.cancel(there[0])
+            self._end(there[0], State.CANCELLED, unknown_words(there[0], "was given other commands before it answered"))
+        elif len(there) >= AT_ONCE[order.lane]:
+            busy = there[0]
+            who = f" for {busy.by.name}" if busy.by else ""
+            raise DroneBusy(f"{drone.record.name} is busy{who} ({busy.order.work.replace('_', ' ')}): wait, or stop it")
+
+    def _asked_at(self, drone: LiveDrone, lane: Lane) -> list[Operation]:
+        """What somebody asked for; what the tower reads by itself is in nobody's way."""
+        return [one for one in self.running_at(drone.drone_id, lane) if one.by is not None]
+
+    def _send_next(self, operation: Operation, link: AgentLink, now: float) -> bool:
+        """Whether there was another step."""
+        steps = operation.order.steps
+        while operation.next_step < len(steps):
+            step = steps[operation.next_step]
+            operation.next_step += 1
+            if step.skip is not None and step.skip():
+                continue
+            self._last_id = (self._last_id + 1) & 0xFFFFFFFF
+            operation.transaction_id = self._last_id
+            operation.deadline = now + step.deadline_s
+            operation.phase, operation.done, operation.total = step.phase, 0, 0
+            self._running[operation.transaction_id] = operation
+            link.post(
+                Transaction(
+                    id=operation.transaction_id,
+                    epoch=operation.epoch,
+                    sent_ms=stamp_ms(now),
+                    deadline_s=step.deadline_s,
+                    work=step.work,
+                )
+            )
+            self._tell(operation)
+            return True
+        return False
+
+    def _of(self, drone: LiveDrone, transaction_id: int, link: AgentLink) -> Operation | None:
+        operation = self._running.get(transaction_id)
+        if operation is None or operation.drone_id != drone.drone_id:
+            return None
+        operation.link, operation.link_lost = link, False
+        return operation
+
+    def _progress(self, drone: LiveDrone, link: AgentLink, told: TransactionProgress) -> None:
+        operation = self._of(drone, told.id, link)
+        if operation is None:
+            return
+        operation.ask_at = None
+        operation.phase = operation.step.phase or told.phase[:MAX_PHASE_LENGTH]
+        operation.done, operation.total = told.done, told.total
+        self._tell(operation)
+
+    def _result(self, drone: LiveDrone, link: AgentLink, told: TransactionResult, now: float) -> None:
+        late = self._late.get(told.id)
+        operation = self._of(drone, told.id, link) if late is None else late
+        if operation is None or operation.drone_id != drone.drone_id:
+            return
+        work = operation.step.work
+        if told.plan is not None and isinstance(work, PlanDownloadWork):
+            checked_plan(work.kind, told.plan)
+            operation.plan = told.plan
+        if told.logs is not None and isinstance(work, LogListWork) and told.outcome is Outcome.DONE:
+            drone.board.logs, drone.board.logs_read_at = told.logs, self._clock()
+        if isinstance(work, ParametersReadWork) and told.outcome is Outcome.DONE:
+            drone.board.parameters.read_again(self._clock())
+        operation.item, operation.code, operation.seen, operation.logs = told.item, told.code, told.seen, told.logs
+        operation.refusals, operation.refused = told.refusals, told.refused
+        if late is None and told.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
+            del self._running[told.id]
+            if operation.cancelling:
+                self._end(operation, State.CANCELLED, f"It was stopped after this step: {operation.step.phase}.")
+                return
+            if drone.lease.epoch != operation.epoch or drone.fenced:
+                self._end(operation, State.CANCELLED, moved_words(operation))
+                return
+            if drone.commanded != operation.commanded:
+                self._end(operation, State.CANCELLED, overruled_words(operation))
+                return
+            if self._send_next(operation, link, now):
+                return
+        self._late.pop(told.id, None)
+        if told.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
+            rest = "it was told too late, and what was to follow was not sent"
+            self._end(operation, State.FAILED, f"{operation.drone_name}, {operation.step.phase}: done, but {rest}.")
+            return
+        words = operation.order.say(operation.step, told.outcome, told.words, told.seen)
+        self._end(operation, STATE_OF[told.outcome], words)
+
+    def _end(self, operation: Operation, state: State, words: str) -> None:
+        if self._running.get(operation.transaction_id) is operation:
+            del self._running[operation.transaction_id]
+        operation.state, operation.words, operation.phase = state, words, ""
+        operation.ended_at = self._clock()
+        operation.link, operation.link_lost = None, False
+        operation.over_since = self._now
+        self._tell(operation)
+        listeners, operation.on_end = operation.on_end, []
+        for listener in listeners:
+            listener(operation)
+        if operation.by is not None:
+            self.on_ended(operation)
+        if operation.transaction_id not in self._late:
+            _forget_work(operation)
+
+    def _look_at(self, operation: Operation, now: float) -> None:
+        drone = self._state.drones.get(operation.drone_id)
+        if drone is None:
+            self._end(operation, State.FAILED, "The drone has been removed.")
+            return
+        link, assistant = drone.link, drone.lease.assistant
+        is_same_link = link is operation.link
+        if operation.by is not None and assistant is not None and operation.by.id == assistant.id:
+            drone.turn.asks(now)  # else the turn goes back in the middle of it, and the agent undoes what it wrote
+        if link is not None and not is_same_link and _is_another_agent(operation.link, link):
+            self._end(operation, State.FAILED, unknown_words(operation, "was started again in between"))
+        elif now > operation.deadline + GRACE_S:
+            self._give_up(operation, link)
+        elif link is None or not link.has_channel:
+            if not operation.link_lost:
+                operation.link_lost, operation.phase = True, LINK_LOST
+                self._tell(operation)
+        elif operation.link_lost or not is_same_link:
+            operation.link, operation.link_lost = link, False
+            operation.phase = operation.step.phase
+            self._ask_later(operation, now)
+            if operation.cancelling:
+                self.cancel(operation)
+            else:
+                self._tell(operation)
+        elif operation.ask_at is not None and now > operation.ask_at:
+            operation.ask_at = None
+            link.post(CancelTransaction(id=operation.transaction_id))
+
+    @staticmethod
+    def _ask_later(operation: Operation, now: float) -> None:
+        if operation.order.lane in (Lane.PLANS, Lane.FOLLOWING):
+            operation.ask_at = now + ASK_AFTER_S
+
+    def _give_up(self, operation: Operation, link: AgentLink | None) -> None:
+        if link is not None and link.has_channel:
+            link.post(CancelTransaction(id=operation.transaction_id))
+        self._late[operation.transaction_id] = operation
+        while len(self._late) > LATE_MOST:
+            _, oldest = self._late.popitem(last=False)
+            _forget_work(oldest)
+        self._end(operation, State.TIMED_OUT, unknown_words(operation, "has not said in time how it ended"))
+
+    def _parameters_told(self, drone: LiveDrone, news: bool) -> None:
+        if news:
+            told = drone.board.parameters.told
+            self._tell_drone(drone, live.ParametersChanged(drone.drone_id, told.hash, told.count, told.total))
+        self._tables.want(drone, self._now)
+
+    def _fetch_table(self, drone: LiveDrone, now: float) -> bool:
+        if not self.running_at(drone.drone_id, Lane.PARAMETERS):
+            with suppress(DroneOffline, AgentTooOld):
+                self._begin(drone, FETCH, by=None, now=now)
+                return True
+        return False
+
+    # -- telling ---------------------------------------------------------------------------------------------
+
+    def _tell(self, operation: Operation) -> None:
+        drone = self._state.drones.get(operation.drone_id)
+        if drone is not None and operation.by is not None:
+            self._tell_drone(drone, live.OperationChanged.of(operation), operation)
+
+    @staticmethod
+    def _tell_drone(drone: LiveDrone, event: live.ToBrowser, about: Operation | None = None) -> None:
+        for one in drone.frame_watchers():
+            if about is None or drone.knows_of(one.viewer.user_id, one.viewer.role, about.began_at):
+                one.tell(event)
+
+
+def _is_another_agent(before: Carrier | None, now: Carrier) -> bool:
+    """Whether that is known: an old agent does not say which process it is."""
+    return before is not None and before.process != 0 and now.process != 0 and before.process != now.process
+
+
+def _forget_work(operation: Operation) -> None:
+    """A thousand that are over must not keep a thousand plans."""
+    operation.order = replace(operation.order, steps=())

@@ -1,0 +1,26 @@
+"""Tells browsers how recordings get on, and counts it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Literal
+
+from server.live.hub import Hub
+from server.live.recordings.views import RecordingView
+from server.live.relay.live_messages import Recording
+from wire.ids import DroneId
+
+What = Literal["begun", "ended", "ready", "failed", "removed"]
+
+
+class RecordingNotifier:
+    """`counts`: how often each was told, since the tower runs."""
+
+    def __init__(self, hub: Hub) -> None:
+        self._hub = hub
+        self.counts: Counter[str] = Counter()
+
+    def tell(self, event: What, view: RecordingView) -> None:
+        """To whoever may watch the drone's video now."""
+        self.counts[event] += 1
+        self._hub.tell_video_watchers(DroneId(view.drone_id), Recording(view.drone_id, event, view), of=view.began_at)

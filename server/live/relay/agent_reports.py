@@ -1,0 +1,112 @@
+"""What an agent reports on its control channel, taken into the live picture and told to whoever it concerns.
+
+One entry for each message of `wire.control_messages.ToTower`; a report over a link that has been replaced says nothing.
+"""
+
+from datetime import datetime
+from typing import Final
+
+from server.live.hub_events import HoldStepReported, LossParametersReported
+from server.live.operations.service import OperationService
+from server.live.relay import live_messages as live
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_state import LiveState
+from server.live.video.service import VideoService
+from wire.control_messages import AutopilotState, HoldCause, HoldProgress, LossParameters, StreamState, ToTower
+from wire.open_holds import HoldState
+from wire.parameter_metadata import PARAMETER_METADATA, MetadataKnown, MetadataPiece, MetadataToTower, MetadataWanted
+from wire.transactions import TRANSACTIONS, TransactionToTower
+from wire.video import VIDEO, VideoState
+
+MAX_TEXT_LENGTH: Final = 500
+"""Characters of an agent's words that are told on: many browsers keep them while they wait."""
+
+
+class AgentReports:
+    """No state of its own: all of it is in the drones, and at the services of operations and of video."""
+
+    def __init__(self, state: LiveState, operations: OperationService, video: VideoService) -> None:
+        self._state = state
+        self._operations = operations
+        self._video = video
+
+    def take(self, link: AgentLink, message: ToTower, at: datetime | None) -> None:
+        """A message came, at this time of day. A hello has its place at the beginning only and is ignored here.
+
+        Raises MalformedMessage about one that is not what it says.
+        """
+        drone = self._state.drones.get(link.drone_id)
+        if drone is None or drone.link is not link:
+            return
+        match message:
+            case AutopilotState():
+                self._autopilot_state(drone, message, at)
+            case HoldProgress():
+                self._hold_progress(drone, link, message)
+            case HoldState():
+                self._hold_state(drone, link, message, at)
+            case LossParameters():
+                drone.loss_parameters = message
+                self._state.on_event(LossParametersReported(drone.drone_id, message))
+            case StreamState():
+                if drone.stream_state != message:
+                    drone.stream_state = message
+                    self._state.tell_drone(drone)
+            case VideoState():
+                if VIDEO in link.takes:
+                    self._video.state_told(link, message)
+            case MetadataKnown() | MetadataPiece():
+                if PARAMETER_METADATA in link.takes:
+                    self._metadata(drone, link, message)
+            case _:
+                if isinstance(message, TransactionToTower) and TRANSACTIONS in link.takes:
+                    self._operations.take(drone, link, message)
+
+    def _metadata(self, drone: LiveDrone, link: AgentLink, message: MetadataToTower) -> None:
+        if isinstance(message, MetadataPiece):
+            drone.board.metadata.piece_told(message)
+            return
+        lacking = drone.board.metadata.known_told(message)
+        if lacking is not None:
+            link.post(MetadataWanted(hash=lacking))
+
+    def _autopilot_state(self, drone: LiveDrone, state: AutopilotState, at: datetime | None) -> None:
+        before = (drone.autopilot_heard, drone.armed, drone.airborne)
+        drone.autopilot_heard = state.heard
+        # What an autopilot that is silent did last is no longer known: it may be in the air.
+        drone.armed, drone.airborne = (state.armed, state.airborne) if state.heard else (None, None)
+        if state.heard:
+            drone.was_airborne = state.airborne
+        drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
+        if before != (drone.autopilot_heard, drone.armed, drone.airborne):
+            self._state.tell_drone(drone)
+
+    def _hold_state(self, drone: LiveDrone, link: AgentLink, state: HoldState, at: datetime | None) -> None:
+        if not link.knows_open_holds or at is None:
+            return
+        news = drone.open_hold.take(state, at)
+        self._state.note_hold(drone)
+        if news:
+            self._state.tell_drone(drone)
+
+    def _hold_progress(self, drone: LiveDrone, link: AgentLink, progress: HoldProgress) -> None:
+        link.answered(progress.order_id)
+        if progress.step.final:
+            drone.open_hold.ended(progress.order_id)
+            self._state.note_hold(drone)
+        if not drone.hold_steps.is_news(progress):
+            return
+        if progress.cause is not HoldCause.ORDER and not progress.step.final:
+            drone.commanded += 1  # an order was counted when it was given
+        told = live.Hold(
+            drone.drone_id,
+            progress.epoch,
+            progress.step,
+            progress.detail[:MAX_TEXT_LENGTH],
+            progress.elapsed_ms,
+            progress.cause,
+        )
+        self._state.traffic.hold_steps[str(progress.step)] += 1
+        self._state.tell_watchers(drone, told)
+        self._state.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))

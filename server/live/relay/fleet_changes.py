@@ -1,0 +1,209 @@
+"""What the database says, brought into the live state: drones, owners, accounts. The newest wins."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from datetime import datetime
+from typing import Final, Literal
+
+from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
+from server.domain.people import Principal, Role, SignInId, TokenId, UserRef
+from server.domain.relations import Right
+from server.live.hub_events import NOT_OF_ITS_TEAM, ControlsMoved, RightLost
+from server.live.relay import live_messages as live
+from server.live.relay.browser import Browser
+from server.live.relay.live_drone import LeaseView, LiveDrone, lease_of
+from server.live.relay.live_state import LiveState
+from wire.ids import DroneId, UserId
+
+IDENTITY_GONE = 4401
+SESSION_ENDED = 4401
+ACCOUNT_DELETED: Final = "the account was deleted"
+ACCOUNT_DISABLED: Final = "the account was disabled"
+
+Part = Literal["holder", "taken_from", "assistant"]
+
+
+class FleetChanges:
+    """Takes snapshots over. One older than the last is ignored. `lease_learnt`: called with a drone whose lease a
+    snapshot has changed, the lease before, and why its holder may hold it no more (empty: they may)."""
+
+    def __init__(self, state: LiveState, *, lease_learnt: Callable[[LiveDrone, LeaseView, str], None]) -> None:
+        self._state = state
+        self._lease_learnt = lease_learnt
+        self._revision = -1
+        self._users: Mapping[UserId, UserRecord] = {}
+        self._sign_ins: frozenset[SignInId] = frozenset()
+
+    @property
+    def revision(self) -> int:
+        """Of the last snapshot; -1 before the first."""
+        return self._revision
+
+    def knows_sign_in(self, sign_in: SignInId) -> bool:
+        """Whether the last snapshot has this session or token. It lacks a session that began after it was read."""
+        return sign_in in self._sign_ins
+
+    def apply(self, snapshot: FleetSnapshot) -> None:
+        """Drones, owners, accounts and leases as the database knows them."""
+        if snapshot.revision < self._revision:
+            return
+        self._revision = snapshot.revision
+        self._users = snapshot.users
+        self._sign_ins = snapshot.session_ids | frozenset(TokenId(one) for one in snapshot.token_ids)
+        state = self._state
+        records = {record.id: record for record in snapshot.drones}
+        for drone_id in [known for known in state.drones if known not in records]:
+            self._remove(drone_id)
+        for record in records.values():
+            self._put(record)
+        for browser in list(state.browsers.values()):
+            why = why_signed_out(browser.viewer, snapshot)
+            if why:
+                self.close_browser(browser, why)
+        for drone in state.drones.values():
+            self._report_lost_rights(drone)
+
+    def is_admin(self, user_id: UserId) -> bool:
+        """Whether this account is that of an admin of the tower."""
+        account = self._users.get(user_id)
+        return account is not None and account.role is Role.ADMIN
+
+    def end_loans(self, at: datetime) -> bool:
+        """Whose time is over is no borrower any more, from this instant. Whether there was any."""
+        over = [
+            (drone, loan) for drone in self._state.drones.values() for loan in drone.record.loans if loan.until <= at
+        ]
+        for drone, loan in over:
+            left = tuple(one for one in drone.record.loans if one is not loan)
+            drone.record = replace(drone.record, loans=left)
+            account = self._users.get(loan.user.id)
+            self.admit_watchers(drone)
+            self._state.tell_drone(drone)
+            if account is not None and drone.may(loan.user.id, account.role, Right.FLY):
+                continue
+            parts: tuple[tuple[UserRef | None, Part], ...] = (
+                (drone.lease.holder, "holder"),
+                (drone.lease.taken_from, "taken_from"),
+            )
+            for user, whose in parts:
+                if user is not None and user.id == loan.user.id:
+                    self._state.on_event(RightLost(drone.drone_id, user.id, whose, "the loan is over"))
+        return bool(over)
+
+    def _put(self, record: DroneRecord) -> None:
+        state = self._state
+        drone = state.drones.get(record.id)
+        if drone is None:
+            drone = state.drones[record.id] = LiveDrone(record, lease_of(record))
+            self.admit_watchers(drone)
+            return
+        if record == drone.record and record.epoch <= drone.lease.epoch:
+            return  # nearly all of them, nearly every time: a change of one drone must not cost a thousand
+        before, ties_before = drone.view(), drone.record.ties
+        team_changed = record.team != drone.record.team
+        if drone.link is not None and record.identity != drone.record.identity:
+            drone.link.close(IDENTITY_GONE, "what this agent signed in by has been revoked or replaced")
+            state.links.pop(drone.link.link_id, None)
+            drone.forget_link()
+        drone.record, drone.crew_before = record, ties_before.crew
+        # The lease in a snapshot may have been read before a change that has been applied meanwhile.
+        if record.epoch >= drone.lease.epoch:
+            last = drone.lease
+            drone.lease = lease_of(record)
+            if record.epoch > last.epoch:
+                drone.turn.reset()
+                self._lease_learnt(drone, last, _why_lost(drone, last.holder, self._users))
+                state.tell_agent_who_holds(drone)
+                state.on_event(ControlsMoved(record.id))
+        if team_changed or record.ties != ties_before or drone.view() != before:
+            for browser in drone.watchers.values():
+                viewer = browser.viewer
+                if drone.may_be_seen_by(viewer.user_id, viewer.role):
+                    browser.tell(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
+        self.admit_watchers(drone)
+
+    def _remove(self, drone_id: DroneId) -> None:
+        drone = self._state.drones.pop(drone_id)
+        if drone.link is not None:
+            drone.link.close(IDENTITY_GONE, "the drone has been removed")
+            self._state.links.pop(drone.link.link_id, None)
+        for browser in drone.watchers.values():
+            browser.outbox.forget(drone_id)
+            browser.tell(live.DroneRemoved(drone_id))
+
+    def admit_watchers(self, drone: LiveDrone) -> None:
+        """Browsers that may see the drone now do, the others no longer."""
+        for browser in self._state.browsers.values():
+            viewer = browser.viewer
+            allowed = drone.may_be_seen_by(viewer.user_id, viewer.role)
+            if allowed and browser.number not in drone.watchers:
+                drone.watchers[browser.number] = browser
+                browser.tell(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
+            elif not allowed and drone.watchers.pop(browser.number, None) is not None:
+                browser.outbox.forget(drone.drone_id)
+                browser.tell(live.DroneRemoved(drone.drone_id))
+
+    def close_browser(self, browser: Browser, why: str) -> None:
+        """Nothing more goes out or comes in from this instant; the socket's own end only tells why."""
+        self._state.browsers.pop(browser.number, None)
+        for drone in self._state.drones.values():
+            drone.watchers.pop(browser.number, None)
+        browser.close(SESSION_ENDED, why)
+
+    def look_at_former_holder(self, drone_id: DroneId) -> None:
+        """The lease has changed. Who lost their right as its holder a moment before may now be whom it was taken from:
+        what was reported of the holder then comes too late."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            self._report_if_lost(drone, drone.lease.taken_from, "taken_from", admin_only=False)
+
+    def _report_lost_rights(self, drone: LiveDrone) -> None:
+        lease = drone.lease
+        self._report_if_lost(drone, lease.holder, "holder", admin_only=lease.taken_from is not None)
+        self._report_if_lost(drone, lease.taken_from, "taken_from", admin_only=False)
+        self._report_if_lost(drone, lease.assistant, "assistant", admin_only=True)
+
+    def _report_if_lost(self, drone: LiveDrone, user: UserRef | None, whose: Part, *, admin_only: bool) -> None:
+        why = _why_lost(drone, user, self._users, admin_only=admin_only)
+        if user is not None and why:
+            self._state.on_event(RightLost(drone.drone_id, user.id, whose, why))
+
+
+def _why_lost(
+    drone: LiveDrone, user: UserRef | None, users: Mapping[UserId, UserRecord], *, admin_only: bool = False
+) -> str:
+    """Why this user may have no part in the lease any more, in words; empty where they may. `admin_only`: only an admin
+    of the tower, or of its team, may have this part."""
+    if user is None:
+        return ""
+    account = users.get(user.id)
+    if account is None:
+        return ACCOUNT_DELETED
+    if account.disabled:
+        return ACCOUNT_DISABLED
+    if drone.may(user.id, account.role, Right.TAKE if admin_only else Right.FLY):
+        return ""
+    if admin_only:
+        return "no longer an admin"
+    return NOT_OF_ITS_TEAM if user.id in drone.crew_before else "no longer an owner of this drone"
+
+
+def role_changed(role: Role) -> str:
+    """In words for whoever is signed in with the one that the account had."""
+    return f"the account is now that of an {role.value}"
+
+
+def why_signed_out(principal: Principal, snapshot: FleetSnapshot) -> str:
+    """In words for whoever sits there; empty where they may stay."""
+    account = snapshot.users.get(principal.user_id)
+    if account is None:
+        return ACCOUNT_DELETED
+    if account.disabled:
+        return ACCOUNT_DISABLED
+    if account.role != principal.role:
+        return role_changed(account.role)
+    if account.must_change_password:
+        return "an admin has set a new password"
+    signed_in_by = principal.session_id
+    revoked = isinstance(signed_in_by, TokenId) and signed_in_by.id not in snapshot.token_ids
+    return "the token was revoked" if revoked else ""

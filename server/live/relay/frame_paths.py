@@ -1,0 +1,181 @@
+"""The two ways of a frame through the tower: from the agent to those who watch, from whoever flies to the agent."""
+
+from typing import Final
+
+from server.live.hub_events import TurnWanted
+from server.live.relay.browser import Browser
+from server.live.relay.flood_gate import FloodGate
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_state import LiveState
+from server.live.relay.loan_check import barred_by_loan
+from server.live.relay.loan_limits import home_in
+from server.live.relay.policy import (
+    CommandSeen,
+    Kind,
+    Permission,
+    command_in,
+    ends_the_flight,
+    kind_of,
+    leave_for,
+    refusal_of,
+    says_how_to_fly,
+)
+from server.live.relay.refusals import denied_command
+from server.live.relay.viewport import POSITION
+from wire.content import Frames
+from wire.dialect import mavlink
+from wire.drops import Dropped, DropReason
+from wire.frames import MalformedFrame, checksum_holds, is_known, message_id
+from wire.ids import DroneId
+from wire.state_messages import StateKey, state_key
+from wire.tagged import MAX_UPWARD_MESSAGE_BYTES, split_stamp, split_tagged, tag
+
+_AUTOPILOT: Final = mavlink.MAV_COMP_ID_AUTOPILOT1
+_HEARTBEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
+_HOME_POSITION: Final = mavlink.MAVLINK_MSG_ID_HOME_POSITION
+_SETUP_SIGNING: Final = mavlink.MAVLINK_MSG_ID_SETUP_SIGNING
+
+
+class RefusedByLoan(Dropped):
+    """`words`: which limit, as `words_of` has it."""
+
+    def __init__(self, words: str) -> None:
+        super().__init__(DropReason.LOAN)
+        self.words = words
+
+
+class FramePaths:
+    """No state of its own: all of it is in the drones and the browsers."""
+
+    def __init__(self, state: LiveState, flood: FloodGate) -> None:
+        self._state = state
+        self._flood = flood
+
+    def up(self, drone: LiveDrone, content: Frames, now: float) -> None:
+        """Frames of the drone's own link. Raises Dropped for a tag of another drone."""
+        if content.drone_id != drone.record.id:
+            raise Dropped(DropReason.FOREIGN_TAG)
+        drone_id, frames = content.drone_id, content.frames
+        self._state.traffic.frames_from_agents += len(frames)
+        watchers = drone.watchers.values() if not drone.lease.blind else drone.frame_watchers()
+        if not self._flood.admits_all(drone_id, len(frames), now):
+            frames, state_dropped, lost = self._flood.admitted(drone_id, frames, now)
+            self._state.drops[DropReason.FLOOD] += state_dropped + lost
+            for browser in watchers:
+                browser.outbox.lose(drone_id, lost)
+        # What is the newest of something, and what must arrive: apart from here on, each in order.
+        state: list[tuple[StateKey, bytes]] = []
+        transactional: list[bytes] = []
+        tag_bytes = tag(drone_id, b"")
+        for frame in frames:
+            key = state_key(frame)
+            if key is None:
+                if message_id(frame) == _SETUP_SIGNING:
+                    self._state.drops[DropReason.NOT_ALLOWED] += 1
+                else:
+                    transactional.append(tag_bytes + frame)
+                continue
+            state.append((key, tag_bytes + frame))
+            msgid = key[2]
+            if msgid == POSITION:
+                drone.position_frame, drone.position_at = frame, now
+            elif msgid == _HOME_POSITION:
+                drone.home, drone.home_told = home_in(frame), True
+            elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
+                drone.heartbeat, drone.heartbeat_at = frame, now
+        for browser in watchers:
+            browser.offer(drone_id, state, transactional)
+
+    def down(self, browser: Browser, message: bytes, now: float) -> None:
+        """A binary message of a browser: checks each frame in turn, passes on what may pass, answers the rest."""
+        try:
+            if len(message) > MAX_UPWARD_MESSAGE_BYTES:
+                raise MalformedFrame("too long")
+            sent_ms, tagged = split_stamp(message)
+            parts = split_tagged(tagged)
+        except MalformedFrame:
+            admitted = self._flood.admits(browser.viewer.user_id, None, flies=False, now=now)
+            self._state.refuse(browser, DropReason.MALFORMED if admitted else DropReason.FLOOD, None, now)
+            return
+        self._state.traffic.frames_from_browsers += len(parts)
+        at_most_s = browser.trip.late_at_most_s(now)
+        late_s = 0.0 if sent_ms is None else browser.lateness.late_by(sent_ms, now, at_most_s=at_most_s)
+        for drone_id, frame in parts:
+            try:
+                self._frame_down(browser, drone_id, frame, late_s, now)
+            except Dropped as dropped:
+                words = dropped.words if isinstance(dropped, RefusedByLoan) else ""
+                self._state.refuse(browser, dropped.reason, drone_id, now, words)
+                if dropped.reason is not DropReason.FLOOD:  # which must not become a flood of answers
+                    self._answer(browser, drone_id, frame, dropped.reason)
+
+    def _frame_down(self, browser: Browser, drone_id: DroneId, frame: bytes, late_s: float, now: float) -> None:
+        drone = self._state.drones.get(drone_id)
+        user_id = browser.viewer.user_id
+        # One that is not there and one that is not theirs fail the same check, before anything else is looked at.
+        if drone is None or browser.number not in drone.watchers:
+            admitted = self._flood.admits(user_id, None, flies=False, now=now)
+            raise Dropped(DropReason.UNKNOWN_DRONE if admitted else DropReason.FLOOD)
+        standing = drone.standing_of(browser.viewer)
+        if not self._flood.admits(user_id, drone_id, flies=standing.has_turn, now=now):
+            raise Dropped(DropReason.FLOOD)
+        if is_known(frame) and not checksum_holds(frame):
+            raise Dropped(DropReason.BAD_FRAME)
+        command = command_in(frame)
+        reason = refusal_of(frame, command, standing)
+        if reason is not None:
+            raise Dropped(reason)
+        barred = barred_by_loan(drone, browser.viewer, frame, command)
+        if barred is not None:
+            raise RefusedByLoan(barred)
+        kind = kind_of(frame)
+        safety = drone.safety
+        if late_s > (safety.sticks_late_s if kind is Kind.STICKS else safety.commands_late_s):
+            raise Dropped(DropReason.LATE)
+        if drone.link is None or not drone.link.is_heard(now):
+            raise Dropped(DropReason.OFFLINE)
+        reads_only = leave_for(frame, command) is Permission.WATCHER
+        if not reads_only:
+            if drone.fenced or drone.is_deaf_to_holder(user_id, now):
+                raise Dropped(DropReason.NOT_IN_CONTROL)
+            if command is not None and ends_the_flight(command, standing):
+                self._ask_twice(browser, drone_id, command, now)
+            if drone.lease.assistant is not None and not self._turn_allows(drone, user_id, frame, now):
+                return
+        if kind is Kind.STICKS and drone.other_hands_of(browser, now):
+            raise Dropped(DropReason.OTHER_HANDS)
+        if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
+            raise Dropped(DropReason.OFFLINE)
+        self._state.traffic.frames_to_agents += 1
+        drone.commanded += says_how_to_fly(frame, command)
+        if kind is Kind.STICKS:
+            drone.sticks_at = self._state.sticks_at = now
+            drone.sticks_from = browser.number
+
+    @staticmethod
+    def _ask_twice(browser: Browser, drone_id: DroneId, command: CommandSeen, now: float) -> None:
+        if not browser.ask_twice.confirms(drone_id, command, now):
+            raise Dropped(DropReason.ASK_TWICE)
+
+    def _turn_allows(self, drone: LiveDrone, user_id: int, frame: bytes, now: float) -> bool:
+        """While an admin assists. False: the frame waits for the turn. Raises Dropped for the holder out of turn."""
+        turn = drone.turn
+        assistant = drone.lease.assistant
+        if assistant is not None and user_id == assistant.id:
+            before = turn.wanted
+            if turn.assistant_frame(frame, now):
+                return True
+            if before != turn.wanted:
+                self._state.on_event(TurnWanted(drone.drone_id, "assistant"))
+            return False
+        if turn.whose != "holder" or turn.wanted != "holder":
+            raise Dropped(DropReason.ASSISTED)
+        return True
+
+    def _answer(self, browser: Browser, drone_id: DroneId, frame: bytes, reason: DropReason) -> None:
+        """A refused command is answered in MAVLink too, so that any program sees it. Only for drones they may see."""
+        drone = self._state.drones.get(drone_id)
+        command = command_in(frame)
+        if drone is None or command is None or browser.number not in drone.watchers:
+            return
+        browser.offer(drone_id, (), (tag(drone_id, denied_command(frame, command, reason)),))

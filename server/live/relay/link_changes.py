@@ -1,0 +1,88 @@
+"""The links of agents: how they come, replace each other, lose their control channel, get another, and end."""
+
+from collections.abc import Callable
+from typing import Final
+
+from server.live.hub_events import AgentLinked
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.live_state import LiveState
+from server.live.relay.orphans import Orphans, outlives_its_channel
+from wire.ids import DroneId, LinkId
+
+LINK_REPLACED: Final = 4409
+
+HAND_REMEMBERED_S: Final = 15.0
+"""How long after the last stick a link that comes back is met with a hold: an agent that was started again is there."""
+
+
+ORDERED_AGAIN: Final = "the hold that was open is ordered again"
+
+
+class LinkChanges:
+    """One for the hub. `order_hold`: makes a drone hold, for a reason in words."""
+
+    def __init__(self, state: LiveState, *, order_hold: Callable[[DroneId, str], object]) -> None:
+        self._state = state
+        self._order_hold = order_hold
+        self._orphans = Orphans(self.detach)
+
+    def attach(self, link: AgentLink, now: float) -> None:
+        """An agent signed in. A link that its drone already had is closed: the newest one counts.
+
+        If it went while somebody flew by hand, the drone holds: the agent may be a new process, which does not know
+        that a hand was on the sticks. A hold that was open or is owed is ordered again, for the same reason.
+        """
+        drone = self._state.drones[link.drone_id]
+        if drone.link is not None:
+            drone.link.close(LINK_REPLACED, "the same drone has signed in again")
+            self.detach(drone.link)
+        drone.link = link
+        self._state.links[link.link_id] = link
+        self._state.on_event(AgentLinked(drone.drone_id))
+        link.post(drone.stream)
+        self._state.tell_agent_safety(drone)
+        drone.open_hold.linked(tells=link.knows_open_holds)
+        if drone.open_hold.must_be_ordered:
+            self._order_hold(drone.drone_id, ORDERED_AGAIN)
+        elif now - drone.sticks_at < HAND_REMEMBERED_S:
+            self._order_hold(drone.drone_id, "the agent's link was renewed while flying by hand")
+        self._state.note_hold(drone)
+
+    def detach(self, link: AgentLink) -> None:
+        """The link is gone. Harmless if it was gone already or has been replaced."""
+        self._orphans.forget(link)
+        self._state.links.pop(link.link_id, None)
+        drone = self._state.drones.get(link.drone_id)
+        if drone is not None and drone.link is link:
+            drone.forget_link()
+            self._state.tell_drone(drone)
+
+    def lose_channel(self, link: AgentLink, now: float) -> bool:
+        """The control channel of a link has broken off. Whether that was the link's end."""
+        if self._state.links.get(link.link_id) is not link:
+            return True
+        if self._orphans.take(link, now):
+            self._state.traffic.links_orphaned += 1
+            return False
+        self.detach(link)
+        return True
+
+    def resumable(self, link_id: int, drone_id: DroneId, now: float) -> AgentLink | None:
+        """The link of this drone that may have another control channel, if the agent proves that it is its."""
+        link = self._state.links.get(LinkId(link_id))
+        if link is None or link.drone_id != drone_id or not outlives_its_channel(link, now):
+            return None
+        return link
+
+    def resumed(self, link: AgentLink) -> None:
+        """The link has another control channel, on which all is told that may have been lost with the last."""
+        self._orphans.forget(link)
+        self._state.traffic.links_resumed += 1
+        drone = self._state.drones[link.drone_id]
+        link.post(drone.stream)
+        self._state.tell_agent_safety(drone)
+        self._state.tell_agent_who_holds(drone)
+
+    def tick(self, now: float) -> None:
+        """Several times a second."""
+        self._orphans.tick(now)

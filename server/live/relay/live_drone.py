@@ -1,0 +1,356 @@
+"""One drone as the hub knows it right now: record, holder, link, watchers. State and questions about it; no rules."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import Final, NamedTuple
+
+from server.domain.fleet import DroneRecord
+from server.domain.people import Principal, Role, UserRef
+from server.domain.relations import Relation, Right, TeamRole, may, relation_of
+from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
+from server.live.operations.board import Board
+from server.live.operations.board_views import NO_PARAMETERS, NO_PLANS
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.assist_turn import AssistTurn
+from server.live.relay.browser import Browser
+from server.live.relay.flight_start import FlightStart
+from server.live.relay.hold_steps import HoldSteps
+from server.live.relay.holder_watch import HolderWatch
+from server.live.relay.loan_limits import Home, Limits, LimitWatch
+from server.live.relay.open_hold import OpenHold
+from server.live.relay.policy import Authorization
+from server.live.relay.rtt_meter import TooLong
+from server.live.separation.plausible import MotionCheck
+from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
+from wire.ids import DroneId, Epoch, UserId
+
+MANUAL_FOR_S: Final = 3.0
+"""A drone counts as flown by hand for so long after the last stick frame: RC_OVERRIDE_TIME of the autopilots."""
+
+ONE_HAND_S: Final = 1.0
+"""Two windows of one user do not fly by turns: whoever began goes on, until none of their sticks came for so long."""
+
+SILENT_AFTER_S: Final = 5.0
+"""A browser that has left a ping unanswered for so long is not live. Ten pings went out meanwhile."""
+
+NEVER: Final = float("-inf")
+
+
+@dataclass(frozen=True)
+class LeaseView:
+    """Who has the controls, as the database last said. `taken_from` is shut out until they accept them back."""
+
+    holder: UserRef | None
+    taken_from: UserRef | None
+    epoch: Epoch
+    offered: bool = False
+    """Given back to `taken_from`, who has not accepted yet."""
+    assistant: UserRef | None = None
+    """An admin whose commands win for as long as they come."""
+    blind: bool = False
+    """`taken_from` may not watch either, but while the controls are offered to them."""
+    video_moved: bool = False
+    """`taken_from` may not watch the video, but while the controls are offered to them."""
+
+    def part_takers(self) -> frozenset[UserId]:
+        """Everybody who has a part in it."""
+        return frozenset(user.id for user in (self.holder, self.taken_from, self.assistant) if user is not None)
+
+
+def lease_of(record: DroneRecord) -> LeaseView:
+    """The lease that a database record tells of."""
+    return LeaseView(
+        holder=record.holder,
+        taken_from=record.taken_from,
+        epoch=record.epoch,
+        offered=record.offered,
+        assistant=record.assistant,
+        blind=record.blind,
+        video_moved=record.video_moved,
+    )
+
+
+@dataclass(frozen=True)
+class LossCheckMark:
+    """What the check before flight came to, as far as the hub must know."""
+
+    dangerous: bool = False
+    """A loss would drop or lose the drone."""
+    read_by: frozenset[UserId] = frozenset()
+    """Who has said that they know, of these very dangers."""
+    version: str = ""
+    """Changes whenever the answer does."""
+
+    def bars(self, user_id: UserId) -> bool:
+        """Whether this user must read it before arming."""
+        return self.dangerous and user_id not in self.read_by
+
+
+class Viewpoint(NamedTuple):
+    """Whence somebody looks at a drone."""
+
+    relation: Relation
+    blind: bool
+    no_video: bool
+    knows_team: bool
+
+
+@dataclass
+class LiveDrone:
+    """Mutable; touched by the hub and its parts only, and never across an await."""
+
+    record: DroneRecord
+    lease: LeaseView
+    link: AgentLink | None = None
+    online: bool = False
+    """What the browsers were last told."""
+    autopilot_heard: bool = False
+    armed: bool | None = None
+    """None: not known. Never to be read as disarmed."""
+    airborne: bool | None = None
+    """None: not known. It may be in the air."""
+    was_airborne: bool = False
+    """As last known."""
+    open_hold: OpenHold = field(default_factory=OpenHold)
+    flight_start: FlightStart = field(default_factory=FlightStart)
+    fenced: bool = False
+    """A change of control is on its way to the database: until it is decided nobody's commands pass."""
+    sticks_at: float = NEVER
+    """When the last stick frame was passed on."""
+    sticks_from: int = 0
+    """The browser it came from."""
+    safety: SafetySettings = field(default_factory=SafetySettings)
+    stream: StreamSettings = field(default_factory=StreamSettings)
+    stream_state: StreamState | None = None
+    """As the agent says; None while it is not there."""
+    loss_parameters: LossParameters | None = None
+    loss_check: LossCheckMark = field(default_factory=LossCheckMark)
+    holder_watch: HolderWatch = field(default_factory=HolderWatch)
+    rtt_watch: TooLong = field(default_factory=TooLong)
+    turn: AssistTurn = field(default_factory=AssistTurn)
+    offered_since: float | None = None
+    holder_deaf_until: float = NEVER
+    """A rehearsal: the holder counts as gone until then."""
+    position_frame: bytes | None = None
+    """The newest GLOBAL_POSITION_INT, as it came."""
+    position_at: float = NEVER
+    """When it came."""
+    home: Home | None = None
+    """As HOME_POSITION says; before that, where it stood before it was armed."""
+    home_told: bool = False
+    limit_watch: LimitWatch = field(default_factory=LimitWatch)
+    commanded: int = 0
+    """How often it was made to hold, or told how to fly: what was asked for in several steps ends with the next."""
+    orders: dict[int, str] = field(default_factory=dict)
+    """Reasons of the orders to hold that have not ended yet, by order id."""
+    hold_steps: HoldSteps = field(default_factory=HoldSteps)
+    hold_noted: bool = False
+    """What was last told to be written down: whether a hold must be ordered again on the next link."""
+    close_until: float = NEVER
+    """Until then the tower measures the round trip by itself (`safety_watch`)."""
+    settled: bool = False
+    """Nobody flies it and the clock changes nothing about it: `safety_watch` looks at its link only."""
+    board: Board = field(default_factory=Board)
+    """What is on board, as the agent says."""
+    heartbeat: bytes | None = None
+    """The newest of the autopilot, as it came."""
+    heartbeat_at: float = NEVER
+    """When it came."""
+    motion_check: MotionCheck = field(default_factory=MotionCheck)
+    """Whether it moves as a machine can. Outlives its links."""
+    watchers: dict[int, Browser] = field(default_factory=dict)
+    """Browsers that may see this drone, by their number."""
+    crew_before: Mapping[UserId, TeamRole] = field(default_factory=dict)
+    """Of its team before the last change of its record: for the words to whoever was in it."""
+
+    @property
+    def drone_id(self) -> DroneId:
+        return self.record.id
+
+    @property
+    def holder_id(self) -> UserId | None:
+        return self.lease.holder.id if self.lease.holder else None
+
+    def relation_of(self, user_id: UserId, role: Role) -> Relation:
+        """How this user stands to it."""
+        return relation_of(self.record.ties, user_id, role)
+
+    def may(self, user_id: UserId, role: Role, right: Right) -> bool:
+        """Whether this user has this right."""
+        return may(relation_of(self.record.ties, user_id, role), right)
+
+    def limits_of(self, user_id: UserId, role: Role) -> Limits | None:
+        """Of a borrower; None for whoever may fly it anyhow."""
+        if self.relation_of(user_id, role) is not Relation.BORROWER:
+            return None
+        loan = next((one for one in self.record.loans if one.user.id == user_id), None)
+        return Limits(loan.may_arm, loan.max_height_m, loan.radius_m) if loan else None
+
+    def may_be_seen_by(self, user_id: UserId, role: Role) -> bool:
+        """Admins see every drone, others their own."""
+        return self.may(user_id, role, Right.SEE)
+
+    def knows_of(self, user_id: UserId, role: Role, at: datetime) -> bool:
+        """Whether this user may know who did what with it at that time. Whoever has to do with it through its team
+        alone knows nothing from before the drone was in it: that was another team's, perhaps."""
+        team, relation = self.record.team, self.relation_of(user_id, role)
+        by_team = team is not None and user_id in team.crew and relation is not Relation.ADMIN
+        if team is None or not by_team or user_id in self.record.ties.owners:
+            return relation is not Relation.STRANGER
+        return at >= team.since
+
+    def frame_watchers(self) -> list[Browser]:
+        """Browsers that get its frames: all who may see it, but for somebody from whom the view was taken too."""
+        blind_id = self.blind_user_id
+        if blind_id is None:
+            return list(self.watchers.values())
+        return [browser for browser in self.watchers.values() if browser.viewer.user_id != blind_id]
+
+    @property
+    def blind_user_id(self) -> UserId | None:
+        """Who gets no frames though it is their drone. Whoever is offered the controls must see what they accept."""
+        lease = self.lease
+        return lease.taken_from.id if lease.blind and not lease.offered and lease.taken_from else None
+
+    @property
+    def no_video_user_id(self) -> UserId | None:
+        """Who may not watch its video though it is their drone."""
+        lease = self.lease
+        shut_out = (lease.blind or lease.video_moved) and not lease.offered
+        return lease.taken_from.id if shut_out and lease.taken_from else None
+
+    def may_arm(self, user_id: UserId) -> bool:
+        """Whether this user's commands pass, if the drone is there: the holder's, and an assistant's."""
+        assistant = self.lease.assistant
+        return user_id == self.holder_id or (assistant is not None and user_id == assistant.id)
+
+    def standing_of(self, viewer: Principal) -> Authorization:
+        """How a sender stands to this drone. Whoever signed in only to watch has no turn, whoever they are."""
+        user_id = viewer.user_id
+        return Authorization(
+            has_turn=viewer.may_fly and self.may_arm(user_id),
+            armed=self.armed,
+            airborne=self.airborne,
+            loss_check_open=self.loss_check.bars(user_id),
+            may_read=self.may(user_id, viewer.role, Right.READ),
+        )
+
+    def is_deaf_to_holder(self, user_id: UserId, now: float) -> bool:
+        """Whether a rehearsal makes the holder's frames be refused."""
+        return user_id == self.holder_id and now < self.holder_deaf_until
+
+    def counts_as_flying(self) -> bool:
+        """In the air; or it was when it was last known, and now it is not known."""
+        return self.was_airborne if self.airborne is None else self.airborne
+
+    def flown_by_hand(self, now: float) -> bool:
+        """Whether sticks have moved this drone within the last seconds."""
+        return now - self.sticks_at < MANUAL_FOR_S
+
+    def other_hands_of(self, browser: Browser, now: float) -> bool:
+        """Whether another window or program of the same user is flying by hand."""
+        if browser.number == self.sticks_from or now - self.sticks_at >= ONE_HAND_S:
+            return False
+        flying = self.watchers.get(self.sticks_from)
+        return flying is not None and flying.viewer.user_id == browser.viewer.user_id
+
+    def holder_present(self) -> bool:
+        """Whether the holder has a live browser, one that may fly: a program that only watches is nobody's hand."""
+        return any(
+            browser.viewer.user_id == self.holder_id and browser.viewer.may_fly for browser in self.watchers.values()
+        )
+
+    def holder_answers(self, now: float) -> bool:
+        """Whether one of those browsers answers: a tab that has frozen keeps its connection, and is nobody's hand."""
+        return any(
+            browser.viewer.user_id == self.holder_id
+            and browser.viewer.may_fly
+            and browser.trip.rtt_s(now) < SILENT_AFTER_S
+            for browser in self.watchers.values()
+        )
+
+    def holder_is_there(self, now: float) -> bool:
+        """By a browser that answers, or by a program that keeps the controls. Sticks are nothing that a program could
+        answer for: whoever flies by hand is there with the browser that they come from, or not at all."""
+        kept = self.holder_watch.kept(self.holder_id, now) and not self.flown_by_hand(now)
+        return kept or self.holder_answers(now)
+
+    def somebody_flies(self) -> bool:
+        """Whether there is a holder who is there, by browser or program, and is not being rehearsed away."""
+        watch = self.holder_watch
+        kept = self.holder_id is not None and watch.kept_by == self.holder_id
+        return watch.missing_since is None and (kept or self.holder_present())
+
+    def forget_link(self) -> None:
+        """The agent is gone."""
+        self.link = self.stream_state = None
+        self.online = self.autopilot_heard = False
+        self.armed = self.airborne = None
+        self.flight_start.lost()
+        self.open_hold.link_ended()
+        self.hold_steps.link_ended()
+        self.orders.clear()
+        self.board.forget()
+        self.heartbeat = None
+
+    def view(self) -> DroneView:
+        """As the outside is told. The same for everybody who may see the drone, but for what `view_as` changes."""
+        return DroneView(
+            id=self.record.id,
+            name=self.record.name,
+            online=self.online,
+            owners=[UserRefView.of(owner) for owner in self.record.owners],
+            loans=[LoanView.of(loan) for loan in self.record.loans],
+            holder=_view_of(self.lease.holder),
+            epoch=self.lease.epoch,
+            taken_from=_view_of(self.lease.taken_from),
+            autopilot_heard=self.autopilot_heard,
+            armed=self.armed if self.online else None,
+            airborne=self.airborne if self.online else None,
+            hold=self.open_hold.view(online=self.online),
+            airborne_since=self.flight_start.since if self.online and self.airborne else None,
+            offered=self.lease.offered,
+            assistant=_view_of(self.lease.assistant),
+            may_watch=True,
+            lost_action=self.safety.lost_action,
+            lost_action_s=self.safety.lost_action_s,
+            profile=self.stream_state.profile if self.stream_state else None,
+            profile_chosen=self.stream.profile,
+            profile_why=self.stream_state.why if self.stream_state else "",
+            plans=self.board.plans,
+            identity=IdentityView.of(self.record),
+            parameters=self.board.parameters.told,
+            suspicious_motion=self.motion_check.why if self.armed is not False else None,
+        )
+
+    def view_for(self, user_id: UserId, role: Role) -> DroneView:
+        """As one user is told."""
+        return self.view_as(self.standpoint_of(user_id, role))
+
+    def standpoint_of(self, user_id: UserId, role: Role) -> Viewpoint:
+        """What makes this user's view of the drone: two with the same one are told the same."""
+        relation = self.relation_of(user_id, role)
+        return Viewpoint(
+            relation=relation,
+            blind=user_id == self.blind_user_id,
+            no_video=user_id == self.no_video_user_id,
+            # A borrower learns of the drone, and of nobody's team.
+            knows_team=relation is not Relation.BORROWER or user_id in self.record.ties.crew,
+        )
+
+    def view_as(self, standpoint: Viewpoint) -> DroneView:
+        """As whoever has this standpoint is told."""
+        update: dict[str, object] = {"relation": standpoint.relation}
+        team = self.record.team
+        if team is not None and standpoint.knows_team:
+            update["team"] = TeamRefView(id=team.id, name=team.name)
+        if standpoint.no_video or standpoint.blind:
+            update["may_watch_video"] = False
+        if standpoint.blind:
+            update |= {"may_watch": False, "plans": NO_PLANS, "parameters": NO_PARAMETERS, "suspicious_motion": None}
+        return self.view().model_copy(update=update)
+
+
+def _view_of(ref: UserRef | None) -> UserRefView | None:
+    return UserRefView.of(ref) if ref else None

@@ -1,0 +1,129 @@
+"""What is live right now: drones, links, browsers, and telling them things. Held by the hub, shared with its parts.
+
+Nothing here decides anything. Every method is plain and returns at once.
+"""
+
+from collections.abc import Callable, Iterable
+from collections.abc import Set as AbstractSet
+from datetime import datetime
+
+from msgspec import Raw
+from msgspec.structs import replace
+
+from server.live.hub_events import HoldToKeep, HubEvent
+from server.live.relay import live_messages as live
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.browser import Browser
+from server.live.relay.flood_gate import FLOODING
+from server.live.relay.live_drone import LiveDrone, Viewpoint
+from server.live.relay.traffic import Traffic
+from wire.control_messages import ControlChanged, ToAgent
+from wire.drops import DropCounts, DropReason
+from wire.ids import DroneId, LinkId, UserId
+from wire.open_holds import LostAction
+
+
+class LiveState:
+    """The dictionaries of the hub."""
+
+    def __init__(self) -> None:
+        self.drones: dict[DroneId, LiveDrone] = {}
+        self.links: dict[LinkId, AgentLink] = {}
+        self.browsers: dict[int, Browser] = {}
+        self.drops: DropCounts = DropCounts()
+        self.traffic = Traffic()
+        self.sticks_at = float("-inf")
+        """When the last stick frame of anybody was passed on."""
+        self.on_event: Callable[[HubEvent], None] = lambda event: None
+        """Whoever acts on what the hub notices."""
+
+    def tell_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
+        """To everybody who may see the drone."""
+        for browser in drone.watchers.values():
+            browser.tell(event)
+
+    def tell_video_watchers(self, drone: LiveDrone, event: live.ToBrowser, *, of: datetime) -> None:
+        """To everybody who may watch the video of the drone, of something that began then."""
+        shut_out = drone.no_video_user_id
+        for browser in drone.watchers.values():
+            viewer = browser.viewer
+            if viewer.user_id != shut_out and drone.knows_of(viewer.user_id, viewer.role, of):
+                browser.tell(event)
+
+    def tell_former(self, drone: LiveDrone, user_ids: AbstractSet[UserId], event: live.ToBrowser) -> None:
+        """A last word to those who may not see the drone any more, and had a part in it until now."""
+        for browser in self.browsers.values():
+            if browser.viewer.user_id in user_ids and browser.number not in drone.watchers:
+                browser.tell(event)
+
+    def tell_drone(self, drone: LiveDrone) -> None:
+        """The drone as it is now. One event for all who stand to it alike: it is put into JSON once."""
+        told: dict[Viewpoint, live.DroneChanged] = {}
+        for browser in drone.watchers.values():
+            standpoint = drone.standpoint_of(browser.viewer.user_id, browser.viewer.role)
+            event = told.get(standpoint)
+            if event is None:
+                event = told[standpoint] = live.DroneChanged(drone.view_as(standpoint))
+            browser.tell(event)
+
+    def tell_links(self, drones: Iterable[LiveDrone], now: float) -> None:
+        """How the links of those are that are online: to each browser in one message."""
+        told: dict[int, list[Raw]] = {}
+        for drone in drones:
+            if drone.link is not None and drone.online and drone.watchers:
+                quality = live.encode_quality(drone.link.quality(now))
+                for number in drone.watchers:
+                    told.setdefault(number, []).append(quality)
+        for number, links in told.items():
+            self.browsers[number].tell(live.Links(links))
+
+    def tell_agent(self, drone: LiveDrone, message: ToAgent) -> None:
+        """If there is one."""
+        if drone.link is not None:
+            drone.link.post(message)
+
+    def note_hold(self, drone: LiveDrone) -> None:
+        """Whether a hold must be ordered again on the next link may have changed. That is to outlive the tower."""
+        must_be_ordered = drone.open_hold.must_be_ordered
+        if drone.hold_noted != must_be_ordered:
+            drone.hold_noted = must_be_ordered
+            self.on_event(HoldToKeep(drone.drone_id))
+
+    def tell_agent_safety(self, drone: LiveDrone) -> None:
+        """How the drone holds, in words that its agent knows: an older one has no "stay", and would end the channel."""
+        settings = drone.safety
+        if drone.link is not None and not drone.link.knows_open_holds and settings.lost_action is LostAction.STAY:
+            settings = replace(settings, lost_action=LostAction.CONTINUE)
+        self.tell_agent(drone, settings)
+
+    def tell_agent_who_holds(self, drone: LiveDrone) -> None:
+        """Epoch, holder, and whether they are there. On both channels: a control channel may be lost unnoticed."""
+        if drone.link is None:
+            return
+        holder = drone.lease.holder
+        drone.link.send_urgent(
+            ControlChanged(
+                number=drone.link.next_number(),
+                epoch=drone.lease.epoch,
+                holder=holder.name if holder else None,
+                holder_present=drone.somebody_flies(),
+                assistant_flies=drone.lease.assistant is not None and drone.turn.whose == "assistant",
+            ),
+        )
+
+    def refuse(
+        self, browser: Browser, reason: DropReason, drone_id: DroneId | None, now: float, words: str = ""
+    ) -> None:
+        """Counts a frame that may not pass, and answers whoever sent it. `words`: which limit of a loan."""
+        self.drops[reason] += 1
+        self.traffic.refusals[reason.value] += 1
+        drone = self.drones.get(drone_id) if drone_id is not None else None
+        # The name of a drone that this browser may not see must not get into the answer.
+        name = drone.record.name if drone is not None and browser.number in drone.watchers else ""
+        browser.refuse(reason, drone_id, name, now, words)
+        if reason is DropReason.FLOOD and not browser.patience.take(1.0, now):
+            browser.end(FLOODING, "too much was sent, and it did not stop")
+
+    def has_browser(self, user_id: UserId) -> bool:
+        """Whether this user has any live browser that may fly."""
+        return any(browser.viewer.user_id == user_id and browser.viewer.may_fly for browser in self.browsers.values())

@@ -1,0 +1,17 @@
+"""Whether the limits of a loan let a frame of this sender pass, at this moment. Pure."""
+
+from server.domain.people import Principal
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.loan_requests import bar_of, words_of
+from server.live.relay.policy import CommandSeen, Permission, leave_for
+
+
+def barred_by_loan(drone: LiveDrone, viewer: Principal, frame: bytes, command: CommandSeen | None) -> str | None:
+    """The end of a sentence that begins with whose drone is lent; None: it may pass, or the sender is no borrower."""
+    limits = drone.limits_of(viewer.user_id, viewer.role)
+    if limits is None or leave_for(frame, command) is Permission.WATCHER:
+        return None
+    autopilot = drone.loss_parameters.autopilot if drone.loss_parameters is not None else ""
+    px4 = autopilot == "px4" if autopilot else None
+    bar = bar_of(frame, command, limits, drone.home, armed=drone.armed, px4=px4)
+    return None if bar is None else words_of(bar, limits)

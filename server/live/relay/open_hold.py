@@ -1,0 +1,129 @@
+"""The open hold of one drone as the tower knows it: what its agent told last, and whether it must be ordered again.
+
+No I/O. An order is owed until a step of it came that ends it; what is owed or was open is ordered again on the next
+link, because the agent may be another process, or may never have heard of it.
+"""
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Final
+
+from server.live.fleet.views import HoldView
+from wire.open_holds import HoldState, LostPhase
+
+MAX_JITTER: Final = timedelta(seconds=1)
+"""The agent tells anew each 5 s how long it counts; what differs by less is the network, not another countdown."""
+
+NO_ORDER: Final = 0
+"""Of a hold that is owed and was not sent to anybody."""
+
+_LOST_WORDS: Final = {
+    LostPhase.QUIET: "",
+    LostPhase.COUNTING: "counts until it does by itself: {action}",
+    LostPhase.STAYED: "stays until the battery is needed for the way home",
+    LostPhase.ASKING: "is being told by its agent: {action}",
+    LostPhase.DONE: "has done by itself: {action}",
+}
+
+
+@dataclass
+class OpenHold:
+    """Of one drone, for as long as the tower knows it."""
+
+    _told: HoldState | None = None
+    _as_of: datetime | None = None
+    _due_at: datetime | None = None
+    _fresh: bool = False
+    """Told over the link that there is now."""
+    _owed: int | None = None
+    """The newest order of which nobody told the end."""
+
+    @property
+    def must_be_ordered(self) -> bool:
+        """Whether a new link is met with an order."""
+        return self._owed is not None or (self._told is not None and self._told.open)
+
+    @property
+    def told(self) -> HoldState | None:
+        """The newest that its agent told over the link that there is now."""
+        return self._told if self._fresh else None
+
+    # -- orders ----------------------------------------------------------------------------------------------
+
+    def ordered(self, order_id: int = NO_ORDER) -> None:
+        """An order was given; NO_ORDER: the drone is offline, or the order is that of a tower before this one."""
+        self._owed = order_id
+
+    def ended(self, order_id: int) -> None:
+        """A step came that ends this order. One before the newest ends nothing."""
+        if order_id != NO_ORDER and order_id == self._owed:
+            self._owed = None
+
+    # -- links -----------------------------------------------------------------------------------------------
+
+    def linked(self, *, tells: bool) -> None:
+        """An agent signed in. `tells`: it knows of open holds; for one that does not, there is none."""
+        self._fresh = False
+        if not tells:
+            self._told, self._owed = None, None
+
+    def link_ended(self) -> None:
+        """What was told last stays, as the last that is known."""
+        self._fresh = False
+
+    # -- what the agent tells --------------------------------------------------------------------------------
+
+    def take(self, state: HoldState, at: datetime) -> bool:
+        """Whether it is news for people. One that is no newer than the last of this link says nothing."""
+        if self._fresh and self._told is not None and state.number <= self._told.number:
+            return False
+        before = self.view(online=True)
+        self._due_at = self._when_due(state, at)
+        self._told, self._as_of, self._fresh = state, at, True
+        after = self.view(online=True)
+        if before is None or after is None:
+            return before is not after
+        return before != after.model_copy(update={"as_of": before.as_of})
+
+    def _when_due(self, state: HoldState, at: datetime) -> datetime | None:
+        if state.phase is not LostPhase.COUNTING or state.due_in_s is None:
+            return None
+        due_at = at + timedelta(seconds=min(max(state.due_in_s, 0.0), 86_400.0))
+        known = self._due_at
+        goes_on = self._told is not None and self._told.lost is state.lost and known is not None
+        return known if goes_on and known is not None and abs(due_at - known) <= MAX_JITTER else due_at
+
+    # -- what people are told --------------------------------------------------------------------------------
+
+    def view(self, *, online: bool) -> HoldView | None:
+        """None where no hold is open, nobody is lost, and no lost action is under way or just done."""
+        told, as_of = self._told, self._as_of
+        if told is None or as_of is None or not (told.open or told.lost or told.phase is not LostPhase.QUIET):
+            return None
+        return HoldView(
+            open=told.open,
+            stage=told.stage,
+            mode=told.mode,
+            sticks=told.sticks,
+            after_sticks=told.after_sticks,
+            waiting_for=told.waiting_for,
+            lost=told.lost,
+            phase=told.phase,
+            action=told.action,
+            due_at=self._due_at,
+            detail=told.detail,
+            as_of=as_of,
+            stale=not (self._fresh and online),
+        )
+
+    def last_words(self) -> str:
+        """What its agent told last, as a sentence; empty where it told of no hold and of nobody lost."""
+        told = self._told
+        if told is None or self.view(online=False) is None:
+            return ""
+        action = told.action.value if told.action is not None else "not known"
+        parts = [
+            f"held in {told.mode} (stage: {told.stage.value})" if told.open else f"was in {told.mode}",
+            _LOST_WORDS[told.phase].format(action=action),
+        ]
+        return f"As its agent told last, it {', and '.join(part for part in parts if part)}."

@@ -1,0 +1,224 @@
+"""Who is told that two drones come near each other: everybody who gets the frames of either. A part of the hub.
+
+Whoever sees both is told all of it. Whoever may not see the other one is told what `strangers` allows: that there is
+another drone, and roughly where, so that they can keep away from it and learn nothing else about somebody else's squad.
+"""
+
+import secrets
+from collections.abc import Callable
+from typing import Final, Literal, NamedTuple
+
+from server.live.hub_events import MotionSuspected, SeparationLost
+from server.live.relay.browser import Browser
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_messages import Separation
+from server.live.relay.live_state import LiveState
+from server.live.separation.bounds import STALE_S, Level, SeparationBounds
+from server.live.separation.credible import is_credible
+from server.live.separation.encounter import Encounter
+from server.live.separation.motion import Motion, Relative, boot_s_in, motion_in
+from server.live.separation.strangers import Rounded, Said, StrangerAlerts, rounded
+from server.live.separation.watch import SeparationWatch, Sky
+from wire.ids import DroneId
+
+AGAIN_S: Final = 2.0
+"""The figures of an alert that lasts are told anew so often."""
+MAX_RETOLD: Final = 50
+"""Of the worst ones. The others keep the figures of their last change."""
+MOTION_S: Final = 0.5
+"""How often it is looked whether a drone moves as it can: a fifth of them at each tick."""
+_PARTS: Final = 5
+
+_WORDS: Final[dict[Level, Literal["caution", "warning", "clear"]]] = {
+    Level.CLEAR: "clear",
+    Level.CAUTION: "caution",
+    Level.WARNING: "warning",
+}
+
+
+def random_number() -> int:
+    """Small enough for JavaScript."""
+    return secrets.randbits(48)
+
+
+class Counts(NamedTuple):
+    """Pairs in alert; and how often, since the start, there was more than the watch looks at."""
+
+    cautions: int
+    warnings: int
+    cut_short: int
+
+
+class SeparationNotifier:
+    """Plain calls only, like all of the hub."""
+
+    def __init__(
+        self, state: LiveState, bounds: SeparationBounds, new_number: Callable[[], int] = random_number
+    ) -> None:
+        self._state = state
+        self._watch = SeparationWatch(Sky(self._flying, self._motion), bounds, new_number)
+        self._strangers = StrangerAlerts(new_number)
+        self._heard: dict[int, set[int]] = {}
+        """Browsers that were told all of an encounter, by its number."""
+        self._again_at = float("-inf")
+        self._motion_at = float("-inf")
+        self._motion_part = 0
+
+    def tick(self, now: float) -> None:
+        """Some ten times a second."""
+        self._look_at_motions(now)
+        for one in self._watch.tick(now):
+            self._state.traffic.separation[_WORDS[one.level]] += 1
+            self._tell(one, now)
+            if one.level is Level.WARNING and one.judged is not None:
+                _, in_s, horizontal_m, vertical_m = one.judged.approach
+                self._state.on_event(SeparationLost(*one.pair, in_s, horizontal_m, vertical_m))
+        if now - self._again_at >= AGAIN_S:
+            self._again_at = now
+            encounters = self._watch.encounters
+            for one in encounters[:MAX_RETOLD]:
+                self._tell(one, now)
+            for one in encounters[MAX_RETOLD:]:
+                self._tell_strangers(one, now)  # one that is disarmed ends what was said
+            self._strangers.forget_all_but(one.number for one in encounters)
+
+    def tell_all(self, browser: Browser) -> None:
+        """What holds now, to somebody who has just come."""
+        for one in self._watch.encounters:
+            first, second = (browser.number in self._watchers(drone_id) for drone_id in one.pair)
+            if first and second:
+                self._heard.setdefault(one.number, set()).add(browser.number)
+                browser.tell(_event(one))
+            elif first or second:
+                own = one.pair[0 if first else 1]
+                said = self._strangers.last(one.number, own)
+                if said is not None:
+                    browser.tell(_event_of_stranger(own, said))
+
+    def counts(self) -> Counts:
+        """Of this moment."""
+        levels = [one.level for one in self._watch.encounters]
+        return Counts(levels.count(Level.CAUTION), levels.count(Level.WARNING), self._watch.cut_short)
+
+    # -- where drones are ------------------------------------------------------------------------------------
+
+    def _flying(self, now: float) -> dict[DroneId, Motion]:
+        flying = {}
+        for drone_id, drone in self._state.drones.items():
+            if drone.counts_as_flying() and drone.position_frame is not None and now - drone.position_at <= STALE_S:
+                motion = motion_in(drone.position_frame, drone.position_at)
+                if motion is not None:
+                    flying[drone_id] = motion
+        return flying
+
+    def _motion(self, drone_id: DroneId) -> Motion | None:
+        drone = self._state.drones.get(drone_id)
+        if drone is None or drone.position_frame is None:
+            return None
+        # While nobody hears it, its last place is what is known of it: it did not land because its link broke.
+        if drone.airborne is False:
+            return None
+        return motion_in(drone.position_frame, drone.position_at)
+
+    def _look_at_motions(self, now: float) -> None:
+        if not self._watch.bounds.horizontal_m or now - self._motion_at < MOTION_S / _PARTS:
+            return
+        self._motion_at = now
+        self._motion_part = (self._motion_part + 1) % _PARTS
+        for drone_id, drone in self._state.drones.items():
+            if drone_id % _PARTS == self._motion_part:
+                self._look_at_motion(drone, now)
+
+    def _look_at_motion(self, drone: LiveDrone, now: float) -> None:
+        frame = drone.position_frame
+        motion = motion_in(frame, drone.position_at) if frame is not None else None
+        if frame is None or motion is None:
+            return
+        if drone.motion_check.look(motion, boot_s_in(frame), now):
+            self._state.tell_drone(drone)
+            why = drone.motion_check.why
+            if why is not None and drone.armed is not False:
+                self._state.on_event(MotionSuspected(drone.drone_id, why))
+
+    # -- notifier ---------------------------------------------------------------------------------------------
+
+    def _tell(self, one: Encounter, now: float) -> None:
+        first, second = (self._watchers(drone_id) for drone_id in one.pair)
+        both, event = first.keys() & second.keys(), _event(one)
+        for number in both:
+            first[number].tell(event)
+        for number in self._heard.pop(one.number, set()) - both:
+            browser = self._state.browsers.get(number)
+            if browser is not None:  # may see one of them no more: for them it is over
+                browser.tell(_event_over(one))
+        if not one.over:
+            self._heard[one.number] = both
+        self._tell_strangers(one, now)
+
+    def _tell_strangers(self, one: Encounter, now: float) -> None:
+        """Asked for each drone of the pair whoever watches: what is said must not depend on who listens."""
+        drones = [self._state.drones.get(drone_id) for drone_id in one.pair]
+        for drone in drones:
+            if drone is not None:
+                self._look_at_motion(drone, now)
+        found = [is_credible(drone, now) for drone in drones]
+        fit = False if False in found else None if None in found else True
+        first, second = one.pair
+        approach = one.judged.approach if one.judged is not None else None
+        back = one.seen.seen_back() if one.seen is not None else None
+        for own, other, seen in ((first, second, one.seen), (second, first, back)):
+
+            def about(seen: Relative | None = seen) -> Rounded:
+                return rounded(one.level, approach, seen)
+
+            said = self._strangers.look(one.number, (own, other), one.level, about, fit=fit, now=now)
+            if said is not None:
+                event = _event_of_stranger(own, said)
+                # Who may see the other one by now knows more; what they were told as strangers has an end all the same.
+                knowing = self._watchers(other) if said.about.level is not Level.CLEAR else {}
+                for number, browser in self._watchers(own).items():
+                    if number not in knowing:
+                        browser.tell(event)
+
+    def _watchers(self, drone_id: DroneId) -> dict[int, Browser]:
+        drone = self._state.drones.get(drone_id)
+        return {browser.number: browser for browser in drone.frame_watchers()} if drone is not None else {}
+
+
+def _event(one: Encounter) -> Separation:
+    """For those who see both."""
+    approach = one.judged.approach if one.judged is not None else None
+    seen = one.seen
+    return Separation(
+        number=one.number,
+        level=_WORDS[one.level],
+        drones=one.pair,
+        in_s=round(approach.in_s, 1) if approach else None,
+        horizontal_m=round(approach.horizontal_m, 1) if approach else None,
+        vertical_m=round(approach.vertical_m, 1) if approach else None,
+        bearing_deg=round(seen.bearing_deg) % 360 if seen else None,
+        distance_m=round(seen.distance_m, 1) if seen else None,
+        above_m=round(seen.up_m, 1) if seen else None,
+        why=one.over,
+    )
+
+
+def _event_over(one: Encounter) -> Separation:
+    """For those who may no longer see both: nothing about why."""
+    return Separation(one.number, "clear", one.pair, None, None, None, None, None, None, "")
+
+
+def _event_of_stranger(own: DroneId, said: Said) -> Separation:
+    level, in_s, bearing_deg, distance_m, above_m = said.about
+    return Separation(
+        number=said.number,
+        level=_WORDS[level],
+        drones=(own, None),
+        in_s=in_s,
+        horizontal_m=None,
+        vertical_m=None,
+        bearing_deg=bearing_deg,
+        distance_m=distance_m,
+        above_m=above_m,
+        why="",
+    )

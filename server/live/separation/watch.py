@@ -1,0 +1,109 @@
+"""The watch over all drones in the air, whoever owns them: which will come too near each other. No I/O; takes `now`.
+
+Once a second everything is looked through for pairs that may (`near_pairs`), in portions; pairs that do are looked at
+twice a second until they are apart (`encounter`).
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from itertools import count
+from typing import Final, NamedTuple
+
+from server.live.separation.bounds import Level, SeparationBounds, judge
+from server.live.separation.encounter import Encounter
+from server.live.separation.motion import Motion, Relative
+from server.live.separation.near_pairs import Pair, near_pairs
+from wire.ids import DroneId
+
+SWEEP_S: Final = 1.0
+LOOK_S: Final = 0.5
+MAX_PAIRS: Final = 10_000
+"""That one sweep looks at closely. A thousand drones all over each other are not flown by people."""
+MAX_ENCOUNTERS: Final = 300
+"""The others wait until one of these is over."""
+
+
+class Sky(NamedTuple):
+    """Where the watch looks. `flying`: the drones in the air whose position is fresh. `motion`: the newest of one drone
+    however old, None when it is on the ground or gone."""
+
+    flying: Callable[[float], Mapping[DroneId, Motion]]
+    motion: Callable[[DroneId], Motion | None]
+
+
+class SeparationWatch:
+    """One for the tower. Call `tick` some ten times a second; it answers what people are to be told anew.
+
+    `new_number`: names an encounter to people. Counted ones, the default, tell how many others have.
+    """
+
+    def __init__(self, sky: Sky, bounds: SeparationBounds, new_number: Callable[[], int] | None = None) -> None:
+        self.bounds = bounds
+        self._sky = sky
+        self._encounters: dict[Pair, Encounter] = {}
+        self._portions: Iterator[list[Pair]] | None = None
+        self._swept_at = self._looked_at = float("-inf")
+        self._new_number = new_number or count(1).__next__
+        self.cut_short = 0
+        """How often there was more than could be looked at."""
+
+    @property
+    def encounters(self) -> list[Encounter]:
+        """That people were told of and that are not over, the worst first."""
+        told = [one for one in self._encounters.values() if one.level is not Level.CLEAR]
+        return sorted(told, key=lambda one: (-one.level, one.judged.approach.in_s if one.judged else 0.0))
+
+    def tick(self, now: float) -> list[Encounter]:
+        """Those whose level changed: an encounter whose `over` is set is named for the last time."""
+        if not self.bounds.horizontal_m:
+            return []
+        changed = []
+        if now - self._looked_at >= LOOK_S:
+            self._looked_at = now
+            changed = [one for one in list(self._encounters.values()) if self._look(one, now)]
+        return changed + self._sweep(now)
+
+    def _sweep(self, now: float) -> list[Encounter]:
+        if self._portions is None:
+            if now - self._swept_at < SWEEP_S:
+                return []
+            self._swept_at = now
+            flying = self._sky.flying(now)
+            if len(flying) < 2:
+                return []
+            self._portions = self._near(flying, now)
+        portion = next(self._portions, None)
+        if portion is None:
+            self._portions = None
+            return []
+        changed = []
+        for pair in portion:
+            one = self._suspected(pair, now)
+            if one is not None and self._look(one, now):
+                changed.append(one)
+        return changed
+
+    def _near(self, flying: Mapping[DroneId, Motion], now: float) -> Iterator[list[Pair]]:
+        found = 0
+        for portion in near_pairs(flying, self.bounds, now, most_pairs=MAX_PAIRS):
+            found += len(portion)
+            yield portion
+        self.cut_short += found >= MAX_PAIRS
+
+    def _suspected(self, pair: Pair, now: float) -> Encounter | None:
+        if pair in self._encounters:
+            return None
+        own, other = (self._sky.motion(drone_id) for drone_id in pair)
+        if own is None or other is None or not judge(own, other, Relative.of(own, other, now), self.bounds, now):
+            return None
+        if len(self._encounters) >= MAX_ENCOUNTERS:
+            self.cut_short += 1
+            return None
+        one = self._encounters[pair] = Encounter(self._new_number(), pair)
+        return one
+
+    def _look(self, one: Encounter, now: float) -> bool:
+        own, other = (self._sky.motion(drone_id) for drone_id in one.pair)
+        changed = one.look(own, other, self.bounds, now)
+        if one.over:
+            del self._encounters[one.pair]
+        return changed

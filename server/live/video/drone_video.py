@@ -1,0 +1,225 @@
+"""The video of one drone: who takes which of its streams, what its agent is told, what it says. Pure."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Final, Protocol
+
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.token_bucket import TokenBucket
+from server.live.video.clock_offset import ClockOffset
+from server.live.video.situation import Known, VideoSituation, situation_of
+from server.live.video.streams import Stream, StreamKey, StreamSink
+from server.live.video.viewer import LockstepGroup, VideoViewer
+from wire.video import VIDEO, ClockProbe, StreamRequest, VideoState, VideoWanted
+
+LINGER_S: Final = 3.0
+"""A stream goes on for so long after the last one left, so that looking elsewhere and back does not restart it."""
+SILENT_AFTER_S: Final = 2.0
+"""No picture for so long, or for the time of four where they are rare: the stream is not live."""
+PROBES_AT_ONCE: Final = 6
+PROBE_FAST_S: Final = 0.2
+PROBE_EVERY_S: Final = 5.0
+PROBE_UNKNOWN_S: Final = 1.0
+BYTES_PER_S: Final = 4_000_000.0
+BYTES_BURST: Final = 12_000_000.0
+UNITS_PER_S: Final = 400.0
+UNITS_BURST: Final = 1_200.0
+"""All qualities with both codecs are some 800 kB and 130 units a second."""
+
+
+class AgentVideoChannel(Protocol):
+    """The WebSocket on which an agent sends its units."""
+
+    def ask_key(self, key: StreamKey) -> None:
+        """Asks for a key picture of this stream."""
+
+    def close(self, code: int, why: str) -> None:
+        """Ends it."""
+
+
+@dataclass
+class Flow:
+    """One stream, and who takes it. `sinks`: whether each has had its first key picture."""
+
+    stream: Stream = field(default_factory=Stream)
+    viewers: dict[int, VideoViewer] = field(default_factory=dict)
+    """All of them."""
+    parties: list[LockstepGroup] = field(default_factory=list)
+    alone: dict[int, VideoViewer] = field(default_factory=dict)
+    """Viewers in no party."""
+    sinks: dict[StreamSink, bool] = field(default_factory=dict)
+    lingers_until: float = float("-inf")
+    unit_at: float = float("-inf")
+    """When the newest unit came."""
+    silent_after_s: float = SILENT_AFTER_S
+    wanted_since: float = float("-inf")
+    key_asked_at: float = float("-inf")
+    size: tuple[int, int] = (0, 0)
+    """Of the newest picture."""
+    rate_hz: float = 0.0
+    bits_per_s: int = 0
+    told: VideoSituation | None = None
+    """What its takers were last told."""
+
+    @property
+    def taken(self) -> bool:
+        """Whether anybody takes it now."""
+        return bool(self.viewers or self.sinks)
+
+    def take_out(self, viewer: VideoViewer) -> None:
+        """Out of its party, if it is in one: what it was sent is on its account from here on."""
+        party = viewer.party
+        if party is not None:
+            party.leave(viewer)
+            self.is_out(viewer)
+
+    def is_out(self, viewer: VideoViewer) -> None:
+        """It has left its party."""
+        party, viewer.party = viewer.party, None
+        self.alone[viewer.number] = viewer
+        if party is not None and not len(party) and not party.is_due:
+            self.parties.remove(party)
+
+    def put_in(self, viewer: VideoViewer, now: float) -> None:
+        """Into a party, if it is in step and there is a place."""
+        if viewer.party is not None or not viewer.is_in_step(now):
+            return
+        party = next((one for one in self.parties if one.has_place()), None)
+        if party is None:
+            party = LockstepGroup(self.stream, self.is_out)
+            self.parties.append(party)
+        party.join(viewer)
+        viewer.party = party
+        del self.alone[viewer.number]
+
+    def is_live(self, now: float) -> bool:
+        """Whether pictures come."""
+        return now - self.unit_at <= self.silent_after_s
+
+
+class DroneVideo:
+    """One for each drone that has a camera, or is watched. `new_ticket`: another one each time."""
+
+    def __init__(self, name: str, new_ticket: Callable[[], str]) -> None:
+        self.name = name
+        self.flows: dict[StreamKey, Flow] = {}
+        self.link: AgentLink | None = None
+        self.ticket = ""
+        self.state: VideoState | None = None
+        self.channel: AgentVideoChannel | None = None
+        self.clock = ClockOffset()
+        # Of the drone, and not of its channel: a flood that is cut off does not go on by coming again.
+        self._bytes = TokenBucket(BYTES_PER_S, BYTES_BURST, float("-inf"))
+        self._units = TokenBucket(UNITS_PER_S, UNITS_BURST, float("-inf"))
+        self._new_ticket = new_ticket
+        self._wanted: tuple[StreamKey, ...] = ()
+        self._probes = 0
+        self._probe_at = float("-inf")
+
+    @property
+    def takes_video(self) -> bool:
+        """Whether its agent has a camera, as far as its hello said."""
+        return self.link is not None and VIDEO in self.link.takes
+
+    @property
+    def wanted(self) -> tuple[StreamKey, ...]:
+        """What its agent is asked for."""
+        return self._wanted
+
+    def is_idle(self, now: float) -> bool:
+        """Whether there is nothing to remember, a flood neither."""
+        return not self.takes_video and not self.flows and self._bytes.is_full(now) and self._units.is_full(now)
+
+    def linked(self, link: AgentLink | None, now: float) -> None:
+        """Another link, or none: what was known of the last one's clock, camera and channel is over."""
+        self.link, self.state, self.clock = link, None, ClockOffset()
+        self._probes, self._probe_at = 0, float("-inf")
+        self.end_channel("the agent's link has ended")
+        self.ticket = self._new_ticket() if self.takes_video else ""
+        for flow in self.flows.values():
+            flow.unit_at, flow.wanted_since = float("-inf"), now
+            flow.stream.broken()
+        self.tell_wanted()
+
+    def end_channel(self, why: str, code: int = 4401) -> None:
+        """The video channel that there is, if any."""
+        channel, self.channel = self.channel, None
+        if channel is not None:
+            channel.close(code, why)
+
+    def may_send(self, unit_bytes: int, now: float) -> bool:
+        """Whether its agent may send one more unit; it counts as sent."""
+        return self._units.take(1.0, now) and self._bytes.take(unit_bytes, now)
+
+    def flow(self, key: StreamKey, now: float) -> Flow:
+        """A stream that somebody wants."""
+        flow = self.flows.get(key)
+        if flow is None:
+            flow = self.flows[key] = Flow(wanted_since=now)
+            self._look_wanted()
+        return flow
+
+    def viewers(self) -> Iterator[VideoViewer]:
+        """Of all streams."""
+        for flow in self.flows.values():
+            yield from flow.viewers.values()
+
+    def tell_wanted(self) -> None:
+        """Tells the agent what is wanted, whatever it was told before."""
+        self._wanted = tuple(sorted(self.flows))
+        if self.link is not None and self.takes_video:
+            self.link.post(VideoWanted(ticket=self.ticket, streams=tuple(StreamRequest(*key) for key in self._wanted)))
+
+    def _look_wanted(self) -> None:
+        if tuple(sorted(self.flows)) != self._wanted:
+            self.tell_wanted()
+
+    def tick(self, now: float) -> None:
+        """Several times a second: streams that nobody takes any more, streams that have stopped, the clock."""
+        for key, flow in list(self.flows.items()):
+            if flow.taken:
+                flow.lingers_until = now + LINGER_S
+            elif now >= flow.lingers_until:
+                del self.flows[key]
+                continue
+            if flow.stream.group and not flow.is_live(now):
+                flow.stream.broken()  # nobody who comes now is shown a picture of then
+        self._look_wanted()
+        if self._wanted and self.takes_video:
+            self._probe(now)
+
+    def _probe(self, now: float) -> None:
+        if self.link is None or now < self._probe_at:
+            return
+        self._probes += 1
+        hurried = PROBE_FAST_S if self._probes < PROBES_AT_ONCE else PROBE_UNKNOWN_S
+        known = self.clock.known and self._probes >= PROBES_AT_ONCE
+        self._probe_at = now + (PROBE_EVERY_S if known else hurried)
+        self.link.send_newest(ClockProbe(number=self.clock.ask(now)), now)
+
+    def situation(self, key: StreamKey, now: float) -> VideoSituation:
+        """How it is with one stream."""
+        flow = self.flows.get(key)
+        known = Known(
+            name=self.name,
+            linked=self.link is not None,
+            takes_video=self.takes_video,
+            state=self.state,
+            live=flow is not None and flow.is_live(now),
+            asked_for_s=0.0 if flow is None else now - max(flow.wanted_since, flow.unit_at),
+        )
+        return situation_of(known, key.codec)
+
+    def tell_situation(self, now: float) -> None:
+        """To all who take a stream, where it has changed."""
+        for key, flow in self.flows.items():
+            if not flow.taken:
+                flow.told = None
+                continue
+            situation = self.situation(key, now)
+            if situation != flow.told:
+                flow.told = situation
+                for viewer in flow.viewers.values():
+                    viewer.situation(situation)
+                for sink in list(flow.sinks):
+                    sink.state(situation)

@@ -1,0 +1,396 @@
+"""The service of video, a part of the hub: who watches what, what agents are asked for, and units from one to many.
+
+Its laws, besides the hub's:
+- A unit goes to those who may watch its drone at this instant: whoever may no longer is taken off the list by the very
+  call that says so, and gets nothing more.
+- A unit is made ready once and the same bytes are written to all viewers; nobody waits for anybody.
+- Of many viewers only some are written to at once, the rest after whatever else has come meanwhile: frames first.
+"""
+
+import secrets
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+from typing import Final
+
+from server.domain.people import Principal, SignInId
+from server.live.relay.agent_link import AgentLink
+from server.live.relay.live_drone import LiveDrone
+from server.live.relay.live_state import LiveState
+from server.live.relay.socket_bounds import SocketBounds
+from server.live.video.drone_video import AgentVideoChannel, DroneVideo, Flow
+from server.live.video.streams import Relayed, StreamKey, StreamSink
+from server.live.video.traffic import VideoTraffic
+from server.live.video.viewer import LockstepGroup, VideoViewer
+from server.live.video.viewer_messages import Drawn
+from server.live.video.watching import NO_SUCH_DRONE, why_not_watch
+from server.live.video.websocket_bytes import BINARY, whole_message
+from wire.ids import DroneId, UserId
+from wire.video import ClockAnswer, UnitHead, VideoState, decode_head, with_capture_time
+
+SESSION_ENDED: Final = 4401
+GOING_DOWN: Final = 1001
+CHANNEL_REPLACED: Final = 4409
+
+AT_ONCE: Final = 32
+"""Viewers written to before anything else has its turn: some tenths of a millisecond."""
+ASK_KEY_EVERY_S: Final = 1.0
+LOOK_AT_VIEWERS_EVERY_S: Final = 0.4
+
+Later = Callable[[Callable[[float], None]], object]
+"""Calls back soon, with the time that it is then."""
+
+
+class VideoService:
+    """One for the hub."""
+
+    def __init__(self, state: LiveState, bounds: SocketBounds, new_ticket: Callable[[], str] | None = None) -> None:
+        self._state = state
+        self._bounds = bounds
+        self._new_ticket = new_ticket or _random_ticket
+        self._drones: dict[DroneId, DroneVideo] = {}
+        self._viewers: dict[int, VideoViewer] = {}
+        self._tickets: dict[str, DroneVideo] = {}
+        self._due: deque[VideoViewer | LockstepGroup] = deque()
+        self._last_number = 0
+        self._look_at_viewers_at = float("-inf")
+        self._now = 0.0
+        """As it was told last, for what is told without a time."""
+        self.traffic = VideoTraffic()
+        self.later: Later = lambda call: None
+        """How viewers beyond AT_ONCE are reached; whoever runs the hub says it."""
+
+    # -- viewers -------------------------------------------------------------------------------------------------
+
+    def next_number(self) -> int:
+        """For a VideoViewer about to enter."""
+        self._last_number += 1
+        return self._last_number
+
+    def why_no_room(self, user_id: UserId, address: str) -> str | None:
+        """Why this user may not watch one more stream from there; None if they may."""
+        return self._bounds.refusal(self._viewers.values(), user_id, address)
+
+    def enter(self, viewer: VideoViewer, now: float) -> None:
+        """Somebody who may watch comes: they are told how it is, and get the newest group of pictures at once."""
+        self._viewers[viewer.number] = viewer
+        self._watch(viewer, now)
+
+    def leave(self, viewer: VideoViewer) -> None:
+        """The viewer is gone. Harmless if it was gone already."""
+        if self._viewers.pop(viewer.number, None) is not None:
+            self._take_off(viewer)
+
+    def want(self, viewer: VideoViewer, key: StreamKey, now: float) -> None:
+        """Another stream of the same drone."""
+        if viewer.number in self._viewers and key != viewer.key:
+            self._take_off(viewer)
+            viewer.key = key
+            self._watch(viewer, now)
+
+    def got(self, viewer: VideoViewer, drawn: Drawn, now: float) -> None:
+        """The viewer has drawn a unit: there may be room for more."""
+        flow = self._flow_of(viewer)
+        if flow is not None:
+            flow.take_out(viewer)
+        held_s = drawn.held_ms / 1000
+        viewer.pace.got(drawn.sequence, now, calm=drawn.calm, overdue=drawn.overdue, held_s=held_s)
+        viewer.pump(self.traffic, now)
+        if flow is not None:
+            flow.put_in(viewer, now)
+
+    def has_room(self, viewer: VideoViewer, now: float) -> None:
+        """It reads again what it is sent."""
+        if viewer.party is None:
+            viewer.pump(self.traffic, now)
+
+    def is_full(self, viewer: VideoViewer) -> None:
+        """It does not read what it is sent."""
+        flow = self._flow_of(viewer)
+        if flow is not None:
+            flow.take_out(viewer)
+
+    def _watch(self, viewer: VideoViewer, now: float) -> None:
+        video = self._of(viewer.drone_id, now)
+        if video is None:
+            self.end(viewer, NO_SUCH_DRONE, "there is no such drone")
+            return
+        flow = video.flow(viewer.key, now)
+        flow.viewers[viewer.number] = flow.alone[viewer.number] = viewer
+        situation = video.situation(viewer.key, now)
+        if flow.told is None:
+            flow.told = situation
+        viewer.situation(situation)
+        viewer.stream = flow.stream
+        viewer.pace.watch(flow.stream, now)
+        viewer.pump(self.traffic, now)
+        video.tell_situation(now)
+
+    def _take_off(self, viewer: VideoViewer) -> None:
+        flow = self._flow_of(viewer)
+        if flow is not None:
+            flow.take_out(viewer)
+            flow.viewers.pop(viewer.number, None)
+            flow.alone.pop(viewer.number, None)
+
+    def _flow_of(self, viewer: VideoViewer) -> Flow | None:
+        video = self._drones.get(viewer.drone_id)
+        flow = video.flows.get(viewer.key) if video is not None else None
+        return flow if flow is not None and viewer.number in flow.viewers else None
+
+    def end(self, viewer: VideoViewer, code: int, why: str) -> None:
+        """Nothing more goes to this viewer from this instant; the connection's own end only tells why."""
+        viewer.end(code, why)
+        self.leave(viewer)
+
+    # -- who may watch -------------------------------------------------------------------------------------------
+
+    def look_again(self, drone_id: DroneId | None = None) -> None:
+        """Owners, loans, leases or drones have changed (of one drone, or any): who may not watch any more is gone."""
+        for viewer in list(self._viewers.values()):
+            if drone_id is None or viewer.drone_id == drone_id:
+                refusal = why_not_watch(self._state.drones.get(viewer.drone_id), viewer.viewer)
+                if refusal is not None:
+                    self.end(viewer, refusal.code, refusal.words)
+        for one in [drone_id] if drone_id is not None else list(self._drones):
+            self._look_at_drone(one)
+
+    def end_where(self, why_signed_out: Callable[[Principal], str]) -> None:
+        """Ends those about whom something is said: accounts have changed."""
+        for viewer in list(self._viewers.values()):
+            why = why_signed_out(viewer.viewer)
+            if why:
+                self.end(viewer, SESSION_ENDED, why)
+
+    def end_sessions(self, session_ids: Iterable[SignInId], why: str) -> None:
+        """Sessions and tokens that have ended."""
+        ended = set(session_ids)
+        self.end_where(lambda principal: why if principal.session_id in ended else "")
+
+    def end_user(self, user_id: UserId, why: str) -> None:
+        """Everything that an account watches."""
+        self.end_where(lambda principal: why if principal.user_id == user_id else "")
+
+    def sockets_of(self, signed_in_by: SignInId) -> int:
+        """How many streams a session or a token watches."""
+        return sum(viewer.viewer.session_id == signed_in_by for viewer in self._viewers.values())
+
+    def say_good_bye(self) -> None:
+        """The tower is going down."""
+        for viewer in list(self._viewers.values()):
+            self.end(viewer, GOING_DOWN, "the tower is going down")
+        for drone_id, video in list(self._drones.items()):
+            video.end_channel("the tower is going down", GOING_DOWN)
+            self._end_sinks(drone_id, "the tower is going down")
+
+    # -- whoever takes everything --------------------------------------------------------------------------------
+
+    def attach(self, drone_id: DroneId, sink: StreamSink, now: float) -> bool:
+        """From the newest key picture on, every unit of its stream. False if there is no such drone."""
+        video = self._of(drone_id, now)
+        if video is None:
+            return False
+        key = StreamKey(sink.quality, sink.codec)
+        flow = video.flow(key, now)
+        flow.sinks[sink] = bool(flow.stream.group)
+        sink.state(video.situation(key, now))
+        for unit in flow.stream.group:
+            sink.unit(unit.message, unit.head, unit.at)
+        return True
+
+    def detach(self, drone_id: DroneId, sink: StreamSink) -> None:
+        """It wants no more. Harmless if it was gone already."""
+        video = self._drones.get(drone_id)
+        flow = video.flows.get(StreamKey(sink.quality, sink.codec)) if video is not None else None
+        if flow is not None:
+            flow.sinks.pop(sink, None)
+
+    def _end_sinks(self, drone_id: DroneId, why: str) -> None:
+        for flow in self._drones[drone_id].flows.values():
+            sinks, flow.sinks = list(flow.sinks), {}
+            for sink in sinks:
+                sink.ended(why)
+
+    # -- agents --------------------------------------------------------------------------------------------------
+
+    def link_changed(self, drone_id: DroneId, now: float | None = None) -> None:
+        """The agent of a drone has another link, or none."""
+        now = self._now if now is None else now
+        drone = self._state.drones.get(drone_id)
+        video = self._of(drone_id, now) if drone is not None and drone.link is not None else self._drones.get(drone_id)
+        if drone is None or video is None or video.link is drone.link:
+            return
+        self._tickets.pop(video.ticket, None)
+        video.linked(drone.link, now)
+        if video.ticket:
+            self._tickets[video.ticket] = video
+        video.tell_situation(now)
+
+    def resumed(self, link: AgentLink) -> None:
+        """The link has another control channel: what was posted on the last may be lost."""
+        video = self._drones.get(link.drone_id)
+        if video is not None and video.link is link:
+            video.tell_wanted()
+
+    def state_told(self, link: AgentLink, state: VideoState) -> None:
+        """The agent says how it is with its camera."""
+        video = self._drones.get(link.drone_id)
+        if video is not None and video.link is link:
+            video.state = state
+            video.tell_situation(self._now)
+
+    def clock_answered(self, link: AgentLink, answer: ClockAnswer, now: float) -> None:
+        """The agent says what time it is there."""
+        video = self._drones.get(link.drone_id)
+        if video is not None and video.link is link:
+            video.clock.answered(answer.number, answer.at_us, now)
+
+    def drone_of_ticket(self, ticket: str) -> DroneVideo | None:
+        """Whose video channel a ticket opens; None: of no link that stands."""
+        return self._tickets.get(ticket)
+
+    def open_channel(self, video: DroneVideo, channel: AgentVideoChannel) -> None:
+        """The agent's video process is there. A channel that it had is closed: the newest one counts."""
+        video.end_channel("the agent's video process has come again", CHANNEL_REPLACED)
+        video.channel = channel
+        for flow in video.flows.values():
+            flow.stream.broken()
+
+    def channel_lost(self, video: DroneVideo, channel: AgentVideoChannel) -> None:
+        """The channel is gone. Harmless if it has been replaced."""
+        if video.channel is channel:
+            video.channel = None
+            for flow in video.flows.values():
+                flow.stream.broken()
+
+    def unit(self, video: DroneVideo, channel: AgentVideoChannel, message: bytes, now: float) -> UnitHead:
+        """A unit came from an agent; `now`: when. Raises MalformedUnit."""
+        head = decode_head(message)
+        self._now = now
+        traffic = self.traffic
+        traffic.units_in += 1
+        traffic.bytes_in += len(message)
+        key = StreamKey(head.quality, head.codec)
+        flow = video.flows.get(key)
+        if flow is None or video.channel is not channel:
+            traffic.dropped["unwanted"] += 1
+            return head
+        if not flow.stream.follows(head):
+            traffic.dropped["no-key"] += 1
+            if now - flow.key_asked_at >= ASK_KEY_EVERY_S:
+                flow.key_asked_at = now
+                channel.ask_key(key)
+            return head
+        captured_us = video.clock.tower_us(head.capture_us, now)
+        if captured_us:
+            traffic.age.observe(max(0.0, now - captured_us / 1e6))
+        message = with_capture_time(message, captured_us)
+        head = head._replace(capture_us=captured_us)
+        unit = Relayed(message, whole_message(BINARY, message), head, now)
+        flow.stream.put(unit)
+        self._note(video, flow, head, now)
+        self._fan_out(flow, unit, now)
+        return head
+
+    @staticmethod
+    def _note(video: DroneVideo, flow: Flow, head: UnitHead, now: float) -> None:
+        was_live = flow.is_live(now)
+        flow.unit_at, flow.silent_after_s = now, max(2.0, 4.0 / head.rate_hz)
+        flow.size, flow.rate_hz, flow.bits_per_s = (head.width, head.height), head.rate_hz, head.bits_per_s
+        if not was_live:
+            video.tell_situation(now)
+
+    def _fan_out(self, flow: Flow, unit: Relayed, now: float) -> None:
+        due = self._due
+        waited = bool(due)
+        for party in flow.parties:
+            party.comes(unit)
+            if not party.is_due:
+                party.is_due = True
+                due.append(party)
+        for viewer in flow.alone.values():
+            if not viewer.is_due:
+                viewer.is_due = True
+                due.append(viewer)
+        if not waited:
+            self._pump_some(now)
+        for sink, has_key in list(flow.sinks.items()):
+            if has_key or unit.head.key:
+                flow.sinks[sink] = True
+                sink.unit(unit.message, unit.head, now)
+
+    def _pump_some(self, now: float) -> None:
+        due, traffic, room = self._due, self.traffic, AT_ONCE
+        while due and room > 0:
+            one = due.popleft()
+            one.is_due = False
+            room -= one.weight
+            if isinstance(one, LockstepGroup) or one.party is None:
+                one.pump(traffic, now)
+        if due:
+            self.later(self._pump_some)
+
+    # -- time ----------------------------------------------------------------------------------------------------
+
+    def tick(self, now: float) -> None:
+        """Several times a second."""
+        self._now = now
+        for drone_id, video in list(self._drones.items()):
+            self._look_at_drone(drone_id)
+            video.tick(now)
+            video.tell_situation(now)
+            if video.is_idle(now):
+                self._forget(drone_id)
+        if now < self._look_at_viewers_at:
+            return
+        self._look_at_viewers_at = now + LOOK_AT_VIEWERS_EVERY_S
+        for viewer in list(self._viewers.values()):
+            viewer.tick(self.traffic, now)
+            if viewer.ended:
+                self.leave(viewer)
+
+    def _look_at_drone(self, drone_id: DroneId) -> None:
+        video, drone = self._drones.get(drone_id), self._state.drones.get(drone_id)
+        if video is None:
+            return
+        if drone is None:
+            self._end_sinks(drone_id, "the drone was removed")
+            self._forget(drone_id)
+            video.linked(None, self._now)
+            return
+        video.name = drone.record.name
+        self.link_changed(drone_id)
+
+    def _forget(self, drone_id: DroneId) -> None:
+        video = self._drones.pop(drone_id)
+        self._tickets.pop(video.ticket, None)
+
+    def _of(self, drone_id: DroneId, now: float) -> DroneVideo | None:
+        video, drone = self._drones.get(drone_id), self._state.drones.get(drone_id)
+        if video is None and drone is not None:
+            video = self._drones[drone_id] = DroneVideo(drone.record.name, self._new_ticket)
+            self.link_changed(drone_id, now)
+        return video
+
+    # -- what others ask -----------------------------------------------------------------------------------------
+
+    def video_of(self, drone: LiveDrone, now: float) -> DroneVideo:
+        """For those who only look: nothing is remembered of a drone that nobody watches."""
+        video = self._drones.get(drone.drone_id)
+        if video is None:
+            video = DroneVideo(drone.record.name, self._new_ticket)
+            video.link = drone.link
+        return video
+
+    def first_offered(self, drone_id: DroneId, keys: Sequence[StreamKey]) -> StreamKey:
+        """The first that the agent can make; the last where none is, or nobody knows yet. `keys`: one at least."""
+        video = self._drones.get(drone_id)
+        offered = () if video is None or video.state is None else video.state.codecs
+        return next((key for key in keys if key.codec in offered), keys[-1])
+
+    def count(self) -> tuple[int, int]:
+        """(viewers, streams that agents are asked for)."""
+        return len(self._viewers), sum(len(video.flows) for video in self._drones.values())
+
+
+def _random_ticket() -> str:
+    return secrets.token_urlsafe(32)

@@ -1,0 +1,33 @@
+"""Who may watch the video of a drone: whoever may have its frames, and did not have the video taken from them.
+
+The one judgement of `server.api.access`, asked when somebody comes and again on each change of what it depends on.
+"""
+
+from typing import Final, NamedTuple
+
+from server.domain.access import AccessRequest, Action, UnknownDrone, judge
+from server.domain.people import Principal
+from server.live.relay.live_drone import LiveDrone
+
+NOT_FOR_WATCHING: Final = 4403
+NO_SUCH_DRONE: Final = 4404
+VIEW_TAKEN: Final = 4403
+
+
+class NotToWatch(NamedTuple):
+    """Why not. `code`: with which a connection is closed."""
+
+    code: int
+    words: str
+
+
+def why_not_watch(drone: LiveDrone | None, principal: Principal) -> NotToWatch | None:
+    """None: they may. A drone that is not there and one that is not theirs get the same answer."""
+    relation = None if drone is None else drone.relation_of(principal.user_id, principal.role)
+    refusal = judge(AccessRequest(principal, Action.SEE_DRONE, relation)).refusal
+    if refusal is not None:
+        code = NO_SUCH_DRONE if isinstance(refusal, UnknownDrone) else NOT_FOR_WATCHING
+        return NotToWatch(code, refusal.message)
+    if drone is not None and drone.no_video_user_id == principal.user_id:
+        return NotToWatch(VIEW_TAKEN, f"an admin has taken the video of {drone.record.name} with the controls")
+    return None

@@ -1,1 +1,0 @@
-"""What the tower counts about itself, as Prometheus reads it."""

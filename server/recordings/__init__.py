@@ -1,1 +1,0 @@
-"""Recordings of live video: kept on the tower, made into MP4 when they have ended (docs/recordings.md)."""

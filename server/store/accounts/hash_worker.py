@@ -1,0 +1,63 @@
+"""The process that hashes passwords: started by `hashing_process` with the number of threads.
+
+Argon2 fills tens of megabytes for each hash. In the tower's own process its threads would share the interpreter's lock
+and the kernel's lock of the address space with the event loop, and a thread that the system has put aside while it held
+one of them made frames wait for up to 70 ms (docs/adr/0009-hashing-has-a-process-of-its-own.md).
+
+Lines of JSON in on standard input, one out for each on standard output, in the order in which they are done. It ends
+when its input does, so also when the tower is killed. Imports nothing of ours: it starts with every tower.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Final
+
+from passlib.hash import argon2
+
+NICE: Final = 5
+"""Hashing may have all processors that nothing else wants; frames are first."""
+PARALLELISM: Final = 4
+
+
+def answer(question: dict[str, Any]) -> str | bool:
+    """The hash of `password`, or with `hash` whether it is the one of it."""
+    known = question.get("hash")
+    if known is not None:
+        return bool(argon2.verify(question["password"], known))
+    hasher = argon2.using(
+        type="ID", memory_cost=question["memory_kib"], rounds=question["rounds"], parallelism=PARALLELISM
+    )
+    return str(hasher.hash(question["password"]))
+
+
+def main(words: list[str]) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the tower, which then closes our input
+    with contextlib.suppress(OSError, AttributeError):
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))  # whatever the tower's own priority is
+        os.nice(NICE)
+    writing = threading.Lock()
+
+    def work(line: bytes) -> None:
+        question = json.loads(line)
+        try:
+            told: dict[str, Any] = {"id": question["id"], "answer": answer(question)}
+        except Exception as error:
+            told = {"id": question["id"], "error": type(error).__name__}
+        with writing, contextlib.suppress(BrokenPipeError):
+            sys.stdout.buffer.write(json.dumps(told).encode() + b"\n")
+            sys.stdout.buffer.flush()
+
+    with ThreadPoolExecutor(int(words[0])) as threads:
+        for line in sys.stdin.buffer:
+            threads.submit(work, line)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,26 @@
+"""After a restart: who was signed in from where is known again, from the sessions that still stand."""
+
+from __future__ import annotations
+
+from sqlalchemy import select
+
+from server.live.anonymous.known_addresses import KnownAddresses
+from server.live.anonymous.networks import origin_of
+from server.store.accounts.tables import SessionRow, UserRow
+from server.store.database import Database
+
+MAX_SESSIONS = 5_000
+
+
+async def remember_addresses(known: KnownAddresses, database: Database) -> None:
+    """The newest ones, so that what is forgotten first is oldest."""
+    newest = (
+        select(SessionRow.address, UserRow.name_key)
+        .join(UserRow, UserRow.id == SessionRow.user_id)
+        .order_by(SessionRow.last_seen_at.desc())
+        .limit(MAX_SESSIONS)
+    )
+    async with database.reading() as session:
+        found = list(await session.execute(newest))
+    for address, name in reversed(found):
+        known.remember(origin_of(address), name)

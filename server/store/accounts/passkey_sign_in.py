@@ -1,0 +1,180 @@
+"""Passkeys at the door: as sign-in, as second factor beside a password, and as a fresh proof. Knows nothing of HTTP.
+
+No password is hashed here, so nothing waits behind those who guess passwords. A passkey that verified its person
+counts as both factors: something they have, and what unlocks it.
+"""
+
+from __future__ import annotations
+
+import hmac
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from webauthn.helpers import base64url_to_bytes, bytes_to_base64url
+
+from server.domain.refusal import Refusal
+from server.live.accounts.challenges import Challenges, Purpose
+from server.live.accounts.relying_party import RelyingParty
+from server.live.accounts.webauthn_check import (
+    Assertion,
+    PasskeyFault,
+    challenge_in,
+    check_assertion,
+)
+from server.store.accounts import passkeys
+from server.store.accounts.sessions import Sessions, end_session
+from server.store.accounts.sign_in import SignedIn
+from server.store.accounts.tables import PasskeyRow, UserRow
+from server.store.audit.trail import Actor, record
+from server.store.database import Database
+
+
+class PasskeyRefused(Refusal):
+    """At the door: unknown, of somebody else, wrongly signed, a copy: on purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("the passkey was not accepted: try again, or sign in with your password")
+
+
+class WrongPasskey(PasskeyRefused):
+    """Of somebody signed in."""
+
+    def __init__(self) -> None:
+        Refusal.__init__(self, "the passkey was not accepted: is it one of this account, and for this address?")
+
+
+class PasswordNeeded(Refusal):
+    """An admin has set a password: until its user has changed it, no passkey stands in for it."""
+
+    def __init__(self) -> None:
+        super().__init__("an admin has given this account a new password: sign in with it, and then with your passkey")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the tower asked a browser for, as it has to come back."""
+
+    purpose: Purpose
+    asker: str
+    party: RelyingParty
+
+
+@dataclass(frozen=True)
+class _Checked:
+    passkey: PasskeyRow
+    user: UserRow
+    assertion: Assertion
+
+
+@dataclass(frozen=True)
+class PasskeySignInService:
+    database: Database
+    sessions: Sessions
+    challenges: Challenges
+
+    async def sign_in(
+        self,
+        credential: dict[str, Any],
+        *,
+        asked: Asked,
+        old_token: str | None,
+        address: str,
+        user_agent: str,
+        now: datetime,
+    ) -> SignedIn:
+        """Always a new session with a new token. Raises ChallengeOver, PasskeyRefused or PasswordNeeded."""
+        checked = await self._check(credential, asked=asked, user_id=None, address=address, now=now)
+        user = checked.user
+        if user.must_change_password:
+            raise PasswordNeeded
+        try:
+            async with self.database.writing() as session:
+                passkey = await passkeys.use(session, checked.passkey.id, checked.assertion, now)
+                fresh = await session.get(UserRow, user.id)
+                if fresh is None or fresh.disabled or fresh.must_change_password:
+                    raise PasskeyFault("changed meanwhile")
+                ended = await end_session(session, old_token) if old_token else None
+                begun = await self.sessions.begin(
+                    session, user_id=fresh.id, now=now, address=address, user_agent=user_agent
+                )
+                record(
+                    session,
+                    at=now,
+                    actor=Actor(fresh.id, fresh.name),
+                    action="session.began",
+                    address=address,
+                    detail={"passkey_id": passkey.id, "passkey": passkey.name},
+                )
+        except PasskeyFault as fault:
+            await self._refused(user, checked.passkey, fault.why, address, now)
+            raise PasskeyRefused from None
+        return SignedIn(fresh, begun, ended.id if ended else None)
+
+    async def accept(
+        self, credential: dict[str, Any], *, asked: Asked, user_id: int, address: str, now: datetime
+    ) -> PasskeyRow:
+        """A passkey of this very user, beside a password or for a fresh proof. Raises ChallengeOver or WrongPasskey."""
+        try:
+            checked = await self._check(credential, asked=asked, user_id=user_id, address=address, now=now)
+        except PasskeyRefused:
+            raise WrongPasskey from None
+        try:
+            async with self.database.writing() as session:
+                return await passkeys.use(session, checked.passkey.id, checked.assertion, now)
+        except PasskeyFault as fault:
+            await self._refused(checked.user, checked.passkey, fault.why, address, now)
+            raise WrongPasskey from None
+
+    def take_challenge(self, client_data: str, *, asked: Asked, now: datetime) -> bytes:
+        """Uses it up. Raises ChallengeOver or PasskeyFault."""
+        challenge = challenge_in(client_data)
+        self.challenges.take(challenge, purpose=asked.purpose, asker=asked.asker, now_s=now.timestamp())
+        return challenge
+
+    async def _check(
+        self, credential: dict[str, Any], *, asked: Asked, user_id: int | None, address: str, now: datetime
+    ) -> _Checked:
+        response = credential["response"]
+        try:
+            challenge = self.take_challenge(response["clientDataJSON"], asked=asked, now=now)
+            credential_id = base64url_to_bytes(credential["rawId"])
+        except (PasskeyFault, ValueError):
+            raise PasskeyRefused from None
+        async with self.database.reading() as session:
+            found = await passkeys.find(session, credential_id)
+        if found is None:
+            raise PasskeyRefused  # nobody's: there is nobody to write it down for
+        passkey, user = found
+        try:
+            assertion = check_assertion(
+                credential, challenge=challenge, party=asked.party, public_key=passkey.public_key
+            )
+            if user.disabled:
+                raise PasskeyFault("disabled")
+            if user_id is not None and user.id != user_id:
+                raise PasskeyFault("of another user")
+            handle = response.get("userHandle")
+            if handle is None and user_id is None:
+                raise PasskeyFault("no user handle")
+            if handle is not None and not _same_handle(handle, user.passkey_handle):
+                raise PasskeyFault("wrong user handle")
+        except PasskeyFault as fault:
+            await self._refused(user, passkey, fault.why, address, now)
+            raise PasskeyRefused from None
+        return _Checked(passkey, user, assertion)
+
+    async def _refused(self, user: UserRow, passkey: PasskeyRow, why: str, address: str, now: datetime) -> None:
+        async with self.database.writing() as session:
+            record(
+                session,
+                at=now,
+                actor=Actor(user.id, user.name),
+                action="session.refused",
+                address=address,
+                detail={"why": f"passkey: {why}", "passkey_id": passkey.id, "passkey": passkey.name},
+            )
+
+
+def _same_handle(handle: str, known: bytes | None) -> bool:
+    return hmac.compare_digest(handle, bytes_to_base64url(known or b""))

@@ -1,0 +1,84 @@
+"""A fresh proof of who sits there: what every change of a password, a factor, a token, a session or a user asks for.
+
+A session remembers when its person last proved who they are, with every factor that the account has. Signing in is
+such a proof; `POST /api/v1/session/proof` renews it. It is good for PROOF_MAX_AGE, for this session alone. A token
+never has one: whoever holds a stolen cookie or a token can use an account, and cannot make it theirs.
+
+Kinds of proof are a table of `server/api/accounts/proof_routes.py`. A kind checks the evidence, bounded by the same
+throttle as signing in, and then calls `renew`.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.access import PROOF_MAX_AGE
+from server.domain.people import Principal, TokenId
+from server.domain.refusal import Refusal
+from server.store.accounts.second_factor import WrongCode, spend
+from server.store.accounts.sessions import UnknownSession
+from server.store.accounts.sign_in import SignInService, WrongPassword
+from server.store.accounts.tables import SessionRow, UserRow
+from server.store.accounts.users import get_user
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import record
+
+
+class CodeNeeded(Refusal):
+    """The password is right, and the account has a second factor."""
+
+    def __init__(self) -> None:
+        super().__init__("the code of your authenticator is needed as well, or a recovery code")
+
+
+def fresh_until(proved_at: datetime | None) -> datetime | None:
+    """When a proof of that moment stops counting; None where there is no proof."""
+    return None if proved_at is None else proved_at + PROOF_MAX_AGE
+
+
+async def renew(session: AsyncSession, principal: Principal, *, kind: str, deed: AuditAction) -> None:
+    """Notes the proof in the session that gave it. In `Database.writing()`. Raises UnknownSession if it has ended."""
+    if isinstance(principal.session_id, TokenId):
+        raise UnknownSession
+    row = await session.get(SessionRow, principal.session_id)
+    if row is None or row.user_id != principal.user_id:
+        raise UnknownSession
+    row.proved_at = deed.at
+    deed.record(session, "session.proved", session_id=row.id, kind=kind)
+
+
+async def prove_by_password(
+    door: SignInService, principal: Principal, *, password: str, code: str | None, deed: AuditAction
+) -> None:
+    """The password, and a code where the account has a second factor.
+
+    Raises SignInThrottled, TooManySignIns, WrongPassword, CodeNeeded, WrongCode or UnknownSession.
+    """
+    async with door.database.reading() as session:
+        user = await get_user(session, principal.user_id)
+    await door.check_own_password(user=user, password=password, address=deed.address, now=deed.at)
+    if user.has_second_factor:
+        if not code:
+            raise CodeNeeded
+        door.throttle_codes(principal, deed.address, deed.at)
+    if not await _renewed(door, principal, user, code or "", deed):
+        async with door.database.writing() as session:
+            refused = {"why": "wrong code"}
+            record(session, at=deed.at, actor=deed.by, action="session.refused", address=deed.address, detail=refused)
+        raise WrongCode
+    if user.has_second_factor:
+        door.code_was_right(principal, deed.address)
+
+
+async def _renewed(door: SignInService, principal: Principal, checked: UserRow, code: str, deed: AuditAction) -> bool:
+    """False where the code is wrong."""
+    async with door.database.writing() as session:
+        user = await get_user(session, principal.user_id)
+        if user.password_hash != checked.password_hash or user.has_second_factor != checked.has_second_factor:
+            raise WrongPassword  # changed while it was being checked
+        if user.has_second_factor and not await spend(session, user, code, deed.at, door.vault):
+            return False
+        await renew(session, principal, kind="password", deed=deed)
+    return True

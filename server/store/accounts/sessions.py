@@ -1,0 +1,155 @@
+"""Sessions: how a browser that signed in is known again. Holds the rule of how long; knows nothing of HTTP.
+
+A session ends when it was idle too long, when it is too old, when its user signs out, is disabled or gets a new
+password. The token is 256 random bits, so a plain SHA-256 of it is enough in the database.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Final
+
+from sqlalchemy import delete, or_, select, update
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.people import Principal, Role, SignInId
+from server.domain.refusal import Refusal
+from server.store.accounts.tables import SessionRow, UserRow
+from server.store.database import Database
+from wire.ids import UserId
+
+SEEN_EVERY: Final = timedelta(minutes=1)
+"""`last_seen_at` is written at most this often: not every request is worth a write."""
+
+
+class UnknownSession(Refusal):
+    """No such session, or somebody else's: on purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such session")
+
+
+@dataclass(frozen=True)
+class NewSession:
+    session_id: int
+    token: str
+
+
+def lacks_demanded_factor(user: UserRow, *, admins_need_one: bool) -> bool:
+    """`admins_need_one`: the setting TOWER_ADMINS_NEED_SECOND_FACTOR."""
+    return admins_need_one and user.role == Role.ADMIN and not user.has_second_factor
+
+
+def hash_token(token: str) -> str:
+    return hashlib.sha256(token.encode()).hexdigest()
+
+
+class Sessions:
+    def __init__(
+        self, database: Database, *, idle_s: float, lifetime_s: float, admins_need_second_factor: bool = False
+    ) -> None:
+        self._database = database
+        self._admins_need_factor = admins_need_second_factor
+        self._idle = timedelta(seconds=idle_s)
+        self._lifetime = timedelta(seconds=lifetime_s)
+
+    def lacks_demanded_factor(self, user: UserRow) -> bool:
+        return lacks_demanded_factor(user, admins_need_one=self._admins_need_factor)
+
+    def ends_at(self, *, created_at: datetime, last_seen_at: datetime) -> datetime:
+        return min(created_at + self._lifetime, last_seen_at + self._idle)
+
+    async def find(self, token: str, now: datetime) -> Principal | None:
+        """Whose token it is, or None when no session (any more) has it. Counts as a sign of life."""
+        return await self._look_up(SessionRow.token_hash == hash_token(token), now, seen=True)
+
+    async def check(self, session_id: int, now: datetime) -> Principal | None:
+        """The same by id, for a live connection that stays open, without counting as a sign of life."""
+        return await self._look_up(SessionRow.id == session_id, now, seen=False)
+
+    async def touch(self, session_id: int, now: datetime) -> Principal | None:
+        """The same by id, and it counts as a sign of life."""
+        return await self._look_up(SessionRow.id == session_id, now, seen=True)
+
+    async def _look_up(self, condition: object, now: datetime, *, seen: bool) -> Principal | None:
+        async with self._database.reading() as session:
+            found = (
+                await session.execute(
+                    select(SessionRow, UserRow).join(UserRow, UserRow.id == SessionRow.user_id).where(condition)  # type: ignore[arg-type]
+                )
+            ).one_or_none()
+        if found is None:
+            return None
+        row, user = found
+        ends_at = self.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)
+        if user.disabled or now >= ends_at:
+            return None
+        if seen and now - row.last_seen_at >= SEEN_EVERY:
+            async with self._database.writing() as session:
+                await session.execute(update(SessionRow).where(SessionRow.id == row.id).values(last_seen_at=now))
+            ends_at = self.ends_at(created_at=row.created_at, last_seen_at=now)
+        return Principal(
+            UserId(user.id),
+            user.name,
+            Role(user.role),
+            row.id,
+            ends_at,
+            proved_at=row.proved_at,
+            must_change_password=user.must_change_password,
+            must_add_second_factor=self.lacks_demanded_factor(user),
+        )
+
+    async def begin(
+        self, session: AsyncSession, *, user_id: int, now: datetime, address: str, user_agent: str
+    ) -> NewSession:
+        """For somebody who has just proved who they are. Also sweeps out everybody's sessions that have ended by
+        themselves."""
+        await session.execute(
+            delete(SessionRow).where(
+                or_(SessionRow.created_at <= now - self._lifetime, SessionRow.last_seen_at <= now - self._idle)
+            )
+        )
+        token = secrets.token_urlsafe(32)
+        row = SessionRow(
+            token_hash=hash_token(token),
+            user_id=user_id,
+            created_at=now,
+            last_seen_at=now,
+            proved_at=now,
+            address=address[:64],
+            user_agent=user_agent[:256],
+        )
+        session.add(row)
+        await session.flush()
+        return NewSession(row.id, token)
+
+
+async def end_session(session: AsyncSession, token: str) -> SessionRow | None:
+    """Deletes the session with this token. Returns what it was."""
+    row = await session.scalar(select(SessionRow).where(SessionRow.token_hash == hash_token(token)))
+    if row is not None:
+        await session.delete(row)
+    return row
+
+
+async def end_sessions_of(session: AsyncSession, user_id: int) -> None:
+    await session.execute(delete(SessionRow).where(SessionRow.user_id == user_id))
+
+
+async def void_proofs(session: AsyncSession, user_id: int, *, but: SignInId) -> None:
+    """The other sessions of this user prove anew who they are: what they proved was without the newest factor."""
+    others = update(SessionRow).where(
+        SessionRow.user_id == user_id, SessionRow.id != (but if isinstance(but, int) else 0)
+    )
+    await session.execute(others.values(proved_at=None))
+
+
+async def list_sessions(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[SessionRow, UserRow]]:
+    """With whose they are, newest first; of everybody where `user_id` is None. Some may have ended by themselves."""
+    query = select(SessionRow, UserRow).join(UserRow, UserRow.id == SessionRow.user_id).order_by(SessionRow.id.desc())
+    if user_id is not None:
+        query = query.where(SessionRow.user_id == user_id)
+    return [(row, owner) for row, owner in await session.execute(query)]

@@ -1,0 +1,220 @@
+"""API tokens: how a program signs in for a user. Holds the rules; knows nothing of HTTP.
+
+A token is made for some scopes, and at each use it may do what is in its scopes *and* its owner may do at that moment.
+It always ends: by its date, by being revoked, with a new password of its owner, and with its owner's account (disabled
+or deleted). It is 256 random bits, so a plain SHA-256 of it is enough in the database.
+
+Its uses are noted in memory and written by `ApiTokens.write_uses`, now and then: no request waits for that.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+from collections.abc import Collection
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Any, Final
+
+import structlog
+from sqlalchemy import ColumnElement, delete, select, update
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.names import clean_name
+from server.domain.people import Principal, Role, TokenId
+from server.domain.refusal import Refusal
+from server.domain.scopes import FOR_ADMINS, Scope
+from server.store.accounts.sessions import hash_token, lacks_demanded_factor
+from server.store.accounts.tables import ApiTokenRow, UserRow
+from server.store.audit.action import AuditAction
+from server.store.database import Database
+from server.store.fleet.snapshot import begin_fleet_change
+from wire.ids import UserId
+
+PREFIX: Final = "twt_"
+"""So that people, and programs that look for secrets in the wrong places, know one when they see it."""
+MAX_PER_USER: Final = 50
+USUAL_LIFE: Final = timedelta(days=90)
+"""Where nobody says otherwise, and the tower allows it."""
+MAX_LIFETIME: Final = timedelta(days=365)
+"""Whatever the setting TOWER_TOKEN_LONGEST_DAYS says."""
+WRITE_USES_EVERY_S: Final = 60.0
+_log = structlog.get_logger(__name__)
+
+
+class UnknownToken(Refusal):
+    """No such token, or somebody else's: on purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such token")
+
+
+class TooManyTokens(Refusal):
+    def __init__(self) -> None:
+        super().__init__(f"a user has at most {MAX_PER_USER} tokens: revoke one first")
+
+
+class BadScopes(Refusal):
+    """Not a set of scopes that this user's token can have."""
+
+
+class BadExpiry(Refusal):
+    """Not a moment at which a token can end."""
+
+
+def scopes_of(row: ApiTokenRow) -> frozenset[Scope]:
+    """What the token is for. A scope that this version does not know is none."""
+    return frozenset(scope for scope in Scope if scope.value in row.scopes.split())
+
+
+async def create_token(
+    session: AsyncSession,
+    *,
+    owner: UserRow,
+    name: str,
+    scopes: Collection[Scope],
+    expires_at: datetime | None,
+    deed: AuditAction,
+    longest: timedelta = MAX_LIFETIME,
+) -> tuple[ApiTokenRow, str]:
+    """The row, and the token itself, which is told here and never again. Without an end: USUAL_LIFE, or `longest`."""
+    name = clean_name(name)
+    if not scopes:
+        raise BadScopes("a token needs at least one scope")
+    if owner.role != Role.ADMIN and FOR_ADMINS & set(scopes):
+        raise BadScopes("only an admin's token can have the scopes admin and metrics")
+    if expires_at is None:
+        expires_at = deed.at + min(USUAL_LIFE, longest)
+    if not deed.at < expires_at <= deed.at + longest:
+        raise BadExpiry(f"a token ends in the future, within {longest.days} days")
+    await begin_fleet_change(session)
+    await _make_room(session, owner, deed)
+    secret = PREFIX + secrets.token_urlsafe(32)
+    row = ApiTokenRow(
+        token_hash=hash_token(secret),
+        user_id=owner.id,
+        name=name,
+        scopes=" ".join(sorted(set(scopes))),
+        created_at=deed.at,
+        expires_at=expires_at,
+        last_used_at=None,
+    )
+    session.add(row)
+    await session.flush()
+    deed.record(session, "token.created", **_about(row, owner), scopes=row.scopes, expires_at=expires_at.isoformat())
+    return row, secret
+
+
+async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[ApiTokenRow, UserRow]]:
+    """With their owners, in the order of their ids; of everybody where `user_id` is None."""
+    query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).order_by(ApiTokenRow.id)
+    if user_id is not None:
+        query = query.where(ApiTokenRow.user_id == user_id)
+    return [(row, owner) for row, owner in await session.execute(query)]
+
+
+async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, deed: AuditAction) -> None:
+    """`of_user`: whose it has to be; None for anybody's. Raises UnknownToken."""
+    await begin_fleet_change(session)
+    row = await session.get(ApiTokenRow, token_id)
+    if row is None or of_user not in (None, row.user_id):
+        raise UnknownToken
+    owner = await session.get_one(UserRow, row.user_id)
+    deed.record(session, "token.revoked", **_about(row, owner))
+    await session.delete(row)
+
+
+async def _make_room(session: AsyncSession, owner: UserRow, deed: AuditAction) -> None:
+    """For one more. Expired ones are listed for as long as there is room, and stand in nobody's way."""
+    kept = list(await session.scalars(select(ApiTokenRow).where(ApiTokenRow.user_id == owner.id)))
+    if len(kept) < MAX_PER_USER:
+        return
+    over = [row for row in kept if row.expires_at <= deed.at]
+    if not over:
+        raise TooManyTokens
+    for row in over:
+        deed.record(session, "token.expired", **_about(row, owner))
+        await session.delete(row)
+
+
+def _about(row: ApiTokenRow, owner: UserRow) -> dict[str, Any]:
+    return {"token_id": row.id, "token": row.name, "user_id": owner.id, "user": owner.name}
+
+
+async def end_tokens_of(session: AsyncSession, user_id: int) -> None:
+    """The account is disabled, or has a new password: its tokens do not come back."""
+    await session.execute(delete(ApiTokenRow).where(ApiTokenRow.user_id == user_id))
+
+
+@dataclass(frozen=True)
+class TokenUse:
+    at: datetime
+    address: str | None
+    """None: on a connection that was open already."""
+
+
+class ApiTokens:
+    """Looks tokens up, as `Sessions` does for sessions."""
+
+    def __init__(self, database: Database, *, admins_need_second_factor: bool = False) -> None:
+        self._database = database
+        self._admins_need_factor = admins_need_second_factor
+        self._uses: dict[int, TokenUse] = {}
+        """Not written yet, by the token's id: at most one for each token there is."""
+
+    async def find(self, token: str, now: datetime, *, address: str) -> Principal | None:
+        """Whose token it is and for what, or None when it is not (any more) good."""
+        if not token.startswith(PREFIX):
+            return None
+        return await self._look_up(ApiTokenRow.token_hash == hash_token(token), now, address)
+
+    async def touch(self, token_id: TokenId, now: datetime) -> Principal | None:
+        """The same by id, for a live connection that stays open."""
+        return await self._look_up(ApiTokenRow.id == token_id.id, now, None)
+
+    async def _look_up(self, condition: ColumnElement[bool], now: datetime, address: str | None) -> Principal | None:
+        async with self._database.reading() as session:
+            query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).where(condition)
+            found = (await session.execute(query)).one_or_none()
+        if found is None:
+            return None
+        row, owner = found
+        if owner.disabled or now >= row.expires_at:
+            return None
+        if address is None and (noted := self._uses.get(row.id)) is not None:
+            address = noted.address
+        self._uses[row.id] = TokenUse(now, address)
+        return Principal(
+            UserId(owner.id),
+            owner.name,
+            Role(owner.role),
+            TokenId(row.id),
+            row.expires_at,
+            scopes=scopes_of(row),
+            must_change_password=owner.must_change_password,
+            must_add_second_factor=lacks_demanded_factor(owner, admins_need_one=self._admins_need_factor),
+        )
+
+    async def write_uses(self) -> None:
+        """When and from where each token was used last, of those that were used since the last call. What cannot be
+        written stays for the next one."""
+        uses, self._uses = self._uses, {}
+        if not uses:
+            return
+        try:
+            async with self._database.writing() as session:
+                for token_id, use in uses.items():
+                    values: dict[str, Any] = {"last_used_at": use.at}
+                    if use.address is not None:
+                        values["last_used_address"] = use.address[:64]
+                    await session.execute(update(ApiTokenRow).where(ApiTokenRow.id == token_id).values(values))
+        except SQLAlchemyError:
+            self._uses = uses | self._uses
+            _log.warning("token_uses_not_written", exc_info=True)
+
+    async def keep_writing_uses(self) -> None:
+        """Never returns; the last uses before a stop are written by whoever stops it."""
+        while True:
+            await asyncio.sleep(WRITE_USES_EVERY_S)
+            await self.write_uses()

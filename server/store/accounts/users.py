@@ -1,0 +1,170 @@
+"""The rules of user accounts: create, change, delete, and the check at the door. Knows nothing of HTTP.
+
+Every function takes a session of `Database.writing()`, so that a rule and its audit record live or die together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.names import clean_name, is_name, name_key
+from server.domain.people import Role
+from server.domain.refusal import Refusal, RetryLater
+from server.store.accounts import second_factor
+from server.store.accounts.sessions import end_sessions_of
+from server.store.accounts.tables import UserRow
+from server.store.accounts.tokens import end_tokens_of
+from server.store.audit.action import AuditAction
+from server.store.fleet.snapshot import begin_fleet_change
+
+
+class WrongSignIn(Refusal):
+    """Unknown name, wrong password or disabled account: on purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("the name or the password is wrong")
+
+
+class SignInThrottled(RetryLater):
+    def __init__(self, *, retry_after_s: float) -> None:
+        super().__init__("too many failed tries: wait before the next one", retry_after_s=retry_after_s)
+
+
+class UnknownUser(Refusal):
+    def __init__(self) -> None:
+        super().__init__("there is no such user")
+
+
+class UserNameTaken(Refusal):
+    def __init__(self) -> None:
+        super().__init__("another user has this name")
+
+
+class LastAdmin(Refusal):
+    def __init__(self) -> None:
+        super().__init__("the last admin who can sign in must not be demoted, disabled or deleted")
+
+
+@dataclass(frozen=True)
+class UserChange:
+    """What to change; None leaves a thing as it is."""
+
+    role: Role | None = None
+    disabled: bool | None = None
+    password_hash: str | None = None
+    must_change_password: bool = True
+    """Goes with `password_hash`: somebody else than its user has set it."""
+    keep_tokens: bool = False
+    """Goes with `password_hash`: API tokens outlive it."""
+
+
+async def find_user(session: AsyncSession, name: str) -> UserRow | None:
+    if not is_name(name):
+        return None
+    return await session.scalar(select(UserRow).where(UserRow.name_key == name_key(clean_name(name))))
+
+
+async def get_user(session: AsyncSession, user_id: int) -> UserRow:
+    row = await session.get(UserRow, user_id)
+    if row is None:
+        raise UnknownUser
+    return row
+
+
+async def list_users(session: AsyncSession) -> list[UserRow]:
+    return list(await session.scalars(select(UserRow).order_by(UserRow.id)))
+
+
+async def create_user(
+    session: AsyncSession,
+    *,
+    name: str,
+    role: Role,
+    password_hash: str,
+    deed: AuditAction,
+    must_change_password: bool = True,
+) -> UserRow:
+    name = clean_name(name)
+    await begin_fleet_change(session)
+    if await find_user(session, name) is not None:
+        raise UserNameTaken
+    row = UserRow(
+        name=name,
+        name_key=name_key(name),
+        role=role.value,
+        password_hash=password_hash,
+        disabled=False,
+        created_at=deed.at,
+        must_change_password=must_change_password,
+    )
+    session.add(row)
+    await session.flush()
+    deed.record(session, "user.created", user_id=row.id, user=name, role=role.value)
+    return row
+
+
+async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, deed: AuditAction) -> UserRow:
+    """Signs the user out everywhere when disabled or given a new password, and ends their API tokens."""
+    await begin_fleet_change(session)
+    row = await get_user(session, user_id)
+    goes_as_admin = change.disabled is True or change.role is Role.OPERATOR
+    if goes_as_admin:
+        await _keep_an_admin(session, row)
+    if change.role is not None and change.role.value != row.role:
+        row.role = change.role.value
+        deed.record(session, "user.role_changed", **_about(row), role=row.role)
+    if change.disabled is not None and change.disabled != row.disabled:
+        row.disabled = change.disabled
+        action = "user.disabled" if change.disabled else "user.enabled"
+        deed.record(session, action, **_about(row))
+    if change.password_hash is not None:
+        row.password_hash = change.password_hash
+        row.must_change_password = change.must_change_password
+        row.password_changed_at = deed.at
+        deed.record(session, "user.password_changed", **_about(row))
+    if change.disabled or change.password_hash is not None:
+        await end_sessions_of(session, row.id)
+    if change.disabled or (change.password_hash is not None and not change.keep_tokens):
+        await end_tokens_of(session, row.id)
+    return row
+
+
+async def reset_second_factor(session: AsyncSession, *, user_id: int, deed: AuditAction) -> tuple[UserRow, bool]:
+    """For somebody who has lost it: whoever has found it may be signed in, so their sessions and tokens end as well.
+    Also returns whether there was one; nothing changes where there was none."""
+    await begin_fleet_change(session)
+    row = await get_user(session, user_id)
+    had_one = row.has_second_factor
+    await second_factor.reset(session, row, deed)
+    if had_one:
+        await end_sessions_of(session, row.id)
+        await end_tokens_of(session, row.id)
+    return row, had_one
+
+
+async def delete_user(session: AsyncSession, *, user_id: int, deed: AuditAction) -> None:
+    await begin_fleet_change(session)
+    row = await get_user(session, user_id)
+    await _keep_an_admin(session, row)
+    deed.record(session, "user.deleted", **_about(row))
+    await session.delete(row)
+
+
+def _about(row: UserRow) -> dict[str, Any]:
+    return {"user_id": row.id, "user": row.name}
+
+
+async def _keep_an_admin(session: AsyncSession, row: UserRow) -> None:
+    if row.role != Role.ADMIN or row.disabled:
+        return
+    others = await session.scalar(
+        select(func.count())
+        .select_from(UserRow)
+        .where(UserRow.role == Role.ADMIN.value, UserRow.disabled.is_(False), UserRow.id != row.id)
+    )
+    if not others:
+        raise LastAdmin

@@ -1,0 +1,107 @@
+"""How accounts look from outside: the JSON of sign-in and of users administration."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from server.domain.people import Role
+from server.store.accounts.passkey_views import PasskeyAnswer
+from server.store.accounts.tables import UserRow
+
+
+class Strict(BaseModel):
+    """A misspelt member is an error, not something that is silently left undone."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+Secret = Annotated[str, Field(max_length=1024)]
+Code = Annotated[str, Field(max_length=64, description="Of the authenticator, or a recovery code")]
+
+
+class SignIn(Strict):
+    name: Annotated[str, Field(max_length=1024)]
+    password: Secret
+    code: Annotated[
+        str | None, Field(max_length=64, description="Of the authenticator, or a recovery code; where one is needed")
+    ] = None
+    passkey: Annotated[
+        PasskeyAnswer | None, Field(description="Instead of a code; asked for with `POST /session/passkey/options`")
+    ] = None
+
+
+class PasswordChange(Strict):
+    old_password: Secret
+    new_password: Annotated[
+        str, Field(max_length=1024, description="12 to 256 characters of any kind, not easy to guess")
+    ]
+    keep_tokens: Annotated[bool, Field(description="API tokens outlive the old password")] = False
+
+
+class NewPassword(Strict):
+    password: Secret
+
+
+class PasswordJudgement(BaseModel):
+    """What the tower thinks of a new password."""
+
+    acceptable: bool
+    message: Annotated[str, Field(description="Why it is not acceptable; or empty")]
+
+
+class CodeProof(Strict):
+    code: Code
+
+
+class Me(BaseModel):
+    """Who is signed in."""
+
+    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
+
+    id: int
+    name: str
+    role: Role
+    must_change_password: Annotated[bool, Field(description="Nothing else may be done before")]
+    second_factor: Annotated[bool, Field(description="The password alone does not sign in")]
+    must_add_second_factor: Annotated[bool, Field(description="Nothing else may be done before")] = False
+
+    @classmethod
+    def of(cls, row: UserRow, *, must_add: bool = False) -> Me:
+        return cls(
+            id=row.id,
+            name=row.name,
+            role=Role(row.role),
+            must_change_password=row.must_change_password,
+            second_factor=row.has_second_factor,
+            must_add_second_factor=must_add,
+        )
+
+
+class AccountView(Me):
+    """A user, as an admin sees them."""
+
+    disabled: bool
+    created_at: datetime
+    passkeys: Annotated[int, Field(description="How many they have")]
+
+    @classmethod
+    def of(cls, row: UserRow, *, must_add: bool = False) -> AccountView:
+        me = Me.of(row, must_add=must_add).model_dump()
+        return cls(**me, disabled=row.disabled, created_at=row.created_at, passkeys=row.passkey_count)
+
+
+class NewUser(Strict):
+    name: Annotated[str, Field(description="1 to 64 printable characters")]
+    password: Annotated[str, Field(description="12 to 256 characters of any kind, not easy to guess")]
+    role: Role = Role.OPERATOR
+
+
+class UserPatch(Strict):
+    """What is left out (or null) stays as it is."""
+
+    role: Role | None = None
+    disabled: bool | None = None
+    password: Annotated[str | None, Field(description="12 to 256 characters of any kind, not easy to guess")] = None

@@ -1,0 +1,29 @@
+"""What the rules of accounts and fleet are told about a deed: who, from where, when. One object instead of three."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.store.audit.trail import Identified, record
+
+
+@dataclass(frozen=True)
+class AuditAction:
+    by: Identified
+    at: datetime
+    address: str = ""
+
+    def record(self, session: AsyncSession, action: str, *, drone_id: int | None = None, **detail: Any) -> None:
+        record(
+            session,
+            at=self.at,
+            actor=self.by,
+            action=action,
+            address=self.address,
+            drone_id=drone_id,
+            detail=detail,
+        )

@@ -1,0 +1,59 @@
+"""Writes the audit trail: who did what, in the same transaction as the deed. Never put a secret into `detail`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Final, Protocol
+
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.store.audit.tables import AuditEventRow
+
+
+class Identified(Protocol):
+    """Anything with a user's id and name: an `Actor`, or the `Principal` of a request."""
+
+    @property
+    def user_id(self) -> int | None: ...
+
+    @property
+    def name(self) -> str: ...
+
+
+@dataclass(frozen=True)
+class Actor:
+    """Who did it. `user_id` is None for somebody who is not signed in, and for the command line."""
+
+    user_id: int | None
+    name: str
+
+
+COMMAND_LINE: Final = Actor(None, "tower command")
+TOWER: Final = Actor(None, "tower")
+"""For what the tower does by itself."""
+
+
+def record(
+    session: AsyncSession,
+    *,
+    at: datetime,
+    actor: Identified,
+    action: str,
+    address: str = "",
+    drone_id: int | None = None,
+    detail: Mapping[str, Any] | None = None,
+) -> None:
+    """Actions are named `noun.verb` in the past tense, like `user.created`."""
+    session.add(
+        AuditEventRow(
+            at=at,
+            actor_id=actor.user_id,
+            actor_name=actor.name[:64],
+            action=action,
+            drone_id=drone_id,
+            detail=dict(detail or {}),
+            address=address[:64],
+        )
+    )

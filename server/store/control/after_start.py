@@ -1,0 +1,31 @@
+"""What a tower settles before it answers anybody: nobody assists a drone in a tower that has just started.
+
+Whose turn it was went with the old process. Were the assistance to go on under its epoch, the sticks of holder and
+assistant could both pass in it; with a new epoch they cannot.
+"""
+
+from sqlalchemy import select
+
+from server.domain.clock import Clock
+from server.domain.lease import TOWER as THE_TOWER
+from server.domain.lease import Changed, Event, decide
+from server.store.audit.trail import TOWER, record
+from server.store.control.lease_store import lease_of_row
+from server.store.control.tables import ControlLeaseRow
+from server.store.database import Database
+
+
+async def end_assistance(database: Database, clock: Clock) -> None:
+    """Comes before the hub is fed, so that nobody has seen the old epoch in this process."""
+    reason = "the tower was started again"
+    async with database.writing() as session:
+        assisted = select(ControlLeaseRow).where(ControlLeaseRow.assistant_id.is_not(None)).with_for_update()
+        for row in await session.scalars(assisted):
+            outcome = decide(lease_of_row(row), Event.ASSIST_END, THE_TOWER)
+            if not isinstance(outcome, Changed):
+                continue
+            row.assistant_id, row.epoch = None, outcome.lease.epoch
+            row.changed_at, row.reason = clock(), reason
+            detail = {"reason": reason, "result": "done", "epoch": row.epoch}
+            action = f"control.{Event.ASSIST_END.value}"
+            record(session, at=clock(), actor=TOWER, action=action, drone_id=row.drone_id, detail=detail)

@@ -1,0 +1,232 @@
+"""Acts on what the hub notices: holds what has to be held at once, ends leases, writes down how every hold went.
+
+The hub calls `noticed` and goes on. What must not wait for a database (an order to hold) happens inside that call; the
+rest is carried out one event after the other for each drone, and tried again while the database is out of reach.
+"""
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any, Final
+
+import structlog
+from sqlalchemy.exc import SQLAlchemyError
+
+from server.domain.access import UnknownDrone
+from server.domain.clock import Clock
+from server.domain.lease import Event
+from server.live.hub import Hub
+from server.live.hub_events import (
+    AgentLinked,
+    ControlsMoved,
+    HolderExpired,
+    HolderGone,
+    HoldStepReported,
+    HoldToKeep,
+    HubEvent,
+    LoanLimitPassed,
+    LossParametersReported,
+    MotionSuspected,
+    OfferLapsed,
+    RightLost,
+    RttTooLong,
+    SeparationLost,
+    TurnWanted,
+)
+from server.store.audit.trail import TOWER, Actor, record
+from server.store.control.loss_checks import LossChecks
+from server.store.control.open_hold_store import write_open_hold
+from server.store.control.rehearsal import Rehearsals
+from server.store.control.service import ControlRefused, ControlService
+from server.store.control.who_withdrew import who_withdrew
+from server.store.database import Database
+from wire.ids import DroneId
+
+MAX_WAITING: Final = 64
+"""Events of one drone that wait for the database: a minute of the wildest changing of hands."""
+
+TRY_AGAIN_AFTER_S: Final = 1.0
+MAX_TRIES: Final = 600
+"""Ten minutes. A lease that could not be ended by then is ended by the next change of anything in the fleet."""
+
+CAUGHT_UP_WITHIN_S: Final = 5.0
+
+AGENT: Final = Actor(None, "agent")
+_RIGHTS: Final = {"holder": Event.REVOKE, "taken_from": Event.FORGET, "assistant": Event.ASSIST_END}
+_log = structlog.get_logger(__name__)
+
+
+class HubEventHandler:
+    """One for a tower, told by the hub (`hub.on_event = event_handler.noticed`) inside a running loop."""
+
+    def __init__(
+        self,
+        *,
+        service: ControlService,
+        hub: Hub,
+        database: Database,
+        clock: Clock,
+        loss_checks: LossChecks,
+        rehearsals: Rehearsals,
+        agent_linked: Callable[[DroneId], None] = lambda drone_id: None,
+        try_again_after_s: float = TRY_AGAIN_AFTER_S,
+        monotonic: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._service = service
+        self._hub = hub
+        self._database = database
+        self._clock = clock
+        self._loss_checks = loss_checks
+        self._rehearsals = rehearsals
+        self._agent_linked = agent_linked
+        self._try_again_after_s = try_again_after_s
+        self._monotonic = monotonic
+        self._waiting: dict[DroneId, deque[HubEvent]] = {}
+        self._at_work: dict[DroneId, asyncio.Task[None]] = {}
+
+    def noticed(self, event: HubEvent) -> None:
+        """Does at once what cannot wait, and sees to the rest soon. Never raises, never waits."""
+        match event:
+            case AgentLinked():
+                self._agent_linked(event.drone_id)
+                return
+            case LossParametersReported():
+                self._loss_checks.reported(event.drone_id, event.parameters)
+                return
+            case HoldStepReported():
+                self._rehearsals.hold_step(event.drone_id, event.progress, self._monotonic())
+                if not event.progress.step.final:
+                    return
+            case HolderGone():
+                self._hub.order_hold(event.drone_id, f"the holder has been gone for {event.for_s:.0f} s")
+            case LoanLimitPassed():
+                self._hub.order_hold(event.drone_id, event.why)
+            case RttTooLong():
+                self._hub.order_hold(event.drone_id, f"the round trip takes {event.rtt_ms:.0f} ms")
+        self._queue(event)
+
+    async def caught_up(self) -> None:
+        """Returns when everything that was noticed before the call has been seen to, or nearly: whoever waits for it
+        must not wait for a database that is out of reach."""
+        if self._at_work:
+            await asyncio.wait(self._at_work.values(), timeout=CAUGHT_UP_WITHIN_S)
+
+    async def stop(self) -> None:
+        """What is still waiting is not done: the database has the truth, and the next start looks at it."""
+        tasks = list(self._at_work.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    def _queue(self, event: HubEvent) -> None:
+        drone_id = event.drone_id
+        waiting = self._waiting.setdefault(drone_id, deque())
+        if event in waiting:
+            return
+        if len(waiting) >= MAX_WAITING:
+            self._hold_without_database(event)
+            _log.error("control_events_lost", drone_id=drone_id, what=type(event).__name__)
+            return
+        waiting.append(event)
+        if drone_id not in self._at_work:
+            self._at_work[drone_id] = asyncio.create_task(self._work(drone_id, waiting))
+
+    async def _work(self, drone_id: DroneId, waiting: deque[HubEvent]) -> None:
+        try:
+            while waiting:
+                await self._see_to(waiting[0])
+                waiting.popleft()
+        finally:
+            del self._at_work[drone_id]
+            self._waiting.pop(drone_id, None)
+
+    async def _see_to(self, event: HubEvent) -> None:
+        for number in range(MAX_TRIES):
+            try:
+                await self._carry_out(event)
+            except (ControlRefused, UnknownDrone):
+                return  # it has come too late: somebody else has changed the lease meanwhile
+            except (SQLAlchemyError, OSError) as error:
+                if number == 0:
+                    self._hold_without_database(event)
+                    words = {"what": type(event).__name__, "error": type(error).__name__}
+                    _log.error("control_event_failed", drone_id=event.drone_id, **words)
+                await asyncio.sleep(self._try_again_after_s)
+            except Exception:
+                self._hold_without_database(event)
+                _log.exception("control_event_failed", drone_id=event.drone_id, what=type(event).__name__)
+                return
+            else:
+                return
+
+    def _hold_without_database(self, event: HubEvent) -> None:
+        """Whoever may not fly must not go on flying because a disk is full."""
+        if isinstance(event, RightLost) and event.whose == "holder":
+            self._hub.order_hold(event.drone_id, "the holder may not fly, and the database is out of reach")
+
+    async def _carry_out(self, event: HubEvent) -> None:
+        change = self._service.system_change
+        now = self._monotonic()
+        match event:
+            case HolderGone():
+                gone = {"user_id": event.user_id, "gone_s": round(event.for_s, 1)}
+                await self._record(event.drone_id, "control.holder_gone", gone)
+            case RttTooLong():
+                await self._record(event.drone_id, "control.round_trip_too_long", {"rtt_ms": round(event.rtt_ms)})
+            case HolderExpired():
+                await self._expire(event, now)
+            case RightLost():
+                await self._withdraw(event, now)
+            case TurnWanted():
+                reason = "the assistant flies" if event.whose == "assistant" else "the assistant has stopped"
+                await change(event.drone_id, Event.TURN, reason=reason, turn_of=event.whose, now=now)
+            case OfferLapsed():
+                reason = "the controls were not accepted in time"
+                await change(event.drone_id, Event.OFFER_LAPSED, reason=reason, now=now)
+            case LoanLimitPassed():
+                await self._record(event.drone_id, "control.loan_limit", {"user_id": event.user_id, "why": event.why})
+            case SeparationLost():
+                near = {"other_id": event.other_id, "in_s": round(event.in_s, 1)}
+                metres = {"horizontal_m": round(event.horizontal_m, 1), "vertical_m": round(event.vertical_m, 1)}
+                await self._record(event.drone_id, "separation.warning", near | metres)
+            case MotionSuspected():
+                await self._record(event.drone_id, "drone.suspicious_motion", {"why": event.why})
+            case HoldStepReported():
+                await self._record_hold(event)
+            case HoldToKeep():
+                await write_open_hold(self._hub, self._database, event.drone_id)
+            case ControlsMoved():
+                await self._loss_checks.read_again(event.drone_id)
+
+    async def _withdraw(self, event: RightLost, now: float) -> None:
+        by = None
+        with suppress(SQLAlchemyError, OSError):  # a name is not worth waiting for
+            async with self._database.reading() as session:
+                by = await who_withdrew(session, event, self._clock())
+        what, about = _RIGHTS[event.whose], event.user_id
+        await self._service.system_change(event.drone_id, what, reason=event.reason, about=about, told_by=by, now=now)
+
+    async def _expire(self, event: HolderExpired, now: float) -> None:
+        drone = self._hub.drone(event.drone_id)
+        if drone is None or drone.holder_watch.missing_since is None:
+            return  # they have come back just now
+        reason = "the holder's connection stayed lost"
+        await self._service.system_change(event.drone_id, Event.EXPIRE, reason=reason, about=event.user_id, now=now)
+
+    async def _record_hold(self, event: HoldStepReported) -> None:
+        progress = event.progress
+        detail = {
+            "cause": progress.cause.value,
+            "reason": event.reason,
+            "epoch": progress.epoch,
+            "order_id": progress.order_id,
+            "detail": progress.detail[:256],
+            "elapsed_ms": progress.elapsed_ms,
+        }
+        await self._record(event.drone_id, f"hold.{progress.step.value}", detail, actor=AGENT)
+
+    async def _record(self, drone_id: DroneId, action: str, detail: dict[str, Any], *, actor: Actor = TOWER) -> None:
+        async with self._database.writing() as session:
+            record(session, at=self._clock(), actor=actor, action=action, drone_id=drone_id, detail=detail)

@@ -1,0 +1,216 @@
+"""Where leases are kept: one transaction that reads, decides and writes with a compare-and-set on the epoch.
+
+Knows the database and the table of rules; knows nothing of the hub. The audit record is a part of the same
+transaction, also where the answer was no.
+"""
+
+import time
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final, Protocol, cast
+
+from sqlalchemy import CursorResult, select, update
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.clock import Clock
+from server.domain.lease import Actor, Changed, Event, Lease, Refused, decide
+from server.domain.people import Principal, Role, UserRef
+from server.domain.relations import Relation, Right, may, relation_of
+from server.live.relay.live_drone import LeaseView
+from server.store.accounts.tables import UserRow
+from server.store.audit.trail import TOWER as TOWER_ITSELF
+from server.store.audit.trail import record
+from server.store.control.tables import ControlLeaseRow
+from server.store.database import Database
+from server.store.fleet.snapshot import ties_of
+from wire.ids import DroneId, Epoch, UserId
+
+MOVED: Final = Refused("control-changed", "who has the controls has just changed; look again")
+HOLDS_ANOTHER: Final = Refused("holds-another", "release the drone that you are flying first")
+
+
+@dataclass(frozen=True)
+class Ask:
+    """What somebody wants of a lease. `by` is None where the tower acts by itself.
+
+    `as_tower`: it is the tower's own event, whoever caused it. `about`: see Actor. `began_at`: perf_counter seconds.
+    """
+
+    drone_id: DroneId
+    event: Event
+    by: Principal | None
+    reason: str
+    began_at: float
+    address: str = ""
+    watch: bool = True
+    moves_video: bool = False
+    sticks_centred: bool = False
+    interrupts: bool = False
+    """With TAKE: the hold also interrupts a return or a landing that the autopilot flies."""
+    as_tower: bool = False
+    about: UserId | None = None
+
+
+@dataclass(frozen=True)
+class Committed:
+    """What is in the database now, and the lease that was there before."""
+
+    before: Lease
+    changed: Changed
+    view: LeaseView
+
+
+class LeaseStore(Protocol):
+    """All that the service wants of a database."""
+
+    async def commit(self, ask: Ask) -> Committed | Refused:
+        """Decides on the lease as it stands and writes what follows; of two at the same moment one is refused."""
+
+
+class DatabaseLeaseStore:
+    """Leases in the tower's database."""
+
+    def __init__(self, database: Database, clock: Clock) -> None:
+        self._database = database
+        self._clock = clock
+
+    async def commit(self, ask: Ask) -> Committed | Refused:
+        """See LeaseStore."""
+        try:
+            async with self._database.writing() as session:
+                outcome = await self._decide_and_write(session, ask)
+                self._record(session, ask, outcome)
+                await session.flush()
+        except IntegrityError:
+            # Somebody wrote the drone's first lease, or gave this operator another drone, at the same moment.
+            return HOLDS_ANOTHER if ask.event in (Event.ACQUIRE, Event.ACCEPT) else MOVED
+        return outcome
+
+    async def _decide_and_write(self, session: AsyncSession, ask: Ask) -> Committed | Refused:
+        row = await session.get(ControlLeaseRow, ask.drone_id, with_for_update=True)
+        before = lease_of_row(row) if row is not None else Lease()
+        outcome = decide(before, ask.event, await _actor(session, ask, before, self._clock()))
+        if isinstance(outcome, Refused):
+            return outcome
+        after = outcome.lease
+        named = {after.holder, after.taken_from, after.assistant} - {None}
+        users = {user.id: user for user in await session.scalars(select(UserRow).where(UserRow.id.in_(named)))}
+        holder = users.get(after.holder) if after.holder is not None else None
+        values = {
+            "holder_id": after.holder,
+            "operator_holder_id": after.holder if holder is not None and holder.role == Role.OPERATOR else None,
+            "taken_from_id": after.taken_from,
+            "offered": after.offered,
+            "assistant_id": after.assistant,
+            "blind": after.blind,
+            "video_moved": after.video_moved,
+            "epoch": after.epoch,
+            "changed_at": self._clock(),
+            "reason": ask.reason,
+        }
+        if row is None:
+            session.add(ControlLeaseRow(drone_id=ask.drone_id, **values))
+        else:
+            written = await session.execute(
+                update(ControlLeaseRow)
+                .where(ControlLeaseRow.drone_id == ask.drone_id, ControlLeaseRow.epoch == before.epoch)
+                .values(**values)
+            )
+            if cast("CursorResult[object]", written).rowcount != 1:
+                return MOVED
+        view = LeaseView(
+            holder=_ref(users, after.holder),
+            taken_from=_ref(users, after.taken_from),
+            epoch=after.epoch,
+            offered=after.offered,
+            assistant=_ref(users, after.assistant),
+            blind=after.blind,
+            video_moved=after.video_moved,
+        )
+        return Committed(before, outcome, view)
+
+    def _record(self, session: AsyncSession, ask: Ask, outcome: Committed | Refused) -> None:
+        detail: dict[str, object] = {"reason": ask.reason}
+        if isinstance(outcome, Refused):
+            if ask.as_tower:
+                return  # it came too late, which is not worth a record
+            detail |= {"result": "refused", "code": outcome.code}
+        else:
+            view = outcome.view
+            people = {"holder": view.holder, "taken_from": view.taken_from, "assistant": view.assistant}
+            detail |= {"result": "done", "epoch": view.epoch}
+            detail |= {part: ref.name if ref else None for part, ref in people.items()}
+            if ask.event is Event.TAKE:
+                detail |= {"view_taken": view.blind, "video_taken": view.blind or view.video_moved}
+                detail |= {"interrupt": ask.interrupts}
+        detail["took_ms"] = round((time.perf_counter() - ask.began_at) * 1000.0, 1)
+        record(
+            session,
+            at=self._clock(),
+            actor=ask.by or TOWER_ITSELF,
+            action=f"control.{ask.event.value}",
+            drone_id=ask.drone_id,
+            detail=detail,
+            address=ask.address,
+        )
+
+
+def lease_of_row(row: ControlLeaseRow) -> Lease:
+    """The lease that a row tells of."""
+    return Lease(
+        holder=_user_id(row.holder_id),
+        taken_from=_user_id(row.taken_from_id),
+        offered=row.offered,
+        assistant=_user_id(row.assistant_id),
+        blind=row.blind,
+        video_moved=row.video_moved,
+        epoch=Epoch(row.epoch),
+    )
+
+
+async def _actor(session: AsyncSession, ask: Ask, lease: Lease, now: datetime) -> Actor:
+    if ask.as_tower or ask.by is None:
+        return Actor(None, is_tower=True, about=ask.about)
+    ties = await ties_of(session, ask.drone_id, now)
+    relation = relation_of(ties, ask.by.user_id, ask.by.role)
+    in_the_way = {lease.holder, lease.assistant} - {None}
+    admins = select(UserRow.id).where(UserRow.id.in_(in_the_way), UserRow.role == Role.ADMIN.value)
+    outranked = relation is not Relation.ADMIN and (await session.scalars(admins)).first() is not None
+    flying_elsewhere = set(
+        await session.scalars(
+            select(ControlLeaseRow.operator_holder_id).where(
+                ControlLeaseRow.operator_holder_id.is_not(None), ControlLeaseRow.drone_id != ask.drone_id
+            )
+        )
+    )
+    may_fly = True
+    if lease.taken_from is not None:
+        owed = await session.get(UserRow, lease.taken_from)
+        may_fly = (
+            owed is not None
+            and not owed.disabled
+            and may(relation_of(ties, lease.taken_from, Role(owed.role)), Right.FLY)
+            and lease.taken_from not in flying_elsewhere
+        )
+    return Actor(
+        user_id=ask.by.user_id,
+        is_admin=relation is Relation.ADMIN,
+        is_team_admin=relation is Relation.TEAM_ADMIN,
+        is_owner=may(relation, Right.FLY),
+        outranked=outranked,
+        holds_another=ask.by.user_id in flying_elsewhere,
+        operator_may_fly=may_fly,
+        watch=ask.watch,
+        moves_video=ask.moves_video,
+        sticks_centred=ask.sticks_centred,
+    )
+
+
+def _user_id(value: int | None) -> UserId | None:
+    return None if value is None else UserId(value)
+
+
+def _ref(users: dict[int, UserRow], user_id: UserId | None) -> UserRef | None:
+    user = users.get(user_id) if user_id is not None else None
+    return UserRef(UserId(user.id), user.name) if user is not None else None

@@ -1,0 +1,136 @@
+"""The check before flight: what each drone's parameters would do on a loss, and who has said that they know.
+
+Keeps in memory what is in the table, so that the hub can be told at once whenever parameters, settings or the holder
+change. An acknowledgement is of one user, for one set of dangers, and lets that user arm.
+"""
+
+import hashlib
+from collections import defaultdict
+from dataclasses import dataclass
+from typing import Final
+
+from sqlalchemy import select
+
+from server.domain.access import UnknownDrone
+from server.domain.clock import Clock
+from server.domain.lease import Refused
+from server.domain.people import Principal
+from server.live.control.loss_words import Sentence, findings_hash, is_dangerous, loss_sentences
+from server.live.control.simulated import is_simulator
+from server.live.hub import Hub
+from server.live.relay.live_drone import LossCheckMark
+from server.store.audit.action import AuditAction
+from server.store.control.service import ControlRefused
+from server.store.control.settings_store import settings_in
+from server.store.control.tables import LossAcknowledgementRow
+from server.store.database import Database
+from wire.control_messages import LossParameters
+from wire.ids import DroneId, UserId
+
+_NOT_THE_HOLDER: Final = Refused("not-the-holder", "whoever has the controls, or assists, must acknowledge this")
+_WRONG_NAME: Final = Refused("wrong-name", "that is not the name of this drone: say whose dangers you know")
+
+
+@dataclass(frozen=True)
+class LossCheck:
+    """The answer for one drone and whoever asks.
+
+    `acknowledged`: for these very dangers, by whoever asks if they may arm the drone now, else by its holder.
+    """
+
+    complete: bool
+    has_radio: bool | None
+    sentences: tuple[Sentence, ...]
+    dangerous: bool
+    acknowledged: bool
+    simulated: bool
+
+
+class LossChecks:
+    """One for a tower."""
+
+    def __init__(self, *, hub: Hub, database: Database, clock: Clock) -> None:
+        self._hub = hub
+        self._database = database
+        self._clock = clock
+        self._acknowledged: defaultdict[DroneId, dict[UserId, str]] = defaultdict(dict)
+
+    async def load(self) -> None:
+        """At start: what has been acknowledged before."""
+        async with self._database.reading() as session:
+            for row in await session.scalars(select(LossAcknowledgementRow)):
+                self._acknowledged[DroneId(row.drone_id)][UserId(row.user_id)] = row.findings_hash
+
+    async def read_again(self, drone_id: DroneId) -> None:
+        """Another process has given the controls to somebody, who may have acknowledged there."""
+        async with self._database.reading() as session:
+            rows = await session.scalars(
+                select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id == drone_id)
+            )
+            self._acknowledged[drone_id] = {UserId(row.user_id): row.findings_hash for row in rows}
+        self.look_again(drone_id)
+
+    def reported(self, drone_id: DroneId, parameters: LossParameters) -> None:
+        """The agent has read the parameters; the hub keeps them."""
+        self.look_again(drone_id)
+
+    def look_again(self, drone_id: DroneId) -> None:
+        """Parameters, settings, holder or assistant have changed: tells the hub whose arming waits."""
+        drone = self._hub.drone(drone_id)
+        if drone is None:
+            return  # it was deleted just now
+        check = self.check(drone_id)
+        lease = drone.lease
+        read_by = self._read_by(drone_id, check.sentences)
+        version = repr((check, lease.holder, lease.assistant, sorted(read_by)))
+        mark = LossCheckMark(
+            dangerous=check.dangerous, read_by=read_by, version=hashlib.sha256(version.encode()).hexdigest()
+        )
+        self._hub.set_loss_check(drone_id, mark)
+
+    def check(self, drone_id: DroneId, asker: UserId | None = None) -> LossCheck:
+        """As things stand. Raises UnknownDrone."""
+        drone = self._hub.drone(drone_id)
+        if drone is None:
+            raise UnknownDrone
+        parameters = drone.loss_parameters
+        sentences = tuple(loss_sentences(parameters, settings_in(self._hub, drone_id)))
+        reader = asker if asker is not None and drone.may_arm(asker) else drone.holder_id
+        return LossCheck(
+            complete=parameters.complete if parameters else False,
+            has_radio=parameters.has_radio if parameters else None,
+            sentences=sentences,
+            dangerous=is_dangerous(sentences),
+            acknowledged=reader in self._read_by(drone_id, sentences),
+            simulated=is_simulator(parameters),
+        )
+
+    def _read_by(self, drone_id: DroneId, sentences: tuple[Sentence, ...]) -> frozenset[UserId]:
+        now = findings_hash(sentences)
+        return frozenset(user_id for user_id, known in self._acknowledged[drone_id].items() if known == now)
+
+    async def acknowledge(
+        self, principal: Principal, drone_id: DroneId, *, named: str | None, address: str
+    ) -> LossCheck:
+        """Whoever may arm the drone now knows, and says of which drone by its name where there is a danger. Raises
+        ControlRefused for anybody else, and for another name."""
+        drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        if drone is None:
+            raise UnknownDrone
+        if not drone.may_arm(principal.user_id):
+            raise ControlRefused(_NOT_THE_HOLDER)
+        check = self.check(drone_id, principal.user_id)
+        if named != drone.record.name and (check.dangerous or named is not None):
+            raise ControlRefused(_WRONG_NAME)
+        known = findings_hash(check.sentences)
+        deed = AuditAction(by=principal, at=self._clock(), address=address)
+        async with self._database.writing() as session:
+            row = LossAcknowledgementRow(
+                drone_id=drone_id, user_id=principal.user_id, findings_hash=known, acknowledged_at=deed.at
+            )
+            await session.merge(row)
+            dangers = [one.text for one in check.sentences if one.severity == "danger"]
+            deed.record(session, "drone.loss_check_acknowledged", drone_id=drone_id, dangers=dangers)
+        self._acknowledged[drone_id][principal.user_id] = known
+        self.look_again(drone_id)
+        return self.check(drone_id, principal.user_id)

@@ -1,0 +1,28 @@
+"""Which drones have a hold that must be ordered again on their next link: kept beside the lease, over a restart."""
+
+from sqlalchemy import select, update
+
+from server.live.hub import Hub
+from server.store.control.tables import ControlLeaseRow
+from server.store.database import Database
+from wire.ids import DroneId
+
+
+async def load_open_holds(hub: Hub, database: Database) -> None:
+    """At start, after the hub knows the drones and before an agent is answered."""
+    async with database.reading() as session:
+        kept = select(ControlLeaseRow.drone_id).where(ControlLeaseRow.hold_open)
+        for drone_id in await session.scalars(kept):
+            hub.keep_hold(DroneId(drone_id))
+
+
+async def write_open_hold(hub: Hub, database: Database, drone_id: DroneId) -> None:
+    """As it is when it is written, and until nothing has changed meanwhile. A drone that nobody ever held has no row,
+    and no order to hold."""
+    while (drone := hub.drone(drone_id)) is not None:
+        written = drone.hold_noted
+        async with database.writing() as session:
+            row = update(ControlLeaseRow).where(ControlLeaseRow.drone_id == drone_id)
+            await session.execute(row.values(hold_open=written))
+        if drone.hold_noted == written:
+            return

@@ -1,0 +1,189 @@
+"""The control service: carries a decision of the table into the store, the hub and the drone, in that order.
+
+Where the controls are to be taken from somebody, the hub's fence comes down before the store is asked: from that
+instant nobody's commands pass until it is decided. Of two who ask at the same moment the store lets one win.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Final, Literal
+
+from server.domain.access import UnknownDrone
+from server.domain.lease import Event, Order, Refused
+from server.domain.people import Principal, Role, UserRef
+from server.domain.refusal import Refusal
+from server.domain.relations import Right
+from server.live.fleet.views import DroneView
+from server.live.hub import Hub
+from server.live.relay.live_drone import LeaseView, LiveDrone
+from server.store.control.lease_store import Ask, Committed, LeaseStore
+from wire.ids import DroneId, UserId
+
+TOLD_AS: Final = {
+    Event.ACQUIRE: "acquired",
+    Event.RELEASE: "released",
+    Event.TAKE: "taken",
+    Event.GIVE: "given",
+    Event.ACCEPT: "accepted",
+    Event.ASSIST: "assisting",
+    Event.ASSIST_END: "assist_ended",
+    Event.TURN: "turn",
+    Event.REVOKE: "revoked",
+    Event.FORGET: "revoked",
+    Event.OFFER_LAPSED: "taken",
+    Event.EXPIRE: "expired",
+}
+"""The past tense in which everybody hears of an event (docs/wire-protocol.md, 1.2)."""
+
+
+class ControlRefused(Refusal):
+    """The table said no. `code` is stable and for programs."""
+
+    def __init__(self, refused: Refused) -> None:
+        super().__init__(refused.words)
+        self.code = refused.code
+
+
+class ControlService:
+    """One for a tower. `change` and `system_change` are the only ways in which a lease changes."""
+
+    def __init__(
+        self, store: LeaseStore, hub: Hub, *, on_changed: Callable[[DroneId], None] = lambda drone_id: None
+    ) -> None:
+        self._store = store
+        self._hub = hub
+        self._on_changed = on_changed
+        self._fences: Counter[DroneId] = Counter()
+
+    async def change(
+        self,
+        principal: Principal,
+        drone_id: DroneId,
+        event: Event,
+        *,
+        reason: str,
+        address: str,
+        now: float,
+        watch: bool = True,
+        moves_video: bool = False,
+        sticks_centred: bool = False,
+        interrupts: bool = False,
+    ) -> DroneView:
+        """Does what `event` asks for and returns the drone as it is then, as this user may see it.
+
+        `reason` is free text for people, `now` monotonic seconds. `interrupts`: see Ask.
+        Raises UnknownDrone for a drone that is not there or not theirs to see, ControlRefused with the table's answer.
+        """
+        live_drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        if live_drone is None:
+            raise UnknownDrone
+        ask = Ask(
+            drone_id=drone_id,
+            event=event,
+            by=principal,
+            reason=reason,
+            began_at=time.perf_counter(),
+            address=address,
+            watch=watch,
+            moves_video=moves_video,
+            sticks_centred=sticks_centred,
+            interrupts=interrupts,
+        )
+        takes = event is Event.TAKE and self._may_take_now(live_drone, principal)
+        by = UserRef(principal.user_id, principal.name)
+        await self._carry_out(ask, live_drone, fenced=takes, by=by, now=now)
+        view = self._hub.drone_view(drone_id, principal.user_id, principal.role)
+        if view is None:
+            raise UnknownDrone
+        return view
+
+    def _may_take_now(self, drone: LiveDrone, principal: Principal) -> bool:
+        """As far as the hub knows. A TAKE that will be refused must not stop anybody's commands, even for a moment."""
+        in_the_way = [one for one in (drone.lease.holder, drone.lease.assistant) if one is not None]
+        if drone.holder_id == principal.user_id or not drone.may(principal.user_id, principal.role, Right.TAKE):
+            return False
+        return principal.role is Role.ADMIN or not any(self._hub.is_admin(one.id) for one in in_the_way)
+
+    async def system_change(
+        self,
+        drone_id: DroneId,
+        event: Event,
+        *,
+        reason: str,
+        now: float,
+        by: Principal | None = None,
+        told_by: UserRef | None = None,
+        about: UserId | None = None,
+        turn_of: Literal["holder", "assistant"] | None = None,
+    ) -> LeaseView:
+        """An event of the tower's own. `about`: whose part in the lease it ends; refused if it is another's by now.
+
+        `by` is whoever caused it, for the audit trail and for everybody to read; `told_by` where the trail has the deed
+        of which this is the consequence. `turn_of` goes with TURN: everybody is told as `by` whose frames pass.
+
+        Raises UnknownDrone and ControlRefused.
+        """
+        live_drone = self._hub.drone(drone_id)
+        if live_drone is None:
+            raise UnknownDrone
+        ask = Ask(
+            drone_id=drone_id,
+            event=event,
+            by=by,
+            reason=reason,
+            began_at=time.perf_counter(),
+            as_tower=True,
+            about=about,
+        )
+        told_by = UserRef(by.user_id, by.name) if by else told_by
+        fenced = event in (Event.REVOKE, Event.EXPIRE) and about in (None, live_drone.holder_id)
+        committed = await self._carry_out(ask, live_drone, fenced=fenced, by=told_by, now=now, turn_of=turn_of)
+        return committed.view
+
+    async def _carry_out(
+        self,
+        ask: Ask,
+        live_drone: LiveDrone,
+        *,
+        fenced: bool,
+        by: UserRef | None,
+        now: float,
+        turn_of: Literal["holder", "assistant"] | None = None,
+    ) -> Committed:
+        by_hand = live_drone.flown_by_hand(now)
+        with self._fence(ask.drone_id, wanted=fenced):
+            outcome = await self._store.commit(ask)
+            if isinstance(outcome, Refused):
+                raise ControlRefused(outcome)
+            # No await from here on: the refusal of the old holder and the order to hold are one step.
+            view, event, now = outcome.view, TOLD_AS[ask.event], now + time.perf_counter() - ask.began_at
+            if turn_of is not None:
+                by = view.assistant if turn_of == "assistant" else view.holder
+            self._hub.apply_lease(ask.drone_id, view, event=event, by=by, reason=ask.reason, now=now)
+            self._on_changed(ask.drone_id)
+        orders = outcome.changed.orders
+        if Order.HOLD in orders or (Order.HOLD_IF_FLOWN_BY_HAND in orders and by_hand):
+            name = by.name if by else "the tower"
+            reason = ask.reason or f"controls {event} by {name}"
+            self._hub.order_hold(ask.drone_id, reason, interrupts=ask.interrupts and ask.event is Event.TAKE)
+        return outcome
+
+    @contextmanager
+    def _fence(self, drone_id: DroneId, *, wanted: bool) -> Iterator[None]:
+        """Two admins may reach for a drone at once: its fence stays down until the last of them has an answer."""
+        if not wanted:
+            yield
+            return
+        self._fences[drone_id] += 1
+        self._hub.fence(drone_id)
+        try:
+            yield
+        finally:
+            self._fences[drone_id] -= 1
+            if self._fences[drone_id]:
+                self._hub.fence(drone_id)  # the hub lifts it with each lease that it is told of
+            else:
+                del self._fences[drone_id]
+                self._hub.unfence(drone_id)

@@ -1,0 +1,69 @@
+"""Where the settings of each drone are kept, and how they reach the hub. The database has only what was chosen."""
+
+from typing import Any
+
+from sqlalchemy import select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.access import UnknownDrone
+from server.domain.drone_settings import DroneSettings, settings_from
+from server.live.hub import Hub
+from server.store.audit.action import AuditAction
+from server.store.control.tables import DroneSettingsRow
+from server.store.database import Database
+from server.store.fleet.tables import DroneRow
+from wire.ids import DroneId
+
+
+async def load_settings(session: AsyncSession) -> dict[DroneId, DroneSettings]:
+    """Of every drone for which an admin chose any; all others have the defaults."""
+    return {DroneId(row.drone_id): settings_from(row.chosen) for row in await session.scalars(select(DroneSettingsRow))}
+
+
+async def read_settings(session: AsyncSession, drone_id: int) -> DroneSettings:
+    """Of one drone."""
+    row = await session.get(DroneSettingsRow, drone_id)
+    return settings_from(row.chosen) if row is not None else DroneSettings()
+
+
+async def change_settings(
+    session: AsyncSession, *, drone_id: int, change: dict[str, Any], deed: AuditAction
+) -> DroneSettings:
+    """Merges `change` (checked values by name) into what was chosen. Raises UnknownDrone, BadDroneSettings."""
+    drone = await session.get(DroneRow, drone_id, with_for_update=True)  # two admins at once: one after the other
+    if drone is None:
+        raise UnknownDrone
+    row = await session.get(DroneSettingsRow, drone_id)
+    before = settings_from(row.chosen if row is not None else {}).as_values()
+    chosen = {**(row.chosen if row is not None else {}), **change}
+    settings = settings_from(chosen)
+    if row is None:
+        session.add(DroneSettingsRow(drone_id=drone_id, chosen=chosen, changed_at=deed.at))
+    else:
+        row.chosen, row.changed_at = chosen, deed.at
+    changed = {name: [before[name], value] for name, value in settings.as_values().items() if before[name] != value}
+    if changed:
+        deed.record(session, "drone.settings_changed", drone_id=drone_id, drone=drone.name, changed=changed)
+    return settings
+
+
+async def load_into(hub: Hub, database: Database) -> None:
+    """At start, after the hub knows the drones."""
+    async with database.reading() as session:
+        loaded = await load_settings(session)
+    for drone_id, settings in loaded.items():
+        apply_to(hub, drone_id, settings)
+
+
+def apply_to(hub: Hub, drone_id: DroneId, settings: DroneSettings) -> None:
+    """From now on, for the tower and for the agent."""
+    hub.apply_safety(drone_id, settings.safety)
+    hub.apply_stream(drone_id, settings.stream)
+
+
+def settings_in(hub: Hub, drone_id: DroneId) -> DroneSettings:
+    """Those by which the drone is watched right now."""
+    drone = hub.drone(drone_id)
+    if drone is None:
+        return DroneSettings()
+    return DroneSettings(safety=drone.safety, stream=drone.stream)

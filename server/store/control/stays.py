@@ -1,0 +1,86 @@
+""" "Stay": what a drone would do by itself because a person is away waits until its battery is needed for the way home.
+
+The agent is told first; the audit trail is written afterwards, and not at all while the database is out of reach.
+"""
+
+from typing import Final
+
+import structlog
+from sqlalchemy.exc import SQLAlchemyError
+
+from server.domain.access import UnknownDrone
+from server.domain.clock import Clock
+from server.domain.lease import Refused
+from server.domain.people import Principal
+from server.domain.relations import Right
+from server.live.fleet.views import DroneView
+from server.live.hub import Hub
+from server.live.relay.live_drone import LiveDrone
+from server.store.audit.trail import record
+from server.store.control.service import ControlRefused
+from server.store.database import Database
+from wire.ids import DroneId
+from wire.open_holds import Lost, LostPhase
+
+_SHUT_OUT: Final = Refused("taken-away", "an admin has taken the controls; wait until they are given back")
+_ONLY_WATCHES: Final = Refused("not-an-owner", "you may watch this drone, and do nothing with it")
+_OFFLINE: Final = Refused("offline", "the drone is offline")
+_NOTHING: Final = Refused("nothing-to-stay", "nothing is being counted that a person could stop")
+_TOWER_LOST: Final = Refused("nothing-to-stay", "the drone has lost the tower, and nobody's word stops that count")
+
+_log = structlog.get_logger(__name__)
+
+
+def refusal_of(drone: LiveDrone, principal: Principal) -> Refused | None:
+    """Why this user, who may see the drone, may not make it stay now; None if they may."""
+    lease = drone.lease
+    if not drone.may(principal.user_id, principal.role, Right.FLY):
+        return _ONLY_WATCHES
+    if lease.taken_from is not None and lease.taken_from.id == principal.user_id and not lease.offered:
+        return _SHUT_OUT
+    if drone.link is None:
+        return _OFFLINE
+    told = drone.open_hold.told
+    if told is None or told.phase is not LostPhase.COUNTING:
+        return _NOTHING
+    return None if told.lost is Lost.PERSON else _TOWER_LOST
+
+
+class Stays:
+    """One for a tower."""
+
+    def __init__(self, *, hub: Hub, database: Database, clock: Clock) -> None:
+        self._hub = hub
+        self._database = database
+        self._clock = clock
+
+    async def stay(self, principal: Principal, drone_id: DroneId, *, reason: str, address: str) -> DroneView:
+        """The drone as it is then; its agent answers with what it makes of it. Raises UnknownDrone, ControlRefused."""
+        drone = self._hub.drone_for(drone_id, principal.user_id, principal.role)
+        if drone is None:
+            raise UnknownDrone
+        refused = refusal_of(drone, principal)
+        detail = {"reason": reason, "epoch": drone.lease.epoch, "result": "refused" if refused else "done"}
+        if refused is None:
+            self._hub.tell_stay(drone_id, principal.name)
+        else:
+            detail["code"] = refused.code
+        await self._record(principal, drone_id, detail, address)
+        if refused is not None:
+            raise ControlRefused(refused)
+        return drone.view_for(principal.user_id, principal.role)
+
+    async def _record(self, by: Principal, drone_id: DroneId, detail: dict[str, object], address: str) -> None:
+        try:
+            async with self._database.writing() as session:
+                record(
+                    session,
+                    at=self._clock(),
+                    actor=by,
+                    action="control.stay",
+                    drone_id=drone_id,
+                    detail=detail,
+                    address=address,
+                )
+        except (SQLAlchemyError, OSError) as error:
+            _log.error("stay_not_recorded", drone_id=drone_id, error=type(error).__name__)

@@ -1,0 +1,54 @@
+"""The tables of control: who has each drone, how it holds, and who has read what a loss would do to it."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import JSON, BigInteger, ForeignKey, String
+from sqlalchemy.orm import Mapped, mapped_column
+
+from server.store.database import Base, UtcDateTime
+
+
+class ControlLeaseRow(Base):
+    """One for each drone that anybody ever held."""
+
+    __tablename__ = "control_leases"
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    holder_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"), index=True)
+    operator_holder_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"), unique=True)
+    """The holder again, where it is an operator: the database itself lets an operator hold one drone at most."""
+    epoch: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
+    """0..2**32-1, so too large for PostgreSQL's ordinary integer."""
+    taken_from_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
+    offered: Mapped[bool] = mapped_column(default=False)
+    assistant_id: Mapped[int | None] = mapped_column(ForeignKey("users.id", ondelete="SET NULL"))
+    blind: Mapped[bool] = mapped_column(default=False)
+    video_moved: Mapped[bool] = mapped_column(default=False)
+    hold_open: Mapped[bool] = mapped_column(default=False)
+    """A hold is open, or is owed to a drone that was offline: it is ordered again on the next link."""
+    changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    reason: Mapped[str] = mapped_column(String(256), default="", server_default="")
+
+
+class DroneSettingsRow(Base):
+    """How a drone holds, where an admin wants it other than usual: only what was set, by name."""
+
+    __tablename__ = "drone_settings"
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    chosen: Mapped[dict[str, Any]] = mapped_column(JSON)
+    changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
+
+
+class LossAcknowledgementRow(Base):
+    """Which set of dangerous parameters of a drone a user has said they know about; the newest only."""
+
+    __tablename__ = "loss_acknowledgements"
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), primary_key=True)
+    findings_hash: Mapped[str] = mapped_column(String(64))
+    acknowledged_at: Mapped[datetime] = mapped_column(UtcDateTime)

@@ -1,0 +1,51 @@
+"""Who took a right away from somebody, read from the audit trail: those who hear of it want a name."""
+
+from datetime import datetime, timedelta
+from typing import Final
+
+from sqlalchemy import select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.people import UserRef
+from server.live.hub_events import NOT_OF_ITS_TEAM, RightLost
+from server.store.audit.tables import AuditEventRow
+from wire.ids import UserId
+
+RECENTLY_S: Final = 10.0
+"""A deed of another process is noticed within a second or two; an older one is another story."""
+
+_DEEDS: Final = (
+    "drone.owner_removed",
+    "drone.loan_ended",
+    "team.member_removed",
+    "team.role_changed",
+    "team.drone_removed",
+    "user.disabled",
+    "user.role_changed",
+    "user.password_changed",
+    "user.deleted",
+)
+_OF_ALL: Final = "team.drone_removed"
+_MOST: Final = 50
+
+
+async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -> UserRef | None:
+    """The user whose deed ended this right; None where it was no user, or nobody knows."""
+    recent = (
+        select(AuditEventRow)
+        .where(AuditEventRow.action.in_(_DEEDS), AuditEventRow.at >= now - timedelta(seconds=RECENTLY_S))
+        .order_by(AuditEventRow.id.desc())
+        .limit(_MOST)
+    )
+    for row in await session.scalars(recent):
+        if row.drone_id not in (None, event.drone_id):
+            continue
+        # A drone that leaves its team leaves all of its people.
+        of_all = row.action == _OF_ALL and event.reason == NOT_OF_ITS_TEAM
+        if not of_all and row.detail.get("user_id") != event.user_id:
+            continue
+        # Who changes their own password signs out by it, and is nobody else's victim.
+        if row.actor_id is None or row.actor_id == event.user_id:
+            return None
+        return UserRef(UserId(row.actor_id), row.actor_name)
+    return None

@@ -1,0 +1,202 @@
+"""The rules of enrolment: a token with which an agent makes its key that of a drone, once. Knows nothing of HTTP.
+
+Every function that changes anything takes a session of `Database.writing()`, so that a token is worth one use whoever
+comes first.
+"""
+
+from __future__ import annotations
+
+import base64
+import secrets
+from collections.abc import Mapping
+from datetime import datetime, timedelta
+from enum import StrEnum
+from typing import Final
+
+from sqlalchemy import func, select, update
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.refusal import Refusal
+from server.store.accounts.sessions import hash_token
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import Actor
+from server.store.fleet.drones import get_drone, set_key
+from server.store.fleet.tables import DroneRow, EnrolmentRow
+from wire.drone_key import MalformedKey, enrolment_statement, is_signed, key_bytes, key_text
+from wire.ids import DroneId
+
+PREFIX: Final = "twe_"
+MAX_LISTED: Final = 200
+MAX_CONCURRENT: Final = 500
+"""Of drones in one question: SQLite takes so many values, and the write lock is not kept for long."""
+COMPANION: Final = Actor(None, "enrolling agent")
+
+
+class UnknownEnrolment(Refusal):
+    def __init__(self) -> None:
+        super().__init__("there is no such enrolment")
+
+
+class BadEnrolment(Refusal):
+    """Never was, used, expired or cancelled: on purpose not said which."""
+
+    def __init__(self) -> None:
+        super().__init__("this enrolment token is not (any more) good: ask an admin for a new one")
+
+
+class BadDroneKey(Refusal):
+    def __init__(self) -> None:
+        super().__init__("the public key, or the signature that shows whose it is, is not good")
+
+
+class EnrolmentState(StrEnum):
+    WAITING = "waiting"
+    USED = "used"
+    """A key is the drone's now."""
+    SEEN = "seen"
+    """And the agent has linked with it."""
+    EXPIRED = "expired"
+    CANCELLED = "cancelled"
+
+
+def state_of(row: EnrolmentRow, now: datetime) -> EnrolmentState:
+    if row.used_at is not None:
+        return EnrolmentState.SEEN if row.agent_seen_at is not None else EnrolmentState.USED
+    if row.cancelled:
+        return EnrolmentState.CANCELLED
+    return EnrolmentState.EXPIRED if now >= row.expires_at else EnrolmentState.WAITING
+
+
+async def begin(
+    session: AsyncSession, *, drone_id: int, lasts_s: float, deed: AuditAction
+) -> tuple[EnrolmentRow, DroneRow, str, list[int]]:
+    """The token is told here and never again. Those that waited for the same drone are cancelled (their ids)."""
+    drone = await get_drone(session, drone_id)
+    waiting = (
+        await session.scalars(
+            update(EnrolmentRow)
+            .where(EnrolmentRow.drone_id == drone_id, EnrolmentRow.used_at.is_(None), EnrolmentRow.cancelled.is_(False))
+            .values(cancelled=True)
+            .returning(EnrolmentRow.id)
+        )
+    ).all()
+    token = PREFIX + secrets.token_urlsafe(32)
+    row = EnrolmentRow(
+        drone_id=drone_id,
+        token_hash=hash_token(token),
+        created_by=deed.by.name[:64],
+        created_at=deed.at,
+        expires_at=deed.at + timedelta(seconds=lasts_s),
+        cancelled=False,
+        used_from="",
+    )
+    session.add(row)
+    await session.flush()
+    deed.record(session, "enrolment.began", drone_id=drone_id, drone=drone.name, enrolment_id=row.id)
+    return row, drone, token, list(waiting)
+
+
+async def cancel(session: AsyncSession, *, enrolment_id: int, deed: AuditAction) -> EnrolmentRow:
+    """One that was used or has expired stays what it is."""
+    row = await session.get(EnrolmentRow, enrolment_id)
+    if row is None:
+        raise UnknownEnrolment
+    if row.used_at is None and not row.cancelled:
+        row.cancelled = True
+        deed.record(session, "enrolment.cancelled", drone_id=row.drone_id, enrolment_id=row.id)
+    return row
+
+
+def read_key(*, token: str, public_key: str, signature: str) -> bytes:
+    """The key, whose owner has signed this token with it. 43 and 86 characters of base64url. Raises BadDroneKey."""
+    try:
+        key = key_bytes(public_key)
+        signed = base64.b64decode(f"{signature}==", altchars=b"-_", validate=True)
+    except (MalformedKey, ValueError):
+        raise BadDroneKey from None
+    if not is_signed(key, signed, enrolment_statement(token, key)):
+        raise BadDroneKey
+    return key
+
+
+async def use(session: AsyncSession, *, token: str, public_key: bytes, at: datetime, address: str) -> EnrolmentRow:
+    """The key is the drone's; what its agent signed in by before is worth nothing. Raises BadEnrolment.
+
+    An agent that did not get the answer asks once more: the same key is answered alike, as long as it is the drone's.
+    """
+    key = key_text(public_key)
+    found: EnrolmentRow | None = await session.scalar(
+        update(EnrolmentRow)
+        .where(
+            EnrolmentRow.token_hash == hash_token(token),
+            EnrolmentRow.used_at.is_(None),
+            EnrolmentRow.cancelled.is_(False),
+            EnrolmentRow.expires_at > at,
+        )
+        .values(used_at=at, used_from=address[:64], public_key=key)
+        .returning(EnrolmentRow)
+    )
+    if found is None:
+        return await _used_before(session, token, key)
+    deed = AuditAction(by=COMPANION, at=at, address=address)
+    drone = await set_key(session, drone_id=found.drone_id, public_key=public_key, deed=deed)
+    deed.record(session, "enrolment.used", drone_id=drone.id, drone=drone.name, enrolment_id=found.id)
+    return found
+
+
+async def _used_before(session: AsyncSession, token: str, key: str) -> EnrolmentRow:
+    row: EnrolmentRow | None = await session.scalar(
+        select(EnrolmentRow)
+        .join(DroneRow, DroneRow.id == EnrolmentRow.drone_id)
+        .where(
+            EnrolmentRow.token_hash == hash_token(token),
+            EnrolmentRow.public_key == key,
+            DroneRow.public_key == key,
+        )
+    )
+    if row is None:
+        raise BadEnrolment
+    return row
+
+
+async def just_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]) -> list[EnrolmentRow]:
+    """Of drones whose agents have just linked: the newest used enrolment of each, where the agent comes for the first
+    time since. One that was used after the agent linked is not what it has linked with.
+
+    At most MAX_CONCURRENT drones. A session of `Database.reading()` will do.
+    """
+    newest = (
+        select(func.max(EnrolmentRow.id))
+        .where(EnrolmentRow.drone_id.in_(linked_at), EnrolmentRow.used_at.is_not(None))
+        .group_by(EnrolmentRow.drone_id)
+    )
+    rows = await session.scalars(
+        select(EnrolmentRow).where(EnrolmentRow.id.in_(newest), EnrolmentRow.agent_seen_at.is_(None))
+    )
+    return [row for row in rows if row.used_at is not None and row.used_at <= linked_at[DroneId(row.drone_id)]]
+
+
+async def agents_seen(session: AsyncSession, linked_at: Mapping[DroneId, datetime]) -> list[EnrolmentRow]:
+    """Those of `just_seen` have come to their good end."""
+    rows = await just_seen(session, linked_at)
+    for row in rows:
+        row.agent_seen_at = linked_at[DroneId(row.drone_id)]
+    return rows
+
+
+async def list_enrolments(session: AsyncSession) -> list[tuple[EnrolmentRow, DroneRow]]:
+    """Newest first, at most MAX_LISTED, with their drones."""
+    query = (
+        select(EnrolmentRow, DroneRow)
+        .join(DroneRow, DroneRow.id == EnrolmentRow.drone_id)
+        .order_by(EnrolmentRow.id.desc())
+        .limit(MAX_LISTED)
+    )
+    return [(row, drone) for row, drone in await session.execute(query)]
+
+
+async def get_enrolment(session: AsyncSession, enrolment_id: int) -> tuple[EnrolmentRow, DroneRow] | None:
+    """With its drone."""
+    query = select(EnrolmentRow, DroneRow).join(DroneRow, DroneRow.id == EnrolmentRow.drone_id)
+    found = (await session.execute(query.where(EnrolmentRow.id == enrolment_id))).one_or_none()
+    return None if found is None else (found[0], found[1])

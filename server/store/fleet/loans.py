@@ -1,0 +1,166 @@
+"""The rules of lending: a drone, to a user, until a time, within limits; and whoever ends what is over.
+
+Every rule takes a session of `Database.writing()`, so that a rule and its audit record live or die together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from typing import Final
+
+import structlog
+from sqlalchemy import select
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.access import AdminsOnly, UnknownDrone
+from server.domain.clock import Clock
+from server.domain.people import Principal, Role
+from server.domain.refusal import Refusal
+from server.domain.relations import Relation, Right, may, relation_of
+from server.live.fleet.live_picture import LivePicture
+from server.runtime.aligned_timers import rest
+from server.store.accounts.users import UnknownUser, get_user
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import TOWER
+from server.store.database import Database
+from server.store.fleet.drones import get_drone
+from server.store.fleet.roster import Roster
+from server.store.fleet.snapshot import begin_fleet_change, ties_of
+from server.store.fleet.tables import LoanRow
+from server.store.teams.tables import TeamDroneRow
+from wire.ids import UserId
+
+LONGEST: Final = timedelta(days=366)
+LOOK_EVERY_S: Final = 0.25
+NO_LIMITS: Final = (Relation.TEAM_ADMIN, Relation.OWNER, Relation.TEAM_OPERATOR)
+"""Whoever stands so to a drone flies it without a loan."""
+_log = structlog.get_logger(__name__)
+
+
+class OwnerAlready(Refusal):
+    def __init__(self) -> None:
+        super().__init__("this user may fly the drone anyhow: there is nothing to lend")
+
+
+class BadLoan(Refusal):
+    """Not a time until which a drone can be lent."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    until: datetime
+    may_arm: bool
+    max_height_m: float | None
+    radius_m: float | None
+
+
+async def lend(
+    session: AsyncSession, *, drone_id: int, user_id: int, terms: Terms, lender: Principal, deed: AuditAction
+) -> None:
+    """Lending again changes the terms. A team admin lends drones of the team to its observers.
+
+    Raises BadLoan, UnknownDrone, AdminsOnly, UnknownUser, OwnerAlready.
+    """
+    await begin_fleet_change(session)
+    drone = await get_drone(session, drone_id)
+    team_id = await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=deed)
+    if not deed.at < terms.until <= deed.at + LONGEST:
+        raise BadLoan("a loan ends in the future, within a year")
+    user = await get_user(session, user_id)
+    ties = await ties_of(session, drone_id, deed.at)
+    if relation_of(ties, UserId(user_id), Role.OPERATOR) in NO_LIMITS:
+        raise OwnerAlready
+    row = await session.get(LoanRow, (drone_id, user_id))
+    if row is None:
+        row = LoanRow(drone_id=drone_id, user_id=user_id)
+        session.add(row)
+    row.until, row.may_arm = terms.until, terms.may_arm
+    row.max_height_m, row.radius_m = terms.max_height_m, terms.radius_m
+    row.team_id = team_id
+    deed.record(
+        session,
+        "drone.lent",
+        drone_id=drone_id,
+        drone=drone.name,
+        user_id=user_id,
+        user=user.name,
+        until=terms.until.isoformat(),
+        may_arm=terms.may_arm,
+        max_height_m=terms.max_height_m,
+        radius_m=terms.radius_m,
+    )
+
+
+async def end_loan(session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: AuditAction) -> None:
+    """Ending one that is not there changes nothing. Raises UnknownDrone, AdminsOnly, UnknownUser."""
+    await begin_fleet_change(session)
+    drone = await get_drone(session, drone_id)
+    await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=deed)
+    user = await get_user(session, user_id)
+    row = await session.get(LoanRow, (drone_id, user_id))
+    if row is not None:
+        await session.delete(row)
+        deed.record(session, "drone.loan_ended", drone_id=drone_id, drone=drone.name, user_id=user_id, user=user.name)
+
+
+async def _lends_for(
+    session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: AuditAction
+) -> int | None:
+    """The team in whose name this user lends the drone to that one, or ends it; None: in the tower's.
+
+    A team admin neither reaches people outside the team nor changes what an admin of the tower has lent. Raises
+    UnknownDrone, AdminsOnly, UnknownUser.
+    """
+    ties = await ties_of(session, drone_id, deed.at)
+    relation = relation_of(ties, lender.user_id, lender.role)
+    if relation is Relation.ADMIN:
+        return None
+    if relation is Relation.STRANGER:
+        raise UnknownDrone
+    if not may(relation, Right.LEND):
+        raise AdminsOnly
+    if user_id not in ties.crew:
+        raise UnknownUser
+    team_id = await session.scalar(select(TeamDroneRow.team_id).where(TeamDroneRow.drone_id == drone_id))
+    row = await session.get(LoanRow, (drone_id, user_id))
+    if row is not None and row.team_id != team_id:
+        raise AdminsOnly
+    return team_id
+
+
+class LoanExpiry:
+    """Ends loans at their time: at once in the live picture, whether or not the database can be reached, then there."""
+
+    def __init__(self, database: Database, picture: LivePicture, roster: Roster, clock: Clock) -> None:
+        self._database = database
+        self._picture = picture
+        self._roster = roster
+        self._clock = clock
+        self._to_write = True
+
+    async def watch(self) -> None:
+        """Until cancelled."""
+        while True:
+            self._to_write = self._picture.end_loans(self._clock()) or self._to_write
+            if self._to_write:
+                try:
+                    await self._write()
+                except (SQLAlchemyError, OSError) as error:
+                    _log.error("loan_end_not_written", error=type(error).__name__)
+            await rest(LOOK_EVERY_S)
+
+    async def _write(self) -> None:
+        now = self._clock()
+        async with self._database.writing() as session:
+            over = (await session.scalars(select(LoanRow).where(LoanRow.until <= now))).all()
+            if over:
+                await begin_fleet_change(session)
+            for row in over:
+                deed = AuditAction(by=TOWER, at=now)
+                deed.record(session, "drone.loan_expired", drone_id=row.drone_id, user_id=row.user_id)
+                await session.delete(row)
+        self._to_write = False
+        if over:
+            await self._roster.refresh()

@@ -1,0 +1,116 @@
+"""The fleet as the database tells it at one moment: what the hub is fed with. Nothing live belongs here."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from datetime import datetime
+
+from sqlalchemy import select, update
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.fleet import DroneRecord, FleetSnapshot, LoanRecord, TeamRecord, UserRecord
+from server.domain.people import Role, UserRef
+from server.domain.relations import TeamRole, Ties
+from server.store.accounts.tables import ApiTokenRow, SessionRow, UserRow
+from server.store.control.tables import ControlLeaseRow
+from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow
+from server.store.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
+from wire.drone_key import key_bytes
+from wire.ids import DroneId, Epoch, UserId
+
+
+async def read_revision(session: AsyncSession) -> int:
+    return await session.scalar(select(FleetRevisionRow.revision)) or 0
+
+
+async def begin_fleet_change(session: AsyncSession) -> None:
+    """Counts a change of drones, ownerships, users or API tokens. Comes first in the transaction that makes the change:
+    on PostgreSQL it is also what makes such transactions queue up, so that two cannot both demote the last admin.
+    """
+    await session.execute(
+        update(FleetRevisionRow).where(FleetRevisionRow.id == 1).values(revision=FleetRevisionRow.revision + 1)
+    )
+
+
+async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> FleetSnapshot:
+    """Wants a session of `Database.reading()`: one consistent picture. Without the loans that are over at `now`."""
+    revision = await read_revision(session)
+    users: dict[UserId, UserRecord] = {}
+    columns = (UserRow.id, UserRow.name, UserRow.role, UserRow.disabled, UserRow.must_change_password)
+    for user in await session.execute(select(*columns)):
+        users[UserId(user.id)] = UserRecord(user.name, Role(user.role), user.disabled, user.must_change_password)
+
+    def ref(user_id: int | None) -> UserRef | None:
+        return None if user_id is None else UserRef(UserId(user_id), users[UserId(user_id)].name)
+
+    owners: defaultdict[int, list[UserRef]] = defaultdict(list)
+    # Columns, not objects: a thousand drones are read at each change of the fleet, while frames wait.
+    owned = select(OwnershipRow.drone_id, OwnershipRow.user_id)
+    for own in await session.execute(owned.order_by(OwnershipRow.drone_id, OwnershipRow.user_id)):
+        owners[own.drone_id].append(UserRef(UserId(own.user_id), users[UserId(own.user_id)].name))
+    loans: defaultdict[int, list[LoanRecord]] = defaultdict(list)
+    for loan in await session.scalars(select(LoanRow).order_by(LoanRow.drone_id, LoanRow.user_id)):
+        borrower = ref(loan.user_id)
+        if borrower is not None and (now is None or loan.until > now):
+            told = LoanRecord(borrower, loan.until, loan.may_arm, loan.max_height_m, loan.radius_m)
+            loans[loan.drone_id].append(told)
+    teams = await _teams(session)
+    leases = {one.drone_id: one for one in await session.scalars(select(ControlLeaseRow))}
+
+    drones = []
+    known = select(DroneRow.id, DroneRow.name, DroneRow.credential_hash, DroneRow.public_key, DroneRow.key_since)
+    for drone in await session.execute(known.order_by(DroneRow.id)):
+        lease = leases.get(drone.id)
+        drones.append(
+            DroneRecord(
+                id=DroneId(drone.id),
+                name=drone.name,
+                owners=tuple(owners[drone.id]),
+                credential_hash=drone.credential_hash,
+                holder=ref(lease.holder_id) if lease else None,
+                epoch=Epoch(lease.epoch if lease else 0),
+                taken_from=ref(lease.taken_from_id) if lease else None,
+                offered=lease.offered if lease else False,
+                assistant=ref(lease.assistant_id) if lease else None,
+                blind=lease.blind if lease else False,
+                video_moved=lease.video_moved if lease else False,
+                loans=tuple(loans[drone.id]),
+                public_key=key_bytes(drone.public_key) if drone.public_key else b"",
+                key_since=drone.key_since,
+                team=teams.get(drone.id),
+            )
+        )
+    token_ids = frozenset(await session.scalars(select(ApiTokenRow.id)))
+    session_ids = frozenset(await session.scalars(select(SessionRow.id)))
+    return FleetSnapshot(
+        revision=revision, drones=tuple(drones), users=users, token_ids=token_ids, session_ids=session_ids
+    )
+
+
+async def ties_of(session: AsyncSession, drone_id: int, now: datetime) -> Ties:
+    """Whom one drone has to do with, as the database knows it inside this transaction."""
+    owners = await session.scalars(select(OwnershipRow.user_id).where(OwnershipRow.drone_id == drone_id))
+    on_loan = select(LoanRow.user_id).where(LoanRow.drone_id == drone_id, LoanRow.until > now)
+    crew = select(TeamMemberRow.user_id, TeamMemberRow.role)
+    crew = crew.join(TeamDroneRow, TeamDroneRow.team_id == TeamMemberRow.team_id)
+    return Ties(
+        owners=frozenset(UserId(one) for one in owners),
+        borrowers=frozenset(UserId(one) for one in await session.scalars(on_loan)),
+        crew={
+            UserId(one.user_id): TeamRole(one.role)
+            for one in await session.execute(crew.where(TeamDroneRow.drone_id == drone_id))
+        },
+    )
+
+
+async def _teams(session: AsyncSession) -> dict[int, TeamRecord]:
+    """By drone. The drones of a team share one crew."""
+    crews: defaultdict[int, dict[UserId, TeamRole]] = defaultdict(dict)
+    members = select(TeamMemberRow.team_id, TeamMemberRow.user_id, TeamMemberRow.role)
+    for member in await session.execute(members):
+        crews[member.team_id][UserId(member.user_id)] = TeamRole(member.role)
+    grouped = select(TeamDroneRow.drone_id, TeamDroneRow.since, TeamRow.id, TeamRow.name)
+    return {
+        row.drone_id: TeamRecord(row.id, row.name, crews[row.id], row.since)
+        for row in await session.execute(grouped.join(TeamRow, TeamRow.id == TeamDroneRow.team_id))
+    }

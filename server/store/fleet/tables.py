@@ -1,0 +1,92 @@
+"""The tables of the fleet: drones, who owns or has borrowed them, how their agents are enrolled, and the number of the
+last change. Those of teams are in `server.store.teams.tables`."""
+
+from __future__ import annotations
+
+from datetime import datetime
+
+from sqlalchemy import CheckConstraint, ForeignKey, String, false
+from sqlalchemy.orm import Mapped, mapped_column
+
+from server.store.database import Base, UtcDateTime
+
+
+class DroneRow(Base):
+    __tablename__ = "drones"
+    # The id is the tag in front of every frame: that of a deleted drone must never come back for another one.
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    name: Mapped[str] = mapped_column(String(64))
+    name_key: Mapped[str] = mapped_column(String(256), unique=True)
+    credential_hash: Mapped[str] = mapped_column(String(64))
+    """Of a bearer credential that an older version gave out, and that no key has taken the place of. Empty: none."""
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    public_key: Mapped[str | None] = mapped_column(String(43))
+    """The public half of the drone's Ed25519 key (wire.drone_key.key_text). None: no agent signs in by a key."""
+    key_since: Mapped[datetime | None] = mapped_column(UtcDateTime)
+
+
+class OwnershipRow(Base):
+    __tablename__ = "ownerships"
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), primary_key=True, index=True)
+
+
+class LoanRow(Base):
+    """A drone lent to a user for a while, within limits. Gone when it is over; the audit trail remembers."""
+
+    __tablename__ = "loans"
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    user_id: Mapped[int] = mapped_column(ForeignKey("users.id", ondelete="CASCADE"), primary_key=True, index=True)
+    until: Mapped[datetime] = mapped_column(UtcDateTime, index=True)
+    may_arm: Mapped[bool]
+    max_height_m: Mapped[float | None]
+    """Above home."""
+    radius_m: Mapped[float | None]
+    """Around home."""
+    team_id: Mapped[int | None] = mapped_column(ForeignKey("teams.id", ondelete="CASCADE"), index=True)
+    """Lent by an admin of this team, and over when drone or borrower leave it; None: by one of the tower."""
+
+
+class EnrolmentRow(Base):
+    """A permission to become a drone by showing the public half of a key, once."""
+
+    __tablename__ = "enrolments"
+    __table_args__ = ({"sqlite_autoincrement": True},)
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), index=True)
+    token_hash: Mapped[str] = mapped_column(String(64), unique=True)
+    created_by: Mapped[str] = mapped_column(String(64))
+    created_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    expires_at: Mapped[datetime] = mapped_column(UtcDateTime)
+    cancelled: Mapped[bool] = mapped_column(default=False, server_default=false())
+    used_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    used_from: Mapped[str] = mapped_column(String(64), default="", server_default="")
+    agent_seen_at: Mapped[datetime | None] = mapped_column(UtcDateTime)
+    public_key: Mapped[str | None] = mapped_column(String(43))
+    """That it was used with."""
+
+
+class TowerIdentityRow(Base):
+    """One row: the key by which agents know this tower. The private half is sealed (server.runtime.vault)."""
+
+    __tablename__ = "tower_identity"
+    __table_args__ = (CheckConstraint("id = 1", name="one_row"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    public_key: Mapped[str] = mapped_column(String(43))
+    sealed_key: Mapped[str] = mapped_column(String(255))
+
+
+class FleetRevisionRow(Base):
+    """One row. Whoever changes drones, ownerships or users adds one in the same transaction."""
+
+    __tablename__ = "fleet_revision"
+    __table_args__ = (CheckConstraint("id = 1", name="one_row"),)
+
+    id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
+    revision: Mapped[int]

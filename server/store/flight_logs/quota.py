@@ -1,0 +1,193 @@
+"""The files that the tower keeps of drones: below one folder, within a budget that its owners share (`file_room`). Of
+whoever keeps the most, the oldest is removed first.
+
+`drone-<id>/<log>-<began>.bin`, where `began` is in seconds since 1970, 0 where nobody knows. A file is there whole or
+not at all: it is written beside and renamed. Blocking; call it in a thread.
+"""
+
+from __future__ import annotations
+
+import re
+import threading
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import IO, Final
+
+from server.store.file_room import (
+    NOBODY,
+    Account,
+    NoRoom,
+    disk_takes,
+    drone_folders,
+    drones_with_files,
+    folder_of,
+    remove_folders,
+    share_bytes,
+    to_shrink,
+)
+from wire.ids import DroneId
+
+_NAME: Final = re.compile(r"(\d{1,5})-(\d{1,10})\.bin")
+_PART: Final = ".part"
+DISK_FULL: Final = "the tower's disk has no room for it"
+
+
+@dataclass(frozen=True)
+class KeptLog:
+    """One file. `kept_at`: seconds since 1970."""
+
+    log_id: int
+    began_unix_s: int | None
+    size_bytes: int
+    kept_at: float
+    path: Path
+
+
+@dataclass(eq=False)
+class ArrivingLog:
+    """A file that is being sent: `arrived_bytes` of it have come. `accounts`: whose each drone's files are."""
+
+    drone_id: DroneId
+    file: IO[bytes]
+    accounts: Mapping[int, Account]
+    arrived_bytes: int = 0
+
+    @property
+    def path(self) -> Path:
+        return Path(self.file.name)
+
+    @property
+    def account(self) -> Account:
+        return self.accounts.get(self.drone_id, NOBODY)
+
+
+class FlightLogQuota:
+    """`budget_bytes`: of all files together; `largest_bytes`: of one. Room is made for what has come, never for what
+    was promised. Several threads may call."""
+
+    def __init__(self, root: Path, *, budget_bytes: int, largest_bytes: int) -> None:
+        self._root = root
+        self._budget_bytes = budget_bytes
+        self.largest_bytes = min(budget_bytes, largest_bytes)
+        self._lock = threading.Lock()
+        self._arriving: set[ArrivingLog] = set()
+        self._kept_at_most: int | None = None
+        """Bytes of the files that were there when they were looked at last, and of those that came since."""
+
+    def of(self, drone_id: DroneId) -> list[KeptLog]:
+        """By number, the newest file of each."""
+        newest: dict[int, KeptLog] = {}
+        for kept in _files_in(self._folder(drone_id)):
+            known = newest.get(kept.log_id)
+            if known is None or known.kept_at < kept.kept_at:
+                newest[kept.log_id] = kept
+        return [kept for _, kept in sorted(newest.items(), reverse=True)]
+
+    def begin(
+        self,
+        drone_id: DroneId,
+        transaction_id: int,
+        size_bytes: int,
+        attempt: int,
+        accounts: Mapping[int, Account] = MappingProxyType({}),
+    ) -> ArrivingLog:
+        """A place for a file of that size. `write` to it, then `keep` it; `discard` it in any case. Raises NoRoom,
+        OSError."""
+        if size_bytes > self.largest_bytes:
+            raise NoRoom(f"the tower takes files of {self.largest_bytes // 1_000_000} MB at the most")
+        folder = self._folder(drone_id)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not disk_takes(folder, size_bytes):
+            raise NoRoom(DISK_FULL)
+        arriving = ArrivingLog(drone_id, (folder / f"{transaction_id}-{attempt}{_PART}").open("wb"), accounts)
+        with self._lock:
+            self._arriving.add(arriving)
+        return arriving
+
+    def write(self, arriving: ArrivingLog, piece: bytes) -> None:
+        """What has come, room made for it. Raises NoRoom, OSError."""
+        with self._lock:
+            arriving.arrived_bytes += len(piece)
+            self._make_room(arriving)
+        if not disk_takes(self._root, len(piece)):
+            raise NoRoom(DISK_FULL)
+        arriving.file.write(piece)
+
+    def keep(self, arriving: ArrivingLog, log_id: int, began_unix_s: int | None) -> None:
+        """What was written whole takes the place of any other file of this log."""
+        arriving.file.close()
+        folder = self._folder(arriving.drone_id)
+        path = folder / f"{log_id}-{began_unix_s or 0}.bin"
+        with self._lock:
+            arriving.path.replace(path)
+            self._arriving.discard(arriving)
+            if self._kept_at_most is not None:
+                self._kept_at_most += arriving.arrived_bytes
+        for other in _files_in(folder):
+            if other.log_id == log_id and other.path != path:
+                other.path.unlink(missing_ok=True)
+
+    def discard(self, arriving: ArrivingLog) -> None:
+        """Harmless after `keep`."""
+        with self._lock:
+            self._arriving.discard(arriving)
+        arriving.file.close()
+        arriving.path.unlink(missing_ok=True)
+
+    def drone_ids(self) -> frozenset[int]:
+        """Drones with files, whether they still are or not."""
+        return drones_with_files(self._root)
+
+    def sweep(self, deleted: Iterable[int]) -> None:
+        """At start: files of drones that were deleted, and halves of files."""
+        remove_folders(self._root, deleted)
+        for _, folder in drone_folders(self._root):
+            for half in folder.glob(f"*{_PART}"):
+                half.unlink(missing_ok=True)
+
+    def _folder(self, drone_id: DroneId) -> Path:
+        return folder_of(self._root, drone_id)
+
+    def _make_room(self, coming: ArrivingLog) -> None:
+        """Raises NoRoom where it is the one who sends who has more than their share."""
+        arriving = sum(one.arrived_bytes for one in self._arriving)
+        if self._kept_at_most is not None and self._kept_at_most + arriving <= self._budget_bytes:
+            return
+        accounts = coming.accounts
+        kept: dict[Account, list[KeptLog]] = {}
+        for drone_id, folder in drone_folders(self._root):
+            kept.setdefault(accounts.get(drone_id, NOBODY), []).extend(_files_in(folder))
+        for files in kept.values():
+            files.sort(key=lambda one: one.kept_at, reverse=True)
+        removable = {account: sum(one.size_bytes for one in files) for account, files in kept.items()}
+        used = Counter(removable)
+        for one in self._arriving:
+            used[accounts.get(one.drone_id, NOBODY)] += one.arrived_bytes
+        while used.total() > self._budget_bytes:
+            account = to_shrink(used, removable, coming=coming.account, budget_bytes=self._budget_bytes)
+            if account is None:
+                if used[coming.account] > share_bytes(used, budget_bytes=self._budget_bytes):
+                    raise NoRoom("the tower's room for the files of this drone's owner is used up")
+                break  # others who send at this moment have too much: their next piece is refused
+            oldest = kept[account].pop()
+            oldest.path.unlink(missing_ok=True)
+            used[account] -= oldest.size_bytes
+            removable[account] -= oldest.size_bytes
+        self._kept_at_most = sum(removable.values())
+
+
+def _files_in(folder: Path) -> Iterable[KeptLog]:
+    if not folder.is_dir():
+        return
+    for path in folder.iterdir():
+        found = _NAME.fullmatch(path.name)
+        if found is None:
+            continue
+        try:
+            told = path.stat()
+        except FileNotFoundError:
+            continue  # removed meanwhile
+        yield KeptLog(int(found[1]), int(found[2]) or None, told.st_size, told.st_mtime, path)

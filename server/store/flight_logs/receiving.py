@@ -1,0 +1,90 @@
+"""A file on its way from an agent to the shelf: streamed, counted, and only while somebody waits for it."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import AsyncIterator
+from typing import Final
+
+from server.live.flight_logs.refusals import FileIncomplete, FileNotTaken, NotAskedFor
+from server.live.operations.operation import Operation
+from server.live.relay.live_drone import LiveDrone
+from server.store.file_accounts import FileAccounts
+from server.store.file_room import NoRoom
+from server.store.flight_logs.quota import FlightLogQuota
+from wire.transactions import LogDownloadWork
+
+SILENCE_S: Final = 30.0
+"""An agent that sends nothing for so long has gone; it begins anew."""
+MAX_REMEMBERED: Final = 1000
+"""Transactions; many times what drones can send at one time."""
+WRITE_AT_ONCE_BYTES: Final = 256 * 1024
+
+
+class LogReceiver:
+    """One for a tower."""
+
+    def __init__(self, shelf: FlightLogQuota, accounts: FileAccounts) -> None:
+        self._shelf = shelf
+        self._accounts = accounts
+        self._attempts: Counter[int] = Counter()
+        """By transaction: an agent that begins anew has given up what it sent before."""
+
+    async def take(self, drone: LiveDrone, operation: Operation, size_bytes: int, body: AsyncIterator[bytes]) -> None:
+        """Raises NotAskedFor, FileNotTaken, FileIncomplete."""
+        work, transaction_id = operation.step.work, operation.transaction_id
+        if not isinstance(work, LogDownloadWork):
+            raise NotAskedFor
+        self._attempts[transaction_id] += 1
+        attempt = self._attempts[transaction_id]
+        while len(self._attempts) > MAX_REMEMBERED:
+            del self._attempts[min(self._attempts)]
+
+        def still_wanted() -> bool:
+            current = operation.running and operation.transaction_id == transaction_id
+            return current and self._attempts[transaction_id] == attempt
+
+        shelf, whose = self._shelf, self._accounts()
+        try:
+            arriving = await asyncio.to_thread(shelf.begin, drone.drone_id, transaction_id, size_bytes, attempt, whose)
+        except NoRoom as error:
+            raise FileNotTaken(str(error)) from None
+        except OSError as error:
+            raise FileNotTaken(f"the tower cannot keep files: {error.strerror or error}") from None
+        try:
+            taken, waiting = 0, bytearray()
+            async for piece in _within(body, SILENCE_S):
+                if not still_wanted():
+                    raise NotAskedFor
+                taken += len(piece)
+                if taken > size_bytes:
+                    raise FileIncomplete("more came than was promised")
+                waiting += piece
+                if len(waiting) >= WRITE_AT_ONCE_BYTES:
+                    await asyncio.to_thread(shelf.write, arriving, bytes(waiting))
+                    waiting.clear()
+            if taken != size_bytes:
+                raise FileIncomplete(f"{taken} bytes came of {size_bytes}")
+            await asyncio.to_thread(shelf.write, arriving, bytes(waiting))
+            if not still_wanted():
+                raise NotAskedFor
+            began = next((one.began_unix_s for one in drone.board.logs or () if one.log_id == work.log_id), None)
+            await asyncio.to_thread(shelf.keep, arriving, work.log_id, began)
+        except NoRoom as error:
+            raise FileNotTaken(str(error)) from None
+        except OSError as error:
+            raise FileNotTaken(f"the tower cannot keep it: {error.strerror or error}") from None
+        finally:
+            await asyncio.to_thread(shelf.discard, arriving)
+
+
+async def _within(body: AsyncIterator[bytes], silence_s: float) -> AsyncIterator[bytes]:
+    while True:
+        try:
+            piece = await asyncio.wait_for(anext(body), silence_s)
+        except StopAsyncIteration:
+            return
+        except TimeoutError:
+            raise FileIncomplete("nothing came any more") from None
+        yield piece

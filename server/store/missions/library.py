@@ -1,0 +1,156 @@
+"""The rules of the library of missions: who sees and who changes which, how many there are, and who was first.
+
+One's own is one's own. A shared one is read by whoever is in a team with its owner, and among those who are in no team;
+an admin's by everybody, and everything by admins. It is changed by its owner and by admins. What a user may not see is
+not there. Every rule takes a session of the database: a change and its audit record live or die together.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from sqlalchemy import ColumnElement, and_, func, or_, select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.names import clean_name
+from server.domain.people import Principal, Role
+from server.domain.refusal import Refusal
+from server.live.missions.document import KeptDocument
+from server.store.accounts.tables import UserRow
+from server.store.audit.action import AuditAction
+from server.store.missions.tables import MissionRow
+from server.store.teams.tables import TeamMemberRow
+
+MAX_MISSIONS: Final = 500
+
+
+class UnknownMission(Refusal):
+    """No such mission, or none that this user may see."""
+
+    def __init__(self) -> None:
+        super().__init__("there is no such mission")
+
+
+class NotYourMission(Refusal):
+    def __init__(self) -> None:
+        super().__init__("only its owner or an admin can change this mission: keep a copy of your own")
+
+
+class TooManyMissions(Refusal):
+    def __init__(self) -> None:
+        super().__init__(f"at most {MAX_MISSIONS} missions are kept for a user")
+
+
+class ChangedMeanwhile(Refusal):
+    def __init__(self, version: int) -> None:
+        super().__init__(f"somebody has changed this mission meanwhile: it is at version {version}")
+
+
+class VersionNeeded(Refusal):
+    def __init__(self) -> None:
+        super().__init__("say with If-Match which version is to be replaced")
+
+
+Found = tuple[MissionRow, str]
+"""With the name of the owner."""
+
+
+def _seen_by(viewer: Principal) -> ColumnElement[bool]:
+    """In a query of missions with the accounts of their owners: which of them this user may see."""
+    own = MissionRow.owner_id == viewer.user_id
+    if viewer.role is Role.ADMIN:
+        return or_(own, MissionRow.shared)
+    teams = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == viewer.user_id)
+    mates = select(TeamMemberRow.user_id).where(TeamMemberRow.team_id.in_(teams))
+    in_no_team = and_(~teams.exists(), MissionRow.owner_id.not_in(select(TeamMemberRow.user_id)))
+    near = or_(UserRow.role == Role.ADMIN.value, MissionRow.owner_id.in_(mates), in_no_team)
+    return or_(own, and_(MissionRow.shared, near))
+
+
+async def list_missions(session: AsyncSession, viewer: Principal) -> list[Found]:
+    """One's own and those that are shared, the newest first, without their documents."""
+    query = select(MissionRow, UserRow.name).join(UserRow, UserRow.id == MissionRow.owner_id)
+    rows = await session.execute(
+        query.where(_seen_by(viewer)).order_by(MissionRow.updated_at.desc(), MissionRow.id.desc())
+    )
+    return [(row, name) for row, name in rows]
+
+
+async def get_mission(session: AsyncSession, viewer: Principal, mission_id: int, *, lock: bool = False) -> Found:
+    """Raises UnknownMission."""
+    query = select(MissionRow, UserRow.name).join(UserRow, UserRow.id == MissionRow.owner_id)
+    query = query.where(MissionRow.id == mission_id, _seen_by(viewer))
+    if lock:
+        query = query.with_for_update(of=MissionRow)
+    found = (await session.execute(query)).first()
+    if found is None:
+        raise UnknownMission
+    return found[0], found[1]
+
+
+async def document_of(session: AsyncSession, row: MissionRow) -> str:
+    """Its plan, as JSON."""
+    return (await session.scalars(select(MissionRow.document).where(MissionRow.id == row.id))).one()
+
+
+async def create_mission(
+    session: AsyncSession, viewer: Principal, *, name: str, document: KeptDocument, shared: bool, deed: AuditAction
+) -> Found:
+    """Raises BadName, TooManyMissions."""
+    name = clean_name(name)
+    # Two at once must not both take the last place.
+    await session.execute(select(UserRow.id).where(UserRow.id == viewer.user_id).with_for_update())
+    count = await session.scalar(select(func.count()).where(MissionRow.owner_id == viewer.user_id))
+    if (count or 0) >= MAX_MISSIONS:
+        raise TooManyMissions
+    row = MissionRow(owner_id=viewer.user_id, version=1)
+    _fill(row, name=name, document=document, shared=shared, deed=deed)
+    session.add(row)
+    await session.flush()
+    deed.record(session, "mission.created", mission_id=row.id, mission=name, shared=shared)
+    return row, viewer.name
+
+
+async def replace_mission(
+    session: AsyncSession,
+    viewer: Principal,
+    mission_id: int,
+    *,
+    version: int | None,
+    name: str,
+    document: KeptDocument,
+    shared: bool,
+    deed: AuditAction,
+) -> Found:
+    """`version`: that which is replaced. Raises UnknownMission, NotYourMission, VersionNeeded, ChangedMeanwhile,
+    BadName."""
+    row, owner = await _to_change(session, viewer, mission_id)
+    if version is None:
+        raise VersionNeeded
+    if version != row.version:
+        raise ChangedMeanwhile(row.version)
+    _fill(row, name=clean_name(name), document=document, shared=shared, deed=deed)
+    row.version += 1
+    deed.record(
+        session, "mission.changed", mission_id=row.id, mission=row.name, shared=shared, version=row.version, owner=owner
+    )
+    return row, owner
+
+
+async def delete_mission(session: AsyncSession, viewer: Principal, mission_id: int, *, deed: AuditAction) -> None:
+    """Raises UnknownMission, NotYourMission."""
+    row, owner = await _to_change(session, viewer, mission_id)
+    deed.record(session, "mission.deleted", mission_id=row.id, mission=row.name, owner=owner)
+    await session.delete(row)
+
+
+async def _to_change(session: AsyncSession, viewer: Principal, mission_id: int) -> Found:
+    row, owner = await get_mission(session, viewer, mission_id, lock=True)
+    if row.owner_id != viewer.user_id and viewer.role is not Role.ADMIN:
+        raise NotYourMission
+    return row, owner
+
+
+def _fill(row: MissionRow, *, name: str, document: KeptDocument, shared: bool, deed: AuditAction) -> None:
+    row.name, row.document, row.shared, row.updated_at = name, document.text, shared, deed.at
+    row.mission_items, row.fence_items, row.rally_items = document.counts

@@ -1,0 +1,169 @@
+"""The rows of recordings: what the database knows of each. Every function takes a session; a change and its audit
+record live or die together."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from datetime import datetime
+from typing import Any, Final
+
+from sqlalchemy import func, select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.people import Principal
+from server.live.recordings.refusals import RecordingBusy, UnknownRecording
+from server.live.recordings.views import RecordedByView, RecordingView
+from server.live.relay.live_drone import LiveDrone
+from server.store.audit.action import AuditAction
+from server.store.recordings.finishing import Finished
+from server.store.recordings.tables import RecordingRow
+
+MAX_LISTED: Final = 500
+OPEN_STATES: Final = ("recording", "finishing")
+_MAX_TEXT_LENGTH: Final = 200
+
+
+async def of_drone(session: AsyncSession, drone_id: int) -> Sequence[RecordingRow]:
+    """Newest first."""
+    query = select(RecordingRow).where(RecordingRow.drone_id == drone_id)
+    return (await session.scalars(query.order_by(RecordingRow.id.desc()).limit(MAX_LISTED))).all()
+
+
+async def get(session: AsyncSession, drone_id: int, recording_id: int, *, lock: bool = False) -> RecordingRow:
+    """Raises UnknownRecording."""
+    query = select(RecordingRow).where(RecordingRow.id == recording_id, RecordingRow.drone_id == drone_id)
+    row = await session.scalar(query.with_for_update() if lock else query)
+    if row is None:
+        raise UnknownRecording
+    return row
+
+
+async def known_to(session: AsyncSession, viewer: Principal, drone: LiveDrone, recording_id: int) -> RecordingRow:
+    """Raises UnknownRecording also for one that was made before the drone came to this user's team."""
+    row = await get(session, drone.drone_id, recording_id)
+    if not drone.knows_of(viewer.user_id, viewer.role, row.began_at):
+        raise UnknownRecording
+    return row
+
+
+async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, deed: AuditAction) -> RecordingRow:
+    """Raises UnknownRecording, RecordingBusy."""
+    row = await get(session, drone_id, recording_id, lock=True)
+    if row.state in OPEN_STATES:
+        raise RecordingBusy
+    await _remove(session, row, "recording.deleted", deed)
+    return row
+
+
+async def remove_for_room(session: AsyncSession, recording_id: int, *, deed: AuditAction) -> RecordingRow | None:
+    """None where it has gone already, or is no longer to be removed."""
+    row = await session.get(RecordingRow, recording_id)
+    if row is None or row.state in OPEN_STATES:
+        return None
+    await _remove(session, row, "recording.removed", deed)
+    return row
+
+
+async def _remove(session: AsyncSession, row: RecordingRow, action: str, deed: AuditAction) -> None:
+    deed.record(session, action, drone_id=row.drone_id, **about(row))
+    await session.delete(row)
+
+
+def about(row: RecordingRow) -> dict[str, Any]:
+    """What the audit trail says of a recording."""
+    return {"recording": row.id, "quality": row.quality, "began_at": row.began_at.isoformat()}
+
+
+async def mark_ended(
+    session: AsyncSession,
+    recording_id: int,
+    *,
+    words: str,
+    at: datetime,
+    size_bytes: int,
+    pictures: int,
+    flights: Iterable[datetime],
+    deed: AuditAction,
+) -> RecordingRow | None:
+    """Its file is to be made. None where the row has gone, with its drone. Harmless a second time."""
+    row = await session.get(RecordingRow, recording_id)
+    if row is None or row.state != "recording":
+        return row
+    row.state, row.words, row.ended_at = "finishing", words[:_MAX_TEXT_LENGTH], at
+    row.size_bytes, row.pictures = size_bytes, pictures
+    row.flights = [one.isoformat() for one in flights]
+    told = about(row) | ({"words": row.words} if words else {})
+    deed.record(session, "recording.ended", drone_id=row.drone_id, **told)
+    return row
+
+
+async def mark_ready(
+    session: AsyncSession, recording_id: int, finished: Finished, *, size_bytes: int
+) -> RecordingRow | None:
+    """Its file is there. None where the row has gone meanwhile."""
+    row = await session.get(RecordingRow, recording_id)
+    if row is not None:
+        row.state, row.size_bytes, row.duration_s = "ready", size_bytes, finished.duration_s
+        row.width, row.height, row.pictures = finished.width, finished.height, finished.pictures
+    return row
+
+
+async def mark_failed(session: AsyncSession, recording_id: int, words: str, *, size_bytes: int) -> RecordingRow | None:
+    """`size_bytes`: of what is left on the disk for another try."""
+    row = await session.get(RecordingRow, recording_id)
+    if row is not None:
+        row.state, row.words, row.size_bytes = "failed", words[:_MAX_TEXT_LENGTH], size_bytes
+    return row
+
+
+async def all_of_store(session: AsyncSession, store: str) -> Sequence[RecordingRow]:
+    """Oldest first."""
+    query = select(RecordingRow).where(RecordingRow.store == store)
+    return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id))).all()
+
+
+async def bytes_of_store(session: AsyncSession, store: str) -> tuple[dict[int, int], dict[int, int]]:
+    """(of what is being finished, of all that is over), by drone. Added up by the database, however many there are."""
+    columns = RecordingRow.drone_id, RecordingRow.state
+    query = select(*columns, func.sum(RecordingRow.size_bytes)).where(RecordingRow.store == store).group_by(*columns)
+    finishing, over = Counter[int](), Counter[int]()
+    for drone_id, state, total in await session.execute(query):
+        if state == "finishing":
+            finishing[drone_id] += int(total)
+        elif state not in OPEN_STATES:
+            over[drone_id] += int(total)
+    return finishing, over
+
+
+async def oldest_over(
+    session: AsyncSession, store: str, drone_ids: Iterable[int], *, most: int
+) -> Sequence[RecordingRow]:
+    """The oldest of those that are over, of some drones."""
+    query = select(RecordingRow).where(
+        RecordingRow.store == store, RecordingRow.state.not_in(OPEN_STATES), RecordingRow.drone_id.in_(list(drone_ids))
+    )
+    return (await session.scalars(query.order_by(RecordingRow.began_at, RecordingRow.id).limit(most))).all()
+
+
+def view_of(row: RecordingRow) -> RecordingView:
+    """How it looks from outside."""
+    return RecordingView.model_validate(
+        {
+            "id": row.id,
+            "drone_id": row.drone_id,
+            "by": RecordedByView(id=row.by_id, name=row.by_name),
+            "state": row.state,
+            "words": row.words,
+            "quality": row.quality,
+            "codec": row.codec,
+            "began_at": row.began_at,
+            "ended_at": row.ended_at,
+            "flights": row.flights,
+            "size_bytes": row.size_bytes,
+            "duration_s": row.duration_s,
+            "pictures": row.pictures,
+            "width": row.width,
+            "height": row.height,
+        }
+    )

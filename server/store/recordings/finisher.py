@@ -1,0 +1,158 @@
+"""Makes the files of recordings that have ended, one after another, and at the start of the tower those that an earlier
+one left."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Awaitable, Callable, Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+import structlog
+
+from server.live.recordings.notifier import RecordingNotifier
+from server.store.database import Database
+from server.store.recordings import catalogue
+from server.store.recordings.finishing import CannotFinish, Finished, make_mp4
+from server.store.recordings.quota import RecordingQuota
+from server.store.recordings.store import MP4, PART, UNITS, RecordingStore
+from server.store.recordings.tables import RecordingRow
+
+CUT_OFF: Final = "the tower went down while it was recorded"
+GONE: Final = "its file is gone"
+NO_ROOM: Final = "there is no room to make its file; it is tried again when the tower starts"
+_log = structlog.get_logger(__name__)
+
+MakeMp4 = Callable[[Path, Path], Awaitable[Finished]]
+
+
+class RecordingFinisher:
+    """`work` runs beside. One at a time: the tower has better things to do."""
+
+    def __init__(
+        self,
+        *,
+        database: Database,
+        store: RecordingStore,
+        room: RecordingQuota,
+        notifier: RecordingNotifier,
+        make: MakeMp4 = make_mp4,
+    ) -> None:
+        self._database = database
+        self._store = store
+        self._room = room
+        self._notifier = notifier
+        self._make = make
+        self._waiting: deque[int] = deque()
+        self._something = asyncio.Event()
+
+    def add(self, recording_id: int) -> None:
+        """It has ended."""
+        self._waiting.append(recording_id)
+        self._something.set()
+
+    @property
+    def waiting(self) -> int:
+        """How many, with the one that is being made."""
+        return len(self._waiting)
+
+    async def recover(self, deleted: Iterable[int]) -> None:
+        """At start, before anything is recorded: takes up what was left. `deleted`: drones whose files go."""
+        try:
+            await asyncio.to_thread(self._store.open)
+        except OSError as error:
+            # Flying goes on without recordings. What there is of them is left as it is.
+            _log.error("recordings_cannot_be_kept", why=str(error))
+            return
+        await asyncio.to_thread(self._store.remove_drones, deleted)
+        async with self._database.reading() as session:
+            rows = await catalogue.all_of_store(session, self._store.id)
+        for row in rows:
+            await self._take_up(row)
+        self._room.strays = await asyncio.to_thread(self._store.sweep, {row.file for row in rows})
+        if self._room.strays:
+            _log.warning(
+                "recordings_not_in_the_database",
+                files=len(self._room.strays),
+                size_bytes=self._room.stray_bytes(),
+                hint="kept until the room is needed; they come back with the database that knows them",
+            )
+
+    async def _take_up(self, row: RecordingRow) -> None:
+        units = self._store.path(row.drone_id, row.file, UNITS)
+        told = await asyncio.to_thread(_size_and_time, units)
+        if row.state == "ready" and await asyncio.to_thread(self._store.path(row.drone_id, row.file, MP4).is_file):
+            await asyncio.to_thread(units.unlink, missing_ok=True)
+            return
+        if told is None and row.state == "failed":
+            return
+        async with self._database.writing() as session:
+            if told is None:
+                await catalogue.mark_failed(session, row.id, GONE, size_bytes=0)
+                return
+            found = await session.get(RecordingRow, row.id)
+            if found is None:
+                return
+            if found.state == "recording":
+                found.words, found.ended_at = CUT_OFF, max(found.began_at, told[1])
+            elif found.state == "failed":
+                found.words = ""
+            found.state, found.size_bytes = "finishing", told[0]
+        self.add(row.id)
+
+    async def work(self) -> None:
+        """Until cancelled. What fails for the database's sake is tried again."""
+        while True:
+            while self._waiting:
+                await self._finish(self._waiting[0])
+                self._waiting.popleft()
+            self._something.clear()
+            await self._something.wait()
+
+    async def _finish(self, recording_id: int) -> None:
+        async with self._database.reading() as session:
+            row = await session.get(RecordingRow, recording_id)
+        if row is None or row.state != "finishing":
+            return
+        units = self._store.path(row.drone_id, row.file, UNITS)
+        target = self._store.path(row.drone_id, row.file, MP4)
+        part = target.with_name(target.name + PART)
+        try:
+            # The file itself is counted already; the MP4 of it is smaller or as large.
+            if not await self._room.make(row.size_bytes, row.drone_id):
+                raise CannotFinish(NO_ROOM)
+            finished = await self._make(units, part)
+            await asyncio.to_thread(part.replace, target)
+            size_bytes = (await asyncio.to_thread(target.stat)).st_size
+        except (CannotFinish, OSError) as error:
+            hopeless = isinstance(error, CannotFinish) and error.hopeless
+            await self._fail(row, str(error), units, hopeless=hopeless)
+            return
+        async with self._database.writing() as session:
+            ready = await catalogue.mark_ready(session, row.id, finished, size_bytes=size_bytes)
+        if ready is None:  # its drone was deleted meanwhile
+            await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
+            return
+        await asyncio.to_thread(units.unlink, missing_ok=True)
+        self._notifier.tell("ready", catalogue.view_of(ready))
+
+    async def _fail(self, row: RecordingRow, words: str, units: Path, *, hopeless: bool) -> None:
+        _log.error("recording_failed", recording=row.id, drone_id=row.drone_id, why=words)
+        told = None if hopeless else await asyncio.to_thread(_size_and_time, units)
+        async with self._database.writing() as session:
+            failed = await catalogue.mark_failed(session, row.id, words, size_bytes=told[0] if told else 0)
+        if hopeless or failed is None:
+            await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
+        if failed is not None:
+            self._notifier.tell("failed", catalogue.view_of(failed))
+
+
+def _size_and_time(path: Path) -> tuple[int, datetime] | None:
+    """Bytes, and when it was written last. None where there is no such file."""
+    try:
+        told = path.stat()
+    except FileNotFoundError:
+        return None
+    return told.st_size, datetime.fromtimestamp(told.st_mtime, UTC)

@@ -1,0 +1,81 @@
+"""Makes the MP4 file of a recording: a program of its own, because it takes a processor for long and reads what a drone
+sent. Started by `server.store.recordings.finishing`; ends when whoever started it is gone.
+
+    python -m server.store.recordings.make_mp4 UNITS MP4
+
+On standard output: a line of JSON about once a second, `{"done": pictures}`, and at the end the members of `Made` or
+`{"problem": words}` with exit code 1, or 2 where another try would do no better.
+"""
+
+import json
+import os
+import resource
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Final
+
+import av
+
+from server.live.recordings.unit_file import NoRecording
+from server.store.recordings.conversion import Made, Survey, make, survey
+
+NICENESS: Final = 15
+MAX_MEMORY_BYTES: Final = 2 * 1024**3
+"""Of address space. A picture of the largest size that is taken needs some hundred MB with all its references."""
+SAY_EVERY_S: Final = 1.0
+
+
+def main(arguments: list[str]) -> int:
+    units, target = Path(arguments[0]), Path(arguments[1])
+    os.nice(NICENESS)
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    av.logging.set_level(None)
+    tell = _telling()
+    try:
+        with units.open("rb") as file:
+            found: Survey = survey(file, tell)
+        with units.open("rb") as file:
+            made: Made = make(file, found, target, tell)
+    except NoRecording as error:
+        _say({"problem": str(error)})
+        return 2
+    except (OSError, MemoryError, av.error.FFmpegError) as error:
+        words = getattr(error, "strerror", None) or str(error) or type(error).__name__
+        _say({"problem": words[:150]})
+        return 1
+    _say(made._asdict())
+    return 0
+
+
+def _telling() -> Callable[[int], None]:
+    said = time.monotonic()
+
+    def tell(done: int) -> None:
+        nonlocal said
+        if time.monotonic() - said >= SAY_EVERY_S:
+            said = time.monotonic()
+            _say({"done": done})
+
+    return tell
+
+
+def _say(what: dict[str, Any]) -> None:
+    sys.stdout.write(json.dumps(what) + "\n")
+    sys.stdout.flush()
+
+
+def _end_with_parent() -> None:
+    """Standard input is a pipe to whoever waits for the file. A tower that was killed makes it anew when it is back."""
+    with suppress(OSError):
+        while os.read(0, 1024):
+            pass
+    os._exit(3)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

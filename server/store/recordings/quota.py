@@ -1,0 +1,166 @@
+"""Keeps recordings within their budget, which owners share (`file_room`): of whoever keeps the most, the oldest that is
+over goes first, never one that goes on or is being finished. Files that the database does not know count too, and go by
+their age as all others do."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import structlog
+
+from server.domain.clock import Clock
+from server.live.recordings.notifier import RecordingNotifier
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import TOWER
+from server.store.database import Database
+from server.store.file_accounts import FileAccounts
+from server.store.file_room import NOBODY, Account, share_bytes, to_shrink
+from server.store.recordings import catalogue
+from server.store.recordings.store import RecordingStore, Stray
+from server.store.recordings.tables import RecordingRow
+from wire.video import MAX_UNIT_BYTES
+
+MIN_ROOM_BYTES: Final = MAX_UNIT_BYTES
+"""Without it nothing is begun."""
+AT_ONCE: Final = 100
+"""Rows that are looked at together: making objects of thousands would hold up the tower's loop."""
+
+
+_log = structlog.get_logger(__name__)
+
+
+@dataclass(frozen=True)
+class _Kept:
+    what: RecordingRow | Stray
+    size_bytes: int
+    kept_at: float
+
+
+@dataclass
+class _Bytes:
+    """By account. `drones`: of each account, those with recordings that are over."""
+
+    used: Counter[Account]
+    removable: Counter[Account]
+    drones: dict[Account, list[int]]
+
+
+class RecordingQuota:
+    """`in_use`: bytes of what goes on, by drone. `kept_bytes`: of all that is over, as it was seen last; `used`: of all
+    there is, by account. `strays`: files that the database does not know, the oldest first."""
+
+    def __init__(
+        self,
+        *,
+        database: Database,
+        clock: Clock,
+        store: RecordingStore,
+        notifier: RecordingNotifier,
+        budget_bytes: int,
+        accounts: FileAccounts,
+    ) -> None:
+        self._database = database
+        self._clock = clock
+        self._store = store
+        self._notifier = notifier
+        self._accounts = accounts
+        self.budget_bytes = budget_bytes
+        self.in_use: Callable[[], Mapping[int, int]] = dict
+        self.kept_bytes = 0
+        self.used: Mapping[Account, int] = {}
+        self.strays: list[Stray] = []
+        self._one_at_a_time = asyncio.Lock()
+
+    async def make(self, coming_bytes: int, drone_id: int | None = None) -> bool:
+        """Removes what has to go so that so much more of this drone fits. Whether it fits now: also on the disk."""
+        async with self._one_at_a_time:
+            accounts = self._accounts()
+            there = await self._look(accounts)
+            coming = None if drone_id is None else accounts.get(drone_id, NOBODY)
+            there.used[NOBODY if coming is None else coming] += coming_bytes
+            fits = await self._shrink(there, accounts, coming)
+            self.kept_bytes, self.used = there.removable.total(), dict(there.used)
+            return fits and await asyncio.to_thread(self._store.has_room, coming_bytes)
+
+    def hogs_most(self, drone_id: int) -> int:
+        """Bytes that the owner of this drone keeps, as they were seen last: who has the most gives way first."""
+        return self.used.get(self._accounts().get(drone_id, NOBODY), 0)
+
+    def stray_bytes(self) -> int:
+        """Of files that the database does not know."""
+        return sum(one.size_bytes for one in self.strays)
+
+    async def _look(self, accounts: Mapping[int, Account]) -> _Bytes:
+        async with self._database.reading() as session:
+            finishing, over = await catalogue.bytes_of_store(session, self._store.id)
+        used, removable = Counter[Account](), Counter[Account]()
+        drones: dict[Account, list[int]] = {}
+        for drone_id, size in over.items():
+            account = accounts.get(drone_id, NOBODY)
+            removable[account] += size
+            drones.setdefault(account, []).append(drone_id)
+        for stray in self.strays:
+            removable[accounts.get(stray.drone_id, NOBODY)] += stray.size_bytes
+        used.update(removable)
+        for sizes in (finishing, self.in_use()):
+            for drone_id, size in sizes.items():
+                used[accounts.get(drone_id, NOBODY)] += size
+        return _Bytes(used, removable, drones)
+
+    async def _shrink(self, there: _Bytes, accounts: Mapping[int, Account], coming: Account | None) -> bool:
+        """Whether what is left is within the budget, or what comes is within its account's share of it."""
+        while there.used.total() > self.budget_bytes:
+            account = to_shrink(there.used, there.removable, coming=coming, budget_bytes=self.budget_bytes)
+            if account is None:
+                share = share_bytes(there.used, budget_bytes=self.budget_bytes)
+                return coming is not None and there.used[coming] <= share
+            if not await self._remove_oldest(account, there, accounts, coming):
+                there.used[account] -= there.removable.pop(account)  # rows that went meanwhile
+        return True
+
+    async def _remove_oldest(
+        self, account: Account, there: _Bytes, accounts: Mapping[int, Account], coming: Account | None
+    ) -> int:
+        """Some of an account's that have to go. How many went."""
+        async with self._database.reading() as session:
+            drones = there.drones.get(account, ())
+            rows = await catalogue.oldest_over(session, self._store.id, drones, most=AT_ONCE)
+        # Rows that were not looked at may be older than a stray that is younger than these.
+        until = rows[-1].began_at.timestamp() if len(rows) == AT_ONCE else float("inf")
+        oldest = [_Kept(row, row.size_bytes, row.began_at.timestamp()) for row in rows]
+        oldest += [
+            _Kept(one, one.size_bytes, one.kept_at)
+            for one in self.strays
+            if one.kept_at <= until and accounts.get(one.drone_id, NOBODY) == account
+        ]
+        gone = 0
+        for one in sorted(oldest, key=lambda one: one.kept_at):
+            if there.used.total() <= self.budget_bytes:
+                break
+            if to_shrink(there.used, there.removable, coming=coming, budget_bytes=self.budget_bytes) != account:
+                break
+            if isinstance(one.what, Stray):
+                await self._remove_stray(one.what)
+            else:
+                await self._remove(one.what)
+            there.used[account] -= one.size_bytes
+            there.removable[account] -= one.size_bytes
+            gone += 1
+        return gone
+
+    async def _remove_stray(self, stray: Stray) -> None:
+        await asyncio.to_thread(self._store.remove_stray, stray)
+        self.strays.remove(stray)
+        _log.warning("recording_not_in_the_database_removed", file=str(stray.path), size_bytes=stray.size_bytes)
+
+    async def _remove(self, row: RecordingRow) -> None:
+        deed = AuditAction(by=TOWER, at=self._clock())
+        async with self._database.writing() as session:
+            removed = await catalogue.remove_for_room(session, row.id, deed=deed)
+        if removed is not None:
+            await asyncio.to_thread(self._store.remove, removed.drone_id, removed.file)
+            self._notifier.tell("removed", catalogue.view_of(removed))

@@ -1,0 +1,76 @@
+"""The parts of recording, put together for one tower."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+
+from server.domain.clock import Clock
+from server.live.hub import Hub
+from server.live.recordings.notifier import RecordingNotifier
+from server.runtime.background import in_background
+from server.runtime.settings import Settings
+from server.store.database import Database
+from server.store.file_accounts import file_accounts
+from server.store.recordings.finisher import RecordingFinisher
+from server.store.recordings.quota import RecordingQuota
+from server.store.recordings.service import RecordingService
+from server.store.recordings.source import VideoStreams
+from server.store.recordings.store import RecordingStore
+
+_MB = 1_000_000
+
+
+@dataclass(frozen=True)
+class Recordings:
+    service: RecordingService
+    store: RecordingStore
+    room: RecordingQuota
+    finisher: RecordingFinisher
+    notifier: RecordingNotifier
+
+    @asynccontextmanager
+    async def working(self, deleted: frozenset[int]) -> AsyncIterator[None]:
+        """Takes up what an earlier tower left, and works until the block ends. `deleted`: drones whose files go."""
+        await self.finisher.recover(deleted)
+        if self.store.id:
+            await self.room.make(0)
+        try:
+            async with (
+                in_background("finishing recordings", self.finisher.work),
+                in_background("recordings", self.service.work),
+            ):
+                yield
+        finally:
+            await self.service.close()
+
+
+def new_recordings(
+    settings: Settings, *, hub: Hub, video: VideoStreams, database: Database, clock: Clock
+) -> Recordings:
+    budget_bytes = settings.recordings_budget_mb * _MB
+    store = RecordingStore(settings.files / "recordings")
+    notifier = RecordingNotifier(hub)
+    room = RecordingQuota(
+        database=database,
+        clock=clock,
+        store=store,
+        notifier=notifier,
+        budget_bytes=budget_bytes,
+        accounts=lambda: file_accounts(hub),
+    )
+    finisher = RecordingFinisher(database=database, store=store, room=room, notifier=notifier)
+    service = RecordingService(
+        hub=hub,
+        video=video,
+        database=database,
+        clock=clock,
+        store=store,
+        room=room,
+        finisher=finisher,
+        notifier=notifier,
+        largest_bytes=min(budget_bytes, settings.recording_largest_mb * _MB),
+        longest_s=settings.recording_longest_s,
+    )
+    return Recordings(service, store, room, finisher, notifier)

@@ -1,0 +1,280 @@
+"""The recordings of the tower: begun, looked after, ended, and handed on to be finished.
+
+Units go from the relay to a writer's thread and wait for nobody. All else happens here, beside: limits, flights, rows.
+What the database cannot take now is tried again; a recording ends on its disk in any case.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections import Counter
+from contextlib import suppress
+from typing import Final
+
+import structlog
+from sqlalchemy.exc import IntegrityError, SQLAlchemyError
+
+from server.domain.access import UnknownDrone
+from server.domain.clock import Clock
+from server.domain.people import Principal
+from server.live.hub import Hub
+from server.live.operations.refusals import DroneOffline
+from server.live.recordings.choice import choose
+from server.live.recordings.notifier import RecordingNotifier
+from server.live.recordings.refusals import AlreadyRecording, NoRoomToRecord, NoVideo, TooManyRecordings
+from server.live.recordings.views import RecordingView
+from server.live.relay.live_drone import LiveDrone
+from server.live.video.situation import VideoCondition
+from server.live.video.streams import StreamKey
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import TOWER
+from server.store.database import Database
+from server.store.recordings import catalogue
+from server.store.recordings.finisher import RecordingFinisher
+from server.store.recordings.quota import MIN_ROOM_BYTES, RecordingQuota
+from server.store.recordings.running import Running
+from server.store.recordings.sink import RecordingSink
+from server.store.recordings.source import VideoStreams
+from server.store.recordings.store import UNITS, RecordingStore
+from server.store.recordings.tables import RecordingRow
+from server.store.recordings.writer import UnitWriter
+from wire.ids import DroneId
+from wire.video import Quality
+
+MAX_RUNNING: Final = 50
+"""Each has a thread, and places for what its disk does not have yet."""
+LOOK_EVERY_S: Final = 1.0
+ROOM_EVERY_S: Final = 5.0
+NOTHING_COMES_S: Final = 600.0
+STOPPED_WITHIN_S: Final = 15.0
+GOING_DOWN: Final = "the tower was stopped"
+TOO_LONG: Final = "it has reached the longest time of a recording"
+NOTHING_CAME: Final = "no picture came for ten minutes"
+NOT_HERE: Final = "its file is not in this tower's folder of recordings"
+NO_STORE: Final = "the tower could not open its folder of recordings when it started"
+NO_ROOM: Final = "the tower has no room left for recordings"
+_log = structlog.get_logger(__name__)
+
+
+class RecordingService:
+    """One for a tower. `work` runs beside. `video`: where the units come from."""
+
+    def __init__(
+        self,
+        *,
+        hub: Hub,
+        video: VideoStreams,
+        database: Database,
+        clock: Clock,
+        store: RecordingStore,
+        room: RecordingQuota,
+        finisher: RecordingFinisher,
+        notifier: RecordingNotifier,
+        largest_bytes: int,
+        longest_s: float,
+    ) -> None:
+        self._hub = hub
+        self.video = video
+        self._database = database
+        self._clock = clock
+        self._store = store
+        self._room = room
+        self._finisher = finisher
+        self._notifier = notifier
+        self._largest_bytes = largest_bytes
+        self._longest_s = longest_s
+        self._taken: set[tuple[DroneId, Quality]] = set()
+        self._running: dict[int, Running] = {}
+        self._something = asyncio.Event()
+        self._room_looked_at = float("-inf")
+        room.in_use = self._running_by_drone
+
+    # -- what goes on ----------------------------------------------------------------------------------------
+
+    def view(self, row: RecordingRow) -> RecordingView:
+        """With what has come by now."""
+        view = catalogue.view_of(row)
+        if row.state == "ready" and row.store != self._store.id:
+            return view.model_copy(update={"words": NOT_HERE})
+        running = self._running.get(row.id)
+        if running is None or row.state != "recording":
+            return view
+        counts = {"size_bytes": running.writer.taken_bytes, "pictures": running.sink.pictures}
+        return view.model_copy(update=counts | {"flights": list(running.flights)})
+
+    def running_bytes(self) -> int:
+        """Of what is being recorded."""
+        return sum(one.writer.taken_bytes for one in self._running.values())
+
+    def _running_by_drone(self) -> Counter[int]:
+        by_drone = Counter[int]()
+        for one in self._running.values():
+            by_drone[one.drone_id] += one.writer.taken_bytes
+        return by_drone
+
+    def waiting_bytes(self) -> int:
+        """What the disk does not have yet."""
+        return sum(one.writer.waiting_bytes for one in self._running.values())
+
+    def running(self) -> int:
+        """How many."""
+        return len(self._running)
+
+    async def begin(self, drone: LiveDrone, by: Principal, quality: Quality | None, deed: AuditAction) -> RecordingView:
+        """Raises DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, NoRoomToRecord."""
+        drone_id, name = drone.drone_id, drone.record.name
+        situation = self.video.situation(drone_id)
+        if situation.condition is VideoCondition.OFFLINE:
+            raise DroneOffline(name)
+        if situation.condition is VideoCondition.NO_CAMERA:
+            raise NoVideo(situation.words or f"{name} has no camera")
+        key = choose(quality, wanted=self.video.wanted(drone_id), codecs=situation.codecs)
+        place = (drone_id, key.quality)
+        if place in self._taken:
+            raise AlreadyRecording(name, key.quality.name.lower())
+        if len(self._taken) >= MAX_RUNNING:
+            raise TooManyRecordings
+        if not self._store.id:
+            raise NoRoomToRecord(NO_STORE)
+        self._taken.add(place)
+        try:
+            if not await self._room.make(MIN_ROOM_BYTES, drone_id):
+                raise NoRoomToRecord(NO_ROOM)
+            row = RecordingRow(
+                drone_id=drone_id,
+                store=self._store.id,
+                file=secrets.token_hex(8),
+                by_id=by.user_id,
+                by_name=by.name,
+                quality=key.quality.name.lower(),
+                codec=key.codec.name.lower(),
+                state="recording",
+                words="",
+                began_at=deed.at,
+                flights=[],
+                size_bytes=0,
+                pictures=0,
+            )
+            try:
+                async with self._database.writing() as session:
+                    session.add(row)
+                    await session.flush()
+                    deed.record(session, "recording.began", drone_id=drone_id, **catalogue.about(row))
+            except IntegrityError:  # the drone was deleted in this instant
+                raise UnknownDrone from None
+            path = self._store.path(drone_id, row.file, UNITS)
+            try:
+                writer = await asyncio.to_thread(UnitWriter, path)
+            except OSError as error:
+                words = f"the tower cannot keep files: {error.strerror or error}"
+                async with self._database.writing() as session:
+                    await catalogue.mark_failed(session, row.id, words, size_bytes=0)
+                raise NoRoomToRecord(words) from None
+        except BaseException:
+            self._taken.discard(place)
+            raise
+        return self._attach(row, drone, writer, key)
+
+    def _attach(self, row: RecordingRow, drone: LiveDrone, writer: UnitWriter, key: StreamKey) -> RecordingView:
+        now = time.monotonic()
+
+        def over(why: str) -> None:
+            running.end(why)
+            self._something.set()
+
+        sink = RecordingSink(key, writer, largest_bytes=self._largest_bytes, began=now, on_over=over)
+        running = Running(row, drone.drone_id, key, writer, sink, now)
+        running.note_flight(drone)
+        self._running[row.id] = running
+        if not self.video.attach(drone.drone_id, sink, now):
+            over("the drone was removed")
+        view = self.view(row)
+        self._notifier.tell("begun", view)
+        return view
+
+    async def end(self, recording_id: int, deed: AuditAction) -> None:
+        """Somebody ends it. Returns when it has ended; harmless where it has."""
+        running = self._running.get(recording_id)
+        if running is None:
+            return
+        running.end("", deed)
+        self._something.set()
+        with suppress(TimeoutError):
+            await asyncio.wait_for(running.over.wait(), STOPPED_WITHIN_S)
+
+    # -- beside ----------------------------------------------------------------------------------------------
+
+    async def work(self) -> None:
+        """Until cancelled."""
+        while True:
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._something.wait(), LOOK_EVERY_S)
+            self._something.clear()
+            await self.look(time.monotonic())
+
+    async def look(self, now: float) -> None:
+        """Ends what is to end, and notes which flights the others show."""
+        if self._running and now - self._room_looked_at >= ROOM_EVERY_S:
+            self._room_looked_at = now
+            if not await self._room.make(0):
+                # Of whoever keeps the most, the largest.
+                going_on = self._running.values()
+                max(going_on, key=lambda one: (self._room.hogs_most(one.drone_id), one.writer.taken_bytes)).end(NO_ROOM)
+        for running in list(self._running.values()):
+            await self._look_at(running, now)
+        for running in [one for one in self._running.values() if one.ending is not None]:
+            await self._end(running)
+
+    async def _look_at(self, running: Running, now: float) -> None:
+        drone = self._hub.drone(running.drone_id)
+        if drone is None:
+            running.end("the drone was removed")
+        elif running.writer.problem:
+            running.end(running.writer.problem)
+        elif now - running.began >= self._longest_s:
+            running.end(TOO_LONG)
+        elif now - running.sink.last_at >= NOTHING_COMES_S:
+            running.end(NOTHING_CAME)
+        elif running.note_flight(drone):
+            async with self._database.writing() as session:
+                row = await session.get(RecordingRow, running.row.id)
+                if row is not None:
+                    row.flights = [one.isoformat() for one in running.flights]
+
+    async def _end(self, running: Running) -> None:
+        if not running.detached:
+            running.detached = True
+            self.video.detach(running.drone_id, running.sink)
+        closed = await asyncio.to_thread(running.writer.close)
+        words = running.ending or ("" if closed else "the tower's disk does not answer")
+        deed = running.ended_by or AuditAction(by=TOWER, at=self._clock())
+        async with self._database.writing() as session:
+            row = await catalogue.mark_ended(
+                session,
+                running.row.id,
+                words=words,
+                at=deed.at,
+                size_bytes=running.writer.taken_bytes,
+                pictures=running.sink.pictures,
+                flights=running.flights,
+                deed=deed,
+            )
+        del self._running[running.row.id]
+        self._taken.discard((running.drone_id, running.key.quality))
+        running.over.set()
+        if row is None:
+            await asyncio.to_thread(self._store.remove, running.drone_id, running.row.file)
+            return
+        self._notifier.tell("ended", catalogue.view_of(row))
+        self._finisher.add(row.id)
+
+    async def close(self) -> None:
+        """The tower goes down: what goes on ends, and is finished at the next start."""
+        for running in list(self._running.values()):
+            running.end(GOING_DOWN)
+            try:
+                await self._end(running)
+            except (SQLAlchemyError, OSError):
+                _log.exception("recording_not_ended", recording=running.row.id)

@@ -1,0 +1,81 @@
+"""Is the database what this version of the tower expects, and how to make it so. The steps are in `migrations/`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from alembic import command
+from alembic.config import Config
+from alembic.runtime.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import Connection
+from sqlalchemy.exc import DBAPIError
+
+from server.runtime.vault import Vault
+from server.store.database import Database
+
+MIGRATIONS: Final = Path(__file__).resolve().parents[2] / "migrations"
+
+
+class DatabaseNotReady(Exception):
+    """The message says what is wrong and which command puts it right."""
+
+
+async def check_schema(database: Database) -> None:
+    """Raises DatabaseNotReady unless the database is at the newest revision."""
+    try:
+        async with database.engine.connect() as connection:
+            found = await connection.run_sync(_current_revision)
+    except (DBAPIError, OSError) as error:
+        reason = error.orig if isinstance(error, DBAPIError) else error
+        raise DatabaseNotReady(f"the database cannot be reached: {reason}") from error
+    wanted = newest_revision()
+    if found == wanted:
+        return
+    if found is None:
+        raise DatabaseNotReady("the database is empty: run `tower migrate` first")
+    if found not in _known_revisions():
+        raise DatabaseNotReady(
+            f"the database is at revision {found}, which a newer version of the tower made: "
+            "run that version, or restore an older backup"
+        )
+    raise DatabaseNotReady(f"the database is at revision {found} and has to be at {wanted}: run `tower migrate`")
+
+
+def newest_revision() -> str | None:
+    return ScriptDirectory.from_config(_config()).get_current_head()
+
+
+async def migrate(database: Database, revision: str = "head", *, vault: Vault | None = None) -> None:
+    """Brings the database up (or, with an older `revision`, down) to `revision`; "base" is the empty database.
+
+    `vault`: seals what older versions kept in the clear; None: that of the settings in the environment.
+    """
+    async with database.engine.begin() as connection:
+        await connection.run_sync(_migrate, revision, vault)
+
+
+def _migrate(connection: Connection, revision: str, vault: Vault | None) -> None:
+    config = _config()
+    config.attributes["connection"] = connection
+    config.attributes["vault"] = vault
+    known = [one.revision for one in ScriptDirectory.from_config(config).walk_revisions()]  # newest first
+    current = _current_revision(connection)
+    wanted = known[0] if revision == "head" else revision
+    goes_down = current in known and (wanted == "base" or known.index(wanted) > known.index(current))
+    (command.downgrade if goes_down else command.upgrade)(config, revision)
+
+
+def _config() -> Config:
+    config = Config()
+    config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
+    return config
+
+
+def _current_revision(connection: Connection) -> str | None:
+    return MigrationContext.configure(connection).get_current_revision()
+
+
+def _known_revisions() -> set[str]:
+    return {one.revision for one in ScriptDirectory.from_config(_config()).walk_revisions()}

@@ -1,0 +1,15 @@
+"""Every table of the tower, for whoever needs the whole picture: migrations and the start-up check."""
+
+from typing import Final
+
+from server.store.accounts import tables as accounts
+from server.store.audit import tables as audit
+from server.store.control import tables as control
+from server.store.database import Base
+from server.store.fleet import tables as fleet
+from server.store.missions import tables as missions
+from server.store.recordings import tables as recordings
+from server.store.teams import tables as teams
+
+ALL: Final = (accounts, audit, control, fleet, missions, recordings, teams)
+METADATA: Final = Base.metadata

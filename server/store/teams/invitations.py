@@ -1,0 +1,128 @@
+"""Inviting people into a team by name, so that a team admin learns nothing of who there is.
+
+An invitation is kept for the name as it was typed; nobody looks whether anybody has it. The team reads "invited" until
+it is accepted, withdrawn or over: whoever declines is as silent as a name that nobody has.
+"""
+
+from __future__ import annotations
+
+from datetime import timedelta
+from typing import Final, NamedTuple
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.names import clean_name, name_key
+from server.domain.people import Principal
+from server.domain.relations import TeamRole
+from server.live.teams.refusals import MemberAlready, TeamFull, UnknownInvitation
+from server.store.accounts.users import get_user
+from server.store.audit.action import AuditAction
+from server.store.fleet.snapshot import begin_fleet_change
+from server.store.teams.tables import TeamInvitationRow, TeamMemberRow, TeamRow
+from server.store.teams.teams import TeamManager, add_member, led_team, new_id, role_in
+
+LASTS: Final = timedelta(days=7)
+MAX_INVITATIONS: Final = 50
+"""Of one team that are not over."""
+
+
+class Received(NamedTuple):
+    """An invitation with the name of the team."""
+
+    row: TeamInvitationRow
+    team: str
+
+
+async def invite(
+    session: AsyncSession, team_id: int, *, name: str, role: TeamRole, keeper: TeamManager, deed: AuditAction
+) -> TeamInvitationRow:
+    """Inviting a name again while it is invited changes nothing: to ask anew, withdraw first.
+
+    Raises BadName, UnknownTeam, TeamAdminsOnly, MemberAlready (whom a team admin knows), TeamFull.
+    """
+    name = clean_name(name)
+    await begin_fleet_change(session)
+    team = await led_team(session, team_id, keeper)
+    await session.execute(delete(TeamInvitationRow).where(TeamInvitationRow.expires_at <= deed.at))
+    members = select(TeamMemberRow.user_id).where(TeamMemberRow.team_id == team_id)
+    for user_id in await session.scalars(members):
+        if (await get_user(session, user_id)).name_key == name_key(name):
+            raise MemberAlready
+    same = select(TeamInvitationRow).where(
+        TeamInvitationRow.team_id == team_id, TeamInvitationRow.name_key == name_key(name)
+    )
+    row = await session.scalar(same)
+    if row is not None:
+        return row
+    count = await session.scalar(select(func.count()).where(TeamInvitationRow.team_id == team_id))
+    if (count or 0) >= MAX_INVITATIONS:
+        raise TeamFull(f"a team has at most {MAX_INVITATIONS} invitations at a time")
+    row = TeamInvitationRow(
+        id=new_id(),
+        team_id=team_id,
+        name=name,
+        name_key=name_key(name),
+        role=role.value,
+        invited_by=getattr(deed.by, "name", ""),
+        created_at=deed.at,
+        expires_at=deed.at + LASTS,
+    )
+    session.add(row)
+    deed.record(session, "team.invited", team_id=team.id, team=team.name, name=name, role=role.value)
+    await session.flush()
+    return row
+
+
+async def withdraw(
+    session: AsyncSession, team_id: int, invitation_id: int, *, keeper: TeamManager, deed: AuditAction
+) -> None:
+    """Raises UnknownTeam, TeamAdminsOnly, UnknownInvitation."""
+    team = await led_team(session, team_id, keeper)
+    row = await session.get(TeamInvitationRow, invitation_id)
+    if row is None or row.team_id != team_id or row.expires_at <= deed.at:
+        raise UnknownInvitation
+    await session.delete(row)
+    deed.record(session, "team.invitation_withdrawn", team_id=team.id, team=team.name, name=row.name)
+
+
+async def received(session: AsyncSession, principal: Principal, deed: AuditAction) -> list[Received]:
+    """Those for this user that wait for a word, the newest first."""
+    user = await get_user(session, principal.user_id)
+    query = select(TeamInvitationRow, TeamRow.name).join(TeamRow, TeamRow.id == TeamInvitationRow.team_id)
+    query = query.where(
+        TeamInvitationRow.name_key == user.name_key,
+        TeamInvitationRow.declined.is_(False),
+        TeamInvitationRow.expires_at > deed.at,
+    )
+    rows = await session.execute(query.order_by(TeamInvitationRow.created_at.desc(), TeamInvitationRow.id))
+    return [Received(row, team) for row, team in rows]
+
+
+async def accept(session: AsyncSession, principal: Principal, invitation_id: int, *, deed: AuditAction) -> int:
+    """The number of the team that they are in now. Raises UnknownInvitation, TeamFull."""
+    await begin_fleet_change(session)
+    row = await _for_them(session, principal, invitation_id, deed)
+    team = await session.get(TeamRow, row.team_id)
+    assert team is not None  # its invitations go with it
+    if await role_in(session, team.id, principal.user_id) is None:
+        user = await get_user(session, principal.user_id)
+        await add_member(session, team, user=user, role=TeamRole(row.role), deed=deed)
+    await session.delete(row)
+    return team.id
+
+
+async def decline(session: AsyncSession, principal: Principal, invitation_id: int, *, deed: AuditAction) -> None:
+    """The team does not learn of it. Raises UnknownInvitation."""
+    row = await _for_them(session, principal, invitation_id, deed)
+    row.declined = True
+    deed.record(session, "team.invitation_declined", team_id=row.team_id, name=row.name)
+
+
+async def _for_them(
+    session: AsyncSession, principal: Principal, invitation_id: int, deed: AuditAction
+) -> TeamInvitationRow:
+    for one in await received(session, principal, deed):
+        if one.row.id == invitation_id:
+            return one.row
+    raise UnknownInvitation

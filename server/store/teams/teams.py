@@ -1,0 +1,311 @@
+"""The rules of teams: who makes, changes and leaves them, and which drones are in them. Knows nothing of HTTP.
+
+No team learns of another: names of teams need not be unique, ids are drawn by lot, people are invited by a name that
+nobody looks up (`invitations.py`), and a team that one is not in does not exist. Every rule takes a session of
+`Database.writing()`, so that a rule and its audit record live or die together.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from sqlalchemy import delete, func, or_, select
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.access import UnknownDrone
+from server.domain.names import clean_name
+from server.domain.people import Principal, Role
+from server.domain.refusal import Refusal
+from server.domain.relations import Relation, TeamRole, relation_of
+from server.live.teams.refusals import (
+    DroneInUse,
+    InAnotherTeam,
+    LastTeamAdmin,
+    NotYourDrone,
+    TeamAdminsOnly,
+    TeamFull,
+    TooManyTeams,
+    UnknownTeam,
+)
+from server.store.accounts.tables import UserRow
+from server.store.accounts.users import UnknownUser, get_user
+from server.store.audit.action import AuditAction
+from server.store.control.tables import ControlLeaseRow
+from server.store.fleet.drones import get_drone
+from server.store.fleet.snapshot import begin_fleet_change, ties_of
+from server.store.fleet.tables import LoanRow
+from server.store.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
+from wire.ids import UserId
+
+MAX_TEAMS: Final = 5
+"""That one user has made. Admins of the tower make as many as they like."""
+MAX_MEMBERS: Final = 200
+MAX_DRONES: Final = 200
+DRONE_REMOVED: Final = "team.drone_removed"
+MEMBER_REMOVED: Final = "team.member_removed"
+ROLE_CHANGED: Final = "team.role_changed"
+"""In the audit trail: what takes a right from somebody."""
+
+
+@dataclass(frozen=True)
+class TeamManager:
+    """Who looks after teams. `above`: an admin of the tower, or its command line, to whom every team is theirs."""
+
+    user_id: UserId | None
+    above: bool
+
+    @classmethod
+    def of(cls, principal: Principal) -> TeamManager:
+        """The one who is signed in."""
+        return cls(principal.user_id, principal.role is Role.ADMIN)
+
+
+COMMAND_LINE: Final = TeamManager(None, above=True)
+
+
+async def role_in(session: AsyncSession, team_id: int, user_id: int | None) -> TeamRole | None:
+    """What somebody is in a team; None: not in it."""
+    row = await session.get(TeamMemberRow, (team_id, user_id)) if user_id is not None else None
+    return TeamRole(row.role) if row is not None else None
+
+
+async def list_teams(session: AsyncSession, keeper: TeamManager) -> Sequence[TeamRow]:
+    """Those that this user is in; for an admin of the tower all of them."""
+    query = select(TeamRow)
+    if not keeper.above:
+        mine = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == keeper.user_id)
+        query = query.where(TeamRow.id.in_(mine))
+    return (await session.scalars(query)).all()
+
+
+async def find_teams(session: AsyncSession, *, name: str, team_id: int | None) -> Sequence[TeamRow]:
+    """Those of this name, and the one with this id."""
+    return (await session.scalars(select(TeamRow).where(or_(TeamRow.name == name, TeamRow.id == team_id)))).all()
+
+
+async def get_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:
+    """A team of theirs. Raises UnknownTeam."""
+    row = await session.get(TeamRow, team_id)
+    if row is None or not (keeper.above or await role_in(session, team_id, keeper.user_id)):
+        raise UnknownTeam
+    return row
+
+
+async def led_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:
+    """A team that they may change. Raises UnknownTeam, TeamAdminsOnly."""
+    row = await get_team(session, team_id, keeper)
+    if not keeper.above and await role_in(session, team_id, keeper.user_id) is not TeamRole.ADMIN:
+        raise TeamAdminsOnly
+    return row
+
+
+def new_id() -> int:
+    """One that says nothing of how many there are."""
+    return secrets.randbelow(2**31 - 1) + 1
+
+
+async def make_team(session: AsyncSession, *, name: str, keeper: TeamManager, deed: AuditAction) -> TeamRow:
+    """Whoever makes it is its admin, but for those who are above all teams. Raises BadName, TooManyTeams."""
+    name = clean_name(name)
+    await begin_fleet_change(session)
+    if not keeper.above:
+        made = await session.scalar(select(func.count()).where(TeamRow.made_by == keeper.user_id))
+        if (made or 0) >= MAX_TEAMS:
+            raise TooManyTeams(MAX_TEAMS)
+    row = TeamRow(id=new_id(), name=name, made_by=keeper.user_id, created_at=deed.at)
+    session.add(row)
+    await session.flush()
+    deed.record(session, "team.created", team_id=row.id, team=name)
+    if not keeper.above:
+        session.add(TeamMemberRow(team_id=row.id, user_id=keeper.user_id, role=TeamRole.ADMIN.value))
+        await session.flush()
+    return row
+
+
+async def rename_team(
+    session: AsyncSession, team_id: int, *, name: str, keeper: TeamManager, deed: AuditAction
+) -> TeamRow:
+    """Raises BadName, UnknownTeam, TeamAdminsOnly."""
+    name = clean_name(name)
+    await begin_fleet_change(session)
+    row = await led_team(session, team_id, keeper)
+    if name != row.name:
+        deed.record(session, "team.renamed", team_id=row.id, team=name, before=row.name)
+        row.name = name
+    return row
+
+
+async def delete_team(session: AsyncSession, team_id: int, *, keeper: TeamManager, deed: AuditAction) -> None:
+    """Its drones go back to their owners alone. Raises UnknownTeam, TeamAdminsOnly."""
+    await begin_fleet_change(session)
+    row = await led_team(session, team_id, keeper)
+    grouped = select(TeamDroneRow).where(TeamDroneRow.team_id == team_id)
+    for one in await session.scalars(grouped.order_by(TeamDroneRow.drone_id)):
+        deed.record(session, DRONE_REMOVED, drone_id=one.drone_id, team_id=row.id, team=row.name)
+    deed.record(session, "team.deleted", team_id=row.id, team=row.name)
+    await session.execute(delete(LoanRow).where(LoanRow.team_id == team_id))
+    await session.delete(row)
+
+
+# -- people --------------------------------------------------------------------------------------------------
+
+
+async def set_role(
+    session: AsyncSession, team_id: int, *, user_id: int, role: TeamRole, keeper: TeamManager, deed: AuditAction
+) -> None:
+    """Of a member. Only those above all teams bring in people who are not: a team admin invites.
+
+    Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin, TeamFull.
+    """
+    await begin_fleet_change(session)
+    team = await led_team(session, team_id, keeper)
+    member = await session.get(TeamMemberRow, (team_id, user_id))
+    if member is None:
+        if not keeper.above:
+            raise UnknownUser
+        await add_member(session, team, user=await get_user(session, user_id), role=role, deed=deed)
+        return
+    if member.role == role.value:
+        return
+    if role is not TeamRole.ADMIN:
+        await _keep_an_admin(session, member, keeper)
+    before, member.role = member.role, role.value
+    if role is not TeamRole.OBSERVER:
+        await _end_loans(session, team_id, user_id=user_id)
+    user = await get_user(session, user_id)
+    about = _about(team, user)
+    deed.record(session, ROLE_CHANGED, **about, role=role.value, before=before)
+
+
+async def add_member(session: AsyncSession, team: TeamRow, *, user: UserRow, role: TeamRole, deed: AuditAction) -> None:
+    """Somebody who is not in it yet. Raises TeamFull."""
+    count = await session.scalar(select(func.count()).where(TeamMemberRow.team_id == team.id))
+    if (count or 0) >= MAX_MEMBERS:
+        raise TeamFull(f"a team has at most {MAX_MEMBERS} members")
+    session.add(TeamMemberRow(team_id=team.id, user_id=user.id, role=role.value))
+    about = _about(team, user)
+    deed.record(session, "team.member_added", **about, role=role.value)
+    await session.flush()
+
+
+async def remove_member(
+    session: AsyncSession, team_id: int, *, user_id: int, keeper: TeamManager, deed: AuditAction
+) -> None:
+    """A team admin removes a member; everybody may leave. What was lent to them by the team is theirs no more.
+
+    Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin.
+    """
+    await begin_fleet_change(session)
+    oneself = keeper.user_id == user_id and await role_in(session, team_id, user_id) is not None
+    team = await (get_team if oneself else led_team)(session, team_id, keeper)
+    member = await session.get(TeamMemberRow, (team_id, user_id))
+    if member is None:
+        raise UnknownUser
+    await _keep_an_admin(session, member, keeper)
+    user = await get_user(session, user_id)
+    await _end_loans(session, team_id, user_id=user_id)
+    await session.delete(member)
+    about = _about(team, user)
+    deed.record(session, MEMBER_REMOVED, **about, role=member.role)
+
+
+def _about(team: TeamRow, user: UserRow) -> dict[str, Any]:
+    return {"team_id": team.id, "team": team.name, "user_id": user.id, "user": user.name}
+
+
+async def _keep_an_admin(session: AsyncSession, member: TeamMemberRow, keeper: TeamManager) -> None:
+    if member.role != TeamRole.ADMIN.value or keeper.above:
+        return
+    others = select(func.count()).select_from(TeamMemberRow).join(UserRow, UserRow.id == TeamMemberRow.user_id)
+    others = others.where(
+        TeamMemberRow.team_id == member.team_id,
+        TeamMemberRow.role == TeamRole.ADMIN.value,
+        TeamMemberRow.user_id != member.user_id,
+        UserRow.disabled.is_(False),
+    )
+    if not await session.scalar(others):
+        raise LastTeamAdmin
+
+
+async def _end_loans(
+    session: AsyncSession, team_id: int, *, user_id: int | None = None, drone_id: int | None = None
+) -> None:
+    ended = delete(LoanRow).where(LoanRow.team_id == team_id)
+    if user_id is not None:
+        ended = ended.where(LoanRow.user_id == user_id)
+    if drone_id is not None:
+        ended = ended.where(LoanRow.drone_id == drone_id)
+    await session.execute(ended)
+
+
+# -- drones --------------------------------------------------------------------------------------------------
+
+
+async def add_drone(
+    session: AsyncSession, team_id: int, *, drone_id: int, keeper: TeamManager, deed: AuditAction
+) -> None:
+    """An owner of the drone who is an admin of the team puts it in. Doing it twice changes nothing.
+
+    Raises UnknownTeam, TeamAdminsOnly, UnknownDrone, NotYourDrone, InAnotherTeam, DroneInUse, TeamFull.
+    """
+    await begin_fleet_change(session)
+    team = await led_team(session, team_id, keeper)
+    refused = await _why_not_theirs(session, drone_id, keeper, deed)
+    if refused is not None:
+        raise refused
+    drone = await get_drone(session, drone_id)
+    there = await session.get(TeamDroneRow, drone_id)
+    if there is not None:
+        if there.team_id != team_id:
+            raise InAnotherTeam(drone.name)
+        return
+    count = await session.scalar(select(func.count()).where(TeamDroneRow.team_id == team_id))
+    if (count or 0) >= MAX_DRONES:
+        raise TeamFull(f"a team has at most {MAX_DRONES} drones")
+    lease = await session.get(ControlLeaseRow, drone_id)
+    if lease is not None:
+        parts = {lease.holder_id, lease.taken_from_id, lease.assistant_id} - {None}
+        inside = select(TeamMemberRow.user_id).where(TeamMemberRow.team_id == team_id)
+        if parts - set(await session.scalars(inside)):
+            raise DroneInUse(drone.name)
+    session.add(TeamDroneRow(drone_id=drone_id, team_id=team_id, since=deed.at))
+    deed.record(session, "team.drone_added", drone_id=drone_id, drone=drone.name, team_id=team.id, team=team.name)
+
+
+async def remove_drone(
+    session: AsyncSession, team_id: int, *, drone_id: int, keeper: TeamManager, deed: AuditAction
+) -> None:
+    """A team admin, or an owner of the drone whatever they are in the team. One that is not in it changes nothing.
+
+    Raises UnknownTeam, TeamAdminsOnly.
+    """
+    await begin_fleet_change(session)
+    there = await session.get(TeamDroneRow, drone_id)
+    here = there is not None and there.team_id == team_id
+    owns = here and await _why_not_theirs(session, drone_id, keeper, deed) is None
+    if not owns:
+        await led_team(session, team_id, keeper)
+    team = await session.get(TeamRow, team_id)
+    if there is None or not here or team is None:
+        return
+    drone = await get_drone(session, drone_id)
+    await _end_loans(session, team_id, drone_id=drone_id)
+    await session.delete(there)
+    deed.record(session, DRONE_REMOVED, drone_id=drone_id, drone=drone.name, team_id=team.id, team=team.name)
+
+
+async def _why_not_theirs(
+    session: AsyncSession, drone_id: int, keeper: TeamManager, deed: AuditAction
+) -> Refusal | None:
+    """Why they may not decide to which team the drone belongs, or None."""
+    drone = await get_drone(session, drone_id)
+    if keeper.above:
+        return None
+    ties = await ties_of(session, drone_id, deed.at)
+    if keeper.user_id in ties.owners:
+        return None
+    stranger = keeper.user_id is None or relation_of(ties, keeper.user_id, Role.OPERATOR) is Relation.STRANGER
+    return UnknownDrone() if stranger else NotYourDrone(drone.name)
