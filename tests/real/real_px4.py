@@ -23,7 +23,7 @@ from bench.real_autopilot import NoAutopilot
 from bench.rig import CHECKOUT, HOME, wait_for
 from wire.dialect import build as built
 from wire.dialect import decode, mavlink
-from wire.frames import MalformedFrame, message_id, source, split_frames
+from wire.frames import MalformedFrame, source, split_frames
 
 ONBOARD_PORT: Final = 14540
 STATION_PORT: Final = 14550
