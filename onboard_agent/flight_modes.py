@@ -16,7 +16,7 @@ _PX4_WITHOUT_STICKS: Final = frozenset({_PX4_AUTO, 6})
 """AUTO and OFFBOARD."""
 
 _PX4_ORBIT: Final = 3 << _PX4_MAIN_SHIFT | 1 << _PX4_SUB_SHIFT
-"""Shown as a sub mode of POSCTL. It circles without sticks; sticks widen the circle, and centred ones do not stop it."""
+"""Shown as a sub mode of POSCTL. It circles without sticks; sticks change the circle, centred ones do not stop it."""
 
 _COPTER_WITHOUT_STICKS: Final = frozenset({3, 4, 6, 7, 9, 17, 20, 21, 27})
 """AUTO, GUIDED, RTL, CIRCLE, LAND, BRAKE, GUIDED_NOGPS, SMART_RTL, AUTO_RTL."""
