@@ -202,10 +202,7 @@ async def flying_px4(build: Path, folder: Path, **options: Any) -> AsyncIterator
 
 
 class Cable:
-    """Between its link for an onboard computer and the UDP port of an agent on our loopback. It hides nothing.
-
-    `noted`: messages of the autopilot's that passed, newest of each kind.
-    """
+    """Between its link for an onboard computer and the UDP port of an agent on our loopback. It hides nothing."""
 
     def __init__(self, autopilot: RealPx4, agent_port: int) -> None:
         self._inner = autopilot.port
