@@ -4,6 +4,8 @@ A program that listens on every address of its host is there heard by nobody but
 Started by `bench.real_autopilot` as `python -m bench.closed_loopback FD COMMAND...`: each `{port0}`, `{port1}` of the
 command becomes the port of a UDP socket that goes out over the Unix socket FD; `{free}` is a port that nobody has, for
 the program to listen on. It is told first, in the message's text. Then the command takes this process's place.
+
+A program whose ports are fixed (PX4) is met there: `FD:14540,14550,0` binds the sockets at those, 0 for any.
 """
 
 from __future__ import annotations
@@ -30,14 +32,16 @@ _IFF_UP: Final = 0x1
 
 def main(words: list[str]) -> None:
     """Does not return. What keeps a network of its own from being made goes out as a text that begins with REFUSED."""
-    starter = socket.socket(fileno=int(words[0]))
+    descriptor, _, fixed = words[0].partition(":")
+    starter = socket.socket(fileno=int(descriptor))
     try:
         _enter_network_of_our_own()
         _raise_loopback()
     except OSError as error:
         starter.send(REFUSED + str(error).encode())
         sys.exit(1)
-    sockets = [_bound() for _ in range(SOCKETS)]
+    wanted = [int(port) for port in fixed.split(",")] if fixed else [0] * SOCKETS
+    sockets = [_bound(port) for port in wanted]
     with _bound() as probe:
         free = probe.getsockname()[1]
     socket.send_fds(starter, [str(free).encode()], [one.fileno() for one in sockets])
@@ -62,9 +66,9 @@ def _raise_loopback() -> None:
         fcntl.ioctl(sock, _SIOCSIFFLAGS, struct.pack("16sh22x", b"lo", _IFF_UP))
 
 
-def _bound() -> socket.socket:
+def _bound(port: int = 0) -> socket.socket:
     sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    sock.bind(("127.0.0.1", 0))
+    sock.bind(("127.0.0.1", port))
     return sock
 
 

@@ -1,7 +1,8 @@
 """What PX4 keeps of a plan's items: the table, by command. Pure.
 
-Read in its source (main of 2025, 1.16): `parse_mavlink_mission_item` and `format_mavlink_mission_item` of
-mavlink_mission.cpp, mission_item_s of navigation.h. Not tried on one.
+Read in its source (1.16): `parse_mavlink_mission_item` and `format_mavlink_mission_item` of mavlink_mission.cpp,
+mission_item_s of navigation.h. Tried on 1.15.4 and 1.16.1 (tests/real/test_real_px4_plans.py): all that the console
+offers, with odd numbers in each parameter.
 
 - A command is either one of a place, with frame 0, 3, 5 or 6 (it comes back as 5 or 6), or one of frame 2. With the
   other frame, and over terrain, it is refused.
@@ -48,7 +49,7 @@ _PLACED: Final[dict[int, tuple[Rule, Rule, Rule, Rule]]] = {
     16: (same_or_open, same_or_open, dropped_or_open, heading_or_open),
     17: (unused_or_open, unused_or_open, same_or_open, heading_or_open),
     19: (same_or_open, flag_or_open, same_or_open, flag_or_open),
-    21: (dropped_or_open, whole(0, 3), unused_or_open, heading_or_open),
+    21: (dropped_or_open, whole(0, 0xFFFF), unused_or_open, heading_or_open),
     22: (dropped_or_open, unused_or_open, unused_or_open, heading_or_open),
     31: (flag_or_open, same_or_open, unused_or_open, flag_or_open),
     _ROI_AS_SENT_LONG_AGO: (_roi_kind, dropped_or_open, dropped_or_open, unused_or_open),

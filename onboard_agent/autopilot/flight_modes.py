@@ -15,6 +15,9 @@ _PX4_AUTO: Final = 4
 _PX4_WITHOUT_STICKS: Final = frozenset({_PX4_AUTO, 6})
 """AUTO and OFFBOARD."""
 
+_PX4_ORBIT: Final = 3 << _PX4_MAIN_SHIFT | 1 << _PX4_SUB_SHIFT
+"""Shown as a sub mode of POSCTL. It circles without sticks; sticks change the circle, centred ones do not stop it."""
+
 _COPTER_WITHOUT_STICKS: Final = frozenset({3, 4, 6, 7, 9, 17, 20, 21, 27})
 """AUTO, GUIDED, RTL, CIRCLE, LAND, BRAKE, GUIDED_NOGPS, SMART_RTL, AUTO_RTL."""
 
@@ -128,7 +131,7 @@ def hold_rungs(modes: Modes | None, names: Sequence[str]) -> tuple[FlightMode, .
 def flies_without_sticks(autopilot_kind: int, custom_mode: int) -> bool:
     """Whether nobody needs to hold the sticks in this mode. An unknown mode counts as one that needs them."""
     if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4:
-        return custom_mode >> _PX4_MAIN_SHIFT & 0xFF in _PX4_WITHOUT_STICKS
+        return custom_mode == _PX4_ORBIT or custom_mode >> _PX4_MAIN_SHIFT & 0xFF in _PX4_WITHOUT_STICKS
     return custom_mode in _COPTER_WITHOUT_STICKS
 
 
@@ -141,5 +144,5 @@ def goes_home(autopilot_kind: int, custom_mode: int) -> bool:
 def holds_when_centred(autopilot_kind: int, custom_mode: int) -> bool:
     """Whether this is a mode of sticks in which centred ones keep level and height. Unknown modes are none."""
     if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4:
-        return custom_mode >> _PX4_MAIN_SHIFT & 0xFF in _PX4_HOLDS_WHEN_CENTRED
+        return custom_mode != _PX4_ORBIT and custom_mode >> _PX4_MAIN_SHIFT & 0xFF in _PX4_HOLDS_WHEN_CENTRED
     return autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA and custom_mode in _COPTER_HOLDS_WHEN_CENTRED

@@ -91,6 +91,11 @@ class CommandAnswer:
         self._again_at = now + ANSWER_WITHIN_S
         return [self._make(self._sent - 1)]
 
+    def nothing_came_of_it(self, now: float) -> None:
+        """It was accepted, and not done: it goes out again, while tries are left."""
+        if self.end is not None and self._sent < self._tries:
+            self.end, self._again_at = None, now
+
     @property
     def sent(self) -> bool:
         """Whether it went out at least once."""

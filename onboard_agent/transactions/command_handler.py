@@ -42,6 +42,8 @@ COMPONENTS: Final = (
 )
 """Under which the commands go. The agent's own is for what it does by itself: holds, and what it asks for."""
 
+MODE_AGAIN_S: Final = 0.5
+"""A mode that was accepted so long ago and is not shown is asked for again."""
 SHOW_EVERY_S: Final = 0.25
 WORDS_WITHIN_S: Final = 0.3
 WORDS_BEFORE_S: Final = 0.3
@@ -69,6 +71,8 @@ class _Waiting:
     """What telemetry is to show."""
     commanded: int = 0
     """How often it had been commanded how to fly when it went out last."""
+    mode_before: int = 0
+    """The custom_mode that was shown then."""
     ended_at: float | None = None
     """When the answer came."""
     shown: bool = False
@@ -173,7 +177,7 @@ class CommandHandler:
                 if why_not is None:
                     out.append(frame)
                     # A heartbeat from before shows nothing of this.
-                    waiting.shown = False
+                    waiting.shown, waiting.mode_before, waiting.ended_at = False, around.custom_mode, None
                 else:
                     waiting.answer.refused(why_not)
                 waiting.commanded = self._commanded()
@@ -221,11 +225,23 @@ class CommandHandler:
         elif now >= waiting.deadline:
             words = f"The autopilot accepted {mode}, but its heartbeat does not show it."
             self._end(waiting, CommandEnd(Outcome.TIMED_OUT, words, end.code), around)
+        elif self._has_come_to_nothing(waiting, around, now):
+            waiting.answer.nothing_came_of_it(now)
         elif now >= waiting.show_again_at:
             waiting.show_again_at = now + SHOW_EVERY_S
             ask = request_message(around.system_id, mavlink.MAVLINK_MSG_ID_HEARTBEAT, confirmation=0)
             return [self._maker.make(ask, Sender(around.system_id, waiting.component))]
         return []
+
+    @staticmethod
+    def _has_come_to_nothing(waiting: _Waiting, around: Around, now: float) -> bool:
+        """PX4 accepts a mode of sticks that it does not enter, where the first sticks have only just come; asked again,
+        it does. Another mode than before is somebody's, a pilot's switch perhaps: nothing is done about that."""
+        if waiting.ended_at is None:
+            waiting.ended_at = now
+        is_px4 = around.autopilot_kind == mavlink.MAV_AUTOPILOT_PX4
+        late = now >= waiting.ended_at + MODE_AGAIN_S
+        return is_px4 and late and around.custom_mode == waiting.mode_before
 
     def _check(self, waiting: _Waiting, wanted: Seen, end: CommandEnd, around: Around, now: float) -> list[bytes]:
         if waiting.ended_at is None:

@@ -34,7 +34,7 @@ PLACED: dict[int, Callable[[float, float, float, float], Four]] = {
     16: lambda time, radius, _, heading: (time, radius, 0.0, _heading(heading)),
     17: lambda _, __, radius, heading: (0.0, 0.0, radius, _heading(heading)),
     19: lambda time, forced, radius, tangent: (time, float(forced > 0), radius, float(tangent > 0)),
-    21: lambda _, precision, __, heading: (0.0, float(int(precision) & 3), 0.0, _heading(heading)),
+    21: lambda _, precision, __, heading: (0.0, float(int(precision) & 0xFFFF), 0.0, _heading(heading)),
     22: lambda _, __, ___, heading: (0.0, 0.0, 0.0, _heading(heading)),
     31: lambda forced, radius, _, tangent: (float(forced > 0), radius, 0.0, float(tangent > 0)),
     84: lambda _, __, ___, heading: (0.0, 0.0, 0.0, _heading(heading)),

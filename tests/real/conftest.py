@@ -1,4 +1,7 @@
-"""For tests that fly a real ArduCopter: `ARDUCOPTER=/path/to/arducopter pytest tests/real`, on Linux."""
+"""For tests that fly a real autopilot, on Linux: `ARDUCOPTER=/path/to/arducopter PX4=/path/to/build pytest tests/real`.
+
+PX4 is the folder of a build for software in the loop (`build/px4_sitl_default`), with `bin/px4` and `etc/`.
+"""
 
 import os
 from pathlib import Path
@@ -6,6 +9,7 @@ from pathlib import Path
 import pytest
 
 VARIABLE = "ARDUCOPTER"
+PX4_VARIABLE = "PX4"
 
 
 @pytest.fixture(scope="session")
@@ -18,3 +22,15 @@ def arducopter() -> Path:
     if not os.access(program, os.X_OK):
         pytest.fail(f"{VARIABLE} names {program}, which is no program", pytrace=False)
     return program
+
+
+@pytest.fixture(scope="session")
+def px4_build() -> Path:
+    """A build of PX4 that can simulate its own quadcopter. It is not part of this repository."""
+    named = os.environ.get(PX4_VARIABLE)
+    if not named:
+        pytest.skip(f"flies a real PX4 only where {PX4_VARIABLE} names the folder of a build of it")
+    build = Path(named)
+    if not os.access(build / "bin" / "px4", os.X_OK):
+        pytest.fail(f"{PX4_VARIABLE} names {build}, in which there is no bin/px4", pytrace=False)
+    return build

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Protocol
 
 from bench.real_autopilot import RealAutopilot, Receiver
 from onboard_agent.autopilot.own_frames import FrameMaker
@@ -42,17 +43,26 @@ class _Journal:
         self._records.pop(kind, None)
 
 
+class Autopilot(Protocol):
+    """Whatever sends its MAVLink to a socket."""
+
+    @property
+    def port(self) -> socket.socket:
+        """Not blocking."""
+
+
 class PlanExchange:
     """One at a time."""
 
-    def __init__(self, autopilot: RealAutopilot, keeping: KeptFields) -> None:
+    def __init__(self, autopilot: Autopilot, keeping: KeptFields) -> None:
         self.autopilot = autopilot
         self.keeping = keeping
         self._handler = PlanHandler(FrameMaker(), _Journal())
         self._loop = asyncio.get_running_loop()
         self._address: tuple[str, int] | None = None
         self._number = 0
-        self._handler.autopilot_came(vehicle_system_id=1, home_slot=True, keeping=keeping, now=self._loop.time())
+        home_slot = isinstance(keeping, ArduPilot)
+        self._handler.autopilot_came(vehicle_system_id=1, home_slot=home_slot, keeping=keeping, now=self._loop.time())
 
     async def do(self, work: PlanWork) -> TransactionResult:
         """Until its result. Raises TimeoutError."""

@@ -87,7 +87,8 @@ def of_component(fields: dict[str, Any]) -> Row:
 def told(path: Path) -> dict[str, Row]:
     content = json.loads(path.read_text())
     if "parameters" in content:
-        return {one["name"]: of_component(one) for one in content["parameters"]}
+        # What is written in small letters is of other nodes on its CAN bus.
+        return {one["name"]: of_component(one) for one in content["parameters"] if not one["name"][0].islower()}
     groups = (group for group in content.values() if isinstance(group, dict))
     return {name: of_ardupilot(one) for group in groups for name, one in group.items() if isinstance(one, dict)}
 

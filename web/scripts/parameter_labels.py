@@ -6,6 +6,8 @@ What is a name (a sensor, a protocol, a mode) stays one. Nothing else of a publi
 import re
 from typing import Final
 
+from parameter_labels_px4 import of_px4
+
 LONGEST: Final = 4
 """Words that a name has at the most. What has more needs an entry in OURS, or loses its brackets and what follows."""
 
@@ -252,7 +254,7 @@ def label(published: str, *, identifier: bool = False) -> str:
     `identifier`: several words may be written as one, as bits of ArduPilot are.
     """
     text = published.strip().strip(".")
-    ours = OURS.get(published.strip()) or OURS.get(text) or WORDS.get(text.lower())
+    ours = of_px4(published.strip()) or OURS.get(published.strip()) or OURS.get(text) or WORDS.get(text.lower())
     if ours is None:
         ours = _name(text, identifier=identifier)
     return ours.replace("|", "/").replace(",", ";")

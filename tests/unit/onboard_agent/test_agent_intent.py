@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onboard_agent.autopilot.flight_modes import flies_without_sticks, px4_custom_mode
+from onboard_agent.autopilot.flight_modes import flies_without_sticks, holds_when_centred, px4_custom_mode
 from onboard_agent.autopilot.intent import Command, Intent, Sticks, Target, read_intent
 from onboard_agent.sticks.stick_gate import StickGate
 from wire.dialect import build, mavlink
@@ -120,6 +120,12 @@ def test_modes_that_fly_without_sticks() -> None:
     assert {mode for mode in range(30) if flies_without_sticks(ARDUPILOT, mode)} == {3, 4, 6, 7, 9, 17, 20, 21, 27}
     assert flies_without_sticks(PX4, px4_custom_mode(4, 3))
     assert not flies_without_sticks(PX4, px4_custom_mode(2, 0))
+
+
+def test_an_orbit_of_px4_is_shown_as_a_position_mode_and_is_flown_without_sticks() -> None:
+    orbit, slow = px4_custom_mode(3, 1), px4_custom_mode(3, 2)
+    assert (flies_without_sticks(PX4, orbit), holds_when_centred(PX4, orbit)) == (True, False)
+    assert (flies_without_sticks(PX4, slow), holds_when_centred(PX4, slow)) == (False, True)
 
 
 def test_the_gate_opens_with_centred_sticks_and_stays_open() -> None:

@@ -63,18 +63,31 @@ it('tells of numbered parameters by their pattern, with their number', async () 
   expect(factOf(facts, 'NO_SUCH_NAME')).toBeNull();
 });
 
-it('has words about each parameter that a real ArduCopter lists', async () => {
-  const facts = await loadFacts('arducopter');
-  const names = readFileSync(new URL('arducopter_names.txt', import.meta.url), 'utf8')
+it.each([
+  ['arducopter', 1001],
+  ['px4', 907],
+] as const)('has words about each parameter that a real %s lists', async (kind, count) => {
+  const facts = await loadFacts(kind);
+  const names = readFileSync(new URL(`${kind}_names.txt`, import.meta.url), 'utf8')
     .trim()
     .split('\n');
-  expect(names).toHaveLength(1001);
+  expect(names).toHaveLength(count);
   for (const name of names) {
     const fact = factOf(facts, name);
     expect([fact?.title, fact?.text], name).not.toContain('');
     expect(fact, name).not.toBeNull();
     expect(`${fact?.title} ${fact?.text}`, name).not.toMatch(/[#*]/);
   }
+});
+
+it('knows what PX4 1.15 and 1.16 have brought', async () => {
+  const facts = await loadFacts('px4');
+  expect(factOf(facts, 'GF_ACTION')).toMatchObject({ least: 0, most: 5 });
+  expect(factOf(facts, 'MC_ORBIT_YAW_MOD')?.choices.find(({ value }) => value === 3)?.words).toBe(
+    'Nose along the circle',
+  );
+  expect(factOf(facts, 'ICE_STRT_DUR')).toMatchObject({ title: 'Combustion engine: STRT_DUR', unit: 's' });
+  expect(factOf(facts, 'RO_SPEED_LIM')?.unit).toBe('m/s');
 });
 
 it('says a range, a unit, choices and bits where only the metadata has them', async () => {

@@ -22,6 +22,7 @@ from onboard_agent.transactions.command_handler import COMPONENTS
 from simulator.failure_modes import Failure
 from simulator.modes import Mode
 from simulator.px4.flavour import PX4
+from simulator.px4.modes import Px4Mode
 from wire.control_messages import HoldOrder, HoldProgress, HoldStep
 from wire.dialect import build
 from wire.transactions import CancelTransaction, CommandWork, Outcome, TransactionProgress, TransactionResult
@@ -76,6 +77,28 @@ def test_px4_shows_its_mode_when_it_is_asked_to() -> None:
     result = world.command(SET_MODE, 1, 4, 3)
     assert (result.outcome, "AUTO.LOITER" in result.words) == (Outcome.DONE, True)
     assert world.now - began < 0.6
+
+
+def test_a_mode_that_a_px4_accepts_and_does_not_enter_is_asked_for_again() -> None:
+    world = DroneWorld(Failure.MODE_CHANGE_IGNORED, flavour=PX4).ready()
+    number = world.begin(command_work(SET_MODE, 1, 3, 0), deadline_s=8.0)
+    world.run(0.4)
+    assert len(world.commands_sent(SET_MODE)) == 1
+    world.run(6.0)
+    assert len(world.commands_sent(SET_MODE)) == TRIES
+    world.run(3.0)
+    (result,) = [one for one in world.told if isinstance(one, TransactionResult) and one.id == number]
+    assert (result.outcome, "does not show it" in result.words) == (Outcome.TIMED_OUT, True)
+
+
+def test_a_mode_that_somebody_else_chose_meanwhile_is_left_as_it_is() -> None:
+    world = DroneWorld(Failure.MODE_CHANGE_IGNORED, flavour=PX4).ready()
+    world.begin(command_work(SET_MODE, 1, 3, 0), deadline_s=8.0)
+    world.run(0.2)
+    says(world, mavlink.MAVLink_heartbeat_message(2, 12, 0x81, 2 << 16, 4, 3))
+    world.vehicle.flight.set_mode(Px4Mode.ALTCTL)
+    world.run(6.0)
+    assert len(world.commands_sent(SET_MODE)) == 1
 
 
 def test_the_same_mode_once_more_is_done_too() -> None:

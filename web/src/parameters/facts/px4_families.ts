@@ -90,4 +90,47 @@ CYPHAL_* | Cyphal: * | Nodes on the CAN bus.
 PD_* | USB power: * | Of boards that are charged.
 THR_* | Thrust: * | Scale of the motors.
 MOT_* | Motors: * | How their outputs change.
+PCA9685_* | Outputs on I2C: * | Motors and servos at a PCA9685 chip.
+RBCLW_* | RoboClaw: * | Motors of a rover at this controller.
+TAP_ESC_* | TAP ESC: * | Motors at this controller.
+MODAL_IO_* | ModalAI ESC: * | Motors at this controller.
+MODALAI_* | ModalAI: * | Of its boards.
+VOXL_ESC_* | VOXL ESC: * | Motors at this controller.
+VOXL2_IO_* | VOXL2 outputs: * | Motors and servos at this board.
+VTQ_* | Vertiq motors: * | Motors with a controller of their own.
+VERTIQ_IO_* | Vertiq motors: * | Port that they are at.
+UCAN1_* | Cyphal: * | Which ports of the CAN bus it uses; 65535 for none.
+DSHOT_* | DShot: * | Digital signal of motors.
+ESC_* | Motor controllers: * | Versions of what they run.
+CAM_CAP_* | Camera's answer: * | Signal of a camera that took a photograph.
+PPS_CAP_* | Time pulse: * | Of a satellite receiver.
+RPM_* | Revolutions: * | How a turning rate is measured.
+ICE_* | Combustion engine: * | How it is started and stopped.
+ISBD_* | Iridium: * | Messages by satellite.
+MSP_OSD_* | Picture display over MSP: * | Port that it is at.
+ADC_* | Analogue inputs: * | Chips for them.
+BATMON_* | Smart battery: * | How it is found.
+INA220_* | Power meter INA220: * | Current range and shunt.
+INA226_* | Power meter INA226: * | Current range and shunt.
+INA228_* | Power meter INA228: * | Current range and shunt.
+INA238_* | Power meter INA238: * | Current range and shunt.
+VOXLPM_* | Power meter VOXL: * | Shunts.
+PCF8583_* | Turn counter PCF8583: * | Magnets and when it is read.
+SF45_* | Range finder SF45: * | Mounting and rate.
+SF1XX_* | Range finder SF1xx: * | When it is used.
+VN_* | VectorNav: * | What it is used for.
+SEP_* | Septentrio receiver: * | Ports, rates and what it sends.
+BMM350_* | Compass BMM350: * | Rate, averages and drive.
+SCH16T_* | Inertial sensor SCH16T: * | Filters and rate.
+SER_* | Serial port: * | Its speed.
+TEL_* | Telemetry of radios: * | Port that it is at.
+USB_* | USB: * | Which messages go there.
+MXS_* | Sagetech transponder: * | Port and what it listens to.
+CANNODE_* | CAN node: * | What it sends, while the board is one.
+UWB_* | Ultra-wide band: * | Port, mounting and offset of its receiver.
+PP_* | Rover, course: * | How far ahead it looks.
+RA_* | Rover that steers: * | Of vehicles on the ground.
+RM_* | Rover with mecanum wheels: * | Of vehicles on the ground.
+RO_* | Rover: * | Speed and turning of vehicles on the ground.
+ZENOH_* | Zenoh: * | Link to programs of ROS 2.
 `;
