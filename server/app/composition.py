@@ -352,10 +352,10 @@ def _prepare_routes(app: FastAPI) -> None:
 
 
 def _good_bye(tower: Tower) -> Callable[[], Awaitable[None]]:
-    async def say_good_bye() -> None:
-        tower.hub.say_good_bye()
+    async def close_all() -> None:
+        tower.hub.close_all()
 
-    return say_good_bye
+    return close_all
 
 
 def _operation_id(route: APIRoute) -> str:

@@ -202,13 +202,13 @@ class Hub:
         self.audience.end_user(user_id, why)
         self.video.end_user(user_id, why)
 
-    def say_good_bye(self) -> None:
+    def close_all(self) -> None:
         """The tower is going down: everybody is told, so that they come back instead of wondering."""
         for browser in self.state.browsers.values():
             browser.close(GOING_DOWN, "the tower is going down")
         for link in self.state.links.values():
             link.close(GOING_DOWN, "the tower is going down")
-        self.video.say_good_bye()
+        self.video.close_all()
 
     def frames_from_browser(self, browser: Browser, message: bytes, now: float) -> None:
         """A binary message: checks each frame in turn and passes on what may pass."""
@@ -267,14 +267,14 @@ class Hub:
         except MalformedMessage:
             raise Dropped(DropReason.BAD_CONTENT) from None
         if isinstance(message, HoldProgress):
-            self.reports.take(link, message)
+            self.reports.receive(link, message)
         elif isinstance(message, HoldState):
-            self.reports.take(link, message, self._clock())  # numbered: the newest counts, whatever the way
+            self.reports.receive(link, message, self._clock())  # numbered: the newest counts, whatever the way
         elif isinstance(message, ClockAnswer):
             self.video.clock_answered(link, message, now)
         elif isinstance(message, AutopilotState) and not link.has_channel:
             # Else the control channel tells it, where nothing can be overtaken.
-            self.reports.take(link, message, self._clock())
+            self.reports.receive(link, message, self._clock())
 
     def hears_report(self, link: AgentLink, now: float) -> bool:
         """Whether a message of this agent's control channel is looked at. If not, it is counted."""

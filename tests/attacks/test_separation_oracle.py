@@ -67,7 +67,7 @@ class Sky(HubWorld):
         self.hub.audience.focus(self.alice.browser, DroneId(HIDDEN), 0.0)
 
     def say_state(self, number: int, *, armed: bool = True, airborne: bool = True) -> None:
-        self.hub.reports.take(self.agents[number].link, AutopilotState(heard=True, armed=armed, airborne=airborne))
+        self.hub.reports.receive(self.agents[number].link, AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def fly(self, for_s: float) -> None:
         for _ in range(round(for_s / TICK_S)):

@@ -68,11 +68,11 @@ class ObedientAgent:
         self._speak()
         if self._speaking is None:
             self._speaking = asyncio.create_task(self._go_on_speaking())
-        self._hub.reports.take(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
+        self._hub.reports.receive(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def parameters(self, *, has_radio: bool | None = True, complete: bool = True, **values: float) -> None:
         told = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
-        self._hub.reports.take(self.link, told)
+        self._hub.reports.receive(self.link, told)
 
     def _speak(self) -> None:
         for datagram in self._sealed.datagrams_to_send(time.monotonic()):
@@ -96,7 +96,7 @@ class ObedientAgent:
         progress = HoldProgress(
             order_id=order.order_id, epoch=order.epoch, step=step, detail="ALT_HOLD", elapsed_ms=4.5
         )
-        self._hub.reports.take(self.link, progress)
+        self._hub.reports.receive(self.link, progress)
 
 
 def _sealed(drone_id: int, *, send: bytes, receive: bytes, now: float) -> SealedLink:

@@ -48,7 +48,7 @@ class Scene:
             action=LostAction.RETURN if lost else None,
             due_in_s=25.0 if phase is LostPhase.COUNTING else None,
         )
-        self.world.tower.hub.reports.take(self.agent.link, told, at=self.world.clock())
+        self.world.tower.hub.reports.receive(self.agent.link, told, at=self.world.clock())
 
     async def hold_open(self) -> bool | None:
         """As it is written down."""
@@ -103,7 +103,7 @@ async def test_unknown_is_unknown(scene: Scene) -> None:
     assert await shown() == (True, True, True)
     silent = AutopilotState(heard=False, armed=False, airborne=False)
     async with live(scene.world, scene.bert) as screen:
-        scene.world.tower.hub.reports.take(scene.agent.link, silent)
+        scene.world.tower.hub.reports.receive(scene.agent.link, silent)
         told = (await screen.event("drone"))["drone"]
         assert (told["armed"], told["airborne"]) == (None, None)
     assert await shown() == (False, None, None)

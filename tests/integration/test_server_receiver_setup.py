@@ -58,7 +58,7 @@ async def test_it_is_for_the_ground_and_unknown_is_not_the_ground(scene: Scene) 
     scene.agent.state(armed=True)
     assert_problem(await scene.holder.post(path), 409, "armed")
     silent = AutopilotState(heard=False, armed=False, airborne=False)
-    scene.world.tower.hub.reports.take(scene.agent.link, silent)
+    scene.world.tower.hub.reports.receive(scene.agent.link, silent)
     assert_problem(await scene.holder.post(path), 409, "not-known-yet")
     assert_problem(
         await scene.holder.post(f"{scene.path}/commands", json={"command": "takeoff", "height_m": 5}),

@@ -231,7 +231,7 @@ async def test_it_says_which_flights_it_shows(scene: RecordingScene) -> None:
 
     def flies(airborne: bool) -> None:
         told = AutopilotState(heard=True, armed=airborne, airborne=airborne)
-        hub.reports.take(scene.agent.link, told, at=scene.world.clock())
+        hub.reports.receive(scene.agent.link, told, at=scene.world.clock())
 
     flies(False)
     begun = await scene.record()

@@ -72,7 +72,7 @@ class WorkingAgent(ObedientAgent):
             self._hub.datagram(datagram, self.link.link_id, ("203.0.113.1", 5), now)
 
     def tell(self, message: TransactionToTower) -> None:
-        self._hub.reports.take(self.link, message)
+        self._hub.reports.receive(self.link, message)
 
     def go_on(self) -> None:
         """Answers the last that was asked."""

@@ -130,7 +130,7 @@ class ModelAgent:
         hub.resumed(link)
         self.has_channel = True
         for progress in self._progress:
-            hub.reports.take(link, progress)
+            hub.reports.receive(link, progress)
         self.onboard.resumed()
 
     def is_linked_to(self, hub: Hub) -> bool:
@@ -200,7 +200,7 @@ class ModelAgent:
         if isinstance(message, HoldProgress):
             self._progress.append(message)
         if self.has_channel:
-            hub.reports.take(self.link, message)
+            hub.reports.receive(self.link, message)
         elif isinstance(message, (HoldProgress, AutopilotState)):
             self._to_tower(hub, self._sealed.seal_urgent(encode_message(message).encode()), now)
 

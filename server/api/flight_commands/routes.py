@@ -17,7 +17,7 @@ from server.live.flight_commands.follow_me import follow_me_order
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
 from server.live.flight_commands.steps import NoSuchItem, order_of
 from server.live.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
-from server.live.operations.leave import refuse_commands
+from server.live.operations.permissions import refuse_commands
 from server.live.operations.refusals import (
     AgentTooOld,
     Assisted,

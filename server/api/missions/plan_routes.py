@@ -26,8 +26,8 @@ from server.live.missions.plan_body import (
 )
 from server.live.missions.plan_keeping import PlanKeptView, keeping_for, plan_kept
 from server.live.missions.plans import PlanNotRead, PlanView
-from server.live.operations.leave import refuse_plan
 from server.live.operations.operation import Lane, Operation, State
+from server.live.operations.permissions import refuse_plan
 from server.live.operations.refusals import (
     AgentTooOld,
     Assisted,

@@ -12,8 +12,8 @@ from server.api.tower import address_of, tower_of
 from server.domain.access import UnknownDrone
 from server.domain.people import Principal, UserRef
 from server.domain.relations import Right
-from server.live.operations.leave import refuse_others, refuse_the_blind
 from server.live.operations.operation import Operation, Order
+from server.live.operations.permissions import refuse_others, refuse_the_blind
 from server.live.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnNotCome
 from server.live.operations.views import OperationView
 from server.live.relay.live_drone import LiveDrone

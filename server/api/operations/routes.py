@@ -10,8 +10,8 @@ from server.api.http.problem_docs import answers
 from server.api.tower import tower_of
 from server.domain.people import Principal
 from server.domain.relations import Right
-from server.live.operations.leave import refuse_others
 from server.live.operations.operation import Operation
+from server.live.operations.permissions import refuse_others
 from server.live.operations.refusals import NotInControl, UnknownOperation
 from server.live.operations.views import OperationView
 

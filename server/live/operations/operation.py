@@ -167,3 +167,8 @@ class Operation:
     @property
     def running(self) -> bool:
         return self.state is State.RUNNING
+
+
+def is_another_agent(before: Carrier | None, now: Carrier) -> bool:
+    """Whether that is known: an old agent does not say which process it is."""
+    return before is not None and before.process != 0 and now.process != 0 and before.process != now.process

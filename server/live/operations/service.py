@@ -12,18 +12,18 @@ Its laws, each with a test:
 - Bounded: so many at a time for each lane of a drone, 1,000 that are over, for an hour at most.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from typing import Final
 
 from server.domain.clock import Clock
 from server.domain.people import UserRef
 from server.live.hub_events import TurnWanted
 from server.live.operations.board import checked_plan
+from server.live.operations.board_reports import BoardReport, BoardReports
 from server.live.operations.end_words import moved_words, overruled_words, unknown_words
-from server.live.operations.operation import AT_ONCE, STATE_OF, Carrier, Lane, Operation, Order, State
+from server.live.operations.kept_operations import KeptOperations
+from server.live.operations.operation import AT_ONCE, STATE_OF, Lane, Operation, Order, State, is_another_agent
 from server.live.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
 from server.live.operations.table_fetching import FETCH, TableFetching
 from server.live.relay import live_messages as live
@@ -37,22 +37,14 @@ from wire.transactions import (
     CancelTransaction,
     LogListWork,
     Outcome,
-    ParameterCache,
-    ParameterChanged,
     ParametersReadWork,
-    ParameterTable,
     PlanDownloadWork,
-    PlanOnBoard,
     Transaction,
     TransactionProgress,
     TransactionResult,
     TransactionToTower,
 )
 
-ENDED_MOST: Final = 1000
-LATE_MOST: Final = 50
-"""That were given up, and of which an agent may still tell the end."""
-ENDED_KEPT_S: Final = 3600.0
 GRACE_S: Final = 10.0
 """Beyond the agent's deadline: the way there, the end of what it is at, the way back."""
 
@@ -76,11 +68,9 @@ class OperationService:
         self._last_id = int(clock().timestamp()) & 0xFFFFFFFF
         self._running: dict[int, Operation] = {}
         """By the transaction that runs."""
-        self._named: OrderedDict[int, Operation] = OrderedDict()
-        """All that may be asked for, in the order of their beginning."""
-        self._late: OrderedDict[int, Operation] = OrderedDict()
-        """Given up; by transaction."""
+        self._kept = KeptOperations()
         self._tables = TableFetching(state, self._fetch_table)
+        self._board = BoardReports(clock, self._tables, reads_parameters=self._reads_parameters)
         self._now = 0.0
         self.on_began: Callable[[Operation], None] = lambda operation: None
         self.on_ended: Callable[[Operation], None] = lambda operation: None
@@ -118,7 +108,7 @@ class OperationService:
 
     def find(self, operation_id: int) -> Operation | None:
         """One that runs, or that has ended not long ago."""
-        return self._named.get(operation_id)
+        return self._kept.find(operation_id)
 
     def running_at(self, drone_id: DroneId, lane: Lane) -> list[Operation]:
         """What this drone does there at the moment."""
@@ -131,29 +121,15 @@ class OperationService:
 
     # -- what agents tell ------------------------------------------------------------------------------------
 
-    def take(self, drone: LiveDrone, link: AgentLink, message: TransactionToTower) -> None:
+    def receive(self, drone: LiveDrone, link: AgentLink, message: TransactionToTower) -> None:
         """Raises MalformedMessage about what is not what it says."""
         match message:
             case TransactionProgress():
                 self._progress(drone, link, message)
             case TransactionResult():
                 self._result(drone, link, message, self._now)
-            case PlanOnBoard():
-                if drone.board.plan_told(message, self._clock()):
-                    view, _ = drone.board.plan(message.kind)
-                    self._tell_drone(drone, live.PlanOnBoardChanged.of(drone.drone_id, view))
-            case ParameterCache():
-                self._parameters_told(drone, drone.board.parameters.cache_told(message))
-            case ParameterChanged():
-                self._parameters_told(drone, drone.board.parameters.changed(message, self._clock()))
-            case ParameterTable():
-                asked = any(
-                    isinstance(one.step.work, ParametersReadWork)
-                    for one in self.running_at(drone.drone_id, Lane.PARAMETERS)
-                )
-                if asked:  # else nobody has, and to check it is work
-                    drone.board.parameters.table_told(message, self._clock())
-                    self._tables.came(drone, self._now)
+            case _ if isinstance(message, BoardReport):
+                self._board.receive(drone, message, self._now)
 
     def resumed(self, link: AgentLink) -> None:
         """The link has another control channel: what was said on the last may be lost, on either way."""
@@ -167,12 +143,7 @@ class OperationService:
         for operation in list(self._running.values()):
             self._look_at(operation, now)
         self._tables.tick(now)
-        while self._named:
-            oldest = next(iter(self._named.values()))
-            too_many = len(self._named) - len(self._running) > ENDED_MOST
-            if oldest.running or not (too_many or now - oldest.over_since > ENDED_KEPT_S):
-                break
-            self._named.popitem(last=False)
+        self._kept.forget_old(now, running=len(self._running))
 
     # -- inside ----------------------------------------------------------------------------------------------
 
@@ -198,7 +169,7 @@ class OperationService:
             commanded=drone.commanded,
         )
         if by is not None:
-            self._named[operation.id] = operation
+            self._kept.add(operation)
         operation.link = link
         self._send_next(operation, link, now)
         if by is not None:
@@ -271,7 +242,7 @@ class OperationService:
         self._tell(operation)
 
     def _result(self, drone: LiveDrone, link: AgentLink, told: TransactionResult, now: float) -> None:
-        late = self._late.get(told.id)
+        late = self._kept.late(told.id)
         operation = self._of(drone, told.id, link) if late is None else late
         if operation is None or operation.drone_id != drone.drone_id:
             return
@@ -298,7 +269,7 @@ class OperationService:
                 return
             if self._send_next(operation, link, now):
                 return
-        self._late.pop(told.id, None)
+        self._kept.end_late(told.id)
         if told.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
             rest = "it was told too late, and what was to follow was not sent"
             self._end(operation, State.FAILED, f"{operation.drone_name}, {operation.step.phase}: done, but {rest}.")
@@ -319,8 +290,7 @@ class OperationService:
             listener(operation)
         if operation.by is not None:
             self.on_ended(operation)
-        if operation.transaction_id not in self._late:
-            _forget_work(operation)
+        self._kept.ended(operation)
 
     def _look_at(self, operation: Operation, now: float) -> None:
         drone = self._state.drones.get(operation.drone_id)
@@ -331,7 +301,7 @@ class OperationService:
         is_same_link = link is operation.link
         if operation.by is not None and assistant is not None and operation.by.id == assistant.id:
             drone.turn.asks(now)  # else the turn goes back in the middle of it, and the agent undoes what it wrote
-        if link is not None and not is_same_link and _is_another_agent(operation.link, link):
+        if link is not None and not is_same_link and is_another_agent(operation.link, link):
             self._end(operation, State.FAILED, unknown_words(operation, "was started again in between"))
         elif now > operation.deadline + GRACE_S:
             self._give_up(operation, link)
@@ -359,17 +329,12 @@ class OperationService:
     def _give_up(self, operation: Operation, link: AgentLink | None) -> None:
         if link is not None and link.has_channel:
             link.post(CancelTransaction(id=operation.transaction_id))
-        self._late[operation.transaction_id] = operation
-        while len(self._late) > LATE_MOST:
-            _, oldest = self._late.popitem(last=False)
-            _forget_work(oldest)
+        self._kept.add_late(operation)
         self._end(operation, State.TIMED_OUT, unknown_words(operation, "has not said in time how it ended"))
 
-    def _parameters_told(self, drone: LiveDrone, news: bool) -> None:
-        if news:
-            told = drone.board.parameters.told
-            self._tell_drone(drone, live.ParametersChanged(drone.drone_id, told.hash, told.count, told.total))
-        self._tables.want(drone, self._now)
+    def _reads_parameters(self, drone: LiveDrone) -> bool:
+        there = self.running_at(drone.drone_id, Lane.PARAMETERS)
+        return any(isinstance(one.step.work, ParametersReadWork) for one in there)
 
     def _fetch_table(self, drone: LiveDrone, now: float) -> bool:
         if not self.running_at(drone.drone_id, Lane.PARAMETERS):
@@ -378,25 +343,7 @@ class OperationService:
                 return True
         return False
 
-    # -- telling ---------------------------------------------------------------------------------------------
-
     def _tell(self, operation: Operation) -> None:
         drone = self._state.drones.get(operation.drone_id)
         if drone is not None and operation.by is not None:
-            self._tell_drone(drone, live.OperationChanged.of(operation), operation)
-
-    @staticmethod
-    def _tell_drone(drone: LiveDrone, event: live.ToBrowser, about: Operation | None = None) -> None:
-        for one in drone.frame_watchers():
-            if about is None or drone.knows_of(one.viewer.user_id, one.viewer.role, about.began_at):
-                one.tell(event)
-
-
-def _is_another_agent(before: Carrier | None, now: Carrier) -> bool:
-    """Whether that is known: an old agent does not say which process it is."""
-    return before is not None and before.process != 0 and now.process != 0 and before.process != now.process
-
-
-def _forget_work(operation: Operation) -> None:
-    """A thousand that are over must not keep a thousand plans."""
-    operation.order = replace(operation.order, steps=())
+            drone.tell_frame_watchers(live.OperationChanged.of(operation), operation.began_at)

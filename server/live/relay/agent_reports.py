@@ -31,7 +31,7 @@ class AgentReports:
         self._operations = operations
         self._video = video
 
-    def take(self, link: AgentLink, message: ToTower, at: datetime | None = None) -> None:
+    def receive(self, link: AgentLink, message: ToTower, at: datetime | None = None) -> None:
         """A message came, at this time of day. A hello has its place at the beginning only and is ignored here.
 
         Raises MalformedMessage about one that is not what it says.
@@ -61,7 +61,7 @@ class AgentReports:
                     self._metadata(drone, link, message)
             case _:
                 if isinstance(message, TransactionToTower) and TRANSACTIONS in link.takes:
-                    self._operations.take(drone, link, message)
+                    self._operations.receive(drone, link, message)
 
     def _metadata(self, drone: LiveDrone, link: AgentLink, message: MetadataToTower) -> None:
         if isinstance(message, MetadataPiece):

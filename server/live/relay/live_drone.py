@@ -17,6 +17,7 @@ from server.live.relay.browser import Browser
 from server.live.relay.flight_start import FlightStart
 from server.live.relay.hold_steps import HoldSteps
 from server.live.relay.holder_watch import HolderWatch
+from server.live.relay.live_messages import ToBrowser
 from server.live.relay.loan_limits import Home, Limits, LimitWatch
 from server.live.relay.open_hold import OpenHold
 from server.live.relay.policy import Authorization
@@ -202,6 +203,12 @@ class LiveDrone:
         if blind_id is None:
             return list(self.watchers.values())
         return [browser for browser in self.watchers.values() if browser.viewer.user_id != blind_id]
+
+    def tell_frame_watchers(self, event: ToBrowser, of: datetime | None = None) -> None:
+        """To those who get its frames; of something that began at `of`, to those who may know of it."""
+        for browser in self.frame_watchers():
+            if of is None or self.knows_of(browser.viewer.user_id, browser.viewer.role, of):
+                browser.tell(event)
 
     @property
     def blind_user_id(self) -> UserId | None:

@@ -174,7 +174,7 @@ class VideoService:
         """How many streams a session or a token watches."""
         return sum(viewer.viewer.session_id == signed_in_by for viewer in self._viewers.values())
 
-    def say_good_bye(self) -> None:
+    def close_all(self) -> None:
         """The tower is going down."""
         for viewer in list(self._viewers.values()):
             self.end(viewer, GOING_DOWN, "the tower is going down")

@@ -55,7 +55,7 @@ class Scene(HubWorld):
         return self.service.begin(self.drone, order, by=ALICE, now=self.now)
 
     def tell(self, message: Any, agent: FakeAgent | None = None) -> None:
-        self.hub.reports.take((agent or self.agent_).link, message)
+        self.hub.reports.receive((agent or self.agent_).link, message)
 
     def end(self, operation: Operation, outcome: Outcome = Outcome.DONE, words: str = "So it is.", **more: Any) -> None:
         self.tell(TransactionResult(id=operation.transaction_id, outcome=outcome, words=words, **more))

@@ -56,7 +56,7 @@ def test_only_what_is_known_to_be_on_the_ground_is_rehearsed_without_being_asked
     agent, drone = world.agent(1), world.hub.state.drones.get(DroneId(1))
     assert drone is not None
     if state is not None:
-        world.hub.reports.take(agent.link, state)
+        world.hub.reports.receive(agent.link, state)
     admin = Principal(UserId(9), "admin", Role.ADMIN, 9, LATER)
     refused = refusal_of(drone, admin, "tower", in_flight=False)
     assert (refused is None) == (words is None)

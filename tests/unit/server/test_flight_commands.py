@@ -10,7 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 from server.live.flight_commands.bodies import FlightCommand
 from server.live.flight_commands.steps import NoSuchItem, order_of
 from server.live.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
-from server.live.operations.leave import message_of
+from server.live.operations.permissions import message_of
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.transactions import CommandWork, Outcome

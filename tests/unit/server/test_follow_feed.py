@@ -60,7 +60,7 @@ class FollowScene(Scene):
 
     def flies(self, number: int, airborne: bool) -> None:
         told = AutopilotState(heard=True, armed=airborne, airborne=airborne)
-        self.hub.reports.take(self.agents[number].link, told)
+        self.hub.reports.receive(self.agents[number].link, told)
 
     def follow(self, drone: int = 1, leader: int = 2, north_m: float = -20.0, by: int = 1, **more: Any) -> Operation:
         follower = self.hub.state.drones.get(DroneId(drone))
@@ -114,7 +114,7 @@ def test_a_leader_that_landed_is_told_and_one_that_is_not_heard_gets_old() -> No
     scene.tick()
     assert scene.heard_by()[-1].airborne is False
     scene.flies(2, True)
-    scene.hub.reports.take(scene.agents[2].link, AutopilotState(heard=False, armed=False, airborne=False))
+    scene.hub.reports.receive(scene.agents[2].link, AutopilotState(heard=False, armed=False, airborne=False))
     scene.tick(3.0)
     (told,) = scene.heard_by()
     assert (told.airborne, told.age_ms > 3000) == (True, True)

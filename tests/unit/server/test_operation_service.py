@@ -9,7 +9,7 @@ from operation_scene import ALICE, COMMAND, DOWNLOAD, ITEMS, Scene
 
 from server.live.operations.operation import Lane, Operation, Order, State, Step
 from server.live.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
-from server.live.operations.service import ASK_AFTER_S, ENDED_KEPT_S, ENDED_MOST, GRACE_S, LINK_LOST
+from server.live.operations.service import ASK_AFTER_S, ENDED_KEPT_S, GRACE_S, LINK_LOST, MAX_ENDED
 from server.live.relay.assist_turn import BACK_AFTER_S
 from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms
@@ -303,7 +303,7 @@ def test_what_is_over_is_forgotten_after_an_hour_or_a_thousand_others() -> None:
     scene.pass_time(2.0)
     assert scene.service.find(first.id) is None
     many = []
-    for _ in range(ENDED_MOST + 1):
+    for _ in range(MAX_ENDED + 1):
         many.append(scene.begin())
         scene.end(many[-1])
         scene.sent()

@@ -57,11 +57,11 @@ def test_everybody_who_sees_the_drone_is_told_while_it_flies() -> None:
         assert found is not None
         return found
 
-    world.hub.reports.take(agent.link, GROUND, at=NOON)
+    world.hub.reports.receive(agent.link, GROUND, at=NOON)
     assert drone().view().airborne_since is None
-    world.hub.reports.take(agent.link, AIR, at=NOON + MINUTE)
+    world.hub.reports.receive(agent.link, AIR, at=NOON + MINUTE)
     assert drone().view().airborne_since == NOON + MINUTE
     world.hub.detach_link(agent.link)
     assert drone().view().airborne_since is None  # not known to be in the air any more
-    world.hub.reports.take(world.agent(1).link, AIR, at=NOON + 2 * MINUTE)
+    world.hub.reports.receive(world.agent(1).link, AIR, at=NOON + 2 * MINUTE)
     assert drone().view().airborne_since == NOON + MINUTE

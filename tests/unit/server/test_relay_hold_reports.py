@@ -117,7 +117,7 @@ def test_a_link_that_was_renewed_while_flying_by_hand_holds(scene: Scene) -> Non
 def test_steps_of_a_hold_come_with_the_reason_of_the_order(scene: Scene) -> None:
     scene.hub.holds.order(ONE, "gusts")
     progress = HoldProgress(order_id=FIRST_ORDER, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
-    scene.hub.reports.take(scene.agent.link, progress)
+    scene.hub.reports.receive(scene.agent.link, progress)
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
 
 
@@ -133,7 +133,7 @@ def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_o
     told = [decode_to_agent(text) for text in heard if text]
     assert [message for message in told if isinstance(message, HoldOrder)] == [order] * 4
     progress = HoldProgress(order_id=FIRST_ORDER, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
-    scene.hub.reports.take(scene.agent.link, progress)
+    scene.hub.reports.receive(scene.agent.link, progress)
     for _ in range(2):
         scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()))
     assert scene.events == [HoldStepReported(ONE, progress, "gusts")]
@@ -157,7 +157,7 @@ def test_two_holds_of_one_epoch_that_go_alike_are_both_told(scene: Scene) -> Non
 def test_a_step_that_a_later_one_overtook_is_not_told_but_an_end_is(scene: Scene) -> None:
     for step, number in ((HoldStep.CONFIRMED, 5), (HoldStep.MODE_ACKNOWLEDGED, 4), (HoldStep.UNCONFIRMED, 3)):
         progress = HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=9.0, number=number)
-        scene.hub.reports.take(scene.agent.link, progress)
+        scene.hub.reports.receive(scene.agent.link, progress)
     steps = [event.step for event in scene.alice.events() if isinstance(event, live.Hold)]
     assert steps == ["confirmed", "unconfirmed"]
 
@@ -169,5 +169,5 @@ def test_an_urgent_message_that_is_none_is_dropped(scene: Scene) -> None:
 
 def test_loss_parameters_are_kept_and_reported(scene: Scene) -> None:
     parameters = LossParameters(autopilot="ardupilot", values={"FS_GCS_ENABLE": 0.0}, complete=True)
-    scene.hub.reports.take(scene.agent.link, parameters)
+    scene.hub.reports.receive(scene.agent.link, parameters)
     assert scene.events == [LossParametersReported(ONE, parameters)]

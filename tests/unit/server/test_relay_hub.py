@@ -302,7 +302,7 @@ def test_the_agent_is_told_whether_the_holder_is_there(world: HubWorld) -> None:
 def test_hold_progress_reaches_those_who_watch(world: HubWorld) -> None:
     agent, alice, bob = world.agent(1), world.browser(1), world.browser(2)
     progress = HoldProgress(order_id=1, epoch=0, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=9.5)
-    world.hub.reports.take(agent.link, progress)
+    world.hub.reports.receive(agent.link, progress)
     assert alice.events() == [live.Hold(1, 0, "confirmed", "ALT_HOLD", 9.5, "order")]
     assert bob.events() == []
 
@@ -315,7 +315,7 @@ def test_a_hold_of_a_drone_that_is_offline_is_said_to_be_unconfirmed(world: HubW
 
 def test_the_autopilot_being_heard_is_told(world: HubWorld) -> None:
     agent, alice = world.agent(1), world.browser(1)
-    world.hub.reports.take(agent.link, AutopilotState(heard=True, armed=False, airborne=False))
+    world.hub.reports.receive(agent.link, AutopilotState(heard=True, armed=False, airborne=False))
     assert [e.drone.autopilot_heard for e in alice.events() if isinstance(e, live.DroneChanged)] == [True]
 
 

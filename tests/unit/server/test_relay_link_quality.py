@@ -146,7 +146,7 @@ def test_late_sticks_and_late_commands_are_discarded_and_answered(scene: Scene) 
 
 @pytest.mark.parametrize("heard", [True, False])
 def test_where_a_silent_autopilot_stands_is_not_where_it_was_armed(scene: Scene, heard: bool) -> None:
-    scene.hub.reports.take(scene.agent.link, AutopilotState(heard=heard, armed=False, airborne=False))
+    scene.hub.reports.receive(scene.agent.link, AutopilotState(heard=heard, armed=False, airborne=False))
     lent = replace(record(1, (1,), holder=1, epoch=1), loans=(LoanRecord(BOB, LATER, True, 50.0, None),))
     scene.world.apply(lent, record(2, (2,)))
     place = mavlink.MAVLink_global_position_int_message(0, 470000000, 80000000, 500000, 0, 0, 0, 0, 0)

@@ -132,7 +132,7 @@ class Scene:
         return drone
 
     def tell(self, state: HoldState, seconds: float = 0.0) -> None:
-        self.hub.reports.take(self.agent.link, state, at=at(seconds))
+        self.hub.reports.receive(self.agent.link, state, at=at(seconds))
 
     def drones_told(self) -> list[HoldView | None]:
         return [event.drone.hold for event in self.alice.events() if isinstance(event, live.DroneChanged)]
@@ -194,7 +194,7 @@ def test_an_open_hold_is_ordered_again_on_a_new_link_and_lets_a_return_go_on(sce
 def test_a_hold_that_is_over_is_not_ordered_again(scene: Scene) -> None:
     scene.hub.holds.order(ONE, "gusts")
     done = HoldProgress(order_id=FIRST_ORDER, epoch=0, step=HoldStep.CONFIRMED, detail="BRAKE", elapsed_ms=9.0)
-    scene.hub.reports.take(scene.agent.link, done)
+    scene.hub.reports.receive(scene.agent.link, done)
     scene.tell(told(1))
     scene.tell(told(2, open=False))
     assert orders(scene.link(102)) == []
@@ -239,7 +239,7 @@ def test_what_must_be_ordered_again_is_noted_when_it_changes(scene: Scene) -> No
     scene.hub.holds.order(ONE, "gusts")
     assert (scene.kept(), scene.drone.hold_noted) == (1, True)
     done = HoldProgress(order_id=FIRST_ORDER + 1, epoch=0, step=HoldStep.NOT_NEEDED, detail="", elapsed_ms=9.0)
-    scene.hub.reports.take(scene.agent.link, done)
+    scene.hub.reports.receive(scene.agent.link, done)
     assert (scene.kept(), scene.drone.hold_noted) == (2, False)
     scene.tell(told(1))
     assert (scene.kept(), scene.drone.hold_noted) == (3, True)
@@ -257,7 +257,7 @@ def test_an_order_after_an_emergency_does_not_take_back_that_it_interrupts(scene
     scene.hub.holds.order(ONE, "the round trip takes 900 ms")
     assert [order.interrupts for order in orders(scene.agent)] == [True, True]
     answered = HoldProgress(order_id=FIRST_ORDER + 1, epoch=0, step=HoldStep.ORDERED, detail="", elapsed_ms=1.0)
-    scene.hub.reports.take(scene.agent.link, answered)
+    scene.hub.reports.receive(scene.agent.link, answered)
     scene.hub.holds.order(ONE, "gusts")
     assert not orders(scene.agent)[-1].interrupts
 

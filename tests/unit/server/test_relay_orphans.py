@@ -240,7 +240,7 @@ def test_steps_of_a_hold_that_the_next_link_tells_again_are_told_once(scene: Sce
     assert not scene.has_link
     new = scene.world.agent(1, link_id=500)
     for progress in told:
-        scene.hub.reports.take(new.link, progress)
+        scene.hub.reports.receive(new.link, progress)
     holds = [event for event in scene.alice.events() if isinstance(event, live.Hold)]
     assert [event.step for event in holds if event.cause == OWN] == [progress.step for progress in told]
 
@@ -250,10 +250,10 @@ def test_an_agent_that_was_started_again_is_heard_though_it_counts_from_elsewher
         step = HoldStep.STICKS_CENTRED
         return HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=0.0, number=number)
 
-    scene.hub.reports.take(scene.agent.link, told(900))
+    scene.hub.reports.receive(scene.agent.link, told(900))
     new = scene.world.agent(1, link_id=500)
     scene.alice.events()
-    scene.hub.reports.take(new.link, told(3))
+    scene.hub.reports.receive(new.link, told(3))
     assert [event for event in scene.alice.events() if isinstance(event, live.Hold)]
 
 

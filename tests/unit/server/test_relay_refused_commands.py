@@ -40,7 +40,7 @@ def test_every_refused_command_is_counted_and_answered_in_both_forms(scene: Scen
 
 
 def test_disarming_in_the_air_is_asked_twice(scene: Scene) -> None:
-    scene.hub.reports.take(scene.agent.link, AutopilotState(heard=True, armed=True, airborne=True))
+    scene.hub.reports.receive(scene.agent.link, AutopilotState(heard=True, armed=True, airborne=True))
     disarm = mavlink.MAVLink_command_long_message(1, 1, 400, 0, 0, 21196, 0, 0, 0, 0, 0)
     frame = build(disarm, system_id=255, component_id=190, sequence=0)
     scene.alice.send(tag(ONE, frame), now=1.0)

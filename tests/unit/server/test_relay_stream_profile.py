@@ -38,12 +38,12 @@ def test_who_may_see_the_drone_is_told_what_is_in_force_and_why() -> None:
     world = HubWorld()
     agent, alice, bob = world.agent(1), world.browser(1), world.browser(2)
     assert shown(world.hub) == (None, "auto", "")
-    world.hub.reports.take(agent.link, THIN)
+    world.hub.reports.receive(agent.link, THIN)
     assert shown(world.hub) == ("thin", "auto", "15% of the packets are lost")
     (told,) = alice.events()
     assert isinstance(told, live.DroneChanged)
     assert told.drone.profile is StreamProfile.THIN
-    world.hub.reports.take(agent.link, THIN)
+    world.hub.reports.receive(agent.link, THIN)
     assert alice.events() == [], "nothing has changed"
     assert bob.events() == [], "not theirs to see"
 
@@ -52,9 +52,9 @@ def test_a_drone_that_is_gone_sends_nothing_and_an_old_link_says_nothing() -> No
     world = HubWorld()
     old = world.agent(1)
     new = world.agent(1, link_id=7)
-    world.hub.reports.take(old.link, THIN)
+    world.hub.reports.receive(old.link, THIN)
     assert shown(world.hub)[0] is None
-    world.hub.reports.take(new.link, THIN)
+    world.hub.reports.receive(new.link, THIN)
     world.hub.detach_link(new.link)
     assert shown(world.hub) == (None, "auto", "")
 

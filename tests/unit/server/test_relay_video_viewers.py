@@ -119,7 +119,7 @@ def test_sessions_users_and_the_end_of_the_tower_end_viewers(scene: Scene) -> No
     scene.hub.end_user(UserId(9), "the account was disabled")
     assert admin.closed == [(4401, "the account was disabled")]
     last = FakeViewer(scene, 9)
-    scene.hub.say_good_bye()
+    scene.hub.close_all()
     assert last.closed[0][0] == 1001
 
 
@@ -138,7 +138,7 @@ def test_a_sink_gets_everything_from_a_key_on(scene: Scene) -> None:
     scene.video.detach(ONE, early)
     scene.send(unit(24, key=True))
     assert (early.units[-1], late.units[-1]) == (23, 24)
-    scene.hub.say_good_bye()
+    scene.hub.close_all()
     assert (early.why_ended, len(late.why_ended)) == ([], 1)
     assert not scene.video.attach(DroneId(77), FakeSink(), scene.now)
 

@@ -54,7 +54,9 @@ class NearWorld(HubWorld):
         agent.received()
 
     def tell_state(self, drone_id: int, *, airborne: bool) -> None:
-        self.hub.reports.take(self.agents[drone_id].link, AutopilotState(heard=True, armed=airborne, airborne=airborne))
+        self.hub.reports.receive(
+            self.agents[drone_id].link, AutopilotState(heard=True, armed=airborne, airborne=airborne)
+        )
 
     def fly(self, for_s: float) -> None:
         for _ in range(round(for_s / 0.1)):
@@ -162,7 +164,7 @@ def test_an_autopilot_that_is_silent_has_not_landed() -> None:
     world.fly(3)
     assert heard(admin)
     silent = AutopilotState(heard=False, armed=False, airborne=False)
-    world.hub.reports.take(world.agents[2].link, silent)
+    world.hub.reports.receive(world.agents[2].link, silent)
     world.fly(4)
     assert "clear" not in [one.level for one in heard(admin)]
 
