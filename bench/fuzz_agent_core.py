@@ -15,10 +15,10 @@ from typing import Any, Final, cast
 from bench.fuzz_datagrams import DatagramFuzzer
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.port import AutopilotPort, OnBytes
-from onboard_agent.control_channel import OpenedChannel
-from onboard_agent.data_socket import DataSocket
-from onboard_agent.identity import Identity, Kept
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.link.identity import Identity, Kept
+from onboard_agent.link.tower_url import parse_tower_url
+from onboard_agent.sockets.control_channel import OpenedChannel
+from onboard_agent.sockets.data_socket import DataSocket
 from wire.control_messages import HoldOrder, Welcome, encode_message
 from wire.dialect import build, mavlink
 from wire.drone_key import DroneKey

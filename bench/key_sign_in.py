@@ -7,7 +7,7 @@ import secrets
 from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 from websockets.asyncio.client import ClientConnection
 
-from onboard_agent.signing_in import KeySignIn
+from onboard_agent.link.signing_in import KeySignIn
 from wire.control_messages import SignInChallenge, decode_to_agent, encode_message
 from wire.drone_key import DroneKey
 from wire.sign_in import SignInPurpose

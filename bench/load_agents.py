@@ -30,9 +30,9 @@ from typing import Final
 
 from bench.load_frames import EVENT_KINDS, stamped_frame
 from bench.precise_timer import PreciseTimer
-from onboard_agent.control_channel import NoLink, OpenedChannel, open_channel
-from onboard_agent.identity import Identity, parse_kept
-from onboard_agent.tower_url import TowerUrl, parse_tower_url
+from onboard_agent.link.identity import Identity, parse_kept
+from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
+from onboard_agent.sockets.control_channel import NoLink, OpenedChannel, open_channel
 from wire.content import Frames
 from wire.control_messages import AutopilotState, ControlChanged, ToAgent, ToTower, decode_to_agent, encode_message
 from wire.drops import Dropped
@@ -194,7 +194,7 @@ async def sign_in_all(
     tries: int = 1,
     takes: tuple[str, ...] = (),
 ) -> list[LoadAgent]:
-    """One agent for each key, in order. Raises onboard_agent.control_channel.NoLink after so many tries.
+    """One agent for each key, in order. Raises onboard_agent.sockets.control_channel.NoLink after so many tries.
     `takes`: what they say of themselves beyond what every agent does."""
     allow_files(2 * len(keys) + 256)
     url = parse_tower_url(tower_url)

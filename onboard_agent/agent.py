@@ -8,18 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.autopilot_port.port import AutopilotPort
-from onboard_agent.data_socket import ANY_UPLINK
-from onboard_agent.file_sender import TowerFileSender
-from onboard_agent.hold_files import HoldFiles
-from onboard_agent.hold_memory import HoldStore, NoHoldStore
-from onboard_agent.identity import Identity
+from onboard_agent.failsafe.hold_files import HoldFiles
+from onboard_agent.failsafe.hold_memory import HoldStore, NoHoldStore
+from onboard_agent.link.identity import Identity
+from onboard_agent.link.tower_url import TowerUrl
 from onboard_agent.onboard import Onboard
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.sockets.data_socket import ANY_UPLINK
+from onboard_agent.sockets.file_sender import TowerFileSender
+from onboard_agent.sockets.tower_link import TowerLink
 from onboard_agent.state_directory import claim
 from onboard_agent.systemd import Systemd
-from onboard_agent.tower_link import TowerLink
-from onboard_agent.tower_url import TowerUrl
 from onboard_agent.transactions.handler import TransactionHandler
 from onboard_agent.transactions.journal import JournalStore, NoJournal
 from onboard_agent.transactions.journal_files import JournalFiles
@@ -31,8 +31,8 @@ from onboard_agent.transactions.parameter_files import ParameterFiles
 from onboard_agent.transactions.parameter_handler import ParameterHandler
 from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.child import VideoChild
-from onboard_agent.video.lines import SetUp
-from onboard_agent.video.service import VideoService
+from onboard_agent.video.core.lines import SetUp
+from onboard_agent.video.core.service import VideoService
 from wire.content import Frames
 from wire.control_messages import ToAgent, Welcome
 from wire.frame_stream import FrameStream

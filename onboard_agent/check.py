@@ -10,10 +10,10 @@ import typer
 
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.autopilot_port.schemes import make_port
-from onboard_agent.control_channel import NoLink, try_sign_in
-from onboard_agent.identity_file import read_identity, token_file_warning
+from onboard_agent.link.identity_file import read_identity, token_file_warning
+from onboard_agent.link.tower_url import parse_tower_url
 from onboard_agent.onboard import Onboard
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.sockets.control_channel import NoLink, try_sign_in
 from onboard_agent.unusable import Unusable
 from onboard_agent.video.camera_setting import NO_CAMERA
 from onboard_agent.video.trial import try_camera

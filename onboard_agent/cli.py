@@ -15,13 +15,13 @@ import typer
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.schemes import help_text, make_port
 from onboard_agent.check import check_all
-from onboard_agent.enrolment import NotReached, check_can_keep
-from onboard_agent.enrolment import enrol as enrol_here
-from onboard_agent.identity_file import enrolment_token, read_identity, token_file_warning
+from onboard_agent.link.enrolment import NotReached, check_can_keep
+from onboard_agent.link.enrolment import enrol as enrol_here
+from onboard_agent.link.identity_file import enrolment_token, read_identity, token_file_warning
+from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
+from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.state_directory import state_directory
-from onboard_agent.tower_url import TowerUrl, parse_tower_url
 from onboard_agent.unusable import Unusable
-from onboard_agent.uplinks import parse_uplinks
 from onboard_agent.video.camera_setting import NO_CAMERA, parse_camera
 from onboard_agent.video.sources.schemes import help_text as camera_help
 

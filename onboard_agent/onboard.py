@@ -8,26 +8,26 @@ import logging
 from collections import Counter
 from typing import Any, Final
 
-from onboard_agent.after_restart import AfterRestart
-from onboard_agent.autopilot_state import AutopilotEvent, AutopilotView
-from onboard_agent.downlink import SETUP_SIGNING, Downlink
-from onboard_agent.failsafe import Failsafe
-from onboard_agent.hold import Hold
-from onboard_agent.hold_memory import HoldMemory, HoldStore, NoHoldStore
-from onboard_agent.hold_news import HoldNews
-from onboard_agent.holder import Holder
-from onboard_agent.inquiry import READ, Inquiry
-from onboard_agent.intent import INTERESTING
-from onboard_agent.late_frames import STICKS, too_late
-from onboard_agent.motion import READ as MOVES
-from onboard_agent.motion import Motion
-from onboard_agent.own_frames import FrameMaker, answers_agent_alone, may_answer_agent
-from onboard_agent.person_watch import PersonWatch
-from onboard_agent.pilot_watch import PilotWatch
-from onboard_agent.presence import Presence
-from onboard_agent.safety import within_limits
-from onboard_agent.telemetry_stream import TelemetryStream
-from onboard_agent.tower_news import ROOM, TowerNews
+from onboard_agent.autopilot.autopilot_state import AutopilotEvent, AutopilotView
+from onboard_agent.autopilot.inquiry import READ, Inquiry
+from onboard_agent.autopilot.intent import INTERESTING
+from onboard_agent.autopilot.motion import READ as MOVES
+from onboard_agent.autopilot.motion import Motion
+from onboard_agent.autopilot.own_frames import FrameMaker, answers_agent_alone, may_answer_agent
+from onboard_agent.autopilot.presence import Presence
+from onboard_agent.failsafe.after_restart import AfterRestart
+from onboard_agent.failsafe.failsafe import Failsafe
+from onboard_agent.failsafe.hold import Hold
+from onboard_agent.failsafe.hold_memory import HoldMemory, HoldStore, NoHoldStore
+from onboard_agent.failsafe.hold_news import HoldNews
+from onboard_agent.failsafe.holder import Holder
+from onboard_agent.failsafe.late_frames import STICKS, too_late
+from onboard_agent.failsafe.person_watch import PersonWatch
+from onboard_agent.failsafe.pilot_watch import PilotWatch
+from onboard_agent.failsafe.safety import within_limits
+from onboard_agent.link.downlink import SETUP_SIGNING, Downlink
+from onboard_agent.link.tower_news import ROOM, TowerNews
+from onboard_agent.telemetry.telemetry_stream import TelemetryStream
 from onboard_agent.transactions.journal import JournalStore, NoJournal
 from onboard_agent.work import MakeDesks, WorkAtDrone
 from wire.content import Frames

@@ -7,12 +7,12 @@ import logging
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from onboard_agent.autopilot_state import AutopilotView
-from onboard_agent.hold import Hold
-from onboard_agent.holder import Holder
-from onboard_agent.intent import INTERESTING
-from onboard_agent.mode_names import mission_modes
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.autopilot_state import AutopilotView
+from onboard_agent.autopilot.intent import INTERESTING
+from onboard_agent.autopilot.mode_names import mission_modes
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.failsafe.hold import Hold
+from onboard_agent.failsafe.holder import Holder
 from onboard_agent.transactions.command_handler import CommandHandler
 from onboard_agent.transactions.follow_handler import FollowHandler
 from onboard_agent.transactions.handler import Around, TransactionHandler

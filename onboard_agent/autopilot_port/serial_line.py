@@ -9,7 +9,7 @@ from typing import Any, Final
 import serial
 
 from onboard_agent.autopilot_port.port import MAX_BACKLOG_BYTES, AutopilotPort, OnBytes
-from onboard_agent.backoff import STEADY_S, Backoff
+from onboard_agent.link.backoff import STEADY_S, Backoff
 
 _log = logging.getLogger(__name__)
 

@@ -7,7 +7,7 @@ from typing import cast
 
 from onboard_agent.autopilot_port.peer import FAITHFUL_FOR_S
 from onboard_agent.autopilot_port.port import MAX_BACKLOG_BYTES, AutopilotPort, OnBytes
-from onboard_agent.backoff import STEADY_S, Backoff
+from onboard_agent.link.backoff import STEADY_S, Backoff
 from onboard_agent.unusable import Unusable
 
 _log = logging.getLogger(__name__)

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from onboard_agent.autopilot_port.peer import PeerChoice
 from onboard_agent.autopilot_port.port import AutopilotPort, OnBytes
-from onboard_agent.backoff import Backoff
+from onboard_agent.link.backoff import Backoff
 from onboard_agent.unusable import Unusable
 
 _log = logging.getLogger(__name__)

@@ -16,9 +16,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.flight_modes import px4_custom_mode
-from onboard_agent.mode_names import mission_modes, mode_name
-from onboard_agent.own_frames import FrameMaker, Sender, request_message
+from onboard_agent.autopilot.flight_modes import px4_custom_mode
+from onboard_agent.autopilot.mode_names import mission_modes, mode_name
+from onboard_agent.autopilot.own_frames import FrameMaker, Sender, request_message
 from onboard_agent.transactions.command_answer import CommandAnswer, CommandEnd
 from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, what_shows
 from onboard_agent.transactions.handler import Around

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from math import cos, hypot, radians
 from typing import Any, Final, Protocol
 
-from onboard_agent.mode_names import mission_modes
+from onboard_agent.autopilot.mode_names import mission_modes
 from onboard_agent.transactions.handler import Around
 from wire.dialect import mavlink
 from wire.transactions import CommandWork

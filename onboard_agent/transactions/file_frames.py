@@ -8,7 +8,7 @@ from enum import IntEnum
 from struct import Struct
 from typing import Any, Final
 
-from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker, Sender
+from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker, Sender
 from wire.dialect import mavlink
 
 _HEAD: Final = Struct("<HBBBBBxI")

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 from math import isnan
 from typing import Any, Final
 
-from onboard_agent.flight_modes import modes_of, px4_custom_mode
-from onboard_agent.mode_ladder import result_name
-from onboard_agent.mode_names import mode_name
-from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker, agent_sender, request_message
+from onboard_agent.autopilot.flight_modes import modes_of, px4_custom_mode
+from onboard_agent.autopilot.mode_names import mode_name
+from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker, agent_sender, request_message
+from onboard_agent.failsafe.mode_ladder import result_name
 from onboard_agent.transactions.command_handler import Send, state_words
 from onboard_agent.transactions.follow_course import Motion, gap, place, why_not_there, why_stop
 from onboard_agent.transactions.follow_frames import go_there, standing, target

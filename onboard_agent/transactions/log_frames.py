@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.own_frames import FrameMaker, agent_sender
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender
 from wire.dialect import mavlink
 
 CHUNK: Final = 90

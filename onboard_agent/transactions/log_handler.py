@@ -10,7 +10,7 @@ Laws, each with a test:
 from enum import StrEnum
 from typing import Final
 
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.asked import Asked
 from onboard_agent.transactions.file_sending import FileSender, NotSent, Sending
 from onboard_agent.transactions.handler import Around

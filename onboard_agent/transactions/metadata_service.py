@@ -15,7 +15,7 @@ Laws, each with a test:
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
-from onboard_agent.own_frames import FrameMaker, Sender, request_message
+from onboard_agent.autopilot.own_frames import FrameMaker, Sender, request_message
 from onboard_agent.transactions.file_frames import FileFrames, read_answer
 from onboard_agent.transactions.file_read import FileRead
 from onboard_agent.transactions.handler import Around

@@ -12,7 +12,7 @@ from math import isfinite
 from struct import Struct, error
 from typing import Any, Final
 
-from onboard_agent.parameters import INTEGERS
+from onboard_agent.autopilot.parameters import INTEGERS
 from wire.dialect import CRC_EXTRA, mavlink
 from wire.frames import payload
 from wire.parameters import Parameter

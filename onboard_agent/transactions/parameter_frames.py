@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.own_frames import FrameMaker, agent_sender, read_parameter
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, read_parameter
 from onboard_agent.transactions.parameter_encoding import Encoding, ParameterSetting
 from wire.dialect import mavlink
 

@@ -13,7 +13,7 @@ Laws, each with a test:
 
 from typing import Final
 
-from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
+from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker
 from onboard_agent.transactions.asked import Asked
 from onboard_agent.transactions.file_frames import FileFrames, read_answer
 from onboard_agent.transactions.handler import Around

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import msgspec
 
-from onboard_agent.own_frames import FrameMaker, agent_sender
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender
 from wire.dialect import mavlink
 from wire.plan_fields import KeptFields
 from wire.plan_keeping import to_send

@@ -11,7 +11,7 @@ Laws, each with a test:
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
+from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker
 from onboard_agent.transactions.journal import UNREADABLE, Intent, JournalStore, read_intent
 from onboard_agent.transactions.plan_download import Downloaded, PlanDownload
 from onboard_agent.transactions.plan_frames import PlanFrames

@@ -10,10 +10,10 @@ Laws, each with a test:
 
 from typing import Any, Final
 
-from onboard_agent.flight_modes import modes_of
-from onboard_agent.mode_ladder import LadderStep, ModeLadder
-from onboard_agent.mode_names import mode_name
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.flight_modes import modes_of
+from onboard_agent.autopilot.mode_names import mode_name
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.failsafe.mode_ladder import LadderStep, ModeLadder
 from onboard_agent.transactions.handler import Around
 
 RUNG_PATIENCE_S: Final = 1.5

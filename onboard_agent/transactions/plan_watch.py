@@ -16,8 +16,8 @@ from typing import Any, Final
 
 import msgspec
 
-from onboard_agent.mode_names import mission_modes, mode_name
-from onboard_agent.own_frames import AGENT_COMPONENT, FrameMaker
+from onboard_agent.autopilot.mode_names import mission_modes, mode_name
+from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.journal import JournalStore
 from onboard_agent.transactions.plan_changes import TALK, PlanChanges

@@ -12,9 +12,9 @@ Laws, each with a test:
 from struct import Struct
 from typing import Final
 
-from onboard_agent.flight_modes import px4_custom_mode
-from onboard_agent.mode_names import mission_modes
-from onboard_agent.own_frames import FrameMaker, Sender, agent_sender
+from onboard_agent.autopilot.flight_modes import px4_custom_mode
+from onboard_agent.autopilot.mode_names import mission_modes
+from onboard_agent.autopilot.own_frames import FrameMaker, Sender, agent_sender
 from wire.dialect import mavlink
 from wire.frames import message_id, payload, source
 

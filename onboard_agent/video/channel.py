@@ -20,16 +20,16 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus, WebSocketExce
 from websockets.typing import Subprotocol
 
 from onboard_agent import VERSION
-from onboard_agent.backoff import STEADY_S, Backoff
-from onboard_agent.connecting import Unreachable, connect_tcp
-from onboard_agent.control_channel import trust
-from onboard_agent.data_socket import ANY_UPLINK
-from onboard_agent.priorities import waits_for_others
-from onboard_agent.tower_url import TowerUrl
-from onboard_agent.video.link_memory import LinkMemory
-from onboard_agent.video.link_rate import LinkRate
-from onboard_agent.video.on_the_way import piece_bytes, wire_bits
-from onboard_agent.video.streaming import Departure
+from onboard_agent.link.backoff import STEADY_S, Backoff
+from onboard_agent.link.tower_url import TowerUrl
+from onboard_agent.sockets.connecting import Unreachable, connect_tcp
+from onboard_agent.sockets.control_channel import trust
+from onboard_agent.sockets.data_socket import ANY_UPLINK
+from onboard_agent.sockets.priorities import waits_for_others
+from onboard_agent.video.core.link_memory import LinkMemory
+from onboard_agent.video.core.link_rate import LinkRate
+from onboard_agent.video.core.on_the_way import piece_bytes, wire_bits
+from onboard_agent.video.core.streaming import Departure
 from wire.video import AGENT_VIDEO_SUBPROTOCOL, KeyWanted, MalformedUnit, StreamRequest, decode_got
 
 _log = logging.getLogger(__name__)

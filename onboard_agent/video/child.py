@@ -15,9 +15,9 @@ from typing import Final
 
 import msgspec
 
-from onboard_agent.video.child_watch import LOOK_EVERY_S, ChildWatch, Verdict, state_of
-from onboard_agent.video.lines import MAX_LINE_BYTES, BadLine, SetUp, Watched, decode_from_child, encode_line
-from onboard_agent.video.service import VideoService
+from onboard_agent.video.core.child_watch import LOOK_EVERY_S, ChildWatch, Verdict, state_of
+from onboard_agent.video.core.lines import MAX_LINE_BYTES, BadLine, SetUp, Watched, decode_from_child, encode_line
+from onboard_agent.video.core.service import VideoService
 
 _log = logging.getLogger(__name__)
 

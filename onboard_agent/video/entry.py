@@ -10,9 +10,9 @@ import sys
 from collections.abc import Callable
 from typing import Final
 
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.link.tower_url import parse_tower_url
+from onboard_agent.video.core.lines import MAX_LINE_BYTES, BadLine, Report, SetUp, decode_to_child, encode_line
 from onboard_agent.video.encoders.choice import make_encoder, usable_codecs
-from onboard_agent.video.lines import MAX_LINE_BYTES, BadLine, Report, SetUp, decode_to_child, encode_line
 from onboard_agent.video.process import CameraThread, Parts, VideoProcess
 from onboard_agent.video.sources.camera import Camera
 from onboard_agent.video.sources.schemes import make_source

@@ -15,12 +15,12 @@ from typing import Final, Protocol
 
 import msgspec
 
-from onboard_agent.tower_url import TowerUrl
+from onboard_agent.link.tower_url import TowerUrl
 from onboard_agent.video.channel import VideoChannel
-from onboard_agent.video.lines import REPORT_EVERY_S, Report, Watched
-from onboard_agent.video.link_memory import LinkMemory, Remembered
+from onboard_agent.video.core.lines import REPORT_EVERY_S, Report, Watched
+from onboard_agent.video.core.link_memory import LinkMemory, Remembered
+from onboard_agent.video.core.streaming import Encoded, Order, Streaming
 from onboard_agent.video.sources.source import Picture, PictureRequest
-from onboard_agent.video.streaming import Encoded, Order, Streaming
 from onboard_agent.video.workbench import MakeEncoder, Workbench
 from wire.video import LIMITS, CameraState, Codec, StreamRequest
 

@@ -4,10 +4,10 @@ import asyncio
 import contextlib
 from typing import Final
 
-from onboard_agent.tower_url import TowerUrl
+from onboard_agent.link.tower_url import TowerUrl
 from onboard_agent.video.child import VideoChild
-from onboard_agent.video.lines import SetUp
-from onboard_agent.video.service import VideoService
+from onboard_agent.video.core.lines import SetUp
+from onboard_agent.video.core.service import VideoService
 from onboard_agent.video.sources.schemes import shown
 from wire.video import VIDEO, CameraState, Codec, Quality, StreamRequest, VideoState, VideoWanted
 

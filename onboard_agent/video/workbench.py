@@ -7,9 +7,9 @@ import logging
 from collections.abc import Callable, Iterable
 from typing import Final
 
+from onboard_agent.video.core.streaming import Encoded, Order
 from onboard_agent.video.encoders.encoder import Encoder, EncoderBroken
 from onboard_agent.video.sources.source import Picture
-from onboard_agent.video.streaming import Encoded, Order
 from wire.video import Codec, Quality, StreamRequest
 
 _log = logging.getLogger(__name__)

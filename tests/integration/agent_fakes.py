@@ -18,9 +18,9 @@ from websockets.typing import Subprotocol
 
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.port import AutopilotPort
-from onboard_agent.identity import Identity, Kept
-from onboard_agent.identity_file import write_private
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.link.identity import Identity, Kept
+from onboard_agent.link.identity_file import write_private
+from onboard_agent.link.tower_url import parse_tower_url
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
     KEY_SUBPROTOCOL,

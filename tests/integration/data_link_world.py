@@ -19,7 +19,7 @@ from udp_proxy import UdpProxy, running_proxy
 from bench.namespaces import Network
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.link.tower_url import parse_tower_url
 from server.api.relay.data_endpoint import DataEndpoint
 from server.domain.people import Role
 from server.live.hub import Hub

@@ -20,8 +20,8 @@ from agent_fakes import (
 
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
-from onboard_agent.identity import Identity, Kept
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.link.identity import Identity, Kept
+from onboard_agent.link.tower_url import parse_tower_url
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.drone_key import DroneKey

@@ -17,9 +17,9 @@ from file_tower import FileTower
 from worlds.free_ports import free_udp_ports
 
 from bench.tls_front import make_certificate
-from onboard_agent import file_sender
-from onboard_agent.file_sender import TowerFileSender
-from onboard_agent.tower_url import TowerUrl
+from onboard_agent.link.tower_url import TowerUrl
+from onboard_agent.sockets import file_sender
+from onboard_agent.sockets.file_sender import TowerFileSender
 from onboard_agent.transactions.file_sending import NotSent, Sending, Sent
 from simulator.failure_modes import Failure
 from simulator.flight import FlightSettings

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import pytest
 from agent_fakes import FakeAutopilot, FakeTower, running_agent, running_autopilot, until
 
-from onboard_agent import auto_profile, telemetry_stream, tower_link
 from onboard_agent.autopilot_port.udp import UdpIn
+from onboard_agent.sockets import tower_link
+from onboard_agent.telemetry import auto_profile, telemetry_stream
 from wire.control_messages import StreamSettings, StreamState
 from wire.dialect import mavlink
 from wire.frames import message_id

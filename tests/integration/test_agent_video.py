@@ -17,7 +17,7 @@ from video_tower import TICKET, MjpegCamera, VideoTower, video_tower, write_film
 
 from onboard_agent.agent import Agent
 from onboard_agent.autopilot_port.udp import UdpIn
-from onboard_agent.video.service import SILENT_WORDS, STOPPED_WORDS
+from onboard_agent.video.core.service import SILENT_WORDS, STOPPED_WORDS
 from wire.dialect import mavlink
 from wire.video import VIDEO, CameraState, ClockAnswer, ClockProbe, Codec, Quality, StreamRequest, Unit
 

@@ -15,8 +15,8 @@ from connect.live import Live
 from connect.rest import Rest
 from connect.tower_url import parse_tower_url
 from connect.unusable import TowerAway
-from onboard_agent.enrolment import enrol
-from onboard_agent.tower_url import parse_tower_url as parse_for_agent
+from onboard_agent.link.enrolment import enrol
+from onboard_agent.link.tower_url import parse_tower_url as parse_for_agent
 from onboard_agent.unusable import Unusable
 from wire.dialect import build, mavlink
 

@@ -26,13 +26,15 @@ from websockets.typing import Subprotocol
 
 from bench.key_sign_in import key_sign_in
 from bench.tls_front import TlsFront, make_certificate
-from onboard_agent import cli, control_channel, enrolment
-from onboard_agent.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel, try_sign_in
-from onboard_agent.enrolment import enrol
-from onboard_agent.identity import Identity, Kept
-from onboard_agent.identity_file import read_identity, write_private
-from onboard_agent.signing_in import KeySignIn
-from onboard_agent.tower_url import TowerUrl, parse_tower_url
+from onboard_agent import cli
+from onboard_agent.link import enrolment
+from onboard_agent.link.enrolment import enrol
+from onboard_agent.link.identity import Identity, Kept
+from onboard_agent.link.identity_file import read_identity, write_private
+from onboard_agent.link.signing_in import KeySignIn
+from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
+from onboard_agent.sockets import control_channel
+from onboard_agent.sockets.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel, try_sign_in
 from onboard_agent.unusable import Unusable
 from server.api.relay import agent_sign_in
 from server.api.relay.tls_binding import TlsBinding

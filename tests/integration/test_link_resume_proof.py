@@ -13,7 +13,7 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from bench.key_sign_in import key_sign_in
-from onboard_agent.control_channel import OpenedChannel, open_channel
+from onboard_agent.sockets.control_channel import OpenedChannel, open_channel
 from wire.control_messages import (
     KEY_SUBPROTOCOL,
     Hello,
@@ -92,7 +92,7 @@ async def test_what_the_autopilot_does_is_known_while_there_is_no_control_channe
         await may_open.wait()
         return await open_channel(*args, **more)
 
-    monkeypatch.setattr("onboard_agent.tower_link.open_channel", open_later)
+    monkeypatch.setattr("onboard_agent.sockets.tower_link.open_channel", open_later)
     opened: Any = world.agent._link._opened
     opened.connection.transport.abort()
     await until(lambda: not world.link.has_channel)

@@ -17,7 +17,7 @@ import pyotp
 import pytest
 from worlds.processes import PASSWORD, World, free_udp_ports, wait_for
 
-from onboard_agent.identity_file import read_identity
+from onboard_agent.link.identity_file import read_identity
 from wire.drone_key import DroneKey, enrolment_statement, key_text
 from wire.ids import DroneId
 

@@ -13,7 +13,7 @@ from sqlalchemy import select
 from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 from worlds.processes import PASSWORD, World, free_udp_ports
 
-from onboard_agent.identity_file import read_identity
+from onboard_agent.link.identity_file import read_identity
 from server.domain.people import Role
 from server.live.hub_events import AgentLinked
 from server.store.fleet.tables import EnrolmentRow

@@ -20,7 +20,7 @@ from video_world import Watcher, watching_video
 
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.link.tower_url import parse_tower_url
 from wire.video import Unit
 
 

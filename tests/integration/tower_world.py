@@ -19,8 +19,8 @@ from typing import Any
 import httpx
 from fastapi import FastAPI
 
-from onboard_agent.identity import Identity, Kept
-from onboard_agent.identity_file import write_private
+from onboard_agent.link.identity import Identity, Kept
+from onboard_agent.link.identity_file import write_private
 from server.api.tower import Tower
 from server.app.composition import create_app
 from server.app.serving import TowerServer

@@ -64,7 +64,7 @@ class OpenHoldModel(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.announcements = Announcements()
-        self.log = logging.getLogger("onboard_agent.failsafe")
+        self.log = logging.getLogger("onboard_agent.failsafe.failsafe")
         self.log.addHandler(self.announcements)
         self.world: HeldCopter | None = None
 

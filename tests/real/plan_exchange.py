@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from bench.real_autopilot import RealAutopilot, Receiver
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.plan_handler import PlanHandler, PlanWork
 from wire.frames import MalformedFrame, split_frames
 from wire.plan_fields import KeptFields

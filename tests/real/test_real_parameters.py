@@ -10,7 +10,7 @@ from typing import Final
 import pytest
 
 from bench.real_autopilot import RealAutopilot, Receiver, flying
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.file_frames import FileFrames, read_answer
 from onboard_agent.transactions.parameter_encoding import Encoding, read_told
 from onboard_agent.transactions.parameter_frames import FAST, ParameterFrames

@@ -42,7 +42,7 @@ def test_the_rules_hold() -> None:
     [
         ("wire/ids.py", "import server.runtime.settings"),
         ("server/runtime/settings.py", "import onboard_agent"),
-        ("onboard_agent/backoff.py", "import simulator"),
+        ("onboard_agent/link/backoff.py", "import simulator"),
         ("simulator/geodesy.py", "import wire.ids"),
         ("wire/replay.py", "import time"),
         ("server/live/hub.py", "import asyncio"),

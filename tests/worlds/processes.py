@@ -27,9 +27,9 @@ from typing import Any, Final, TypeVar
 from typer.testing import CliRunner
 from worlds.free_ports import free_tcp_port, free_udp_ports
 
-from onboard_agent.enrolment import enrol
-from onboard_agent.identity_file import read_identity
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.link.enrolment import enrol
+from onboard_agent.link.identity_file import read_identity
+from onboard_agent.link.tower_url import parse_tower_url
 from wire.drone_key import DroneKey
 
 BIN: Final = Path(sys.executable).parent

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from onboard_agent.backoff import STEADY_S, Backoff
+from onboard_agent.link.backoff import STEADY_S, Backoff
 from onboard_agent.video.sources.camera_watch import CameraWatch
 from onboard_agent.video.sources.source import CameraLost, Picture, PictureRequest, Source, Taken
 from wire.video import CameraState

@@ -3,7 +3,7 @@
 What is not a row of JPEG parts, or asks for more than a password in the clear, FFmpeg gets (network.py).
 
 Why http.client and not httpx: `read1` returns what has arrived, and `interrupt` shuts the socket down from another
-thread. httpx shows neither. Its memory and start: onboard_agent/enrolment.py.
+thread. httpx shows neither. Its memory and start: onboard_agent/link/enrolment.py.
 """
 
 import base64

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.arming_sticks import EVERY_S, ArmingSticks
-from onboard_agent.disarm_proof import ASK_BEAT_S, PROOF_WITHIN_S, WATCH_S, DisarmProof
-from onboard_agent.foreign_mode import FOREIGN_FOR_S, ForeignMode
-from onboard_agent.own_frames import FrameMaker
-from onboard_agent.recent_start import LATELY_S, RecentStart
-from onboard_agent.stick_age import StickAge
+from onboard_agent.autopilot.disarm_proof import ASK_BEAT_S, PROOF_WITHIN_S, WATCH_S, DisarmProof
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.autopilot.recent_start import LATELY_S, RecentStart
+from onboard_agent.failsafe.foreign_mode import FOREIGN_FOR_S, ForeignMode
+from onboard_agent.sticks.arming_sticks import EVERY_S, ArmingSticks
+from onboard_agent.sticks.stick_age import StickAge
 from wire.control_messages import SafetySettings
 from wire.dialect import decode, mavlink
 

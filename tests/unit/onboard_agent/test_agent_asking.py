@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.asking import Asking
-from onboard_agent.backoff import Backoff
-from onboard_agent.own_frames import FrameMaker, Sender
-from onboard_agent.parameters import NAMES, Parameters, read_value
-from onboard_agent.presence import Presence
-from onboard_agent.rates import ASK_AGAIN_AFTER_S, MISSED_FOR_S, WISHES, Rates
+from onboard_agent.autopilot.asking import Asking
+from onboard_agent.autopilot.own_frames import FrameMaker, Sender
+from onboard_agent.autopilot.parameters import NAMES, Parameters, read_value
+from onboard_agent.autopilot.presence import Presence
+from onboard_agent.autopilot.rates import ASK_AGAIN_AFTER_S, MISSED_FOR_S, WISHES, Rates
+from onboard_agent.link.backoff import Backoff
 from wire.dialect import decode, mavlink
 from wire.stream_profiles import StreamProfile
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 
-from onboard_agent.auto_profile import (
+from onboard_agent.telemetry.auto_profile import (
     AT_EASE,
     DOWN_AFTER_S,
     FAILED_WITHIN_S,

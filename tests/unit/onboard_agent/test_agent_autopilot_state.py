@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.autopilot_state import AutopilotEvent, AutopilotView
+from onboard_agent.autopilot.autopilot_state import AutopilotEvent, AutopilotView
 from wire.control_messages import AutopilotState
 from wire.dialect import mavlink
 

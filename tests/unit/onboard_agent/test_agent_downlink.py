@@ -2,7 +2,7 @@
 
 import pytest
 
-from onboard_agent.downlink import Downlink
+from onboard_agent.link.downlink import Downlink
 from wire.content import Frames
 from wire.dialect import build, mavlink
 from wire.drops import DropReason

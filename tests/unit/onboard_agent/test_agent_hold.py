@@ -1,15 +1,15 @@
-"""The hold as a state machine: each law of `onboard_agent/hold.py`, and the table itself."""
+"""The hold as a state machine: each law of `onboard_agent/failsafe/hold.py`, and the table itself."""
 
 from typing import Any
 
 import pytest
 
-from onboard_agent.flight_modes import FlightMode, Modes, hold_rungs, modes_of
-from onboard_agent.flying import Flying
-from onboard_agent.held_sticks import STICKS_INTERVAL_S
-from onboard_agent.hold import DEADLINE_S, Hold
-from onboard_agent.hold_table import NEXT, OPEN, HoldEvent, HoldPhase
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.flight_modes import FlightMode, Modes, hold_rungs, modes_of
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.failsafe.flying import Flying
+from onboard_agent.failsafe.hold import DEADLINE_S, Hold
+from onboard_agent.failsafe.hold_table import NEXT, OPEN, HoldEvent, HoldPhase
+from onboard_agent.sticks.held_sticks import STICKS_INTERVAL_S
 from wire.control_messages import HoldCause, HoldStep
 from wire.dialect import decode, mavlink
 

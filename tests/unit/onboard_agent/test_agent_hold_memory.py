@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from onboard_agent.hold_files import HoldFiles
-from onboard_agent.hold_memory import HoldMemory, HoldRecord
+from onboard_agent.failsafe.hold_files import HoldFiles
+from onboard_agent.failsafe.hold_memory import HoldMemory, HoldRecord
 from wire.control_messages import SafetySettings
 from wire.open_holds import LostAction
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from onboard_agent import identity_file
-from onboard_agent.identity import Identity, Kept, MalformedIdentity, NotKept, parse_kept
-from onboard_agent.identity_file import enrolment_token, read_identity, write_private
+from onboard_agent.link import identity_file
+from onboard_agent.link.identity import Identity, Kept, MalformedIdentity, NotKept, parse_kept
+from onboard_agent.link.identity_file import enrolment_token, read_identity, write_private
 from onboard_agent.unusable import Unusable
 from wire.credential import Credential
 from wire.drone_key import DroneKey

@@ -1,6 +1,6 @@
 """When the loss of the tower means that nobody's hand is on the sticks any more."""
 
-from onboard_agent.link_loss import LinkLoss
+from onboard_agent.failsafe.link_loss import LinkLoss
 
 STEP_S = 0.025
 LOST_HOLD_S = 2.0

@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from onboard_agent.loss_report import LossReport
-from onboard_agent.own_frames import FrameMaker, Sender
-from onboard_agent.parameters import ANSWER_WITHIN_S, NAMES, Parameters
-from onboard_agent.radio import LAPSE_S, Radio
+from onboard_agent.autopilot.own_frames import FrameMaker, Sender
+from onboard_agent.autopilot.parameters import ANSWER_WITHIN_S, NAMES, Parameters
+from onboard_agent.autopilot.radio import LAPSE_S, Radio
+from onboard_agent.failsafe.loss_report import LossReport
 from wire.control_messages import LossParameters
 from wire.dialect import mavlink
 

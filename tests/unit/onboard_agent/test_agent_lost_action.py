@@ -1,13 +1,13 @@
-"""What is done when tower or person stays lost: each law of `onboard_agent/lost_action.py`, and its tables."""
+"""What is done when tower or person stays lost: each law of `onboard_agent/failsafe/lost_action.py`, and its tables."""
 
 from typing import Any
 
 import pytest
 
-from onboard_agent.flight_modes import Modes, modes_of, px4_custom_mode
-from onboard_agent.lost_action import RUNG_PATIENCE_S, Loss, LostActing, situation
-from onboard_agent.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.flight_modes import Modes, modes_of, px4_custom_mode
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.failsafe.lost_action import RUNG_PATIENCE_S, Loss, LostActing, situation
+from onboard_agent.failsafe.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
 from wire.control_messages import SafetySettings
 from wire.dialect import decode, mavlink
 from wire.open_holds import Lost, LostAction, LostPhase

@@ -1,12 +1,12 @@
-"""Asking for one mode after another: each law of `onboard_agent/mode_ladder.py`, and which modes a ladder has."""
+"""Asking for one mode after another: each law of `mode_ladder.py`, and which modes a ladder has."""
 
 from typing import Any
 
 import pytest
 
-from onboard_agent.flight_modes import hold_rungs, modes_of, px4_custom_mode
-from onboard_agent.mode_ladder import LadderStep, ModeLadder
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.flight_modes import hold_rungs, modes_of, px4_custom_mode
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.failsafe.mode_ladder import LadderStep, ModeLadder
 from wire.dialect import decode, mavlink
 
 STEP_S = 0.025

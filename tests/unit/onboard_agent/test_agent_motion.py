@@ -2,8 +2,8 @@
 
 import pytest
 
-from onboard_agent.motion import ESTIMATE_FRESH_S, FRESH_S, LEVEL_WITHIN_DEG, NEAR_GROUND_M, Motion
-from onboard_agent.way_home import RESERVE_PERCENT, WayHome
+from onboard_agent.autopilot.motion import ESTIMATE_FRESH_S, FRESH_S, LEVEL_WITHIN_DEG, NEAR_GROUND_M, Motion
+from onboard_agent.failsafe.way_home import RESERVE_PERCENT, WayHome
 from wire.dialect import mavlink
 
 GOOD, LOST, UNAIDED = 0x33F, 0x025, 0x0A7

@@ -2,9 +2,9 @@
 
 from typing import Any
 
+from onboard_agent.autopilot.parameters import LOSS_NAMES
+from onboard_agent.link.tower_news import PROGRESS_KEPT
 from onboard_agent.onboard import Onboard
-from onboard_agent.parameters import LOSS_NAMES
-from onboard_agent.tower_news import PROGRESS_KEPT
 from wire.content import Frames
 from wire.control_messages import (
     AutopilotState,

@@ -1,6 +1,6 @@
-"""For how long nobody has flown: each law of `onboard_agent/person_watch.py`."""
+"""For how long nobody has flown: each law of `onboard_agent/failsafe/person_watch.py`."""
 
-from onboard_agent.person_watch import PersonWatch
+from onboard_agent.failsafe.person_watch import PersonWatch
 
 
 def test_a_hold_begins_the_count_anew() -> None:

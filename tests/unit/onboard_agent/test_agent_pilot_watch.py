@@ -2,10 +2,10 @@
 
 import pytest
 
-from onboard_agent.late_frames import COMMANDS, STICKS, too_late
-from onboard_agent.pilot_watch import Alarm, PilotWatch
-from onboard_agent.safety import LIMITS, within_limits
-from onboard_agent.tower_use import BEFORE_ARMING_S, TowerUse
+from onboard_agent.failsafe.late_frames import COMMANDS, STICKS, too_late
+from onboard_agent.failsafe.pilot_watch import Alarm, PilotWatch
+from onboard_agent.failsafe.safety import LIMITS, within_limits
+from onboard_agent.failsafe.tower_use import BEFORE_ARMING_S, TowerUse
 from wire.control_messages import HoldCause, SafetySettings
 from wire.dialect import mavlink
 from wire.open_holds import LostAction

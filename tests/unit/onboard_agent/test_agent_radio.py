@@ -2,7 +2,7 @@
 
 import pytest
 
-from onboard_agent.radio import LAPSE_S, SILENT_S, Radio
+from onboard_agent.autopilot.radio import LAPSE_S, SILENT_S, Radio
 from wire.dialect import mavlink
 
 RECEIVER = mavlink.MAV_SYS_STATUS_SENSOR_RC_RECEIVER

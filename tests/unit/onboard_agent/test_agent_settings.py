@@ -9,10 +9,10 @@ from onboard_agent.autopilot_port.schemes import SCHEMES, help_text, make_port
 from onboard_agent.autopilot_port.serial_line import SerialLine
 from onboard_agent.autopilot_port.tcp import TcpIn, TcpOut
 from onboard_agent.autopilot_port.udp import UdpIn, UdpOut
-from onboard_agent.identity_file import read_identity, token_file_warning
-from onboard_agent.tower_url import parse_tower_url
+from onboard_agent.link.identity_file import read_identity, token_file_warning
+from onboard_agent.link.tower_url import parse_tower_url
+from onboard_agent.sockets.uplinks import parse_uplinks
 from onboard_agent.unusable import Unusable
-from onboard_agent.uplinks import parse_uplinks
 from wire.dialect import build, mavlink
 
 

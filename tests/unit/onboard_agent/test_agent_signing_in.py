@@ -7,7 +7,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey
 
-from onboard_agent.signing_in import KeySignIn, NotOurTower
+from onboard_agent.link.signing_in import KeySignIn, NotOurTower
 from wire.control_messages import SignInChallenge, Welcome
 from wire.drone_key import DroneKey, is_signed, public_half
 from wire.ids import DroneId, LinkId

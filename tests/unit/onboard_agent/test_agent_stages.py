@@ -1,15 +1,15 @@
-"""The two stages of a hold, by what the machine does: laws of `onboard_agent/hold.py` and `stay_stage.py` together."""
+"""The two stages of a hold, by what the machine does: laws of `hold.py` and `stay_stage.py` together."""
 
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
-from onboard_agent.flight_modes import FlightMode, Modes, hold_rungs, modes_of
-from onboard_agent.flying import Flying
-from onboard_agent.hold import Hold
-from onboard_agent.own_frames import FrameMaker
-from onboard_agent.stay_stage import SLOW_DOWN_S, TRY_AGAIN_S, UNKNOWN_WAIT_S
+from onboard_agent.autopilot.flight_modes import FlightMode, Modes, hold_rungs, modes_of
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.failsafe.flying import Flying
+from onboard_agent.failsafe.hold import Hold
+from onboard_agent.failsafe.stay_stage import SLOW_DOWN_S, TRY_AGAIN_S, UNKNOWN_WAIT_S
 from wire.control_messages import HoldCause
 from wire.dialect import decode, mavlink
 from wire.open_holds import AfterSticks, HoldStage

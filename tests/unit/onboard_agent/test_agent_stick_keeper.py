@@ -1,11 +1,11 @@
-"""Centred sticks where somebody's stop and the autopilot would mind: each law of `onboard_agent/stick_keeper.py`."""
+"""Centred sticks where somebody's stop and the autopilot would mind: each law of `stick_keeper.py`."""
 
 from typing import Any
 
 import pytest
 from test_agent_onboard import LOITER, RTL, STEP_S, World, order, set_mode
 
-from onboard_agent.flight_modes import holds_when_centred, px4_custom_mode
+from onboard_agent.autopilot.flight_modes import holds_when_centred, px4_custom_mode
 from wire.control_messages import ControlChanged, HoldCause
 from wire.dialect import mavlink
 

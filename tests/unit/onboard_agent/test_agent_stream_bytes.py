@@ -5,8 +5,8 @@ Bytes a second on the wire, with sealing, UDP and IP headers and the keep-alive.
 
 import pytest
 
-from onboard_agent.rates import WISHES
-from onboard_agent.thinner import Thinner
+from onboard_agent.autopilot.rates import WISHES
+from onboard_agent.telemetry.thinner import Thinner
 from simulator.dialect import Codec
 from simulator.flight import FlightSettings
 from simulator.geodesy import Place

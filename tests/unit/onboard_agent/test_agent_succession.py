@@ -2,9 +2,9 @@
 
 import pytest
 
-from onboard_agent.backoff import Backoff
+from onboard_agent.link.backoff import Backoff
+from onboard_agent.link.succession import FIRST_LOOK_AFTER_S, SEEK_S, SILENT_S, Need, Succession
 from onboard_agent.onboard import Onboard
-from onboard_agent.succession import FIRST_LOOK_AFTER_S, SEEK_S, SILENT_S, Need, Succession
 from wire.control_messages import AutopilotState, ControlChanged, Welcome
 from wire.dialect import build, mavlink
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.auto_profile import Measured
-from onboard_agent.telemetry_stream import BY_HAND_FOR_S, SETTLED_AFTER_S, TelemetryStream
+from onboard_agent.telemetry.auto_profile import Measured
+from onboard_agent.telemetry.telemetry_stream import BY_HAND_FOR_S, SETTLED_AFTER_S, TelemetryStream
 from wire.control_messages import StreamSettings, StreamState
 from wire.dialect import build, mavlink
 from wire.stream_profiles import StreamChoice, StreamProfile

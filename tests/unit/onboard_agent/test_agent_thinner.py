@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onboard_agent.thinner import FORGET_EVERY_BEATS, MAX_KINDS, Thinner
+from onboard_agent.telemetry.thinner import FORGET_EVERY_BEATS, MAX_KINDS, Thinner
 from wire.dialect import build, mavlink
 from wire.frames import message_id, payload
 from wire.state_messages import state_key

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.plan_handler import PlanHandler
 from onboard_agent.transactions.retry_policy import RetryPolicy
 from simulator.ardupilot import ARDUPILOT

@@ -2,7 +2,7 @@
 
 import pytest
 
-from onboard_agent.own_frames import FrameMaker, agent_sender, command_long
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, command_long
 from onboard_agent.transactions.command_answer import ANSWER_WITHIN_S, ONCE, TRIES, CommandAnswer
 from wire.dialect import decode, mavlink
 from wire.transactions import Outcome

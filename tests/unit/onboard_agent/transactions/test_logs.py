@@ -12,7 +12,7 @@ from handler_line import DeskLine
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.file_sending import NotSent, Sending, Sent
 from onboard_agent.transactions.log_files import LogFiles
 from onboard_agent.transactions.log_frames import CHUNK, LOGS_FAST

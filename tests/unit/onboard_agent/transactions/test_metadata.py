@@ -14,7 +14,7 @@ from handler_line import DeskLine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions import metadata_service as service
 from onboard_agent.transactions.metadata_general import (
     MetadataUnusable,

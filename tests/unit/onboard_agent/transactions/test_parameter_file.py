@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_parameter_reading import Half, MemoryStore, complete, table_of, tables
 
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.file_read import BLOCK_TRIES
 from onboard_agent.transactions.parameter_encoding import as_kept
 from onboard_agent.transactions.parameter_file import BadParameterFile, read_parameter_file

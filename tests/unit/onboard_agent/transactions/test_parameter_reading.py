@@ -10,7 +10,7 @@ from handler_line import ARDUPILOT, PX4, DeskLine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.parameter_encoding import as_kept
 from onboard_agent.transactions.parameter_frames import FAST, NARROW
 from onboard_agent.transactions.parameter_handler import AGAIN_AFTER_S, SAVE_AFTER_S, ParameterHandler

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_parameter_reading import complete, parameter_line
 
-from onboard_agent.own_frames import FrameMaker, agent_sender
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender
 from onboard_agent.transactions.parameter_encoding import (
     Encoding,
     ParameterSetting,

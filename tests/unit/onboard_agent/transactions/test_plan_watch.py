@@ -9,7 +9,7 @@ from drone_world import ARM, AUTO, BRAKE, GUIDED, RTL, SET_MODE, DroneWorld, com
 from handler_line import DeskLine
 from plan_line import MemoryJournal
 
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.journal import NoJournal
 from onboard_agent.transactions.plan_changes import QUIET_S
 from onboard_agent.transactions.plan_watch import STOP_AGAIN_S, PlanWatch

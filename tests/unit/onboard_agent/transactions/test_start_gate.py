@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.mode_names import mode_name
-from onboard_agent.own_frames import FrameMaker
+from onboard_agent.autopilot.mode_names import mode_name
+from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.start_gate import SAY_EVERY_S, StartGate, starts_mission
 from wire.dialect import build, decode, mavlink
 

@@ -7,8 +7,8 @@ from typing import cast
 import pytest
 
 from onboard_agent.video import child
-from onboard_agent.video.lines import SetUp
-from onboard_agent.video.service import VideoService
+from onboard_agent.video.core.lines import SetUp
+from onboard_agent.video.core.service import VideoService
 from wire.video import VIDEO, Codec, Quality, StreamRequest, VideoWanted
 
 

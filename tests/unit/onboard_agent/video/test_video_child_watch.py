@@ -2,8 +2,8 @@
 
 import pytest
 
-from onboard_agent.video.child_watch import FIRST_WORD_WITHIN_S, LOOK_EVERY_S, ChildWatch, Verdict, state_of
-from onboard_agent.video.lines import REPORT_EVERY_S
+from onboard_agent.video.core.child_watch import FIRST_WORD_WITHIN_S, LOOK_EVERY_S, ChildWatch, Verdict, state_of
+from onboard_agent.video.core.lines import REPORT_EVERY_S
 
 TICK_S = 0.1
 """Of the video process: reports are late by this at most."""

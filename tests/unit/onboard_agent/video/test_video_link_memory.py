@@ -1,7 +1,7 @@
 """What a link carried is kept for the next stream over it, and for no other link."""
 
-from onboard_agent.video.link_memory import REMEMBERED_S, LinkMemory
-from onboard_agent.video.link_rate import Known
+from onboard_agent.video.core.link_memory import REMEMBERED_S, LinkMemory
+from onboard_agent.video.core.link_rate import Known
 
 KNOWN = Known(2e6, 1.5e6, 2.1e6, 0.05)
 HERE = "192.0.2.7"

@@ -5,7 +5,7 @@ from statistics import quantiles
 import pytest
 from model_video_uplink import Conditions, ModelUplink, Second
 
-from onboard_agent.video.link_rate import (
+from onboard_agent.video.core.link_rate import (
     FIRST_BUDGET_BPS,
     FIRST_PACING_BPS,
     HOPED_SHARE,

@@ -4,7 +4,7 @@ import asyncio
 import threading
 import time
 
-from onboard_agent.video.lines import Watched
+from onboard_agent.video.core.lines import Watched
 from onboard_agent.video.process import CAMERA_KEPT_S, Parts, VideoProcess
 from onboard_agent.video.sources.source import Picture
 from wire.video import CameraState, Codec, Quality, StreamRequest

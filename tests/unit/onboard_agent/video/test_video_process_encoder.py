@@ -8,8 +8,8 @@ from typing import Any, cast
 import av
 
 from onboard_agent.video.channel import VideoChannel
+from onboard_agent.video.core.lines import Report, Watched
 from onboard_agent.video.encoders.encoder import Encoder
-from onboard_agent.video.lines import Report, Watched
 from onboard_agent.video.process import HANGING_WORDS, SAID_AFTER_S, Parts, VideoProcess
 from onboard_agent.video.sources.source import Picture
 from wire.video import CameraState, Codec, Quality, StreamRequest

@@ -2,9 +2,17 @@
 
 import pytest
 
-from onboard_agent.video.lines import BadLine, Report, SetUp, Watched, decode_from_child, decode_to_child, encode_line
-from onboard_agent.video.link_memory import Remembered
-from onboard_agent.video.service import KEEP_S, SILENT_WORDS, STOPPED_WORDS, VideoService
+from onboard_agent.video.core.lines import (
+    BadLine,
+    Report,
+    SetUp,
+    Watched,
+    decode_from_child,
+    decode_to_child,
+    encode_line,
+)
+from onboard_agent.video.core.link_memory import Remembered
+from onboard_agent.video.core.service import KEEP_S, SILENT_WORDS, STOPPED_WORDS, VideoService
 from wire.transactions import TRANSACTIONS
 from wire.video import VIDEO, CameraState, Codec, Quality, StreamRequest, VideoWanted
 

@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import pytest
 
-from onboard_agent.video.allotment import MIN_BPS, THIN_AFTER_S, Thinness, allot, least_bps, most_bps
-from onboard_agent.video.cadence import Cadence
-from onboard_agent.video.overshoot import Overshoot
-from onboard_agent.video.shape_for_bits import UP_AFTER_S, ShapeForBits
-from onboard_agent.video.streaming import Encoded, Order, Streaming
+from onboard_agent.video.core.allotment import MIN_BPS, THIN_AFTER_S, Thinness, allot, least_bps, most_bps
+from onboard_agent.video.core.cadence import Cadence
+from onboard_agent.video.core.overshoot import Overshoot
+from onboard_agent.video.core.shape_for_bits import UP_AFTER_S, ShapeForBits
+from onboard_agent.video.core.streaming import Encoded, Order, Streaming
 from wire.video import MAX_UNIT_BYTES, Codec, Quality, StreamRequest, decode_unit
 
 LOW, MEDIUM, HIGH = (StreamRequest(quality, Codec.MPEG1) for quality in Quality)

@@ -1,0 +1,97 @@
+"""Whether the autopilot does what the holder has just commanded: to fly without sticks. No I/O; takes `now`.
+
+A command is a wish until the autopilot shows otherwise. One that has no position refuses to brake, to return, to go
+somewhere, and flies on with the sticks that it has. Who lets go of them at the mere command leaves the drone with its
+last deflection, and some seconds later with the radio's values, perhaps at the bottom.
+
+Laws, each with a test:
+- Granted when a heartbeat after the command shows a mode that needs no sticks, and not the one that it was given in.
+- Refused when COMMAND_ACK says so, or when nothing was shown within PATIENCE_S of the first command that is open.
+- The heartbeat is asked for: PX4 beats once a second only.
+"""
+
+from typing import Any, Final
+
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request_message
+from wire.dialect import mavlink
+
+PATIENCE_S: Final = 1.5
+"""More than one beat of an autopilot that beats once a second."""
+
+SHOW_AFTER_S: Final = 0.1
+"""A mode that is granted is shown after a few milliseconds."""
+
+SHOW_RETRY_S: Final = 0.25
+
+_GOOD: Final = frozenset({mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_IN_PROGRESS})
+
+
+class CommandRequest:
+    """`ask` with each such command; then one of `granted`, `refused`, `lapsed` is True once."""
+
+    def __init__(self, maker: FrameMaker) -> None:
+        self._maker = maker
+        self._commands: set[int] = set()
+        self._from_mode: int | None = None
+        self._until: float | None = None
+        self._next_show_at = 0.0
+
+    @property
+    def open(self) -> bool:
+        """Whether the autopilot has not yet shown what it makes of it."""
+        return self._until is not None
+
+    def ask(self, command: int | None, now: float, *, from_mode: int | None = None) -> None:
+        """The holder commands. `command`: MAV_CMD, or None for a message that is never acknowledged.
+
+        `from_mode`: custom_mode of a hold that needs no sticks either, so that the same mode again grants nothing.
+        """
+        if self._until is None:  # repeats gain no time
+            self._until = now + PATIENCE_S
+            self._next_show_at = now + SHOW_AFTER_S
+        self._from_mode = from_mode
+        if command is not None:
+            self._commands.add(command)
+
+    def over(self) -> None:
+        """It does not matter any more."""
+        self._until = None
+        self._commands.clear()
+
+    def granted(self, *, needs_sticks: bool, custom_mode: int) -> bool:
+        """A heartbeat came: whether it shows that the wish is granted."""
+        if self._until is None or needs_sticks or custom_mode == self._from_mode:
+            return False
+        self.over()
+        return True
+
+    def refused(self, ack: Any) -> bool:
+        """A COMMAND_ACK came that may answer the holder: whether it refuses the wish."""
+        if self._until is None or ack.command not in self._commands or ack.result in _GOOD:
+            return False
+        self.over()
+        return True
+
+    def accepted(self, ack: Any) -> bool:
+        """A COMMAND_ACK came that may answer the holder: whether it grants the wish, in the mode that there is."""
+        if self._until is None or self._from_mode is None or ack.command not in self._commands:
+            return False
+        if ack.result not in _GOOD or ack.command == mavlink.MAV_CMD_DO_SET_MODE:
+            return False
+        self.over()
+        return True
+
+    def lapsed(self, now: float) -> bool:
+        """Whether the autopilot has had time enough."""
+        if self._until is None or now < self._until:
+            return False
+        self.over()
+        return True
+
+    def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:
+        """Frames to send to the autopilot now."""
+        if self._until is None or now < self._next_show_at:
+            return []
+        self._next_show_at = now + SHOW_RETRY_S
+        message = request_message(vehicle_system_id, mavlink.MAVLINK_MSG_ID_HEARTBEAT, confirmation=0)
+        return [self._maker.make(message, agent_sender(vehicle_system_id))]

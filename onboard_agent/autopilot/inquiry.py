@@ -1,0 +1,122 @@
+"""What the agent asks the autopilot for, and what it knows by the answers: rates, parameters, radio. No I/O.
+
+Joins `Rates`, `Parameters`, `Radio` and `LossReport`; decides nothing about the flight.
+"""
+
+from typing import Any, Final
+
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.autopilot.parameters import Parameters
+from onboard_agent.autopilot.radio import Radio
+from onboard_agent.autopilot.rates import Rates
+from onboard_agent.failsafe.after_sticks import after_sticks
+from onboard_agent.failsafe.loss_report import LossReport
+from wire.control_messages import LossParameters
+from wire.dialect import mavlink
+from wire.ids import SystemId
+from wire.open_holds import AfterSticks
+from wire.stream_profiles import StreamProfile
+
+READ: Final = frozenset(
+    {
+        mavlink.MAVLINK_MSG_ID_PARAM_VALUE,
+        mavlink.MAVLINK_MSG_ID_SYS_STATUS,
+        mavlink.MAVLINK_MSG_ID_RC_CHANNELS,
+    }
+)
+"""Messages of the autopilot that `answer` wants to see."""
+
+
+class Inquiry:
+    """Call `ask_all` when the autopilot appears or has rebooted, and `due` at each tick; feed it what it reads."""
+
+    def __init__(self, maker: FrameMaker, *, narrow_line: bool) -> None:
+        self._rates = Rates(maker, narrow_line=narrow_line)
+        self._parameters = Parameters(maker)
+        self._radio = Radio()
+        self._report = LossReport()
+        self._is_px4 = False
+
+    def assume_ground_station(self, system_id: int) -> None:
+        """What the process before has read. It counts until it is read again."""
+        self._parameters.assume_ground_station(system_id)
+
+    @property
+    def ground_station_system_id(self) -> int:
+        """The sysid whose sticks the autopilot obeys."""
+        return self._parameters.ground_station_system_id
+
+    @property
+    def channel_middles_us(self) -> tuple[int, int, int, int]:
+        """Pulse widths of roll, pitch, throttle and yaw with the sticks in the middle."""
+        return self._parameters.channel_middles_us
+
+    @property
+    def overrides_last_s(self) -> float:
+        """How long the autopilot goes by the last sticks that it got."""
+        return self._parameters.overrides_last_s
+
+    @property
+    def has_radio(self) -> bool | None:
+        """Whether a receiver is on board; None while that is not known."""
+        return self._radio.has_radio
+
+    def after_sticks(self, autopilot_kind: int, custom_mode: int) -> AfterSticks:
+        """What the autopilot does in this mode when sticks stop."""
+        values, has_radio = self._parameters.values, self._radio.has_radio
+        return after_sticks(autopilot_kind, custom_mode, values=values, has_radio=has_radio)
+
+    def arms_with_sticks_at_rest(self, autopilot_kind: int) -> bool:
+        """Whether the autopilot wants to see a throttle at the bottom before it arms, and nobody else shows it one."""
+        return autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA and self._radio.has_radio is False
+
+    def ask_all(self, autopilot_kind: int, now: float) -> None:
+        """From the beginning."""
+        self._rates.ask_all(now)
+        self._parameters.ask_all(autopilot_kind)
+        self._is_px4 = autopilot_kind == mavlink.MAV_AUTOPILOT_PX4
+        self._radio.asked(now)
+
+    def follow(self, profile: StreamProfile) -> None:
+        """The stream profile in force: on a narrow line no more is asked for than goes up."""
+        self._rates.follow(profile)
+
+    def heard(self, message_id: int, now: float) -> None:
+        """Any message of the autopilot came."""
+        self._rates.heard(message_id, now)
+
+    def answer(self, message_id: int, message: Any, frame: bytes, now: float) -> None:
+        """One of READ came from the autopilot."""
+        lapse_s = self._parameters.overrides_last_s
+        if message_id == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
+            self._parameters.value(frame)
+        elif message_id == mavlink.MAVLINK_MSG_ID_SYS_STATUS:
+            self._radio.sys_status(message, now, overrides_last_s=lapse_s)
+        elif message_id == mavlink.MAVLINK_MSG_ID_RC_CHANNELS:
+            self._radio.rc_channels(message, now, overrides_last_s=lapse_s)
+
+    def acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK that is meant for us came."""
+        self._rates.acknowledged(ack, now)
+
+    def sticks_sent(self, now: float) -> None:
+        """Sticks, the holder's or our own, went to the autopilot: what it says of the radio may be them."""
+        self._radio.sticks_sent(now)
+
+    def due(self, now: float, *, vehicle_system_id: SystemId) -> list[bytes]:
+        """Requests to send now."""
+        if self._is_px4:
+            self._radio.look(now)
+        requests = (
+            self._rates.due(now, vehicle_system_id=vehicle_system_id),
+            self._parameters.due(now, vehicle_system_id=vehicle_system_id),
+        )
+        return [request for request in requests if request is not None]
+
+    def loss_report(self, autopilot_kind: int) -> LossParameters | None:
+        """What decides on a loss, where it differs from what was told last."""
+        return self._report.changed(self._parameters, autopilot_kind=autopilot_kind, has_radio=self._radio.has_radio)
+
+    def tell_again(self) -> None:
+        """A new tower link knows nothing."""
+        self._report.tell_again()

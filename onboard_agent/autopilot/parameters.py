@@ -1,0 +1,207 @@
+"""The parameters of the autopilot that the failsafe and the check before flight need, read one by one. No I/O.
+
+ArduPilot takes sticks only from the sysid that it is told is the ground station, and the middle of the throttle
+channel is between its ends, not where its trim is. The others say what the autopilot does when somebody is lost. They
+are read, never written.
+"""
+
+from collections.abc import Mapping
+from math import isfinite
+from struct import Struct
+from typing import Final
+
+from onboard_agent.autopilot.asking import Asking
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, read_parameter
+from wire.dialect import mavlink
+from wire.frames import payload
+
+ANSWER_WITHIN_S: Final = 1.0
+TRIES: Final = 3
+
+GROUND_STATION_NAMES: Final = ("SYSID_MYGCS", "MAV_GCS_SYSID")
+"""Until ArduPilot 4.6, and from 4.7 on."""
+
+_MIDDLES: Final = ("RC1_TRIM", "RC2_TRIM", "RC3_MIN", "RC3_MAX", "RC4_TRIM")
+
+LOSS_NAMES: Final[dict[int, tuple[str, ...]]] = {
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: (
+        *GROUND_STATION_NAMES,
+        "RC3_MIN",
+        "RC3_MAX",
+        "RC3_TRIM",
+        "FS_GCS_ENABLE",
+        "FS_GCS_TIMEOUT",
+        "FS_THR_ENABLE",
+        "FS_OPTIONS",
+        "RC_OVERRIDE_TIME",
+        "RC_FS_TIMEOUT",
+        "RC_OPTIONS",
+        "SIM_SPEEDUP",  # in ArduPilot's own simulator only; last, because a real one never answers
+    ),
+    mavlink.MAV_AUTOPILOT_PX4: (
+        "COM_RC_IN_MODE",
+        "COM_RC_LOSS_T",
+        "COM_DL_LOSS_T",
+        "NAV_DLL_ACT",
+        "NAV_RCL_ACT",
+        "COM_RCL_EXCEPT",
+        "COM_OBL_RC_ACT",
+        "SYS_HITL",
+        "SIM_GZ_EN",
+    ),
+}
+"""By autopilot, the parameters that decide what happens on a loss, and by which a simulated one is known."""
+
+DECIDING: Final[dict[int, tuple[str, ...]]] = {
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ("FS_THR_ENABLE", "FS_GCS_ENABLE", "RC_OVERRIDE_TIME"),
+    mavlink.MAV_AUTOPILOT_PX4: ("COM_RC_IN_MODE", "NAV_RCL_ACT", "NAV_DLL_ACT"),
+}
+"""Those of them that every autopilot has and without which nobody knows what it does: a few, read once, can be lost on
+the way, three times too."""
+
+ASK_AGAIN_AFTER_S: Final = 30.0
+MAX_RETOLD: Final = 20
+"""Ten minutes: a plane, say, has other names for them."""
+
+NAMES: Final[dict[int, tuple[str, ...]]] = {
+    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: tuple(
+        dict.fromkeys((*GROUND_STATION_NAMES, *_MIDDLES, *LOSS_NAMES[mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA]))
+    ),
+    mavlink.MAV_AUTOPILOT_PX4: LOSS_NAMES[mavlink.MAV_AUTOPILOT_PX4],
+}
+"""All that are read, in this order: what flying needs first."""
+
+_PARAM_VALUE: Final = Struct("<4sHH16sB")
+INTEGERS: Final = {
+    1: Struct("<B"),
+    2: Struct("<b"),
+    3: Struct("<H"),
+    4: Struct("<h"),
+    5: Struct("<I"),
+    6: Struct("<i"),
+}
+"""By MAV_PARAM_TYPE."""
+_FLOAT: Final = Struct("<f")
+
+_MIDDLE_US: Final = 1500
+_STANDARD_GROUND_STATION: Final = 255
+
+
+def read_value(frame: bytes, autopilot_kind: int) -> tuple[str, float] | None:
+    """(name, value) of a whole PARAM_VALUE frame, or None where the value is no number.
+
+    PX4 puts the bytes of an integer where the float is; ArduPilot sends every value as a float.
+    """
+    raw, _, _, name, kind = _PARAM_VALUE.unpack_from(payload(frame).ljust(_PARAM_VALUE.size, b"\0"))
+    layout = INTEGERS.get(kind, _FLOAT) if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4 else _FLOAT
+    (value,) = layout.unpack_from(raw)
+    if not isfinite(value):
+        return None
+    return name.split(b"\0", 1)[0].decode("ascii", "replace"), float(value)
+
+
+class Parameters:
+    """Call `ask_all` when an autopilot appears, `due` at each tick, `value` for each PARAM_VALUE."""
+
+    def __init__(self, maker: FrameMaker) -> None:
+        self._maker = maker
+        self._asking: Asking[str] = Asking(timeout_s=ANSWER_WITHIN_S, tries=TRIES)
+        self._kind = 0
+        self._values: dict[str, float] = {}
+        self._ask_again_at: float | None = None
+        self._asked_again = 0
+        self._assumed_ground_station = _STANDARD_GROUND_STATION
+
+    def assume_ground_station(self, system_id: int) -> None:
+        """What the process before has read. It counts until it is read again."""
+        self._assumed_ground_station = system_id
+
+    def ask_all(self, autopilot_kind: int) -> None:
+        """From the beginning. What is known of an autopilot of the same kind counts until it is read again."""
+        if autopilot_kind != self._kind:
+            self._values.clear()
+        self._kind = autopilot_kind
+        self._asking.ask(NAMES.get(autopilot_kind, ()))
+        self._ask_again_at = None
+        self._asked_again = 0
+
+    def due(self, now: float, *, vehicle_system_id: int) -> bytes | None:
+        """A request to send now."""
+        while self._asking.current in GROUND_STATION_NAMES and self._ground_station_known():
+            self._asking.answered()
+        if self._asking.current is None and not self.complete and self._kind in NAMES:
+            self._ask_missing_again(now)
+        question = self._asking.due(now)
+        if question is None:
+            return None
+        return self._maker.make(read_parameter(vehicle_system_id, question[0]), agent_sender(vehicle_system_id))
+
+    def _ask_missing_again(self, now: float) -> None:
+        if self._ask_again_at is None:
+            self._ask_again_at = now + ASK_AGAIN_AFTER_S
+        elif now >= self._ask_again_at and self._asked_again < MAX_RETOLD:
+            self._ask_again_at = None
+            self._asked_again += 1
+            self._asking.ask(name for name in NAMES[self._kind] if name not in self._values)
+
+    def value(self, frame: bytes) -> None:
+        """A PARAM_VALUE of the autopilot, whoever asked for it: somebody may have just set it."""
+        read = read_value(frame, self._kind)
+        if read is not None and read[0] in NAMES.get(self._kind, ()):
+            self._values[read[0]] = read[1]
+            if read[0] == self._asking.current:
+                self._asking.answered()
+
+    def _ground_station_known(self) -> bool:
+        return any(name in self._values for name in GROUND_STATION_NAMES)
+
+    @property
+    def all_read(self) -> bool:
+        """Whether each has been answered or given up, for the first time."""
+        return self._asking.current is None or self._asked_again > 0
+
+    @property
+    def complete(self) -> bool:
+        """Whether it is known what the autopilot does on a loss, as far as we know what to ask it for."""
+        if any(name not in self._values for name in DECIDING.get(self._kind, ("",))):
+            return False
+        return self._kind != mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA or self._ground_station_known()
+
+    @property
+    def loss_values(self) -> dict[str, float]:
+        """Those that decide what happens on a loss and that the autopilot has."""
+        return {name: self._values[name] for name in LOSS_NAMES.get(self._kind, ()) if name in self._values}
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """All that are known, by name."""
+        return self._values
+
+    @property
+    def overrides_last_s(self) -> float:
+        """How long the autopilot goes by the last sticks that we sent; infinite where it never forgets them."""
+        value = self._values.get("RC_OVERRIDE_TIME", 3.0)
+        return value if value >= 0 else float("inf")
+
+    @property
+    def ground_station_system_id(self) -> int:
+        """The sysid whose sticks the autopilot obeys."""
+        for name in GROUND_STATION_NAMES:
+            value = int(self._values.get(name, 0))
+            if 0 < value <= 255:
+                return value
+        return self._assumed_ground_station
+
+    @property
+    def channel_middles_us(self) -> tuple[int, int, int, int]:
+        """Pulse widths of channels 1 to 4 (roll, pitch, throttle, yaw) with the sticks in the middle."""
+        known = self._values.get
+        throttle = (known("RC3_MIN", _MIDDLE_US) + known("RC3_MAX", _MIDDLE_US)) / 2
+        if not ("RC3_MIN" in self._values and "RC3_MAX" in self._values):
+            throttle = _MIDDLE_US
+        return (
+            int(known("RC1_TRIM", _MIDDLE_US)),
+            int(known("RC2_TRIM", _MIDDLE_US)),
+            int(throttle),
+            int(known("RC4_TRIM", _MIDDLE_US)),
+        )

@@ -1,0 +1,60 @@
+"""Whose heartbeats the autopilot gets from us, and when. No I/O.
+
+The agent's own beats always. A ground station's only while a human is at the controls and the tower is really there:
+the autopilot's own failsafe watches for exactly these, so one too many hides the loss of the pilot.
+"""
+
+from typing import Final
+
+from onboard_agent.autopilot.own_frames import (
+    FrameMaker,
+    agent_heartbeat,
+    agent_sender,
+    ground_station_heartbeat,
+    ground_station_sender,
+)
+
+BEAT_S: Final = 1.0
+
+TOWER_IS_THERE_S: Final = 2.0
+"""How long ago the tower may have been heard for a ground-station heartbeat to be true."""
+
+_SYSTEM_ID_UNTIL_HEARD: Final = 1
+
+
+class Presence:
+    """Ask `due` at each tick."""
+
+    def __init__(self, maker: FrameMaker, *, speaks_first: bool) -> None:
+        self._maker = maker
+        self._speaks_first = speaks_first
+        self._next_agent = 0.0
+        self._next_ground_station = 0.0
+
+    def due(
+        self,
+        now: float,
+        *,
+        vehicle_system_id: int | None,
+        ground_station_system_id: int,
+        holder_present: bool,
+        tower_silent_s: float,
+    ) -> list[bytes]:
+        """Heartbeats to send to the autopilot now.
+
+        Before the autopilot is heard there is nobody to name ourselves after, so nothing is said, except where the
+        autopilot cannot find us otherwise.
+        """
+        frames: list[bytes] = []
+        system_id = vehicle_system_id
+        if system_id is None and self._speaks_first:
+            system_id = _SYSTEM_ID_UNTIL_HEARD
+        if system_id is not None and now >= self._next_agent:
+            self._next_agent = now + BEAT_S
+            frames.append(self._maker.make(agent_heartbeat(), agent_sender(system_id)))
+        somebody_flies = holder_present and tower_silent_s < TOWER_IS_THERE_S
+        if somebody_flies and vehicle_system_id is not None and now >= self._next_ground_station:
+            self._next_ground_station = now + BEAT_S
+            sender = ground_station_sender(ground_station_system_id)
+            frames.append(self._maker.make(ground_station_heartbeat(), sender))
+        return frames

@@ -1,0 +1,1 @@
+"""Holds, losses and lost actions: the last line of safety. No I/O."""

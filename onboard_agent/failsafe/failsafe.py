@@ -1,0 +1,344 @@
+"""When the drone holds, and what is done when tower or person stay away: joins watches, hold and lost action. No I/O.
+
+Takes `now`. Each part has its own laws in its own file; here is only who is told what, and in which order.
+"""
+
+import logging
+from typing import Any, Final
+
+from onboard_agent.autopilot.autopilot_state import AutopilotView
+from onboard_agent.autopilot.flight_modes import FlightMode, Modes, hold_rungs, holds_when_centred, modes_of
+from onboard_agent.autopilot.inquiry import Inquiry
+from onboard_agent.autopilot.mode_names import mode_name
+from onboard_agent.autopilot.motion import Motion
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.autopilot.recent_start import RecentStart
+from onboard_agent.failsafe.flying import Flying
+from onboard_agent.failsafe.hold import Hold
+from onboard_agent.failsafe.hold_memory import HoldRecord
+from onboard_agent.failsafe.holder import Holder
+from onboard_agent.failsafe.lost_action import Loss, LostActing
+from onboard_agent.failsafe.lost_action_table import LossResponse
+from onboard_agent.failsafe.person_watch import PersonWatch
+from onboard_agent.failsafe.pilot_watch import PilotWatch
+from onboard_agent.failsafe.way_home import WayHome
+from onboard_agent.link.downlink import Downlink
+from wire.control_messages import HoldCause, SafetySettings
+from wire.open_holds import AfterSticks, HoldStage, LostAction, LostPhase
+
+_log = logging.getLogger(__name__)
+
+SAME_CHANGE_S: Final = 2.0
+"""A hold that is ordered this soon after the epoch has grown belongs to the change of hands."""
+
+DIRECT_ABOVE_M: Final = 2.0
+"""Below, it may be taking off or landing: stage one, which keeps whatever height there is."""
+
+STICKS_COME_WITHIN_S: Final = 3.0
+STILL_M_S: Final = 0.7
+FAST_M_S: Final = 4.5
+
+
+class Failsafe:
+    """Ask `look` at each tick, and `due` for what is to be sent at each tick and after whatever changed a mode."""
+
+    def __init__(
+        self,
+        maker: FrameMaker,
+        *,
+        autopilot: AutopilotView,
+        motion: Motion,
+        downlink: Downlink,
+        hold: Hold,
+        holder: Holder,
+        watch: PilotWatch,
+        person: PersonWatch,
+        inquiry: Inquiry,
+    ) -> None:
+        self.settings = SafetySettings()
+        """The last that a tower has sent, over a lost link too."""
+        self.held_at = float("-inf")
+        """When the last hold began, whoever wanted it."""
+        self.lost = LostActing(maker)
+        self.start = RecentStart()
+        self._autopilot = autopilot
+        self._motion = motion
+        self._downlink = downlink
+        self._hold = hold
+        self._holder = holder
+        self._watch = watch
+        self._person = person
+        self._inquiry = inquiry
+        self._way_home = WayHome()
+        self._control_changed_at: float | None = None
+        self._radio_took_over = False
+        """A mode of sticks was chosen by another hand, where a receiver is on board."""
+
+    @property
+    def needed_percent(self) -> float:
+        """Of the battery, for the way home."""
+        return self._way_home.needed_percent(home_m=self._motion.home_m, alt_rel_m=self._motion.alt_rel_m)
+
+    def control_changed(self, now: float) -> None:
+        """The epoch has grown."""
+        self._control_changed_at = now
+
+    def heartbeat(self, now: float) -> None:
+        """A HEARTBEAT of the autopilot; the view has read it."""
+        view = self._autopilot
+        self._watch.heartbeat(armed=view.armed, now=now)
+        self._hold.heartbeat(armed=view.armed, custom_mode=view.custom_mode, now=now)
+        self._hold.modes_became_known(self._rungs(now), self._stays(), now)
+        self.lost.heartbeat(view.custom_mode)
+        self._holder.heartbeat(now)
+        if not view.armed:
+            self._person.flown()
+
+    def mode_acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK for MAV_CMD_DO_SET_MODE that is meant for us."""
+        self._hold.acknowledged(ack, now)
+        self.lost.acknowledged(ack, now)
+
+    @property
+    def going_home(self) -> bool:
+        """Whether the autopilot shows a mode that ends on the ground by itself."""
+        view, modes = self._autopilot, self._modes()
+        if not (view.heard and view.armed) or modes is None:
+            return False
+        return any(view.custom_mode == mode.custom_mode for mode in modes.going_home)
+
+    @property
+    def what_it_does(self) -> str:
+        """Of a drone that goes home: "returns" or "lands"."""
+        modes = self._modes()
+        lands = modes is not None and self._autopilot.custom_mode == modes.land.custom_mode
+        return "lands" if lands else "returns"
+
+    @property
+    def keeps_sticks(self) -> bool:
+        """Whether the agent's centred sticks stand in for somebody's, outside a hold."""
+        return self._holder.keeper.on
+
+    def hold_now(
+        self,
+        cause: HoldCause,
+        now: float,
+        *,
+        order_id: int = 0,
+        why: str = "",
+        interrupts: bool = True,
+        without_sticks: bool = False,
+    ) -> None:
+        """Holds. `order_id`: of the tower's order. `why`: for a person, where nobody ordered it.
+
+        `interrupts`: also a return or a landing that the autopilot flies. `without_sticks`: it was in stage two.
+        """
+        view = self._autopilot
+        self.held_at = now
+        epoch = self._downlink.epoch
+        repeated = cause is HoldCause.ORDER and not self._hands_changed(now)
+        if repeated and self._hold.settled:
+            # Who said "stay", and since when nobody flies, is as true as before.
+            self._hold.confirm_again(order_id=order_id, epoch=epoch, now=now)
+            return
+        aside = "a radio pilot flies the drone" if repeated and self._radio_took_over else ""
+        if not interrupts and self.going_home and not self._holder.called_away_lately(now):
+            aside = f"the drone is in {self._mode_name}, and goes on with it"
+        if aside:
+            self._holder.hold_begins(needed=True)
+            self._hold.stand_aside(order_id=order_id, epoch=epoch, now=now, why=aside)
+            return
+        self._radio_took_over = False
+        armed = view.armed or not view.heard or self.start.accepted_lately(now)
+        self._holder.hold_begins(needed=True)
+        modes = self._modes()
+        if cause is HoldCause.ORDER and modes is not None and view.custom_mode == modes.mission.custom_mode:
+            self._holder.mission_before_hold = not self._hands_changed(now)
+        stays_already = without_sticks or self._hold.stage is HoldStage.STAY
+        self.lost.begin_anew()
+        if armed:
+            self._person.hold_began(now)
+        stays = self._stays(stays_already=stays_already)
+        # GUIDED, or a PX4's LOITER, may be flying to a place: asking for it again stops nothing.
+        first = [mode for mode in stays if stays_already or mode.custom_mode != view.custom_mode]
+        self._hold.begin(
+            cause=cause,
+            order_id=order_id,
+            epoch=epoch,
+            rungs=self._rungs(now),
+            stays=stays,
+            first=first,
+            armed=armed,
+            sticks=self._holder.by_hand or not (stays_already or self._flies_without_sticks(now)) or not first,
+            now=now,
+            why=why,
+        )
+
+    def _hands_changed(self, now: float) -> bool:
+        """Whether an order that comes now belongs to a change of hands; else it says again what was said."""
+        return self._control_changed_at is not None and now - self._control_changed_at <= SAME_CHANGE_S
+
+    def _flies_without_sticks(self, now: float) -> bool:
+        """High enough, sure of its place, and nobody's sticks are in force: none need to be begun."""
+        return (
+            self._autopilot.heard
+            and not self._holder.by_hand
+            and not self._holder.keeper.in_force(now, lasts_s=self._inquiry.overrides_last_s)
+            and self._autopilot.airborne(now)
+            and self._motion.alt_rel_m > DIRECT_ABOVE_M
+            and not self._motion.sinking(now)
+            and self._motion.has_position(now) is True
+        )
+
+    def look(self, now: float, *, may_start: bool) -> None:
+        """What the agent notices by itself: a pilot who is gone, a tower or a person that stays away.
+
+        `may_start`: whether the mission on board may be flown.
+        """
+        by_hand = self._holder.by_hand
+        self._holder.look(now)
+        if self._hold.open and self._person.gone_s(now) is None and self._hold.open_s(now) >= self._patience_s:
+            self._person.hold_began(now)
+        self._look_for_position(now)
+        self._look_for_foreign_mode(now)
+        self._look_after_pilot(now, by_hand=by_hand)
+        view, motion = self._autopilot, self._motion
+        airborne = view.airborne(now)
+        self._way_home.seen(now, airborne=airborne, percent=motion.battery_percent)
+        loss = Loss(
+            tower_gone_s=self._watch.loss.tower_gone_s(now),
+            person_gone_s=self._person.gone_s(now),
+            stayed=self._person.stayed,
+            ours=airborne and (self._watch.tower_in_this_flight or self._hold.open or not by_hand),
+            custom_mode=view.custom_mode,
+            mission_before_hold=self._holder.mission_before_hold and may_start,
+            drifts=motion.has_position(now) is False,
+            battery_due=self._way_home.due(
+                percent=motion.battery_percent, home_m=motion.home_m, alt_rel_m=motion.alt_rel_m
+            ),
+        )
+        deed = self.lost.tick(now, loss=loss, settings=self.settings, modes=self._modes())
+        if deed not in (None, LossResponse.LEAVE):
+            self._holder.gate.close()
+            self._watch.nobody_needed()
+            self._hold.yield_mode()
+        if deed is LossResponse.STOP_STICKS:
+            self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
+        self._lost_action_done(now)
+
+    @property
+    def _patience_s(self) -> float:
+        """Whoever commands a mode of sticks may take a moment to put a hand on them."""
+        return 0.0 if self._hold.holds else STICKS_COME_WITHIN_S
+
+    def _look_after_pilot(self, now: float, *, by_hand: bool) -> None:
+        if self._hold.take_failed_hand_over():
+            self.hold_now(HoldCause.STICKS_STALE, now, why="the sticks stopped while they were taken up")
+            return
+        if self._holder.wish.open:
+            return
+        kept_centred = self._holder.keeper.for_assistant or (self._hold.sticks_on and not self._hold.holds)
+        alarm = self._watch.alarm(now, settings=self.settings, flown_by_hand=by_hand, kept_centred=kept_centred)
+        if alarm is not None:
+            _log.warning("%s: holding", alarm.why)
+            self.hold_now(alarm.cause, now, why=alarm.why)
+
+    def _look_for_position(self, now: float) -> None:
+        """A hold in a mode that needs a position is over with it: ArduCopter lands 1 s after it has told so."""
+        view, modes = self._autopilot, self._modes()
+        if modes is None or not self._hold.open or self._motion.has_position(now) is not False:
+            return
+        if any(view.custom_mode == mode.custom_mode for mode in (*modes.position_holds, *modes.pauses)):
+            self._hold.back_to_altitude(modes.altitude_hold, now)
+
+    def _look_for_foreign_mode(self, now: float) -> None:
+        """A mode that nobody here asked for: a radio pilot's switch, another ground station, or a failsafe."""
+        if self._hold.foreign_mode(now) is None or self.lost.phase is LostPhase.ASKING:
+            return
+        why = f"the autopilot went to {self._mode_name} by itself, or by another hand"
+        _log.warning("%s", why)
+        if self._holder.by_hand and self._inquiry.has_radio is not True:
+            self.hold_now(HoldCause.PILOT_LOST, now, why=why)
+            return
+        self._hold.overruled(needs_sticks=False, now=now, why=why)
+        if self.going_home:
+            # Nobody flies it still: it stays told until it is down.
+            lands = self.what_it_does == "lands"
+            self.lost.done_by_autopilot(LostAction.LAND if lands else LostAction.RETURN, why)
+            return
+        self._radio_took_over = self._holder.by_hand
+        self._person.flown()
+
+    def _lost_action_done(self, now: float) -> None:
+        if self.lost.phase is LostPhase.DONE and self._hold.open:
+            self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
+
+    def due(self, now: float) -> list[bytes]:
+        """What a hold, the lost action and the holder's wish have to send."""
+        system_id = self._autopilot.system_id or 1
+        frames = self._hold.tick(now, self._flying(now))
+        if self._hold.sticks_on:
+            self._inquiry.sticks_sent(now)
+            self._holder.keeper.others_sent(now)
+        frames += self.lost.due(now, vehicle_system_id=system_id)
+        self._lost_action_done(now)
+        frames += self._holder.wish.due(now, vehicle_system_id=system_id)
+        for line in self.lost.take_notices():
+            _log.warning("%s", line)
+        return frames
+
+    def _flying(self, now: float) -> Flying:
+        view, motion = self._autopilot, self._motion
+        obeys = holds_when_centred(view.kind, view.custom_mode)
+        return Flying(
+            vehicle_system_id=view.system_id or 1,
+            ground_station_system_id=self._inquiry.ground_station_system_id,
+            airborne=view.airborne(now),
+            level=motion.level(now),
+            has_position=motion.has_position(now),
+            still=motion.speed_m_s < STILL_M_S,
+            fast=motion.speed_m_s > FAST_M_S,
+            sinking=motion.sinking(now),
+            low_and_sinking=obeys and view.airborne(now) and motion.low_and_sinking(now),
+            pilot_fresh=self._holder.keeper.person_fresh(now),
+            after_sticks=lambda custom_mode: self._inquiry.after_sticks(view.kind, custom_mode),
+        )
+
+    def record(self) -> HoldRecord | None:
+        """What a process that is started again must know now."""
+        held = self._hold.open
+        if not held and not (self._autopilot.armed and self._watch.hand_on_sticks):
+            return None
+        return HoldRecord(
+            system_id=self._autopilot.system_id or 1,
+            ground_station_system_id=self._inquiry.ground_station_system_id,
+            sticks=self._hold.sticks_on or not held,
+            held=held,
+            why=self._hold.why if held else "",
+            settings=self.settings,
+        )
+
+    @property
+    def _mode_name(self) -> str:
+        view = self._autopilot
+        return mode_name(view.kind, view.vehicle_type, view.custom_mode)
+
+    def _modes(self) -> Modes | None:
+        return modes_of(self._autopilot.kind, self._autopilot.vehicle_type)
+
+    def _rungs(self, now: float) -> tuple[FlightMode, ...]:
+        rungs = hold_rungs(self._modes(), self.settings.hold_ladder)
+        # Without a position the others are accepted for a while, and end in the autopilot's own landing.
+        return rungs[-1:] if self._motion.has_position(now) is False else rungs
+
+    def _stays(self, *, stays_already: bool = False) -> tuple[FlightMode, ...]:
+        """Modes for stage two: the one that there is, if it is stage two's; then those that need nobody's sticks."""
+        modes, view = self._modes(), self._autopilot
+        if modes is None:
+            return ()
+
+        def rank(mode: FlightMode) -> tuple[bool, bool]:
+            after = self._inquiry.after_sticks(view.kind, mode.custom_mode)
+            return not (stays_already and mode.custom_mode == view.custom_mode), after is not AfterSticks.STAYS
+
+        return tuple(sorted(modes.pauses, key=rank))

@@ -1,0 +1,31 @@
+"""What a hold must know of the machine at a tick: plain values, gathered by `failsafe.py`."""
+
+from dataclasses import dataclass
+
+from onboard_agent.failsafe.after_sticks import AfterSticksIn
+from wire.open_holds import AfterSticks
+
+
+def _unknown(custom_mode: int) -> AfterSticks:
+    return AfterSticks.UNKNOWN
+
+
+@dataclass(frozen=True)
+class Flying:
+    """`level`, `has_position`: None where the autopilot does not say."""
+
+    vehicle_system_id: int = 1
+    ground_station_system_id: int = 255
+    airborne: bool = True
+    level: bool | None = True
+    has_position: bool | None = True
+    still: bool = True
+    """Hardly moving over ground."""
+    fast: bool = False
+    """A mode that brakes would overshoot."""
+    sinking: bool = False
+    low_and_sinking: bool = False
+    """It would touch the ground before level sticks arrest it."""
+    pilot_fresh: bool = True
+    """Somebody's own sticks have come just now."""
+    after_sticks: AfterSticksIn = _unknown

@@ -1,0 +1,399 @@
+"""The hold: the machine stays in the air, and where it is, while nobody flies it. No I/O; takes `now`.
+
+Laws, each with a test:
+- From the order on, sticks from the tower pass only once the holder has centred them (`StickGate` holds the rule).
+- Stage one, at once: centred sticks at 20 Hz, and the modes of the drone's ladder in order until one is confirmed
+  (`ModeLadder` holds the rules). Near the ground and sinking the stick climbs first.
+- Stage two, as soon as it can be: a mode that stays put and uses nobody's sticks (`StayStage`). Only when that is
+  confirmed, and the autopilot does not mind, do the sticks stop. They never stop in a mode that uses them.
+- No end by time: it is open until somebody flies, the lost action is done, or a heartbeat younger than the order says
+  that the drone is disarmed (`DisarmProof`), and for some seconds after it an arming is held at once.
+- What the holder of the new epoch commands wins over the hold, when the autopilot shows that it obeys.
+- Each step is reported when it is done, not when it is planned.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+from onboard_agent.autopilot.disarm_proof import DisarmProof
+from onboard_agent.autopilot.flight_modes import FlightMode
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.failsafe.flying import Flying
+from onboard_agent.failsafe.foreign_mode import ForeignMode
+from onboard_agent.failsafe.hold_report import HoldReport
+from onboard_agent.failsafe.hold_table import NEXT, OPEN, WANTS_MODE, HoldEvent, HoldPhase
+from onboard_agent.failsafe.mode_ladder import FAST_FOR_S, LadderStep, ModeLadder
+from onboard_agent.failsafe.stay_stage import StayStage
+from onboard_agent.sticks.held_sticks import HeldSticks
+from wire.control_messages import HoldCause, HoldProgress, HoldStep
+from wire.open_holds import AfterSticks, HoldStage
+
+RUNG_PATIENCE_S: Final = 0.75
+"""Three requests. The longest ladder has come to altitude hold before DEADLINE_S."""
+DEADLINE_S: Final = FAST_FOR_S
+"""By then the tower is told that the hold is unconfirmed."""
+
+_EVENTS: Final = {LadderStep.ACCEPTED: HoldEvent.ACCEPTED, LadderStep.CONFIRMED: HoldEvent.MODE_SHOWN}
+
+
+class Hold:
+    """One at a time. `begin`, then `tick`; feed it heartbeats, acknowledgements and what the holder commands.
+
+    `steps_told`: where the numbers of the steps begin; each process wants another beginning (HoldProgress).
+    """
+
+    def __init__(self, maker: FrameMaker, steps_told: int = 0) -> None:
+        self.phase = HoldPhase.IDLE
+        self.why = ""
+        self.outside_fence = False
+        """The autopilot says that it is beyond its fence: ArduCopter then leaves its mode for no other."""
+        self._sticks = HeldSticks(maker)
+        self._sticks_told = False
+        self._ladder = ModeLadder(maker)
+        self._stay = StayStage(maker)
+        self._rungs: tuple[FlightMode, ...] = ()
+        self._stays: tuple[FlightMode, ...] = ()
+        self._began_at = 0.0
+        self._modes_known = False
+        self._waits = False
+        self._flown = False
+        self._flown_at = 0.0
+        self._hand_over_failed = False
+        self._deadline_told = False
+        self._foreign = ForeignMode()
+        self._proof = DisarmProof(maker)
+        self._report = HoldReport(steps_told)
+
+    @property
+    def sticks_on(self) -> bool:
+        """Whether our sticks go to the autopilot."""
+        return self._sticks.on
+
+    @property
+    def active(self) -> bool:
+        """Whether there is anything left to send."""
+        return self._sticks.on or self.phase in WANTS_MODE or self._stay.wanted
+
+    @property
+    def acting(self) -> bool:
+        """Whether a mode is being asked for, or a hold keeps the sticks centred."""
+        return self.phase in WANTS_MODE or self._stay.asking or (self._sticks.on and self.phase in OPEN)
+
+    @property
+    def open(self) -> bool:
+        """Whether the drone is held, and nobody flies it."""
+        return not self._flown and (self._sticks.on or self.phase in OPEN)
+
+    def open_s(self, now: float) -> float:
+        """Seconds since it was begun, or sticks were kept centred for somebody."""
+        return now - self._began_at
+
+    @property
+    def holds(self) -> bool:
+        """Whether a hold was begun and has not ended, sticks or no sticks."""
+        return self.phase in OPEN
+
+    @property
+    def stage(self) -> HoldStage:
+        """How far it is."""
+        if self._stay.mode is not None:
+            return HoldStage.STAY
+        return HoldStage.ALTITUDE if self.phase is HoldPhase.CONFIRMED else HoldStage.NONE
+
+    @property
+    def waiting_for(self) -> str:
+        """Why stage two is not reached; empty where it is, or is not due."""
+        return "" if self.stage is HoldStage.STAY else self._stay.waiting_for
+
+    def begin(
+        self,
+        *,
+        cause: HoldCause,
+        order_id: int,
+        epoch: int,
+        rungs: Sequence[FlightMode],
+        stays: Sequence[FlightMode],
+        first: Sequence[FlightMode] | None = None,
+        armed: bool,
+        now: float,
+        why: str = "",
+        sticks: bool = True,
+    ) -> None:
+        """Holds now. No rungs, no stays: the vehicle has no such modes. `armed`: or not known to be disarmed.
+
+        `sticks`: false where the drone flies by nobody's sticks: then the modes `first`, else `stays`, are tried first.
+        `why`: the reason for a person, of a hold that nobody ordered.
+        """
+        self._name(cause, order_id, epoch, now, why)
+        self._rungs, self._stays = tuple(rungs), tuple(stays)
+        self._modes_known = bool(rungs)
+        self._sticks.on = False
+        if armed:
+            self._stage_one(now, first=() if sticks else stays if first is None else first)
+        else:
+            self.phase = HoldPhase.WATCHING
+
+    @property
+    def settled(self) -> bool:
+        """Whether a hold is open whose mode is confirmed."""
+        return self.open and self.phase is HoldPhase.CONFIRMED and not self._waits
+
+    def confirm_again(self, *, order_id: int, epoch: int, now: float) -> None:
+        """An order for what is so already."""
+        mode = self._stay.mode or self._ladder.confirmed
+        self._report.begin(cause=HoldCause.ORDER, order_id=order_id, epoch=epoch, now=now)
+        self._report.add(HoldStep.CONFIRMED, mode.name if mode is not None else "", now)
+
+    def stand_aside(self, *, order_id: int, epoch: int, now: float, why: str) -> None:
+        """An order that must not interrupt what the autopilot does by itself."""
+        self._name(HoldCause.ORDER, order_id, epoch, now, why)
+        self.phase = HoldPhase.IDLE
+        self._sticks.on = False
+        self._report.add(HoldStep.NOT_NEEDED, why, now)
+
+    def _name(self, cause: HoldCause, order_id: int, epoch: int, now: float, why: str) -> None:
+        self.why = why
+        self._report.begin(cause=cause, order_id=order_id, epoch=epoch, now=now)
+        self._began_at = now
+        self._waits = self._flown = self._deadline_told = self._sticks_told = False
+        self._foreign.forget()
+        self._proof.begin(now)
+        self._ladder.stop()
+        self._stay.end()
+        if cause is not HoldCause.ORDER:
+            self._report.add(HoldStep.ORDERED, why, now)
+
+    def _stage_one(self, now: float, first: Sequence[FlightMode] = ()) -> None:
+        self.phase = HoldPhase.REQUESTING
+        self._sticks.on = False
+        if not first:
+            self._sticks.begin(now)
+        self._climb((*first, *self._rungs), now)
+
+    def _climb(self, rungs: Sequence[FlightMode], now: float) -> None:
+        self._ladder.climb(rungs, patience_s=RUNG_PATIENCE_S, now=now)
+
+    def modes_became_known(self, rungs: Sequence[FlightMode], stays: Sequence[FlightMode], now: float) -> None:
+        """The autopilot was found only after the hold had begun."""
+        if self.phase in WANTS_MODE and not self._modes_known and rungs:
+            self._modes_known = True
+            self._rungs, self._stays = tuple(rungs), tuple(stays)
+            self._climb(rungs, now)
+
+    def tick(self, now: float, flying: Flying) -> list[bytes]:
+        """Frames to send to the autopilot now."""
+        if self.phase is HoldPhase.WATCHING:
+            return self._prove(now, flying)
+        if not self.active:
+            return []
+        if self._flown and self.phase in WANTS_MODE and self._gives_up(now, flying):
+            return []
+        self._look_at_stage_two(now, flying)
+        frames = self._sticks_due(now, flying)
+        if not self._waits:
+            if self._stay.asking or self.phase not in WANTS_MODE:
+                frames += self._stay.due(now, flying)
+                self._stage_two_reached(now)
+            else:
+                frames += self._ladder.due(now, vehicle_system_id=flying.vehicle_system_id)
+                self._follow_ladder(now)
+                frames += self._stay.due(now, flying)
+        if now - self._began_at >= DEADLINE_S and not self._deadline_told:
+            self._deadline_told = True
+            self._fire(HoldEvent.DEADLINE_PASSED, now, self._why_unconfirmed())
+            if self.phase is HoldPhase.UNCONFIRMED and not self._flown:
+                self._stay.start(self._stays, now)
+        return frames
+
+    def _gives_up(self, now: float, flying: Flying) -> bool:
+        """Whether a mode for a pilot's own sticks is asked for no more: it takes too long, or they have stopped."""
+        stopped = self.phase is HoldPhase.HANDING and not flying.pilot_fresh
+        if not stopped and now - self._flown_at < DEADLINE_S:
+            return False
+        self._hand_over_failed = self.phase is HoldPhase.HANDING
+        self._ladder.stop()
+        self._fire(HoldEvent.OVERRULED, now, "the sticks were taken up")
+        return True
+
+    def take_failed_hand_over(self) -> bool:
+        """True once, where a pilot's sticks stopped before a mode obeyed them, or none does."""
+        failed, self._hand_over_failed = self._hand_over_failed, False
+        return failed
+
+    def _prove(self, now: float, flying: Flying) -> list[bytes]:
+        if self._proof.over(now):
+            self._fire(HoldEvent.WATCHED, now)
+            return []
+        if self._proof.failed(now):
+            self._fire(HoldEvent.ARMED, now)
+            self._stage_one(now)
+            return self._sticks_due(now, flying)
+        return self._proof.due(now, vehicle_system_id=flying.vehicle_system_id)
+
+    def _look_at_stage_two(self, now: float, flying: Flying) -> None:
+        stay = self._stay
+        may_let_go = stay.mode is not None and flying.after_sticks(stay.mode.custom_mode) is AfterSticks.STAYS
+        if may_let_go and not stay.asking:
+            self._sticks.on = False
+        asked = self._ladder.current
+        if asked is not None and asked in self._rungs and asked not in self._stays and not self._flown:
+            self._sticks.on = True  # stage two was tried first, and refused
+
+    def back_to_altitude(self, altitude_hold: FlightMode, now: float) -> None:
+        """The position is lost, in a mode that needs it: stage one, in the mode that needs none."""
+        if self._waits or self._ladder.current == altitude_hold:
+            return
+        self._stay.end()
+        self.phase = HoldPhase.REQUESTING
+        self._sticks.begin(now)
+        self._climb((altitude_hold,), now)
+
+    def _sticks_due(self, now: float, flying: Flying) -> list[bytes]:
+        frames = self._sticks.due(now, flying)
+        if frames and not self._sticks_told and self.phase in OPEN:
+            self._sticks_told = True
+            self._report.add(HoldStep.STICKS_CENTRED, "", now)
+        return frames
+
+    def acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK of the autopilot for MAV_CMD_DO_SET_MODE that is meant for us."""
+        if self._stay.asking:
+            self._stay.acknowledged(ack, now)
+            self._stage_two_reached(now)
+        elif self.phase in WANTS_MODE:
+            self._ladder.acknowledged(ack, now)
+            self._follow_ladder(now)
+
+    def heartbeat(self, *, armed: bool, custom_mode: int, now: float) -> None:
+        """A HEARTBEAT of the autopilot."""
+        if self.phase is HoldPhase.WATCHING:
+            if armed:
+                self._fire(HoldEvent.ARMED, now)
+                self._stage_one(now)
+            elif not self._proof.proved:
+                self._proof.proved = True
+                self._report.add(HoldStep.NOT_NEEDED, "the drone is disarmed", now)
+        elif not armed:
+            self._disarmed(now)
+        elif self.active:
+            if self._stay.asking:
+                self._stay.heartbeat(custom_mode, now)
+                self._stage_two_reached(now)
+            elif self.phase in WANTS_MODE:
+                self._ladder.heartbeat(custom_mode)
+                self._follow_ladder(now)
+        self._look_for_foreign(custom_mode, now)
+
+    def _disarmed(self, now: float) -> None:
+        self._sticks.on = False
+        self._stay.end()
+        self._ladder.stop()
+        self._proof.proved = True
+        self._fire(HoldEvent.DISARMED, now, "the drone is disarmed")
+
+    def foreign_mode(self, now: float) -> int | None:
+        """A mode that nobody here asked for, in which the autopilot has been for a while; None if there is none."""
+        return self._foreign.mode(now)
+
+    def _look_for_foreign(self, custom_mode: int, now: float) -> None:
+        settled = self.phase is HoldPhase.CONFIRMED and not (self._stay.asking or self._waits or self._flown)
+        ours = self._stay.mode or self._ladder.confirmed
+        self._foreign.shown(custom_mode, ours=ours.custom_mode if settled and ours else None, now=now)
+
+    def sticks_come(self, modes: Sequence[FlightMode], now: float) -> None:
+        """The holder's own sticks have come, and were centred: ours stop, once a mode obeys theirs. `modes`: those."""
+        self._sticks.on = False
+        if self._flown:
+            return
+        self._flown = True
+        self._flown_at = now
+        obeys = self._stay.mode is None and not self._stay.asking and self._ladder.current not in self._stays
+        hand_over = not obeys
+        self._stay.end()
+        if hand_over and modes:
+            self.phase = HoldPhase.HANDING
+            self._climb(modes, now)
+        elif self.phase is HoldPhase.CONFIRMED:
+            self.phase = HoldPhase.IDLE
+
+    def wait(self) -> None:
+        """The holder has commanded to fly without sticks: until it is seen what comes of it, no mode is asked for."""
+        self._waits = True
+
+    def go_on(self) -> None:
+        """Nothing came of it."""
+        self._waits = False
+
+    def overruled(self, *, needs_sticks: bool, now: float, why: str = "the holder has commanded otherwise") -> None:
+        """Somebody says how to fly instead. Where that needs sticks, ours are centred until theirs come."""
+        was_open = self.open
+        self._foreign.forget()
+        self._fire(HoldEvent.OVERRULED, now, why)
+        self._stay.end()
+        self._ladder.stop()
+        if not needs_sticks:
+            self._sticks.on = False
+            self._flown = True
+        elif was_open:
+            self.keep_centred(now)
+
+    def keep_centred(self, now: float) -> None:
+        """Sticks are needed and nobody's come: ours are centred until the holder's do."""
+        self.why = "the mode needs sticks, and nobody's come"
+        self._flown = self._waits = False
+        self._began_at = now
+        if not self._sticks.on:
+            self._sticks.begin(now)
+
+    def yield_mode(self) -> None:
+        """Another mode is being asked for: none of the hold's is any more. Sticks stay as they are."""
+        self._ladder.stop()
+        self._stay.end()
+        if self.phase is not HoldPhase.IDLE:
+            self.phase = HoldPhase.CONFIRMED
+
+    def take_progress(self) -> list[HoldProgress]:
+        """The steps done since the last call, in order."""
+        return self._report.take()
+
+    def _follow_ladder(self, now: float) -> None:
+        for step, detail in self._ladder.take_reached():
+            if step is LadderStep.REQUESTED:
+                if self.phase is not HoldPhase.HANDING:
+                    self._report.add(HoldStep.MODE_REQUESTED, detail, now)
+                continue
+            self._fire(_EVENTS[step], now, detail)
+            mode = self._ladder.confirmed
+            if self.phase is HoldPhase.CONFIRMED and mode is not None:
+                self._stage_one_confirmed(mode, now)
+
+    def _stage_one_confirmed(self, mode: FlightMode, now: float) -> None:
+        if self._flown:
+            self.phase = HoldPhase.IDLE
+        elif mode in self._stays:
+            self._stay.is_in(mode, self._stays, now)
+        else:
+            self._stay.start(self._stays, now)
+
+    def _stage_two_reached(self, now: float) -> None:
+        """Stage two may be confirmed where stage one was not."""
+        mode = self._stay.mode
+        if mode is not None and self.phase in WANTS_MODE and not self._stay.asking:
+            self._ladder.stop()
+            self._fire(HoldEvent.ACCEPTED, now, mode.name)
+            self._fire(HoldEvent.MODE_SHOWN, now, mode.name)
+
+    def _why_unconfirmed(self) -> str:
+        if not self._modes_known:
+            return "no altitude-hold mode is known for this vehicle"
+        fence = "; it is outside its fence and may keep its mode until it is inside again" if self.outside_fence else ""
+        return self._ladder.why_not() + fence
+
+    def _fire(self, event: HoldEvent, now: float, detail: str = "") -> None:
+        """Takes the transition that the table has for this event; where it has none, the event means nothing here."""
+        transition = NEXT.get((self.phase, event))
+        if transition is None:
+            return
+        self.phase, step = transition
+        if step is not None:
+            self._report.add(step, detail, now)

@@ -1,0 +1,83 @@
+"""The open hold and the lost action in one message for the tower, and when it is due. No I/O; takes `now`."""
+
+from typing import Final
+
+import msgspec
+
+from onboard_agent.autopilot.autopilot_state import AutopilotView
+from onboard_agent.autopilot.inquiry import Inquiry
+from onboard_agent.autopilot.mode_names import mode_name
+from onboard_agent.failsafe.failsafe import Failsafe
+from onboard_agent.failsafe.hold import Hold
+from wire.open_holds import HoldStage, HoldState, LostPhase
+
+EVERY_S: Final = 5.0
+SAME_COUNT_S: Final = 0.5
+"""A count that runs as it was told is no news."""
+SAME_PERCENT: Final = 5.0
+"""A battery is told in whole percent, and what a flight uses is learnt from that."""
+MAX_TEXT_LENGTH: Final = 300
+
+
+class HoldNews:
+    """Ask `changed` often."""
+
+    def __init__(self, *, autopilot: AutopilotView, hold: Hold, failsafe: Failsafe, inquiry: Inquiry) -> None:
+        self._autopilot = autopilot
+        self._hold = hold
+        self._failsafe = failsafe
+        self._inquiry = inquiry
+        self._told: HoldState | None = None
+        self._told_at = 0.0
+        self._number = 0
+        self._needed_percent = 0.0
+
+    def tell_again(self) -> None:
+        """A new tower link knows nothing."""
+        self._told = None
+
+    def changed(self, now: float) -> HoldState | None:
+        """What to tell the tower, where it differs from what was told last, or that is long ago."""
+        state = self._state()
+        told = self._told
+        if told is not None:
+            going_on = state.open or state.phase is not LostPhase.QUIET
+            if self._same(state, told, now) and not (going_on and now - self._told_at >= EVERY_S):
+                return None
+        self._told, self._told_at = state, now
+        self._number += 1
+        return msgspec.structs.replace(state, number=self._number)
+
+    def _same(self, state: HoldState, told: HoldState, now: float) -> bool:
+        plain = msgspec.structs.replace
+        if plain(state, due_in_s=None) != plain(told, due_in_s=None):
+            return False
+        if state.due_in_s is None or told.due_in_s is None:
+            return state.due_in_s == told.due_in_s
+        return abs(told.due_in_s - (now - self._told_at) - state.due_in_s) < SAME_COUNT_S
+
+    def _state(self) -> HoldState:
+        view, hold, lost = self._autopilot, self._hold, self._failsafe.lost
+        lost_is_known = lost.phase is not LostPhase.QUIET
+        detail = hold.why if hold.open else ""
+        if lost.phase is LostPhase.STAYED:
+            needed_percent = self._failsafe.needed_percent
+            if abs(needed_percent - self._needed_percent) > SAME_PERCENT:
+                self._needed_percent = needed_percent
+            detail = f"it stays; at {self._needed_percent:.0f} % of its battery it goes home"
+        elif lost_is_known:
+            detail = lost.detail
+        return HoldState(
+            number=0,
+            open=hold.open,
+            stage=hold.stage if hold.open else HoldStage.NONE,
+            mode=mode_name(view.kind, view.vehicle_type, view.custom_mode) if view.heard else "",
+            sticks=hold.sticks_on or self._failsafe.keeps_sticks,
+            after_sticks=self._inquiry.after_sticks(view.kind, view.custom_mode),
+            waiting_for=hold.waiting_for[:MAX_TEXT_LENGTH] if hold.open else "",
+            lost=lost.lost if lost_is_known else None,
+            phase=lost.phase,
+            action=lost.action if lost_is_known else None,
+            due_in_s=None if lost.due_in_s is None else round(lost.due_in_s, 2),
+            detail=detail[:MAX_TEXT_LENGTH],
+        )

@@ -1,0 +1,35 @@
+"""Tells the tower the parameters that decide what happens on a loss: when all are read, and on each change. No I/O."""
+
+from typing import Final
+
+from onboard_agent.autopilot.parameters import Parameters
+from wire.control_messages import LossParameters
+from wire.dialect import mavlink
+
+_AUTOPILOTS: Final = {mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: "ardupilot", mavlink.MAV_AUTOPILOT_PX4: "px4"}
+
+
+class LossReport:
+    """Ask `changed` whenever there is a link."""
+
+    def __init__(self) -> None:
+        self._told: LossParameters | None = None
+
+    def changed(self, parameters: Parameters, *, autopilot_kind: int, has_radio: bool | None) -> LossParameters | None:
+        """What to tell the tower, where it differs from what was told last; nothing while they are being read."""
+        if not parameters.all_read:
+            return None
+        report = LossParameters(
+            autopilot=_AUTOPILOTS.get(autopilot_kind, ""),
+            values=parameters.loss_values,
+            complete=parameters.complete,
+            has_radio=has_radio,
+        )
+        if report == self._told:
+            return None
+        self._told = report
+        return report
+
+    def tell_again(self) -> None:
+        """A new tower link knows nothing."""
+        self._told = None

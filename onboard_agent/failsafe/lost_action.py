@@ -1,0 +1,252 @@
+"""What the agent does when the tower, or the person, stays away while the drone is in the air. No I/O.
+
+Laws, each with a test:
+- It counts from the loss, aloud: at ten-second steps, then 5, 4, 3, 2, 1.
+- When the time is up, the tables say what to do. Return that is refused becomes land. Silence is no refusal: return is
+  asked for RUNG_PATIENCE_S before landing is, because where it is there may be water.
+- It is asked for until COMMAND_ACK and HEARTBEAT confirm it, or somebody flies, or the drone is down.
+- "Stay" ends the count for a person, not for the tower. A battery that the way home needs ends either, after
+  BATTERY_NOTICE_S.
+- Once for each loss. When the tower is back nothing is changed by itself.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from onboard_agent.autopilot.flight_modes import FlightMode, Modes
+from onboard_agent.autopilot.own_frames import FrameMaker
+from onboard_agent.failsafe.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
+from onboard_agent.failsafe.mode_ladder import LadderStep, ModeLadder
+from wire.control_messages import SafetySettings
+from wire.open_holds import Lost, LostAction, LostPhase
+
+RUNG_PATIENCE_S: Final = 5.0
+BATTERY_NOTICE_S: Final = 10.0
+"""Nobody is surprised: whoever is there has so long to fly it home."""
+
+_LAST_SECONDS: Final = 5
+_WAITING: Final = frozenset({LostPhase.COUNTING, LostPhase.STAYED})
+_STAYING: Final = frozenset({LostAction.STAY, LostAction.CONTINUE})
+_MODES_NEEDED: Final = frozenset({LossResponse.RETURN, LossResponse.LAND, LossResponse.RESUME_MISSION})
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What there is to know at a tick."""
+
+    tower_gone_s: float
+    """0 while the tower is there."""
+    person_gone_s: float | None = None
+    """None while somebody flies, or need not."""
+    stayed: bool = False
+    """Somebody said "stay", of the person's loss."""
+    ours: bool = True
+    """Armed, in the air, and not flown by a radio pilot alone."""
+    custom_mode: int = 0
+    mission_before_hold: bool = False
+    """We hold because of the loss, and a mission was flown before."""
+    drifts: bool = False
+    """It has no position."""
+    battery_due: bool = False
+    """The battery is at the level that the way home needs."""
+
+
+class LostActing:
+    """`tick` it; it says once which deed begins. Then `due` hands out the requests for the mode."""
+
+    def __init__(self, maker: FrameMaker) -> None:
+        self.phase = LostPhase.QUIET
+        self.lost: Lost | None = None
+        self.due_in_s: float | None = None
+        """Seconds until the action, while it is counted."""
+        self.action: LostAction | None = None
+        """What will be done, is being done, or was done."""
+        self.detail = ""
+        """The last thing that was said."""
+        self._ladder = ModeLadder(maker)
+        self._told_s = 0
+        self._left_alone = False
+        self._battery_at: float | None = None
+        self._notices: list[str] = []
+
+    def tick(self, now: float, *, loss: Loss, settings: SafetySettings, modes: Modes | None) -> LossResponse | None:
+        """Time has passed. Returns the deed in the very call in which it begins."""
+        tower = loss.tower_gone_s >= settings.lost_hold_s
+        person = loss.person_gone_s is not None
+        if not (tower or person):
+            # The tower's silence may be shorter than a hold waits, and the count then has not begun.
+            self._left_alone = False
+            self._end(LostEvent.BACK, "somebody is there")
+        elif not loss.ours:
+            self._end(LostEvent.CALLED_OFF, "the drone is on the ground, or not ours to bring home")
+        else:
+            return self._lost_now(now, loss, settings, modes, tower=tower)
+        return None
+
+    def _lost_now(
+        self, now: float, loss: Loss, settings: SafetySettings, modes: Modes | None, *, tower: bool
+    ) -> LossResponse | None:
+        self.lost = Lost.TOWER if tower else Lost.PERSON
+        if not tower and settings.lost_action in _STAYING:
+            loss = replace(loss, drifts=False)  # the tower sees it, and somebody may help
+        deed = self._battery(now, loss, DEEDS[settings.lost_action, situation(loss, modes)])
+        remaining_s = self._remaining_s(now, loss, settings)
+        if self.phase is LostPhase.QUIET:
+            if deed is LossResponse.LEAVE:
+                if loss.custom_mode == (modes.mission.custom_mode if modes else None):
+                    self._leave_alone()
+                return None
+            self._left_alone = False
+            self._fire(LostEvent.GONE)
+            self._told_s = round(remaining_s)
+            self._say(f"the {self.lost} is lost: {deed} in {remaining_s:.0f} s")
+        if self.phase not in _WAITING:
+            return None
+        self.action = TOLD_AS[deed]
+        self._count_or_stay(deed, said=loss.stayed and not tower and self._battery_at is None)
+        self.due_in_s = max(remaining_s, 0.0) if self.phase is LostPhase.COUNTING else None
+        if self.phase is LostPhase.STAYED:
+            return None
+        if remaining_s > 0.0:
+            self._count(remaining_s, deed)
+            return None
+        if deed is LossResponse.STAY:
+            self._fire(LostEvent.STAY)
+            self._say("it stays until the battery is needed for the way home")
+            self.due_in_s = None
+            return None
+        return self._begin(deed, now, modes)
+
+    def _battery(self, now: float, loss: Loss, deed: LossResponse) -> LossResponse:
+        """What is done where the battery is needed for the way home, and since when it is."""
+        if not loss.battery_due or deed is LossResponse.LEAVE or self.phase not in _WAITING:
+            self._battery_at = None
+            return deed
+        if self._battery_at is None:
+            self._battery_at = now
+            self._say("the battery is needed for the way home")
+        return LossResponse.LAND if loss.drifts or deed is LossResponse.LAND else LossResponse.RETURN
+
+    def _leave_alone(self) -> None:
+        """Its mission is to go on: nothing is counted, and what comes after it may be."""
+        if not self._left_alone:
+            self._left_alone = True
+            self._say(f"the {self.lost} is lost: {LossResponse.LEAVE}")
+
+    def _begin(self, deed: LossResponse, now: float, modes: Modes | None) -> LossResponse:
+        wanted = _wanted(deed, modes)
+        self.due_in_s = None
+        self.action = TOLD_AS[deed]
+        if wanted:
+            self._ladder.climb(wanted, patience_s=RUNG_PATIENCE_S, now=now, keeps_shown=True)
+        self._fire(LostEvent.DUE_MODE if wanted else LostEvent.DUE_NOTHING)
+        none_known = deed in _MODES_NEEDED and not wanted
+        words = ", but no such mode is known for this vehicle" if none_known else ""
+        self._say(f"the {self.lost} stays lost: {deed}{words}")
+        return LossResponse.STOP_STICKS if none_known else deed
+
+    def _count_or_stay(self, deed: LossResponse, *, said: bool) -> None:
+        if self.phase is LostPhase.COUNTING and said:
+            self._fire(LostEvent.STAY)
+            self._say("it stays, as somebody said, until the battery is needed for the way home")
+        elif self.phase is LostPhase.STAYED and not said and deed is not LossResponse.STAY:
+            self._fire(LostEvent.COUNT)
+
+    def _remaining_s(self, now: float, loss: Loss, settings: SafetySettings) -> float:
+        """Of the loss that is older, as far as it counts; less where the battery does not wait."""
+        gone = [loss.tower_gone_s] if loss.tower_gone_s >= settings.lost_hold_s else []
+        if loss.person_gone_s is not None and not loss.stayed:
+            gone.append(loss.person_gone_s)
+        remaining_s = settings.lost_action_s - max(gone, default=0.0)
+        if self._battery_at is None:
+            return remaining_s
+        return min(remaining_s, BATTERY_NOTICE_S - (now - self._battery_at))
+
+    def done_by_autopilot(self, action: LostAction, words: str) -> None:
+        """The autopilot goes home by itself while a person is lost."""
+        self._ladder.stop()
+        self.phase, self.lost, self.action, self.due_in_s = LostPhase.DONE, Lost.PERSON, action, None
+        self._say(words)
+
+    def begin_anew(self) -> None:
+        """A hold begins: what was done about a loss before is over."""
+        self._ladder.stop()
+        self.phase = LostPhase.QUIET
+        self.lost = self.action = self.due_in_s = None
+
+    def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:
+        """Requests to send now."""
+        if self.phase is not LostPhase.ASKING:
+            return []
+        frames = self._ladder.due(now, vehicle_system_id=vehicle_system_id)
+        self._follow_ladder()
+        return frames
+
+    def acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK for MAV_CMD_DO_SET_MODE that is meant for us."""
+        if self.phase is LostPhase.ASKING:
+            self._ladder.acknowledged(ack, now)
+            self._follow_ladder()
+
+    def heartbeat(self, custom_mode: int) -> None:
+        """A HEARTBEAT of the autopilot."""
+        if self.phase is LostPhase.ASKING:
+            self._ladder.heartbeat(custom_mode)
+            self._follow_ladder()
+
+    def take_notices(self) -> list[str]:
+        """Lines for the log since the last call."""
+        notices, self._notices = self._notices, []
+        return notices
+
+    def _follow_ladder(self) -> None:
+        for step, detail in self._ladder.take_reached():
+            self._say(f"{detail} {step}")
+            if step is LadderStep.CONFIRMED:
+                self._fire(LostEvent.CONFIRMED)
+
+    def _count(self, remaining_s: float, deed: LossResponse) -> None:
+        whole_s = int(remaining_s) + 1
+        if whole_s < self._told_s and (whole_s <= _LAST_SECONDS or whole_s % 10 == 0):
+            self._say(f"the {self.lost} is lost: {deed} in {whole_s} s")
+        self._told_s = min(self._told_s, whole_s)
+
+    def _end(self, event: LostEvent, why: str) -> None:
+        if self.phase is LostPhase.QUIET:
+            return
+        self._say(f"{why}; it was {self.phase}")
+        self._fire(event)
+        self._ladder.stop()
+        self.lost = self.action = self.due_in_s = None
+
+    def _fire(self, event: LostEvent) -> None:
+        self.phase = NEXT.get((self.phase, event), self.phase)
+
+    def _say(self, line: str) -> None:
+        self.detail = line
+        self._notices.append(line)
+
+
+def situation(loss: Loss, modes: Modes | None) -> Situation:
+    """What the drone is doing."""
+    if modes is None:
+        return Situation.OTHERWISE
+    if any(loss.custom_mode == mode.custom_mode for mode in modes.going_home):
+        return Situation.GOING_HOME
+    if loss.drifts:
+        return Situation.NO_POSITION
+    if loss.custom_mode == modes.mission.custom_mode:
+        return Situation.ON_MISSION
+    return Situation.HELD_ON_MISSION if loss.mission_before_hold else Situation.OTHERWISE
+
+
+def _wanted(deed: LossResponse, modes: Modes | None) -> tuple[FlightMode, ...]:
+    if modes is None:
+        return ()
+    if deed is LossResponse.RETURN:
+        return (modes.return_, modes.land)
+    if deed is LossResponse.LAND:
+        return (modes.land,)
+    if deed is LossResponse.RESUME_MISSION:
+        return (modes.mission,)
+    return ()

@@ -1,0 +1,206 @@
+"""Asks the autopilot for flight modes in order of preference, until it is in one of them. No I/O.
+
+Laws, each with a test:
+- A mode is believed only when a COMMAND_ACK has accepted it *and* a heartbeat after the request shows it.
+- A rung is asked for again every RETRY_S. It is left for the next one at once when the autopilot refuses it, or when it
+  is not confirmed within the ladder's patience. The last rung is never left, but in time asked for more slowly.
+- COMMAND_ACK does not say which mode it is about, so answers are matched with requests in their order. Where several
+  rungs wait for an answer, an acceptance may be any of theirs, and the next heartbeat tells whose it was.
+- What is accepted but not shown is asked to be shown: ArduPilot beats at once when its mode changes, PX4 waits for the
+  next second, and neither beats where there was nothing to change.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Final, NamedTuple
+
+from onboard_agent.autopilot.flight_modes import FlightMode
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request_message, set_mode
+from wire.dialect import mavlink
+
+RETRY_S: Final = 0.25
+LATE_RETRY_S: Final = 1.0
+"""Still worth asking, no longer worth flooding a slow line."""
+FAST_FOR_S: Final = 3.0
+IN_PROGRESS_WAIT_S: Final = 1.0
+SHOW_RETRY_S: Final = 0.05
+"""It may be asked for before the mode has changed. Within the patience for a rung only, then with each request."""
+
+
+class LadderStep(StrEnum):
+    """What has been reached with one rung."""
+
+    REQUESTED = "requested"
+    ACCEPTED = "accepted"
+    CONFIRMED = "confirmed"
+
+
+class Reached(NamedTuple):
+    """A step, and the words for it: the mode's name first."""
+
+    step: LadderStep
+    detail: str
+
+
+@dataclass
+class _Rung:
+    mode: FlightMode
+    requests: int = 0
+    unanswered: int = 0
+    accepted: bool = False
+    refusal: str = ""
+
+    def why_not(self) -> str:
+        if self.accepted:
+            return f"{self.mode.name} was accepted, but the heartbeat does not show it"
+        if self.refusal:
+            return f"the autopilot refuses {self.mode.name}: {self.refusal}"
+        return f"no answer from the autopilot to {self.mode.name}"
+
+
+class ModeLadder:
+    """`climb`, then `due` at each tick; feed it acknowledgements and heartbeats; `take_reached` after each."""
+
+    def __init__(self, maker: FrameMaker) -> None:
+        self._maker = maker
+        self._rungs: list[_Rung] = []
+        self._current = 0
+        self._asking = False
+        self._keeps_shown = False
+        self._patience_s = 0.0
+        self._began_at = 0.0
+        self._leave_at = 0.0
+        self._next_request_at = 0.0
+        self._next_show_at = 0.0
+        self._shown: int | None = None
+        self._reached: list[Reached] = []
+        self.confirmed: FlightMode | None = None
+        """The rung that was confirmed last."""
+
+    def climb(self, modes: Sequence[FlightMode], *, patience_s: float, now: float, keeps_shown: bool = False) -> None:
+        """From the first rung on. Whatever was asked for before is forgotten.
+
+        `keeps_shown`: a rung that heartbeats show is not left for want of an answer. Only where the machine was in none
+        of these modes before.
+        """
+        self._keeps_shown = keeps_shown
+        self._rungs = [_Rung(mode) for mode in modes]
+        self._asking = bool(modes)
+        self._patience_s = patience_s
+        self._began_at = now
+        self._current = 0
+        self._shown = None
+        self._reached = []
+        self._begin_rung(now)
+
+    def stop(self) -> None:
+        """Asks for nothing more."""
+        self._asking = False
+
+    @property
+    def asking(self) -> bool:
+        """Whether there is something to ask for, and it is not confirmed."""
+        return self._asking
+
+    @property
+    def current(self) -> FlightMode | None:
+        """The mode that is asked for now."""
+        return self._rungs[self._current].mode if self._asking else None
+
+    @property
+    def all_refuse(self) -> bool:
+        """Whether the autopilot has refused each rung, and accepted none."""
+        return all(rung.refusal and not rung.accepted for rung in self._rungs)
+
+    def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:
+        """Requests to send now."""
+        if not self._asking:
+            return []
+        rung = self._rungs[self._current]
+        patient = self._keeps_shown and self._shown == rung.mode.custom_mode
+        if rung.requests and now >= self._leave_at and not self._on_last_rung and not patient:
+            rung = self._next_rung(now)
+        messages: list[Any] = []
+        asks = now >= self._next_request_at
+        if asks:
+            late = now - self._began_at >= FAST_FOR_S
+            self._next_request_at = now + (LATE_RETRY_S if late else RETRY_S)
+            messages.append(set_mode(vehicle_system_id, rung.mode.command_parameters, confirmation=rung.requests))
+            rung.requests += 1
+            rung.unanswered += 1
+            if rung.requests == 1:
+                before = f" ({self._rungs[self._current - 1].why_not()})" if self._current else ""
+                self._reached.append(Reached(LadderStep.REQUESTED, rung.mode.name + before))
+        if rung.accepted and (asks or self._next_show_at <= now < self._leave_at):
+            self._next_show_at = now + SHOW_RETRY_S
+            messages.append(request_message(vehicle_system_id, mavlink.MAVLINK_MSG_ID_HEARTBEAT, confirmation=0))
+        return [self._maker.make(message, agent_sender(vehicle_system_id)) for message in messages]
+
+    def acknowledged(self, ack: Any, now: float) -> None:
+        """A COMMAND_ACK of the autopilot for MAV_CMD_DO_SET_MODE that is meant for us."""
+        waiting = [rung for rung in self._rungs if rung.unanswered]
+        if not self._asking or not waiting:
+            return
+        if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
+            self._next_request_at = now + IN_PROGRESS_WAIT_S
+            self._leave_at = max(self._leave_at, now + IN_PROGRESS_WAIT_S)
+            return
+        oldest, newest = waiting[0], waiting[-1]
+        oldest.unanswered -= 1
+        if ack.result != mavlink.MAV_RESULT_ACCEPTED:
+            oldest.refusal = result_name(ack.result)
+            if oldest is self._rungs[self._current] and not self._on_last_rung:
+                self._next_rung(now)
+            return
+        known = newest.accepted
+        for rung in waiting:
+            rung.accepted = True
+        if not known:
+            self._reached.append(Reached(LadderStep.ACCEPTED, newest.mode.name))
+        # What was shown before an answer that may be another rung's proves nothing about that one.
+        if self._shown == newest.mode.custom_mode:
+            self._confirm(newest)
+
+    def heartbeat(self, custom_mode: int) -> None:
+        """A HEARTBEAT of the autopilot, armed."""
+        if not self._asking:
+            return
+        self._shown = custom_mode
+        for rung in self._rungs:
+            if rung.accepted and rung.mode.custom_mode == custom_mode:
+                self._confirm(rung)
+                return
+
+    def why_not(self) -> str:
+        """Why none is confirmed, rung by rung."""
+        return "; ".join(rung.why_not() for rung in self._rungs if rung.requests)
+
+    def take_reached(self) -> list[Reached]:
+        """The steps since the last call, in order."""
+        reached, self._reached = self._reached, []
+        return reached
+
+    @property
+    def _on_last_rung(self) -> bool:
+        return self._current == len(self._rungs) - 1
+
+    def _next_rung(self, now: float) -> _Rung:
+        self._current += 1
+        self._begin_rung(now)
+        return self._rungs[self._current]
+
+    def _begin_rung(self, now: float) -> None:
+        self._next_request_at = self._next_show_at = now
+        self._leave_at = now + self._patience_s
+
+    def _confirm(self, rung: _Rung) -> None:
+        self._asking = False
+        self.confirmed = rung.mode
+        self._reached.append(Reached(LadderStep.CONFIRMED, rung.mode.name))
+
+
+def result_name(result: int) -> str:
+    """MAV_RESULT in words."""
+    entry = mavlink.enums["MAV_RESULT"].get(result)
+    return str(entry.name).removeprefix("MAV_RESULT_") if entry is not None else f"result {result}"

@@ -1,0 +1,1 @@
+"""Signing in, and staying linked to the tower. No I/O but for the identity file."""

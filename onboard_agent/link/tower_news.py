@@ -1,0 +1,84 @@
+"""What is due to the tower on the control channel: each thing when it has changed, all again on a new link. No I/O.
+
+The steps of a hold are kept while there is no link; everything else is told as it is when there is one.
+"""
+
+import logging
+from collections import deque
+from collections.abc import Sequence
+from typing import Final
+
+from onboard_agent.autopilot.autopilot_state import AutopilotView
+from onboard_agent.autopilot.inquiry import Inquiry
+from onboard_agent.failsafe.hold import Hold
+from onboard_agent.failsafe.hold_news import HoldNews
+from onboard_agent.telemetry.telemetry_stream import TelemetryStream
+from onboard_agent.work import WorkAtDrone
+from wire.control_messages import HoldProgress, ToTower
+from wire.open_holds import OPEN_HOLDS
+
+_log = logging.getLogger(__name__)
+
+PROGRESS_KEPT: Final = 32
+"""Steps of a hold that wait for a link: four holds' worth. The oldest go first; what counts is how it ended."""
+
+ROOM: Final = 32
+"""Messages about work at the drone that may be handed out at once."""
+
+
+class TowerNews:
+    """Knows whom to ask. Take what is due with `take`, often."""
+
+    def __init__(
+        self,
+        *,
+        autopilot: AutopilotView,
+        hold: Hold,
+        hold_news: HoldNews,
+        inquiry: Inquiry,
+        stream: TelemetryStream,
+        work: WorkAtDrone,
+    ) -> None:
+        self._autopilot = autopilot
+        self._hold = hold
+        self._hold_news = hold_news
+        self._inquiry = inquiry
+        self._stream = stream
+        self._work = work
+        self._linked = False
+        self._takes_holds = False
+        self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
+
+    def link_up(self, takes: Sequence[str]) -> None:
+        """A new link, which knows nothing. `takes`: of the tower's welcome."""
+        self._takes_holds = OPEN_HOLDS in takes
+        self.resumed()
+
+    def resumed(self) -> None:
+        """The link goes on with another control channel: what was told on the last may be lost."""
+        self._linked = True
+        self._hold_news.tell_again()
+        self._autopilot.tell_again()
+        self._inquiry.tell_again()
+        self._stream.tell_again()
+
+    def link_down(self) -> None:
+        """Nobody to tell."""
+        self._linked = False
+
+    def take(self, now: float, room: int) -> list[ToTower]:
+        """Messages in order; none while there is no link. `room`: at most so many about work at the drone."""
+        for step in self._hold.take_progress():
+            _log.info("hold: %s %s", step.step, step.detail)
+            self._progress.append(step)
+        if not self._linked:
+            return []
+        messages: list[ToTower] = list(self._progress)
+        self._progress.clear()
+        news = (
+            self._autopilot.changed(now),
+            self._hold_news.changed(now) if self._takes_holds else None,
+            self._stream.changed(),
+            self._inquiry.loss_report(self._autopilot.kind) if self._autopilot.heard else None,
+        )
+        return [*messages, *(one for one in news if one is not None), *self._work.news(room=room)]

@@ -1,0 +1,1 @@
+"""Connections to the tower: thin shells around `link`."""

@@ -1,0 +1,105 @@
+"""A TCP connection to the tower by whichever uplink takes it first. A thin shell.
+
+Where there is more than one way (several uplinks, several addresses of the name), the next one is tried a quarter of a
+second after the last, without giving that up (after RFC 8305): an uplink that is dead costs no more than that.
+"""
+
+import asyncio
+import ipaddress
+import socket
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
+
+from onboard_agent.link.tower_url import TowerUrl
+from onboard_agent.sockets.data_socket import bind_to_uplink
+
+RESOLVE_WITHIN_S: Final = 2.0
+CONNECT_WITHIN_S: Final = 2.0
+NEXT_WAY_AFTER_S: Final = 0.25
+UNSENT_BYTES: Final = 8192
+"""What may wait in the kernel (TCP_NOTSENT_LOWAT). Datagrams travel here where UDP is blocked: what cannot leave shall
+wait where it can still be thrown away."""
+
+
+class Unreachable(Exception):
+    """No way led to the tower, with the reason for a person."""
+
+
+class _Way(NamedTuple):
+    uplink: str
+    family: int
+    address: Any
+    """As getaddrinfo gives it."""
+
+
+async def connect_tcp(url: TowerUrl, uplinks: Sequence[str], host: str | None = None) -> socket.socket:
+    """A connected, non-blocking socket. Without TLS only loopback addresses are tried. Raises Unreachable.
+
+    `uplinks`: as `DataSocket` takes them, the best first. `host`: the address to go to, where it is known already: a
+    name might be asked for by the uplink that is dead.
+    """
+    loop = asyncio.get_running_loop()
+    try:
+        async with asyncio.timeout(RESOLVE_WITHIN_S):
+            found = await loop.getaddrinfo(host or url.host, url.port, type=socket.SOCK_STREAM)
+    except (OSError, TimeoutError):
+        raise Unreachable(f"the name {url.host} cannot be resolved") from None
+    ways = [
+        _Way(uplink, family, address)
+        for uplink in uplinks
+        for family, _, _, _, address in found
+        if url.secure or ipaddress.ip_address(address[0]).is_loopback
+    ]
+    if not ways:
+        raise Unreachable(f"{url} cannot be reached: its name has no address that may be used")
+    return await _first_of(url, ways)
+
+
+async def _first_of(url: TowerUrl, ways: Sequence[_Way]) -> socket.socket:
+    trying: set[asyncio.Task[socket.socket]] = set()
+    reason = ""
+    left = list(ways)
+    try:
+        while left or trying:
+            if left:
+                trying.add(asyncio.create_task(_connect(left.pop(0))))
+            done, trying = await asyncio.wait(
+                trying, timeout=NEXT_WAY_AFTER_S if left else None, return_when=asyncio.FIRST_COMPLETED
+            )
+            for task in done:
+                error = task.exception()
+                if error is None:
+                    trying |= done - {task}  # two at once: the other is closed below
+                    return task.result()
+                reason = _in_words(error)
+    finally:
+        for task in trying:
+            task.cancel()
+        for ended in await asyncio.gather(*trying, return_exceptions=True):
+            if isinstance(ended, socket.socket):
+                ended.close()
+    raise Unreachable(f"{url} cannot be reached: {reason}")
+
+
+async def _connect(way: _Way) -> socket.socket:
+    opened = socket.socket(way.family, socket.SOCK_STREAM)
+    try:
+        opened.setblocking(False)
+        if way.uplink:
+            bind_to_uplink(opened, way.uplink)
+        async with asyncio.timeout(CONNECT_WITHIN_S):
+            await asyncio.get_running_loop().sock_connect(opened, way.address)
+        opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        opened.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, UNSENT_BYTES)
+    except BaseException:
+        opened.close()
+        raise
+    return opened
+
+
+def _in_words(error: BaseException) -> str:
+    if isinstance(error, TimeoutError):
+        return "no answer"
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    raise error

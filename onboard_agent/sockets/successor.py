@@ -1,0 +1,63 @@
+"""Watches one control channel of a link, and opens the one that takes its place. A thin shell around `succession`."""
+
+import asyncio
+import logging
+from collections.abc import Awaitable, Callable, Sequence
+from typing import Final
+
+from onboard_agent.link.backoff import Backoff
+from onboard_agent.link.succession import Need, Succession
+from onboard_agent.sockets.control_channel import NoLink, OpenedChannel
+from onboard_agent.sockets.data_channel import DataChannel
+
+_log = logging.getLogger(__name__)
+
+LOOK_EACH_S: Final = 0.1
+
+OpenAnother = Callable[[OpenedChannel, Sequence[str]], Awaitable[OpenedChannel]]
+"""Opens a control channel for the link of the one given, by the first of these uplinks that leads to the tower."""
+
+
+async def successor(
+    opened: OpenedChannel, data: DataChannel, reading: asyncio.Task[None], open_another: OpenAnother
+) -> OpenedChannel | None:
+    """The next control channel, once there is one: of the same link, or of a new one if the tower wants it so. None
+    where the link has ended. `reading`: done when the control channel `opened` has ended."""
+    loop = asyncio.get_running_loop()
+    succession = Succession(Backoff(), loop.time())
+    local_address = str(opened.connection.local_address[0])
+    ended = False
+    attempt: asyncio.Task[OpenedChannel] | None = None
+    try:
+        while True:
+            now = loop.time()
+            if reading.done() and not ended:
+                ended = True
+                succession.ended(opened.connection.close_code, now)
+            if attempt is not None and attempt.done():
+                try:
+                    return attempt.result()
+                except NoLink as error:
+                    _log.info("no other control channel yet: %s", error)
+                    attempt = None
+                    succession.failed(now)
+            need = succession.need(
+                silent_s=data.silent_s(now),
+                over_udp=data.over_udp,
+                uplink_silent=data.is_cut_off(local_address, now),
+                now=now,
+            )
+            if need is Need.END:
+                return None
+            if need is Need.ANOTHER and attempt is None:
+                _log.warning("the control channel %s; opening another", "is lost" if ended else "is cut off")
+                attempt = asyncio.ensure_future(open_another(opened, data.uplinks_that_work(now)))
+            waiting = [one for one in (reading, attempt) if one is not None and not one.done()]
+            if waiting:
+                await asyncio.wait(waiting, timeout=LOOK_EACH_S, return_when=asyncio.FIRST_COMPLETED)
+            else:
+                await asyncio.sleep(LOOK_EACH_S)
+    finally:
+        if attempt is not None:
+            attempt.cancel()
+            await asyncio.gather(attempt, return_exceptions=True)

@@ -1,0 +1,377 @@
+"""The link to the tower: kept up for as long as the process lives. The asyncio shell around `wire.sealed_link`."""
+
+import asyncio
+import contextlib
+import logging
+import secrets
+import time
+from collections import Counter, deque
+from collections.abc import Sequence
+from typing import Final, Protocol
+
+from websockets.asyncio.client import ClientConnection
+from websockets.exceptions import ConnectionClosed
+
+from onboard_agent.link.backoff import STEADY_S, Backoff
+from onboard_agent.link.identity import Identity
+from onboard_agent.link.tower_url import TowerUrl
+from onboard_agent.sockets.control_channel import CredentialRefused, NoLink, OpenedChannel, open_channel
+from onboard_agent.sockets.data_channel import DataChannel
+from onboard_agent.sockets.data_socket import ANY_UPLINK
+from onboard_agent.sockets.successor import successor
+from onboard_agent.telemetry.auto_profile import LOSS_NOW_OVER_S, LOSS_OVER_S, Measured
+from wire.content import MAX_URGENT_BYTES, Frames
+from wire.control_messages import (
+    AutopilotState,
+    ControlChanged,
+    HoldOrder,
+    HoldProgress,
+    MalformedMessage,
+    ToAgent,
+    ToTower,
+    Welcome,
+    decode_to_agent,
+    encode_message,
+)
+from wire.drops import DropReason
+from wire.following import FOLLOW, FOLLOW_PERSON, LeaderPosition
+from wire.ids import DroneId, Epoch
+from wire.open_holds import OPEN_HOLDS, Stay
+from wire.parameter_metadata import PARAMETER_METADATA
+from wire.transactions import TRANSACTIONS
+from wire.video import ClockAnswer, ClockProbe
+
+_log = logging.getLogger(__name__)
+
+REFUSED_RETRY_S: Final = 30.0
+"""A refused key is not cured by asking often."""
+
+REPLACED_RETRY_S: Final = 5.0
+"""Two agents with one key would otherwise throw each other out many times a second."""
+
+REPLACED_CODE: Final = 4409
+
+URGENT_COPIES_AFTER_S: Final = (0.005, 0.03, 0.1)
+"""Further copies of an urgent message: a little apart, since losses come in a row."""
+
+STATE_AGAIN_S: Final = 1.0
+"""So often the autopilot's state is told over the data channel while there is no control channel."""
+
+PROGRESS_KEPT: Final = 32
+"""Steps of holds that are told again on another control channel of the same link. The tower counts each once."""
+
+OUTBOX: Final = 64
+"""Messages that wait for the control channel. A tower that cannot take these is dead: the link is given up."""
+
+
+class LinkUser(Protocol):
+    """Who is told what happens on the link."""
+
+    def link_up(self, welcome: Welcome) -> None:
+        """Signed in; the data channel is open."""
+
+    def link_down(self) -> None:
+        """The link that was up is gone."""
+
+    def link_resumed(self) -> None:
+        """The link that is up has another control channel, on which everything is to be told anew."""
+
+    def message(self, message: ToAgent) -> None:
+        """A message of the control channel."""
+
+    def frames(self, frames: Frames) -> None:
+        """Frames of the data channel: authentic and fresh, not yet checked for drone and epoch."""
+
+    def tower_heard(self) -> None:
+        """Any authentic datagram."""
+
+
+class TowerLink:
+    """Run it; send through it. Whatever is sent while there is no link is dropped and counted, never queued."""
+
+    def __init__(
+        self,
+        url: TowerUrl,
+        identity: Identity,
+        user: LinkUser,
+        uplinks: Sequence[str] = (ANY_UPLINK,),
+        takes: Sequence[str] = (),
+    ) -> None:
+        """`takes`: what the hello says besides what every agent takes."""
+        self._url = url
+        self._takes = (TRANSACTIONS, FOLLOW, FOLLOW_PERSON, OPEN_HOLDS, PARAMETER_METADATA, *takes)
+        self._identity = identity
+        self._user = user
+        self._process = secrets.randbelow(0xFFFFFFFF) + 1
+        self._backoff = Backoff()
+        self._opened: OpenedChannel | None = None
+        self._uplinks = uplinks
+        self._ways = (*uplinks, ANY_UPLINK) if len(uplinks) > 1 else (ANY_UPLINK,)
+        """Of the control channel: by one of several uplinks, or as the routes say."""
+        self._data: DataChannel | None = None
+        self._outbox: deque[ToTower] = deque()
+        self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
+        """Of this link, the newest."""
+        self._untold: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
+        """Said while there was no control channel. If the link ends without another one, the next link tells it."""
+        self._state: AutopilotState | None = None
+        """As last told on this link."""
+        self._reading: asyncio.Task[None] | None = None
+        """Of the control channel; done when that has ended."""
+        self._something_to_write = asyncio.Event()
+        self._loop = asyncio.get_running_loop()
+        self._last_reason = ""
+        self.closely = True
+        """Whether it must be noticed at once that the tower is silent."""
+        self.counts: Counter[str] = Counter()
+        """Datagrams and frames not passed on, by reason."""
+
+    @property
+    def drone_id(self) -> DroneId:
+        """The drone that the agent is of."""
+        return self._identity.drone_id
+
+    @property
+    def ticket(self) -> str:
+        """What to show with requests by HTTP; empty while there is no link."""
+        if self._opened is None:
+            return ""
+        credential = self._identity.credential
+        return self._opened.welcome.ticket or (str(credential) if credential is not None else "")
+
+    @property
+    def up(self) -> bool:
+        """Whether there is a link now."""
+        return self._opened is not None
+
+    @property
+    def room(self) -> int:
+        """How many more messages, of those that can wait, may be sent: half of the outbox is for the others."""
+        return max(0, OUTBOX // 2 - len(self._outbox))
+
+    @property
+    def rtt_s(self) -> float | None:
+        """The round trip to the tower, smoothed; None while there is none."""
+        return None if self._opened is None else self._opened.sealed.keepalive.rtt_s
+
+    def measured(self, now: float) -> Measured | None:
+        """How the link is; None while there is none. What the tower does not tell (yet, or because nothing comes
+        through) is judged by the pings that nobody answered."""
+        if self._opened is None:
+            return None
+        sealed = self._opened.sealed
+        losses = (sealed.quality.over(window_s, now).loss_sent for window_s in (LOSS_OVER_S, LOSS_NOW_OVER_S))
+        loss, loss_now = (sealed.keepalive.loss if loss is None else loss for loss in losses)
+        rtt_s = None if sealed.keepalive.rtt_s is None else sealed.keepalive.rtt_now_s(now)
+        return Measured(loss, loss_now, rtt_s)
+
+    async def run(self) -> None:
+        """Keeps a link up until cancelled."""
+        opened: OpenedChannel | None = None
+        while True:
+            delay_s = self._backoff.next_delay_s()
+            try:
+                if opened is None:
+                    opened = await self._open(self._ways)
+            except CredentialRefused as error:
+                self._say_once(f"{error}; asking again every {REFUSED_RETRY_S:.0f} s")
+                delay_s = REFUSED_RETRY_S
+            except NoLink as error:
+                self._say_once(f"{error}; trying on")
+            else:
+                self._last_reason = ""
+                up_at = self._loop.time()
+                code, opened = await self._live(opened)
+                if self._loop.time() - up_at >= STEADY_S:
+                    self._backoff.reset()
+                delay_s = self._backoff.next_delay_s()
+                if code == REPLACED_CODE:
+                    _log.error("another agent has signed in as this drone; waiting")
+                    delay_s = REPLACED_RETRY_S
+            if opened is None:
+                await asyncio.sleep(delay_s)
+
+    def _say_once(self, reason: str) -> None:
+        if reason != self._last_reason:
+            _log.warning("no link: %s", reason)
+            self._last_reason = reason
+
+    def _data_channel(self, opened: OpenedChannel) -> DataChannel:
+        return DataChannel(
+            opened.sealed,
+            host=opened.host,
+            port=opened.welcome.udp_port,
+            uplinks=self._uplinks,
+            user=self._user,
+            urgent=self._urgent,
+            wake_writer=self._something_to_write.set,
+            counts=self.counts,
+            closely=lambda: self.closely or self._has_no_channel,
+        )
+
+    async def _live(self, opened: OpenedChannel) -> tuple[int | None, OpenedChannel | None]:
+        """From link up to link down. Returns the code with which the tower closed, if it did, and the new link that the
+        tower has given us instead, if it has."""
+        data = self._data_channel(opened)
+        running: list[asyncio.Task[None]] = []
+        following: OpenedChannel | None = None
+        try:
+            await data.open()
+            self._opened, self._data = opened, data
+            self._outbox, self._progress = deque(self._untold), deque(self._untold, PROGRESS_KEPT)
+            self._untold.clear()
+            self._state = None
+            _log.info("link up: drone %d (%s)", opened.welcome.drone_id, opened.welcome.name)
+            self._user.link_up(opened.welcome)
+            running = [asyncio.create_task(data.run()), asyncio.create_task(self._tell_state_again())]
+            while (following := await self._serve(opened, data)) is not None and following.sealed is opened.sealed:
+                opened.connection.transport.abort()
+                opened = self._opened = following
+                self._resumed()
+        except OSError as error:
+            _log.warning("the data channel cannot be opened: %s", error)
+        finally:
+            for task in running:
+                task.cancel()
+            data.close()
+            if self._data is data:
+                self._opened = self._data = None
+                self._user.link_down()
+            if following is not None:
+                opened.connection.transport.abort()
+            await opened.connection.close()
+            _log.warning("link lost: %s", opened.connection.close_reason or opened.connection.close_code)
+        return opened.connection.close_code, following
+
+    def _resumed(self) -> None:
+        """What was written last may be lost with the old control channel: all is told once more."""
+        _log.warning("the link goes on, with another control channel")
+        self._outbox = deque(self._progress)
+        self._untold.clear()
+        self._user.link_resumed()
+
+    async def _serve(self, opened: OpenedChannel, data: DataChannel) -> OpenedChannel | None:
+        """One control channel, until there is one to take its place; None: the link has ended with it."""
+        reading = self._reading = asyncio.create_task(self._read(opened.connection, data))
+        writing = asyncio.create_task(self._write(opened.connection, data))
+        try:
+            return await successor(opened, data, reading, self._open_another)
+        finally:
+            reading.cancel()
+            writing.cancel()
+
+    async def _open_another(self, opened: OpenedChannel, uplinks: Sequence[str]) -> OpenedChannel:
+        return await self._open(uplinks or self._ways, resuming=opened)
+
+    async def _open(self, uplinks: Sequence[str], *, resuming: OpenedChannel | None = None) -> OpenedChannel:
+        return await open_channel(
+            self._url,
+            self._identity,
+            uplinks=uplinks,
+            resuming=resuming,
+            process=self._process,
+            takes=self._takes,
+        )
+
+    async def _read(self, connection: ClientConnection, data: DataChannel) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            async for text in connection:
+                if isinstance(text, bytes):
+                    data.from_websocket(text)
+                    continue
+                try:
+                    message = decode_to_agent(text)
+                except MalformedMessage as error:
+                    _log.error("the tower sent a message that is none: %s", error)
+                    await connection.close(1008, "malformed message")
+                    return
+                if not isinstance(message, ClockProbe):
+                    self._user.message(message)
+                elif self.room:  # late it would be of no use
+                    self._outbox.appendleft(_clock_answer(message))
+                    self._something_to_write.set()
+
+    async def _write(self, connection: ClientConnection, data: DataChannel) -> None:
+        """Messages first; then what the data channel has for the WebSocket, as fast as it takes it."""
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                if self._outbox:
+                    await connection.send(encode_message(self._outbox.popleft()))
+                elif (datagram := data.lane.take(self._loop.time())) is not None:
+                    await connection.send(datagram)
+                else:
+                    self._something_to_write.clear()
+                    await self._something_to_write.wait()
+
+    def _urgent(self, text: bytes) -> None:
+        try:
+            message = decode_to_agent(text)
+        except MalformedMessage:
+            self.counts[DropReason.BAD_CONTENT] += 1
+            return
+        if isinstance(message, ClockProbe):
+            if self._data is not None:
+                self._data.send_urgent(encode_message(_clock_answer(message)).encode())
+        elif isinstance(message, (HoldOrder, ControlChanged, LeaderPosition, Stay)):
+            self._user.message(message)
+
+    def _send_urgent(self, message: ToTower) -> None:
+        """How a hold goes must not wait until TCP has noticed a lost packet: it goes over the data channel as well."""
+        text = encode_message(message).encode()
+        if len(text) > MAX_URGENT_BYTES:
+            return
+        self._send_copy(self._opened, text)
+        for delay_s in URGENT_COPIES_AFTER_S:
+            self._loop.call_later(delay_s, self._send_copy, self._opened, text)
+
+    def _send_copy(self, opened: OpenedChannel | None, text: bytes) -> None:
+        if opened is not None and self._data is not None and opened.sealed is self._data.sealed:
+            self._data.send_urgent(text)
+
+    @property
+    def _has_no_channel(self) -> bool:
+        return self._reading is not None and self._reading.done()
+
+    def _tell_state(self) -> None:
+        """Always the newest over the data channel, for a tower to which the control channel is lost."""
+        if self._state is not None:
+            self._send_copy(self._opened, encode_message(self._state).encode())
+
+    async def _tell_state_again(self) -> None:
+        """The tower may see that the control channel is lost later than we do, and a change may have been then."""
+        while True:
+            await asyncio.sleep(STATE_AGAIN_S)
+            if self._has_no_channel:
+                self._tell_state()
+
+    def send_frames(self, epoch: Epoch, frames: list[bytes]) -> None:
+        """Frames for the tower: the urgent ones now, the others within `wire.batching`'s deadline."""
+        if self._data is None:
+            self.counts["no link"] += len(frames)
+            return
+        self._data.send_frames(epoch, frames)
+
+    def send_message(self, message: ToTower) -> None:
+        """A message for the control channel. One that a stuck channel cannot take ends the link."""
+        if isinstance(message, HoldProgress):
+            self._progress.append(message)
+            if self._has_no_channel:
+                self._untold.append(message)
+            self._send_urgent(message)
+        elif isinstance(message, AutopilotState):
+            self._state = message
+            self._tell_state()
+            for delay_s in URGENT_COPIES_AFTER_S:
+                self._loop.call_later(delay_s, self._tell_state)
+        if len(self._outbox) >= OUTBOX:
+            self.counts["message to a stuck control channel"] += 1
+            if self._opened is not None:
+                self._opened.connection.transport.abort()
+            return
+        self._outbox.append(message)
+        self._something_to_write.set()
+
+
+def _clock_answer(probe: ClockProbe) -> ClockAnswer:
+    """By the clock by which pictures are timed; the loop's may stand still for a millisecond."""
+    return ClockAnswer(number=probe.number, at_us=time.monotonic_ns() // 1000)

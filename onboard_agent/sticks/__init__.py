@@ -1,0 +1,1 @@
+"""Which sticks reach the autopilot. No I/O."""

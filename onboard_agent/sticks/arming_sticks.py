@@ -1,0 +1,30 @@
+"""Sticks at rest for arming a drone that has no receiver. No I/O; takes `now`.
+
+Measured on ArduCopter without a receiver: no sticks are "RC not found" or "Radio failsafe on", centred ones "Throttle
+not neutral"; with the throttle at the bottom it arms, from the second stick on. So while somebody who may arm is there,
+the agent says what a receiver would say of a transmitter at rest. The holder's own sticks pass once it is armed.
+"""
+
+from typing import Final
+
+from onboard_agent.autopilot.own_frames import FrameMaker, ground_station_sender, resting_sticks
+
+EVERY_S: Final = 0.2
+"""A radio failsafe waits for 1 s."""
+
+
+class ArmingSticks:
+    """Ask `due` at each tick; read `on`."""
+
+    def __init__(self, maker: FrameMaker) -> None:
+        self._maker = maker
+        self.on = False
+        self._next_at = 0.0
+
+    def due(self, now: float, *, wanted: bool, vehicle_system_id: int, ground_station_system_id: int) -> list[bytes]:
+        """Frames to send now. `wanted`: disarmed, known to be without a receiver, and somebody may arm it."""
+        self.on = wanted
+        if not wanted or now < self._next_at:
+            return []
+        self._next_at = now + EVERY_S
+        return [self._maker.make(resting_sticks(vehicle_system_id), ground_station_sender(ground_station_system_id))]

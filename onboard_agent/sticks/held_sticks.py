@@ -1,0 +1,34 @@
+"""The agent's own sticks while a hold keeps them: centred at 20 Hz; near the ground and sinking they climb. No I/O."""
+
+from typing import Final
+
+from onboard_agent.autopilot.own_frames import FrameMaker, centred_sticks, climbing_sticks, ground_station_sender
+from onboard_agent.failsafe.flying import Flying
+
+STICKS_INTERVAL_S: Final = 0.05
+
+_EARLY_S: Final = 0.005
+"""How much before its time a frame may go, so that the ticks' jitter does not halve the rate."""
+
+
+class HeldSticks:
+    """`begin`, then `due` at each tick, until `on` is taken back."""
+
+    def __init__(self, maker: FrameMaker) -> None:
+        self._maker = maker
+        self.on = False
+        self._next_at = 0.0
+
+    def begin(self, now: float) -> None:
+        """The first frame is due at once."""
+        self.on = True
+        self._next_at = now
+
+    def due(self, now: float, flying: Flying) -> list[bytes]:
+        """The frame to send to the autopilot now, if any."""
+        if not self.on or now < self._next_at - _EARLY_S:
+            return []
+        self._next_at = max(self._next_at + STICKS_INTERVAL_S, now)
+        make = climbing_sticks if flying.low_and_sinking else centred_sticks
+        sender = ground_station_sender(flying.ground_station_system_id)
+        return [self._maker.make(make(flying.vehicle_system_id), sender)]

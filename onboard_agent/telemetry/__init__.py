@@ -1,0 +1,1 @@
+"""Which telemetry goes to the tower. No I/O."""

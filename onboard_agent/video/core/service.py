@@ -1,0 +1,121 @@
+"""The flight process's side of video: what is watched, whether the video process is to run, what the tower is told.
+No I/O.
+
+The video process runs while something is watched and a little longer, so that the next viewer need not wait for it. A
+ticket is good for one link: when that is down nothing is watched.
+"""
+
+from typing import Final
+
+from onboard_agent.video.core.lines import Report, Watched
+from onboard_agent.video.core.link_memory import Remembered
+from wire.video import VIDEO, CameraState, Codec, VideoState, VideoWanted
+
+KEEP_S: Final = 60.0
+"""The process stays so long after the last picture was wanted."""
+
+CAN_BE_MADE: Final[tuple[Codec, ...]] = (Codec.MPEG1, Codec.H264)
+"""Until the video process has looked: PyAV has an encoder for both."""
+
+STOPPED_WORDS: Final = "The camera's process on the drone ended and is started again."
+SILENT_WORDS: Final = "The camera's process on the drone does not answer."
+
+
+class VideoService:
+    """One drone's. `has_camera`: one is set up."""
+
+    def __init__(self, *, has_camera: bool) -> None:
+        self._has_camera = has_camera
+        self._linked = False
+        self._wanted = Watched()
+        self._watched_until: float | None = None
+        self._report: Report | None = None
+        self._lost_words = ""
+        self._is_silent = False
+        self._codecs = CAN_BE_MADE
+        self._told: VideoState | None = None
+        self.link: Remembered | None = None
+        """What the video process has learnt of the link, for the next one."""
+
+    # -- from the tower --------------------------------------------------------------------------------------------
+
+    def link_up(self, takes: tuple[str, ...]) -> None:
+        """A new link, which knows nothing. `takes`: of its welcome."""
+        self._linked = self._has_camera and VIDEO in takes
+        self._told = None
+
+    def link_resumed(self) -> None:
+        """The same link; what was told last may be lost."""
+        self._told = None
+
+    def link_down(self, now: float) -> None:
+        """Nobody to tell, and nobody watches."""
+        self._linked = False
+        self.link = None
+        self._want(Watched(), now)
+
+    def wanted(self, message: VideoWanted, now: float) -> None:
+        """What the tower wants from now on."""
+        if self._linked:
+            self._want(Watched(ticket=message.ticket, streams=message.streams), now)
+
+    def _want(self, wanted: Watched, now: float) -> None:
+        if self._wanted.streams and not wanted.streams:
+            self._watched_until = now
+        self._wanted = wanted
+
+    # -- the video process -----------------------------------------------------------------------------------------
+
+    @property
+    def watched(self) -> Watched:
+        """What the video process is to know."""
+        return self._wanted
+
+    def should_run(self, now: float) -> bool:
+        """Whether there is to be a video process."""
+        if self._wanted.streams:
+            return True
+        return self._watched_until is not None and now - self._watched_until < KEEP_S
+
+    def reported(self, report: Report) -> None:
+        """The video process says how it is."""
+        self._report, self._lost_words, self._is_silent = report, "", False
+        self.link = report.link if self._linked else None
+        if report.codecs:
+            self._codecs = report.codecs
+
+    def silent(self) -> None:
+        """The video process should have said something by now: no pictures come until it does."""
+        self._is_silent = True
+
+    def ended(self, words: str = STOPPED_WORDS) -> None:
+        """The video process is gone, and was not to go."""
+        self._report, self._lost_words, self._is_silent = None, words, False
+
+    def stopped(self) -> None:
+        """The video process was told to go."""
+        self._report, self._lost_words, self._is_silent = None, "", False
+
+    # -- to the tower ----------------------------------------------------------------------------------------------
+
+    def take_to_tower(self) -> VideoState | None:
+        """What has changed for the tower, if anything."""
+        if not self._linked:
+            return None
+        state = self._state()
+        if state == self._told:
+            return None
+        self._told = state
+        return state
+
+    def _state(self) -> VideoState:
+        if not self._wanted.streams:
+            return VideoState(camera=CameraState.IDLE, codecs=self._codecs)
+        if self._lost_words:
+            return VideoState(camera=CameraState.LOST, words=self._lost_words[:200], codecs=self._codecs)
+        if self._report is None or self._report.camera is CameraState.IDLE:
+            return VideoState(camera=CameraState.OPENING, codecs=self._codecs)
+        report = self._report
+        if self._is_silent and report.camera is CameraState.LIVE:
+            return VideoState(camera=CameraState.LOST, words=SILENT_WORDS, codecs=self._codecs)
+        return VideoState(camera=report.camera, words=report.words[:200], thin=report.thin, codecs=self._codecs)

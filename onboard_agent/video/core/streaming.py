@@ -1,0 +1,163 @@
+"""Which pictures are encoded for which stream, and the units that are made of them. No I/O.
+
+A picture is left out before it is encoded, never after: what is encoded has to be sent, or the next picture of that
+stream has to be a key.
+"""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from onboard_agent.video.core.allotment import Thinness, allot
+from onboard_agent.video.core.cadence import Cadence
+from onboard_agent.video.core.link_rate import LinkRate
+from onboard_agent.video.core.on_the_way import Sent, wire_bits
+from onboard_agent.video.core.overshoot import Overshoot
+from onboard_agent.video.core.shape_for_bits import Shape, ShapeForBits
+from wire.video import HEADER_BYTES, MAX_UNIT_BYTES, Got, StreamRequest, Unit, encode_unit
+
+MAX_HELD_MS: Final = 0xFFFF
+KEY_ASKED_PAUSE_S: Final = 0.3
+"""So often at most a key picture is made because somebody asks: it costs several others."""
+
+
+class Order(NamedTuple):
+    """One picture for one stream."""
+
+    wish: StreamRequest
+    shape: Shape
+    force_key: bool
+    is_break: bool
+
+
+class Encoded(NamedTuple):
+    """What an encoder made of it."""
+
+    payload: bytes
+    key: bool
+    width: int
+    height: int
+    capture_us: int
+    is_break: bool
+
+
+class Departure(NamedTuple):
+    """A unit, and when it leaves."""
+
+    message: bytes
+    sent: Sent
+
+
+class _Stream:
+    def __init__(self, wish: StreamRequest) -> None:
+        self.cadence = Cadence()
+        self.shapes = ShapeForBits(wish)
+        self.overshoot = Overshoot()
+        self.shape: Shape | None = None
+        """None: it rests."""
+        self.key_due = True
+        self.break_due = False
+        self.key_asked_at = float("-inf")
+        self.rests_until = float("-inf")
+
+
+class Streaming:
+    """All streams of one camera over one link."""
+
+    def __init__(self, now: float) -> None:
+        self.rate = LinkRate(now)
+        self.left_out = 0
+        """Pictures that a stream should have had, and that would have come late."""
+        self.thin = False
+        self._streams: dict[StreamRequest, _Stream] = {}
+        self._sequences: dict[StreamRequest, int] = {}
+        """Go on when a stream is watched again."""
+        self._thinness = Thinness()
+
+    def watch(self, wishes: Iterable[StreamRequest], now: float) -> None:
+        """These streams, from now on."""
+        before = self._streams
+        self._streams = {wish: before.get(wish) or _Stream(wish) for wish in wishes}
+        self.tick(now)
+
+    @property
+    def watched(self) -> tuple[StreamRequest, ...]:
+        return tuple(self._streams)
+
+    def begin_anew(self) -> None:
+        """Nothing of what was sent counts any more: every stream goes on with a key picture."""
+        for stream in self._streams.values():
+            stream.key_due = True
+
+    def key_wanted(self, wish: StreamRequest, now: float) -> None:
+        """The tower asks for one."""
+        stream = self._streams.get(wish)
+        if stream is not None and now - stream.key_asked_at >= KEY_ASKED_PAUSE_S:
+            stream.key_due, stream.key_asked_at = True, now
+
+    def rest(self, wish: StreamRequest, until: float) -> None:
+        """Its encoder has failed; it begins anew after a while."""
+        stream = self._streams.get(wish)
+        if stream is not None:
+            stream.rests_until, stream.key_due = until, True
+
+    def tick(self, now: float) -> None:
+        """Shares out what the link carries; every 100 ms or so."""
+        budget = self.rate.budget_bps
+        self.thin = self._thinness.judge(budget, self._streams, now)
+        shares = allot(budget, self._streams)
+        for wish, stream in self._streams.items():
+            if shares[wish] == 0:
+                stream.shape, stream.key_due = None, True
+            else:
+                bits_per_s = round(shares[wish] / stream.overshoot.factor)
+                stream.shape = stream.shapes.choose(bits_per_s, now, is_free=self.rate.is_free(now))
+
+    def orders(self, capture_us: int, now: float, *, is_break: bool = False) -> list[Order]:
+        """For which streams this picture is to be encoded now, and how."""
+        orders = []
+        has_room: bool | None = None
+        for wish, stream in self._streams.items():
+            stream.break_due |= is_break
+            if stream.shape is None or now < stream.rests_until:
+                continue
+            if not stream.cadence.takes(capture_us, stream.shape.rate_hz):
+                continue
+            if has_room is None:
+                has_room = self.rate.has_room(now)
+            if has_room:
+                orders.append(Order(wish, stream.shape, stream.key_due, stream.break_due))
+            else:
+                self.left_out += 1
+        return orders
+
+    def unit(self, order: Order, encoded: Encoded, now: float) -> Departure | None:
+        """What is to be sent, and when; `now` is of the same clock as `capture_us`. None: it is nobody's, or too large
+        for the wire."""
+        wish = order.wish
+        stream = self._streams.get(wish)
+        if stream is None:
+            return None
+        if (stream.key_due and not encoded.key) or len(encoded.payload) > MAX_UNIT_BYTES - HEADER_BYTES:
+            stream.key_due = True
+            return None
+        stream.key_due = stream.break_due = False
+        sequence = self._sequences.get(wish, 0)
+        self._sequences[wish] = (sequence + 1) & 0xFFFFFFFF
+        message = encode_unit(
+            Unit(
+                quality=wish.quality,
+                codec=wish.codec,
+                sequence=sequence,
+                key=encoded.key,
+                is_break=encoded.is_break,
+                capture_us=encoded.capture_us,
+                width=encoded.width,
+                height=encoded.height,
+                rate_hz=order.shape.rate_hz,
+                bits_per_s=order.shape.bits_per_s,
+                held_ms=min(MAX_HELD_MS, max(0, round(now * 1000 - encoded.capture_us / 1000))),
+                payload=encoded.payload,
+            )
+        )
+        stream.overshoot.made(wire_bits(len(message)), order.shape.bits_per_s, now)
+        return Departure(message, self.rate.sent(Got(wish.quality, wish.codec, sequence), len(message), now))
