@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.autopilot.flight_modes import px4_custom_mode
+from onboard_agent.autopilot.flight_modes import commanded_mode
 from onboard_agent.autopilot.mode_names import mission_modes, mode_name
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender, request_message
 from onboard_agent.transactions.command_answer import CommandAnswer, CommandEnd
@@ -314,8 +314,8 @@ def _modes_asked(work: CommandWork, around: Around) -> frozenset[int]:
     flags, main, sub = (value or 0.0 for value in work.params[:3])
     if work.command != _MODE or not int(flags) & _CUSTOM:
         return frozenset()
-    if around.autopilot_kind != mavlink.MAV_AUTOPILOT_PX4:
-        return frozenset({int(main)})
-    mode = px4_custom_mode(int(main), int(sub))
+    mode = commanded_mode(around.autopilot_kind, main, sub)
     missions = mission_modes(around.autopilot_kind, around.vehicle_type)
-    return missions if mode in missions else frozenset({mode})
+    # Only an autopilot with sub modes may show its mission by another number than it was asked for.
+    has_sub_modes = commanded_mode(around.autopilot_kind, 0, 1) != 0
+    return missions if has_sub_modes and mode in missions else frozenset({mode})

@@ -44,8 +44,8 @@ def _main_of(custom_mode: int) -> int:
     return custom_mode
 
 
-def _custom_mode(main: int, sub: int) -> int:
-    return main
+def _custom_mode(main: float, sub: float) -> int:
+    return int(main)  # `sub` is not read: it may be no number
 
 
 ARDUPILOT: Final = AutopilotFamily(

@@ -133,8 +133,8 @@ class AutopilotFamily:
     label: str
     main_of: Callable[[int], int]
     """The main mode in a custom_mode."""
-    custom_mode: Callable[[int, int], int]
-    """As its heartbeat packs param2 and param3 of DO_SET_MODE."""
+    custom_mode: Callable[[float, float], int]
+    """As its heartbeat packs param2 and param3 of DO_SET_MODE. Raises ValueError, OverflowError: no number."""
     reads_frames: bool
     """Commands: it reads an altitude in the frame of the message. Else above the sea, whatever the frame."""
     zero_is_here: bool

@@ -50,9 +50,9 @@ _SUB_SHIFT: Final = 24
 _AUTO: Final = 4
 
 
-def custom_mode(main: int, sub: int = 0) -> int:
+def custom_mode(main: float, sub: float = 0) -> int:
     """As the heartbeat packs the two numbers that DO_SET_MODE carries apart."""
-    return main << _MAIN_SHIFT | sub << _SUB_SHIFT
+    return int(main) << _MAIN_SHIFT | int(sub) << _SUB_SHIFT
 
 
 def _main_of(number: int) -> int:

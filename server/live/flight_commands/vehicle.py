@@ -1,5 +1,6 @@
-"""What the tower knows of the vehicle that a command is for. Pure; what it is, and how it is commanded, is its profile's
-(`wire.autopilots`)."""
+"""What the tower knows of the vehicle that a command is for. Pure.
+
+What kind it is, and how it is commanded, is its profile's (`wire.autopilots`)."""
 
 from __future__ import annotations
 
