@@ -1,7 +1,7 @@
 """Writes the console's table of autopilots from the profiles in `wire/autopilots/`.
 
-    python web/scripts/generate_autopilots.py            writes web/src/link/generated/autopilots.gen.ts
-    python web/scripts/generate_autopilots.py --check    fails where that file differs
+python web/scripts/generate_autopilots.py            writes web/src/link/generated/autopilots.gen.ts
+python web/scripts/generate_autopilots.py --check    fails where that file differs
 """
 
 import json

@@ -95,6 +95,8 @@ _KNOWN: Final = {
     )
 }
 _MODES: Final = modes_in("COPTER_MODE", _KNOWN)
+TURTLE: Final = next(mode.custom_mode for mode in _MODES if mode.name == "TURTLE")
+"""Turns motors of a drone that lies on its back."""
 
 
 def _take_off(state: VehicleState, command: TakeOff) -> Steps:
