@@ -16,7 +16,8 @@ from simulator.notices import Severity
 from simulator.px4.modes import STICK_MODES, Orbiting, Px4Mode, TakingOff, custom_mode, mode_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    import math
+from collections.abc import Callable
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 CUSTOM_MODE_FLAG = 1
@@ -78,7 +79,8 @@ def reposition(flight: Flight, command: Command) -> int:
         flight.speed_override_mps = command.params[0]
     north_m, east_m = flight.origin.to_local(command.lat_e7 * 1e-7, command.lon_e7 * 1e-7)
     alt_m = command.alt_m - flight.origin.origin.alt_amsl_m if command.alt_is_given else flight.target.alt_m
-    hold.go(GoTo(north_m, east_m, alt_m))
+    yaw_rad = command.params[3] if math.isfinite(command.params[3]) else None
+    hold.go(GoTo(north_m, east_m, alt_m, yaw_rad))
     return ACCEPTED
 
 
