@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from simulator import commands_flight as fly
@@ -16,8 +17,7 @@ from simulator.notices import Severity
 from simulator.px4.modes import STICK_MODES, Orbiting, Px4Mode, TakingOff, custom_mode, mode_of
 
 if TYPE_CHECKING:
-    import math
-from collections.abc import Callable
+    from collections.abc import Callable
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED = 0, 1, 2, 3, 4
 CUSTOM_MODE_FLAG = 1

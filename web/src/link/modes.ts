@@ -59,6 +59,12 @@ export function profileOf(autopilot: number, vehicleType: number = MAV_TYPE.QUAD
   return PROFILES.find((one) => one.autopilot === autopilot && one.vehicleTypes.includes(vehicleType)) ?? null;
 }
 
+/** The modes that a hold ladder may have before altitude hold; those of all autopilots where none is known. */
+export function holdRungs(autopilot: number | null): readonly string[] {
+  const known = autopilot === null ? null : profileOf(autopilot);
+  return known?.holdRungs ?? PROFILES.flatMap((one) => one.holdRungs);
+}
+
 /** Why the autopilot never does a command, as a sentence; null: it does, or nobody knows it. */
 export function whyNot(command: PilotCommandName, autopilot: number, vehicleType?: number): string | null {
   return profileOf(autopilot, vehicleType)?.cannot[command] ?? null;
