@@ -45,12 +45,14 @@ check-console: $(WEB_READY)
 	@cd web && npm run --silent check
 
 check-generated: $(DEV_READY) $(WEB_READY)
-	@$(SAY) "Generated files: the console's REST types"
+	@$(SAY) "Generated files: the console's REST types and autopilots"
+	@$(BIN)/python web/scripts/generate_autopilots.py --check
 	@cd web && PYTHON=$(CURDIR)/$(BIN)/python npm run --silent generate:check
 
 .PHONY: generate
-generate: $(DEV_READY) $(WEB_READY) ## write the files that are made from the MAVLink dialect and the OpenAPI document
+generate: $(DEV_READY) $(WEB_READY) ## write the files that are made from the dialect, the profiles and the OpenAPI document
 	@$(BIN)/python web/scripts/generate_mavlink.py
+	@$(BIN)/python web/scripts/generate_autopilots.py
 	@cd web && PYTHON=$(CURDIR)/$(BIN)/python npm run --silent generate
 
 .PHONY: test

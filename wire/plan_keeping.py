@@ -7,16 +7,12 @@ what will not be kept. The tables with their sources: plan_keeping_ardupilot, pl
 from collections.abc import Sequence
 from typing import Final, NamedTuple
 
-from wire.dialect import mavlink
+from wire.autopilots.registry import FAMILIES
 from wire.plan_fields import Effect, ItemKept, KeptFields, becomes, fields_of, item_of, same_or_open
-from wire.plan_keeping_ardupilot import ArduPilot
-from wire.plan_keeping_px4 import Px4
 from wire.plan_room import MAX_ROOM
 from wire.plans import Plan, PlanItem, PlanKind
 
 COUNT: Final = "count"
-_PLANES: Final = frozenset({mavlink.MAV_TYPE_FIXED_WING, *range(19, 26)})
-"""MAV_TYPE 19 to 25 take off and land upright."""
 
 
 class Verbatim:
@@ -38,9 +34,8 @@ class Verbatim:
 
 def keeping_of(autopilot: int, vehicle_type: int) -> KeptFields:
     """The table for a MAV_AUTOPILOT and a MAV_TYPE."""
-    if autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA:
-        return ArduPilot(is_plane=vehicle_type in _PLANES)
-    return Px4() if autopilot == mavlink.MAV_AUTOPILOT_PX4 else Verbatim()
+    family = FAMILIES.get(autopilot)
+    return Verbatim() if family is None else family.keeping(vehicle_type)
 
 
 def to_send(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:

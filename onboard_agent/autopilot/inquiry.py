@@ -11,6 +11,7 @@ from onboard_agent.autopilot.radio import Radio
 from onboard_agent.autopilot.rates import Rates
 from onboard_agent.failsafe.after_sticks import after_sticks
 from onboard_agent.failsafe.loss_report import LossReport
+from wire.autopilots import registry
 from wire.control_messages import LossParameters
 from wire.dialect import mavlink
 from wire.ids import SystemId
@@ -35,7 +36,7 @@ class Inquiry:
         self._parameters = Parameters(maker)
         self._radio = Radio()
         self._report = LossReport()
-        self._is_px4 = False
+        self._silent_without_receiver = False
 
     def assume_ground_station(self, system_id: int) -> None:
         """What the process before has read. It counts until it is read again."""
@@ -68,13 +69,15 @@ class Inquiry:
 
     def arms_with_sticks_at_rest(self, autopilot_kind: int) -> bool:
         """Whether the autopilot wants to see a throttle at the bottom before it arms, and nobody else shows it one."""
-        return autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA and self._radio.has_radio is False
+        family = registry.FAMILIES.get(autopilot_kind)
+        return family is not None and family.arms_with_throttle_down and self._radio.has_radio is False
 
     def ask_all(self, autopilot_kind: int, now: float) -> None:
         """From the beginning."""
         self._rates.ask_all(now)
         self._parameters.ask_all(autopilot_kind)
-        self._is_px4 = autopilot_kind == mavlink.MAV_AUTOPILOT_PX4
+        family = registry.FAMILIES.get(autopilot_kind)
+        self._silent_without_receiver = family is not None and family.silent_without_receiver
         self._radio.asked(now)
 
     def follow(self, profile: StreamProfile) -> None:
@@ -105,7 +108,7 @@ class Inquiry:
 
     def due(self, now: float, *, vehicle_system_id: SystemId) -> list[bytes]:
         """Requests to send now."""
-        if self._is_px4:
+        if self._silent_without_receiver:
             self._radio.look(now)
         requests = (
             self._rates.due(now, vehicle_system_id=vehicle_system_id),

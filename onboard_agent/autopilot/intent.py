@@ -6,7 +6,7 @@ Read straight from the payload, because sticks come fifty times a second.
 from struct import Struct
 from typing import Final, NamedTuple
 
-from onboard_agent.autopilot.flight_modes import flies_without_sticks, goes_home, px4_custom_mode
+from onboard_agent.autopilot.flight_modes import commanded_mode, flies_without_sticks, goes_home
 from wire.dialect import mavlink
 from wire.frames import message_id, payload
 
@@ -122,9 +122,7 @@ def _command(frame: bytes, autopilot_kind: int) -> Command | None:
     if command != mavlink.MAV_CMD_DO_SET_MODE:
         return None
     try:
-        mode = int(param2)
-        if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4:
-            mode = px4_custom_mode(int(param2), int(param3))
+        mode = commanded_mode(autopilot_kind, param2, param3)
     except (ValueError, OverflowError):  # not a number, or infinite: the autopilot will refuse it
         return None
     return _mode(autopilot_kind, mode, command=command)

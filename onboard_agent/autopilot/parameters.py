@@ -12,50 +12,18 @@ from typing import Final
 
 from onboard_agent.autopilot.asking import Asking
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, read_parameter
-from wire.dialect import mavlink
+from wire.autopilots.registry import FAMILIES
 from wire.frames import payload
 
 ANSWER_WITHIN_S: Final = 1.0
 TRIES: Final = 3
 
-GROUND_STATION_NAMES: Final = ("SYSID_MYGCS", "MAV_GCS_SYSID")
-"""Until ArduPilot 4.6, and from 4.7 on."""
+GROUND_STATION_NAMES: Final = tuple(name for family in FAMILIES.values() for name in family.station_parameters)
 
-_MIDDLES: Final = ("RC1_TRIM", "RC2_TRIM", "RC3_MIN", "RC3_MAX", "RC4_TRIM")
-
-LOSS_NAMES: Final[dict[int, tuple[str, ...]]] = {
-    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: (
-        *GROUND_STATION_NAMES,
-        "RC3_MIN",
-        "RC3_MAX",
-        "RC3_TRIM",
-        "FS_GCS_ENABLE",
-        "FS_GCS_TIMEOUT",
-        "FS_THR_ENABLE",
-        "FS_OPTIONS",
-        "RC_OVERRIDE_TIME",
-        "RC_FS_TIMEOUT",
-        "RC_OPTIONS",
-        "SIM_SPEEDUP",  # in ArduPilot's own simulator only; last, because a real one never answers
-    ),
-    mavlink.MAV_AUTOPILOT_PX4: (
-        "COM_RC_IN_MODE",
-        "COM_RC_LOSS_T",
-        "COM_DL_LOSS_T",
-        "NAV_DLL_ACT",
-        "NAV_RCL_ACT",
-        "COM_RCL_EXCEPT",
-        "COM_OBL_RC_ACT",
-        "SYS_HITL",
-        "SIM_GZ_EN",
-    ),
-}
+LOSS_NAMES: Final = {autopilot: family.loss_parameters for autopilot, family in FAMILIES.items()}
 """By autopilot, the parameters that decide what happens on a loss, and by which a simulated one is known."""
 
-DECIDING: Final[dict[int, tuple[str, ...]]] = {
-    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: ("FS_THR_ENABLE", "FS_GCS_ENABLE", "RC_OVERRIDE_TIME"),
-    mavlink.MAV_AUTOPILOT_PX4: ("COM_RC_IN_MODE", "NAV_RCL_ACT", "NAV_DLL_ACT"),
-}
+DECIDING: Final = {autopilot: family.deciding_parameters for autopilot, family in FAMILIES.items()}
 """Those of them that every autopilot has and without which nobody knows what it does: a few, read once, can be lost on
 the way, three times too."""
 
@@ -63,11 +31,9 @@ ASK_AGAIN_AFTER_S: Final = 30.0
 MAX_RETOLD: Final = 20
 """Ten minutes: a plane, say, has other names for them."""
 
-NAMES: Final[dict[int, tuple[str, ...]]] = {
-    mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: tuple(
-        dict.fromkeys((*GROUND_STATION_NAMES, *_MIDDLES, *LOSS_NAMES[mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA]))
-    ),
-    mavlink.MAV_AUTOPILOT_PX4: LOSS_NAMES[mavlink.MAV_AUTOPILOT_PX4],
+NAMES: Final = {
+    autopilot: tuple(dict.fromkeys((*family.station_parameters, *family.stick_parameters, *family.loss_parameters)))
+    for autopilot, family in FAMILIES.items()
 }
 """All that are read, in this order: what flying needs first."""
 
@@ -93,7 +59,8 @@ def read_value(frame: bytes, autopilot_kind: int) -> tuple[str, float] | None:
     PX4 puts the bytes of an integer where the float is; ArduPilot sends every value as a float.
     """
     raw, _, _, name, kind = _PARAM_VALUE.unpack_from(payload(frame).ljust(_PARAM_VALUE.size, b"\0"))
-    layout = INTEGERS.get(kind, _FLOAT) if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4 else _FLOAT
+    family = FAMILIES.get(autopilot_kind)
+    layout = INTEGERS.get(kind, _FLOAT) if family is not None and family.bytes_in_parameters else _FLOAT
     (value,) = layout.unpack_from(raw)
     if not isfinite(value):
         return None
@@ -165,7 +132,8 @@ class Parameters:
         """Whether it is known what the autopilot does on a loss, as far as we know what to ask it for."""
         if any(name not in self._values for name in DECIDING.get(self._kind, ("",))):
             return False
-        return self._kind != mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA or self._ground_station_known()
+        family = FAMILIES.get(self._kind)
+        return family is None or not family.station_parameters or self._ground_station_known()
 
     @property
     def loss_values(self) -> dict[str, float]:

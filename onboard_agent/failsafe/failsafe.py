@@ -7,7 +7,7 @@ import logging
 from typing import Any, Final
 
 from onboard_agent.autopilot.autopilot_state import AutopilotView
-from onboard_agent.autopilot.flight_modes import FlightMode, Modes, hold_rungs, holds_when_centred, modes_of
+from onboard_agent.autopilot.flight_modes import hold_rungs, holds_when_centred, modes_of
 from onboard_agent.autopilot.inquiry import Inquiry
 from onboard_agent.autopilot.mode_names import mode_name
 from onboard_agent.autopilot.motion import Motion
@@ -23,6 +23,7 @@ from onboard_agent.failsafe.person_watch import PersonWatch
 from onboard_agent.failsafe.pilot_watch import PilotWatch
 from onboard_agent.failsafe.way_home import WayHome
 from onboard_agent.link.downlink import Downlink
+from wire.autopilots.profile import FailsafeModes, FlightMode
 from wire.control_messages import HoldCause, SafetySettings
 from wire.open_holds import AfterSticks, HoldStage, LostAction, LostPhase
 
@@ -323,7 +324,7 @@ class Failsafe:
         view = self._autopilot
         return mode_name(view.kind, view.vehicle_type, view.custom_mode)
 
-    def _modes(self) -> Modes | None:
+    def _modes(self) -> FailsafeModes | None:
         return modes_of(self._autopilot.kind, self._autopilot.vehicle_type)
 
     def _rungs(self, now: float) -> tuple[FlightMode, ...]:

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from onboard_agent.autopilot.disarm_proof import DisarmProof
-from onboard_agent.autopilot.flight_modes import FlightMode
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.flying import Flying
 from onboard_agent.failsafe.foreign_mode import ForeignMode
@@ -25,6 +24,7 @@ from onboard_agent.failsafe.hold_table import NEXT, OPEN, WANTS_MODE, HoldEvent,
 from onboard_agent.failsafe.mode_ladder import FAST_FOR_S, LadderStep, ModeLadder
 from onboard_agent.failsafe.stay_stage import StayStage
 from onboard_agent.sticks.held_sticks import HeldSticks
+from wire.autopilots.profile import FlightMode
 from wire.control_messages import HoldCause, HoldProgress, HoldStep
 from wire.open_holds import AfterSticks, HoldStage
 

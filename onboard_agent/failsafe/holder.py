@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from onboard_agent.autopilot.autopilot_state import AutopilotView
 from onboard_agent.autopilot.command_request import CommandRequest
-from onboard_agent.autopilot.flight_modes import FlightMode, flies_without_sticks, holds_when_centred, modes_of
+from onboard_agent.autopilot.flight_modes import flies_without_sticks, holds_when_centred, modes_of
 from onboard_agent.autopilot.inquiry import Inquiry
 from onboard_agent.autopilot.intent import Command, Sticks, Target, arms, read_intent
 from onboard_agent.autopilot.own_frames import FrameMaker
@@ -19,6 +19,7 @@ from onboard_agent.sticks.arming_sticks import ArmingSticks
 from onboard_agent.sticks.stick_gate import StickGate
 from onboard_agent.sticks.stick_keeper import StickKeeper
 from onboard_agent.telemetry.telemetry_stream import TelemetryStream
+from wire.autopilots.profile import FlightMode
 from wire.open_holds import AfterSticks
 
 HEARTBEAT_OLD_S: Final = 2.0

@@ -1,12 +1,8 @@
 """Tells the tower the parameters that decide what happens on a loss: when all are read, and on each change. No I/O."""
 
-from typing import Final
-
 from onboard_agent.autopilot.parameters import Parameters
+from wire.autopilots import registry
 from wire.control_messages import LossParameters
-from wire.dialect import mavlink
-
-_AUTOPILOTS: Final = {mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA: "ardupilot", mavlink.MAV_AUTOPILOT_PX4: "px4"}
 
 
 class LossReport:
@@ -19,8 +15,9 @@ class LossReport:
         """What to tell the tower, where it differs from what was told last; nothing while they are being read."""
         if not parameters.all_read:
             return None
+        family = registry.FAMILIES.get(autopilot_kind)
         report = LossParameters(
-            autopilot=_AUTOPILOTS.get(autopilot_kind, ""),
+            autopilot="" if family is None else family.name,
             values=parameters.loss_values,
             complete=parameters.complete,
             has_radio=has_radio,

@@ -13,10 +13,10 @@ Laws, each with a test:
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from onboard_agent.autopilot.flight_modes import FlightMode, Modes
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
 from onboard_agent.failsafe.mode_ladder import LadderStep, ModeLadder
+from wire.autopilots.profile import FailsafeModes, FlightMode
 from wire.control_messages import SafetySettings
 from wire.open_holds import Lost, LostAction, LostPhase
 
@@ -69,7 +69,9 @@ class LostActing:
         self._battery_at: float | None = None
         self._notices: list[str] = []
 
-    def tick(self, now: float, *, loss: Loss, settings: SafetySettings, modes: Modes | None) -> LossResponse | None:
+    def tick(
+        self, now: float, *, loss: Loss, settings: SafetySettings, modes: FailsafeModes | None
+    ) -> LossResponse | None:
         """Time has passed. Returns the response in the very call in which it begins."""
         tower = loss.tower_gone_s >= settings.lost_hold_s
         person = loss.person_gone_s is not None
@@ -84,7 +86,7 @@ class LostActing:
         return None
 
     def _lost_now(
-        self, now: float, loss: Loss, settings: SafetySettings, modes: Modes | None, *, tower: bool
+        self, now: float, loss: Loss, settings: SafetySettings, modes: FailsafeModes | None, *, tower: bool
     ) -> LossResponse | None:
         self.lost = Lost.TOWER if tower else Lost.PERSON
         if not tower and settings.lost_action in _STAYING:
@@ -133,7 +135,7 @@ class LostActing:
             self._left_alone = True
             self._say(f"the {self.lost} is lost: {LossResponse.LEAVE}")
 
-    def _begin(self, response: LossResponse, now: float, modes: Modes | None) -> LossResponse:
+    def _begin(self, response: LossResponse, now: float, modes: FailsafeModes | None) -> LossResponse:
         wanted = _wanted(response, modes)
         self.due_in_s = None
         self.action = TOLD_AS[response]
@@ -227,7 +229,7 @@ class LostActing:
         self._notices.append(line)
 
 
-def situation(loss: Loss, modes: Modes | None) -> Situation:
+def situation(loss: Loss, modes: FailsafeModes | None) -> Situation:
     """What the drone is doing."""
     if modes is None:
         return Situation.OTHERWISE
@@ -240,7 +242,7 @@ def situation(loss: Loss, modes: Modes | None) -> Situation:
     return Situation.HELD_ON_MISSION if loss.mission_before_hold else Situation.OTHERWISE
 
 
-def _wanted(response: LossResponse, modes: Modes | None) -> tuple[FlightMode, ...]:
+def _wanted(response: LossResponse, modes: FailsafeModes | None) -> tuple[FlightMode, ...]:
     if modes is None:
         return ()
     if response is LossResponse.RETURN:

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final, NamedTuple
 
-from onboard_agent.autopilot.flight_modes import FlightMode
 from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request_message, set_mode
+from wire.autopilots.profile import FlightMode
 from wire.dialect import mavlink
 
 RETRY_S: Final = 0.25

@@ -11,10 +11,10 @@ Laws, each with a test:
 from collections.abc import Sequence
 from typing import Any, Final
 
-from onboard_agent.autopilot.flight_modes import FlightMode
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.flying import Flying
 from onboard_agent.failsafe.mode_ladder import LadderStep, ModeLadder
+from wire.autopilots.profile import FlightMode
 from wire.open_holds import AfterSticks
 
 RUNG_PATIENCE_S: Final = 0.75

@@ -16,13 +16,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
-from onboard_agent.autopilot.flight_modes import px4_custom_mode
+from onboard_agent.autopilot.flight_modes import commanded_mode
 from onboard_agent.autopilot.mode_names import mission_modes, mode_name
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender, request_message
 from onboard_agent.transactions.command_answer import CommandAnswer, CommandEnd
 from onboard_agent.transactions.command_seen import READ, SEEN_WITHIN_S, Seen, what_shows
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.status_texts import StatusTexts
+from wire.autopilots.registry import multicopter
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.plans import as_float32
@@ -239,9 +240,9 @@ class CommandHandler:
         it does. Another mode than before is somebody's, a pilot's switch perhaps: nothing is done about that."""
         if waiting.ended_at is None:
             waiting.ended_at = now
-        is_px4 = around.autopilot_kind == mavlink.MAV_AUTOPILOT_PX4
+        may_be_unentered = multicopter(around.autopilot_kind).family.accepts_modes_it_does_not_enter
         late = now >= waiting.ended_at + MODE_AGAIN_S
-        return is_px4 and late and around.custom_mode == waiting.mode_before
+        return may_be_unentered and late and around.custom_mode == waiting.mode_before
 
     def _check(self, waiting: _Waiting, wanted: Seen, end: CommandEnd, around: Around, now: float) -> list[bytes]:
         if waiting.ended_at is None:
@@ -330,8 +331,8 @@ def _modes_asked(work: CommandWork, around: Around) -> frozenset[int]:
     flags, main, sub = (value or 0.0 for value in work.params[:3])
     if work.command != _MODE or not int(flags) & _CUSTOM:
         return frozenset()
-    if around.autopilot_kind != mavlink.MAV_AUTOPILOT_PX4:
-        return frozenset({int(main)})
-    mode = px4_custom_mode(int(main), int(sub))
+    mode = commanded_mode(around.autopilot_kind, main, sub)
     missions = mission_modes(around.autopilot_kind, around.vehicle_type)
-    return missions if mode in missions else frozenset({mode})
+    # Only an autopilot with sub modes may show its mission by another number than it was asked for.
+    has_sub_modes = commanded_mode(around.autopilot_kind, 0, 1) != 0
+    return missions if has_sub_modes and mode in missions else frozenset({mode})

@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from math import isnan
 from typing import Any, Final
 
-from onboard_agent.autopilot.flight_modes import modes_of, px4_custom_mode
 from onboard_agent.autopilot.mode_names import mode_name
 from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker, agent_sender, request_message
 from onboard_agent.failsafe.mode_ladder import result_name
@@ -27,6 +26,8 @@ from onboard_agent.transactions.follow_course import Motion, gap, place, why_not
 from onboard_agent.transactions.follow_frames import go_there, standing, target
 from onboard_agent.transactions.handler import Around
 from onboard_agent.transactions.plan_pause import PlanPause
+from wire.autopilots import registry
+from wire.autopilots.profile import FlightMode
 from wire.dialect import decode, mavlink
 from wire.following import FollowWork, LeaderPosition
 from wire.frames import message_id, source
@@ -42,8 +43,6 @@ MAX_REFUSALS: Final = 3
 """In a row."""
 
 _AUTOPILOT: Final = 1
-_GUIDED: Final = 4
-_PX4_LOITER: Final = px4_custom_mode(4, 3)
 _POSITION: Final = mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT
 _BEAT: Final = mavlink.MAVLINK_MSG_ID_HEARTBEAT
 _ACK: Final = mavlink.MAVLINK_MSG_ID_COMMAND_ACK
@@ -64,7 +63,8 @@ class _End:
 class _Following:
     transaction: Transaction
     work: FollowWork
-    px4: bool
+    by_command: bool
+    """Each target is a command with an answer, which changes the mode."""
     began_at: float
     deadline: float
     commanded: int
@@ -83,6 +83,12 @@ class _Following:
     refusal: str = ""
     told_at: float = float("-inf")
     end: _End | None = None
+
+
+def _targets_mode(around: Around) -> FlightMode | None:
+    """The mode in which it takes targets one after the other; None of a vehicle that nobody knows to follow."""
+    profile = registry.of(around.autopilot_kind, around.vehicle_type)
+    return None if profile is None else profile.roles.targets
 
 
 class FollowHandler:
@@ -122,7 +128,7 @@ class FollowHandler:
         self._one = _Following(
             transaction,
             work,
-            px4=around.autopilot_kind == mavlink.MAV_AUTOPILOT_PX4,
+            by_command=registry.multicopter(around.autopilot_kind).family.targets_by_command,
             began_at=now,
             deadline=now + transaction.deadline_s,
             commanded=self._commanded(),
@@ -214,7 +220,7 @@ class FollowHandler:
             return "the autopilot is not heard"
         if self._one is not None:
             return f"it follows {self._one.work.leader_name}; stop that first"
-        if modes_of(around.autopilot_kind, around.vehicle_type) is None:
+        if _targets_mode(around) is None:
             return "it is no multicopter of ArduPilot's or PX4's"
         if any(isnan(value) for value in (work.north_m, work.east_m, work.up_m)):
             return "no place was told"
@@ -226,13 +232,10 @@ class FollowHandler:
             return "it is not in the air"
         if around.holding:
             return "it is being made to hold"
-        px4 = around.autopilot_kind == mavlink.MAV_AUTOPILOT_PX4
-        mode = _PX4_LOITER if px4 else _GUIDED
-        if around.custom_mode != mode:
-            shown, needed = (
-                mode_name(around.autopilot_kind, around.vehicle_type, one) for one in (around.custom_mode, mode)
-            )
-            return f"it is in {shown}, not in {needed}"
+        mode = _targets_mode(around)
+        if mode is not None and around.custom_mode != mode.custom_mode:
+            shown = mode_name(around.autopilot_kind, around.vehicle_type, around.custom_mode)
+            return f"it is in {shown}, not in {mode.name}"
         return None
 
     def _why_leave_alone(self, one: _Following, around: Around) -> str | None:
@@ -274,7 +277,7 @@ class FollowHandler:
             return []
         assert one.leader is not None
         sender = agent_sender(around.system_id)
-        if not one.px4:
+        if not one.by_command:
             one.next_at = now + SEND_EVERY_S
             return self._through_gate(one, target(around.system_id, place(one.leader, one.work, now)), around, now)
         if not one.asked:
@@ -348,7 +351,7 @@ class FollowHandler:
             if why is not None:
                 self._over(end.outcome, f"{end.why}; nothing more was sent to it: {why}. {state_words(around)}")
                 return []
-            if not one.px4 and not end.stands:
+            if not one.by_command and not end.stands:
                 end.stands = True
                 return self._stand_still(one, around, now)
             end.pause = PlanPause(self._maker, around, now)

@@ -13,6 +13,7 @@ from struct import Struct, error
 from typing import Any, Final
 
 from onboard_agent.autopilot.parameters import INTEGERS
+from wire.autopilots.registry import FAMILIES
 from wire.dialect import CRC_EXTRA, mavlink
 from wire.frames import payload
 from wire.parameters import Parameter
@@ -62,7 +63,8 @@ def encoding_of(autopilot_kind: int, capabilities: int) -> Encoding:
         return Encoding.CAST
     if capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE:
         return Encoding.BYTES
-    return Encoding.BYTES if autopilot_kind == mavlink.MAV_AUTOPILOT_PX4 else Encoding.CAST
+    family = FAMILIES.get(autopilot_kind)
+    return Encoding.BYTES if family is not None and family.bytes_in_parameters else Encoding.CAST
 
 
 @dataclass(frozen=True, slots=True)

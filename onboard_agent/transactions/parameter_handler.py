@@ -31,6 +31,7 @@ from onboard_agent.transactions.parameter_memory import (
 from onboard_agent.transactions.parameter_news import ParameterNews
 from onboard_agent.transactions.parameter_reading import ParameterReading
 from onboard_agent.transactions.parameter_write import ParameterWrite
+from wire.autopilots.registry import FAMILIES
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.parameters import pack_table
@@ -215,7 +216,8 @@ class ParameterHandler:
     def _version(self, version: object, now: float) -> None:
         capabilities = int(getattr(version, "capabilities", 0))
         files = bool(capabilities & mavlink.MAV_PROTOCOL_CAPABILITY_FTP)
-        self._has_files = files and self._kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+        family = FAMILIES.get(self._kind)
+        self._has_files = files and family is not None and family.packs_parameters
         encoding = encoding_of(self._kind, capabilities)
         if encoding is not self._encoding:
             self._encoding = encoding

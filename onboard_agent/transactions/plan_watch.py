@@ -25,6 +25,7 @@ from onboard_agent.transactions.plan_handler import PlanHandler
 from onboard_agent.transactions.plan_messages import HEARD
 from onboard_agent.transactions.plan_pause import PATIENCE_S, PlanPause
 from onboard_agent.transactions.retry_policy import RetryPolicy
+from wire.autopilots.registry import FAMILIES
 from wire.dialect import decode, mavlink
 from wire.frames import message_id, source
 from wire.plan_keeping import keeping_of
@@ -116,11 +117,10 @@ class PlanWatch:
     def autopilot_came(self, around: Around, now: float) -> None:
         """Nothing is known of its plans; they are read."""
         self._system = around.system_id
-        is_ardupilot = around.autopilot_kind == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+        family = FAMILIES.get(around.autopilot_kind)
+        home_slot = family is not None and family.has_home_slot
         keeping = keeping_of(around.autopilot_kind, around.vehicle_type)
-        self._handler.autopilot_came(
-            vehicle_system_id=around.system_id, home_slot=is_ardupilot, keeping=keeping, now=now
-        )
+        self._handler.autopilot_came(vehicle_system_id=around.system_id, home_slot=home_slot, keeping=keeping, now=now)
         for kind in PlanKind:
             self._changes.looked(kind)
             self._not_known(kind, now)

@@ -12,7 +12,7 @@ Laws, each with a test:
 from struct import Struct
 from typing import Final
 
-from onboard_agent.autopilot.flight_modes import px4_custom_mode
+from onboard_agent.autopilot.flight_modes import commanded_mode
 from onboard_agent.autopilot.mode_names import mission_modes
 from onboard_agent.autopilot.own_frames import FrameMaker, Sender, agent_sender
 from wire.dialect import mavlink
@@ -80,7 +80,7 @@ def starts_mission(frame: bytes, *, autopilot_kind: int, vehicle_type: int, cust
     if command == _OVERRIDE:
         return bool(param1 >= mavlink.MAV_GOTO_DO_CONTINUE - 0.5)
     return command == mavlink.MAV_CMD_DO_SET_MODE and _is_mission_mode(
-        param1, param2, param3, missions, is_px4=autopilot_kind == mavlink.MAV_AUTOPILOT_PX4
+        param1, param2, param3, missions, autopilot_kind=autopilot_kind
     )
 
 
@@ -92,10 +92,10 @@ def may_start(frame: bytes) -> bool:
     return command is None or command in STARTS | _ASKED_OTHERWISE
 
 
-def _is_mission_mode(base: float, main: float, sub: float, missions: frozenset[int], *, is_px4: bool) -> bool:
+def _is_mission_mode(base: float, main: float, sub: float, missions: frozenset[int], *, autopilot_kind: int) -> bool:
     try:
         flags = int(base)
-        mode = px4_custom_mode(int(main), int(sub)) if is_px4 else int(main)
+        mode = commanded_mode(autopilot_kind, main, sub)
     except (ValueError, OverflowError):  # not a number, or infinite: the autopilot will refuse it
         return False
     return mode in missions if flags & _CUSTOM else bool(flags & _AUTO)

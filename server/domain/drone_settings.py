@@ -6,13 +6,15 @@ from typing import Any, Final
 import msgspec
 
 from server.domain.refusal import Refusal
+from wire.autopilots.registry import PROFILES
 from wire.control_messages import SafetySettings, StreamSettings
 from wire.open_holds import LostAction
 from wire.stream_profiles import StreamChoice
 
-COPTER_LADDER: Final = ("LOITER", "POSHOLD", "BRAKE", "ALT_HOLD")
-PX4_LADDER: Final = ("AUTO.LOITER", "POSCTL", "ALTCTL")
-ALTITUDE_HOLDS: Final = frozenset({"ALT_HOLD", "ALTCTL"})
+_FAILSAFES: Final = tuple(profile.failsafe for profile in PROFILES if profile.failsafe is not None)
+LADDERS: Final = tuple(tuple(mode.name for mode in modes.ladder) for modes in _FAILSAFES)
+"""For each autopilot that holds, the modes of its ladder, altitude hold last."""
+ALTITUDE_HOLDS: Final = frozenset(modes.altitude_hold.name for modes in _FAILSAFES)
 
 BOUNDS: Final[dict[str, tuple[float, float]]] = {
     "sticks_stale_s": (0.2, 5.0),
@@ -56,11 +58,8 @@ _RENAMED: Final = {"nothing": "stay"}
 
 def check_ladder(ladder: list[str]) -> list[str]:
     """Returns it as it came. Raises ValueError with what is wrong with it."""
-    for known in (COPTER_LADDER, PX4_LADDER):
-        if set(ladder) <= set(known):
-            break
-    else:
-        raise ValueError(f"modes of one autopilot only: {', '.join(COPTER_LADDER)} or {', '.join(PX4_LADDER)}")
+    if not any(set(ladder) <= set(known) for known in LADDERS):
+        raise ValueError(f"modes of one autopilot only: {' or '.join(', '.join(known) for known in LADDERS)}")
     if len(set(ladder)) != len(ladder):
         raise ValueError("each mode once")
     if any(mode in ALTITUDE_HOLDS for mode in ladder[:-1]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from simulator import commands_flight as fly
@@ -75,7 +76,8 @@ def reposition(flight: Flight, command: Command) -> int:
         flight.speed_override_mps = command.params[0]
     north_m, east_m = flight.origin.to_local(command.lat_e7 * 1e-7, command.lon_e7 * 1e-7)
     alt_m = command.alt_m - flight.origin.origin.alt_amsl_m if command.alt_is_given else flight.target.alt_m
-    hold.go(GoTo(north_m, east_m, alt_m))
+    yaw_rad = command.params[3] if math.isfinite(command.params[3]) else None
+    hold.go(GoTo(north_m, east_m, alt_m, yaw_rad))
     return ACCEPTED
 
 

@@ -110,7 +110,7 @@ async def test_a_copter_is_told_all_of_it_and_does_it(world: World) -> None:
         await is_near(pilot, 47.3980, 8.5456)
         falls = await pilot.ask("POST", "/commands", {"command": "disarm"})
         assert falls.json["type"] == "/problems/would-fall"
-        await command(pilot, "yaw", deg=90)
+        await command(pilot, "turn", deg=90)
         await command(pilot, "roi", lat=47.3977, lon=8.5456, height_m=0)
         await command(pilot, "roi", none=True)
         await command(pilot, "start", item=2)
@@ -145,6 +145,9 @@ async def test_a_px4_is_told_all_of_it_and_does_it(world: World) -> None:
         await command(pilot, "goto", lat=47.3980, lon=8.5456, height_m=25, speed_m_s=8)
         await is_near(pilot, 47.3980, 8.5456)
         await pilot.until(lambda: abs(pilot.altitude_m - 25) < 1, "25 m")
+        await command(pilot, "turn", deg=90)
+        await is_near(pilot, 47.3980, 8.5456)
+        assert pilot.mode == PX4_LOITER
         await command(pilot, "orbit", lat=47.3980, lon=8.5456, radius_m=20, height_m=25, m_s=5)
         await pilot.until(lambda: pilot.mode == PX4_ORBIT, "the orbit's mode")
         home = Home(47.3980, 8.5456, 0)

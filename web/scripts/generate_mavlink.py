@@ -109,8 +109,7 @@ def typescript() -> str:
     for name in messages_in_order():
         cls = message_class(name)
         spec = " ".join(
-            f"{field}:{short}[{length}]" if length else f"{field}:{short}"
-            for field, short, length in fields_of(name)
+            f"{field}:{short}[{length}]" if length else f"{field}:{short}" for field, short, length in fields_of(name)
         )
         lines.append(f"  [{cls.id}, '{name}', {cls.crc_extra}, '{spec}'],")
     lines += ["];", "", "export interface MessageFields {"]
@@ -175,9 +174,7 @@ def for_json(value: Any, short: str) -> Any:
     return value
 
 
-def vector(
-    name: str, case: str, rng: random.Random, *, version: int = 2, signed: bool = False
-) -> dict[str, Any]:
+def vector(name: str, case: str, rng: random.Random, *, version: int = 2, signed: bool = False) -> dict[str, Any]:
     link = dialect.MAVLink(None, srcSystem=rng.randint(1, 255), srcComponent=rng.randint(1, 255))
     link.seq = rng.randint(0, 255)
     if signed:
@@ -187,9 +184,7 @@ def vector(
         link.signing.timestamp = 123_456_789
     fields = fields_of(name)
     values = {field: a_field(short, length, case, rng) for field, short, length in fields}
-    arguments = {
-        field: value.encode() if isinstance(value, str) else value for field, value in values.items()
-    }
+    arguments = {field: value.encode() if isinstance(value, str) else value for field, value in values.items()}
     message = message_class(name)(**arguments)
     frame = message.pack(link, force_mavlink1=version == 1)
     return {
@@ -209,10 +204,7 @@ def vectors() -> str:
     """The text of mavlink_vectors.json."""
     rng = random.Random(20)  # noqa: S311 - test data, the same at each run
     rows = [vector(name, case, rng) for name in messages_in_order() for case in ("zero", "full", "random")]
-    rows += [
-        vector(name, "random", rng, version=1)
-        for name in ("HEARTBEAT", "ATTITUDE", "COMMAND_LONG", "STATUSTEXT")
-    ]
+    rows += [vector(name, "random", rng, version=1) for name in ("HEARTBEAT", "ATTITUDE", "COMMAND_LONG", "STATUSTEXT")]
     rows += [vector(name, "random", rng, signed=True) for name in ("HEARTBEAT", "COMMAND_ACK", "PARAM_VALUE")]
     return "[\n" + ",\n".join(json.dumps(row) for row in rows) + "\n]\n"
 

@@ -15,8 +15,8 @@ from server.domain.access import UnknownDrone
 from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, SetHome
 from server.live.flight_commands.follow_me import follow_me_order
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
-from server.live.flight_commands.steps import NoSuchItem, order_of
-from server.live.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
+from server.live.flight_commands.steps import order_of
+from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
 from server.live.operations.permissions import refuse_commands
 from server.live.operations.refusals import (
     AgentTooOld,
@@ -71,13 +71,13 @@ async def command_drone(
     drone = await flown_drone(request, principal, drone_id)
     if not drone.online:
         raise DroneOffline(drone.record.name)
-    following = None
+    following, now = None, time.monotonic()
     if isinstance(body, FollowMe):
-        order, following = follow_me_order(tower_of(request).hub, principal, drone, body, time.monotonic())
+        order, following = follow_me_order(tower_of(request).hub, principal, drone, body, now)
     elif isinstance(body, Follow):
-        order, following = follow_order(tower_of(request).hub, principal, drone, body, time.monotonic())
+        order, following = follow_order(tower_of(request).hub, principal, drone, body, now)
     else:
-        order = order_of(body, Vehicle.of(drone))
+        order = order_of(body, Vehicle.of(drone, now))
     sent = [step.work for step in order.steps if step.skip is None or not step.skip()]
     works = [work for work in sent if isinstance(work, CommandWork)]
     refuse_commands(drone, principal, works, falls=isinstance(body, Disarm) and body.force)

@@ -37,8 +37,7 @@ from server.domain.refusal import Refusal, RetryLater
 from server.live.accounts.challenges import ChallengeOver, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
 from server.live.flight_commands.following import CannotFollow, NoSuchLeader
-from server.live.flight_commands.steps import NoSuchItem
-from server.live.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet
+from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.missions.document import DocumentTooLarge
 from server.live.missions.plan_body import BadPlan, MalformedBody

@@ -10,7 +10,7 @@ from math import isfinite
 
 import msgspec
 
-from server.domain.drone_settings import DroneSettings
+from server.domain.drone_settings import ALTITUDE_HOLDS, DroneSettings
 from server.live.control.loss_sentence import Sentence, danger, info, warning
 from server.live.control.loss_words_ardupilot import ardupilot_sentences
 from server.live.control.loss_words_px4 import px4_sentences
@@ -49,7 +49,7 @@ def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -
 
 def _of_ours(settings: DroneSettings) -> Iterable[Sentence]:
     safety = settings.safety
-    ladder = [mode for mode in safety.hold_ladder if mode not in ("ALT_HOLD", "ALTCTL")]
+    ladder = [mode for mode in safety.hold_ladder if mode not in ALTITUDE_HOLDS]
     modes = f"{', '.join(ladder)}, then altitude hold" if ladder else "altitude hold"
     then = _THEN[safety.lost_action]
     yield info(

@@ -14,6 +14,7 @@ Latitude = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
 Longitude = Annotated[float, Field(ge=-180, le=180, allow_inf_nan=False)]
 Height = Annotated[float, Field(ge=-1000, le=10_000, allow_inf_nan=False, description="Above home")]
 Speed = Annotated[float, Field(gt=0, le=100, allow_inf_nan=False)]
+Heading = Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
 Offset = Annotated[float, Field(ge=-MAX_OFFSET_M, le=MAX_OFFSET_M, allow_inf_nan=False)]
 ItemNumber = Annotated[int, Field(ge=0, lt=MAX_ITEMS_ANY, description="Of the plan, from 0")]
 
@@ -46,11 +47,14 @@ class TakeOff(_Command):
 
 
 class GoTo(_Command):
+    """`heading_deg`: which way it looks, clockwise from north; left out, the autopilot's own rule holds."""
+
     command: Literal["goto"]
     lat: Latitude
     lon: Longitude
     height_m: Height
     speed_m_s: Speed | None = None
+    heading_deg: Heading | None = None
 
 
 class Simple(_Command):
@@ -60,8 +64,9 @@ class Simple(_Command):
 
 
 class SetHome(_Command):
-    """A place, or `here`. `altitude_m` is above the sea. In the air heights above home would jump: `here` keeps the
-    height that home has, and `while_flying` says that this is wanted."""
+    """A place, or `here`. `altitude_m` is above the sea; a place without one is as high as the present home. In the air
+    heights above home would jump: `here` keeps the height that home has, and `while_flying` says that this is wanted.
+    """
 
     command: Literal["set_home"]
     here: bool = False
@@ -75,8 +80,8 @@ class SetHome(_Command):
         place = (self.lat, self.lon, self.altitude_m)
         if self.here and place != (None, None, None):
             raise ValueError("either here, or a place")
-        if not self.here and None in place:
-            raise ValueError("lat, lon and altitude_m are needed, or here")
+        if not self.here and None in place[:2]:
+            raise ValueError("lat and lon are needed, or here")
         return self
 
 
@@ -86,10 +91,10 @@ class ChangeSpeed(_Command):
 
 
 class Turn(_Command):
-    """To this heading; `relative`: by so much, clockwise."""
+    """To this heading; `relative`: by so much, clockwise. `yaw` is the older name of `turn`."""
 
-    command: Literal["yaw"]
-    deg: Annotated[float, Field(ge=-360, le=360, allow_inf_nan=False)]
+    command: Literal["turn", "yaw"]
+    deg: Heading
     relative: bool = False
 
 

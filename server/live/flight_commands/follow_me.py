@@ -37,7 +37,7 @@ def follow_me_order(
 ) -> tuple[Order, Following]:
     """Raises CannotFollow, DroneBusy, LoanForbids, and what Vehicle raises."""
     name = drone.record.name
-    vehicle = Vehicle.of(drone)
+    vehicle = Vehicle.of(drone, now)
     refuse_busy(hub, drone)
     if hub.follows.with_person(principal.user_id) is not None:
         raise CannotFollow(f"another drone follows you already: {name} might come too near to it")

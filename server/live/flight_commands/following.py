@@ -7,19 +7,19 @@ from typing import Final
 from server.domain.people import Principal
 from server.domain.refusal import Refusal
 from server.live.flight_commands.bodies import Follow
-from server.live.flight_commands.steps import mode_step
-from server.live.flight_commands.vehicle import Vehicle
+from server.live.flight_commands.steps import step_of
+from server.live.flight_commands.vehicle import NotKnownHow, Vehicle
 from server.live.hub import Hub
 from server.live.operations.follow_feed import Following, motion_of, why_beyond
 from server.live.operations.operation import Lane, Order, Step, WorkName
 from server.live.operations.refusals import DroneBusy, LoanForbids
 from server.live.relay.live_drone import LiveDrone
+from wire.autopilots.profile import mode_step
 from wire.following import APART_M, FOLLOW, FollowWork, is_apart
 from wire.ids import DroneId
 from wire.transactions import Outcome
 
 STALE_S: Final = 2.0
-_LISTENS: Final = {True: "AUTO.LOITER", False: "GUIDED"}
 
 
 class NoSuchLeader(Refusal):
@@ -42,7 +42,7 @@ def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow,
     leads = leader.record.name
     work = FollowWork(leads[:80], wish.north_m, wish.east_m, wish.up_m)
     following = Following(leader.drone_id, work, principal)
-    vehicle = Vehicle.of(drone)
+    vehicle = Vehicle.of(drone, now)
     _refuse(hub, drone, leader, work, now)
     beyond = why_beyond(drone, motion_of(leader), following)
     if beyond is not None:
@@ -55,15 +55,18 @@ def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow,
 def order_for(
     vehicle: Vehicle, following: Following, for_s: float, *, work: WorkName, needs: str, about: dict[str, object]
 ) -> Order:
-    """Into the mode that listens, and then to the place. `work`, `needs`, `about`: of the order."""
+    """Into the mode that takes targets, and then to the place. `work`, `needs`, `about`: of the order. Raises
+    NotKnownHow."""
 
     def say(step: Step, outcome: Outcome, words: str, seen: bool | None) -> str:
         why = f" {following.stopped}." if following.stopped else ""
         where = "" if isinstance(step.work, FollowWork) else f", {step.phase}"
         return f"{vehicle.name}{where}:{why} {words}"
 
-    mode = _LISTENS[vehicle.px4]
-    steps = [mode_step(vehicle, mode, skip=vehicle.is_in(mode)), Step(following.work, for_s)]
+    mode = vehicle.profile.roles.targets
+    if mode is None:
+        raise NotKnownHow(f"{vehicle.name} flies {vehicle.profile.label}, which cannot follow")
+    steps = [step_of(mode_step(mode, vehicle.state)), Step(following.work, for_s)]
     return Order(work, Lane.FOLLOWING, steps, writes=True, overrules=True, needs=needs, say=say, about=about)
 
 

@@ -1,71 +1,36 @@
-"""What the tower knows of the vehicle that a command is for, and the names of its flight modes. Pure."""
+"""What the tower knows of the vehicle that a command is for. Pure.
+
+What kind it is, and how it is commanded, is its profile's (`wire.autopilots`)."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from struct import Struct
-from types import MappingProxyType
 from typing import Final
 
 from server.domain.refusal import Refusal
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.loan_limits import whole_place_in
-from wire.dialect import mavlink
+from wire.autopilots import registry
+from wire.autopilots.commands import (
+    CommandRefused,
+    NotHeardYet,
+    NotSupported,
+    PilotCommand,
+    Steps,
+    UnknownItem,
+    UnknownMode,
+    VehicleState,
+)
+from wire.autopilots.profile import AutopilotProfile
 from wire.frames import payload
 from wire.plans import PlanKind
 
 _HEARTBEAT: Final = Struct("<IBB")
-_MULTICOPTERS: Final = frozenset(
-    {
-        mavlink.MAV_TYPE_QUADROTOR,
-        mavlink.MAV_TYPE_COAXIAL,
-        mavlink.MAV_TYPE_HELICOPTER,
-        mavlink.MAV_TYPE_HEXAROTOR,
-        mavlink.MAV_TYPE_OCTOROTOR,
-        mavlink.MAV_TYPE_TRICOPTER,
-        mavlink.MAV_TYPE_DODECAROTOR,
-        mavlink.MAV_TYPE_DECAROTOR,
-    }
-)
-
-ModeNumbers = tuple[int, int]
-"""param2 and param3 of MAV_CMD_DO_SET_MODE."""
-
-COPTER_MODES: Final[Mapping[str, ModeNumbers]] = MappingProxyType(
-    {
-        entry.name.removeprefix("COPTER_MODE_"): (number, 0)
-        for number, entry in mavlink.enums["COPTER_MODE"].items()
-        if not entry.name.endswith("_ENUM_END")
-    }
-)
-_AUTO: Final = 4
-PX4_MODES: Final[Mapping[str, ModeNumbers]] = MappingProxyType(
-    {
-        "MANUAL": (1, 0),
-        "ALTCTL": (2, 0),
-        "POSCTL": (3, 0),
-        "AUTO.TAKEOFF": (_AUTO, 2),
-        "AUTO.LOITER": (_AUTO, 3),
-        "AUTO.MISSION": (_AUTO, 4),
-        "AUTO.RTL": (_AUTO, 5),
-        "AUTO.LAND": (_AUTO, 6),
-        "ACRO": (5, 0),
-        "OFFBOARD": (6, 0),
-        "STABILIZED": (7, 0),
-    }
-)
-_PX4_ALSO: Final = {
-    "ALTITUDE": "ALTCTL",
-    "POSITION": "POSCTL",
-    "TAKEOFF": "AUTO.TAKEOFF",
-    "LOITER": "AUTO.LOITER",
-    "HOLD": "AUTO.LOITER",
-    "MISSION": "AUTO.MISSION",
-    "RTL": "AUTO.RTL",
-    "RETURN": "AUTO.RTL",
-    "LAND": "AUTO.LAND",
-}
+_HEADING: Final = Struct("<26xH")
+_NO_HEADING: Final = 0xFFFF
+PLACE_STALE_S: Final = 3.0
+"""A place older than this is none: a drone that was sent there would fly back."""
 
 
 class NotKnownHow(Refusal):
@@ -80,74 +45,65 @@ class NoSuchMode(Refusal):
     """Of this autopilot."""
 
 
+class NoSuchItem(Refusal):
+    """Beyond the plan that is on board."""
+
+
+_REFUSALS: Final[dict[type[CommandRefused], type[Refusal]]] = {
+    NotSupported: NotKnownHow,
+    NotHeardYet: NotKnownYet,
+    UnknownMode: NoSuchMode,
+    UnknownItem: NoSuchItem,
+}
+
+
 @dataclass(frozen=True)
 class Vehicle:
-    """At this moment. `custom_mode`: as its heartbeat shows it; `home_alt_m`: above the sea, None: not known."""
+    """At this moment."""
 
-    name: str
-    px4: bool
-    custom_mode: int
-    armed: bool | None
-    """None: not known, as `airborne`."""
-    airborne: bool | None
-    home_alt_m: float | None
-    mission_items: int | None
-    """None: nobody knows what is on board."""
-    place_deg: tuple[float, float] | None = None
-    """Latitude and longitude; None: not known."""
+    profile: AutopilotProfile
+    state: VehicleState
 
     @classmethod
-    def of(cls, drone: LiveDrone) -> Vehicle:
-        """Raises NotKnownYet before a heartbeat, NotKnownHow of what is no multicopter of ArduPilot's or PX4's."""
+    def of(cls, drone: LiveDrone, now: float) -> Vehicle:
+        """Raises NotKnownYet before a heartbeat, NotKnownHow of a vehicle that has no profile."""
         name = drone.record.name
         if drone.heartbeat is None:
             raise NotKnownYet(f"nothing has been heard of the autopilot of {name} yet")
         body = payload(drone.heartbeat).ljust(_HEARTBEAT.size, b"\0")
         custom_mode, vehicle_type, autopilot = _HEARTBEAT.unpack_from(body)
-        px4 = autopilot == mavlink.MAV_AUTOPILOT_PX4
-        if vehicle_type not in _MULTICOPTERS or not (px4 or autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA):
-            raise NotKnownHow(f"{name} is no multicopter of ArduPilot's or PX4's: the tower has no commands for it")
+        profile = registry.of(autopilot, vehicle_type)
+        if profile is None:
+            raise NotKnownHow(f"the tower knows no vehicle of {name}'s kind, and has no commands for it")
         plan, _ = drone.board.plan(PlanKind.MISSION)
-        place = whole_place_in(drone.position_frame) if drone.position_frame is not None else None
-        return cls(
+        frame = drone.position_frame if now - drone.position_at <= PLACE_STALE_S else None
+        place = whole_place_in(frame) if frame is not None else None
+        state = VehicleState(
             name=name,
-            px4=px4,
             custom_mode=custom_mode,
             armed=drone.armed,
             airborne=drone.airborne,
             home_alt_m=drone.home.alt_amsl_m if drone.home is not None else None,
-            mission_items=plan.count if plan.state == "known" else None,
             place_deg=None if place is None else (place.lat_deg, place.lon_deg),
+            height_m=None if place is None else place.alt_rel_m,
+            heading_deg=None if frame is None else _heading_in(frame),
+            mission_items=plan.count if plan.state == "known" else None,
         )
+        return cls(profile, state)
 
-    def is_armed(self) -> bool:
-        """Raises NotKnownYet: what arms is not begun where nobody knows."""
-        if self.armed is None:
-            raise NotKnownYet(f"whether {self.name} is armed is not known: its autopilot is silent")
-        return self.armed
+    @property
+    def name(self) -> str:
+        """The drone's."""
+        return self.state.name
 
-    def mode(self, name: str) -> ModeNumbers:
-        """Upper and lower case do not count, nor whether a space or a line stands between words. Raises NoSuchMode."""
-        known = "_".join(name.upper().replace("_", " ").split())
-        modes = PX4_MODES if self.px4 else COPTER_MODES
-        numbers = modes.get(_PX4_ALSO.get(known, known) if self.px4 else known)
-        if numbers is None:
-            raise NoSuchMode(f"{self.name} has no such mode; it has {', '.join(modes)}")
-        return numbers
+    def steps(self, command: PilotCommand) -> Steps:
+        """What a command becomes. Raises NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem."""
+        try:
+            return self.profile.steps(self.state, command)
+        except CommandRefused as refused:
+            raise _REFUSALS[type(refused)](str(refused)) from refused
 
-    def is_in(self, name: str) -> bool:
-        """Whether its heartbeat shows this mode."""
-        main, sub = self.mode(name)
-        return self.custom_mode == (main << 16 | sub << 24 if self.px4 else main)
 
-    def place(self) -> tuple[float, float]:
-        """Latitude and longitude. Raises NotKnownYet."""
-        if self.place_deg is None:
-            raise NotKnownYet(f"where {self.name} is has not been heard yet")
-        return self.place_deg
-
-    def above_sea(self, height_m: float) -> float:
-        """Of a height above home. Raises NotKnownYet."""
-        if self.home_alt_m is None:
-            raise NotKnownYet(f"where home is of {self.name} has not been heard yet")
-        return self.home_alt_m + height_m
+def _heading_in(frame: bytes) -> float | None:
+    (hundredths,) = _HEADING.unpack_from(payload(frame).ljust(_HEADING.size, b"\0"))
+    return None if hundredths == _NO_HEADING else hundredths / 100.0

@@ -4,6 +4,7 @@ from server.domain.people import Principal
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.loan_requests import bar_of, words_of
 from server.live.relay.policy import CommandSeen, Permission, leave_for
+from wire.autopilots import registry
 
 
 def barred_by_loan(drone: LiveDrone, viewer: Principal, frame: bytes, command: CommandSeen | None) -> str | None:
@@ -12,6 +13,6 @@ def barred_by_loan(drone: LiveDrone, viewer: Principal, frame: bytes, command: C
     if limits is None or leave_for(frame, command) is Permission.WATCHER:
         return None
     autopilot = drone.loss_parameters.autopilot if drone.loss_parameters is not None else ""
-    px4 = autopilot == "px4" if autopilot else None
-    bar = bar_of(frame, command, limits, drone.home, armed=drone.armed, px4=px4)
+    family = registry.family_named(autopilot)
+    bar = bar_of(frame, command, limits, drone.home, armed=drone.armed, family=family)
     return None if bar is None else words_of(bar, limits)

@@ -24,6 +24,8 @@ from server.live.relay.loan_tables import (
     UP_OR_DOWN,
 )
 from server.live.relay.policy import CommandSeen, arms, spins_motors
+from wire.autopilots.arducopter import TURTLE
+from wire.autopilots.profile import AutopilotFamily
 from wire.dialect import mavlink
 from wire.frames import message_id, payload
 
@@ -77,12 +79,12 @@ def bar_of(
     home: Home | None,
     *,
     armed: bool | None,
-    px4: bool | None,
+    family: AutopilotFamily | None,
 ) -> LoanBar | None:
     """Why a whole frame may not pass, or None. Only for what is the holder's, not for what every watcher may send.
 
-    `armed` None: not known, which counts as disarmed: what could start motors is barred. `px4`: it reads altitudes in
-    commands as above the sea, whatever their frame; None: not known which autopilot it is.
+    `armed` None: not known, which counts as disarmed: what could start motors is barred. `family`: how it
+    reads altitudes and places; None: not known which autopilot it is.
     """
     if not limits.any:
         return None
@@ -95,7 +97,7 @@ def bar_of(
     item = _item_in(frame)
     if item is not None and item not in ITEMS:
         return LoanBar.OWNERS
-    return _bar_in_space(frame, command, limits, home, px4=px4) if limits.in_space else None
+    return _bar_in_space(frame, command, limits, home, family=family) if limits.in_space else None
 
 
 def words_of(bar: LoanBar, limits: Limits) -> str:
@@ -126,8 +128,6 @@ def _is_to_arm(command: CommandSeen | None) -> bool:
     return command is not None and command.command == _M.MAV_CMD_COMPONENT_ARM_DISARM and arms(command)
 
 
-_TURTLE: Final = 28
-"""The mode of an ArduCopter that turns motors of a drone that lies on its back."""
 _TO_ONE_SIDE: Final = 500
 _MIDDLE_US: Final = range(1250, 1751)
 _STICK_CHANNELS: Final = 4
@@ -137,7 +137,7 @@ def _may_start_motors(frame: bytes, command: CommandSeen | None) -> bool:
     """Of a disarmed drone: by command, by mode, or by sticks in a corner."""
     msgid, body = message_id(frame), payload(frame)
     if msgid == _M.MAVLINK_MSG_ID_SET_MODE:
-        return int.from_bytes(body[:4], "little") == _TURTLE or bool(body[5:6] and body[5] & 0x80)
+        return int.from_bytes(body[:4], "little") == TURTLE or bool(body[5:6] and body[5] & 0x80)
     if msgid == _M.MAVLINK_MSG_ID_MANUAL_CONTROL:
         _, _, _, turn, buttons = Struct("<hhhhH").unpack_from(body.ljust(10, b"\0"))
         return abs(turn) > _TO_ONE_SIDE or buttons != 0 or any(body[11:13])
@@ -147,7 +147,7 @@ def _may_start_motors(frame: bytes, command: CommandSeen | None) -> bool:
         return False
     if command.command == _M.MAV_CMD_DO_SET_MODE:
         armed_flag = isfinite(command.param1) and int(command.param1) & 0x80
-        return bool(armed_flag) or command.param2 == _TURTLE
+        return bool(armed_flag) or command.param2 == TURTLE
     return arms(command) or spins_motors(command)
 
 
@@ -161,11 +161,11 @@ def _corner_or_switch(body: bytes) -> bool:
 
 
 def _bar_in_space(
-    frame: bytes, command: CommandSeen | None, limits: Limits, home: Home | None, *, px4: bool | None
+    frame: bytes, command: CommandSeen | None, limits: Limits, home: Home | None, *, family: AutopilotFamily | None
 ) -> LoanBar | None:
     if message_id(frame) in MOTION and message_id(frame) != _M.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT:
         return LoanBar.UNJUDGED
-    found = _target_in(frame, command, px4=px4)
+    found = _target_in(frame, command, family=family)
     if found is None or isinstance(found, LoanBar):
         return found
     return _too_high(found, limits, home) or _too_far(found, limits, home)
@@ -198,7 +198,9 @@ def _too_far(target: _Target, limits: Limits, home: Home | None) -> LoanBar | No
     return LoanBar.RADIUS if reach_m > limits.radius_m else None
 
 
-def _target_in(frame: bytes, command: CommandSeen | None, *, px4: bool | None) -> _Target | LoanBar | None:
+def _target_in(
+    frame: bytes, command: CommandSeen | None, *, family: AutopilotFamily | None
+) -> _Target | LoanBar | None:
     msgid, body = message_id(frame), payload(frame)
     if msgid == _M.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT:
         fields = _SET_TARGET.unpack(body.ljust(_SET_TARGET.size, b"\0")[: _SET_TARGET.size])
@@ -209,44 +211,47 @@ def _target_in(frame: bytes, command: CommandSeen | None, *, px4: bool | None) -
         fields = _IN_INT.unpack_from(body.ljust(_IN_INT.size, b"\0"))
         if fields[8] not in ITEMS_AT_A_PLACE:
             return None
-        return _from_int(fields, fields[8], (fields[11],), px4=px4)
+        return _from_int(fields, fields[8], (fields[11],), family=family)
     if command is None:
         return None
     if command.command == _M.MAV_CMD_DO_CHANGE_ALTITUDE:
         told = int(command.param2) if isfinite(command.param2) else -1
-        return _Target(None, None, _or_here(command.param1), _readings(told, px4))
+        return _Target(None, None, _or_here(command.param1), _readings(told, family))
     if command.command not in AT_A_PLACE and command.command != _M.MAV_CMD_DO_REPOSITION:
         return None
     if msgid == _M.MAVLINK_MSG_ID_COMMAND_INT:
         fields = _IN_INT.unpack_from(body.ljust(_IN_INT.size, b"\0"))
-        return _from_int(fields, command.command, _readings(body.ljust(33, b"\0")[32], px4), px4=px4)
+        return _from_int(fields, command.command, _readings(body.ljust(33, b"\0")[32], family), family=family)
     values = _IN_LONG.unpack_from(body.ljust(_IN_LONG.size, b"\0"))
     lat, lon = values[4], values[5]
-    here = not (isfinite(lat) and isfinite(lon)) or _zero_is_here(lat, lon, command.command, px4)
-    own = 0 if px4 or command.command == _M.MAV_CMD_DO_REPOSITION else 3
-    readings = (own,) if px4 else _readings(own, px4)
+    here = not (isfinite(lat) and isfinite(lon)) or _zero_is_here(lat, lon, command.command, family)
+    above_sea = family is not None and not family.reads_frames
+    own = 0 if above_sea or command.command == _M.MAV_CMD_DO_REPOSITION else 3
+    readings = (own,) if above_sea else _readings(own, family)
     circle_m = _circle(values, command.command)
     return _Target(None if here else lat, None if here else lon, _or_here(values[6]), readings, circle_m)
 
 
-def _from_int(fields: tuple[float, ...], number: int, frames: tuple[int, ...], *, px4: bool | None) -> _Target:
+def _from_int(
+    fields: tuple[float, ...], number: int, frames: tuple[int, ...], *, family: AutopilotFamily | None
+) -> _Target:
     lat, lon = fields[4], fields[5]
-    here = _HERE_E7 in (lat, lon) or _zero_is_here(lat, lon, number, px4)
+    here = _HERE_E7 in (lat, lon) or _zero_is_here(lat, lon, number, family)
     circle_m = _circle(fields, number)
     return _Target(None if here else lat / 1e7, None if here else lon / 1e7, _or_here(fields[6]), frames, circle_m)
 
 
-def _readings(frame: int, px4: bool | None) -> tuple[int, ...]:
-    """The frames in which an altitude in a command may be read. PX4 looks at none of them: above the sea."""
-    if px4 is False:
+def _readings(frame: int, family: AutopilotFamily | None) -> tuple[int, ...]:
+    """The frames in which an altitude in a command may be read. Some look at none of them: above the sea."""
+    if family is not None and family.reads_frames:
         return (frame,)
     return (frame, 0)
 
 
-def _zero_is_here(lat: float, lon: float, number: int, px4: bool | None) -> bool:
-    """To an ArduPilot 0, 0 is where it is; to a PX4 it is a place off Africa."""
+def _zero_is_here(lat: float, lon: float, number: int, family: AutopilotFamily | None) -> bool:
+    """0, 0 is where it is, or a place off Africa."""
     at_zero = lat == 0 and lon == 0
-    return at_zero and (px4 is False or (px4 is None and number in UP_OR_DOWN))
+    return at_zero and (number in UP_OR_DOWN if family is None else family.zero_is_here)
 
 
 def _circle(values: tuple[float, ...], number: int) -> float:

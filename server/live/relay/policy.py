@@ -61,9 +61,6 @@ COMMANDS: Final[Mapping[int, Permission]] = {
 }
 """MAV_CMD to who may send it; what is not here is the holder's."""
 
-FORCE_DISARM: Final = 21196.0
-"""param2 of MAV_CMD_COMPONENT_ARM_DISARM by which ArduPilot and PX4 disarm whatever the drone is doing."""
-
 AUX_ARMS: Final = frozenset({151.0, 153.0, 154.0, 165.0})
 """Switches of an ArduPilot (param1 of MAV_CMD_DO_AUX_FUNCTION) that arm: TURTLE, ARMDISARM,
 ARMDISARM_AIRMODE, ARM_EMERGENCY_STOP."""

@@ -2,8 +2,8 @@
 
 import pytest
 
-from onboard_agent.autopilot.flight_modes import px4_custom_mode
 from onboard_agent.failsafe.after_sticks import after_sticks
+from wire.autopilots.px4_multicopter import custom_mode as px4_custom_mode
 from wire.dialect import mavlink
 from wire.open_holds import AfterSticks
 

@@ -4,12 +4,14 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.autopilot.flight_modes import FlightMode, Modes, hold_rungs, modes_of
+from onboard_agent.autopilot.flight_modes import hold_rungs, modes_of
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.flying import Flying
 from onboard_agent.failsafe.hold import DEADLINE_S, Hold
 from onboard_agent.failsafe.hold_table import NEXT, OPEN, HoldEvent, HoldPhase
 from onboard_agent.sticks.held_sticks import STICKS_INTERVAL_S
+from wire.autopilots.profile import FailsafeModes as Modes
+from wire.autopilots.profile import FlightMode
 from wire.control_messages import HoldCause, HoldStep
 from wire.dialect import decode, mavlink
 

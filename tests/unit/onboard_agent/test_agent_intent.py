@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from onboard_agent.autopilot.flight_modes import flies_without_sticks, holds_when_centred, px4_custom_mode
+from onboard_agent.autopilot.flight_modes import flies_without_sticks, holds_when_centred
 from onboard_agent.autopilot.intent import Command, Intent, Sticks, Target, read_intent
 from onboard_agent.sticks.stick_gate import StickGate
+from wire.autopilots.px4_multicopter import custom_mode as px4_custom_mode
 from wire.dialect import build, mavlink
 
 ARDUPILOT, PX4 = 3, 12

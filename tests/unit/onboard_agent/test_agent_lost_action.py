@@ -4,10 +4,12 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.autopilot.flight_modes import Modes, modes_of, px4_custom_mode
+from onboard_agent.autopilot.flight_modes import modes_of
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.lost_action import RUNG_PATIENCE_S, Loss, LostActing, situation
 from onboard_agent.failsafe.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
+from wire.autopilots.profile import FailsafeModes as Modes
+from wire.autopilots.px4_multicopter import custom_mode as px4_custom_mode
 from wire.control_messages import SafetySettings
 from wire.dialect import decode, mavlink
 from wire.open_holds import Lost, LostAction, LostPhase

@@ -4,9 +4,10 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.autopilot.flight_modes import hold_rungs, modes_of, px4_custom_mode
+from onboard_agent.autopilot.flight_modes import hold_rungs, modes_of
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.mode_ladder import LadderStep, ModeLadder
+from wire.autopilots.px4_multicopter import custom_mode as px4_custom_mode
 from wire.dialect import decode, mavlink
 
 STEP_S = 0.025

@@ -5,11 +5,13 @@ from typing import Any
 
 import pytest
 
-from onboard_agent.autopilot.flight_modes import FlightMode, Modes, hold_rungs, modes_of
+from onboard_agent.autopilot.flight_modes import hold_rungs, modes_of
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.flying import Flying
 from onboard_agent.failsafe.hold import Hold
 from onboard_agent.failsafe.stay_stage import SLOW_DOWN_S, TRY_AGAIN_S, UNKNOWN_WAIT_S
+from wire.autopilots.profile import FailsafeModes as Modes
+from wire.autopilots.profile import FlightMode
 from wire.control_messages import HoldCause
 from wire.dialect import decode, mavlink
 from wire.open_holds import AfterSticks, HoldStage

@@ -5,7 +5,8 @@ from typing import Any
 import pytest
 from onboard_world import LOITER, RTL, STEP_S, World, order, set_mode
 
-from onboard_agent.autopilot.flight_modes import holds_when_centred, px4_custom_mode
+from onboard_agent.autopilot.flight_modes import holds_when_centred
+from wire.autopilots.px4_multicopter import custom_mode as px4_custom_mode
 from wire.control_messages import ControlChanged, HoldCause
 from wire.dialect import mavlink
 

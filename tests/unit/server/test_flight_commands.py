@@ -1,6 +1,7 @@
 """What a command becomes: MAV_CMDs and their numbers, for ArduCopter and for PX4."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -8,24 +9,25 @@ from hub_world import HubWorld
 from pydantic import TypeAdapter, ValidationError
 
 from server.live.flight_commands.bodies import FlightCommand
-from server.live.flight_commands.steps import NoSuchItem, order_of
-from server.live.flight_commands.vehicle import NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
+from server.live.flight_commands.steps import order_of
+from server.live.flight_commands.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, Vehicle
 from server.live.operations.permissions import message_of
+from wire.autopilots import arducopter, arduplane, px4_multicopter
+from wire.autopilots.commands import VehicleState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.transactions import CommandWork, Outcome
 
 READ: TypeAdapter[Any] = TypeAdapter(FlightCommand)
-COPTER = Vehicle("hawk", px4=False, custom_mode=5, armed=False, airborne=False, home_alt_m=500.0, mission_items=9)
-PX4 = Vehicle(
-    "hawk", px4=True, custom_mode=4 << 16 | 4 << 24, armed=False, airborne=False, home_alt_m=500.0, mission_items=9
-)
+STATE = VehicleState("hawk", 5, armed=False, airborne=False, home_alt_m=500.0, mission_items=9)
+COPTER = Vehicle(arducopter.PROFILE, STATE)
+PX4 = Vehicle(px4_multicopter.PROFILE, replace(STATE, custom_mode=4 << 16 | 4 << 24))
 NAN = None
 PLACE = {"lat": 47.1, "lon": 8.2}
 
 
 def but(vehicle: Vehicle, **fields: Any) -> Vehicle:
-    return Vehicle(**{**vehicle.__dict__, **fields})
+    return replace(vehicle, state=replace(vehicle.state, **fields))
 
 
 def works(body: dict[str, Any], vehicle: Vehicle) -> list[CommandWork]:
@@ -146,9 +148,36 @@ def test_an_item_that_is_not_on_board_is_refused_where_it_is_known(command: str)
 )
 def test_headings_and_turns(deg: float, relative: bool, params: tuple[float, ...]) -> None:
     body = {"command": "yaw", "deg": deg, "relative": relative}
-    assert works(body, COPTER) == [long(115, *params)]
-    with pytest.raises(NotKnownHow, match="hawk"):
-        works(body, PX4)
+    assert works(body, COPTER) == works(body | {"command": "turn"}, COPTER) == [long(115, *params)]
+
+
+def test_px4_turns_where_it_is_and_leaves_what_it_flies_for_it() -> None:
+    there = but(PX4, place_deg=(47.1, 8.2), height_m=30.0, heading_deg=350.0)
+    to, by = {"command": "turn", "deg": 90}, {"command": "turn", "deg": 20, "relative": True}
+    assert works(to, there) == [at(192, 0, 530.0, -1, 1, 0, math.pi / 2)]
+    assert works(by, there)[0].params[3] == pytest.approx(math.radians(10))
+    assert order_of(READ.validate_python(to), there).overrules
+    assert not order_of(READ.validate_python(to), COPTER).overrules
+    for unknown in ({"place_deg": None}, {"height_m": None}, {"home_alt_m": None}):
+        with pytest.raises(NotKnownYet, match="hawk"):
+            works(to, but(there, **unknown))
+    with pytest.raises(NotKnownYet, match="which way hawk looks"):
+        works(by, but(there, heading_deg=None))
+
+
+def test_a_go_to_may_say_which_way_to_look() -> None:
+    body = {"command": "goto", **PLACE, "height_m": 30, "heading_deg": 270}
+    yaw = -math.pi / 2
+    assert works(body, COPTER) == [at(192, 3, 30.0, -1, 1, 0, yaw), long(115, 270, 0, 0, 0)]
+    assert works(body, PX4) == [at(192, 0, 530.0, -1, 1, 0, yaw)]
+
+
+@pytest.mark.parametrize("vehicle", [COPTER, PX4], ids=["copter", "px4"])
+def test_a_home_without_a_height_is_as_high_as_the_present_one(vehicle: Vehicle) -> None:
+    body = {"command": "set_home", **PLACE}
+    assert works(body, vehicle) == [at(179, 0, 500.0, 0, 0, 0, 0)]
+    with pytest.raises(NotKnownYet, match="where home is of hawk"):
+        works(body, but(vehicle, home_alt_m=None))
 
 
 def test_an_orbit_is_px4s() -> None:
@@ -229,7 +258,7 @@ def test_the_vehicle_is_as_its_newest_heartbeat_says() -> None:
     drone = world.hub.state.drones.get(DroneId(1))
     assert drone is not None
     with pytest.raises(NotKnownYet):
-        Vehicle.of(drone)
+        Vehicle.of(drone, 0.0)
 
     def beat(vehicle_type: int, autopilot: int, component: int = 1) -> None:
         message = mavlink.MAVLink_heartbeat_message(vehicle_type, autopilot, 81, 17, 4, 3)
@@ -237,8 +266,28 @@ def test_the_vehicle_is_as_its_newest_heartbeat_says() -> None:
 
     beat(mavlink.MAV_TYPE_HEXAROTOR, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
     beat(mavlink.MAV_TYPE_GIMBAL, mavlink.MAV_AUTOPILOT_INVALID, component=154)
-    seen = Vehicle.of(drone)
-    assert (seen.px4, seen.is_in("BRAKE"), seen.home_alt_m, seen.mission_items) == (False, True, None, None)
+    seen = Vehicle.of(drone, 0.0)
+    state = seen.state
+    assert (seen.profile.key, state.custom_mode, state.home_alt_m, state.mission_items) == (
+        "arducopter",
+        17,
+        None,
+        None,
+    )
     beat(mavlink.MAV_TYPE_FIXED_WING, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    assert Vehicle.of(drone, 0.0).profile is arduplane.PROFILE
+    beat(mavlink.MAV_TYPE_AIRSHIP, mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA)
     with pytest.raises(NotKnownHow):
-        Vehicle.of(drone)
+        Vehicle.of(drone, 0.0)
+
+
+def test_a_place_that_is_old_is_none() -> None:
+    world = HubWorld()
+    agent = world.agent(1)
+    drone = world.hub.state.drones.get(DroneId(1))
+    assert drone is not None
+    place = mavlink.MAVLink_global_position_int_message(0, 471000000, 82000000, 530000, 30000, 0, 0, 0, 9000)
+    agent.send(build(place, system_id=1, component_id=1, sequence=0), now=1.0)
+    fresh, old = Vehicle.of(drone, 3.9).state, Vehicle.of(drone, 4.1).state
+    assert (fresh.place_deg, fresh.height_m, fresh.heading_deg) == ((47.1, 8.2), 30.0, 90.0)
+    assert (old.place_deg, old.height_m, old.heading_deg) == (None, None, None)

@@ -8,6 +8,9 @@ from server.live.relay.loan_limits import Home, Limits
 from server.live.relay.loan_requests import LoanBar, bar_of, words_of
 from server.live.relay.loan_tables import COMMANDS, ITEMS, MESSAGES
 from server.live.relay.policy import command_in
+from wire.autopilots.ardupilot import ARDUPILOT
+from wire.autopilots.profile import AutopilotFamily
+from wire.autopilots.px4_multicopter import PX4
 from wire.dialect import build, mavlink
 
 M = mavlink
@@ -55,8 +58,12 @@ def overrides(*values: int) -> bytes:
     return sent(M.MAVLink_rc_channels_override_message(1, 1, *values, *[0] * (18 - len(values))))
 
 
+def family_of(px4: bool | None) -> AutopilotFamily | None:
+    return None if px4 is None else PX4 if px4 else ARDUPILOT
+
+
 def bar(frame: bytes, limits: Limits, *, home: Home | None = HOME, armed: bool = False, px4: bool | None = False):
-    return bar_of(frame, command_in(frame), limits, home, armed=armed, px4=px4)
+    return bar_of(frame, command_in(frame), limits, home, armed=armed, family=family_of(px4))
 
 
 @pytest.mark.parametrize(
@@ -259,4 +266,4 @@ def test_the_tables_hold_nothing_that_moves_a_limit() -> None:
 )
 def test_any_bytes_get_a_decision(msgid: int, body: bytes, armed: bool, px4: bool | None) -> None:
     frame = bytes([0xFD, len(body), 0, 0, 0, 255, 190, *msgid.to_bytes(3, "little")]) + body + b"\0\0"
-    bar_of(frame, command_in(frame), Limits(False, 50.0, 200.0), HOME, armed=armed, px4=px4)
+    bar_of(frame, command_in(frame), Limits(False, 50.0, 200.0), HOME, armed=armed, family=family_of(px4))

@@ -249,6 +249,16 @@ def test_a_go_to_takes_heights_above_the_sea(flying: Make) -> None:
     assert ground.command_int(go, -1, 1, 0, math.nan, **place, z=30, frame=6) == DENIED
 
 
+def test_a_go_to_may_say_which_way_to_look(flying: Make) -> None:
+    ground = flying(Px4Mode.LOITER)
+    here = {"x": 473_977_420, "y": 85_455_940}
+    go = mavlink.MAV_CMD_DO_REPOSITION
+    for yaw_rad in (1.5, -1.5):
+        assert ground.command_int(go, -1, 1, 0, yaw_rad, **here, z=HOME_AMSL_M + 20, frame=0) == ACCEPTED
+        ground.run(15.0)
+        assert ground.body.attitude()[2] == pytest.approx(yaw_rad, abs=0.05)
+
+
 @pytest.mark.parametrize("radius_m", [15.0, -15.0], ids=["clockwise", "counter-clockwise"])
 def test_an_orbit_goes_round_a_place_at_a_height_above_the_sea(flying: Make, radius_m: float) -> None:
     ground = flying(Px4Mode.LOITER)

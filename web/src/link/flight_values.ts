@@ -127,7 +127,7 @@ export function flightValues(telemetry: Telemetry, beside: Beside, nowMs: number
     heartbeatAgeMs,
     autopilot: heartbeat?.fields.autopilot ?? null,
     customMode: heartbeat?.fields.custom_mode ?? null,
-    mode: heartbeat ? modeName(heartbeat.fields.autopilot, heartbeat.fields.custom_mode) : null,
+    mode: heartbeat ? modeName(heartbeat.fields.autopilot, heartbeat.fields.custom_mode, heartbeat.fields.type) : null,
     armed,
     airborne,
     landed: LANDED_WORDS[landedState] ?? null,

@@ -1,10 +1,10 @@
 /**
  * How far a drone is with the mission on board, as its autopilot tells (MISSION_CURRENT, MISSION_ITEM_REACHED). Items are
- * numbered as in a plan, from 0: ArduPilot keeps home in its own number 0.
+ * numbered as in a plan, from 0: some autopilots keep home in their own number 0.
  */
 
-import { MAV_AUTOPILOT } from './generated/mavlink.gen';
 import type { Message } from './mavlink';
+import { profileOf } from './modes';
 import { Store } from './store';
 
 const MISSION_MODES: ReadonlySet<string> = new Set(['AUTO', 'MISSION']);
@@ -39,7 +39,7 @@ export class MissionProgress {
   receive(message: Message, autopilot: number | null): void {
     if (message.name !== 'MISSION_CURRENT' && message.name !== 'MISSION_ITEM_REACHED') return;
     if (autopilot === null) return;
-    const item = message.fields.seq - (autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA ? 1 : 0);
+    const item = message.fields.seq - (profileOf(autopilot)?.hasHomeSlot ? 1 : 0);
     const { current, reached } = this.now.get();
     if (message.name === 'MISSION_CURRENT') {
       const next = item < 0 ? null : item;

@@ -1,9 +1,16 @@
-/** The flight modes of the autopilots we know: their names, numbers, and which of them does what. */
+/** The flight modes of the autopilots we know, read from the generated table of their profiles (wire/autopilots/). */
 
-import { COPTER_MODE, MAV_AUTOPILOT } from './generated/mavlink.gen';
+import { AUTOPILOTS, type PilotCommandName } from './generated/autopilots.gen';
+import { MAV_TYPE } from './generated/mavlink.gen';
+
+/** What a drone in the air does in a mode, as far as losing somebody goes. */
+export type FlightTask = 'mission' | 'return' | 'landing' | 'by-hand' | 'by-itself';
 
 export interface Mode {
+  /** For people. */
   readonly name: string;
+  /** As the autopilot names it: what REST takes. */
+  readonly ownName: string;
   /** HEARTBEAT.custom_mode when it is active. */
   readonly customMode: number;
   /** Parameters 2 and 3 of DO_SET_MODE. */
@@ -11,144 +18,103 @@ export interface Mode {
   readonly sub: number;
   /** It does what the sticks say: with nobody at them, what a radio at rest says (throttle down: it sinks). */
   readonly obeysSticks: boolean;
+  /** Null: not said of this mode. */
+  readonly task: FlightTask | null;
 }
 
 export interface ModeSet {
+  /** Those to choose from. */
   readonly modes: readonly Mode[];
-  /**
-   * Stays where it is, with nobody at the sticks. Not ALT_HOLD: without a stream of centred sticks that falls
-   * back to the radio's values, and with the throttle at rest the drone descends into the ground (measured).
-   */
+  /** Stays where it is, with nobody at the sticks. */
   readonly hold: Mode;
   readonly returns: Mode;
   readonly land: Mode;
+  /** Must be entered before it takes off and flies to places; null: it needs none. */
   readonly guided: Mode | null;
   /** For flying by hand: does what the sticks say, and stays in its place when they are centred. */
   readonly byHand: Mode;
 }
 
-const words = (name: string): string => name.replaceAll('_', ' ');
-
-const COPTER_STICK_MODES: ReadonlySet<string> = new Set([
-  'STABILIZE',
-  'ACRO',
-  'ALT_HOLD',
-  'LOITER',
-  'POSHOLD',
-  'CIRCLE',
-]);
-
-function copter(name: keyof typeof COPTER_MODE): Mode {
-  return {
-    name: words(name),
-    customMode: COPTER_MODE[name],
-    main: COPTER_MODE[name],
-    sub: 0,
-    obeysSticks: COPTER_STICK_MODES.has(name),
-  };
+/** What the console knows of an autopilot on one kind of vehicle. */
+export interface AutopilotProfile {
+  readonly key: string;
+  readonly label: string;
+  readonly family: 'ardupilot' | 'px4';
+  readonly autopilot: number;
+  readonly vehicleTypes: readonly number[];
+  /** Item 0 of its mission is home. */
+  readonly hasHomeSlot: boolean;
+  /** The modes for its hold ladder, altitude hold left out. */
+  readonly holdRungs: readonly string[];
+  /** By command, why it never does it. */
+  readonly cannot: Readonly<Partial<Record<PilotCommandName, string>>>;
+  readonly modes: readonly (Mode & { readonly drifts: boolean; readonly isOffered: boolean })[];
+  readonly roles: Readonly<Record<'hold' | 'returns' | 'land' | 'guided' | 'byHand', number | null>>;
 }
 
-const PX4_AUTO = 4;
-function px4(name: string, main: number, sub = 0): Mode {
-  return { name, customMode: ((main << 16) | (sub << 24)) >>> 0, main, sub, obeysSticks: main !== PX4_AUTO };
+const PROFILES: readonly AutopilotProfile[] = AUTOPILOTS;
+
+/** By MAV_AUTOPILOT and MAV_TYPE; without a type, that of its multicopters. Null for what we do not know. */
+export function profileOf(autopilot: number, vehicleType: number = MAV_TYPE.QUADROTOR): AutopilotProfile | null {
+  return PROFILES.find((one) => one.autopilot === autopilot && one.vehicleTypes.includes(vehicleType)) ?? null;
 }
 
-const ARDUCOPTER: ModeSet = {
-  modes: (
-    [
-      'STABILIZE',
-      'ALT_HOLD',
-      'LOITER',
-      'POSHOLD',
-      'BRAKE',
-      'GUIDED',
-      'AUTO',
-      'CIRCLE',
-      'RTL',
-      'SMART_RTL',
-      'LAND',
-    ] as const
-  ).map(copter),
-  hold: copter('BRAKE'),
-  returns: copter('RTL'),
-  land: copter('LAND'),
-  guided: copter('GUIDED'),
-  byHand: copter('LOITER'),
-};
-
-const PX4_MODES = {
-  manual: px4('MANUAL', 1),
-  altitude: px4('ALTITUDE', 2),
-  position: px4('POSITION', 3),
-  takeOff: px4('TAKEOFF', PX4_AUTO, 2),
-  loiter: px4('LOITER', PX4_AUTO, 3),
-  mission: px4('MISSION', PX4_AUTO, 4),
-  returns: px4('RETURN', PX4_AUTO, 5),
-  land: px4('LAND', PX4_AUTO, 6),
-  precisionLand: px4('PRECISION LAND', PX4_AUTO, 9),
-  stabilized: px4('STABILIZED', 7),
-};
-
-const PX4: ModeSet = {
-  // A precision landing is begun by missions and returns; to choose, LAND is the mode.
-  modes: Object.values(PX4_MODES).filter((mode) => mode !== PX4_MODES.precisionLand),
-  hold: PX4_MODES.loiter,
-  returns: PX4_MODES.returns,
-  land: PX4_MODES.land,
-  guided: null,
-  byHand: PX4_MODES.position,
-};
-
-/** Null for an autopilot that we cannot name modes of. */
-export function modeSetOf(autopilot: number): ModeSet | null {
-  if (autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA) return ARDUCOPTER;
-  if (autopilot === MAV_AUTOPILOT.PX4) return PX4;
-  return null;
+/** The modes that a hold ladder may have before altitude hold; those of all autopilots where none is known. */
+export function holdRungs(autopilot: number | null): readonly string[] {
+  const known = autopilot === null ? null : profileOf(autopilot);
+  return known?.holdRungs ?? PROFILES.flatMap((one) => one.holdRungs);
 }
 
-/** Modes that keep the height and not the place. */
-const ALTITUDE_HOLDS: ReadonlySet<string> = new Set(['ALT HOLD', 'ALTITUDE']);
-
-export const driftsWithTheWind = (mode: string | null): boolean => mode !== null && ALTITUDE_HOLDS.has(mode);
-
-export function obeysSticks(autopilot: number, customMode: number): boolean {
-  return modeSetOf(autopilot)?.modes.find((mode) => mode.customMode === customMode)?.obeysSticks ?? false;
+/** Why the autopilot never does a command, as a sentence; null: it does, or nobody knows it. */
+export function whyNot(command: PilotCommandName, autopilot: number, vehicleType?: number): string | null {
+  return profileOf(autopilot, vehicleType)?.cannot[command] ?? null;
 }
 
-/** What a drone in the air does in a mode, as far as losing somebody goes. */
-export type FlightTask = 'mission' | 'return' | 'landing' | 'by-hand' | 'by-itself';
+function modeIn(profile: AutopilotProfile | null, customMode: number | null): AutopilotProfile['modes'][number] | null {
+  return profile?.modes.find((one) => one.customMode === customMode) ?? null;
+}
 
-const COPTER_TASKS: Readonly<Record<number, FlightTask>> = {
-  [COPTER_MODE.AUTO]: 'mission',
-  [COPTER_MODE.RTL]: 'return',
-  [COPTER_MODE.SMART_RTL]: 'return',
-  [COPTER_MODE.AUTO_RTL]: 'return',
-  [COPTER_MODE.LAND]: 'landing',
-};
-const PX4_TASKS: Readonly<Record<number, FlightTask>> = {
-  [PX4_MODES.mission.customMode]: 'mission',
-  [PX4_MODES.returns.customMode]: 'return',
-  [PX4_MODES.land.customMode]: 'landing',
-  [PX4_MODES.precisionLand.customMode]: 'landing',
-};
+function modeSetFor(profile: AutopilotProfile): ModeSet | null {
+  const { roles } = profile;
+  const hold = modeIn(profile, roles.hold);
+  const returns = modeIn(profile, roles.returns);
+  const land = modeIn(profile, roles.land);
+  const byHand = modeIn(profile, roles.byHand);
+  if (!hold || !returns || !land || !byHand) return null;
+  const modes = profile.modes.filter(({ isOffered }) => isOffered);
+  return { modes, hold, returns, land, guided: modeIn(profile, roles.guided), byHand };
+}
+
+const MODE_SETS = new Map(PROFILES.map((profile) => [profile, modeSetFor(profile)]));
+
+/** Null for a vehicle that is not flown from here. */
+export function modeSetOf(autopilot: number, vehicleType?: number): ModeSet | null {
+  const profile = profileOf(autopilot, vehicleType);
+  return profile && (MODE_SETS.get(profile) ?? null);
+}
+
+const DRIFTING: ReadonlySet<string> = new Set(
+  PROFILES.flatMap(({ modes }) => modes.filter(({ drifts }) => drifts).map(({ name }) => name)),
+);
+
+/** Of a mode by its name for people: it keeps the height and not the place. */
+export const driftsWithTheWind = (mode: string | null): boolean => mode !== null && DRIFTING.has(mode);
+
+export function obeysSticks(autopilot: number, customMode: number, vehicleType?: number): boolean {
+  const mode = modeIn(profileOf(autopilot, vehicleType), customMode);
+  return mode !== null && mode.task !== null && mode.obeysSticks;
+}
 
 /** Null for a mode that we do not know. */
-export function flightTask(autopilot: number | null, customMode: number | null): FlightTask | null {
-  const set = autopilot === null || customMode === null ? null : modeSetOf(autopilot);
-  if (set === null || customMode === null) return null;
-  const task = (set === PX4 ? PX4_TASKS : COPTER_TASKS)[customMode];
-  if (task) return task;
-  const mode = set.modes.find((one) => one.customMode === customMode);
-  return mode ? (mode.obeysSticks ? 'by-hand' : 'by-itself') : null;
+export function flightTask(
+  autopilot: number | null,
+  customMode: number | null,
+  vehicleType?: number,
+): FlightTask | null {
+  if (autopilot === null) return null;
+  return modeIn(profileOf(autopilot, vehicleType), customMode)?.task ?? null;
 }
 
-export function modeName(autopilot: number, customMode: number): string {
-  const known = modeSetOf(autopilot)?.modes.find((mode) => mode.customMode === customMode);
-  if (known) return known.name;
-  if (autopilot === MAV_AUTOPILOT.PX4 && customMode === PX4_MODES.precisionLand.customMode) {
-    return PX4_MODES.precisionLand.name;
-  }
-  const other = Object.entries(COPTER_MODE).find(([, number]) => number === customMode);
-  if (autopilot === MAV_AUTOPILOT.ARDUPILOTMEGA && other) return words(other[0]);
-  return `MODE ${customMode}`;
+export function modeName(autopilot: number, customMode: number, vehicleType?: number): string {
+  return modeIn(profileOf(autopilot, vehicleType), customMode)?.name ?? `MODE ${customMode}`;
 }

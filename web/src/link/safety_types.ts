@@ -14,7 +14,5 @@ export type RehearsalTerms = Schemas['RehearsalView'];
 /** Whether arming must wait for "I have read this". */
 export const wantsReading = (check: LossCheck): boolean => check.dangerous && !check.acknowledged;
 
-/** The rungs that a hold may be built of, by autopilot, before altitude hold, which is the last one anyway. */
-export const COPTER_RUNGS = ['LOITER', 'POSHOLD', 'BRAKE'] as const;
-export const PX4_RUNGS = ['AUTO.LOITER', 'POSCTL'] as const;
+/** The last rung of every hold ladder, by the autopilots' names. */
 export const ALTITUDE_RUNGS: ReadonlySet<string> = new Set(['ALT_HOLD', 'ALTCTL']);

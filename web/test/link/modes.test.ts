@@ -1,7 +1,7 @@
 import { describe, expect, it } from 'vitest';
 
-import { COPTER_MODE, MAV_AUTOPILOT } from '../../src/link/generated/mavlink.gen';
-import { flightTask, modeName, modeSetOf, type FlightTask } from '../../src/link/modes';
+import { COPTER_MODE, MAV_AUTOPILOT, MAV_TYPE } from '../../src/link/generated/mavlink.gen';
+import { flightTask, holdRungs, modeName, modeSetOf, whyNot, type FlightTask } from '../../src/link/modes';
 
 const { ARDUPILOTMEGA, PX4, INVALID } = MAV_AUTOPILOT;
 const px4 = (main: number, sub = 0): number => ((main << 16) | (sub << 24)) >>> 0;
@@ -37,4 +37,32 @@ describe('what a drone does in a mode', () => {
 it('names a precision landing, which nobody can choose', () => {
   expect(modeName(PX4, px4(4, 9))).toBe('PRECISION LAND');
   expect(modeSetOf(PX4)?.modes.map(({ name }) => name)).not.toContain('PRECISION LAND');
+});
+
+describe('profiles', () => {
+  const { QUADROTOR, FIXED_WING } = MAV_TYPE;
+
+  it('name the modes of the vehicle that it is', () => {
+    expect(modeName(ARDUPILOTMEGA, 11, FIXED_WING)).toBe('RTL');
+    expect(modeName(ARDUPILOTMEGA, 11, QUADROTOR)).toBe('DRIFT');
+    expect(modeName(PX4, px4(3), QUADROTOR)).toBe('POSITION');
+  });
+
+  it('offer nothing to choose for a vehicle that is only watched', () => {
+    expect(modeSetOf(ARDUPILOTMEGA, FIXED_WING)).toBeNull();
+    expect(modeSetOf(ARDUPILOTMEGA, QUADROTOR)?.hold.name).toBe('BRAKE');
+  });
+
+  it('say what an autopilot cannot do, and why', () => {
+    expect(whyNot('orbit', ARDUPILOTMEGA)).toBe('ArduCopter circles a place in missions only: plan it');
+    expect(whyNot('turn', PX4)).toBeNull();
+    expect(whyNot('takeoff', ARDUPILOTMEGA, FIXED_WING)).toMatch(/watched and returned only/);
+    expect(whyNot('rtl', ARDUPILOTMEGA, FIXED_WING)).toBeNull();
+  });
+
+  it('have the rungs of a hold, of all autopilots while none is known', () => {
+    expect(holdRungs(ARDUPILOTMEGA)).toEqual(['LOITER', 'POSHOLD', 'BRAKE']);
+    expect(holdRungs(PX4)).toEqual(['AUTO.LOITER', 'POSCTL']);
+    expect(holdRungs(null)).toEqual(['LOITER', 'POSHOLD', 'BRAKE', 'AUTO.LOITER', 'POSCTL']);
+  });
 });

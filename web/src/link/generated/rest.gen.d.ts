@@ -1738,12 +1738,14 @@ export interface components {
             readonly lat: number;
             readonly lon: number;
         };
+        /** @description `heading_deg`: which way it looks, clockwise from north; left out, the autopilot's own rule holds. */
         readonly GoTo: {
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
             readonly command: "goto";
+            readonly heading_deg?: number | null;
             /** @description Above home */
             readonly height_m: number;
             readonly lat: number;
@@ -2589,8 +2591,8 @@ export interface components {
             readonly user_agent: string;
         };
         /**
-         * @description A place, or `here`. `altitude_m` is above the sea. In the air heights above home would jump: `here` keeps the
-         *     height that home has, and `while_flying` says that this is wanted.
+         * @description A place, or `here`. `altitude_m` is above the sea; a place without one is as high as the present home. In the air
+         *     heights above home would jump: `here` keeps the height that home has, and `while_flying` says that this is wanted.
          */
         readonly SetHome: {
             readonly altitude_m?: number | null;
@@ -2755,13 +2757,13 @@ export interface components {
             readonly secret: string;
             readonly token: components["schemas"]["TokenView"];
         };
-        /** @description To this heading; `relative`: by so much, clockwise. */
+        /** @description To this heading; `relative`: by so much, clockwise. `yaw` is the older name of `turn`. */
         readonly Turn: {
             /**
              * @description discriminator enum property added by openapi-typescript
              * @enum {string}
              */
-            readonly command: "yaw";
+            readonly command: "turn" | "yaw";
             readonly deg: number;
             /** @default false */
             readonly relative?: boolean;

@@ -1,0 +1,153 @@
+"""Every profile and every pilot command: the MAVLink commands, written by hand, or a reason."""
+
+import math
+from dataclasses import fields, replace
+
+import pytest
+
+from wire.autopilots.commands import (
+    Arm,
+    ChangeMode,
+    ChangeSpeed,
+    CommandRefused,
+    CommandTable,
+    Disarm,
+    GoTo,
+    Hold,
+    Jump,
+    Land,
+    LookAt,
+    NotSupported,
+    Orbit,
+    Pause,
+    PilotCommand,
+    Resume,
+    Return,
+    SetHome,
+    StartMission,
+    TakeOff,
+    Turn,
+    VehicleState,
+)
+from wire.autopilots.profile import AutopilotProfile
+from wire.autopilots.registry import PROFILES
+from wire.transactions import CommandWork
+
+NAN = None
+COMMANDS: dict[str, PilotCommand] = {
+    "arm": Arm(),
+    "disarm": Disarm(force=True),
+    "mode": ChangeMode("rtl"),
+    "takeoff": TakeOff(20),
+    "goto": GoTo(47.1, 8.2, 30, heading_deg=90),
+    "hold": Hold(),
+    "pause": Pause(),
+    "resume": Resume(),
+    "land": Land(),
+    "rtl": Return(),
+    "speed": ChangeSpeed(4),
+    "turn": Turn(90),
+    "set_home": SetHome((47.1, 8.2)),
+    "start": StartMission(2),
+    "jump": Jump(2),
+    "orbit": Orbit(47.1, 8.2, 25, 30, 3),
+    "roi": LookAt((47.1, 8.2, 2)),
+}
+"""One of each, by the name of its field in `CommandTable`."""
+FLYING_MISSION = VehicleState(
+    "hawk", 3, armed=True, airborne=True, home_alt_m=500.0, place_deg=(47.3, 8.4), height_m=12.0, mission_items=9
+)
+
+
+def long(command: int, *params: float | None) -> CommandWork:
+    return CommandWork(command, (*params, *[0.0] * (7 - len(params))))  # type: ignore[arg-type]
+
+
+def at(command: int, frame: int, alt_m: float, *params: float | None) -> CommandWork:
+    return CommandWork(command, (*params, 0.0, 0.0, alt_m), 471000000, 82000000, frame)  # type: ignore[arg-type]
+
+
+HERE_E7 = (473000000, 84000000)
+EAST = math.pi / 2
+GOLDEN: dict[str, dict[str, list[CommandWork]]] = {
+    "arducopter": {
+        "arm": [long(400, 1)],
+        "disarm": [long(400, 0, 21196)],
+        "mode": [long(176, 1, 6)],
+        "takeoff": [long(176, 1, 4), long(22, 0, 0, 0, 0, 0, 0, 20)],
+        "goto": [at(192, 3, 30, -1, 1, 0, EAST), long(115, 90, 0, 0, 0)],
+        "hold": [long(176, 1, 17)],
+        "pause": [long(193, 0)],
+        "resume": [long(193, 1)],
+        "land": [long(176, 1, 9)],
+        "rtl": [long(176, 1, 6)],
+        "speed": [long(178, 1, 4, -1)],
+        "turn": [long(115, 90, 0, 0, 0)],
+        "set_home": [at(179, 0, 500, 0, 0, 0, 0)],
+        "start": [long(224, 3, 1), long(300)],
+        "jump": [long(224, 3, 0)],
+        "roi": [at(195, 3, 2, 0, 0, 0, 0)],
+    },
+    "px4_multicopter": {
+        "arm": [long(400, 1)],
+        "disarm": [long(400, 0, 21196)],
+        "mode": [long(176, 1, 4, 5)],
+        "takeoff": [long(22, NAN, 0, 0, NAN, NAN, NAN, 520)],
+        "goto": [at(192, 0, 530, -1, 1, 0, EAST)],
+        "hold": [long(176, 1, 4, 3)],
+        "pause": [long(176, 1, 4, 3)],
+        "resume": [long(176, 1, 4, 4)],
+        "land": [long(176, 1, 4, 6)],
+        "rtl": [long(176, 1, 4, 5)],
+        "speed": [long(178, 1, 4, -1)],
+        "turn": [CommandWork(192, (-1, 1, 0, EAST, 0, 0, 512), *HERE_E7, 0)],
+        "set_home": [at(179, 0, 500, 0, 0, 0, 0)],
+        "start": [long(300, 2)],
+        "jump": [long(300, 2)],
+        "orbit": [at(34, 0, 530, 25, 3, 0, NAN)],
+        "roi": [at(195, 0, 502, 0, 0, 0, 0)],
+    },
+    "arduplane": {"hold": [long(176, 1, 12)], "rtl": [long(176, 1, 11)]},
+    "ardurover": {},
+    "ardusub": {},
+}
+"""What is missing has a reason."""
+
+
+def flying_mission(profile: AutopilotProfile) -> VehicleState:
+    assert profile.roles.mission is not None
+    return replace(FLYING_MISSION, custom_mode=profile.roles.mission.custom_mode)
+
+
+def test_nothing_is_left_out() -> None:
+    names = {field.name for field in fields(CommandTable)}
+    assert set(COMMANDS) == names
+    assert all(command.name == name for name, command in COMMANDS.items())
+    assert set(GOLDEN) == {profile.key for profile in PROFILES}
+    assert all(set(said) <= names for said in GOLDEN.values())
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda one: one.key)
+def test_each_command_becomes_these_or_has_a_reason(profile: AutopilotProfile, name: str) -> None:
+    golden = GOLDEN[profile.key].get(name)
+    if golden is None:
+        reason = profile.why_not(name)
+        assert reason is not None and reason.startswith(f"{profile.label} ")
+        with pytest.raises(NotSupported, match=f"hawk flies {profile.label}, which "):
+            profile.steps(flying_mission(profile), COMMANDS[name])
+        return
+    assert profile.why_not(name) is None
+    steps = profile.steps(flying_mission(profile), COMMANDS[name])
+    assert [step.work for step in steps if not step.needless] == golden
+    assert all(step.phase for step in steps)
+    assert not steps[-1].needless
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda one: one.key)
+def test_what_is_not_known_is_a_reason_and_no_error(profile: AutopilotProfile, name: str) -> None:
+    try:
+        assert profile.steps(VehicleState("hawk", 0), COMMANDS[name])
+    except CommandRefused as refused:
+        assert "hawk" in str(refused)

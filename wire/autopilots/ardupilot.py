@@ -1,0 +1,100 @@
+"""What all vehicles of ArduPilot have in common. Measured on ArduCopter 4.6 and 4.7 (docs/control.md). Pure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Final
+
+from wire.autopilots.profile import AutopilotFamily, FlightMode
+from wire.autopilots.vehicle_types import PLANES
+from wire.dialect import mavlink
+from wire.open_holds import AfterSticks
+from wire.plan_fields import KeptFields
+from wire.plan_keeping_ardupilot import ArduPilot
+
+_R: Final = AfterSticks
+_FS_OPTIONS_GO_ON: Final = {3: 1, 4: 4, 9: 8}
+"""ArduCopter mode to the bit of FS_OPTIONS with which it goes on without a radio: AUTO, GUIDED, LAND."""
+_FS_THR_ACTIONS: Final = {1: _R.RETURNS, 2: _R.RETURNS, 3: _R.LANDS, 4: _R.RETURNS, 5: _R.LANDS, 6: _R.RETURNS}
+_AUTO: Final = 3
+_CONTINUES_AUTO: Final = 2
+
+GROUND_STATION: Final = ("SYSID_MYGCS", "MAV_GCS_SYSID")
+"""Until ArduPilot 4.6, and from 4.7 on."""
+
+
+def _after_sticks(custom_mode: int, values: Mapping[str, float], without: bool) -> AfterSticks:
+    action = values.get("FS_THR_ENABLE")
+    if action is None:
+        return _R.UNKNOWN
+    if action <= 0:
+        return _R.STAYS if without else _R.UNKNOWN  # the last sticks stay in force
+    if int(values.get("FS_OPTIONS", 0)) & _FS_OPTIONS_GO_ON.get(custom_mode, 0):
+        return _R.STAYS
+    if custom_mode == _AUTO and action == _CONTINUES_AUTO:
+        return _R.STAYS
+    return _FS_THR_ACTIONS.get(int(action), _R.UNKNOWN)
+
+
+def _keeping(vehicle_type: int) -> KeptFields:
+    return ArduPilot(is_plane=vehicle_type in PLANES)
+
+
+def _main_of(custom_mode: int) -> int:
+    return custom_mode
+
+
+def _custom_mode(main: float, sub: float) -> int:
+    return int(main)  # `sub` is not read: it may be no number
+
+
+ARDUPILOT: Final = AutopilotFamily(
+    autopilot=int(mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA),
+    name="ardupilot",
+    label="ArduPilot",
+    main_of=_main_of,
+    custom_mode=_custom_mode,
+    reads_frames=True,
+    zero_is_here=True,
+    has_home_slot=True,
+    targets_by_command=False,
+    bytes_in_parameters=False,
+    packs_parameters=True,
+    arms_with_throttle_down=True,
+    silent_without_receiver=False,
+    station_parameters=GROUND_STATION,
+    stick_parameters=("RC1_TRIM", "RC2_TRIM", "RC3_MIN", "RC3_MAX", "RC4_TRIM"),
+    loss_parameters=(
+        *GROUND_STATION,
+        "RC3_MIN",
+        "RC3_MAX",
+        "RC3_TRIM",
+        "FS_GCS_ENABLE",
+        "FS_GCS_TIMEOUT",
+        "FS_THR_ENABLE",
+        "FS_OPTIONS",
+        "RC_OVERRIDE_TIME",
+        "RC_FS_TIMEOUT",
+        "RC_OPTIONS",
+        "SIM_SPEEDUP",  # in ArduPilot's own simulator only; last, because a real one never answers
+    ),
+    deciding_parameters=("FS_THR_ENABLE", "FS_GCS_ENABLE", "RC_OVERRIDE_TIME"),
+    after_sticks=_after_sticks,
+    keeping=_keeping,
+)
+
+
+def modes_in(enum: str, known: Mapping[str, FlightMode]) -> tuple[FlightMode, ...]:
+    """Every mode of an enum of the dialect, in its order: those that are `known`, by their numbers, and the others by
+    name alone."""
+    found = []
+    for number, entry in sorted(mavlink.enums[enum].items()):
+        name = str(entry.name).removeprefix(f"{enum}_")
+        if name != "ENUM_END":
+            found.append(known.get(name) or named(name, int(number)))
+    return tuple(found)
+
+
+def named(name: str, number: int) -> FlightMode:
+    """A mode of which nothing is known but its name."""
+    return FlightMode(name, number, (number, 0), name.replace("_", " "))

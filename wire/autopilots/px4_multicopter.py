@@ -1,0 +1,266 @@
+"""PX4 on multicopters. Sources: PX4 1.15 and 1.16, its documentation and its own simulator.
+
+It reads heights above the sea, whatever the frame of the message. It takes off when it is armed, and arms for a mission
+start. It turns as part of a flight to a place: to where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Final
+
+from wire.autopilots import common
+from wire.autopilots.commands import (
+    CommandStep,
+    CommandTable,
+    GoTo,
+    Jump,
+    LookAt,
+    NotSupported,
+    Orbit,
+    StartMission,
+    Steps,
+    TakeOff,
+    Turn,
+    VehicleState,
+)
+from wire.autopilots.profile import (
+    AutopilotFamily,
+    AutopilotProfile,
+    FailsafeModes,
+    FlightMode,
+    FlightTask,
+    ModeRoles,
+    Sticks,
+    change_mode,
+    into,
+)
+from wire.autopilots.vehicle_types import MULTICOPTERS
+from wire.dialect import mavlink
+from wire.open_holds import AfterSticks
+from wire.plan_fields import KeptFields
+from wire.plan_keeping_px4 import Px4
+
+_M: Final = mavlink
+_T: Final = FlightTask
+_R: Final = AfterSticks
+
+_MAIN_SHIFT: Final = 16
+_SUB_SHIFT: Final = 24
+_AUTO: Final = 4
+
+
+def custom_mode(main: float, sub: float = 0) -> int:
+    """As the heartbeat packs the two numbers that DO_SET_MODE carries apart."""
+    return int(main) << _MAIN_SHIFT | int(sub) << _SUB_SHIFT
+
+
+def _main_of(number: int) -> int:
+    return number >> _MAIN_SHIFT & 0xFF
+
+
+def _mode(
+    name: str,
+    main: int,
+    sub: int,
+    label: str,
+    task: FlightTask | None,
+    *aliases: str,
+    place: bool = True,
+    centred: bool = False,
+    drifts: bool = False,
+    mission: bool = False,
+    settable: bool = True,
+    offered: bool = True,
+) -> FlightMode:
+    """AUTO and OFFBOARD are flown by nobody's sticks."""
+    return FlightMode(
+        name,
+        custom_mode(main, sub),
+        (main, sub),
+        label,
+        aliases,
+        sticks=Sticks.IGNORED if main in (_AUTO, 6) else Sticks.FLY,
+        task=task,
+        needs_position=place,
+        holds_when_centred=centred,
+        drifts=drifts,
+        flies_mission=mission,
+        settable=settable,
+        offered=offered and settable,
+    )
+
+
+_MANUAL: Final = _mode("MANUAL", 1, 0, "MANUAL", _T.BY_HAND, place=False)
+_ALTCTL: Final = _mode("ALTCTL", 2, 0, "ALTITUDE", _T.BY_HAND, "ALTITUDE", place=False, centred=True, drifts=True)
+_POSCTL: Final = _mode("POSCTL", 3, 0, "POSITION", _T.BY_HAND, "POSITION", centred=True)
+_TAKEOFF: Final = _mode("AUTO.TAKEOFF", _AUTO, 2, "TAKEOFF", _T.BY_ITSELF, "TAKEOFF")
+_LOITER: Final = _mode("AUTO.LOITER", _AUTO, 3, "LOITER", _T.BY_ITSELF, "LOITER", "HOLD")
+_MISSION: Final = _mode("AUTO.MISSION", _AUTO, 4, "MISSION", _T.MISSION, "MISSION", mission=True)
+_RTL: Final = _mode("AUTO.RTL", _AUTO, 5, "RETURN", _T.RETURN, "RTL", "RETURN")
+_LAND: Final = _mode("AUTO.LAND", _AUTO, 6, "LAND", _T.LANDING, "LAND", place=False)
+_PRECLAND: Final = _mode("AUTO.PRECLAND", _AUTO, 9, "PRECISION LAND", _T.LANDING, settable=False)
+"""Begun by missions and returns; to choose, LAND is the mode."""
+_OFFBOARD: Final = _mode("OFFBOARD", 6, 0, "OFFBOARD", _T.BY_ITSELF, offered=False)
+
+_MODES: Final = (
+    _MANUAL,
+    _ALTCTL,
+    _POSCTL,
+    _TAKEOFF,
+    _LOITER,
+    _MISSION,
+    _RTL,
+    _LAND,
+    _mode("ACRO", 5, 0, "ACRO", _T.BY_HAND, place=False, offered=False),
+    _OFFBOARD,
+    _mode("STABILIZED", 7, 0, "STABILIZED", _T.BY_HAND, place=False),
+    _PRECLAND,
+    # Shown as a sub mode of POSCTL. It circles without sticks; sticks change the circle, centred ones do not stop it.
+    replace(_mode("ORBIT", 3, 1, "ORBIT", None, settable=False), sticks=Sticks.ADJUST),
+    _mode("AUTO.READY", _AUTO, 1, "READY", None, settable=False),
+    _mode("AUTO.FOLLOW", _AUTO, 8, "FOLLOW", None, settable=False),
+    # AUTO without a sub mode is the mission.
+    _mode("AUTO", _AUTO, 0, "AUTO", _T.MISSION, mission=True, settable=False),
+)
+
+_RCL_ACTIONS: Final = {1: _R.STAYS, 2: _R.RETURNS, 3: _R.LANDS}
+_RCL_EXCEPTIONS: Final = {_MISSION.custom_mode: 1, _LOITER.custom_mode: 2, _OFFBOARD.custom_mode: 4}
+"""COM_RCL_EXCEPT: mission, hold, off-board."""
+
+
+def _after_sticks(number: int, values: Mapping[str, float], without: bool) -> AfterSticks:
+    action = values.get("NAV_RCL_ACT")
+    if action is None:
+        return _R.UNKNOWN
+    if int(values.get("COM_RCL_EXCEPT", 0)) & _RCL_EXCEPTIONS.get(number, 0):
+        return _R.STAYS
+    if action <= 0:
+        return _R.STAYS if without else _R.UNKNOWN
+    return _RCL_ACTIONS.get(int(action), _R.UNKNOWN)
+
+
+def _keeping(vehicle_type: int) -> KeptFields:
+    return Px4()
+
+
+PX4: Final = AutopilotFamily(
+    autopilot=int(_M.MAV_AUTOPILOT_PX4),
+    name="px4",
+    label="PX4",
+    main_of=_main_of,
+    custom_mode=custom_mode,
+    reads_frames=False,
+    zero_is_here=False,
+    has_home_slot=False,
+    targets_by_command=True,
+    bytes_in_parameters=True,
+    packs_parameters=False,
+    arms_with_throttle_down=False,
+    silent_without_receiver=True,
+    accepts_modes_it_does_not_enter=True,
+    loss_parameters=(
+        "COM_RC_IN_MODE",
+        "COM_RC_LOSS_T",
+        "COM_DL_LOSS_T",
+        "NAV_DLL_ACT",
+        "NAV_RCL_ACT",
+        "COM_RCL_EXCEPT",
+        "COM_OBL_RC_ACT",
+        "SYS_HITL",
+        "SIM_GZ_EN",
+    ),
+    deciding_parameters=("COM_RC_IN_MODE", "NAV_RCL_ACT", "NAV_DLL_ACT"),
+    after_sticks=_after_sticks,
+    keeping=_keeping,
+)
+
+
+def _take_off(state: VehicleState, command: TakeOff) -> Steps:
+    phase = f"climbing to {command.height_m:g} m"
+    is_armed = state.is_armed()
+    altitude_m = state.above_sea(command.height_m)
+    climb = common.command_long(_M.MAV_CMD_NAV_TAKEOFF, None, 0.0, 0.0, None, None, None, altitude_m)
+    if is_armed:
+        return (CommandStep(phase, climb),)
+    return (CommandStep("getting ready to climb", climb), common.arming(phase=f"arming, {phase}"))
+
+
+def _go_to(state: VehicleState, command: GoTo) -> Steps:
+    return (common.reposition(PX4, state, command),)
+
+
+def _turn(state: VehicleState, command: Turn) -> Steps:
+    """To where it is, looking there. It leaves what it flies: a mission, a return."""
+    lat, lon = state.here()
+    heading = (state.heading() + command.deg if command.relative else command.deg) % 360.0
+    step = common.reposition(PX4, state, GoTo(lat, lon, state.height(), heading_deg=heading))
+    return (CommandStep(f"turning to {heading:g}\u00b0", step.work),)
+
+
+def _mission_from(state: VehicleState, item: int, phase: str) -> Steps:
+    return (CommandStep(phase, common.command_long(_M.MAV_CMD_MISSION_START, float(item))),)
+
+
+def _start(state: VehicleState, command: StartMission) -> Steps:
+    state.check_item(command.item)
+    state.is_armed()
+    return _mission_from(state, command.item, f"flying the mission from item {command.item + 1}")
+
+
+def _jump(state: VehicleState, command: Jump) -> Steps:
+    state.check_item(command.item)
+    if state.custom_mode != _MISSION.custom_mode or not state.armed:
+        raise NotSupported(f"{state.name} flies PX4, which jumps only while it flies a mission: use `start` with item")
+    return _mission_from(state, command.item, f"going to item {command.item + 1}")
+
+
+def _orbit(state: VehicleState, command: Orbit) -> Steps:
+    altitude = common.altitude_for(PX4, state, command.height_m)
+    params = (command.radius_m, command.m_s, 0.0, None)
+    work = common.command_at(_M.MAV_CMD_DO_ORBIT, (command.lat_deg, command.lon_deg), altitude, *params)
+    return (CommandStep(f"circling at {abs(command.radius_m):g} m", work),)
+
+
+def _look_at(state: VehicleState, command: LookAt) -> Steps:
+    return common.look_at(PX4, state, command)
+
+
+PROFILE: Final = AutopilotProfile(
+    key="px4_multicopter",
+    label="PX4",
+    family=PX4,
+    vehicle_types=MULTICOPTERS,
+    modes=_MODES,
+    roles=ModeRoles(hold=_LOITER, returns=_RTL, land=_LAND, mission=_MISSION, targets=_LOITER, by_hand=_POSCTL),
+    failsafe=FailsafeModes(
+        position_holds=(_LOITER, _POSCTL),
+        altitude_hold=_ALTCTL,
+        going_home=(_RTL, _LAND, _PRECLAND),
+        return_=_RTL,
+        land=_LAND,
+        mission=_MISSION,
+        pauses=(_LOITER,),
+    ),
+    commands=CommandTable(
+        arm=common.arm,
+        disarm=common.disarm,
+        mode=change_mode(_MODES),
+        takeoff=_take_off,
+        goto=_go_to,
+        hold=into(_LOITER),
+        pause=into(_LOITER),
+        resume=into(_MISSION),
+        land=into(_LAND),
+        rtl=into(_RTL),
+        speed=common.change_speed,
+        turn=_turn,
+        set_home=common.set_home,
+        start=_start,
+        jump=_jump,
+        orbit=_orbit,
+        roi=_look_at,
+    ),
+    stands_in=True,
+)
