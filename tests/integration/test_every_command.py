@@ -226,14 +226,17 @@ async def end_of(pilot: Pilot, operation: str) -> Any:
 
 
 async def refused_arming(pilot: Pilot) -> str:
-    """Why it is refused, once the drone has told what has to be known for it."""
+    """Why it is refused, once the drone's parameters and what has to be known for it have come."""
     for _ in range(300):
+        if not (await pilot.ask("GET", "/loss-check")).json["complete"]:
+            await asyncio.sleep(0.1)
+            continue
         answer = await pilot.ask("POST", "/commands", {"command": "takeoff", "height_m": HEIGHT_M})
         assert answer.status == 409, answer.body
         if answer.json["type"] != "/problems/not-known-yet":
             return str(answer.json["type"])
         await asyncio.sleep(0.1)
-    raise AssertionError(answer.body)
+    raise AssertionError("the drone never told what has to be known")
 
 
 async def fly(pilot: Pilot, flavour: Flavour, give: Give, expected: Callable[[Case], Row]) -> list[Row]:
