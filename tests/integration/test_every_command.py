@@ -5,6 +5,7 @@ behind `tower connect`. One flight for each way, in a world of real programs wit
 """
 
 import asyncio
+import math
 import socket
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
@@ -117,6 +118,12 @@ def cases(flavour: Flavour) -> list[Case]:
         Case({"command": "speed", "m_s": 6}, lambda f, s: [long(M.MAV_CMD_DO_CHANGE_SPEED, 1, 6, -1)]),
     ]
     px4 = [
+        # A stock program turns a PX4 by a flight to where it is, with a heading in radians.
+        Case(
+            {"command": "yaw", "deg": 90},
+            lambda f, s: [at(M.MAV_CMD_DO_REPOSITION, *f.place(s), -1, 1, 0, math.pi / 2)],
+            row="goto",
+        ),
         Case({"command": "speed", "m_s": 6}, lambda f, s: [long(M.MAV_CMD_DO_CHANGE_SPEED, 1, 6, -1)]),
         Case(
             {"command": "orbit", **place, "radius_m": 20},
@@ -297,7 +304,7 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
                     answered = (message.command, M.MAV_RESULT_ACCEPTED)
                     await pilot.until(lambda: answered in pilot.acks, f"{case.name}: {pilot.acks}")  # noqa: B023
                 given.append(frame(case))
-                if case.row == "mode":  # it may be given again, and within a second it would be the same one
+                if case.row == "mode" or case.name == "goto":  # it may be given again, and within a second it would be the same one
                     await rows(len(given))
 
             await fly(pilot, flavour, by_connect, frame)
