@@ -51,7 +51,7 @@ async def reading(autopilot: RealAutopilot, maker: FrameMaker, *, by_file: bool)
                     if source(frame) != (1, 1):
                         continue
                     if message_id(frame) == VALUES:
-                        one.heard(read_told(frame, Encoding.CAST), loop.time())
+                        one.receive(read_told(frame, Encoding.CAST), loop.time())
                     elif message_id(frame) == FILES:
                         answer = read_answer(decode(frame), 1)
                         if answer is not None:
