@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.store.flight_logs.receiving import LogReceiver
     from server.store.operations.audit_writer import OperationAuditWriter
     from server.store.recordings.recordings import Recordings
+    from server.store.tower_lock import TowerLock
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class Tower:
     settings: Settings
     clock: Clock
     database: Database
+    lock: TowerLock
     vault: Vault
     passwords: Passwords
     password_policy: PasswordPolicy
