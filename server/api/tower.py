@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from datetime import datetime
 
     from server.api.relay.agent_sign_in import SignInRules
+    from server.api.remembered import RememberedSignIns
     from server.domain.clock import Clock
     from server.live.anonymous.budget import AnonymousBudget
     from server.live.hub import Hub
@@ -53,6 +54,7 @@ class Tower:
     password_policy: PasswordPolicy
     sessions: Sessions
     tokens: ApiTokens
+    remembered: RememberedSignIns
     door: SignInService
     passkey_door: PasskeySignInService
     hub: Hub

@@ -53,6 +53,7 @@ from server.api.relay import routes as relay_routes
 from server.api.relay.agent_sign_in import SignInRules, is_agent
 from server.api.relay.running import running_relay
 from server.api.relay.tls_binding import TlsBinding
+from server.api.remembered import RememberedSignIns
 from server.api.system import routes as system_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
@@ -259,6 +260,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         password_policy=PasswordPolicy(urlsplit(settings.public_url).hostname or ""),
         sessions=sessions,
         tokens=ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor),
+        remembered=RememberedSignIns(hub.stands),
         door=SignInService(database, passwords, sessions, throttle, vault),
         passkey_door=PasskeySignInService(database, sessions, Challenges()),
         hub=hub,
@@ -323,6 +325,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await end_assistance(tower.database, tower.clock)
         tower.hub.on_event = tower.event_handler.noticed
         stack.push_async_callback(tower.event_handler.stop)
+        stack.push_async_callback(tower.service.stop)
         stack.push_async_callback(tower.rehearsals.stop)
         stack.push_async_callback(tower.enrolment_news.stop)
         await tower.loss_checks.load()

@@ -14,11 +14,11 @@ The parts: `live_state` (the dictionaries), `agent_reports`, `audience` (the bro
 
 from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from server.domain.clock import Clock, utc_now
 from server.domain.fleet import FleetSnapshot
-from server.domain.people import Role, SignInId, UserRef
+from server.domain.people import Principal, Role, SignInId, UserRef
 from server.domain.scopes import Scope
 from server.live.fleet.views import DroneView
 from server.live.hub_events import HubEvent
@@ -201,6 +201,16 @@ class Hub:
         """Whether the last snapshot has this session or token. It lacks a session that began after it was read."""
         return self._fleet.knows_sign_in(sign_in)
 
+    def stands(self, principal: Principal, revision: int) -> bool:
+        """Whether a sign-in still stands that the database confirmed at this `fleet_revision`."""
+        return self._fleet.stands(principal, revision)
+
+    def tell_undecided(self, drone_id: DroneId, severity: Literal["info", "warning", "error"], words: str) -> None:
+        """To everybody who may see the drone: how it is with a change of control that the database has not decided."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            self._state.tell_watchers(drone, live.Notice(severity, "control-undecided", words, drone_id, 1))
+
     def is_admin(self, user_id: UserId) -> bool:
         """Whether this account is that of an admin of the tower."""
         return self._fleet.is_admin(user_id)
@@ -298,6 +308,7 @@ class Hub:
     def end_sessions(self, session_ids: Iterable[SignInId], why: str = "the session has ended") -> None:
         """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
         ended = list(session_ids)
+        self._fleet.forget_sign_ins(ended)
         self._audience.end_sessions(ended, why)
         self.video.end_sessions(ended, why)
 

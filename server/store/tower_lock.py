@@ -81,6 +81,11 @@ class TowerLock:
         """Whether this process may still act as the tower, as far as it can know without the database."""
         return self._belief is not None and self._belief.may_act(self._now())
 
+    @property
+    def is_renewed(self) -> bool:
+        """Whether the last attempt to write the renewal succeeded: the test of a write, twice a second."""
+        return self._answered and self.may_act()
+
     async def take(self, *, waits: bool) -> None:
         """Returns with the lock taken. `waits`: for as long as another has it. Raises TowerLockHeld."""
         watch, told = LockWatch(), ""
@@ -146,7 +151,6 @@ class TowerLock:
         if self._belief.is_lost:
             return False
         began_at = self._now()
-        self._answered = False
         try:
             async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
                 renewed = await session.execute(
@@ -156,6 +160,7 @@ class TowerLock:
             self._answered = True
         except (SQLAlchemyError, OSError):
             # Nobody can take what cannot be written. Who flies goes on flying.
+            self._answered = False
             self._belief.answered(began_at)
             return True
         if not is_mine:

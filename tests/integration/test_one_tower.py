@@ -51,7 +51,7 @@ class Pair:
 
     def until_taken_over(self, since: float) -> float:
         """Seconds from then until the second one says that it is the tower."""
-        wait_for("the second tower", lambda: self.health()[1] and self.health()[1]["status"] == "ok")
+        wait_for("the second tower", lambda: self.health()[1] and self.health()[1]["status"] == "ok", timeout_s=20)
         return time.monotonic() - since
 
 

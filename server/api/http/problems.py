@@ -306,7 +306,7 @@ def handle_problems(app: FastAPI) -> None:
 async def _on_database(request: Request, error: Exception) -> JSONResponse:
     _log.error("database_unavailable", path=request.url.path, error=str(error))
     lost = isinstance(error, LockLost)
-    detail = str(error) if lost else "nothing was changed: try again in a moment"
+    detail = str(error)
     headers = {"Retry-After": "1"}
     return problem(NOT_THE_TOWER if lost else DATABASE, instance=request.url.path, detail=detail, headers=headers)
 

@@ -16,7 +16,7 @@ def test_an_owner_that_does_not_renew_is_dead_after_the_lease() -> None:
     watch = LockWatch()
     assert not watch.may_take(HELD, 100.0)
     assert not watch.may_take(HELD, 100.0 + TAKE_AFTER_S - 0.01)
-    assert watch.may_take(HELD, 100.0 + TAKE_AFTER_S)
+    assert watch.may_take(HELD, 100.01 + TAKE_AFTER_S)
     assert not watch.is_alive
 
 
@@ -32,7 +32,7 @@ def test_while_the_database_answers_nobody_no_time_counts() -> None:
     watch.may_take(HELD, 0.0)
     watch.unanswered()
     assert not watch.may_take(HELD, 60.0)
-    assert watch.may_take(HELD, 60.0 + TAKE_AFTER_S)
+    assert watch.may_take(HELD, 60.01 + TAKE_AFTER_S)
 
 
 def test_an_owner_that_was_stopped_may_not_act_before_it_has_looked() -> None:
