@@ -188,7 +188,8 @@ def own_postgres(missing: Callable[[str], None]) -> Iterator[OwnPostgres]:
             try:
                 await connection.execute("CREATE DATABASE tower")
                 folder = await connection.fetchval("SHOW data_directory")
-                return int(Path(folder, "postmaster.pid").read_text().split()[0])
+                lines = await asyncio.to_thread(Path(folder, "postmaster.pid").read_text)
+                return int(lines.split()[0])
             finally:
                 await connection.close()
 
