@@ -36,6 +36,8 @@ from server.store.database import Database, LockLost, open_database
 from server.store.tower_lock_table import THE_ROW, TowerLockRow
 
 _log = structlog.get_logger(__name__)
+REACHED_WITHIN_S: Final = 10.0
+"""A tower that starts gives up after the database has not answered for so long."""
 _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 
@@ -87,19 +89,23 @@ class TowerLock:
         return self._answered and self.may_act()
 
     async def take(self, *, waits: bool) -> None:
-        """Returns with the lock taken. `waits`: for as long as another has it. Raises TowerLockHeld."""
+        """Returns with the lock taken. `waits`: for as long as another has it. Raises TowerLockHeld, and, unless it
+        waits, what the database says if that lasts."""
         watch, told = LockWatch(), ""
+        gives_up_at = self._now() + REACHED_WITHIN_S
         while True:
             try:
                 state = await self._read()
                 dead = self._beside is not None and has_died(self._life_path(state.owner))
-                if (watch.may_take(state, self._now()) or dead) and await self._take_from(state):
+                # Its own where the answer to the last attempt was lost on the way.
+                free = watch.may_take(state, self._now()) or dead or state.owner == self._owner
+                if free and await self._take_from(state):
                     return
             except (SQLAlchemyError, OSError) as error:
-                if not waits:
+                if not waits and self._now() >= gives_up_at:
                     raise
                 watch.unanswered()
-                _log.warning("standby_sees_no_database", error=type(error).__name__)
+                _log.warning("tower_lock_not_read", error=type(error).__name__)
             else:
                 if watch.is_alive and not waits:
                     raise TowerLockHeld(state)
