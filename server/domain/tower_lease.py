@@ -12,8 +12,8 @@ from datetime import datetime
 from typing import Final
 
 RENEW_EVERY_S: Final = 0.5
-RENEW_WITHIN_S: Final = 1.5
-"""After this a renewal counts as unanswered. Two of them and a pause are shorter than the lease."""
+RENEW_WITHIN_S: Final = 1.0
+"""After this a renewal counts as unanswered. Two of them and the pause between them are shorter than the lease."""
 LEASE_S: Final = 3.0
 TAKE_AFTER_S: Final = 3.3
 """The lease, and a tenth for clocks that do not run alike."""
@@ -75,10 +75,15 @@ class LockBelief:
         self._as_of = began_at
         self.is_lost = False
 
-    def answered(self, began_at: float) -> None:
-        """An attempt to renew, begun then, has ended and did not say that the lock is another's: it was renewed, or
-        the database did not answer. While it answers nobody, nobody can take the lock."""
+    def renewed(self, began_at: float) -> None:
+        """The database has renewed the lock; the attempt began then."""
         self._as_of = max(self._as_of, began_at)
+
+    def unanswered(self, began_at: float) -> None:
+        """The database did not answer an attempt that began then: nobody can take what cannot be written, so the owner
+        goes on. But not one that was stopped for so long before that another may have taken the lock: it must see."""
+        if self.may_act(began_at):
+            self.renewed(began_at)
 
     def silent_for_s(self, now: float) -> float:
         return now - self._as_of

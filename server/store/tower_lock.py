@@ -36,6 +36,7 @@ from server.store.database import Database, LockLost, open_database
 from server.store.tower_lock_table import THE_ROW, TowerLockRow
 
 _log = structlog.get_logger(__name__)
+QUESTION_WITHIN_S: Final = 0.7
 REACHED_WITHIN_S: Final = 10.0
 """A tower that starts gives up after the database has not answered for so long."""
 _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
@@ -74,6 +75,7 @@ class TowerLock:
         """Called once, at once, when it turns out that another process has the lock; with words for people."""
         self.lost_words = ""
         self._answered = True
+        self._ending: set[asyncio.Task[bool]] = set()
 
     @property
     def is_taken(self) -> bool:
@@ -131,6 +133,8 @@ class TowerLock:
                 async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
                     await session.execute(self._mine().values(owner=NOBODY, address="", pid=0))
         self._belief = None
+        if self._ending:
+            await asyncio.wait(self._ending, timeout=RENEW_WITHIN_S)
         if self._life is not None:
             self._life.unlock()
         if self._database is not None:
@@ -157,23 +161,38 @@ class TowerLock:
         if self._belief.is_lost:
             return False
         began_at = self._now()
+        attempt = asyncio.create_task(self._write_renewal())
         try:
-            async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
-                renewed = await session.execute(
-                    self._mine().values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
-                )
-                is_mine = cast("CursorResult[object]", renewed).rowcount == 1
-            self._answered = True
+            # Whatever a connection that hangs needs for its end is not waited for: the next attempt must not be late.
+            await asyncio.wait({attempt}, timeout=RENEW_WITHIN_S)
+        finally:
+            if not attempt.done():
+                attempt.cancel()
+                self._ending.add(attempt)
+                attempt.add_done_callback(self._ended)
+        try:
+            is_mine = attempt.result() if attempt not in self._ending else None
         except (SQLAlchemyError, OSError):
-            # Nobody can take what cannot be written. Who flies goes on flying.
-            self._answered = False
-            self._belief.answered(began_at)
-            return True
-        if not is_mine:
+            is_mine = None
+        self._answered = is_mine is not None
+        if is_mine is None:
+            self._belief.unanswered(began_at)
+        elif is_mine:
+            self._belief.renewed(began_at)
+        else:
             await self._lose()
-            return False
-        self._belief.answered(began_at)
-        return True
+        return is_mine is not False
+
+    async def _write_renewal(self) -> bool:
+        """Whether the lock is ours."""
+        async with self._open().writing() as session:
+            renewal = self._mine().values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
+            return cast("CursorResult[object]", await session.execute(renewal)).rowcount == 1
+
+    def _ended(self, attempt: asyncio.Task[bool]) -> None:
+        self._ending.discard(attempt)
+        if not attempt.cancelled():
+            attempt.exception()  # nobody else asks for it
 
     async def _lose(self) -> None:
         belief = self._belief
@@ -230,5 +249,5 @@ class TowerLock:
 
     def _open(self) -> Database:
         if self._database is None:
-            self._database = open_database(self._url, timeout_s=1.0)
+            self._database = open_database(self._url, timeout_s=QUESTION_WITHIN_S)
         return self._database

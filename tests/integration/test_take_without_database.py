@@ -20,6 +20,7 @@ from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_towe
 from worlds.postgres import postgres_programs, temporary_postgres
 
 from server.domain.people import Role
+from server.domain.tower_lease import LEASE_S
 from wire.ids import DroneId
 
 AT_ONCE_S = 1.0
@@ -216,5 +217,11 @@ async def test_frozen(tmp_path: Path, postgres: OwnPostgres) -> None:
         postgres.freeze()
         await scene.take_fails(within_s=20)
         await scene.is_alive_and_not_ready()
+        # For longer than the lease and two attempts: the tower stays the tower without a gap.
+        gaps, looked_until = 0, time.monotonic() + 2 * LEASE_S
+        while time.monotonic() < looked_until:
+            gaps += not world.tower.lock.may_act()
+            await asyncio.sleep(0.02)
+        assert gaps == 0
         postgres.thaw()
         await scene.comes_back()

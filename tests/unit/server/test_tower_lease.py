@@ -3,7 +3,15 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.tower_lease import LEASE_S, TAKE_AFTER_S, LockBelief, LockState, LockWatch
+from server.domain.tower_lease import (
+    LEASE_S,
+    RENEW_EVERY_S,
+    RENEW_WITHIN_S,
+    TAKE_AFTER_S,
+    LockBelief,
+    LockState,
+    LockWatch,
+)
 
 HELD = LockState("a", 1, "host", 42, "http://tower")
 
@@ -39,10 +47,21 @@ def test_an_owner_that_was_stopped_may_not_act_before_it_has_looked() -> None:
     belief = LockBelief(10.0)
     assert belief.may_act(10.0 + LEASE_S - 0.01)
     assert not belief.may_act(10.0 + LEASE_S)
-    belief.answered(14.0)
+    belief.unanswered(14.0)
+    assert not belief.may_act(14.5), "who was stopped must see that nobody has taken it"
+    belief.renewed(14.0)
     assert belief.may_act(14.5)
     belief.is_lost = True
     assert not belief.may_act(14.5)
+
+
+def test_an_owner_whose_database_is_away_goes_on_for_as_long_as_it_tries() -> None:
+    belief = LockBelief(0.0)
+    at = 0.0
+    for _ in range(100):  # each attempt takes as long as it may
+        assert belief.may_act(at + RENEW_WITHIN_S)
+        belief.unanswered(at)
+        at += RENEW_WITHIN_S + RENEW_EVERY_S
 
 
 @given(
