@@ -5,20 +5,22 @@ Two doors, because the two databases agree on little else:
 - `writing()`: one transaction, committed when the block ends well. On SQLite it takes the write lock at its
   beginning, so that "read, decide, write" never fails half way because another process wrote in between. The writers
   of this process go in one by one, in the order in which they came: SQLite lets those that wait try again at moments
-  of chance, so that of many some would wait for longer than BUSY_TIMEOUT_MS, and fail.
+  of chance, so that of many some would wait for longer than the timeout, and fail.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from sqlalchemy import DateTime, Dialect, MetaData, event, make_url
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy import URL, DateTime, Dialect, MetaData, event, make_url
+from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as GaveUp
 from sqlalchemy.ext.asyncio import AsyncEngine, AsyncSession, async_sessionmaker, create_async_engine
 from sqlalchemy.orm import DeclarativeBase
@@ -27,8 +29,8 @@ from sqlalchemy.types import TypeDecorator
 
 from server.runtime.private_files import make_private_file
 
-BUSY_TIMEOUT_MS: Final = 5_000
-"""How long a writer waits for another process (`tower drone add` beside a running tower) before it gives up."""
+TIMEOUT_S: Final = 2.0
+"""How long the database may take to answer, to be reached, or to be free for a writer."""
 
 _SQLITE_POOL: Final[dict[str, Any]] = {"pool_size": 15, "max_overflow": 0, "pool_use_lifo": True}
 """As many connections as SQLAlchemy allows by default, but none that is closed after use: each has a thread, and the
@@ -37,8 +39,13 @@ event loop stands still while one starts."""
 WARM_CONNECTIONS: Final = 6
 """Opened before the tower listens: a flood of requests would open them all at once, and stop every frame for 70 ms."""
 
-TURN_WITHIN_S: Final = 10.0
-"""How long a writer waits for those of this process that came before: thousands, unless the database is stuck."""
+COMMAND_TIMEOUT_S: Final = 5.0
+"""The same for a command (`tower drone add` beside a running tower): nobody flies by it."""
+
+TRANSACTION_TIMEOUTS: Final = 3
+"""After so many timeouts a transaction is given up, however its questions are answered."""
+
+NOT_TRIED_FOR_S: Final = 10.0
 
 NAMING: Final = {
     "ix": "ix_%(column_0_label)s",
@@ -81,6 +88,41 @@ DatabaseError = DBAPIError
 """The database refused a statement, or went away."""
 
 
+class DatabaseUnavailable(SQLAlchemyError):
+    """The database cannot be reached, does not answer in time, or takes no writes. Nothing was carried out, unless the
+    answer to a commit was lost."""
+
+
+class LockLost(DatabaseUnavailable):
+    """Another process is the tower of this database: this one writes nothing any more."""
+
+
+class AnswerTimes:
+    """How the database answers, counted."""
+
+    def __init__(self) -> None:
+        self.transactions = 0
+        self.failures = 0
+        self.total_s = 0.0
+        self.last_s = 0.0
+        self.failing = False
+        """Whether the last transaction to end found it out of reach."""
+        self._write_failed_at = float("-inf")
+
+    def takes_writes(self) -> bool:
+        """As far as is known: what is not worth waiting for is not tried just after a write has failed."""
+        return time.perf_counter() - self._write_failed_at > NOT_TRIED_FOR_S
+
+    def ended(self, took_s: float, *, failed: bool, wrote: bool) -> None:
+        if wrote:
+            self._write_failed_at = time.perf_counter() if failed else float("-inf")
+        self.transactions += 1
+        self.failures += failed
+        self.failing = failed
+        self.total_s += took_s
+        self.last_s = took_s
+
+
 class PoolUse(NamedTuple):
     """Connections to the database. `size`: kept open at most."""
 
@@ -92,8 +134,12 @@ class PoolUse(NamedTuple):
 class Database:
     """An open database. Use `open_database`; `close` when done."""
 
-    def __init__(self, engine: AsyncEngine) -> None:
+    def __init__(self, engine: AsyncEngine, *, timeout_s: float = COMMAND_TIMEOUT_S) -> None:
         self.engine = engine
+        self.answers = AnswerTimes()
+        self.guard: Callable[[AsyncSession], Awaitable[None]] | None = None
+        """Asked at the beginning of each transaction that writes; raises where this process may not."""
+        self._timeout_s = timeout_s
         sqlite = engine.dialect.name == "sqlite"
         reader = engine if sqlite else engine.execution_options(isolation_level="REPEATABLE READ")
         writer = engine.execution_options(tower_begin="BEGIN IMMEDIATE") if sqlite else engine
@@ -103,26 +149,52 @@ class Database:
 
     @asynccontextmanager
     async def reading(self) -> AsyncIterator[AsyncSession]:
-        async with self._reading() as session:
+        """Raises DatabaseUnavailable."""
+        async with self._in_time(wrote=False), self._reading() as session:
             yield session
 
     @asynccontextmanager
     async def writing(self) -> AsyncIterator[AsyncSession]:
+        """Raises DatabaseUnavailable, and LockLost where the guard says so."""
         # The turn comes first: who waits for it has no connection yet, and keeps no reader from one.
-        async with self._turn(), self._writing() as session, session.begin():
+        async with self._in_time(wrote=True), self._turn(), self._writing() as session, session.begin():
+            if self.guard is not None:
+                await self.guard(session)
             yield session
 
     @asynccontextmanager
+    async def _in_time(self, *, wrote: bool) -> AsyncIterator[None]:
+        began, failed = time.perf_counter(), True
+        try:
+            async with asyncio.timeout(self._timeout_s * TRANSACTION_TIMEOUTS):
+                yield
+            failed = False
+        except DatabaseUnavailable:
+            raise
+        except (DBAPIError, GaveUp) as error:
+            if isinstance(error, (IntegrityError, ProgrammingError, DataError)):
+                failed = False
+                raise  # it answered
+            raise DatabaseUnavailable(_words(error)) from error
+        except (TimeoutError, ConnectionError) as error:
+            raise DatabaseUnavailable(f"the database did not answer: {type(error).__name__}") from error
+        except BaseException:
+            failed = False
+            raise
+        finally:
+            self.answers.ended(time.perf_counter() - began, failed=failed, wrote=wrote)
+
+    @asynccontextmanager
     async def _turn(self) -> AsyncIterator[None]:
-        """Raises sqlalchemy.exc.TimeoutError."""
+        """Raises DatabaseUnavailable."""
         if self._writers is None:
             yield
             return
         try:
-            async with asyncio.timeout(TURN_WITHIN_S):
+            async with asyncio.timeout(self._timeout_s):
                 await self._writers.acquire()
         except TimeoutError:
-            raise GaveUp(f"the database has taken nothing for {TURN_WITHIN_S:g} s") from None
+            raise DatabaseUnavailable(f"the database has taken nothing for {self._timeout_s:g} s") from None
         try:
             yield
         finally:
@@ -144,30 +216,57 @@ class Database:
         await self.engine.dispose()
 
 
-def open_database(url: str) -> Database:
+def _words(error: SQLAlchemyError) -> str:
+    """Of the database itself, where it said anything: one line, and no values."""
+    said = str(getattr(error, "orig", None) or error).splitlines()
+    return f"the database did not answer: {said[0] if said else type(error).__name__}"
+
+
+def open_database(url: str, *, timeout_s: float = COMMAND_TIMEOUT_S) -> Database:
     """Prepares the engine; the first connection is made by the first question. Its errors show no values: they end
-    up in logs."""
+    up in logs. `timeout_s`: of each question, each wait for another writer, and each attempt to reach it."""
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
-        return Database(create_async_engine(parsed, pool_pre_ping=True, hide_parameters=True))
+        return Database(_postgres(parsed, timeout_s), timeout_s=timeout_s)
     is_file = bool(parsed.database) and not str(parsed.database).startswith("file:")
-    engine = create_async_engine(parsed, hide_parameters=True, **(_SQLITE_POOL if is_file else {}))
+    pool = {**_SQLITE_POOL, "pool_timeout": timeout_s} if is_file else {}
+    engine = create_async_engine(parsed, hide_parameters=True, **pool)
     if parsed.database and is_file:
         # Nobody else on the machine has any business with it.
         path = Path(parsed.database)
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         event.listen(engine.sync_engine, "do_connect", lambda *_: make_private_file(path))
-    event.listen(engine.sync_engine, "connect", _prepare_sqlite)
+    event.listen(engine.sync_engine, "connect", partial(_prepare_sqlite, round(timeout_s * 1000)))
     event.listen(engine.sync_engine, "begin", _begin_sqlite)
-    return Database(engine)
+    return Database(engine, timeout_s=timeout_s)
 
 
-def _prepare_sqlite(connection: Any, _record: Any) -> None:
+def _postgres(url: URL, timeout_s: float) -> AsyncEngine:
+    # The server ends what this process does not: a transaction of a tower that was stopped must not be carried out
+    # when it goes on, nor keep its locks until then.
+    timeout_ms = str(round(timeout_s * 1000))
+    return create_async_engine(
+        url,
+        pool_pre_ping=True,
+        hide_parameters=True,
+        pool_timeout=timeout_s,
+        connect_args={
+            "timeout": timeout_s,
+            "command_timeout": timeout_s,
+            "server_settings": {
+                "statement_timeout": timeout_ms,
+                "idle_in_transaction_session_timeout": timeout_ms,
+            },
+        },
+    )
+
+
+def _prepare_sqlite(timeout_ms: int, connection: Any, _record: Any) -> None:
     # The driver's own idea of when to begin a transaction leaves reads outside of any: take it over.
     connection.isolation_level = None
     cursor = connection.cursor()
     for pragma in (
-        f"busy_timeout = {BUSY_TIMEOUT_MS}",
+        f"busy_timeout = {timeout_ms}",
         "journal_mode = WAL",
         "synchronous = NORMAL",
         "foreign_keys = ON",

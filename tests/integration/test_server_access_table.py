@@ -34,6 +34,7 @@ TABLE: Final[dict[str, str]] = {
     "sign_out": ALL,
     **dict.fromkeys(("ask_for_passkey", "sign_in_with_passkey"), ALL),
     "health": ALL,
+    "ready": ALL,
     "enrol": ALL,
     **dict.fromkeys(("me", "get_preferences"), SELF),
     **dict.fromkeys(("change_own_password", "get_sessions", "end_one_session", "put_preference"), IN_PERSON),

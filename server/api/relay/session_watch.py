@@ -8,6 +8,7 @@ from server.api.relay.viewer_sign_in import StillSignedIn
 from server.domain.clock import Clock
 from server.domain.people import Principal
 from server.runtime.aligned_timers import SharedChecks
+from server.store.database import DatabaseUnavailable
 
 ASK_DATABASE_EVERY_S: Final = 60.0
 
@@ -29,7 +30,12 @@ async def watch_session(
     while True:
         await looks.until(is_due)
         asked = time.monotonic()
-        found = await still_signed_in.ask(clock())
+        try:
+            found = await still_signed_in.ask(clock())
+        except DatabaseUnavailable:
+            if clock() < expires_at:
+                continue  # who flies goes on flying
+            found = "the session has ended"
         if isinstance(found, str):
             over(found)
             return
