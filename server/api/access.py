@@ -49,7 +49,7 @@ async def authenticate(connection: HTTPConnection) -> Principal | NotSignedIn | 
         return NotSignedIn() if token_in(connection.headers) is None else BadToken()
     try:
         revision = tower.hub.fleet.revision
-        found = await _look_up(connection, secret)
+        found = await tower.database.in_time(_look_up(connection, secret))
         tower.remembered.note(secret, found, revision)
     except DatabaseUnavailable:
         found = remembered_in(connection)

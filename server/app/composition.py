@@ -35,6 +35,7 @@ from server.api.http import health
 from server.api.http.body import BodyCheck
 from server.api.http.console import serve_console
 from server.api.http.cookie_prefix import CookiePrefix
+from server.api.http.database_wait import BoundedDatabaseWait
 from server.api.http.guards import UnexpectedErrors
 from server.api.http.only_the_tower import OnlyTheTower
 from server.api.http.origin import OriginCheck
@@ -185,6 +186,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
     tell_contact = partial(security_txt, settings.security_contact, settings.public_url)
     serve_console(app, settings.web, {SECURITY_TXT: lambda: tell_contact(clock())})
     # The last one added is the outermost.
+    app.add_middleware(BoundedDatabaseWait, database=tower.database)
     app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
@@ -241,7 +243,12 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
     enrolment_news = EnrolmentNews(database, hub, clock)
-    service = ControlService(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
+    service = ControlService(
+        DatabaseLeaseStore(database, clock),
+        hub,
+        on_changed=loss_checks.look_again,
+        timeout_s=settings.database_timeout_s,
+    )
     mb = 1_000_000
     log_shelf = FlightLogQuota(
         settings.files,

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import AsyncExitStack, asynccontextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from contextlib import AbstractContextManager, AsyncExitStack, asynccontextmanager
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeVar, cast
 
 from sqlalchemy import URL, DateTime, Dialect, MetaData, event, make_url
 from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, ProgrammingError, SQLAlchemyError
@@ -28,6 +28,7 @@ from sqlalchemy.pool import QueuePool
 from sqlalchemy.types import TypeDecorator
 
 from server.runtime.private_files import make_private_file
+from server.store.database_wait import DatabaseWait, EndingTasks, current_wait, giving_up_after, left_s, waiting_at_most
 
 TIMEOUT_S: Final = 2.0
 """How long the database may take to answer, to be reached, or to be free for a writer."""
@@ -46,6 +47,10 @@ TRANSACTION_TIMEOUTS: Final = 3
 """After so many timeouts a transaction is given up, however its questions are answered."""
 
 NOT_TRIED_FOR_S: Final = 10.0
+
+BUSY_STEP_MS: Final = 50
+"""By so much SQLite may wait longer than its caller: to tell it each time would take a question of its own."""
+_BUSY_MS: Final = "tower_busy_ms"
 
 NAMING: Final = {
     "ix": "ix_%(column_0_label)s",
@@ -82,6 +87,7 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
+Found = TypeVar("Found")
 DatabaseSession = AsyncSession
 """One transaction. The floors above name it by this, and need no library for it."""
 DatabaseError = DBAPIError
@@ -140,6 +146,7 @@ class Database:
         self.guard: Callable[[AsyncSession], Awaitable[None]] | None = None
         """Asked at the beginning of each transaction that writes; raises where this process may not."""
         self._timeout_s = timeout_s
+        self._ending = EndingTasks()
         sqlite = engine.dialect.name == "sqlite"
         reader = engine if sqlite else engine.execution_options(isolation_level="REPEATABLE READ")
         writer = engine.execution_options(tower_begin="BEGIN IMMEDIATE") if sqlite else engine
@@ -164,10 +171,14 @@ class Database:
 
     @asynccontextmanager
     async def _in_time(self, *, wrote: bool) -> AsyncIterator[None]:
-        began, failed = time.perf_counter(), True
+        began, failed, wait = time.perf_counter(), True, current_wait()
+        at_most_s = self._timeout_s * TRANSACTION_TIMEOUTS if wait is None else wait.left_s
         try:
-            async with asyncio.timeout(self._timeout_s * TRANSACTION_TIMEOUTS):
-                yield
+            if not at_most_s:
+                raise DatabaseUnavailable("the database did not answer this request before, and was not asked again")
+            with giving_up_after(at_most_s):
+                async with asyncio.timeout(at_most_s):
+                    yield
             failed = False
         except DatabaseUnavailable:
             raise
@@ -182,7 +193,10 @@ class Database:
             failed = False
             raise
         finally:
-            self.answers.ended(time.perf_counter() - began, failed=failed, wrote=wrote)
+            took_s = time.perf_counter() - began
+            self.answers.ended(took_s, failed=failed, wrote=wrote)
+            if failed and wait is not None:
+                wait.failed_after(took_s)
 
     @asynccontextmanager
     async def _turn(self) -> AsyncIterator[None]:
@@ -191,7 +205,7 @@ class Database:
             yield
             return
         try:
-            async with asyncio.timeout(self._timeout_s):
+            async with asyncio.timeout(left_s(self._timeout_s)):
                 await self._writers.acquire()
         except TimeoutError:
             raise DatabaseUnavailable(f"the database has taken nothing for {self._timeout_s:g} s") from None
@@ -199,6 +213,25 @@ class Database:
             yield
         finally:
             self._writers.release()
+
+    async def in_time(self, work: Coroutine[Any, Any, Found]) -> Found:
+        """For questions that something else can take the place of: does not wait either for the end of what was given
+        up. Raises DatabaseUnavailable, and what `work` raises."""
+        with self.bounded_wait() as wait:
+            working: asyncio.Future[Any] = asyncio.create_task(work)
+            try:
+                await asyncio.wait({working, wait.overdue}, return_when=asyncio.FIRST_COMPLETED)
+                if working.done():
+                    return cast("Found", working.result())
+            finally:
+                if not working.done():
+                    wait.failed_after(wait.left_s)
+                    self._ending.let_end(working)
+        raise DatabaseUnavailable("the database did not answer in time")
+
+    def bounded_wait(self) -> AbstractContextManager[DatabaseWait]:
+        """For a request: in this block failing transactions take no longer together than one may."""
+        return waiting_at_most(self._timeout_s)
 
     async def warm_up(self) -> None:
         """Opens WARM_CONNECTIONS, where there is a pool that keeps them."""
@@ -237,7 +270,7 @@ def open_database(url: str, *, timeout_s: float = COMMAND_TIMEOUT_S) -> Database
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         event.listen(engine.sync_engine, "do_connect", lambda *_: make_private_file(path))
     event.listen(engine.sync_engine, "connect", partial(_prepare_sqlite, round(timeout_s * 1000)))
-    event.listen(engine.sync_engine, "begin", _begin_sqlite)
+    event.listen(engine.sync_engine, "begin", partial(_begin_sqlite, timeout_s))
     return Database(engine, timeout_s=timeout_s)
 
 
@@ -275,5 +308,11 @@ def _prepare_sqlite(timeout_ms: int, connection: Any, _record: Any) -> None:
     cursor.close()
 
 
-def _begin_sqlite(connection: Any) -> None:
+def _begin_sqlite(timeout_s: float, connection: Any) -> None:
+    # SQLite waits in a thread, where nobody can call it off: it must not wait for longer than its caller.
+    wait_ms = max(1, round(left_s(timeout_s) * 1000))
+    set_ms = connection.info.get(_BUSY_MS, round(timeout_s * 1000))
+    if not set_ms - BUSY_STEP_MS <= wait_ms <= set_ms:
+        connection.exec_driver_sql(f"PRAGMA busy_timeout = {wait_ms}")
+        connection.info[_BUSY_MS] = wait_ms
     connection.exec_driver_sql(connection.get_execution_options().get("tower_begin", "BEGIN"))

@@ -2,22 +2,19 @@
 holder is shut out until it is decided, both are told, and nothing is carried out late."""
 
 import asyncio
-import os
-import signal
 import sqlite3
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import AsyncExitStack, contextmanager
+from contextlib import AsyncExitStack
 from pathlib import Path
 from typing import Any
 
-import asyncpg
 import httpx
 import pytest
 from control_world import Live, ObedientAgent, ask, audit, live, until
+from own_postgres import OwnPostgres, own_postgres
 from sqlalchemy import event
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
-from worlds.postgres import postgres_programs, temporary_postgres
 
 from server.domain.people import Role
 from server.domain.tower_lease import LEASE_S
@@ -150,57 +147,6 @@ async def test_full(scene: Scene) -> None:
     await until("the decision", lambda: not scene.lease.fenced)
     taker = (scene.root, boss)[number % 2]
     assert (await ask(taker, scene.drone.id, "take")).status_code == 200
-
-
-class OwnPostgres:
-    """A cluster of this test's own, to be stopped and killed."""
-
-    def __init__(self, url: str, postmaster: int) -> None:
-        self.url = url
-        self._postmaster = postmaster
-        self._frozen: list[int] = []
-
-    def _pids(self) -> list[int]:
-        children = Path(f"/proc/{self._postmaster}/task/{self._postmaster}/children").read_text().split()
-        return [self._postmaster, *map(int, children)]
-
-    def freeze(self) -> None:
-        self._frozen = self._pids()
-        self._send(signal.SIGSTOP)
-
-    def thaw(self) -> None:
-        self._send(signal.SIGCONT)
-        self._frozen = []
-
-    def _send(self, number: signal.Signals) -> None:
-        for pid in self._frozen:
-            if Path(f"/proc/{pid}").exists():
-                os.kill(pid, number)
-
-
-@contextmanager
-def own_postgres(missing: Callable[[str], None]) -> Iterator[OwnPostgres]:
-    programs = postgres_programs()
-    if programs is None:
-        missing("PostgreSQL (Debian: apt-get install postgresql)")
-    assert programs is not None
-    with temporary_postgres(programs) as address:
-
-        async def prepare() -> int:
-            connection = await asyncpg.connect(f"{address}/postgres")
-            try:
-                await connection.execute("CREATE DATABASE tower")
-                folder = await connection.fetchval("SHOW data_directory")
-                lines = await asyncio.to_thread(Path(folder, "postmaster.pid").read_text)
-                return int(lines.split()[0])
-            finally:
-                await connection.close()
-
-        postgres = OwnPostgres(f"{address}/tower", asyncio.run(prepare()))
-        try:
-            yield postgres
-        finally:
-            postgres.thaw()
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from server.live.hub import Hub
 from server.live.relay.live_drone import LeaseView, LiveDrone
 from server.store.control.lease_store import Ask, Committed, LeaseStore
 from server.store.control.undecided import DECIDED_WITHIN_S, ControlUndecided, UndecidedTakes
-from server.store.database import DatabaseUnavailable, LockLost
+from server.store.database import TIMEOUT_S, DatabaseUnavailable, LockLost
 from wire.ids import DroneId, UserId
 
 TOLD_AS: Final = {
@@ -53,11 +53,18 @@ class ControlService:
     """One for a tower. `change` and `system_change` are the only ways in which a lease changes."""
 
     def __init__(
-        self, store: LeaseStore, hub: Hub, *, on_changed: Callable[[DroneId], None] = lambda drone_id: None
+        self,
+        store: LeaseStore,
+        hub: Hub,
+        *,
+        on_changed: Callable[[DroneId], None] = lambda drone_id: None,
+        timeout_s: float = TIMEOUT_S,
     ) -> None:
+        """`timeout_s`: for which a TAKE waits for the store."""
         self._store = store
         self._hub = hub
         self._on_changed = on_changed
+        self._timeout_s = timeout_s
         self._fences: Counter[DroneId] = Counter()
         self._held_first: Counter[DroneId] = Counter()
         self._undecided = UndecidedTakes(store, hub, fence=self._fence_down, unfence=self._fence_up)
@@ -181,21 +188,29 @@ class ControlService:
         if ask.event is not Event.TAKE or not fenced:
             return await self._store.commit(ask)
         name = by.name if by else "the tower"
-        committing = asyncio.ensure_future(self._store.commit(ask))
+        committing = asyncio.create_task(self._store.commit(ask))
+        held = False
         try:
             done, _ = await asyncio.wait({committing}, timeout=DECIDED_WITHIN_S)
-            if not done and not self._held_first[ask.drone_id]:
-                self._undecided.hold(ask.drone_id, name, interrupts=ask.interrupts)
-            return await committing
+            if not done:
+                held = True
+                if not self._held_first[ask.drone_id]:
+                    self._undecided.hold(ask.drone_id, name, interrupts=ask.interrupts)
+                done, _ = await asyncio.wait({committing}, timeout=self._timeout_s)
+            if not done:
+                raise TimeoutError
+            return committing.result()
         except LockLost:
             raise
         except (DatabaseUnavailable, OSError) as error:
-            if done:
+            if not held and not self._held_first[ask.drone_id]:
                 self._undecided.hold(ask.drone_id, name, interrupts=ask.interrupts)
-            self._undecided.wait_for_decision(ask, by, now)
+            self._undecided.wait_for_decision(ask, by, now, committing)
             raise ControlUndecided from error
-        finally:
-            committing.cancel()
+        except asyncio.CancelledError:
+            # Whoever asked has gone. What the database makes of it is not known, so the fence stays.
+            self._undecided.wait_for_decision(ask, by, now, committing)
+            raise
 
     @contextmanager
     def shut_out(self, principal: Principal, drone_id: DroneId, *, interrupts: bool = False) -> Iterator[None]:
