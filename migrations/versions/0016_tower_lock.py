@@ -18,6 +18,7 @@ def upgrade() -> None:
         sa.Column("id", sa.Integer(), autoincrement=False, nullable=False),
         sa.Column("owner", sa.String(32), server_default="", nullable=False),
         sa.Column("renewals", sa.BigInteger(), server_default="0", nullable=False),
+        sa.Column("looks", sa.BigInteger(), server_default="0", nullable=False),
         sa.Column("host", sa.String(255), server_default="", nullable=False),
         sa.Column("pid", sa.Integer(), server_default="0", nullable=False),
         sa.Column("address", sa.String(255), server_default="", nullable=False),

@@ -311,6 +311,11 @@ async def _deleted_with_files(tower: Tower) -> frozenset[int]:
         return await deleted_among(session, there - frozenset(sorted(tower.hub.state.drones)))
 
 
+def _hold_flown_by_hand(hub: Hub) -> None:
+    reason = "the database does not answer, and another tower may take the place of this one"
+    hub.holds.order_where_flown_by_hand(reason, time.monotonic())
+
+
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     tower: Tower = app.state.tower
@@ -332,6 +337,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.database.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
         await end_assistance(tower.database, tower.clock)
+        tower.lock.on_running_out = partial(_hold_flown_by_hand, tower.hub)
         tower.hub.state.on_event = tower.event_handler.noticed
         stack.push_async_callback(tower.event_handler.stop)
         stack.push_async_callback(tower.service.stop)

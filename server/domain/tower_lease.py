@@ -18,6 +18,11 @@ LEASE_S: Final = 3.0
 TAKE_AFTER_S: Final = 3.3
 """The lease, and a tenth for clocks that do not run alike."""
 LOOK_EVERY_S: Final = 0.25
+WATCHED_FOR_S: Final = 3.0
+"""After its last look somebody still counts as waiting for the lock."""
+HOLD_AFTER_S: Final = 2.0
+"""An owner that somebody waits for, and that has not renewed its lock for so long, orders drones flown by hand to hold:
+a second before it stops forwarding (`LEASE_S`), and longer before another may be the tower."""
 
 NOBODY: Final = ""
 
@@ -73,17 +78,32 @@ class LockBelief:
 
     def __init__(self, began_at: float) -> None:
         self._as_of = began_at
+        self._looks: int | None = None
+        self._looked_at = float("-inf")
         self.is_lost = False
 
-    def renewed(self, began_at: float) -> None:
-        """The database has renewed the lock; the attempt began then."""
+    def renewed(self, began_at: float, looks: int = 0) -> None:
+        """The database has renewed the lock; the attempt began then. `looks`: of the row."""
         self._as_of = max(self._as_of, began_at)
+        if self._looks is not None and looks != self._looks:
+            self._looked_at = began_at
+        self._looks = looks
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether another process waited for the lock when it was last renewed."""
+        return self._as_of - self._looked_at < WATCHED_FOR_S
 
     def unanswered(self, began_at: float) -> None:
-        """The database did not answer an attempt that began then: nobody can take what cannot be written, so the owner
-        goes on. But not one that was stopped for so long before that another may have taken the lock: it must see."""
-        if self.may_act(began_at):
-            self.renewed(began_at)
+        """The database did not answer an attempt that began then. Where nobody waits for the lock, the owner goes on:
+        who flies goes on flying. Where somebody does, they may have a way to the database that the owner lacks, and the
+        lease runs out. So it does for an owner that was stopped: it must see whether another has taken the lock."""
+        if self.may_act(began_at) and not self.is_watched:
+            self._as_of = max(self._as_of, began_at)
+
+    def must_hold(self, now: float) -> bool:
+        """Whether drones flown by hand are to hold: the lease is about to run out."""
+        return self.is_watched and self.silent_for_s(now) >= HOLD_AFTER_S
 
     def silent_for_s(self, now: float) -> float:
         return now - self._as_of

@@ -13,6 +13,7 @@ import socket
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
 from typing import Final, cast
 
@@ -23,6 +24,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.clock import Clock
 from server.domain.tower_lease import (
+    HOLD_AFTER_S,
     LOOK_EVERY_S,
     NOBODY,
     RENEW_EVERY_S,
@@ -39,6 +41,11 @@ _log = structlog.get_logger(__name__)
 QUESTION_WITHIN_S: Final = 0.7
 REACHED_WITHIN_S: Final = 10.0
 """A tower that starts gives up after the database has not answered for so long."""
+SAY_EVERY_LOOKS: Final = 4
+"""Whoever waits says so about once a second."""
+TIMER_EARLY_S: Final = 0.05
+"""The event loop's clock is another one, and its timers may come early."""
+_NOT_MINE: Final = -1
 _CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
 
 
@@ -73,9 +80,13 @@ class TowerLock:
         """Where this tower is, for whoever finds the lock held."""
         self.on_lost: Callable[[str], None] = lambda words: None
         """Called once, at once, when it turns out that another process has the lock; with words for people."""
+        self.on_running_out: Callable[[], None] = lambda: None
+        """Called once, in time for drones to hold, before the lease runs out: the database does not answer, and another
+        process waits for the lock."""
+        self._running_out: asyncio.TimerHandle | None = None
         self.lost_words = ""
         self._answered = True
-        self._ending: set[asyncio.Task[bool]] = set()
+        self._ending: set[asyncio.Task[int]] = set()
 
     @property
     def is_taken(self) -> bool:
@@ -93,7 +104,7 @@ class TowerLock:
     async def take(self, *, waits: bool) -> None:
         """Returns with the lock taken. `waits`: for as long as another has it. Raises TowerLockHeld, and, unless it
         waits, what the database says if that lasts."""
-        watch, told = LockWatch(), ""
+        watch, told, rounds = LockWatch(), "", count()
         gives_up_at = self._now() + REACHED_WITHIN_S
         while True:
             try:
@@ -114,6 +125,8 @@ class TowerLock:
                 if waits and not state.is_free and told != state.owner:
                     told = state.owner
                     _log.info("standby", tower=state.in_words())
+            if next(rounds) % SAY_EVERY_LOOKS == 0:
+                await self._say_that_it_waits()
             await asyncio.sleep(LOOK_EVERY_S)
 
     async def keep(self) -> None:
@@ -133,6 +146,9 @@ class TowerLock:
                 async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
                     await session.execute(self._mine().values(owner=NOBODY, address="", pid=0))
         self._belief = None
+        if self._running_out is not None:
+            self._running_out.cancel()
+            self._running_out = None
         if self._ending:
             await asyncio.wait(self._ending, timeout=RENEW_WITHIN_S)
         if self._life is not None:
@@ -171,25 +187,41 @@ class TowerLock:
                 self._ending.add(attempt)
                 attempt.add_done_callback(self._ended)
         try:
-            is_mine = attempt.result() if attempt not in self._ending else None
+            looks = attempt.result() if attempt not in self._ending else None
         except (SQLAlchemyError, OSError):
-            is_mine = None
-        self._answered = is_mine is not None
-        if is_mine is None:
+            looks = None
+        self._answered = looks is not None
+        if looks is None:
             self._belief.unanswered(began_at)
-        elif is_mine:
-            self._belief.renewed(began_at)
-        else:
+        elif looks == _NOT_MINE:
             await self._lose()
-        return is_mine is not False
+            return False
+        else:
+            self._belief.renewed(began_at, looks)
+            self._watch_lease(began_at)
+        return True
 
-    async def _write_renewal(self) -> bool:
-        """Whether the lock is ours."""
+    def _watch_lease(self, began_at: float) -> None:
+        if self._running_out is not None:
+            self._running_out.cancel()
+        self._running_out = asyncio.get_running_loop().call_later(began_at + HOLD_AFTER_S - self._now(), self._runs_out)
+
+    def _runs_out(self) -> None:
+        self._running_out = None
+        belief = self._belief
+        if belief is not None and not belief.is_lost and belief.must_hold(self._now() + TIMER_EARLY_S):
+            _log.error("tower_lock_runs_out")
+            self.on_running_out()
+
+    async def _write_renewal(self) -> int:
+        """How often others have looked for the lock; _NOT_MINE where it is not ours."""
         async with self._open().writing() as session:
             renewal = self._mine().values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
-            return cast("CursorResult[object]", await session.execute(renewal)).rowcount == 1
+            if cast("CursorResult[object]", await session.execute(renewal)).rowcount != 1:
+                return _NOT_MINE
+            return int(await session.scalar(select(TowerLockRow.looks).where(TowerLockRow.id == THE_ROW)) or 0)
 
-    def _ended(self, attempt: asyncio.Task[bool]) -> None:
+    def _ended(self, attempt: asyncio.Task[int]) -> None:
         self._ending.discard(attempt)
         if not attempt.cancelled():
             attempt.exception()  # nobody else asks for it
@@ -201,7 +233,10 @@ class TowerLock:
         belief.is_lost = True
         who = ""
         with suppress(SQLAlchemyError, OSError):
-            who = f": {(await self._read()).in_words()}"
+            # Only reading: a transaction of ours may have the write lock, and wait for this.
+            async with asyncio.timeout(RENEW_WITHIN_S), self._open().reading() as session:
+                row = await session.get(TowerLockRow, THE_ROW)
+                who = f": {_state_of(row).in_words()}" if row is not None else ""
         self.lost_words = (
             f"another process has become the tower of this database{who}. This one had not renewed its lock for "
             f"{belief.silent_for_s(self._now()):.1f} s; it has closed every link and ends"
@@ -216,7 +251,13 @@ class TowerLock:
             if row is None:  # somebody has emptied the table by hand
                 row = TowerLockRow(id=THE_ROW, owner=NOBODY, renewals=0, host="", pid=0, address="")
                 session.add(row)
-            return LockState(row.owner, row.renewals, row.host, row.pid, row.address, row.taken_at, row.renewed_at)
+            return _state_of(row)
+
+    async def _say_that_it_waits(self) -> None:
+        with suppress(SQLAlchemyError, OSError):
+            async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
+                row = update(TowerLockRow).where(TowerLockRow.id == THE_ROW)
+                await session.execute(row.values(looks=TowerLockRow.looks + 1))
 
     async def _take_from(self, state: LockState) -> bool:
         """By compare-and-set. False where somebody was faster, or the owner has renewed it after all."""
@@ -251,3 +292,7 @@ class TowerLock:
         if self._database is None:
             self._database = open_database(self._url, timeout_s=QUESTION_WITHIN_S)
         return self._database
+
+
+def _state_of(row: TowerLockRow) -> LockState:
+    return LockState(row.owner, row.renewals, row.host, row.pid, row.address, row.taken_at, row.renewed_at)

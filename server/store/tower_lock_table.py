@@ -14,7 +14,7 @@ THE_ROW: Final = 1
 
 
 class TowerLockRow(Base):
-    """`owner` and `renewals` decide; the rest tells people who it is."""
+    """`owner`, `renewals` and `looks` decide; the rest tells people who it is."""
 
     __tablename__ = "tower_lock"
 
@@ -22,6 +22,8 @@ class TowerLockRow(Base):
     owner: Mapped[str] = mapped_column(String(32), default="", server_default="")
     """A random name of the process; empty: nobody."""
     renewals: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
+    looks: Mapped[int] = mapped_column(BigInteger, default=0, server_default="0")
+    """Counted up by each process that waits for the lock, whenever it looks."""
     host: Mapped[str] = mapped_column(String(255), default="", server_default="")
     pid: Mapped[int] = mapped_column(default=0, server_default="0")
     address: Mapped[str] = mapped_column(String(255), default="", server_default="")

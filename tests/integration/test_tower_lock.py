@@ -1,10 +1,13 @@
 """The lock itself on both databases: refused, taken from an owner that was stopped, and what that one may still do."""
 
+import asyncio
+import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from itertools import count
 from pathlib import Path
 
 import pytest
+from control_world import until
 
 from server.domain.clock import utc_now
 from server.domain.tower_lease import LEASE_S, RENEW_EVERY_S, RENEW_WITHIN_S, TAKE_AFTER_S, LockState
@@ -94,6 +97,39 @@ async def test_an_owner_that_was_stopped_writes_nothing_and_knows_it_with_its_ne
         await first.release()
         state = await second._read()
         assert state.owner == second._owner, "who lost it releases nothing"
+        await second.release()
+
+
+async def test_a_tower_that_is_cut_off_holds_and_stops_before_another_takes_over(database: Database) -> None:
+    first, second = new_lock(database), new_lock(database)
+    held_at: list[float] = []
+
+    async def cut_off() -> int:
+        raise OSError("no route to the database")
+
+    await first.take(waits=False)
+    first.on_running_out = lambda: held_at.append(time.monotonic())
+    keeping, taking = asyncio.create_task(first.keep()), asyncio.create_task(second.take(waits=True))
+    try:
+        await until("the first to know of the second", lambda: first._belief is not None and first._belief.is_watched)
+        assert not held_at
+        first._write_renewal = cut_off  # type: ignore[method-assign]
+        cut_at, stopped_at = time.monotonic(), 0.0
+        while not second.may_act():
+            if not stopped_at and not first.may_act():
+                stopped_at = time.monotonic()
+            await asyncio.sleep(0.01)
+        took_s = time.monotonic() - cut_at
+        assert not first.may_act()
+        print(f"held after {held_at[0] - cut_at:.2f} s, stopped {stopped_at - cut_at:.2f} s, taken over {took_s:.2f} s")
+        assert len(held_at) == 1
+        assert held_at[0] + 0.5 < stopped_at < cut_at + took_s
+        assert took_s < 5.0
+    finally:
+        keeping.cancel()
+        taking.cancel()
+        await asyncio.gather(keeping, taking, return_exceptions=True)
+        await first.release()
         await second.release()
 
 

@@ -4,10 +4,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from server.domain.tower_lease import (
+    HOLD_AFTER_S,
     LEASE_S,
     RENEW_EVERY_S,
     RENEW_WITHIN_S,
     TAKE_AFTER_S,
+    WATCHED_FOR_S,
     LockBelief,
     LockState,
     LockWatch,
@@ -62,6 +64,33 @@ def test_an_owner_whose_database_is_away_goes_on_for_as_long_as_it_tries() -> No
         assert belief.may_act(at + RENEW_WITHIN_S)
         belief.unanswered(at)
         at += RENEW_WITHIN_S + RENEW_EVERY_S
+
+
+def test_an_owner_that_somebody_waits_for_stops_when_its_lease_runs_out() -> None:
+    belief = LockBelief(0.0)
+    for number in range(4):
+        belief.renewed(number * RENEW_EVERY_S, looks=number)
+    assert belief.is_watched
+    last = 3 * RENEW_EVERY_S
+    for late in (0.5, 1.5, 2.5):
+        belief.unanswered(last + late)
+    assert not belief.must_hold(last + HOLD_AFTER_S - 0.01)
+    assert belief.must_hold(last + HOLD_AFTER_S)
+    assert belief.may_act(last + LEASE_S - 0.01), "a hold still gets to the drone"
+    assert not belief.may_act(last + LEASE_S)
+    assert HOLD_AFTER_S + 0.5 < LEASE_S < TAKE_AFTER_S
+
+
+def test_who_does_not_look_any_more_waits_no_more() -> None:
+    belief = LockBelief(0.0)
+    belief.renewed(0.0, looks=7)
+    assert not belief.is_watched, "they may have looked long ago"
+    belief.renewed(0.5, looks=8)
+    assert belief.is_watched
+    belief.renewed(0.5 + WATCHED_FOR_S, looks=8)
+    assert not belief.is_watched
+    belief.unanswered(5.0)
+    assert belief.may_act(5.0 + LEASE_S - 0.01)
 
 
 @given(
