@@ -21,10 +21,11 @@ async def watch_session(
     Asks the database once a minute, when the sign-in should end by itself, and within a second of a change of accounts
     after which it may be gone.
     """
-    asked, expires_at = time.monotonic(), viewer.expires_at
+    asked, expires_at, in_doubt = time.monotonic(), viewer.expires_at, False
 
     def is_due() -> bool:
-        in_doubt = still_signed_in.comes_into_doubt()
+        nonlocal in_doubt
+        in_doubt = still_signed_in.comes_into_doubt() or in_doubt
         return in_doubt or clock() >= expires_at or time.monotonic() - asked >= ASK_DATABASE_EVERY_S
 
     while True:
@@ -34,8 +35,9 @@ async def watch_session(
             found = await still_signed_in.ask(clock())
         except DatabaseUnavailable:
             if clock() < expires_at:
-                continue  # who flies goes on flying
+                continue  # who flies goes on flying; a doubt stays until the database has answered it
             found = "the session has ended"
+        in_doubt = False
         if isinstance(found, str):
             over(found)
             return
