@@ -5,10 +5,11 @@ behind `tower connect`. One flight for each way, in a world of real programs wit
 """
 
 import asyncio
+import math
 import socket
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,6 +18,9 @@ from worlds.pilot import Pilot, at_the_controls
 from worlds.processes import Visitor, World, free_udp_ports, wait_for
 
 from server.live.relay.loan_limits import Home
+from wire.autopilots import arducopter, px4_multicopter
+from wire.autopilots.commands import CommandTable
+from wire.autopilots.profile import AutopilotProfile, FlightMode, mode_named
 from wire.dialect import build, mavlink
 
 M: Final = mavlink
@@ -33,32 +37,41 @@ ACCEPTED = "accepted"
 
 @dataclass(frozen=True)
 class Flavour:
-    """How one autopilot is told by frames, and what its heartbeat shows. `modes`: by the body's command."""
+    """One autopilot: its profile decides which commands are flown, into which modes, and which are refused."""
 
-    name: str
-    px4: bool
-    mode: tuple[str, tuple[float, float], int]
-    """One that can be chosen on the ground: its name, the parameters of DO_SET_MODE, HEARTBEAT.custom_mode."""
-    hold: tuple[tuple[float, float], int]
-    land: tuple[float, float]
-    rtl: tuple[tuple[float, float], int]
-    mission: tuple[tuple[float, float], int]
+    profile: AutopilotProfile
+    chosen: str
+    """A mode that can be asked for on the ground."""
+
+    @property
+    def name(self) -> str:
+        return self.profile.family.name
+
+    @property
+    def px4(self) -> bool:
+        return self.profile is px4_multicopter.PROFILE
+
+    @property
+    def can(self) -> set[str]:
+        return {one.name for one in fields(CommandTable) if self.profile.why_not(one.name) is None}
+
+    @property
+    def cannot(self) -> set[str]:
+        return {one.name for one in fields(CommandTable)} - self.can
+
+    def mode(self, role: str) -> FlightMode:
+        """`hold`, `returns`, `land`, `mission`; else the chosen one."""
+        mode = getattr(self.profile.roles, role, None) or mode_named(self.profile.modes, self.chosen)
+        assert isinstance(mode, FlightMode)
+        return mode
 
     def place(self, sea_m: float) -> tuple[int, float]:
         """(frame, altitude) of HEIGHT_M above home."""
         return (ABOVE_SEA, sea_m + HEIGHT_M) if self.px4 else (ABOVE_HOME, HEIGHT_M)
 
 
-ARDUPILOT = Flavour("ardupilot", False, ("GUIDED", (4, 0), 4), ((17, 0), 17), (9, 0), ((6, 0), 6), ((3, 0), 3))
-PX4 = Flavour(
-    "px4",
-    True,
-    ("POSCTL", (3, 0), 3 << 16),
-    ((4, 3), 4 << 16 | 3 << 24),
-    (4, 6),
-    ((4, 5), 4 << 16 | 5 << 24),
-    ((4, 4), 4 << 16 | 4 << 24),
-)
+ARDUPILOT = Flavour(arducopter.PROFILE, "GUIDED")
+PX4 = Flavour(px4_multicopter.PROFILE, "POSCTL")
 
 Frames = Callable[[Flavour, float], list[Any]]
 """Messages, for the height of home above the sea."""
@@ -76,8 +89,13 @@ def at(command: int, frame: int, alt_m: float, *params: float) -> Any:
     )
 
 
-def mode(params: tuple[float, float]) -> Any:
-    return long(M.MAV_CMD_DO_SET_MODE, 1, *params)
+def mode(role: str) -> Frames:
+    """As a ground station asks for the mode of this role."""
+    return lambda flavour, sea_m: [long(M.MAV_CMD_DO_SET_MODE, 1, *flavour.mode(role).command_parameters)]
+
+
+def is_in(role: str) -> Shows:
+    return lambda pilot, flavour: pilot.mode == flavour.mode(role).custom_mode
 
 
 def any_time(pilot: Pilot, flavour: Flavour) -> bool:
@@ -109,14 +127,20 @@ def take_off(flavour: Flavour, sea_m: float) -> list[Any]:
 
 
 def cases(flavour: Flavour) -> list[Case]:
-    """In the order of one flight, from the ground to the ground."""
+    """In the order of one flight, from the ground to the ground: all that the profile can do."""
     place = {"lat": LAT, "lon": LON, "height_m": HEIGHT_M}
     home = {"lat": LAT, "lon": LON, "altitude_m": 488.0, "while_flying": True}
     ardupilot = [
-        Case({"command": "yaw", "deg": 90}, lambda f, s: [long(M.MAV_CMD_CONDITION_YAW, 90)]),
+        Case({"command": "turn", "deg": 90}, lambda f, s: [long(M.MAV_CMD_CONDITION_YAW, 90)]),
         Case({"command": "speed", "m_s": 6}, lambda f, s: [long(M.MAV_CMD_DO_CHANGE_SPEED, 1, 6, -1)]),
     ]
     px4 = [
+        # A stock program turns a PX4 by a flight to where it is, with a heading in radians.
+        Case(
+            {"command": "turn", "deg": 90},
+            lambda f, s: [at(M.MAV_CMD_DO_REPOSITION, *f.place(s), -1, 1, 0, math.pi / 2)],
+            row="goto",
+        ),
         Case({"command": "speed", "m_s": 6}, lambda f, s: [long(M.MAV_CMD_DO_CHANGE_SPEED, 1, 6, -1)]),
         Case(
             {"command": "orbit", **place, "radius_m": 20},
@@ -125,9 +149,9 @@ def cases(flavour: Flavour) -> list[Case]:
     ]
     return [
         Case(
-            {"command": "mode", "mode": flavour.mode[0]},
-            lambda f, s: [mode(f.mode[1])],
-            lambda p, f: p.mode == f.mode[2],
+            {"command": "mode", "mode": flavour.chosen},
+            mode("chosen"),
+            is_in("chosen"),
         ),
         Case({"command": "arm"}, lambda f, s: [long(M.MAV_CMD_COMPONENT_ARM_DISARM, 1)], lambda p, f: p.armed),
         Case({"command": "takeoff", "height_m": HEIGHT_M}, take_off, lambda p, f: abs(p.altitude_m - HEIGHT_M) < 1),
@@ -140,13 +164,13 @@ def cases(flavour: Flavour) -> list[Case]:
         Case({"command": "roi", **place}, lambda f, s: [at(M.MAV_CMD_DO_SET_ROI_LOCATION, *f.place(s))]),
         Case({"command": "roi", "none": True}, lambda f, s: [long(M.MAV_CMD_DO_SET_ROI_NONE)]),
         Case({"command": "set_home", **home}, lambda f, s: [at(M.MAV_CMD_DO_SET_HOME, ABOVE_SEA, 488.0)]),
-        Case({"command": "start"}, lambda f, s: [mode(f.mission[0])], lambda p, f: p.mode == f.mission[1], row="mode"),
+        Case({"command": "start"}, mode("mission"), is_in("mission"), row="mode"),
         Case({"command": "jump", "item": 3}, lambda f, s: _jump(f), row="start" if flavour.px4 else "jump"),
         Case({"command": "pause"}, _pause, row="mode" if flavour.px4 else "pause"),
         Case({"command": "resume"}, _resume, row="mode" if flavour.px4 else "resume"),
-        Case({"command": "hold"}, lambda f, s: [mode(f.hold[0])], lambda p, f: p.mode == f.hold[1], row="mode"),
-        Case({"command": "rtl"}, lambda f, s: [mode(f.rtl[0])], lambda p, f: p.mode == f.rtl[1], row="mode"),
-        Case({"command": "land"}, lambda f, s: [mode(f.land)], lambda p, f: not p.armed, row="mode"),
+        Case({"command": "hold"}, mode("hold"), is_in("hold"), row="mode"),
+        Case({"command": "rtl"}, mode("returns"), is_in("returns"), row="mode"),
+        Case({"command": "land"}, mode("land"), lambda p, f: not p.armed, row="mode"),
         Case(
             {"command": "disarm", "force": True},
             lambda f, s: [long(M.MAV_CMD_COMPONENT_ARM_DISARM, 0, 21196)],
@@ -160,11 +184,11 @@ def _jump(flavour: Flavour) -> list[Any]:
 
 
 def _pause(flavour: Flavour, sea_m: float) -> list[Any]:
-    return [mode(flavour.hold[0])] if flavour.px4 else [long(M.MAV_CMD_DO_PAUSE_CONTINUE, 0)]
+    return mode("hold")(flavour, sea_m) if flavour.px4 else [long(M.MAV_CMD_DO_PAUSE_CONTINUE, 0)]
 
 
 def _resume(flavour: Flavour, sea_m: float) -> list[Any]:
-    return [mode(flavour.mission[0])] if flavour.px4 else [long(M.MAV_CMD_DO_PAUSE_CONTINUE, 1)]
+    return mode("mission")(flavour, sea_m) if flavour.px4 else [long(M.MAV_CMD_DO_PAUSE_CONTINUE, 1)]
 
 
 Give = Callable[[Case], Awaitable[None]]
@@ -226,14 +250,33 @@ async def end_of(pilot: Pilot, operation: str) -> Any:
 
 
 async def refused_arming(pilot: Pilot) -> str:
-    """Why it is refused, once the drone has told what has to be known for it."""
+    """Why it is refused, once the drone's parameters and what has to be known for it have come."""
     for _ in range(300):
+        if not (await pilot.ask("GET", "/loss-check")).json["complete"]:
+            await asyncio.sleep(0.1)
+            continue
         answer = await pilot.ask("POST", "/commands", {"command": "takeoff", "height_m": HEIGHT_M})
         assert answer.status == 409, answer.body
         if answer.json["type"] != "/problems/not-known-yet":
             return str(answer.json["type"])
         await asyncio.sleep(0.1)
-    raise AssertionError(answer.body)
+    raise AssertionError("the drone never told what has to be known")
+
+
+REFUSED: Final = {"orbit": {"lat": LAT, "lon": LON, "height_m": HEIGHT_M, "radius_m": 20}}
+"""The rest of the body of each command that one of the autopilots cannot do."""
+
+
+async def refused(alice: Visitor, flavour: Flavour, **headers: str) -> list[Any]:
+    """The answers to the commands that the profile cannot do."""
+    answers = []
+    for name in sorted(flavour.cannot):
+        body = {"command": name, **REFUSED[name]}
+        answer = await asyncio.to_thread(alice.ask, "POST", "/drones/1/commands", body, **headers)
+        assert answer.status == 409, (name, answer.body)
+        assert answer.json["type"] == "/problems/not-supported"
+        answers.append(answer.json["detail"])
+    return answers
 
 
 async def fly(pilot: Pilot, flavour: Flavour, give: Give, expected: Callable[[Case], Row]) -> list[Row]:
@@ -247,6 +290,7 @@ async def fly(pilot: Pilot, flavour: Flavour, give: Give, expected: Callable[[Ca
 
 @pytest.mark.parametrize("flavour", [ARDUPILOT, PX4], ids=lambda flavour: flavour.name)
 async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world: World, flavour: Flavour) -> None:
+    assert {case.name for case in cases(flavour)} == flavour.can
     world.start_simulated("Kestrel", options=("--boot-s", "1", "--speed", "8", "--flavour", flavour.name))
     alice, root = world.visitor("alice"), world.visitor("root")
     await asyncio.to_thread(wait_for, "the autopilot to be heard", lambda: alice.drone(1).get("autopilot_heard"))
@@ -254,15 +298,15 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
     async with at_the_controls(alice, 1) as pilot:
         await pilot.until(lambda: pilot.has_position, "a position")
         if flavour.px4:  # as it is delivered, it would drop or lose the drone
-            refused = await refused_arming(pilot)
-            assert refused == "/problems/loss-check"
+            reason = await refused_arming(pilot)
+            assert reason == "/problems/loss-check"
             assert (await pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})).status == 200
         put = await pilot.ask("PUT", "/mission", {"items": MISSION})
         assert put.json["state"] == "done", put.body
 
         async def by_console(case: Case) -> None:
             if case.name == "hold":
-                await pilot.send(mode(flavour.hold[0]))
+                await pilot.send(mode("hold")(flavour, 0)[0])
                 return
             begun = await asyncio.to_thread(alice.ask, "POST", "/drones/1/commands", case.body, Prefer="respond-async")
             assert begun.status == 202, (case.name, begun.body)
@@ -283,6 +327,7 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
         def frame(case: Case) -> Row:
             return case.row or case.name, ACCEPTED, "frames"
 
+        assert await refused(alice, flavour) == await refused(alice, flavour, **bearer)
         given = await fly(pilot, flavour, by_console, lambda one: (frame if one.name == "hold" else operation)(one))
         given += await fly(pilot, flavour, by_rest, operation)
         with ground_station(world) as send:
@@ -294,7 +339,8 @@ async def test_every_command_does_the_same_by_every_way_and_leaves_one_row(world
                     answered = (message.command, M.MAV_RESULT_ACCEPTED)
                     await pilot.until(lambda: answered in pilot.acks, f"{case.name}: {pilot.acks}")  # noqa: B023
                 given.append(frame(case))
-                if case.row == "mode":  # it may be given again, and within a second it would be the same one
+                if case.row == "mode" or case.name == "goto":
+                    # It may be given again, and within a second it would be the same one.
                     await rows(len(given))
 
             await fly(pilot, flavour, by_connect, frame)

@@ -95,7 +95,7 @@ class PlanExchange:
                 data, self._address = port.recvfrom(4096)
                 with contextlib.suppress(MalformedFrame):
                     for frame in split_frames(data):
-                        self._handler.heard(frame, self._loop.time())
+                        self._handler.receive(frame, self._loop.time())
         if self._address is not None:
             for frame in self._handler.due(self._loop.time()):
                 port.sendto(frame, self._address)

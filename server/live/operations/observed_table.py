@@ -69,7 +69,7 @@ _NAMES: Final[Mapping[int, str]] = {
     _M.MAV_CMD_DO_REPOSITION: "goto",
     _M.MAV_CMD_DO_SET_MODE: "mode",
     _M.MAV_CMD_DO_CHANGE_SPEED: "speed",
-    _M.MAV_CMD_CONDITION_YAW: "yaw",
+    _M.MAV_CMD_CONDITION_YAW: "turn",
     _M.MAV_CMD_DO_SET_HOME: "set_home",
     _M.MAV_CMD_MISSION_START: "start",
     _M.MAV_CMD_DO_SET_MISSION_CURRENT: "jump",

@@ -33,14 +33,14 @@ def test_the_age_is_told_across_the_wrap(age_ms: int) -> None:
 def test_each_picture_counts_once_when_first_seen() -> None:
     screen = Screen()
     screen.take([(NOW_MS + 50, encode(NOW_MS)), (NOW_MS + 66, encode(NOW_MS)), (NOW_MS + 83, encode(NOW_MS + 42))])
-    assert [one.delay_ms for one in screen.poses] == [50, 41]
+    assert [one.delay_ms for one in screen.sights] == [50, 41]
     assert screen.backward == 0
 
 
 def test_the_same_clock_a_wrap_later_is_another_picture() -> None:
     screen = Screen()
     screen.take([(NOW_MS + 50, encode(NOW_MS)), (NOW_MS + WRAP_MS + 50, encode(NOW_MS + WRAP_MS))])
-    assert [one.delay_ms for one in screen.poses] == [50, 50]
+    assert [one.delay_ms for one in screen.sights] == [50, 50]
 
 
 def test_what_is_no_strip_and_what_goes_back_is_counted() -> None:

@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from simulator.camera.poses import make_shared_poses
 
 from simulator.camera.ground_map import ground_map
 from simulator.camera.land import SIZE_M, bend, bent, make_land
@@ -16,6 +15,7 @@ from simulator.camera.overlay import clock_text
 from simulator.camera.request import BadRequest, Wanted, read_unplugged_s, read_wanted
 from simulator.camera.scene import Scene
 from simulator.camera.server import CameraEndpoint, parse_camera
+from simulator.camera.shared_poses import make_shared_poses
 from simulator.camera.view import EYE_HEIGHT_M, Pose, View, cut, pose_of
 
 LEVEL = pose_of(0.0, 0.0, 20.0, 0.0, 0.0, 0.0)
