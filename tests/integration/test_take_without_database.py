@@ -16,6 +16,7 @@ from own_postgres import OwnPostgres, own_postgres
 from sqlalchemy import event
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
+from server.domain.lease import Event
 from server.domain.people import Role
 from server.domain.tower_lease import LEASE_S
 from wire.ids import DroneId
@@ -113,6 +114,32 @@ async def test_locked(scene: Scene) -> None:
         other.execute("BEGIN EXCLUSIVE")
         await scene.take_fails(within_s=10)
         await scene.is_alive_and_not_ready()
+        other.execute("ROLLBACK")
+    finally:
+        other.close()
+    await scene.comes_back()
+
+
+async def test_a_request_that_is_cut_off_leaves_the_fence(scene: Scene) -> None:
+    """Until the database has answered, nobody knows who has the controls."""
+    world, hub = scene.world, scene.world.tower.hub
+    roots = next(one.viewer for one in hub.state.browsers.values() if one.viewer.role is Role.ADMIN)
+    other = sqlite3.connect(world.settings.var / "tower.sqlite3", isolation_level=None)
+    try:
+        other.execute("BEGIN EXCLUSIVE")
+        holds = len(scene.agent.holds)
+        asked = asyncio.create_task(
+            world.tower.service.change(
+                roots, DroneId(scene.drone.id), Event.TAKE, reason="low", address="", now=time.monotonic()
+            )
+        )
+        await until("the order to hold", lambda: len(scene.agent.holds) > holds)
+        asked.cancel()
+        await asyncio.wait({asked})
+        assert asked.cancelled()
+        assert scene.lease.fenced
+        for who in (scene.roots, scene.alices):
+            assert "Root takes the controls" in (await who.event("notice", code="control-undecided"))["text"]
         other.execute("ROLLBACK")
     finally:
         other.close()
