@@ -29,6 +29,7 @@ from server.domain.access import (
 )
 from server.domain.people import Principal
 from server.domain.refusal import Refusal
+from server.store.database import DatabaseUnavailable
 
 COOKIE: Final = "tower_session"
 
@@ -40,20 +41,42 @@ def token_in(headers: Headers) -> str | None:
 
 
 async def authenticate(connection: HTTPConnection) -> Principal | NotSignedIn | SessionExpired | BadToken:
-    """Who sent this request or opens this WebSocket. Does not raise the refusal."""
+    """Who sent this request or opens this WebSocket. Does not raise the refusal. While the database does not answer,
+    a sign-in that it confirmed before counts (`remembered.py`); raises DatabaseUnavailable for any other."""
     tower = tower_of(connection)
-    token = token_in(connection.headers)
-    found: Principal | BadToken | SessionExpired
-    if token is not None:
-        found = await tower.tokens.find(token, tower.clock(), address=address_of(connection)) or BadToken()
-    else:
-        cookie = connection.cookies.get(COOKIE)
-        if not cookie:
-            return NotSignedIn()
-        found = await tower.sessions.find(cookie, tower.clock()) or SessionExpired()
-    if not isinstance(found, Refusal):
-        admitted(connection)
+    secret = _secret_of(connection)
+    if not secret:
+        return NotSignedIn() if token_in(connection.headers) is None else BadToken()
+    try:
+        revision = tower.hub.fleet.revision
+        found = await tower.database.in_time(_look_up(connection, secret))
+        tower.remembered.note(secret, found, revision)
+    except DatabaseUnavailable:
+        found = remembered_in(connection)
+        if found is None:
+            raise
+    if found is None:
+        return SessionExpired() if token_in(connection.headers) is None else BadToken()
+    admitted(connection)
     return found
+
+
+def remembered_in(connection: HTTPConnection) -> Principal | None:
+    """Who sent this request, as far as is known without the database."""
+    tower, secret = tower_of(connection), _secret_of(connection)
+    return tower.remembered.find(secret, tower.clock()) if secret else None
+
+
+def _secret_of(connection: HTTPConnection) -> str | None:
+    token = token_in(connection.headers)
+    return connection.cookies.get(COOKIE) if token is None else token
+
+
+async def _look_up(connection: HTTPConnection, secret: str) -> Principal | None:
+    tower = tower_of(connection)
+    if token_in(connection.headers) is not None:
+        return await tower.tokens.find(secret, tower.clock(), address=address_of(connection))
+    return await tower.sessions.find(secret, tower.clock())
 
 
 async def admit(request: Request, action: Action) -> Principal:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from datetime import datetime
 
     from server.api.relay.agent_sign_in import SignInRules
+    from server.api.remembered import RememberedSignIns
     from server.domain.clock import Clock
     from server.live.anonymous.budget import AnonymousBudget
     from server.live.hub import Hub
@@ -39,6 +40,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.store.flight_logs.receiving import LogReceiver
     from server.store.operations.audit_writer import OperationAuditWriter
     from server.store.recordings.recordings import Recordings
+    from server.store.tower_lock import TowerLock
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,13 @@ class Tower:
     settings: Settings
     clock: Clock
     database: Database
+    lock: TowerLock
     vault: Vault
     passwords: Passwords
     password_policy: PasswordPolicy
     sessions: Sessions
     tokens: ApiTokens
+    remembered: RememberedSignIns
     door: SignInService
     passkey_door: PasskeySignInService
     hub: Hub

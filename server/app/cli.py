@@ -15,9 +15,10 @@ from server.domain.refusal import Refusal
 from server.runtime.listening import CannotListen, address_in_words, listen
 from server.runtime.settings import Settings, SettingsError
 from server.runtime.vault import VaultError, new_key
-from server.store.database import Database, DatabaseError, open_database
+from server.store.database import Database, DatabaseError, DatabaseUnavailable, open_database
 from server.store.fleet.tower_identity import forget_identity
 from server.store.schema import DatabaseNotReady, migrate, newest_revision
+from server.store.tower_lock import TowerLockHeld
 
 app = typer.Typer(
     name="tower",
@@ -42,7 +43,9 @@ def tower(
 
 
 @app.command("serve")
-def serve() -> None:
+def serve(
+    standby: Annotated[bool, typer.Option("--standby", help="Wait while another tower serves this database.")] = False,
+) -> None:
     """Run the tower until it is told to stop. Settings come from the environment: see docs/settings.md."""
     from server.app.composition import create_app  # half a second of imports that the other commands do not need
     from server.app.log import configure_log
@@ -52,10 +55,15 @@ def serve() -> None:
     configure_log(settings.log_format)
     listener = listen(settings.host, settings.port)
     address = settings.public_url or address_in_words(listener)
+    app = create_app(settings)
+    app.state.tower.lock.address = address
+    if standby:
+        print(f"Control Tower stands by at {address}", flush=True)
     run(
-        create_app(settings),
+        app,
         listener,
         on_listening=lambda: print(f"Control Tower is at {address}", flush=True),
+        standby=standby,
     )
 
 
@@ -111,7 +119,9 @@ def main() -> None:
         app()
     except SettingsError as error:
         _fail(str(error), 2)
-    except (CommandError, Refusal, DatabaseNotReady, CannotListen, VaultError) as error:
+    except (CommandError, Refusal, DatabaseNotReady, DatabaseUnavailable, CannotListen, VaultError) as error:
+        _fail(str(error), 1)
+    except TowerLockHeld as error:
         _fail(str(error), 1)
     except DatabaseError as error:
         _fail(f"the database refused: {str(error.orig).splitlines()[0]}", 1)

@@ -35,7 +35,9 @@ from server.api.http import health
 from server.api.http.body import BodyCheck
 from server.api.http.console import serve_console
 from server.api.http.cookie_prefix import CookiePrefix
+from server.api.http.database_wait import BoundedDatabaseWait
 from server.api.http.guards import UnexpectedErrors
+from server.api.http.only_the_tower import OnlyTheTower
 from server.api.http.origin import OriginCheck
 from server.api.http.over_tls import OverTls
 from server.api.http.problem_docs import describe_problems
@@ -52,6 +54,7 @@ from server.api.relay import routes as relay_routes
 from server.api.relay.agent_sign_in import SignInRules, is_agent
 from server.api.relay.running import running_relay
 from server.api.relay.tls_binding import TlsBinding
+from server.api.remembered import RememberedSignIns
 from server.api.system import routes as system_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
@@ -103,6 +106,7 @@ from server.store.operations.audit_writer import OperationAuditWriter
 from server.store.recordings.recordings import new_recordings
 from server.store.recordings.source import HubVideo
 from server.store.schema import check_schema
+from server.store.tower_lock import TowerLock
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,
@@ -182,6 +186,8 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
     tell_contact = partial(security_txt, settings.security_contact, settings.public_url)
     serve_console(app, settings.web, {SECURITY_TXT: lambda: tell_contact(clock())})
     # The last one added is the outermost.
+    app.add_middleware(BoundedDatabaseWait, database=tower.database)
+    app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)
     app.add_middleware(BodyCheck, budget=tower.anonymous)
     app.add_middleware(OriginCheck, settings=settings)
     app.add_middleware(UnexpectedErrors)
@@ -194,7 +200,9 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
 
 
 def _compose(settings: Settings, clock: Clock) -> Tower:
-    database = open_database(settings.database_url)
+    database = open_database(settings.database_url, timeout_s=settings.database_timeout_s)
+    lock = TowerLock(settings.database_url, clock=clock)
+    database.guard = lock.check
     vault = settings.vault()
     anonymous = AnonymousBudget(now=time.monotonic(), trusted_proxies=settings.trusted_proxies)
     passwords = Passwords(
@@ -235,7 +243,12 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
     enrolment_news = EnrolmentNews(database, hub, clock)
-    service = ControlService(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
+    service = ControlService(
+        DatabaseLeaseStore(database, clock),
+        hub,
+        on_changed=loss_checks.look_again,
+        timeout_s=settings.database_timeout_s,
+    )
     mb = 1_000_000
     log_shelf = FlightLogQuota(
         settings.files,
@@ -249,11 +262,13 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         settings=settings,
         clock=clock,
         database=database,
+        lock=lock,
         vault=vault,
         passwords=passwords,
         password_policy=PasswordPolicy(urlsplit(settings.public_url).hostname or ""),
         sessions=sessions,
         tokens=ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor),
+        remembered=RememberedSignIns(hub.fleet.is_current),
         door=SignInService(database, passwords, sessions, throttle, vault),
         passkey_door=PasskeySignInService(database, sessions, Challenges()),
         hub=hub,
@@ -296,6 +311,11 @@ async def _deleted_with_files(tower: Tower) -> frozenset[int]:
         return await deleted_among(session, there - frozenset(sorted(tower.hub.state.drones)))
 
 
+def _hold_flown_by_hand(hub: Hub) -> None:
+    reason = "the database does not answer, and another tower may take the place of this one"
+    hub.holds.order_where_flown_by_hand(reason, time.monotonic())
+
+
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     tower: Tower = app.state.tower
@@ -306,6 +326,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         stack.callback(tower.password_policy.close)
         await asyncio.to_thread(make_private_folder, settings.var)
         await check_schema(tower.database)
+        stack.push_async_callback(tower.lock.release)
+        if not tower.lock.is_taken:
+            await tower.lock.take(waits=False)
+        await stack.enter_async_context(in_background("tower lock", tower.lock.keep))
         await check_key_is_there(tower.vault, tower.database)
         await prepare_vault(tower.vault, tower.database)
         await tower.sign_in_rules.identity.load(tower.vault, tower.database)
@@ -313,8 +337,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.database.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
         await end_assistance(tower.database, tower.clock)
+        tower.lock.on_running_out = partial(_hold_flown_by_hand, tower.hub)
         tower.hub.state.on_event = tower.event_handler.noticed
         stack.push_async_callback(tower.event_handler.stop)
+        stack.push_async_callback(tower.service.stop)
         stack.push_async_callback(tower.rehearsals.stop)
         stack.push_async_callback(tower.enrolment_news.stop)
         await tower.loss_checks.load()
@@ -336,7 +362,13 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         _prepare_routes(app)
         # Last: from here on agents are answered.
         try:
-            relay = running_relay(tower.hub, tower.anonymous, host=settings.udp_host, port=settings.udp_port)
+            relay = running_relay(
+                tower.hub,
+                tower.anonymous,
+                host=settings.udp_host,
+                port=settings.udp_port,
+                may_act=tower.lock.may_act,
+            )
             app.state.data_endpoint = await stack.enter_async_context(relay)
         except OSError as error:
             raise CannotListen("TOWER_UDP_PORT", settings.udp_host, settings.udp_port, error) from error

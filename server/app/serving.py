@@ -7,11 +7,13 @@ exception that it is, and so that good-byes are said while connections are still
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import socket
 import sys
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Final
 
 import uvicorn
@@ -22,13 +24,19 @@ from server.api.anonymous.read_turns import ReadTurns
 from server.api.tower import Tower
 from server.api.websocket.direct_websocket import DirectWebSocket
 from server.api.websocket.upgrading_http import UpgradingHttp
+from server.app.standby import answering_standby
 from server.live.anonymous.connections import AnonymousConnection
 from server.runtime.aligned_timers import BEAT_S, rest
 from server.runtime.garbage import settle_memory
+from server.runtime.listening import address_in_words
+from server.store.database import LockLost
+from server.store.schema import check_schema
 
 MAX_MESSAGE_BYTES: Final = 64 * 1024
 """Of a WebSocket message. The largest allowed upwards is 16 KiB; the rest is for telling why it was refused."""
 GRACE_S: Final = 2
+ENDS_WITHIN_S: Final = 10.0
+"""After it has lost its lock. What hangs in a database that went away must not keep it alive."""
 SWITCH_INTERVAL_S: Final = 0.001
 """For which another thread (of the database) may keep the interpreter from the event loop. Python's own is 5 ms: as
 much as a stick takes altogether."""
@@ -38,7 +46,7 @@ _TICKS_A_DAY: Final = 864_000
 class TowerServer(uvicorn.Server):
     """One application on one socket. `started` (of uvicorn) is true once connections are accepted."""
 
-    def __init__(self, app: FastAPI, *, on_listening: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, app: FastAPI, *, on_listening: Callable[[], None] = lambda: None, standby: bool = False) -> None:
         tower: Tower = app.state.tower
         super().__init__(
             uvicorn.Config(
@@ -57,16 +65,53 @@ class TowerServer(uvicorn.Server):
             )
         )
         self._app = app
+        self._standby = standby
+        self._lock = tower.lock
         self._on_listening = on_listening
         self._budget = tower.anonymous
         self._turns = ReadTurns(tower.anonymous)
         self._acceptors: list[Acceptor] = []
 
     async def run_on(self, listener: socket.socket) -> None:
-        """Serves until told to stop, then closes the socket. Raises what the start of the application raises."""
+        """Serves until told to stop, then closes the socket. Raises what the start of the application raises, and
+        LockLost where another process has become the tower."""
+        lock = self._lock
+        lock.address = lock.address or address_in_words(listener)
         with listener:
+            if self._standby and not await self._stand_by(listener):
+                return
+            lock.on_lost = self._fence
             async with self._app.router.lifespan_context(self._app):
                 await self.serve(sockets=[listener])
+        if lock.lost_words:
+            raise LockLost(lock.lost_words)
+
+    async def _stand_by(self, listener: socket.socket) -> bool:
+        """Until this process has the lock. False where it was told to stop before."""
+        tower: Tower = self._app.state.tower
+        await check_schema(tower.database)
+        async with answering_standby(listener, self._app.version):
+            taking = asyncio.create_task(self._lock.take(waits=True))
+            try:
+                while not taking.done() and not self.should_exit:
+                    await asyncio.wait({taking}, timeout=BEAT_S)
+            finally:
+                taking.cancel()
+                with suppress(asyncio.CancelledError):
+                    await taking
+        if self.should_exit:
+            await self._lock.release()
+            await tower.database.close()
+        return not self.should_exit
+
+    def _fence(self, _words: str) -> None:
+        """Another process is the tower: every link is closed at once, then this one ends, whatever still waits."""
+        tower: Tower = self._app.state.tower
+        tower.hub.close_all()
+        self.should_exit = True
+        last_resort = threading.Timer(ENDS_WITHIN_S, os._exit, (1,))
+        last_resort.daemon = True
+        last_resort.start()
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -104,14 +149,15 @@ class TowerServer(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], None]) -> None:
-    """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody."""
+def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], None], standby: bool = False) -> None:
+    """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody. `standby`: waits
+    first until no other process is the tower. Raises TowerLockHeld, LockLost."""
 
     def listening() -> None:
         settle_memory()
         on_listening()
 
-    server = TowerServer(app, on_listening=listening)
+    server = TowerServer(app, on_listening=listening, standby=standby)
     sys.setswitchinterval(SWITCH_INTERVAL_S)
 
     async def until_told_to_stop() -> None:

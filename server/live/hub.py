@@ -194,6 +194,7 @@ class Hub:
     def end_sessions(self, session_ids: Iterable[SignInId], why: str = "the session has ended") -> None:
         """Closes the browsers of sessions and tokens that have ended. Who has no other loses the controls at once."""
         ended = list(session_ids)
+        self.fleet.note_ended(ended)
         self.audience.end_sessions(ended, why)
         self.video.end_sessions(ended, why)
 

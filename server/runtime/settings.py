@@ -162,6 +162,8 @@ class Settings:
     """Who may say for whom they speak and that it came over TLS (X-Forwarded-For, X-Forwarded-Proto)."""
     var: Path = field(default=_VAR, metadata=_from("TOWER_VAR", Path))
     database_url: str = _setting("", "DATABASE_URL", _database_url)
+    database_timeout_s: float = _setting(2.0, "TOWER_DATABASE_TIMEOUT_S", _number(0.1, 60, float))
+    """For which the database may keep anybody waiting for one answer."""
     web: Path = field(default=_WEB, metadata=_from("TOWER_WEB", Path))
     secret_keys: str = field(default="", repr=False, metadata=_from("TOWER_SECRET_KEYS", _keys))
     """With them secrets that must be read again are sealed in the database. Empty: those in `secret_key_file`."""

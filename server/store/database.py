@@ -5,20 +5,22 @@ Two doors, because the two databases agree on little else:
 - `writing()`: one transaction, committed when the block ends well. On SQLite it takes the write lock at its
   beginning, so that "read, decide, write" never fails half way because another process wrote in between. The writers
   of this process go in one by one, in the order in which they came: SQLite lets those that wait try again at moments
-  of chance, so that of many some would wait for longer than BUSY_TIMEOUT_MS, and fail.
+  of chance, so that of many some would wait for longer than the timeout, and fail.
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, asynccontextmanager
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
+from contextlib import AbstractContextManager, AsyncExitStack, asynccontextmanager
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeVar, cast
 
-from sqlalchemy import DateTime, Dialect, MetaData, event, make_url
-from sqlalchemy.exc import DBAPIError
+from sqlalchemy import URL, DateTime, Dialect, MetaData, event, make_url
+from sqlalchemy.exc import DataError, DBAPIError, IntegrityError, ProgrammingError, SQLAlchemyError
 from sqlalchemy.exc import TimeoutError as GaveUp
 from sqlalchemy.ext.asyncio import AsyncEngine, AsyncSession, async_sessionmaker, create_async_engine
 from sqlalchemy.orm import DeclarativeBase
@@ -26,9 +28,10 @@ from sqlalchemy.pool import QueuePool
 from sqlalchemy.types import TypeDecorator
 
 from server.runtime.private_files import make_private_file
+from server.store.database_wait import DatabaseWait, EndingTasks, current_wait, giving_up_after, left_s, waiting_at_most
 
-BUSY_TIMEOUT_MS: Final = 5_000
-"""How long a writer waits for another process (`tower drone add` beside a running tower) before it gives up."""
+TIMEOUT_S: Final = 2.0
+"""How long the database may take to answer, to be reached, or to be free for a writer."""
 
 _SQLITE_POOL: Final[dict[str, Any]] = {"pool_size": 15, "max_overflow": 0, "pool_use_lifo": True}
 """As many connections as SQLAlchemy allows by default, but none that is closed after use: each has a thread, and the
@@ -37,8 +40,17 @@ event loop stands still while one starts."""
 WARM_CONNECTIONS: Final = 6
 """Opened before the tower listens: a flood of requests would open them all at once, and stop every frame for 70 ms."""
 
-TURN_WITHIN_S: Final = 10.0
-"""How long a writer waits for those of this process that came before: thousands, unless the database is stuck."""
+COMMAND_TIMEOUT_S: Final = 5.0
+"""The same for a command (`tower drone add` beside a running tower): nobody flies by it."""
+
+TRANSACTION_TIMEOUTS: Final = 3
+"""After so many timeouts a transaction is given up, however its questions are answered."""
+
+NOT_TRIED_FOR_S: Final = 10.0
+
+BUSY_STEP_MS: Final = 50
+"""By so much SQLite may wait longer than its caller: to tell it each time would take a question of its own."""
+_BUSY_MS: Final = "tower_busy_ms"
 
 NAMING: Final = {
     "ix": "ix_%(column_0_label)s",
@@ -75,10 +87,46 @@ class UtcDateTime(TypeDecorator[datetime]):
         return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
 
 
+Found = TypeVar("Found")
 DatabaseSession = AsyncSession
 """One transaction. The floors above name it by this, and need no library for it."""
 DatabaseError = DBAPIError
 """The database refused a statement, or went away."""
+
+
+class DatabaseUnavailable(SQLAlchemyError):
+    """The database cannot be reached, does not answer in time, or takes no writes. Nothing was carried out, unless the
+    answer to a commit was lost."""
+
+
+class LockLost(DatabaseUnavailable):
+    """Another process is the tower of this database: this one writes nothing any more."""
+
+
+class AnswerTimes:
+    """How the database answers, counted."""
+
+    def __init__(self) -> None:
+        self.transactions = 0
+        self.failures = 0
+        self.total_s = 0.0
+        self.last_s = 0.0
+        self.failing = False
+        """Whether the last transaction to end found it out of reach."""
+        self._write_failed_at = float("-inf")
+
+    def takes_writes(self) -> bool:
+        """As far as is known: what is not worth waiting for is not tried just after a write has failed."""
+        return time.perf_counter() - self._write_failed_at > NOT_TRIED_FOR_S
+
+    def ended(self, took_s: float, *, failed: bool, wrote: bool) -> None:
+        if wrote:
+            self._write_failed_at = time.perf_counter() if failed else float("-inf")
+        self.transactions += 1
+        self.failures += failed
+        self.failing = failed
+        self.total_s += took_s
+        self.last_s = took_s
 
 
 class PoolUse(NamedTuple):
@@ -92,8 +140,13 @@ class PoolUse(NamedTuple):
 class Database:
     """An open database. Use `open_database`; `close` when done."""
 
-    def __init__(self, engine: AsyncEngine) -> None:
+    def __init__(self, engine: AsyncEngine, *, timeout_s: float = COMMAND_TIMEOUT_S) -> None:
         self.engine = engine
+        self.answers = AnswerTimes()
+        self.guard: Callable[[AsyncSession], Awaitable[None]] | None = None
+        """Asked at the beginning of each transaction that writes; raises where this process may not."""
+        self._timeout_s = timeout_s
+        self._ending = EndingTasks()
         sqlite = engine.dialect.name == "sqlite"
         reader = engine if sqlite else engine.execution_options(isolation_level="REPEATABLE READ")
         writer = engine.execution_options(tower_begin="BEGIN IMMEDIATE") if sqlite else engine
@@ -103,30 +156,82 @@ class Database:
 
     @asynccontextmanager
     async def reading(self) -> AsyncIterator[AsyncSession]:
-        async with self._reading() as session:
+        """Raises DatabaseUnavailable."""
+        async with self._in_time(wrote=False), self._reading() as session:
             yield session
 
     @asynccontextmanager
     async def writing(self) -> AsyncIterator[AsyncSession]:
+        """Raises DatabaseUnavailable, and LockLost where the guard says so."""
         # The turn comes first: who waits for it has no connection yet, and keeps no reader from one.
-        async with self._turn(), self._writing() as session, session.begin():
+        async with self._in_time(wrote=True), self._turn(), self._writing() as session, session.begin():
+            if self.guard is not None:
+                await self.guard(session)
             yield session
 
     @asynccontextmanager
+    async def _in_time(self, *, wrote: bool) -> AsyncIterator[None]:
+        began, failed, wait = time.perf_counter(), True, current_wait()
+        at_most_s = self._timeout_s * TRANSACTION_TIMEOUTS if wait is None else wait.left_s
+        try:
+            if not at_most_s:
+                raise DatabaseUnavailable("the database did not answer this request before, and was not asked again")
+            with giving_up_after(at_most_s):
+                async with asyncio.timeout(at_most_s):
+                    yield
+            failed = False
+        except DatabaseUnavailable:
+            raise
+        except (DBAPIError, GaveUp) as error:
+            if isinstance(error, (IntegrityError, ProgrammingError, DataError)):
+                failed = False
+                raise  # it answered
+            raise DatabaseUnavailable(_words(error)) from error
+        except (TimeoutError, ConnectionError) as error:
+            raise DatabaseUnavailable(f"the database did not answer: {type(error).__name__}") from error
+        except BaseException:
+            failed = False
+            raise
+        finally:
+            took_s = time.perf_counter() - began
+            self.answers.ended(took_s, failed=failed, wrote=wrote)
+            if failed and wait is not None:
+                wait.failed_after(took_s)
+
+    @asynccontextmanager
     async def _turn(self) -> AsyncIterator[None]:
-        """Raises sqlalchemy.exc.TimeoutError."""
+        """Raises DatabaseUnavailable."""
         if self._writers is None:
             yield
             return
         try:
-            async with asyncio.timeout(TURN_WITHIN_S):
+            async with asyncio.timeout(left_s(self._timeout_s)):
                 await self._writers.acquire()
         except TimeoutError:
-            raise GaveUp(f"the database has taken nothing for {TURN_WITHIN_S:g} s") from None
+            raise DatabaseUnavailable(f"the database has taken nothing for {self._timeout_s:g} s") from None
         try:
             yield
         finally:
             self._writers.release()
+
+    async def in_time(self, work: Coroutine[Any, Any, Found]) -> Found:
+        """For questions that something else can take the place of: does not wait either for the end of what was given
+        up. Raises DatabaseUnavailable, and what `work` raises."""
+        with self.bounded_wait() as wait:
+            working: asyncio.Future[Any] = asyncio.create_task(work)
+            try:
+                await asyncio.wait({working, wait.overdue}, return_when=asyncio.FIRST_COMPLETED)
+                if working.done():
+                    return cast("Found", working.result())
+            finally:
+                if not working.done():
+                    wait.failed_after(wait.left_s)
+                    self._ending.let_end(working)
+        raise DatabaseUnavailable("the database did not answer in time")
+
+    def bounded_wait(self) -> AbstractContextManager[DatabaseWait]:
+        """For a request: in this block failing transactions take no longer together than one may."""
+        return waiting_at_most(self._timeout_s)
 
     async def warm_up(self) -> None:
         """Opens WARM_CONNECTIONS, where there is a pool that keeps them."""
@@ -144,30 +249,57 @@ class Database:
         await self.engine.dispose()
 
 
-def open_database(url: str) -> Database:
+def _words(error: SQLAlchemyError) -> str:
+    """Of the database itself, where it said anything: one line, and no values."""
+    said = str(getattr(error, "orig", None) or error).splitlines()
+    return f"the database did not answer: {said[0] if said else type(error).__name__}"
+
+
+def open_database(url: str, *, timeout_s: float = COMMAND_TIMEOUT_S) -> Database:
     """Prepares the engine; the first connection is made by the first question. Its errors show no values: they end
-    up in logs."""
+    up in logs. `timeout_s`: of each question, each wait for another writer, and each attempt to reach it."""
     parsed = make_url(url)
     if parsed.get_backend_name() != "sqlite":
-        return Database(create_async_engine(parsed, pool_pre_ping=True, hide_parameters=True))
+        return Database(_postgres(parsed, timeout_s), timeout_s=timeout_s)
     is_file = bool(parsed.database) and not str(parsed.database).startswith("file:")
-    engine = create_async_engine(parsed, hide_parameters=True, **(_SQLITE_POOL if is_file else {}))
+    pool = {**_SQLITE_POOL, "pool_timeout": timeout_s} if is_file else {}
+    engine = create_async_engine(parsed, hide_parameters=True, **pool)
     if parsed.database and is_file:
         # Nobody else on the machine has any business with it.
         path = Path(parsed.database)
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         event.listen(engine.sync_engine, "do_connect", lambda *_: make_private_file(path))
-    event.listen(engine.sync_engine, "connect", _prepare_sqlite)
-    event.listen(engine.sync_engine, "begin", _begin_sqlite)
-    return Database(engine)
+    event.listen(engine.sync_engine, "connect", partial(_prepare_sqlite, round(timeout_s * 1000)))
+    event.listen(engine.sync_engine, "begin", partial(_begin_sqlite, timeout_s))
+    return Database(engine, timeout_s=timeout_s)
 
 
-def _prepare_sqlite(connection: Any, _record: Any) -> None:
+def _postgres(url: URL, timeout_s: float) -> AsyncEngine:
+    # The server ends what this process does not: a transaction of a tower that was stopped must not be carried out
+    # when it goes on, nor keep its locks until then.
+    timeout_ms = str(round(timeout_s * 1000))
+    return create_async_engine(
+        url,
+        pool_pre_ping=True,
+        hide_parameters=True,
+        pool_timeout=timeout_s,
+        connect_args={
+            "timeout": timeout_s,
+            "command_timeout": timeout_s,
+            "server_settings": {
+                "statement_timeout": timeout_ms,
+                "idle_in_transaction_session_timeout": timeout_ms,
+            },
+        },
+    )
+
+
+def _prepare_sqlite(timeout_ms: int, connection: Any, _record: Any) -> None:
     # The driver's own idea of when to begin a transaction leaves reads outside of any: take it over.
     connection.isolation_level = None
     cursor = connection.cursor()
     for pragma in (
-        f"busy_timeout = {BUSY_TIMEOUT_MS}",
+        f"busy_timeout = {timeout_ms}",
         "journal_mode = WAL",
         "synchronous = NORMAL",
         "foreign_keys = ON",
@@ -176,5 +308,11 @@ def _prepare_sqlite(connection: Any, _record: Any) -> None:
     cursor.close()
 
 
-def _begin_sqlite(connection: Any) -> None:
+def _begin_sqlite(timeout_s: float, connection: Any) -> None:
+    # SQLite waits in a thread, where nobody can call it off: it must not wait for longer than its caller.
+    wait_ms = max(1, round(left_s(timeout_s) * 1000))
+    set_ms = connection.info.get(_BUSY_MS, round(timeout_s * 1000))
+    if not set_ms - BUSY_STEP_MS <= wait_ms <= set_ms:
+        connection.exec_driver_sql(f"PRAGMA busy_timeout = {wait_ms}")
+        connection.info[_BUSY_MS] = wait_ms
     connection.exec_driver_sql(connection.get_execution_options().get("tower_begin", "BEGIN"))

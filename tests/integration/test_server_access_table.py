@@ -6,6 +6,7 @@ from typing import Final
 
 import httpx
 import pytest
+from every_route import BODIES, ROUTES, path_of
 from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.routing import Route
 from tower_world import TowerWorld, start_tower
@@ -34,6 +35,7 @@ TABLE: Final[dict[str, str]] = {
     "sign_out": ALL,
     **dict.fromkeys(("ask_for_passkey", "sign_in_with_passkey"), ALL),
     "health": ALL,
+    "ready": ALL,
     "enrol": ALL,
     **dict.fromkeys(("me", "get_preferences"), SELF),
     **dict.fromkeys(("change_own_password", "get_sessions", "end_one_session", "put_preference"), IN_PERSON),
@@ -87,27 +89,7 @@ TABLE: Final[dict[str, str]] = {
     **dict.fromkeys(("list_audit_events", "download_audit_events", "system", "who_is_online"), RULE),
     "metrics": METRICS,
 }
-MISSION: Final = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}}
-BODIES: Final[dict[str, dict[str, object]]] = {
-    "rehearse_loss": {"what": "tower"},
-    "make_team": {"name": "x"},
-    "rename_team": {"name": "x"},
-    "set_team_member": {"role": "observer"},
-    "invite_to_team": {"name": "x", "role": "observer"},
-    "lend_drone": {"until": "2020-01-01T00:00:00Z"},
-    "put_plan": {"items": []},
-    "verify_plan": {"items": []},
-    "foresee_plan": {"items": []},
-    "command_drone": {"command": "land"},
-    "create_mission": MISSION,
-    "replace_mission": MISSION,
-    "write_parameters": {"values": {"RTL_ALT": 1500}},
-}
 METRICS_SECRET: Final = "0123456789abcdef0123456789abcdef"
-# An answer to HEAD says nothing but its status, and is that of GET.
-ROUTES: Final = [
-    route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute) and route.methods != {"HEAD"}
-]
 
 
 @pytest.fixture
@@ -173,23 +155,7 @@ async def test_every_route_gives_every_visitor_what_the_table_says(world: TowerW
         expected = dict(zip((*VISITORS, *TOKENS), TABLE[route.name].split(), strict=True))
         # What only admins may do is asked of a drone that is not there, so that it stays.
         drone_id = 9999 if TABLE[route.name] == RULE else hawk.id
-        path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
-        path = path.replace("{kind:plan_kind}", "mission")
-        for number in (
-            "{user_id}",
-            "{token_id}",
-            "{passkey_id}",
-            "{session_id}",
-            "{enrolment_id}",
-            "{operation_id}",
-            "{mission_id}",
-            "{log_id}",
-            "{transaction_id}",
-            "{recording_id}",
-            "{team_id}",
-            "{invitation_id}",
-        ):
-            path = path.replace(number, "9999")
+        path = path_of(route, drone_id)
         for visitor, client in clients.items():
             body = BODIES.get(route.name)
             answer = await client.request(next(iter(route.methods)), path, json=body)

@@ -10,12 +10,13 @@ from model_agent import stick_frame
 from model_store import MemoryStore
 
 from server.domain.access import UnknownDrone
-from server.domain.lease import Event
-from server.domain.people import Principal, Role
+from server.domain.lease import Event, Refused
+from server.domain.people import Principal, Role, UserRef
 from server.live.hub import Hub
 from server.live.hub_events import HubEvent
 from server.live.relay.browser import Browser
 from server.store.control.hub_event_handler import HubEventHandler
+from server.store.control.lease_store import Ask, Committed
 from server.store.control.loss_checks import LossChecks
 from server.store.control.rehearsal import Rehearsals
 from server.store.control.service import ControlRefused, ControlService
@@ -62,6 +63,13 @@ class SteppedWatchman(HubEventHandler):
         return self._carry_out(event)
 
 
+class SteppedService(ControlService):
+    """Its store always decides: what happens where it does not has tests of its own."""
+
+    async def _decided(self, ask: Ask, *, fenced: bool, by: UserRef | None, now: float) -> Committed | Refused:
+        return await self._store.commit(ask)
+
+
 class ModelTower:
     """One life of the tower's process."""
 
@@ -72,7 +80,7 @@ class ModelTower:
         database: Any = NoDatabase()
         parts: dict[str, Any] = {"hub": self.hub, "database": database, "clock": lambda: LATER}
         checks = LossChecks(**parts)
-        self.service = ControlService(store, self.hub, on_changed=checks.look_again)
+        self.service = SteppedService(store, self.hub, on_changed=checks.look_again)
         self.watchman = SteppedWatchman(
             **parts, service=self.service, loss_checks=checks, rehearsals=Rehearsals(**parts), monotonic=clock
         )

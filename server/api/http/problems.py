@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from http import HTTPStatus
 from typing import Any, Final
 
+import structlog
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
@@ -97,6 +98,7 @@ from server.store.accounts.sign_in import SecondFactorNeeded, WrongPassword, Wro
 from server.store.accounts.tokens import BadExpiry, BadScopes, TooManyTokens, UnknownToken
 from server.store.accounts.users import LastAdmin, SignInThrottled, UnknownUser, UserNameTaken, WrongSignIn
 from server.store.control.service import ControlRefused
+from server.store.database import DatabaseUnavailable, LockLost
 from server.store.fleet.drones import DroneNameTaken
 from server.store.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
 from server.store.fleet.loans import BadLoan, OwnerAlready
@@ -108,6 +110,7 @@ from server.store.missions.library import (
     VersionNeeded,
 )
 
+_log = structlog.get_logger(__name__)
 MEDIA_TYPE: Final = "application/problem+json"
 
 
@@ -126,6 +129,8 @@ MALFORMED_JSON: Final = Kind("malformed-json", 400, "The body is not JSON")
 JSON_ONLY: Final = Kind("json-only", 415, "Only JSON is taken")
 TOO_LARGE: Final = Kind("too-large", 413, "The body is too large")
 WRONG_ORIGIN: Final = Kind("wrong-origin", 403, "The request came from another site")
+DATABASE: Final = Kind("database-unavailable", 503, "The database does not answer")
+NOT_THE_TOWER: Final = Kind("not-the-tower", 503, "This process is not the tower")
 INTERNAL: Final = Kind("internal-error", 500, "Something went wrong in the tower")
 
 PROBLEMS: Final[dict[type[Refusal], Kind]] = {
@@ -294,8 +299,17 @@ def refusal_problem(refusal: Refusal, *, instance: str) -> JSONResponse:
 
 def handle_problems(app: FastAPI) -> None:
     app.add_exception_handler(Refusal, _on_refusal)
+    app.add_exception_handler(DatabaseUnavailable, _on_database)
     app.add_exception_handler(RequestValidationError, _on_invalid)
     app.add_exception_handler(HTTPException, _on_http)
+
+
+async def _on_database(request: Request, error: Exception) -> JSONResponse:
+    _log.error("database_unavailable", path=request.url.path, error=str(error))
+    lost = isinstance(error, LockLost)
+    detail = str(error)
+    headers = {"Retry-After": "1"}
+    return problem(NOT_THE_TOWER if lost else DATABASE, instance=request.url.path, detail=detail, headers=headers)
 
 
 async def _on_refusal(request: Request, error: Exception) -> JSONResponse:

@@ -6,7 +6,13 @@ docs/metrics.md lists the same; a test compares the two.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
-from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily, HistogramMetricFamily, Metric
+from prometheus_client.core import (
+    CounterMetricFamily,
+    GaugeMetricFamily,
+    HistogramMetricFamily,
+    Metric,
+    SummaryMetricFamily,
+)
 from prometheus_client.registry import Collector
 
 from server.live.hub import Hub
@@ -142,6 +148,12 @@ class RelayCollector(Collector):
         )
 
     def _database(self) -> Iterator[Metric]:
+        answers = self._database_pool.answers
+        seconds = SummaryMetricFamily("tower_database_transaction_seconds", "How long the database took for each")
+        seconds.add_metric((), answers.transactions, answers.total_s)
+        yield seconds
+        failures = "Transactions that found it locked, full, silent or gone"
+        yield CounterMetricFamily("tower_database_failures", failures, value=answers.failures)
         pool = self._database_pool.pool_use()
         if pool is None:
             return

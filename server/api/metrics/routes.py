@@ -13,6 +13,7 @@ from server.api.access import token_in, who_may
 from server.api.http.problem_docs import answers
 from server.api.metrics.anonymous import AnonymousCollector
 from server.api.metrics.collector import RelayCollector
+from server.api.metrics.disk import DiskCollector
 from server.api.tower import Tower, tower_of
 from server.domain.access import Action, AdminsOnly, BadToken, NotSignedIn, ScopeMissing, SessionExpired
 from server.store.recordings.metrics import RecordingCollector
@@ -39,6 +40,7 @@ def new_registry(tower: Tower) -> CollectorRegistry:
     registry.register(RelayCollector(tower.hub, tower.database))
     registry.register(AnonymousCollector(tower.anonymous))
     registry.register(RecordingCollector(tower.recordings))
+    registry.register(DiskCollector(tower.settings.var))
     ProcessCollector(registry=registry)
     PlatformCollector(registry=registry)
     GCCollector(registry=registry)

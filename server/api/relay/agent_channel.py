@@ -28,7 +28,7 @@ from server.api.relay.side_by_side import Ending, close_quietly, is_breach, unti
 from server.api.tower import address_of
 from server.domain.clock import Clock
 from server.live.anonymous.budget import AnonymousBudget
-from server.live.hub import Hub
+from server.live.hub import GOING_DOWN, Hub
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.agent_routes import OVER_CHANNEL, Address
 from server.live.relay.live_drone import LiveDrone
@@ -343,6 +343,9 @@ class AgentChannel:
         """Messages first; then datagrams for which there is no other way, as fast as the agent takes them."""
         try:
             while True:
+                if not self._endpoint.may_act():
+                    self._ending.wish(GOING_DOWN, "another process may be the tower")
+                    return
                 if self._outgoing:
                     await self._websocket.send_text(encode_message(self._outgoing.popleft()))
                 elif (datagram := self._lane.pop(time.monotonic())) is not None:

@@ -11,7 +11,7 @@ import asyncio
 import contextlib
 import socket
 import time
-from collections.abc import Set
+from collections.abc import Callable, Set
 from typing import Final, cast
 
 import structlog
@@ -53,6 +53,8 @@ class DataEndpoint:
         self._hub = hub
         self._anonymous = anonymous
         self.write_round = WriteRound()
+        self.may_act: Callable[[], bool] = lambda: True
+        """Asked before anything goes to an agent: false in a process that may not be the tower any more."""
         self._socket: socket.socket | None = None
         self._rhythm = ReadRhythm()
         self._resting: asyncio.TimerHandle | None = None
@@ -134,7 +136,7 @@ class DataEndpoint:
 
     def send(self, datagram: bytes, address: tuple[str, int]) -> None:
         """Sends at once; what the kernel cannot take is lost, as on any network."""
-        if self._socket is not None:
+        if self._socket is not None and self.may_act():
             with contextlib.suppress(OSError):
                 self._socket.sendto(datagram, address)
             traffic = self._hub.state.traffic

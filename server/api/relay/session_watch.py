@@ -8,6 +8,7 @@ from server.api.relay.viewer_sign_in import StillSignedIn
 from server.domain.clock import Clock
 from server.domain.people import Principal
 from server.runtime.aligned_timers import SharedChecks
+from server.store.database import DatabaseUnavailable
 
 ASK_DATABASE_EVERY_S: Final = 60.0
 
@@ -20,16 +21,23 @@ async def watch_session(
     Asks the database once a minute, when the sign-in should end by itself, and within a second of a change of accounts
     after which it may be gone.
     """
-    asked, expires_at = time.monotonic(), viewer.expires_at
+    asked, expires_at, in_doubt = time.monotonic(), viewer.expires_at, False
 
     def is_due() -> bool:
-        in_doubt = still_signed_in.comes_into_doubt()
+        nonlocal in_doubt
+        in_doubt = still_signed_in.comes_into_doubt() or in_doubt
         return in_doubt or clock() >= expires_at or time.monotonic() - asked >= ASK_DATABASE_EVERY_S
 
     while True:
         await looks.until(is_due)
         asked = time.monotonic()
-        found = await still_signed_in.ask(clock())
+        try:
+            found = await still_signed_in.ask(clock())
+        except DatabaseUnavailable:
+            if clock() < expires_at:
+                continue  # who flies goes on flying; a doubt stays until the database has answered it
+            found = "the session has ended"
+        in_doubt = False
         if isinstance(found, str):
             over(found)
             return

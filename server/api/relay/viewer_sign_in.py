@@ -13,7 +13,9 @@ from server.domain.people import Principal, TokenId
 from server.domain.refusal import Refusal
 from server.domain.scopes import ALL_SCOPES, Scope
 from server.live.relay.fleet_changes import role_changed
+from server.store.database import DatabaseUnavailable
 
+TRY_AGAIN: Final = 1013
 NOT_SIGNED_IN: Final = 4401
 WRONG_ORIGIN: Final = 4403
 
@@ -27,7 +29,11 @@ async def sign_in_viewer(websocket: WebSocket, subprotocol: str | None) -> Princ
     if token_in(websocket.headers) is None and not origin_allowed(websocket, tower.settings):
         await turn_away(websocket, subprotocol, WRONG_ORIGIN, "this page may not talk to this tower")
         return None
-    viewer = await authenticate(websocket)
+    try:
+        viewer = await authenticate(websocket)
+    except DatabaseUnavailable:
+        await turn_away(websocket, subprotocol, TRY_AGAIN, "the database does not answer: try again")
+        return None
     if isinstance(viewer, Refusal):
         await turn_away(websocket, subprotocol, NOT_SIGNED_IN, viewer.message)
         return None

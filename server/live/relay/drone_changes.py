@@ -4,6 +4,7 @@ A drone that is not there any more changes nothing: it may have been removed whi
 """
 
 from collections.abc import Callable
+from typing import Literal
 
 from server.live.relay import live_messages as live
 from server.live.relay.live_drone import LiveDrone, LossCheckMark
@@ -30,6 +31,12 @@ class DroneChanges:
         drone = self._state.drones.get(drone_id)
         if drone is not None:
             drone.fenced = False
+
+    def notify_undecided(self, drone_id: DroneId, severity: Literal["info", "warning", "error"], words: str) -> None:
+        """To everybody who may see the drone: how it is with a change of control that the database has not decided."""
+        drone = self._state.drones.get(drone_id)
+        if drone is not None:
+            self._state.tell_watchers(drone, live.Notice(severity, "control-undecided", words, drone_id, 1))
 
     def apply_safety(self, drone_id: DroneId, settings: SafetySettings) -> None:
         """How a drone holds, from now on; its agent is told."""

@@ -1,6 +1,6 @@
 """What the database says, brought into the live state: drones, owners, accounts. The newest wins."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from datetime import datetime
 from typing import Final, Literal
@@ -21,6 +21,9 @@ SESSION_ENDED = 4401
 ACCOUNT_DELETED: Final = "the account was deleted"
 ACCOUNT_DISABLED: Final = "the account was disabled"
 
+MAX_ENDED: Final = 10_000
+"""Sign-ins that ended and are remembered as such: a snapshot read before may still know them."""
+
 Part = Literal["holder", "taken_from", "assistant"]
 
 
@@ -33,6 +36,7 @@ class FleetChanges:
         self._lease_learnt = lease_learnt
         self._revision = -1
         self._users: Mapping[UserId, UserRecord] = {}
+        self._ended: dict[SignInId, None] = {}
         self._sign_ins: frozenset[SignInId] = frozenset()
 
     @property
@@ -43,6 +47,22 @@ class FleetChanges:
     def knows_sign_in(self, sign_in: SignInId) -> bool:
         """Whether the last snapshot has this session or token. It lacks a session that began after it was read."""
         return sign_in in self._sign_ins
+
+    def is_current(self, principal: Principal, revision: int) -> bool:
+        """Whether a sign-in that the database confirmed while the fleet was at `revision` is still good, as far as is
+        known here."""
+        account = self._users.get(principal.user_id)
+        if account is None or account.disabled or account.role is not principal.role:
+            return False
+        if principal.session_id in self._ended:
+            return False
+        return revision == self._revision or self.knows_sign_in(principal.session_id)
+
+    def note_ended(self, ended: Iterable[SignInId]) -> None:
+        """They have ended, whatever a snapshot says that was read before."""
+        self._ended.update(dict.fromkeys(ended))
+        while len(self._ended) > MAX_ENDED:
+            del self._ended[next(iter(self._ended))]
 
     def apply(self, snapshot: FleetSnapshot) -> None:
         """Drones, owners, accounts and leases as the database knows them."""

@@ -53,6 +53,12 @@ class HoldOrders:
         self._state.tell_watchers(drone, live.Hold(drone_id, epoch, "ordered", reason, 0.0, "order"))
         return True
 
+    def order_where_flown_by_hand(self, reason: str, now: float) -> None:
+        """To every drone that somebody moves with sticks."""
+        for drone_id, drone in list(self._state.drones.items()):
+            if drone.flown_by_hand(now):
+                self.order(drone_id, reason)
+
     def keep(self, drone_id: DroneId) -> None:
         """A hold of a tower before this one, as it is written down: it is owed to the drone."""
         drone = self._state.drones.get(drone_id)

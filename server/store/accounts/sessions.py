@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import secrets
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Final
@@ -19,7 +20,7 @@ from server.domain.access import is_demanded_a_factor
 from server.domain.people import Principal, Role, SignInId
 from server.domain.refusal import Refusal
 from server.store.accounts.tables import SessionRow, UserRow
-from server.store.database import Database
+from server.store.database import Database, DatabaseUnavailable
 from wire.ids import UserId
 
 SEEN_EVERY: Final = timedelta(minutes=1)
@@ -88,9 +89,11 @@ class Sessions:
         ends_at = self.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)
         if user.disabled or now >= ends_at:
             return None
-        if seen and now - row.last_seen_at >= SEEN_EVERY:
-            async with self._database.writing() as session:
-                await session.execute(update(SessionRow).where(SessionRow.id == row.id).values(last_seen_at=now))
+        if seen and now - row.last_seen_at >= SEEN_EVERY and self._database.answers.takes_writes():
+            # A sign of life is not worth refusing anybody: it is written with the next one.
+            with suppress(DatabaseUnavailable):
+                async with self._database.writing() as session:
+                    await session.execute(update(SessionRow).where(SessionRow.id == row.id).values(last_seen_at=now))
             ends_at = self.ends_at(created_at=row.created_at, last_seen_at=now)
         return Principal(
             UserId(user.id),

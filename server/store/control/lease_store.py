@@ -68,6 +68,10 @@ class LeaseStore(Protocol):
     async def commit(self, ask: Ask) -> Committed | Refused:
         """Decides on the lease as it stands and writes what follows; of two at the same moment one is refused."""
 
+    async def settle(self, ask: Ask) -> LeaseView:
+        """Writes down that `ask` was not carried out in time. The lease as it is: the answer to a commit may have been
+        lost on the way."""
+
 
 class DatabaseLeaseStore:
     """Leases in the tower's database."""
@@ -87,6 +91,25 @@ class DatabaseLeaseStore:
             # Somebody wrote the drone's first lease, or gave this operator another drone, at the same moment.
             return HOLDS_ANOTHER if ask.event in (Event.ACQUIRE, Event.ACCEPT) else MOVED
         return outcome
+
+    async def settle(self, ask: Ask) -> LeaseView:
+        """See LeaseStore."""
+        async with self._database.writing() as session:
+            row = await session.get(ControlLeaseRow, ask.drone_id)
+            lease = lease_of_row(row) if row is not None else Lease()
+            detail = {"reason": ask.reason, "result": "failed", "code": "database-unavailable", "epoch": lease.epoch}
+            record(
+                session,
+                at=self._clock(),
+                actor=ask.by or TOWER_ITSELF,
+                action=f"control.{ask.event.value}",
+                drone_id=ask.drone_id,
+                detail=detail,
+                address=ask.address,
+            )
+            named = {lease.holder, lease.taken_from, lease.assistant} - {None}
+            users = {user.id: user for user in await session.scalars(select(UserRow).where(UserRow.id.in_(named)))}
+            return _view_of(lease, users)
 
     async def _decide_and_write(self, session: AsyncSession, ask: Ask) -> Committed | Refused:
         row = await session.get(ControlLeaseRow, ask.drone_id, with_for_update=True)
@@ -120,16 +143,7 @@ class DatabaseLeaseStore:
             )
             if cast("CursorResult[object]", written).rowcount != 1:
                 return MOVED
-        view = LeaseView(
-            holder=_ref(users, after.holder),
-            taken_from=_ref(users, after.taken_from),
-            epoch=after.epoch,
-            offered=after.offered,
-            assistant=_ref(users, after.assistant),
-            blind=after.blind,
-            video_moved=after.video_moved,
-        )
-        return Committed(before, outcome, view)
+        return Committed(before, outcome, _view_of(after, users))
 
     def _record(self, session: AsyncSession, ask: Ask, outcome: Committed | Refused) -> None:
         detail: dict[str, object] = {"reason": ask.reason}
@@ -155,6 +169,18 @@ class DatabaseLeaseStore:
             detail=detail,
             address=ask.address,
         )
+
+
+def _view_of(lease: Lease, users: dict[int, UserRow]) -> LeaseView:
+    return LeaseView(
+        holder=_ref(users, lease.holder),
+        taken_from=_ref(users, lease.taken_from),
+        epoch=lease.epoch,
+        offered=lease.offered,
+        assistant=_ref(users, lease.assistant),
+        blind=lease.blind,
+        video_moved=lease.video_moved,
+    )
 
 
 def lease_of_row(row: ControlLeaseRow) -> Lease:

@@ -4,6 +4,7 @@ Where the controls are to be taken from somebody, the hub's fence comes down bef
 instant nobody's commands pass until it is decided. Of two who ask at the same moment the store lets one win.
 """
 
+import asyncio
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -19,6 +20,8 @@ from server.live.fleet.views import DroneView
 from server.live.hub import Hub
 from server.live.relay.live_drone import LeaseView, LiveDrone
 from server.store.control.lease_store import Ask, Committed, LeaseStore
+from server.store.control.undecided import DECIDED_WITHIN_S, ControlUndecided, UndecidedTakes
+from server.store.database import TIMEOUT_S, DatabaseUnavailable, LockLost
 from wire.ids import DroneId, UserId
 
 TOLD_AS: Final = {
@@ -50,12 +53,21 @@ class ControlService:
     """One for a tower. `change` and `system_change` are the only ways in which a lease changes."""
 
     def __init__(
-        self, store: LeaseStore, hub: Hub, *, on_changed: Callable[[DroneId], None] = lambda drone_id: None
+        self,
+        store: LeaseStore,
+        hub: Hub,
+        *,
+        on_changed: Callable[[DroneId], None] = lambda drone_id: None,
+        timeout_s: float = TIMEOUT_S,
     ) -> None:
+        """`timeout_s`: for which a TAKE waits for the store."""
         self._store = store
         self._hub = hub
         self._on_changed = on_changed
+        self._timeout_s = timeout_s
         self._fences: Counter[DroneId] = Counter()
+        self._held_first: Counter[DroneId] = Counter()
+        self._undecided = UndecidedTakes(store, hub, fence=self._fence_down, unfence=self._fence_up)
 
     async def change(
         self,
@@ -155,7 +167,7 @@ class ControlService:
     ) -> Committed:
         by_hand = live_drone.flown_by_hand(now)
         with self._fence(ask.drone_id, wanted=fenced):
-            outcome = await self._store.commit(ask)
+            outcome = await self._decided(ask, fenced=fenced, by=by, now=now)
             if isinstance(outcome, Refused):
                 raise ControlRefused(outcome)
             # No await from here on: the refusal of the old holder and the order to hold are one step.
@@ -171,20 +183,75 @@ class ControlService:
             self._hub.holds.order(ask.drone_id, reason, interrupts=ask.interrupts and ask.event is Event.TAKE)
         return outcome
 
+    async def _decided(self, ask: Ask, *, fenced: bool, by: UserRef | None, now: float) -> Committed | Refused:
+        """What the store says. A TAKE does not wait for it: the drone holds, also where there is no answer."""
+        if ask.event is not Event.TAKE or not fenced:
+            return await self._store.commit(ask)
+        name = by.name if by else "the tower"
+        committing = asyncio.create_task(self._store.commit(ask))
+        held = False
+        try:
+            done, _ = await asyncio.wait({committing}, timeout=DECIDED_WITHIN_S)
+            if not done:
+                held = True
+                if not self._held_first[ask.drone_id]:
+                    self._undecided.hold(ask.drone_id, name, interrupts=ask.interrupts)
+                done, _ = await asyncio.wait({committing}, timeout=self._timeout_s)
+            if not done:
+                raise TimeoutError
+            return committing.result()
+        except LockLost:
+            raise
+        except (DatabaseUnavailable, OSError) as error:
+            if not held and not self._held_first[ask.drone_id]:
+                self._undecided.hold(ask.drone_id, name, interrupts=ask.interrupts)
+            self._undecided.wait_for_decision(ask, by, now, committing)
+            raise ControlUndecided from error
+        except asyncio.CancelledError:
+            # Whoever asked has gone. What the database makes of it is not known, so the fence stays.
+            self._undecided.wait_for_decision(ask, by, now, committing)
+            raise
+
+    @contextmanager
+    def shut_out(self, principal: Principal, drone_id: DroneId, *, interrupts: bool = False) -> Iterator[None]:
+        """For a TAKE whose sender the database has not confirmed yet, and who was signed in a moment ago: the drone
+        holds, and nobody's commands pass in this block. Nothing happens where they may not take it."""
+        drone = self._hub.squads.drone(drone_id, principal.user_id, principal.role)
+        takes = drone is not None and self._may_take_now(drone, principal)
+        with self._fence(drone_id, wanted=takes):
+            if takes:
+                self._undecided.hold(drone_id, principal.name, interrupts=interrupts)
+            self._held_first[drone_id] += takes
+            try:
+                yield
+            finally:
+                self._held_first[drone_id] -= takes
+                self._held_first += Counter()  # forgets those at nought
+
+    async def stop(self) -> None:
+        """Ends what waits for the database."""
+        await self._undecided.stop()
+
     @contextmanager
     def _fence(self, drone_id: DroneId, *, wanted: bool) -> Iterator[None]:
         """Two admins may reach for a drone at once: its fence stays down until the last of them has an answer."""
         if not wanted:
             yield
             return
-        self._fences[drone_id] += 1
-        self._hub.changes.fence(drone_id)
+        self._fence_down(drone_id)
         try:
             yield
         finally:
-            self._fences[drone_id] -= 1
-            if self._fences[drone_id]:
-                self._hub.changes.fence(drone_id)  # the hub lifts it with each lease that it is told of
-            else:
-                del self._fences[drone_id]
-                self._hub.changes.unfence(drone_id)
+            self._fence_up(drone_id)
+
+    def _fence_down(self, drone_id: DroneId) -> None:
+        self._fences[drone_id] += 1
+        self._hub.changes.fence(drone_id)
+
+    def _fence_up(self, drone_id: DroneId) -> None:
+        self._fences[drone_id] -= 1
+        if self._fences[drone_id]:
+            self._hub.changes.fence(drone_id)  # the hub lifts it with each lease that it is told of
+        else:
+            del self._fences[drone_id]
+            self._hub.changes.unfence(drone_id)

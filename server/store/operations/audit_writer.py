@@ -94,8 +94,15 @@ class OperationAuditWriter:
             self.tower_ends()
             raise
         finally:
-            if self._waiting:
-                await asyncio.wait_for(asyncio.shield(self._write_once()), CAUGHT_UP_WITHIN_S)
+            await self._write_last()
+
+    async def _write_last(self) -> None:
+        if not self._waiting:
+            return
+        try:
+            await asyncio.wait_for(asyncio.shield(self._write_once()), CAUGHT_UP_WITHIN_S)
+        except (SQLAlchemyError, OSError) as error:  # TimeoutError is an OSError
+            _log.error("operations_not_recorded", count=len(self._waiting), error=type(error).__name__)
 
     def _note(self, operation: Operation, action: str, detail: dict[str, Any]) -> None:
         by = operation.by

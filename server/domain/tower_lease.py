@@ -1,0 +1,113 @@
+"""Who is the tower: the rules of the lock on a database. Time is passed in, and nobody's wall clock counts.
+
+The row of the lock holds a random owner and a counter. Its owner increments the counter; whoever waits watches it. Each
+side measures with a clock of its own, and only durations: an owner believes its lock for `LEASE_S` from the moment at
+which it *began* to renew it, and whoever waits takes it `TAKE_AFTER_S` after it last *saw* a change, which is later.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Final
+
+RENEW_EVERY_S: Final = 0.5
+RENEW_WITHIN_S: Final = 1.0
+"""After this a renewal counts as unanswered. Two of them and the pause between them are shorter than the lease."""
+LEASE_S: Final = 3.0
+TAKE_AFTER_S: Final = 3.3
+"""The lease, and a tenth for clocks that do not run alike."""
+LOOK_EVERY_S: Final = 0.25
+WATCHED_FOR_S: Final = 3.0
+"""After its last look somebody still counts as waiting for the lock."""
+HOLD_AFTER_S: Final = 2.0
+"""An owner that somebody waits for, and that has not renewed its lock for so long, orders drones flown by hand to hold:
+a second before it stops forwarding (`LEASE_S`), and longer before another may be the tower."""
+
+NOBODY: Final = ""
+
+
+@dataclass(frozen=True)
+class LockState:
+    """The row as it was read. `taken_at` and `renewed_at` are for people only. `owner` is NOBODY for a free lock."""
+
+    owner: str
+    renewals: int
+    host: str = ""
+    pid: int = 0
+    address: str = ""
+    taken_at: datetime | None = None
+    renewed_at: datetime | None = None
+
+    @property
+    def is_free(self) -> bool:
+        return self.owner == NOBODY
+
+    def in_words(self) -> str:
+        since = f", since {self.taken_at:%Y-%m-%d %H:%M:%S} UTC" if self.taken_at else ""
+        at = f", at {self.address}" if self.address else ""
+        return f"process {self.pid} on {self.host}{since}{at}"
+
+
+class LockWatch:
+    """What whoever waits makes of what it sees. One for each attempt to become the tower."""
+
+    def __init__(self) -> None:
+        self._seen: tuple[str, int] | None = None
+        self._since = 0.0
+        self.is_alive = False
+        """Whether the lock was renewed, or changed hands, before our eyes."""
+
+    def may_take(self, state: LockState, now: float) -> bool:
+        """Whether the lock may be taken from its owner, having read `state` now (seconds of a clock that also counts
+        while the machine sleeps)."""
+        seen = (state.owner, state.renewals)
+        if self._seen is not None and seen != self._seen:
+            self.is_alive = True
+        if seen != self._seen:
+            self._seen, self._since = seen, now
+        return state.is_free or now - self._since >= TAKE_AFTER_S
+
+    def unanswered(self) -> None:
+        """The database could not be read or written: then its owner could not renew the lock either."""
+        self._seen = None
+
+
+class LockBelief:
+    """What an owner may believe of its own lock."""
+
+    def __init__(self, began_at: float) -> None:
+        self._as_of = began_at
+        self._looks: int | None = None
+        self._looked_at = float("-inf")
+        self.is_lost = False
+
+    def renewed(self, began_at: float, looks: int = 0) -> None:
+        """The database has renewed the lock; the attempt began then. `looks`: of the row."""
+        self._as_of = max(self._as_of, began_at)
+        if self._looks is not None and looks != self._looks:
+            self._looked_at = began_at
+        self._looks = looks
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether another process waited for the lock when it was last renewed."""
+        return self._as_of - self._looked_at < WATCHED_FOR_S
+
+    def unanswered(self, began_at: float) -> None:
+        """The database did not answer an attempt that began then. Where nobody waits for the lock, the owner goes on:
+        who flies goes on flying. Where somebody does, they may have a way to the database that the owner lacks, and the
+        lease runs out. So it does for an owner that was stopped: it must see whether another has taken the lock."""
+        if self.may_act(began_at) and not self.is_watched:
+            self._as_of = max(self._as_of, began_at)
+
+    def must_hold(self, now: float) -> bool:
+        """Whether drones flown by hand are to hold: the lease is about to run out."""
+        return self.is_watched and self.silent_for_s(now) >= HOLD_AFTER_S
+
+    def silent_for_s(self, now: float) -> float:
+        return now - self._as_of
+
+    def may_act(self, now: float) -> bool:
+        """False once another may have taken the lock: this process was stopped, and has not looked since."""
+        return not self.is_lost and now - self._as_of < LEASE_S

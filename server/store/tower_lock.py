@@ -1,0 +1,298 @@
+"""The lock that makes one process the tower of its database (docs/adr/0011-one-tower-on-one-database.md).
+
+A row that is changed by compare-and-set only. On SQLite a locked file beside the database tells at once that its owner
+has died; without it, and for an owner that was stopped, the lock is free when it was not renewed for a while.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import secrets
+import socket
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+from typing import Final, cast
+
+import structlog
+from sqlalchemy import CursorResult, Update, make_url, select, update
+from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.ext.asyncio import AsyncSession
+
+from server.domain.clock import Clock
+from server.domain.tower_lease import (
+    HOLD_AFTER_S,
+    LOOK_EVERY_S,
+    NOBODY,
+    RENEW_EVERY_S,
+    RENEW_WITHIN_S,
+    LockBelief,
+    LockState,
+    LockWatch,
+)
+from server.runtime.life_file import LifeFile, has_died
+from server.store.database import Database, LockLost, open_database
+from server.store.tower_lock_table import THE_ROW, TowerLockRow
+
+_log = structlog.get_logger(__name__)
+QUESTION_WITHIN_S: Final = 0.7
+REACHED_WITHIN_S: Final = 10.0
+"""A tower that starts gives up after the database has not answered for so long."""
+SAY_EVERY_LOOKS: Final = 4
+"""Whoever waits says so about once a second."""
+TIMER_EARLY_S: Final = 0.05
+"""The event loop's clock is another one, and its timers may come early."""
+_NOT_MINE: Final = -1
+_CLOCK: Final = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+
+
+def awake_or_asleep_s() -> float:
+    """Seconds of a clock that nobody sets, and that counts while the machine sleeps where the system has one."""
+    return time.clock_gettime(_CLOCK)
+
+
+class TowerLockHeld(Exception):
+    """Another process is the tower. The message says which, and what to do."""
+
+    def __init__(self, state: LockState) -> None:
+        super().__init__(
+            f"another tower serves this database: {state.in_words()}. Stop it, or start this one with --standby"
+        )
+
+
+class TowerLock:
+    """Of one process. It has connections of its own, so that nothing waits in front of a renewal."""
+
+    def __init__(self, database_url: str, *, clock: Clock, now: Callable[[], float] = awake_or_asleep_s) -> None:
+        self._url = database_url
+        self._clock = clock
+        self._now = now
+        self._owner = secrets.token_hex(16)
+        self._database: Database | None = None
+        self._belief: LockBelief | None = None
+        self._life: LifeFile | None = None
+        parsed = make_url(database_url)
+        self._beside = Path(parsed.database) if parsed.get_backend_name() == "sqlite" and parsed.database else None
+        self.address = ""
+        """Where this tower is, for whoever finds the lock held."""
+        self.on_lost: Callable[[str], None] = lambda words: None
+        """Called once, at once, when it turns out that another process has the lock; with words for people."""
+        self.on_running_out: Callable[[], None] = lambda: None
+        """Called once, in time for drones to hold, before the lease runs out: the database does not answer, and another
+        process waits for the lock."""
+        self._running_out: asyncio.TimerHandle | None = None
+        self.lost_words = ""
+        self._answered = True
+        self._ending: set[asyncio.Task[int]] = set()
+
+    @property
+    def is_taken(self) -> bool:
+        return self._belief is not None
+
+    def may_act(self) -> bool:
+        """Whether this process may still act as the tower, as far as it can know without the database."""
+        return self._belief is not None and self._belief.may_act(self._now())
+
+    @property
+    def is_renewed(self) -> bool:
+        """Whether the last attempt to write the renewal succeeded: the test of a write, twice a second."""
+        return self._answered and self.may_act()
+
+    async def take(self, *, waits: bool) -> None:
+        """Returns with the lock taken. `waits`: for as long as another has it. Raises TowerLockHeld, and, unless it
+        waits, what the database says if that lasts."""
+        watch, told, rounds = LockWatch(), "", count()
+        gives_up_at = self._now() + REACHED_WITHIN_S
+        while True:
+            try:
+                state = await self._read()
+                dead = self._beside is not None and has_died(self._life_path(state.owner))
+                # Its own where the answer to the last attempt was lost on the way.
+                free = watch.may_take(state, self._now()) or dead or state.owner == self._owner
+                if free and await self._take_from(state):
+                    return
+            except (SQLAlchemyError, OSError) as error:
+                if not waits and self._now() >= gives_up_at:
+                    raise
+                watch.unanswered()
+                _log.warning("tower_lock_not_read", error=type(error).__name__)
+            else:
+                if watch.is_alive and not waits:
+                    raise TowerLockHeld(state)
+                if waits and not state.is_free and told != state.owner:
+                    told = state.owner
+                    _log.info("standby", tower=state.in_words())
+            if next(rounds) % SAY_EVERY_LOOKS == 0:
+                await self._say_that_it_waits()
+            await asyncio.sleep(LOOK_EVERY_S)
+
+    async def keep(self) -> None:
+        """Renews the lock until it is lost or the call is cancelled."""
+        answers = True
+        while await self._renew_once():
+            assert self._belief is not None
+            if answers != self._answered:
+                answers = self._answered
+                (_log.info if answers else _log.error)("tower_lock_renewed" if answers else "tower_lock_not_renewed")
+            await asyncio.sleep(RENEW_EVERY_S)
+
+    async def release(self) -> None:
+        """Another may be the tower from here on. Nothing happens if the lock is not ours."""
+        if self._belief is not None and not self._belief.is_lost:
+            with suppress(SQLAlchemyError, OSError):
+                async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
+                    await session.execute(self._mine().values(owner=NOBODY, address="", pid=0))
+        self._belief = None
+        if self._running_out is not None:
+            self._running_out.cancel()
+            self._running_out = None
+        if self._ending:
+            await asyncio.wait(self._ending, timeout=RENEW_WITHIN_S)
+        if self._life is not None:
+            self._life.unlock()
+        if self._database is not None:
+            await self._database.close()
+            self._database = None
+
+    async def check(self, session: AsyncSession) -> None:
+        """Inside a transaction that is about to write: raises LockLost where another process is the tower. On
+        PostgreSQL the row stays as it is until the transaction ends."""
+        if self._belief is None:
+            return
+        if not self._belief.is_lost:
+            row = (
+                select(TowerLockRow.owner).where(TowerLockRow.id == THE_ROW).with_for_update(read=True, key_share=True)
+            )
+            if await session.scalar(row) == self._owner:
+                return
+            await self._lose()
+        raise LockLost("another process is the tower of this database")
+
+    async def _renew_once(self) -> bool:
+        """False where it is lost."""
+        assert self._belief is not None
+        if self._belief.is_lost:
+            return False
+        began_at = self._now()
+        attempt = asyncio.create_task(self._write_renewal())
+        try:
+            # Whatever a connection that hangs needs for its end is not waited for: the next attempt must not be late.
+            await asyncio.wait({attempt}, timeout=RENEW_WITHIN_S)
+        finally:
+            if not attempt.done():
+                attempt.cancel()
+                self._ending.add(attempt)
+                attempt.add_done_callback(self._ended)
+        try:
+            looks = attempt.result() if attempt not in self._ending else None
+        except (SQLAlchemyError, OSError):
+            looks = None
+        self._answered = looks is not None
+        if looks is None:
+            self._belief.unanswered(began_at)
+        elif looks == _NOT_MINE:
+            await self._lose()
+            return False
+        else:
+            self._belief.renewed(began_at, looks)
+            self._watch_lease(began_at)
+        return True
+
+    def _watch_lease(self, began_at: float) -> None:
+        if self._running_out is not None:
+            self._running_out.cancel()
+        self._running_out = asyncio.get_running_loop().call_later(began_at + HOLD_AFTER_S - self._now(), self._runs_out)
+
+    def _runs_out(self) -> None:
+        self._running_out = None
+        belief = self._belief
+        if belief is not None and not belief.is_lost and belief.must_hold(self._now() + TIMER_EARLY_S):
+            _log.error("tower_lock_runs_out")
+            self.on_running_out()
+
+    async def _write_renewal(self) -> int:
+        """How often others have looked for the lock; _NOT_MINE where it is not ours."""
+        async with self._open().writing() as session:
+            renewal = self._mine().values(renewals=TowerLockRow.renewals + 1, renewed_at=self._clock())
+            if cast("CursorResult[object]", await session.execute(renewal)).rowcount != 1:
+                return _NOT_MINE
+            return int(await session.scalar(select(TowerLockRow.looks).where(TowerLockRow.id == THE_ROW)) or 0)
+
+    def _ended(self, attempt: asyncio.Task[int]) -> None:
+        self._ending.discard(attempt)
+        if not attempt.cancelled():
+            attempt.exception()  # nobody else asks for it
+
+    async def _lose(self) -> None:
+        belief = self._belief
+        if belief is None or belief.is_lost:
+            return
+        belief.is_lost = True
+        who = ""
+        with suppress(SQLAlchemyError, OSError):
+            # Only reading: a transaction of ours may have the write lock, and wait for this.
+            async with asyncio.timeout(RENEW_WITHIN_S), self._open().reading() as session:
+                row = await session.get(TowerLockRow, THE_ROW)
+                who = f": {_state_of(row).in_words()}" if row is not None else ""
+        self.lost_words = (
+            f"another process has become the tower of this database{who}. This one had not renewed its lock for "
+            f"{belief.silent_for_s(self._now()):.1f} s; it has closed every link and ends"
+        )
+        _log.error("tower_lock_lost", words=self.lost_words)
+        self.on_lost(self.lost_words)
+
+    async def _read(self) -> LockState:
+        """Within a transaction that could write: a database that takes no writes is not one to become the tower of."""
+        async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
+            row = await session.get(TowerLockRow, THE_ROW)
+            if row is None:  # somebody has emptied the table by hand
+                row = TowerLockRow(id=THE_ROW, owner=NOBODY, renewals=0, host="", pid=0, address="")
+                session.add(row)
+            return _state_of(row)
+
+    async def _say_that_it_waits(self) -> None:
+        with suppress(SQLAlchemyError, OSError):
+            async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
+                row = update(TowerLockRow).where(TowerLockRow.id == THE_ROW)
+                await session.execute(row.values(looks=TowerLockRow.looks + 1))
+
+    async def _take_from(self, state: LockState) -> bool:
+        """By compare-and-set. False where somebody was faster, or the owner has renewed it after all."""
+        life = LifeFile(self._life_path(self._owner)) if self._beside is not None else None
+        if life is not None and self._life is None:
+            life.lock()
+            self._life = life
+        began_at = self._now()
+        row = select(TowerLockRow).where(TowerLockRow.id == THE_ROW).with_for_update()
+        async with asyncio.timeout(RENEW_WITHIN_S), self._open().writing() as session:
+            found = (await session.scalars(row)).one()
+            if (found.owner, found.renewals) != (state.owner, state.renewals):
+                return False
+            found.owner, found.renewals = self._owner, 0
+            found.host, found.pid, found.address = socket.gethostname()[:255], os.getpid(), self.address[:255]
+            found.taken_at = found.renewed_at = self._clock()
+        self._belief = LockBelief(began_at)
+        if not state.is_free:
+            _log.warning("tower_taken_over", tower=state.in_words())
+            if self._beside is not None and has_died(self._life_path(state.owner)):
+                self._life_path(state.owner).unlink(missing_ok=True)
+        return True
+
+    def _mine(self) -> Update:
+        return update(TowerLockRow).where(TowerLockRow.id == THE_ROW, TowerLockRow.owner == self._owner)
+
+    def _life_path(self, owner: str) -> Path:
+        assert self._beside is not None
+        return self._beside.with_name(f"{self._beside.name}.tower-{owner}")
+
+    def _open(self) -> Database:
+        if self._database is None:
+            self._database = open_database(self._url, timeout_s=QUESTION_WITHIN_S)
+        return self._database
+
+
+def _state_of(row: TowerLockRow) -> LockState:
+    return LockState(row.owner, row.renewals, row.host, row.pid, row.address, row.taken_at, row.renewed_at)

@@ -1,0 +1,36 @@
+"""Every REST route of the tower, with a path and a body with which it can be asked."""
+
+import re
+from typing import Final
+
+from fastapi.routing import APIRoute
+
+from server.app.composition import ROUTERS
+
+MISSION: Final = {"name": "field", "document": {"mission": [], "fence": [], "rally": []}}
+BODIES: Final[dict[str, dict[str, object]]] = {
+    "rehearse_loss": {"what": "tower"},
+    "make_team": {"name": "x"},
+    "rename_team": {"name": "x"},
+    "set_team_member": {"role": "observer"},
+    "invite_to_team": {"name": "x", "role": "observer"},
+    "lend_drone": {"until": "2020-01-01T00:00:00Z"},
+    "put_plan": {"items": []},
+    "verify_plan": {"items": []},
+    "foresee_plan": {"items": []},
+    "command_drone": {"command": "land"},
+    "create_mission": MISSION,
+    "replace_mission": MISSION,
+    "write_parameters": {"values": {"RTL_ALT": 1500}},
+}
+# An answer to HEAD says nothing but its status, and is that of GET.
+ROUTES: Final = [
+    route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute) and route.methods != {"HEAD"}
+]
+
+
+def path_of(route: APIRoute, drone_id: int) -> str:
+    """Of this drone. Everything else that a path names is not there."""
+    path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
+    path = path.replace("{kind:plan_kind}", "mission")
+    return re.sub(r"\{\w+_id\}", "9999", path)

@@ -1,0 +1,50 @@
+"""A port in front of several towers, as a proxy is: connections go to the one that it was turned to last."""
+
+import contextlib
+import socket
+import threading
+
+
+class TcpSwitch:
+    """Runs in threads of its own."""
+
+    def __init__(self, target: int) -> None:
+        self._target = target
+        self._open: list[socket.socket] = []
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port: int = self._listener.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def turn_to(self, target: int) -> None:
+        """New connections only: those that there are end when their tower ends, or stay with it."""
+        self._target = target
+
+    def close(self) -> None:
+        for one in [self._listener, *self._open]:
+            with contextlib.suppress(OSError):
+                one.shutdown(socket.SHUT_RDWR)
+            one.close()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                came, _ = self._listener.accept()
+            except OSError:
+                return
+            try:
+                behind = socket.create_connection(("127.0.0.1", self._target))
+            except OSError:
+                came.close()
+                continue
+            self._open += [came, behind]
+            for source, sink in ((came, behind), (behind, came)):
+                threading.Thread(target=_pour, args=(source, sink), daemon=True).start()
+
+
+def _pour(source: socket.socket, sink: socket.socket) -> None:
+    with contextlib.suppress(OSError):
+        while data := source.recv(65536):
+            sink.sendall(data)
+    for one in (source, sink):
+        with contextlib.suppress(OSError):
+            one.shutdown(socket.SHUT_RDWR)

@@ -1,0 +1,139 @@
+"""The lock itself on both databases: refused, taken from an owner that was stopped, and what that one may still do."""
+
+import asyncio
+import time
+from collections.abc import AsyncIterator, Callable, Iterator
+from itertools import count
+from pathlib import Path
+
+import pytest
+from control_world import until
+
+from server.domain.clock import utc_now
+from server.domain.tower_lease import LEASE_S, RENEW_EVERY_S, RENEW_WITHIN_S, TAKE_AFTER_S, LockState
+from server.store.database import Database, LockLost, open_database
+from server.store.schema import migrate
+from server.store.tower_lock import TowerLock, TowerLockHeld
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    if request.param == "sqlite":
+        return f"sqlite+aiosqlite:///{tmp_path / 'tower.sqlite3'}"
+    return str(request.getfixturevalue("postgres_url")).replace("postgresql://", "postgresql+asyncpg://")
+
+
+@pytest.fixture
+async def database(url: str) -> AsyncIterator[Database]:
+    opened = open_database(url)
+    await migrate(opened)
+    yield opened
+    await opened.close()
+
+
+def fast_clock() -> Callable[[], float]:
+    """A second at each look."""
+    seconds: Iterator[int] = count(1000)
+    return lambda: float(next(seconds))
+
+
+def new_lock(database: Database, now: Callable[[], float] | None = None) -> TowerLock:
+    url = database.engine.url.render_as_string(hide_password=False)
+    lock = TowerLock(url, clock=utc_now, now=now) if now else TowerLock(url, clock=utc_now)
+    lock.address = "http://tower.example"
+    return lock
+
+
+async def test_the_next_one_is_refused_until_the_first_has_released_it(database: Database) -> None:
+    first, second = new_lock(database), new_lock(database)
+    try:
+        await first.take(waits=False)
+        state = await second._read()
+        assert (state.owner, state.address) == (first._owner, "http://tower.example")
+        original = second._read
+
+        async def look() -> LockState:
+            await first._renew_once()
+            return await original()
+
+        second._read = look  # type: ignore[method-assign]
+        with pytest.raises(TowerLockHeld, match="--standby"):
+            await second.take(waits=False)
+        second._read = original  # type: ignore[method-assign]
+        await first.release()
+        await second.take(waits=False)
+        assert second.may_act()
+        assert not first.may_act()
+    finally:
+        await first.release()
+        await second.release()
+
+
+async def test_an_owner_that_was_stopped_writes_nothing_and_knows_it_with_its_next_look(database: Database) -> None:
+    first, second = new_lock(database), new_lock(database, fast_clock())
+    database.guard = first.check
+    told: list[str] = []
+    first.on_lost = told.append
+    try:
+        await first.take(waits=False)
+        async with database.writing():
+            pass
+        await second.take(waits=True)  # after TAKE_AFTER_S of its own clock without a renewal
+        with pytest.raises(LockLost):
+            async with database.writing():
+                pytest.fail("a tower that is none any more has written")
+        assert not first.may_act()
+        assert len(told) == 1
+        assert "another process has become the tower" in told[0]
+        assert not await first._renew_once()
+        assert len(told) == 1
+        async with database.reading() as session:
+            assert session is not None  # reading goes on
+        database.guard = second.check
+        async with database.writing():
+            pass
+    finally:
+        database.guard = None
+        await first.release()
+        state = await second._read()
+        assert state.owner == second._owner, "who lost it releases nothing"
+        await second.release()
+
+
+async def test_a_tower_that_is_cut_off_holds_and_stops_before_another_takes_over(database: Database) -> None:
+    first, second = new_lock(database), new_lock(database)
+    held_at: list[float] = []
+
+    async def cut_off() -> int:
+        raise OSError("no route to the database")
+
+    await first.take(waits=False)
+    first.on_running_out = lambda: held_at.append(time.monotonic())
+    keeping, taking = asyncio.create_task(first.keep()), asyncio.create_task(second.take(waits=True))
+    try:
+        await until("the first to know of the second", lambda: first._belief is not None and first._belief.is_watched)
+        assert not held_at
+        first._write_renewal = cut_off  # type: ignore[method-assign]
+        cut_at, stopped_at = time.monotonic(), 0.0
+        while not second.may_act():
+            if not stopped_at and not first.may_act():
+                stopped_at = time.monotonic()
+            await asyncio.sleep(0.01)
+        took_s = time.monotonic() - cut_at
+        assert not first.may_act()
+        print(f"held after {held_at[0] - cut_at:.2f} s, stopped {stopped_at - cut_at:.2f} s, taken over {took_s:.2f} s")
+        assert len(held_at) == 1
+        assert held_at[0] + 0.5 < stopped_at < cut_at + took_s
+        assert took_s < 5.0
+    finally:
+        keeping.cancel()
+        taking.cancel()
+        await asyncio.gather(keeping, taking, return_exceptions=True)
+        await first.release()
+        await second.release()
+
+
+def test_the_times_fit_together() -> None:
+    assert LEASE_S < TAKE_AFTER_S < 5.0
+    # A renewal that fails late, the pause, and the next that fails late: still within the lease.
+    assert 2 * RENEW_WITHIN_S + RENEW_EVERY_S < LEASE_S
