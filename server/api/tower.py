@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # the capabilities know `tower_of`, so this file must not imp
     from server.store.control.service import ControlService
     from server.store.control.stays import Stays
     from server.store.database import Database
-    from server.store.fleet.enrolment_news import EnrolmentNews
+    from server.store.fleet.enrolment_notifier import EnrolmentNotifier
     from server.store.fleet.loans import LoanExpiry
     from server.store.fleet.roster import Roster
     from server.store.flight_logs.quota import FlightLogQuota
@@ -52,19 +52,19 @@ class Tower:
     sessions: Sessions
     tokens: ApiTokens
     door: SignInService
-    passkey_door: PasskeySignInService
+    passkey_sign_in: PasskeySignInService
     hub: Hub
     service: ControlService
     roster: Roster
-    loan_keeper: LoanExpiry
+    loan_expiry: LoanExpiry
     loss_checks: LossChecks
     rehearsals: Rehearsals
     stays: Stays
     event_handler: HubEventHandler
-    enrolment_news: EnrolmentNews
+    enrolment_notifier: EnrolmentNotifier
     sign_in_rules: SignInRules
     audit_writer: OperationAuditWriter
-    log_shelf: FlightLogQuota
+    flight_log_quota: FlightLogQuota
     log_receiver: LogReceiver
     recordings: Recordings
     loop_lag: LoopLag

@@ -92,7 +92,7 @@ from server.store.control.stays import Stays
 from server.store.database import open_database
 from server.store.file_accounts import file_accounts
 from server.store.fleet.drones import deleted_among
-from server.store.fleet.enrolment_news import EnrolmentNews
+from server.store.fleet.enrolment_notifier import EnrolmentNotifier
 from server.store.fleet.exchange import CredentialExchange
 from server.store.fleet.loans import LoanExpiry
 from server.store.fleet.roster import Roster
@@ -234,10 +234,10 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
-    enrolment_news = EnrolmentNews(database, hub, clock)
-    service = ControlService(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.look_again)
+    enrolment_notifier = EnrolmentNotifier(database, hub, clock)
+    service = ControlService(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.recheck)
     mb = 1_000_000
-    log_shelf = FlightLogQuota(
+    flight_log_quota = FlightLogQuota(
         settings.files,
         budget_bytes=settings.files_budget_mb * mb,
         largest_bytes=settings.file_largest_mb * mb,
@@ -254,11 +254,11 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         sessions=sessions,
         tokens=ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor),
         door=SignInService(database, passwords, sessions, throttle, vault),
-        passkey_door=PasskeySignInService(database, sessions, Challenges()),
+        passkey_sign_in=PasskeySignInService(database, sessions, Challenges()),
         hub=hub,
         service=service,
         roster=roster,
-        loan_keeper=LoanExpiry(database, hub, roster, clock),
+        loan_expiry=LoanExpiry(database, hub, roster, clock),
         loss_checks=loss_checks,
         rehearsals=rehearsals,
         stays=Stays(hub=hub, database=database, clock=clock),
@@ -269,9 +269,9 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             clock=clock,
             loss_checks=loss_checks,
             rehearsals=rehearsals,
-            agent_linked=enrolment_news.agent_linked,
+            agent_linked=enrolment_notifier.agent_linked,
         ),
-        enrolment_news=enrolment_news,
+        enrolment_notifier=enrolment_notifier,
         sign_in_rules=SignInRules(
             identity=TowerIdentity(),
             binding=TlsBinding(settings.tls_certificate),
@@ -279,8 +279,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             exchange=CredentialExchange(database, roster, clock),
         ),
         audit_writer=audit_writer,
-        log_shelf=log_shelf,
-        log_receiver=LogReceiver(log_shelf, lambda: file_accounts(hub)),
+        flight_log_quota=flight_log_quota,
+        log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
         recordings=new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock),
         loop_lag=LoopLag(),
         anonymous=anonymous,
@@ -290,7 +290,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
 
 async def _deleted_with_files(tower: Tower) -> frozenset[int]:
     """Drones that were deleted, and of which there still are files."""
-    there = await asyncio.to_thread(lambda: tower.log_shelf.drone_ids() | tower.recordings.store.drone_ids())
+    there = await asyncio.to_thread(lambda: tower.flight_log_quota.drone_ids() | tower.recordings.store.drone_ids())
     async with tower.database.reading() as session:
         return await deleted_among(session, there - frozenset(tower.hub.drone_ids()))
 
@@ -314,18 +314,18 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         tower.hub.on_event = tower.event_handler.noticed
         stack.push_async_callback(tower.event_handler.stop)
         stack.push_async_callback(tower.rehearsals.stop)
-        stack.push_async_callback(tower.enrolment_news.stop)
+        stack.push_async_callback(tower.enrolment_notifier.stop)
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
         await load_open_holds(tower.hub, tower.database)
         deleted = await _deleted_with_files(tower)
-        await asyncio.to_thread(tower.log_shelf.sweep, deleted)
+        await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
         for drone_id in tower.hub.drone_ids():
-            tower.loss_checks.look_again(drone_id)
+            tower.loss_checks.recheck(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
-        await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))
+        await stack.enter_async_context(in_background("loans", tower.loan_expiry.watch))
         await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
         stack.push_async_callback(tower.tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.tokens.keep_writing_uses))

@@ -104,7 +104,7 @@ class Action(StrEnum):
     ADMINISTER = "administer"
     READ_METRICS = "read-metrics"
     CHANGE_PREFERENCES = "change-preferences"
-    LOOK_AFTER_TEAMS = "look-after-teams"
+    MANAGE_TEAMS = "manage-teams"
     """Teams, and lending their drones: whose team it is, is decided where that is known."""
     SEE_CREDENTIALS = "see-credentials"
     """Which tokens, sessions and factors there are."""
@@ -125,7 +125,7 @@ NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
     Action.COMMAND: frozenset({Scope.FLY, Scope.ADMIN}),
     Action.ADMINISTER: frozenset({Scope.ADMIN}),
     Action.READ_METRICS: frozenset({Scope.METRICS}),
-    Action.LOOK_AFTER_TEAMS: frozenset({Scope.ADMIN}),
+    Action.MANAGE_TEAMS: frozenset({Scope.ADMIN}),
     Action.SEE_CREDENTIALS: frozenset(),
     Action.PROVE_ONESELF: frozenset(),
     Action.CHANGE_CREDENTIALS: frozenset(),
@@ -211,7 +211,7 @@ def judge(request: AccessRequest) -> Verdict:
         case Action.SEE_DRONE:
             seen = request.relation is not None and may(request.relation, Right.SEE)
             return Verdict() if seen else Verdict(UnknownDrone())
-        case Action.KNOW_ONESELF | Action.SEE_SQUAD | Action.FLY | Action.COMMAND | Action.LOOK_AFTER_TEAMS:
+        case Action.KNOW_ONESELF | Action.SEE_SQUAD | Action.FLY | Action.COMMAND | Action.MANAGE_TEAMS:
             return Verdict()  # whose drone it is, and who has its controls, is decided where that is known
         case Action.ADMINISTER | Action.READ_METRICS | Action.CHANGE_USERS:
             return Verdict()

@@ -38,24 +38,24 @@ LIVE, VIDEO = "live", "video"
 
 
 def changed(**what: object) -> Change:
-    return lambda session, user_id, deed: change_user(
+    return lambda session, user_id, action: change_user(
         session,
         user_id=user_id,
         change=UserChange(**what),  # type: ignore[arg-type]
-        deed=deed,
+        action=action,
     )
 
 
-async def disabled_and_enabled(session: AsyncSession, user_id: int, deed: AuditAction) -> None:
+async def disabled_and_enabled(session: AsyncSession, user_id: int, action: AuditAction) -> None:
     for disabled in (True, False):
-        await changed(disabled=disabled)(session, user_id, deed)
+        await changed(disabled=disabled)(session, user_id, action)
 
 
 ELSEWHERE: Final[dict[str, Change]] = {
     "role": changed(role=Role.OPERATOR),
     "password": changed(password_hash="x"),
     "password for good": changed(password_hash="x", must_change_password=False),
-    "second factor": lambda session, user_id, deed: reset_second_factor(session, user_id=user_id, deed=deed),
+    "second factor": lambda session, user_id, action: reset_second_factor(session, user_id=user_id, action=action),
     "disabled": changed(disabled=True),
     "disabled and enabled": disabled_and_enabled,
 }

@@ -202,9 +202,9 @@ async def set_the_scene(world: TowerWorld, number: int, password_hash: str) -> S
         owner = await session.get(UserRow, people["admin"].id)
         assert owner is not None
         for visitor, scope in OF_TOKENS.items():
-            deed = AuditAction(by=COMMAND_LINE, at=now)
+            action = AuditAction(by=COMMAND_LINE, at=now)
             _, secret = await create_token(
-                session, owner=owner, name=visitor, scopes={scope}, expires_at=None, deed=deed
+                session, owner=owner, name=visitor, scopes={scope}, expires_at=None, action=action
             )
             headers[visitor] = {"Authorization": f"Bearer {secret}"}
     return Scene(

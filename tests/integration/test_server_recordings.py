@@ -24,7 +24,7 @@ from worlds.recorded_video import VideoByHand
 from server.live.relay import flood_gate
 from server.live.video.situation import VideoCondition
 from server.live.video.streams import StreamKey
-from server.store import file_room
+from server.store import file_budget
 from server.store.recordings import service
 from server.store.recordings.finishing import CannotFinish
 from server.store.recordings.quota import AT_ONCE
@@ -401,7 +401,7 @@ async def test_a_slow_disk_ends_the_recording_and_never_waits(
 async def test_a_full_disk_ends_it_and_refuses_the_next(scene: RecordingScene, monkeypatch: pytest.MonkeyPatch) -> None:
     begun = await scene.record()
     scene.send()
-    monkeypatch.setattr(file_room, "LEFT_FREE_BYTES", 1 << 62)
+    monkeypatch.setattr(file_budget, "MIN_FREE_BYTES", 1 << 62)
     await scene.world.tower.recordings.service.look(time.monotonic() + 10)
     failed = await scene.came_to(begun["id"], "failed")
     assert "no room" in failed["words"]

@@ -133,7 +133,7 @@ class TowerWorld:
                 name=name,
                 role=role,
                 password_hash=password_hash,
-                deed=self._deed(),
+                action=self._action(),
                 must_change_password=False,
             )
         await self.tower.roster.refresh()
@@ -141,11 +141,11 @@ class TowerWorld:
 
     async def add_drone(self, name: str, *owners: Person) -> NewDrone:
         async with self.database.writing() as session:
-            row = await create_drone(session, name=name, deed=self._deed())
+            row = await create_drone(session, name=name, action=self._action())
             key = DroneKey(DroneId(row.id), secrets.token_bytes(KEY_BYTES))
-            await set_key(session, drone_id=row.id, public_key=key.public, deed=self._deed())
+            await set_key(session, drone_id=row.id, public_key=key.public, action=self._action())
             for one in owners:
-                await add_owner(session, drone_id=row.id, user_id=one.id, deed=self._deed())
+                await add_owner(session, drone_id=row.id, user_id=one.id, action=self._action())
         await self.tower.roster.refresh()
         return NewDrone(row.id, row.name, key)
 
@@ -178,7 +178,7 @@ class TowerWorld:
         """For opening a WebSocket with the session of a client."""
         return {"Cookie": f"tower_session={client.cookies['tower_session']}"}
 
-    def _deed(self) -> AuditAction:
+    def _action(self) -> AuditAction:
         return AuditAction(by=COMMAND_LINE, at=self.clock())
 
 

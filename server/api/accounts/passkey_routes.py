@@ -7,7 +7,7 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Path, Request, Response
 
 from server.api.access import COOKIE, FactorSetter, InPerson, Proved
-from server.api.accounts.passkey_asking import ask_at_the_door, asked_at_the_door, asked_of, challenge_for
+from server.api.accounts.passkey_requests import ask_at_the_door, asked_at_the_door, asked_of, challenge_for
 from server.api.accounts.second_factor_routes import is_factor_demanded
 from server.api.accounts.session_routes import set_session_cookie
 from server.api.http.problem_docs import answers
@@ -41,7 +41,7 @@ PasskeyPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 _OWN: Final = (NotSignedIn, SessionExpired, InPersonOnly)
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
+def _action(request: Request, principal: Principal) -> AuditAction:
     return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
@@ -61,7 +61,7 @@ async def sign_in_with_passkey(request: Request, response: Response, body: Passk
     """Signs in with a passkey alone: it stands for the password and the second factor. A session that the request had
     is ended."""
     tower = tower_of(request)
-    done = await tower.passkey_door.sign_in(
+    done = await tower.passkey_sign_in.sign_in(
         body.credential.model_dump(),
         asked=asked_at_the_door(request),
         old_token=request.cookies.get(COOKIE),
@@ -112,7 +112,7 @@ async def add_passkey(request: Request, principal: FactorSetter, body: NewPasske
     clean_name(body.name)  # before the challenge is used up
     asked = asked_of(request, principal, Purpose.ADD)
     try:
-        challenge = tower.passkey_door.take_challenge(
+        challenge = tower.passkey_sign_in.use_challenge(
             body.credential.response.clientDataJSON, asked=asked, now=tower.clock()
         )
         new = webauthn_check.check_new(body.credential.model_dump(), challenge=challenge, party=asked.party)
@@ -125,7 +125,7 @@ async def add_passkey(request: Request, principal: FactorSetter, body: NewPasske
             new=new,
             name=body.name,
             party_id=asked.party.id,
-            deed=_deed(request, principal),
+            action=_action(request, principal),
         )
         await void_proofs(session, principal.user_id, but=principal.session_id)
     return PasskeyAdded(passkey=PasskeyView.of(row), recovery_codes=codes)
@@ -142,7 +142,7 @@ async def rename_passkey(
             user_id=principal.user_id,
             passkey_id=passkey_id,
             name=body.name,
-            deed=_deed(request, principal),
+            action=_action(request, principal),
         )
     return PasskeyView.of(row)
 
@@ -155,6 +155,6 @@ async def remove_passkey(request: Request, principal: Proved, passkey_id: Passke
             session,
             user_id=principal.user_id,
             passkey_id=passkey_id,
-            deed=_deed(request, principal),
+            action=_action(request, principal),
             is_demanded=is_factor_demanded(tower_of(request).settings, principal),
         )

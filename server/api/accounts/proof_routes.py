@@ -10,7 +10,7 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Discriminator, Field, Tag
 
 from server.api.access import Prover
-from server.api.accounts.passkey_asking import asked_of, challenge_for
+from server.api.accounts.passkey_requests import asked_of, challenge_for
 from server.api.http.problem_docs import answers
 from server.api.tower import address_of, tower_of
 from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired, is_fresh
@@ -68,22 +68,22 @@ Check = Callable[[Request, Principal, Any, AuditAction], Awaitable[None]]
 """Checks the evidence, throttled as signing in is, and renews the session's proof; else raises a refusal."""
 
 
-async def _by_password(request: Request, principal: Principal, proof: PasswordProof, deed: AuditAction) -> None:
-    await prove_by_password(tower_of(request).door, principal, password=proof.password, code=proof.code, deed=deed)
+async def _by_password(request: Request, principal: Principal, proof: PasswordProof, action: AuditAction) -> None:
+    await prove_by_password(tower_of(request).door, principal, password=proof.password, code=proof.code, action=action)
 
 
-async def _by_passkey(request: Request, principal: Principal, proof: PasskeyProof, deed: AuditAction) -> None:
+async def _by_passkey(request: Request, principal: Principal, proof: PasskeyProof, action: AuditAction) -> None:
     """It verified its person, so it stands for the password and the code."""
     tower = tower_of(request)
-    await tower.passkey_door.accept(
+    await tower.passkey_sign_in.accept(
         proof.credential.model_dump(),
         asked=asked_of(request, principal, Purpose.PROVE),
         user_id=principal.user_id,
-        address=deed.address,
-        now=deed.at,
+        address=action.address,
+        now=action.at,
     )
     async with tower.database.writing() as session:
-        await renew(session, principal, kind="passkey", deed=deed)
+        await renew(session, principal, kind="passkey", action=action)
 
 
 PROOF_KINDS: Final[Mapping[str, Check]] = {"password": _by_password, "passkey": _by_passkey}
@@ -137,8 +137,8 @@ async def get_proof(request: Request, principal: Prover) -> ProofView:
 async def renew_proof(request: Request, principal: Prover, body: Proof) -> ProofView:
     """Proves again who one is. For five minutes credentials may be changed in this session."""
     tower = tower_of(request)
-    deed = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
-    await PROOF_KINDS[body.kind](request, principal, body, deed)
+    action = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
+    await PROOF_KINDS[body.kind](request, principal, body, action)
     async with tower.database.reading() as session:
         user = await get_user(session, principal.user_id)
         row = await session.get(SessionRow, principal.session_id)

@@ -51,7 +51,7 @@ class RecoveryCodes(BaseModel):
     recovery_codes: list[str]
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
+def _action(request: Request, principal: Principal) -> AuditAction:
     return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
@@ -89,7 +89,7 @@ async def confirm_second_factor(request: Request, principal: FactorSetter, body:
     tower.door.throttle_codes(principal, address_of(request), tower.clock())
     async with tower.database.writing() as session:
         row = await get_user(session, principal.user_id)
-        codes = await second_factor.confirm(session, row, body.code, _deed(request, principal), tower.vault)
+        codes = await second_factor.confirm(session, row, body.code, _action(request, principal), tower.vault)
         await void_proofs(session, row.id, but=principal.session_id)
     tower.door.code_was_right(principal, address_of(request))
     return RecoveryCodes(recovery_codes=codes)
@@ -100,7 +100,7 @@ async def renew_recovery_codes(request: Request, principal: Proved) -> RecoveryC
     """New recovery codes. The old ones are worth nothing from then on."""
     async with tower_of(request).database.writing() as session:
         row = await get_user(session, principal.user_id)
-        codes = await second_factor.renew_codes(session, row, _deed(request, principal))
+        codes = await second_factor.renew_codes(session, row, _action(request, principal))
     return RecoveryCodes(recovery_codes=codes)
 
 
@@ -111,4 +111,4 @@ async def remove_second_factor(request: Request, principal: Proved) -> None:
     async with tower.database.writing() as session:
         row = await get_user(session, principal.user_id)
         is_demanded = is_factor_demanded(tower.settings, principal)
-        await second_factor.remove(session, row, _deed(request, principal), is_demanded=is_demanded)
+        await second_factor.remove(session, row, _action(request, principal), is_demanded=is_demanded)

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
 from server.api.access import COOKIE, Anybody, InPerson, PasswordChanger, Proved, Prover
-from server.api.accounts.passkey_asking import asked_at_the_door
+from server.api.accounts.passkey_requests import asked_at_the_door
 from server.api.http.problem_docs import answers
 from server.api.tower import address_of, tower_of
 from server.domain.access import AdminsOnly, BadToken, InPersonOnly, NotSignedIn, SessionExpired
@@ -141,7 +141,7 @@ async def change_own_password(
         if (await get_user(session, user.id)).password_hash != user.password_hash:
             raise WrongPassword  # changed while it was being checked
         ended = [one.id for one, _ in await list_sessions(session, user_id=user.id)]
-        row = await change_user(session, user_id=user.id, change=change, deed=AuditAction(principal, now, address))
+        row = await change_user(session, user_id=user.id, change=change, action=AuditAction(principal, now, address))
         agent = request.headers.get("user-agent", "")
         begun = await tower.sessions.begin(session, user_id=row.id, now=now, address=address, user_agent=agent)
     if body.keep_tokens:
@@ -208,8 +208,8 @@ async def end_one_session(
         if row is None or (row.user_id != principal.user_id and principal.role is not Role.ADMIN):
             raise UnknownSession
         owner = await get_user(session, row.user_id)
-        deed = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
-        deed.record(session, "session.ended", user_id=owner.id, user=owner.name, session_id=row.id)
+        action = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
+        action.record(session, "session.ended", user_id=owner.id, user=owner.name, session_id=row.id)
         await session.delete(row)
     tower.hub.end_sessions([session_id])
     await tower.event_handler.caught_up()  # what was flown with it is held when this is answered
@@ -221,7 +221,7 @@ def _with_passkey(request: Request, answer: PasskeyAnswer) -> SecondProof:
     async def check(user_id: int) -> None:
         tower = tower_of(request)
         try:
-            await tower.passkey_door.accept(
+            await tower.passkey_sign_in.accept(
                 answer.model_dump(), asked=asked, user_id=user_id, address=address_of(request), now=tower.clock()
             )
         except WrongPasskey:

@@ -75,7 +75,7 @@ class TokenWithSecret(BaseModel):
     secret: Annotated[str, Field(description="For `Authorization: Bearer`. The tower keeps only its hash")]
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
+def _action(request: Request, principal: Principal) -> AuditAction:
     return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
@@ -106,7 +106,7 @@ async def create_token(request: Request, principal: Proved, body: NewToken) -> T
             name=body.name,
             scopes=body.scopes,
             expires_at=body.expires_at,
-            deed=_deed(request, principal),
+            action=_action(request, principal),
             longest=timedelta(days=tower.settings.token_longest_days),
         )
     await tower.roster.refresh()
@@ -119,7 +119,7 @@ async def revoke_token(request: Request, principal: Proved, token_id: Annotated[
     tower = tower_of(request)
     of_user = None if principal.role is Role.ADMIN else principal.user_id
     async with tower.database.writing() as session:
-        await tokens.revoke_token(session, token_id=token_id, of_user=of_user, deed=_deed(request, principal))
+        await tokens.revoke_token(session, token_id=token_id, of_user=of_user, action=_action(request, principal))
     tower.hub.end_sessions([TokenId(token_id)])
     await tower.roster.refresh()
     await tower.event_handler.caught_up()  # what was flown with it is held when this is answered

@@ -26,7 +26,7 @@ router = APIRouter(prefix="/api/v1/users", tags=["users"], responses=answers(Not
 UserPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 
 
-def _deed(request: Request, admin: Principal) -> AuditAction:
+def _action(request: Request, admin: Principal) -> AuditAction:
     return AuditAction(by=admin, at=tower_of(request).clock(), address=address_of(request))
 
 
@@ -50,7 +50,7 @@ async def create_user(request: Request, admin: ProvedAdmin, body: NewUser) -> Ac
     password_hash = await tower.passwords.hash(body.password)
     async with tower.database.writing() as session:
         row = await users.create_user(
-            session, name=body.name, role=body.role, password_hash=password_hash, deed=_deed(request, admin)
+            session, name=body.name, role=body.role, password_hash=password_hash, action=_action(request, admin)
         )
     await tower.roster.refresh()
     return _view(request, row)
@@ -75,7 +75,7 @@ async def change_user(request: Request, admin: ProvedAdmin, user_id: UserPath, b
         password_hash = await tower.passwords.hash(body.password)
     change = UserChange(role=body.role, disabled=body.disabled, password_hash=password_hash)
     async with tower.database.writing() as session:
-        row = await users.change_user(session, user_id=user_id, change=change, deed=_deed(request, admin))
+        row = await users.change_user(session, user_id=user_id, change=change, action=_action(request, admin))
     await tower.roster.refresh()
     if body.disabled or password_hash is not None:
         why = "the account was disabled" if body.disabled else "an admin has set a new password"
@@ -90,7 +90,7 @@ async def reset_second_factor(request: Request, admin: ProvedAdmin, user_id: Use
     Harmless where there is none."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        row, had_one = await users.reset_second_factor(session, user_id=user_id, deed=_deed(request, admin))
+        row, had_one = await users.reset_second_factor(session, user_id=user_id, action=_action(request, admin))
     if had_one:
         await tower.roster.refresh()
         tower.hub.end_user(UserId(user_id), "an admin has removed the second factor")
@@ -105,10 +105,10 @@ async def delete_user(request: Request, admin: ProvedAdmin, user_id: UserPath) -
     # In two steps: a drone that they hold must change hands properly, with a new epoch, while there is still a holder.
     async with tower.database.writing() as session:
         gone = UserChange(disabled=True)
-        await users.change_user(session, user_id=user_id, change=gone, deed=_deed(request, admin))
+        await users.change_user(session, user_id=user_id, change=gone, action=_action(request, admin))
     await tower.roster.refresh()
     tower.hub.end_user(UserId(user_id), "the account was deleted")
     await tower.event_handler.caught_up()
     async with tower.database.writing() as session:
-        await users.delete_user(session, user_id=user_id, deed=_deed(request, admin))
+        await users.delete_user(session, user_id=user_id, action=_action(request, admin))
     await tower.roster.refresh()

@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from server.api.access import Pilot, Viewer
 from server.api.http.problem_docs import answers
-from server.api.operations.asking import begin, flown_drone, watched_drone
+from server.api.operations.operation_requests import begin, flown_drone, watched_drone
 from server.api.parameters.routes import NOT_A_BORROWERS
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
 from server.domain.lease import Refused

@@ -98,10 +98,10 @@ async def change_drone_settings(
 ) -> DroneSettingsView:
     """Admin: changes some of it. The drone's agent knows at once, or when it is next there."""
     tower = tower_of(request)
-    deed = AuditAction(by=admin, at=tower.clock(), address=address_of(request))
+    action = AuditAction(by=admin, at=tower.clock(), address=address_of(request))
     change = body.model_dump(exclude_none=True)
     async with tower.database.writing() as session:
-        settings = await change_settings(session, drone_id=drone_id, change=change, deed=deed)
+        settings = await change_settings(session, drone_id=drone_id, change=change, action=action)
     apply_to(tower.hub, DroneId(drone_id), settings)
-    tower.loss_checks.look_again(DroneId(drone_id))
+    tower.loss_checks.recheck(DroneId(drone_id))
     return DroneSettingsView.model_validate(settings.as_values())

@@ -18,7 +18,7 @@ from server.domain.people import Principal
 from server.store.audit.action import AuditAction
 from server.store.fleet import enrolments
 from server.store.fleet.drones import get_drone
-from server.store.fleet.enrolment_news import EnrolmentView
+from server.store.fleet.enrolment_notifier import EnrolmentView
 from server.store.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
 from wire.drone_key import key_text
 
@@ -61,7 +61,7 @@ class Enrolled(BaseModel):
     tower_key: Annotated[str, Field(description="The tower's own Ed25519 public key, in base64url")]
 
 
-def _deed(request: Request, admin: Principal) -> AuditAction:
+def _action(request: Request, admin: Principal) -> AuditAction:
     return AuditAction(by=admin, at=tower_of(request).clock(), address=address_of(request))
 
 
@@ -76,11 +76,11 @@ async def begin_enrolment(
     address = address_for_agents(tower.settings, str(request.base_url))
     async with tower.database.writing() as session:
         row, drone, token, cancelled = await enrolments.begin(
-            session, drone_id=drone_id, lasts_s=body.lasts_s, deed=_deed(request, admin)
+            session, drone_id=drone_id, lasts_s=body.lasts_s, action=_action(request, admin)
         )
     for one in [*cancelled, row.id]:
-        tower.enrolment_news.tell(one)
-    tower.enrolment_news.expect_expiry(row.id, body.lasts_s)
+        tower.enrolment_notifier.publish(one)
+    tower.enrolment_notifier.expect_expiry(row.id, body.lasts_s)
     words = ["tower-agent", "enrol", address, token]
     words += ["--autopilot", body.autopilot] if body.autopilot else []
     return EnrolmentWithToken(
@@ -104,8 +104,8 @@ async def cancel_enrolment(
     """The token is worth nothing from then on. One that was used stays used."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        row = await enrolments.cancel(session, enrolment_id=enrolment_id, deed=_deed(request, admin))
-    tower.enrolment_news.tell(row.id)
+        row = await enrolments.cancel(session, enrolment_id=enrolment_id, action=_action(request, admin))
+    tower.enrolment_notifier.publish(row.id)
 
 
 @router.post("/enrol", responses=answers(BadEnrolment, BadDroneKey, NotPrivate))
@@ -122,5 +122,5 @@ async def enrol(request: Request, body: Enrol) -> Enrolled:
         )
         drone = await get_drone(session, row.drone_id)
     await tower.roster.refresh()
-    tower.enrolment_news.tell(row.id)
+    tower.enrolment_notifier.publish(row.id)
     return Enrolled(drone_id=drone.id, drone=drone.name, tower_key=key_text(tower.sign_in_rules.identity.public_key))

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Request
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-from server.api.access import TeamKeeper
+from server.api.access import TeamEditor
 from server.api.http.problem_docs import answers
 from server.api.tower import address_of, tower_of
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
@@ -37,25 +37,27 @@ class NewLoan(BaseModel):
 
 
 @router.put("", responses=answers(OwnerAlready))
-async def lend_drone(request: Request, lender: TeamKeeper, drone_id: Id, user_id: Id, body: NewLoan) -> DroneView:
+async def lend_drone(request: Request, lender: TeamEditor, drone_id: Id, user_id: Id, body: NewLoan) -> DroneView:
     """The user sees and flies the drone until then, within the limits. Lending again changes them."""
     tower = tower_of(request)
-    deed = _deed(request, lender)
+    action = _action(request, lender)
     terms = Terms(body.until, body.may_arm, body.max_height_m, body.radius_m)
     async with tower.database.writing() as session:
-        await loans.lend(session, drone_id=drone_id, user_id=user_id, terms=terms, lender=lender, deed=deed)
+        await loans.lend(session, drone_id=drone_id, user_id=user_id, terms=terms, lender=lender, action=action)
     return await _changed(request, lender, drone_id)
 
 
 @router.delete("")
-async def end_loan(request: Request, lender: TeamKeeper, drone_id: Id, user_id: Id) -> DroneView:
+async def end_loan(request: Request, lender: TeamEditor, drone_id: Id, user_id: Id) -> DroneView:
     """Before its time. What the user loses with it, they have lost when this is answered."""
     async with tower_of(request).database.writing() as session:
-        await loans.end_loan(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=_deed(request, lender))
+        await loans.end_loan(
+            session, drone_id=drone_id, user_id=user_id, lender=lender, action=_action(request, lender)
+        )
     return await _changed(request, lender, drone_id)
 
 
-def _deed(request: Request, lender: Principal) -> AuditAction:
+def _action(request: Request, lender: Principal) -> AuditAction:
     return AuditAction(by=lender, at=tower_of(request).clock(), address=address_of(request))
 
 

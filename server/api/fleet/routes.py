@@ -38,7 +38,7 @@ class CreatedDrone(BaseModel):
     drone: DroneView
 
 
-def _deed(request: Request, admin: Principal) -> AuditAction:
+def _action(request: Request, admin: Principal) -> AuditAction:
     return AuditAction(by=admin, at=tower_of(request).clock(), address=address_of(request))
 
 
@@ -60,7 +60,7 @@ async def create_drone(request: Request, admin: Admin, body: DroneName) -> Creat
     """Creates a drone. An enrolment makes an agent's key its own."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        row = await drones.create_drone(session, name=body.name, deed=_deed(request, admin))
+        row = await drones.create_drone(session, name=body.name, action=_action(request, admin))
     await tower.roster.refresh()
     return CreatedDrone(drone=_view(request, admin, row.id))
 
@@ -76,7 +76,7 @@ async def rename_drone(request: Request, admin: Admin, drone_id: DronePath, body
     """Gives a drone another name."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        await drones.rename_drone(session, drone_id=drone_id, name=body.name, deed=_deed(request, admin))
+        await drones.rename_drone(session, drone_id=drone_id, name=body.name, action=_action(request, admin))
     await tower.roster.refresh()
     return _view(request, admin, drone_id)
 
@@ -86,7 +86,7 @@ async def delete_drone(request: Request, admin: Admin, drone_id: DronePath) -> N
     """Deletes a drone; its agent is turned away from then on, and its recordings go. Its id is never used again."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        await drones.delete_drone(session, drone_id=drone_id, deed=_deed(request, admin))
+        await drones.delete_drone(session, drone_id=drone_id, action=_action(request, admin))
     await tower.roster.refresh()
     await asyncio.to_thread(tower.recordings.store.remove_drones, (drone_id,))
 
@@ -96,7 +96,7 @@ async def revoke_key(request: Request, admin: Admin, drone_id: DronePath) -> Dro
     """The link of the drone's agent ends at once, and no agent can sign in as it until one has been enrolled anew."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        await drones.revoke_key(session, drone_id=drone_id, deed=_deed(request, admin))
+        await drones.revoke_key(session, drone_id=drone_id, action=_action(request, admin))
     await tower.roster.refresh()
     return _view(request, admin, drone_id)
 
@@ -106,7 +106,7 @@ async def add_owner(request: Request, admin: Admin, drone_id: DronePath, user_id
     """Lets a user see and fly the drone. Doing it twice changes nothing."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        await drones.add_owner(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
+        await drones.add_owner(session, drone_id=drone_id, user_id=user_id, action=_action(request, admin))
     await tower.roster.refresh()
     return _view(request, admin, drone_id)
 
@@ -116,7 +116,7 @@ async def remove_owner(request: Request, admin: Admin, drone_id: DronePath, user
     """The drone disappears from the user's squad at once."""
     tower = tower_of(request)
     async with tower.database.writing() as session:
-        await drones.remove_owner(session, drone_id=drone_id, user_id=user_id, deed=_deed(request, admin))
+        await drones.remove_owner(session, drone_id=drone_id, user_id=user_id, action=_action(request, admin))
     await tower.roster.refresh()
     await tower.event_handler.caught_up()  # what they lose with it, they have lost when this is answered
     return _view(request, admin, drone_id)

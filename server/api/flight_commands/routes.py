@@ -9,7 +9,7 @@ from fastapi import APIRouter, Body, Path, Request, Response
 
 from server.api.access import Pilot
 from server.api.http.problem_docs import answers
-from server.api.operations.asking import ACCEPTED, ASYNC, Prefer, answer, begin, flown_drone
+from server.api.operations.operation_requests import ACCEPTED, ASYNC, Prefer, answer, begin, flown_drone
 from server.api.tower import tower_of
 from server.domain.access import UnknownDrone
 from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, SetHome

@@ -15,7 +15,15 @@ from starlette.requests import ClientDisconnect
 from server.api.access import Pilot, Viewer
 from server.api.http.private_path import NotPrivate
 from server.api.http.problem_docs import answers
-from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, refuse_observers, watched_drone
+from server.api.operations.operation_requests import (
+    ACCEPTED,
+    Prefer,
+    answer,
+    begin,
+    flown_drone,
+    refuse_observers,
+    watched_drone,
+)
 from server.api.relay.agent_sign_in import AgentRefused
 from server.api.relay.link_ticket import drone_of
 from server.api.tower import tower_of
@@ -77,7 +85,7 @@ async def get_logs(request: Request, principal: Viewer, drone_id: DronePath) -> 
     """Which logs were on board when the list was read last, and which of the drone's the tower has."""
     drone = watched_drone(request, principal, drone_id)
     refuse_observers(drone, principal)
-    kept = await asyncio.to_thread(tower_of(request).log_shelf.of, drone.drone_id)
+    kept = await asyncio.to_thread(tower_of(request).flight_log_quota.of, drone.drone_id)
     board = drone.board
     return LogsView(
         read_at=board.logs_read_at,
@@ -130,7 +138,7 @@ async def get_log_file(request: Request, principal: Viewer, drone_id: DronePath,
     """A log that the tower has, as the autopilot wrote it."""
     drone = watched_drone(request, principal, drone_id)
     refuse_observers(drone, principal)
-    kept = await asyncio.to_thread(tower_of(request).log_shelf.of, drone.drone_id)
+    kept = await asyncio.to_thread(tower_of(request).flight_log_quota.of, drone.drone_id)
     found = next((one for one in kept if one.log_id == log_id), None)
     if found is None:
         raise UnknownLog
@@ -166,7 +174,7 @@ async def put_agent_file(request: Request, transaction_id: TransactionPath) -> N
         raise NotAskedFor
     if not (length.isascii() and length.isdigit() and len(length) < 16):
         raise FileIncomplete("say with Content-Length how long the file is")
-    await tower.log_receiver.take(drone, operation, int(length), _pieces(request))
+    await tower.log_receiver.receive(drone, operation, int(length), _pieces(request))
 
 
 async def _pieces(request: Request) -> AsyncIterator[bytes]:

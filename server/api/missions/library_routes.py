@@ -83,7 +83,7 @@ class MissionWithDocument(MissionView):
     document: Annotated[dict[str, Any], WithJsonSchema(DOCUMENT_SCHEMA)]
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
+def _action(request: Request, principal: Principal) -> AuditAction:
     return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
@@ -111,7 +111,7 @@ async def create_mission(request: Request, response: Response, principal: Pilot)
             name=body.name,
             document=document,
             shared=body.shared,
-            deed=_deed(request, principal),
+            action=_action(request, principal),
         )
         return _tagged(response, found)
 
@@ -147,7 +147,7 @@ async def replace_mission(
             name=body.name,
             document=document,
             shared=body.shared,
-            deed=_deed(request, principal),
+            action=_action(request, principal),
         )
         return _tagged(response, found)
 
@@ -156,7 +156,7 @@ async def replace_mission(
 async def delete_mission(request: Request, principal: Pilot, mission_id: MissionPath) -> None:
     """Takes it out of the library; what is on board of a drone stays there."""
     async with tower_of(request).database.writing() as session:
-        await library.delete_mission(session, principal, mission_id, deed=_deed(request, principal))
+        await library.delete_mission(session, principal, mission_id, action=_action(request, principal))
 
 
 def _version(if_match: str | None) -> int | None:

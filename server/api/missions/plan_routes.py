@@ -10,7 +10,7 @@ from starlette.convertors import Convertor, register_url_convertor
 from server.api.access import Pilot, Viewer, admit
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
-from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, ended, flown_drone, watched_drone
+from server.api.operations.operation_requests import ACCEPTED, Prefer, answer, begin, ended, flown_drone, watched_drone
 from server.api.tower import tower_of
 from server.domain.access import Action, UnknownDrone
 from server.live.flight_commands.vehicle import NotKnownYet

@@ -12,7 +12,7 @@ from server.api.access import Pilot, Viewer, admit
 from server.api.http.content_coding import accepted_codings
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
-from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, watched_drone
+from server.api.operations.operation_requests import ACCEPTED, Prefer, answer, begin, flown_drone, watched_drone
 from server.domain.access import Action, UnknownDrone
 from server.live.missions.plan_body import BadPlan, MalformedBody, body_schema
 from server.live.operations.refusals import (
@@ -62,15 +62,15 @@ async def get_parameters(
 ) -> Response:
     """All of them, as the agent knows them. It reads them when the autopilot comes, and hears of each change."""
     drone = watched_drone(request, principal, drone_id)
-    shelf = drone.board.parameters
-    tag = f'"{shelf.told.hash}"'
+    reported = drone.board.parameters
+    tag = f'"{reported.told.hash}"'
     headers = {"ETag": tag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
-    if shelf.told.hash is not None and _names(if_none_match, tag):
+    if reported.told.hash is not None and _names(if_none_match, tag):
         return Response(status_code=304, headers=headers)
-    table = shelf.table()
+    table = reported.table()
     if table is None:
-        raise ParametersUnknown(drone.record.name, shelf.told.count, shelf.told.total)
-    body = parameters_json(shelf, table)
+        raise ParametersUnknown(drone.record.name, reported.told.count, reported.told.total)
+    body = parameters_json(reported, table)
     if "gzip" in accepted_codings(accept_encoding or ""):
         # Some 1,400 of them are 65 kB, which is three round trips more than what this makes of them.
         body = gzip.compress(body, GZIP_LEVEL, mtime=0)

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from server.api.access import Pilot, Viewer
 from server.api.http.problem_docs import answers
-from server.api.operations.asking import refuse_observers, watched_drone
+from server.api.operations.operation_requests import refuse_observers, watched_drone
 from server.api.tower import address_of, tower_of
 from server.domain.access import UnknownDrone
 from server.domain.people import Principal, Role
@@ -72,7 +72,7 @@ def _recorded_drone(request: Request, principal: Principal, drone_id: int) -> Li
     return drone
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
+def _action(request: Request, principal: Principal) -> AuditAction:
     return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
 
 
@@ -107,7 +107,7 @@ async def begin_recording(
         raise TooManyOperations
     named = body.quality if body is not None else None
     quality = None if named is None else Quality[named.upper()]
-    return await tower_of(request).recordings.service.begin(drone, principal, quality, _deed(request, principal))
+    return await tower_of(request).recordings.service.begin(drone, principal, quality, _action(request, principal))
 
 
 @router.get("/{recording_id}", responses=answers(*_WATCH, UnknownRecording))
@@ -129,7 +129,7 @@ async def end_recording(
     if not tower_of(request).hub.admits_operation(principal.user_id, time.monotonic(), stops=False):
         raise TooManyOperations
     await _view(request, principal, drone, recording_id)
-    await tower_of(request).recordings.service.end(recording_id, _deed(request, principal))
+    await tower_of(request).recordings.service.end(recording_id, _action(request, principal))
     return await _view(request, principal, drone, recording_id)
 
 
@@ -178,10 +178,10 @@ async def delete_recording(
     tower = tower_of(request)
     async with tower.database.writing() as session:
         await catalogue.known_to(session, principal, drone, recording_id)
-        row = await catalogue.delete(session, drone.drone_id, recording_id, deed=_deed(request, principal))
+        row = await catalogue.delete(session, drone.drone_id, recording_id, action=_action(request, principal))
     if row.store == tower.recordings.store.id:
         await asyncio.to_thread(tower.recordings.store.remove, row.drone_id, row.file)
-    tower.recordings.notifier.tell("removed", catalogue.view_of(row))
+    tower.recordings.notifier.publish("removed", catalogue.view_of(row))
 
 
 async def _view(request: Request, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingView:

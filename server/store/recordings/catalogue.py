@@ -47,26 +47,26 @@ async def known_to(session: AsyncSession, viewer: Principal, drone: LiveDrone, r
     return row
 
 
-async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, deed: AuditAction) -> RecordingRow:
+async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, action: AuditAction) -> RecordingRow:
     """Raises UnknownRecording, RecordingBusy."""
     row = await get(session, drone_id, recording_id, lock=True)
     if row.state in OPEN_STATES:
         raise RecordingBusy
-    await _remove(session, row, "recording.deleted", deed)
+    await _remove(session, row, "recording.deleted", action)
     return row
 
 
-async def remove_for_room(session: AsyncSession, recording_id: int, *, deed: AuditAction) -> RecordingRow | None:
+async def remove_for_room(session: AsyncSession, recording_id: int, *, action: AuditAction) -> RecordingRow | None:
     """None where it has gone already, or is no longer to be removed."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state in OPEN_STATES:
         return None
-    await _remove(session, row, "recording.removed", deed)
+    await _remove(session, row, "recording.removed", action)
     return row
 
 
-async def _remove(session: AsyncSession, row: RecordingRow, action: str, deed: AuditAction) -> None:
-    deed.record(session, action, drone_id=row.drone_id, **about(row))
+async def _remove(session: AsyncSession, row: RecordingRow, event: str, action: AuditAction) -> None:
+    action.record(session, event, drone_id=row.drone_id, **about(row))
     await session.delete(row)
 
 
@@ -84,7 +84,7 @@ async def mark_ended(
     size_bytes: int,
     pictures: int,
     flights: Iterable[datetime],
-    deed: AuditAction,
+    action: AuditAction,
 ) -> RecordingRow | None:
     """Its file is to be made. None where the row has gone, with its drone. Harmless a second time."""
     row = await session.get(RecordingRow, recording_id)
@@ -94,7 +94,7 @@ async def mark_ended(
     row.size_bytes, row.pictures = size_bytes, pictures
     row.flights = [one.isoformat() for one in flights]
     told = about(row) | ({"words": row.words} if words else {})
-    deed.record(session, "recording.ended", drone_id=row.drone_id, **told)
+    action.record(session, "recording.ended", drone_id=row.drone_id, **told)
     return row
 
 

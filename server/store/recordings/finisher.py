@@ -136,7 +136,7 @@ class RecordingFinisher:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
             return
         await asyncio.to_thread(units.unlink, missing_ok=True)
-        self._notifier.tell("ready", catalogue.view_of(ready))
+        self._notifier.publish("ready", catalogue.view_of(ready))
 
     async def _fail(self, row: RecordingRow, words: str, units: Path, *, hopeless: bool) -> None:
         _log.error("recording_failed", recording=row.id, drone_id=row.drone_id, why=words)
@@ -146,7 +146,7 @@ class RecordingFinisher:
         if hopeless or failed is None:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
         if failed is not None:
-            self._notifier.tell("failed", catalogue.view_of(failed))
+            self._notifier.publish("failed", catalogue.view_of(failed))
 
 
 def _size_and_time(path: Path) -> tuple[int, datetime] | None:

@@ -122,7 +122,9 @@ class RecordingService:
         """How many."""
         return len(self._running)
 
-    async def begin(self, drone: LiveDrone, by: Principal, quality: Quality | None, deed: AuditAction) -> RecordingView:
+    async def begin(
+        self, drone: LiveDrone, by: Principal, quality: Quality | None, action: AuditAction
+    ) -> RecordingView:
         """Raises DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, NoRoomToRecord."""
         drone_id, name = drone.drone_id, drone.record.name
         situation = self.video.situation(drone_id)
@@ -152,7 +154,7 @@ class RecordingService:
                 codec=key.codec.name.lower(),
                 state="recording",
                 words="",
-                began_at=deed.at,
+                began_at=action.at,
                 flights=[],
                 size_bytes=0,
                 pictures=0,
@@ -161,7 +163,7 @@ class RecordingService:
                 async with self._database.writing() as session:
                     session.add(row)
                     await session.flush()
-                    deed.record(session, "recording.began", drone_id=drone_id, **catalogue.about(row))
+                    action.record(session, "recording.began", drone_id=drone_id, **catalogue.about(row))
             except IntegrityError:  # the drone was deleted in this instant
                 raise UnknownDrone from None
             path = self._store.path(drone_id, row.file, UNITS)
@@ -191,15 +193,15 @@ class RecordingService:
         if not self.video.attach(drone.drone_id, sink, now):
             over("the drone was removed")
         view = self.view(row)
-        self._notifier.tell("begun", view)
+        self._notifier.publish("begun", view)
         return view
 
-    async def end(self, recording_id: int, deed: AuditAction) -> None:
+    async def end(self, recording_id: int, action: AuditAction) -> None:
         """Somebody ends it. Returns when it has ended; harmless where it has."""
         running = self._running.get(recording_id)
         if running is None:
             return
-        running.end("", deed)
+        running.end("", action)
         self._something.set()
         with suppress(TimeoutError):
             await asyncio.wait_for(running.over.wait(), STOPPED_WITHIN_S)
@@ -249,17 +251,17 @@ class RecordingService:
             self.video.detach(running.drone_id, running.sink)
         closed = await asyncio.to_thread(running.writer.close)
         words = running.ending or ("" if closed else "the tower's disk does not answer")
-        deed = running.ended_by or AuditAction(by=TOWER, at=self._clock())
+        action = running.ended_by or AuditAction(by=TOWER, at=self._clock())
         async with self._database.writing() as session:
             row = await catalogue.mark_ended(
                 session,
                 running.row.id,
                 words=words,
-                at=deed.at,
+                at=action.at,
                 size_bytes=running.writer.taken_bytes,
                 pictures=running.sink.pictures,
                 flights=running.flights,
-                deed=deed,
+                action=action,
             )
         del self._running[running.row.id]
         self._taken.discard((running.drone_id, running.key.quality))
@@ -267,7 +269,7 @@ class RecordingService:
         if row is None:
             await asyncio.to_thread(self._store.remove, running.drone_id, running.row.file)
             return
-        self._notifier.tell("ended", catalogue.view_of(row))
+        self._notifier.publish("ended", catalogue.view_of(row))
         self._finisher.add(row.id)
 
     async def close(self) -> None:

@@ -65,7 +65,7 @@ def asked_of(request: Request, principal: Principal, purpose: Purpose) -> Asked:
 def challenge_for(request: Request, asked: Asked) -> bytes:
     """Raises TooManyChallenges."""
     tower = tower_of(request)
-    return tower.passkey_door.challenges.give(
+    return tower.passkey_sign_in.challenges.give(
         purpose=asked.purpose, asker=asked.asker, address=address_of(request), now_s=tower.clock().timestamp()
     )
 
