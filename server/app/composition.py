@@ -11,7 +11,7 @@ from importlib.metadata import version
 from typing import Final
 from urllib.parse import urlsplit
 
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter
 from fastapi.routing import APIRoute
 
 from server.api.accounts import (
@@ -25,8 +25,10 @@ from server.api.accounts import (
 )
 from server.api.anonymous.request_gate import RequestGate
 from server.api.audit import routes as audit_routes
+from server.api.authentication import Authenticator
 from server.api.control import receiver_routes, safety_routes, settings_routes
 from server.api.control import routes as control_routes
+from server.api.dependencies import provide, provide_data_endpoint
 from server.api.fleet import enrolment_routes, loan_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
@@ -55,8 +57,8 @@ from server.api.relay.tls_binding import TlsBinding
 from server.api.system import routes as system_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
-from server.api.tower import Tower
 from server.api.video import routes as video_routes
+from server.app.tower import Tower, TowerApp
 from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
 from server.live.accounts.throttle import SignInThrottle
@@ -65,6 +67,7 @@ from server.live.hub import Hub
 from server.live.relay.flood_gate import FloodLimits
 from server.live.relay.socket_bounds import SocketBounds
 from server.live.separation.bounds import SeparationBounds
+from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
 from server.runtime.loop_lag import LoopLag
@@ -159,9 +162,10 @@ _TAGS: Final = (
 )
 
 
-def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
+def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     tower = _compose(settings, clock)
-    app = FastAPI(
+    app = TowerApp(
+        tower,
         title="Control Tower",
         version=version("control-tower"),
         description="Fly and watch drones through the internet. Live data is on the WebSocket `/api/v1/live`.",
@@ -173,8 +177,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
         redirect_slashes=False,
         generate_unique_id_function=_operation_id,
     )
-    app.state.tower = tower
-    app.state.metrics_registry = metrics_routes.new_registry(tower)
+    provide(app, tower, metrics_routes.new_registry(tower))
     handle_problems(app)
     describe_problems(app, [route for router in ROUTERS for route in router.routes])
     for router in ROUTERS:
@@ -213,6 +216,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         lifetime_s=settings.session_lifetime_s,
         admins_need_second_factor=settings.admins_need_second_factor,
     )
+    api_tokens = ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor)
     hub = Hub(
         FloodLimits(
             user_per_s=settings.user_frames_per_s,
@@ -235,7 +239,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
     enrolment_notifier = EnrolmentNotifier(database, hub, clock)
-    service = ControlService(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.recheck)
+    control = ControlService(DatabaseLeaseStore(database, clock), hub, on_changed=loss_checks.recheck)
     mb = 1_000_000
     flight_log_quota = FlightLogQuota(
         settings.files,
@@ -252,18 +256,19 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         passwords=passwords,
         password_policy=PasswordPolicy(urlsplit(settings.public_url).hostname or ""),
         sessions=sessions,
-        tokens=ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor),
-        door=SignInService(database, passwords, sessions, throttle, vault),
+        api_tokens=api_tokens,
+        authenticator=Authenticator(sessions, api_tokens, clock),
+        sign_in=SignInService(database, passwords, sessions, throttle, vault),
         passkey_sign_in=PasskeySignInService(database, sessions, Challenges()),
         hub=hub,
-        service=service,
+        control=control,
         roster=roster,
         loan_expiry=LoanExpiry(database, hub, roster, clock),
         loss_checks=loss_checks,
         rehearsals=rehearsals,
         stays=Stays(hub=hub, database=database, clock=clock),
         event_handler=HubEventHandler(
-            service=service,
+            service=control,
             hub=hub,
             database=database,
             clock=clock,
@@ -285,6 +290,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),
+        shared_checks=SharedChecks(),
     )
 
 
@@ -296,8 +302,8 @@ async def _deleted_with_files(tower: Tower) -> frozenset[int]:
 
 
 @asynccontextmanager
-async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    tower: Tower = app.state.tower
+async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
+    tower = app.tower
     settings = tower.settings
     async with AsyncExitStack() as stack:
         stack.push_async_callback(tower.database.close)
@@ -327,21 +333,21 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
         await stack.enter_async_context(in_background("loans", tower.loan_expiry.watch))
         await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
-        stack.push_async_callback(tower.tokens.write_uses)
-        await stack.enter_async_context(in_background("token uses", tower.tokens.keep_writing_uses))
+        stack.push_async_callback(tower.api_tokens.write_uses)
+        await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         _prepare_routes(app)
         # Last: from here on agents are answered.
         try:
             relay = running_relay(tower.hub, tower.anonymous, host=settings.udp_host, port=settings.udp_port)
-            app.state.data_endpoint = await stack.enter_async_context(relay)
+            provide_data_endpoint(app, await stack.enter_async_context(relay))
         except OSError as error:
             raise CannotListen("TOWER_UDP_PORT", settings.udp_host, settings.udp_port, error) from error
         tower.before_shutdown.append(_good_bye(tower))
         yield
 
 
-def _prepare_routes(app: FastAPI) -> None:
+def _prepare_routes(app: TowerApp) -> None:
     """What FastAPI otherwise does at the first request, whoever sends it: it stops everything for half a second."""
     scope = {"type": "http", "method": "GET", "path": "/", "root_path": "", "query_string": b"", "headers": []}
     for route in app.router.routes:

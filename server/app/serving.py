@@ -15,13 +15,12 @@ from contextlib import contextmanager
 from typing import Final
 
 import uvicorn
-from fastapi import FastAPI
 
 from server.api.anonymous.acceptor import Acceptor
 from server.api.anonymous.read_turns import ReadTurns
-from server.api.tower import Tower
 from server.api.websocket.direct_websocket import DirectWebSocket
 from server.api.websocket.upgrading_http import UpgradingHttp
+from server.app.tower import TowerApp
 from server.live.anonymous.connections import AnonymousConnection
 from server.runtime.aligned_timers import BEAT_S, rest
 from server.runtime.garbage import settle_memory
@@ -38,8 +37,8 @@ _TICKS_A_DAY: Final = 864_000
 class TowerServer(uvicorn.Server):
     """One application on one socket. `started` (of uvicorn) is true once connections are accepted."""
 
-    def __init__(self, app: FastAPI, *, on_listening: Callable[[], None] = lambda: None) -> None:
-        tower: Tower = app.state.tower
+    def __init__(self, app: TowerApp, *, on_listening: Callable[[], None] = lambda: None) -> None:
+        tower = app.tower
         super().__init__(
             uvicorn.Config(
                 app,
@@ -95,8 +94,7 @@ class TowerServer(uvicorn.Server):
             ticks = (ticks + 1) % _TICKS_A_DAY
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        tower: Tower = self._app.state.tower
-        for say_goodbye in tower.before_shutdown:
+        for say_goodbye in self._app.tower.before_shutdown:
             await say_goodbye()
         for acceptor in self._acceptors:
             acceptor.close()
@@ -104,7 +102,7 @@ class TowerServer(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], None]) -> None:
+def run(app: TowerApp, listener: socket.socket, *, on_listening: Callable[[], None]) -> None:
     """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody."""
 
     def listening() -> None:

@@ -17,13 +17,12 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-from fastapi import FastAPI
 
 from onboard_agent.identity import Identity, Kept
 from onboard_agent.identity_file import write_private
-from server.api.tower import Tower
 from server.app.composition import create_app
 from server.app.serving import TowerServer
+from server.app.tower import Tower, TowerApp
 from server.domain.people import Role
 from server.runtime.listening import address_in_words, listen
 from server.runtime.settings import Settings
@@ -101,12 +100,12 @@ class TowerWorld:
     base_url: str
     settings: Settings
     clock: MovableClock
-    app: FastAPI
+    app: TowerApp
     _stack: AsyncExitStack = field(repr=False)
 
     @property
     def tower(self) -> Tower:
-        return self.app.state.tower
+        return self.app.tower
 
     @property
     def database(self) -> Database:
@@ -210,7 +209,7 @@ async def start_tower(tmp_path: Path, **settings: Any) -> AsyncIterator[TowerWor
 
 
 @asynccontextmanager
-async def serving(app: FastAPI, listener: socket.socket) -> AsyncIterator[str]:
+async def serving(app: TowerApp, listener: socket.socket) -> AsyncIterator[str]:
     """Runs an application on a socket in this very loop. Gives its address."""
     base_url = address_in_words(listener)
     listening = asyncio.Event()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter, Request
 from pydantic import BaseModel
 
-from server.api.tower import tower_of
+from server.api.dependencies import DatabaseDep
 from server.store.fleet.snapshot import read_revision
 
 router = APIRouter(prefix="/api/v1", tags=["health"])
@@ -17,8 +17,8 @@ class Health(BaseModel):
 
 
 @router.get("/health")
-async def health(request: Request) -> Health:
+async def health(request: Request, database: DatabaseDep) -> Health:
     """Answers once the tower is up and its database answers."""
-    async with tower_of(request).database.reading() as session:
+    async with database.reading() as session:
         await read_revision(session)
     return Health(status="ok", version=request.app.version)

@@ -13,8 +13,8 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
 from server.api.access import Admin
+from server.api.dependencies import ClockDep, DatabaseDep, HubDep, LoopLagDep, SettingsDep, StartedAtDep
 from server.api.http.problem_docs import answers
-from server.api.tower import tower_of
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.live.fleet.views import UserRefView
 from server.store.database_facts import database_facts
@@ -70,27 +70,35 @@ class OnlineView(BaseModel):
 
 
 @router.get("/online", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
-async def who_is_online(request: Request, admin: Admin) -> list[OnlineView]:
+async def who_is_online(admin: Admin, hub: HubDep) -> list[OnlineView]:
     """Who has a live connection at this moment, by name."""
-    found = tower_of(request).hub.who_is_online()
+    found = hub.who_is_online()
     return [OnlineView(user=UserRefView(id=user_id, name=name), connections=many) for user_id, name, many in found]
 
 
 @router.get("/system", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
-async def system(request: Request, admin: Admin) -> SystemView:
+async def system(
+    request: Request,
+    admin: Admin,
+    clock: ClockDep,
+    settings: SettingsDep,
+    hub: HubDep,
+    started_at: StartedAtDep,
+    loop_lag: LoopLagDep,
+    database: DatabaseDep,
+) -> SystemView:
     """Database, disk, agents, clients, loop, versions, at this moment."""
-    tower = tower_of(request)
-    now = tower.clock()
-    disk = await asyncio.to_thread(shutil.disk_usage, tower.settings.var)
-    known, online = tower.hub.count_agents()
-    live, users = tower.hub.count_browsers()
+    now = clock()
+    disk = await asyncio.to_thread(shutil.disk_usage, settings.var)
+    known, online = hub.count_agents()
+    live, users = hub.count_browsers()
     return SystemView(
         version=request.app.version,
         python=platform.python_version(),
-        started_at=tower.started_at,
-        uptime_s=round((now - tower.started_at).total_seconds(), 1),
-        loop_lag_ms=LagView(now=tower.loop_lag.now_ms, worst_60s=tower.loop_lag.worst_ms),
-        database=DatabaseView.model_validate(await database_facts(tower.database), from_attributes=True),
+        started_at=started_at,
+        uptime_s=round((now - started_at).total_seconds(), 1),
+        loop_lag_ms=LagView(now=loop_lag.now_ms, worst_60s=loop_lag.worst_ms),
+        database=DatabaseView.model_validate(await database_facts(database), from_attributes=True),
         disk=DiskView(free_bytes=disk.free, total_bytes=disk.total),
         agents=AgentsView(known=known, online=online),
         clients=ClientsView(live=live, users=users),
