@@ -103,8 +103,8 @@ from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.store.flight_logs.quota import FlightLogQuota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.operations.audit_writer import OperationAuditWriter
+from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
-from server.store.recordings.source import HubVideo
 from server.store.schema import check_schema
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (

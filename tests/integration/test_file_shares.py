@@ -156,18 +156,18 @@ async def test_recordings_of_one_tenant_do_not_push_out_those_of_another(tmp_pat
     async with start_tower(tmp_path) as world:
         alice, mallory = await world.add_user("Alice"), await world.add_user("Mallory")
         hers, his = await world.add_drone("hers", alice), await world.add_drone("his", mallory)
-        room = world.tower.recordings.room
-        room.budget_bytes = BUDGET
+        quota = world.tower.recordings.quota
+        quota.budget_bytes = BUDGET
         await add_recordings(world, hers, 4, 100, age_h=48)  # the oldest of all
         await add_recordings(world, his, 6, 100, age_h=2)
         for _ in range(20):
-            assert await room.make(100, his.id)
+            assert await quota.make_room(100, his.id)
             await add_recordings(world, his, 1, 100, age_h=1)
         assert (await count_of(world, hers), await count_of(world, his)) == (4, 6)
         # What goes on, or is promised, takes nothing from her either; and she may go on when he has taken too much.
-        room.in_use = lambda: {his.id: 5 * BUDGET}
-        assert not await room.make(1, his.id)
+        quota.in_use = lambda: {his.id: 5 * BUDGET}
+        assert not await quota.make_room(1, his.id)
         assert await count_of(world, hers) == 4
-        assert await room.make(100, hers.id)
+        assert await quota.make_room(100, hers.id)
         assert await count_of(world, hers) == 4
-        assert room.hogs_most(his.id) > room.hogs_most(hers.id)
+        assert quota.hogs_most(his.id) > quota.hogs_most(hers.id)

@@ -26,12 +26,11 @@ from server.live.video.situation import VideoCondition
 from server.live.video.streams import StreamKey
 from server.store import file_budget
 from server.store.recordings import service
-from server.store.recordings.finishing import CannotFinish
+from server.store.recordings.capture import TOO_LARGE, TOO_SLOW, UnitWriter
+from server.store.recordings.finisher import CannotFinish
 from server.store.recordings.quota import AT_ONCE
 from server.store.recordings.service import NO_STORE, NOT_HERE, NOTHING_CAME, TOO_LONG
-from server.store.recordings.sink import TOO_LARGE
 from server.store.recordings.tables import RecordingRow
-from server.store.recordings.writer import TOO_SLOW, UnitWriter
 from wire.control_messages import AutopilotState
 from wire.video import Codec, Quality
 
@@ -344,11 +343,11 @@ async def test_limits_end_it_with_words(scene: RecordingScene) -> None:
     )
     assert (await scene.came_to(large["id"], "ready"))["words"] == TOO_LARGE
     assert (await scene.get(large["id"]))["size_bytes"] < 40_000
-    await service.look(time.monotonic() + 601)
+    await service.tick(time.monotonic() + 601)
     assert (await scene.came_to(begun["id"], "ready", "failed"))["words"] == NOTHING_CAME
     longest = await scene.record(quality="high")
     service._longest_s = 0.0
-    await service.look(time.monotonic())
+    await service.tick(time.monotonic())
     assert (await scene.came_to(longest["id"], "failed", "finishing"))["state"] in ("failed", "finishing")
     told = [one["detail"].get("words", "") for one in await audit(scene.admin, "recording.ended")]
     assert told == [TOO_LONG, NOTHING_CAME, TOO_LARGE]
@@ -402,7 +401,7 @@ async def test_a_full_disk_ends_it_and_refuses_the_next(scene: RecordingScene, m
     begun = await scene.record()
     scene.send()
     monkeypatch.setattr(file_budget, "MIN_FREE_BYTES", 1 << 62)
-    await scene.world.tower.recordings.service.look(time.monotonic() + 10)
+    await scene.world.tower.recordings.service.tick(time.monotonic() + 10)
     failed = await scene.came_to(begun["id"], "failed")
     assert "no room" in failed["words"]
     assert scene.files == [".units"]
@@ -410,12 +409,12 @@ async def test_a_full_disk_ends_it_and_refuses_the_next(scene: RecordingScene, m
 
 
 async def test_the_oldest_go_when_the_budget_is_used_up(scene: RecordingScene) -> None:
-    room = scene.world.tower.recordings.room
+    quota = scene.world.tower.recordings.quota
     first, second = await scene.whole(), await scene.whole()
     begun = await scene.record(quality="high")
-    room.budget_bytes = first["size_bytes"] + second["size_bytes"] + 100
+    quota.budget_bytes = first["size_bytes"] + second["size_bytes"] + 100
     async with live(scene.world, scene.watcher) as browser:
-        assert await room.make(first["size_bytes"])
+        assert await quota.make_room(first["size_bytes"])
         assert (await browser.event("recording", event="removed"))["recording"]["id"] == first["id"]
     kept = [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()]
     assert kept == [begun["id"], second["id"]]
@@ -423,8 +422,8 @@ async def test_the_oldest_go_when_the_budget_is_used_up(scene: RecordingScene) -
     noted = await audit(scene.admin, "recording.removed")
     assert [one["detail"]["recording"] for one in noted] == [first["id"]]
     # One that goes on is never removed: nothing is left to make room with, so it ends.
-    room.budget_bytes = 5
-    await scene.world.tower.recordings.service.look(time.monotonic() + 10)
+    quota.budget_bytes = 5
+    await scene.world.tower.recordings.service.tick(time.monotonic() + 10)
     ended = await scene.came_to(begun["id"], "failed", "finishing")
     assert ended["state"] in ("failed", "finishing")
     assert [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()] == [begun["id"]]
@@ -438,20 +437,20 @@ async def test_however_many_are_kept_few_are_looked_at_together(scene: Recording
         assert row is not None
         same = {name: getattr(row, name) for name in _COLUMNS if name != "id"}
         await session.execute(insert(RecordingRow), [same | {"file": f"{number:016x}"} for number in range(AT_ONCE)])
-    room, loaded = tower.recordings.room, Counter[str]()
+    quota, loaded = tower.recordings.quota, Counter[str]()
 
     def load(row: RecordingRow, _context: Any) -> None:
         loaded[row.file] += 1
 
     event.listen(RecordingRow, "load", load)
     try:
-        assert await room.make(0)
+        assert await quota.make_room(0)
         assert not loaded, "room is made without a look at each"
-        room.budget_bytes = room.kept_bytes - 1
-        assert await room.make(0)
+        quota.budget_bytes = quota.kept_bytes - 1
+        assert await quota.make_room(0)
         assert len(loaded) == AT_ONCE
-        room.budget_bytes = first["size_bytes"]
-        assert await room.make(0)
+        quota.budget_bytes = first["size_bytes"]
+        assert await quota.make_room(0)
     finally:
         event.remove(RecordingRow, "load", load)
     kept = [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()]
@@ -523,19 +522,19 @@ async def test_files_outlive_an_older_copy_of_the_database_and_go_by_their_age(t
     async with start_tower(tmp_path) as world:
         scene.world, scene.watcher = world, await world.signed_in(person)
         assert not (folder / f"drone-{other.id}").exists()
-        room = world.tower.recordings.room
-        assert [one.path for one in room.strays] == strays
-        assert await room.make(0)
-        assert room.kept_bytes == before["size_bytes"] + 2000
-        room.budget_bytes = room.kept_bytes - 1
-        assert await room.make(0)
+        quota = world.tower.recordings.quota
+        assert [one.path for one in quota.strays] == strays
+        assert await quota.make_room(0)
+        assert quota.kept_bytes == before["size_bytes"] + 2000
+        quota.budget_bytes = quota.kept_bytes - 1
+        assert await quota.make_room(0)
         assert [path.exists() for path in strays] == [False, True], "the oldest goes first"
         assert (await scene.get(before["id"]))["state"] == "ready"
-        room.budget_bytes = 1000
-        assert await room.make(0)
+        quota.budget_bytes = 1000
+        assert await quota.make_room(0)
         assert (await scene.watcher.get(f"{scene.path}/recordings")).json() == []
         assert strays[1].exists(), "the newest of all stays, though the database does not know it"
-        assert room.kept_bytes == 1000
+        assert quota.kept_bytes == 1000
 
 
 async def test_files_that_are_gone_or_elsewhere_are_not_promised(tmp_path: Path) -> None:

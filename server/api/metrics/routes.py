@@ -14,8 +14,8 @@ from server.api.dependencies import AuthenticatorDep, MetricsRegistryDep, Parts,
 from server.api.http.problem_docs import answers
 from server.api.metrics.anonymous import AnonymousCollector
 from server.api.metrics.collector import RelayCollector
+from server.api.metrics.recordings import RecordingCollector
 from server.domain.access import Action, AdminsOnly, BadToken, NotSignedIn, ScopeMissing, SessionExpired
-from server.store.recordings.metrics import RecordingCollector
 
 router = APIRouter(tags=["metrics"])
 

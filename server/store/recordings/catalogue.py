@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final
 
@@ -16,12 +17,21 @@ from server.live.recordings.refusals import RecordingBusy, UnknownRecording
 from server.live.recordings.views import RecordedByView, RecordingView
 from server.live.relay.live_drone import LiveDrone
 from server.store.audit.action import AuditAction
-from server.store.recordings.finishing import Finished
 from server.store.recordings.tables import RecordingRow
 
 MAX_LISTED: Final = 500
 OPEN_STATES: Final = ("recording", "finishing")
 _MAX_TEXT_LENGTH: Final = 200
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What is in the file. Pixels; `pictures` that could be read."""
+
+    duration_s: float
+    width: int
+    height: int
+    pictures: int
 
 
 async def of_drone(session: AsyncSession, drone_id: int) -> Sequence[RecordingRow]:

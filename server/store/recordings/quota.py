@@ -75,7 +75,7 @@ class RecordingQuota:
         self.strays: list[Stray] = []
         self._one_at_a_time = asyncio.Lock()
 
-    async def make(self, coming_bytes: int, drone_id: int | None = None) -> bool:
+    async def make_room(self, coming_bytes: int, drone_id: int | None = None) -> bool:
         """Removes what has to go so that so much more of this drone fits. Whether it fits now: also on the disk."""
         async with self._one_at_a_time:
             accounts = self._accounts()
