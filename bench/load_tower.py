@@ -68,23 +68,28 @@ async def make_fleet(folder: Path, drones: int, operators: Sequence[str] = ()) -
     Returns their keys as text, in order."""
     database = open_database(f"sqlite+aiosqlite:///{folder / 'tower.sqlite3'}")
     passwords = Passwords(concurrency=1, memory_kib=19456, rounds=2)
-    deed = AuditAction(by=COMMAND_LINE, at=datetime.now(UTC))
+    action = AuditAction(by=COMMAND_LINE, at=datetime.now(UTC))
     try:
         await migrate(database)
         hashed = await passwords.hash(PASSWORD)
         async with database.writing() as session:
             await create_user(
-                session, name=ADMIN, role=Role.ADMIN, password_hash=hashed, deed=deed, must_change_password=False
+                session, name=ADMIN, role=Role.ADMIN, password_hash=hashed, action=action, must_change_password=False
             )
             for name in operators:
                 await create_user(
-                    session, name=name, role=Role.OPERATOR, password_hash=hashed, deed=deed, must_change_password=False
+                    session,
+                    name=name,
+                    role=Role.OPERATOR,
+                    password_hash=hashed,
+                    action=action,
+                    must_change_password=False,
                 )
             keys = []
             for number in range(1, drones + 1):
-                row = await create_drone(session, name=f"Load {number}", deed=deed)
+                row = await create_drone(session, name=f"Load {number}", action=action)
                 keys.append(DroneKey(DroneId(row.id), secrets.token_bytes(KEY_BYTES)))
-                await set_key(session, drone_id=row.id, public_key=keys[-1].public, deed=deed)
+                await set_key(session, drone_id=row.id, public_key=keys[-1].public, action=action)
             return [str(key) for key in keys]
     finally:
         await passwords.close()

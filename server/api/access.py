@@ -1,8 +1,7 @@
-"""Who may come in and what they may do: one judgement for REST, WebSocket, UDP and video alike.
+"""Who may call a route: one dependency per kind of person, each of which yields the principal of the request.
 
-Two ways to sign in: a browser's session cookie, for everything that its user may do, and an API token in the
-`Authorization` header, for what its scopes say and its owner may do. `NEEDS` is the one table of which scopes an action
-takes. Where a token comes with a request, no cookie of it is looked at.
+`server.domain.access` has the one judgement for REST, WebSocket, UDP and video alike, and the table of which scopes an
+action takes.
 
 Not theirs and not there get the same answer: `judge` is told how the user stands to a drone (`server.domain.relations`,
 which has the table of who may do what with one), or None when there is no such drone, and refuses both with the same
@@ -11,91 +10,21 @@ words.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final
+from typing import Annotated, Any
 
-from fastapi import Depends, Request
-from starlette.datastructures import Headers
+from fastapi import Depends
 from starlette.requests import HTTPConnection
 
-from server.api.anonymous.visit_scope import admitted
-from server.api.tower import address_of, tower_of
-from server.domain.access import (
-    AccessRequest,
-    Action,
-    BadToken,
-    NotSignedIn,
-    SessionExpired,
-    judge,
-)
+from server.api.dependencies import AuthenticatorDep
+from server.domain.access import Action
 from server.domain.people import Principal
-from server.domain.refusal import Refusal
-from server.store.database import DatabaseUnavailable
-
-COOKIE: Final = "tower_session"
-
-
-def token_in(headers: Headers) -> str | None:
-    """The text behind `Authorization: Bearer`, or None where there is no such header."""
-    scheme, _, token = headers.get("authorization", "").partition(" ")
-    return token.strip() if scheme.lower() == "bearer" else None
-
-
-async def authenticate(connection: HTTPConnection) -> Principal | NotSignedIn | SessionExpired | BadToken:
-    """Who sent this request or opens this WebSocket. Does not raise the refusal. While the database does not answer,
-    a sign-in that it confirmed before counts (`remembered.py`); raises DatabaseUnavailable for any other."""
-    tower = tower_of(connection)
-    secret = _secret_of(connection)
-    if not secret:
-        return NotSignedIn() if token_in(connection.headers) is None else BadToken()
-    try:
-        revision = tower.hub.fleet.revision
-        found = await tower.database.in_time(_look_up(connection, secret))
-        tower.remembered.note(secret, found, revision)
-    except DatabaseUnavailable:
-        found = remembered_in(connection)
-        if found is None:
-            raise
-    if found is None:
-        return SessionExpired() if token_in(connection.headers) is None else BadToken()
-    admitted(connection)
-    return found
-
-
-def remembered_in(connection: HTTPConnection) -> Principal | None:
-    """Who sent this request, as far as is known without the database."""
-    tower, secret = tower_of(connection), _secret_of(connection)
-    return tower.remembered.find(secret, tower.clock()) if secret else None
-
-
-def _secret_of(connection: HTTPConnection) -> str | None:
-    token = token_in(connection.headers)
-    return connection.cookies.get(COOKIE) if token is None else token
-
-
-async def _look_up(connection: HTTPConnection, secret: str) -> Principal | None:
-    tower = tower_of(connection)
-    if token_in(connection.headers) is not None:
-        return await tower.tokens.find(secret, tower.clock(), address=address_of(connection))
-    return await tower.sessions.find(secret, tower.clock())
-
-
-async def admit(request: Request, action: Action) -> Principal:
-    """The principal of the request, if it may do that now. Ask again where a body was waited for: who sent the
-    beginning of it may have lost their right since. Raises the refusal."""
-    found = await authenticate(request)
-    if isinstance(found, Refusal):
-        raise found
-    verdict = judge(AccessRequest(found, action, now=tower_of(request).clock()))
-    if verdict.refusal is not None:
-        raise verdict.refusal
-    return found
 
 
 def who_may(action: Action) -> Any:
     """A route's dependency: the principal of the request, if it may do that."""
 
-    async def checked(request: Request) -> Principal:
-        return await admit(request, action)
+    async def checked(connection: HTTPConnection, authenticator: AuthenticatorDep) -> Principal:
+        return await authenticator.admit(connection, action)
 
     checked.action = action  # type: ignore[attr-defined]  # for the test that walks all routes
     return Depends(checked)
@@ -108,7 +37,7 @@ Pilot = Annotated[Principal, who_may(Action.FLY)]
 Commander = Annotated[Principal, who_may(Action.COMMAND)]
 Admin = Annotated[Principal, who_may(Action.ADMINISTER)]
 TeamMember = Annotated[Principal, who_may(Action.LOOK_AFTER_TEAMS)]
-TeamKeeper = Annotated[Principal, who_may(Action.LEAD_TEAMS)]
+TeamEditor = Annotated[Principal, who_may(Action.LEAD_TEAMS)]
 MissionWriter = Annotated[Principal, who_may(Action.CHANGE_MISSIONS)]
 MetricsReader = Annotated[Principal, who_may(Action.READ_METRICS)]
 InPerson = Annotated[Principal, who_may(Action.SEE_CREDENTIALS)]

@@ -56,7 +56,7 @@ def serve(
     listener = listen(settings.host, settings.port)
     address = settings.public_url or address_in_words(listener)
     app = create_app(settings)
-    app.state.tower.lock.address = address
+    app.tower.lock.address = address
     if standby:
         print(f"Control Tower stands by at {address}", flush=True)
     run(

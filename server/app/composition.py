@@ -11,7 +11,7 @@ from importlib.metadata import version
 from typing import Final
 from urllib.parse import urlsplit
 
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter
 from fastapi.routing import APIRoute
 
 from server.api.accounts import (
@@ -25,8 +25,10 @@ from server.api.accounts import (
 )
 from server.api.anonymous.request_gate import RequestGate
 from server.api.audit import routes as audit_routes
+from server.api.authentication import Authenticator
 from server.api.control import receiver_routes, safety_routes, settings_routes
 from server.api.control import routes as control_routes
+from server.api.dependencies import provide, provide_data_endpoint
 from server.api.fleet import enrolment_routes, loan_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
@@ -58,8 +60,8 @@ from server.api.remembered import RememberedSignIns
 from server.api.system import routes as system_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import routes as tile_routes
-from server.api.tower import Tower
 from server.api.video import routes as video_routes
+from server.app.tower import Tower, TowerApp
 from server.domain.clock import Clock, utc_now
 from server.live.accounts.challenges import Challenges
 from server.live.accounts.throttle import SignInThrottle
@@ -68,6 +70,7 @@ from server.live.hub import Hub
 from server.live.relay.flood_gate import FloodLimits
 from server.live.relay.socket_bounds import SocketBounds
 from server.live.separation.bounds import SeparationBounds
+from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.listening import CannotListen
 from server.runtime.loop_lag import LoopLag
@@ -95,7 +98,7 @@ from server.store.control.stays import Stays
 from server.store.database import open_database
 from server.store.file_accounts import file_accounts
 from server.store.fleet.drones import deleted_among
-from server.store.fleet.enrolment_news import EnrolmentNews
+from server.store.fleet.enrolment_notifier import EnrolmentNotifier
 from server.store.fleet.exchange import CredentialExchange
 from server.store.fleet.loans import LoanExpiry
 from server.store.fleet.roster import Roster
@@ -103,8 +106,8 @@ from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
 from server.store.flight_logs.quota import FlightLogQuota
 from server.store.flight_logs.receiving import LogReceiver
 from server.store.operations.audit_writer import OperationAuditWriter
+from server.store.recordings.capture import HubVideo
 from server.store.recordings.recordings import new_recordings
-from server.store.recordings.source import HubVideo
 from server.store.schema import check_schema
 from server.store.tower_lock import TowerLock
 
@@ -163,9 +166,10 @@ _TAGS: Final = (
 )
 
 
-def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
+def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     tower = _compose(settings, clock)
-    app = FastAPI(
+    app = TowerApp(
+        tower,
         title="Control Tower",
         version=version("control-tower"),
         description="Fly and watch drones through the internet. Live data is on the WebSocket `/api/v1/live`.",
@@ -177,8 +181,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> FastAPI:
         redirect_slashes=False,
         generate_unique_id_function=_operation_id,
     )
-    app.state.tower = tower
-    app.state.metrics_registry = metrics_routes.new_registry(tower)
+    provide(app, tower, metrics_routes.new_registry(tower))
     handle_problems(app)
     describe_problems(app, [route for router in ROUTERS for route in router.routes])
     for router in ROUTERS:
@@ -221,6 +224,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         lifetime_s=settings.session_lifetime_s,
         admins_need_second_factor=settings.admins_need_second_factor,
     )
+    api_tokens = ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor)
     hub = Hub(
         FloodLimits(
             user_per_s=settings.user_frames_per_s,
@@ -242,15 +246,11 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
-    enrolment_news = EnrolmentNews(database, hub, clock)
-    service = ControlService(
-        DatabaseLeaseStore(database, clock),
-        hub,
-        on_changed=loss_checks.look_again,
-        timeout_s=settings.database_timeout_s,
-    )
+    enrolment_notifier = EnrolmentNotifier(database, hub, clock)
+    leases, timeout_s = DatabaseLeaseStore(database, clock), settings.database_timeout_s
+    control = ControlService(leases, hub, on_changed=loss_checks.recheck, timeout_s=timeout_s)
     mb = 1_000_000
-    log_shelf = FlightLogQuota(
+    flight_log_quota = FlightLogQuota(
         settings.files,
         budget_bytes=settings.files_budget_mb * mb,
         largest_bytes=settings.file_largest_mb * mb,
@@ -267,27 +267,34 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         passwords=passwords,
         password_policy=PasswordPolicy(urlsplit(settings.public_url).hostname or ""),
         sessions=sessions,
-        tokens=ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor),
-        remembered=RememberedSignIns(hub.fleet.is_current),
-        door=SignInService(database, passwords, sessions, throttle, vault),
-        passkey_door=PasskeySignInService(database, sessions, Challenges()),
+        api_tokens=api_tokens,
+        authenticator=Authenticator(
+            sessions,
+            api_tokens,
+            clock,
+            database=database,
+            remembered=RememberedSignIns(hub.fleet.is_current),
+            revision=lambda: hub.fleet.revision,
+        ),
+        sign_in=SignInService(database, passwords, sessions, throttle, vault),
+        passkey_sign_in=PasskeySignInService(database, sessions, Challenges()),
         hub=hub,
-        service=service,
+        control=control,
         roster=roster,
-        loan_keeper=LoanExpiry(database, hub, roster, clock),
+        loan_expiry=LoanExpiry(database, hub, roster, clock),
         loss_checks=loss_checks,
         rehearsals=rehearsals,
         stays=Stays(hub=hub, database=database, clock=clock),
         event_handler=HubEventHandler(
-            service=service,
+            service=control,
             hub=hub,
             database=database,
             clock=clock,
             loss_checks=loss_checks,
             rehearsals=rehearsals,
-            agent_linked=enrolment_news.agent_linked,
+            agent_linked=enrolment_notifier.agent_linked,
         ),
-        enrolment_news=enrolment_news,
+        enrolment_notifier=enrolment_notifier,
         sign_in_rules=SignInRules(
             identity=TowerIdentity(),
             binding=TlsBinding(settings.tls_certificate),
@@ -295,30 +302,26 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             exchange=CredentialExchange(database, roster, clock),
         ),
         audit_writer=audit_writer,
-        log_shelf=log_shelf,
-        log_receiver=LogReceiver(log_shelf, lambda: file_accounts(hub)),
+        flight_log_quota=flight_log_quota,
+        log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
         recordings=new_recordings(settings, hub=hub, video=HubVideo(hub), database=database, clock=clock),
         loop_lag=LoopLag(),
         anonymous=anonymous,
         started_at=clock(),
+        shared_checks=SharedChecks(),
     )
 
 
 async def _deleted_with_files(tower: Tower) -> frozenset[int]:
     """Drones that were deleted, and of which there still are files."""
-    there = await asyncio.to_thread(lambda: tower.log_shelf.drone_ids() | tower.recordings.store.drone_ids())
+    there = await asyncio.to_thread(lambda: tower.flight_log_quota.drone_ids() | tower.recordings.store.drone_ids())
     async with tower.database.reading() as session:
         return await deleted_among(session, there - frozenset(sorted(tower.hub.state.drones)))
 
 
-def _hold_flown_by_hand(hub: Hub) -> None:
-    reason = "the database does not answer, and another tower may take the place of this one"
-    hub.holds.order_where_flown_by_hand(reason, time.monotonic())
-
-
 @asynccontextmanager
-async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
-    tower: Tower = app.state.tower
+async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
+    tower = app.tower
     settings = tower.settings
     async with AsyncExitStack() as stack:
         stack.push_async_callback(tower.database.close)
@@ -337,27 +340,27 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await tower.database.warm_up()
         await remember_addresses(tower.anonymous.known, tower.database)
         await end_assistance(tower.database, tower.clock)
-        tower.lock.on_running_out = partial(_hold_flown_by_hand, tower.hub)
+        tower.lock.on_running_out = tower.hold_flown_by_hand
         tower.hub.state.on_event = tower.event_handler.noticed
         stack.push_async_callback(tower.event_handler.stop)
-        stack.push_async_callback(tower.service.stop)
+        stack.push_async_callback(tower.control.stop)
         stack.push_async_callback(tower.rehearsals.stop)
-        stack.push_async_callback(tower.enrolment_news.stop)
+        stack.push_async_callback(tower.enrolment_notifier.stop)
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
         await load_open_holds(tower.hub, tower.database)
         deleted = await _deleted_with_files(tower)
-        await asyncio.to_thread(tower.log_shelf.sweep, deleted)
+        await asyncio.to_thread(tower.flight_log_quota.sweep, deleted)
         await stack.enter_async_context(tower.recordings.working(deleted))
         for drone_id in sorted(tower.hub.state.drones):
-            tower.loss_checks.look_again(drone_id)
+            tower.loss_checks.recheck(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
-        await stack.enter_async_context(in_background("loans", tower.loan_keeper.watch))
+        await stack.enter_async_context(in_background("loans", tower.loan_expiry.watch))
         await stack.enter_async_context(in_background("operations trail", tower.audit_writer.work))
         stack.callback(tower.hub.observed.settle_all)
-        stack.push_async_callback(tower.tokens.write_uses)
-        await stack.enter_async_context(in_background("token uses", tower.tokens.keep_writing_uses))
+        stack.push_async_callback(tower.api_tokens.write_uses)
+        await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("loop lag", tower.loop_lag.watch))
         _prepare_routes(app)
         # Last: from here on agents are answered.
@@ -369,14 +372,14 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
                 port=settings.udp_port,
                 may_act=tower.lock.may_act,
             )
-            app.state.data_endpoint = await stack.enter_async_context(relay)
+            provide_data_endpoint(app, await stack.enter_async_context(relay))
         except OSError as error:
             raise CannotListen("TOWER_UDP_PORT", settings.udp_host, settings.udp_port, error) from error
         tower.before_shutdown.append(_good_bye(tower))
         yield
 
 
-def _prepare_routes(app: FastAPI) -> None:
+def _prepare_routes(app: TowerApp) -> None:
     """What FastAPI otherwise does at the first request, whoever sends it: it stops everything for half a second."""
     scope = {"type": "http", "method": "GET", "path": "/", "root_path": "", "query_string": b"", "headers": []}
     for route in app.router.routes:

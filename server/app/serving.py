@@ -17,14 +17,13 @@ from contextlib import contextmanager, suppress
 from typing import Final
 
 import uvicorn
-from fastapi import FastAPI
 
 from server.api.anonymous.acceptor import Acceptor
 from server.api.anonymous.read_turns import ReadTurns
-from server.api.tower import Tower
 from server.api.websocket.direct_websocket import DirectWebSocket
 from server.api.websocket.upgrading_http import UpgradingHttp
 from server.app.standby import answering_standby
+from server.app.tower import TowerApp
 from server.live.anonymous.connections import AnonymousConnection
 from server.runtime.aligned_timers import BEAT_S, rest
 from server.runtime.garbage import settle_memory
@@ -46,8 +45,10 @@ _TICKS_A_DAY: Final = 864_000
 class TowerServer(uvicorn.Server):
     """One application on one socket. `started` (of uvicorn) is true once connections are accepted."""
 
-    def __init__(self, app: FastAPI, *, on_listening: Callable[[], None] = lambda: None, standby: bool = False) -> None:
-        tower: Tower = app.state.tower
+    def __init__(
+        self, app: TowerApp, *, on_listening: Callable[[], None] = lambda: None, standby: bool = False
+    ) -> None:
+        tower = app.tower
         super().__init__(
             uvicorn.Config(
                 app,
@@ -88,7 +89,7 @@ class TowerServer(uvicorn.Server):
 
     async def _stand_by(self, listener: socket.socket) -> bool:
         """Until this process has the lock. False where it was told to stop before."""
-        tower: Tower = self._app.state.tower
+        tower = self._app.tower
         await check_schema(tower.database)
         async with answering_standby(listener, self._app.version):
             taking = asyncio.create_task(self._lock.take(waits=True))
@@ -106,7 +107,7 @@ class TowerServer(uvicorn.Server):
 
     def _fence(self, _words: str) -> None:
         """Another process is the tower: every link is closed at once, then this one ends, whatever still waits."""
-        tower: Tower = self._app.state.tower
+        tower = self._app.tower
         tower.hub.close_all()
         self.should_exit = True
         last_resort = threading.Timer(ENDS_WITHIN_S, os._exit, (1,))
@@ -140,8 +141,7 @@ class TowerServer(uvicorn.Server):
             ticks = (ticks + 1) % _TICKS_A_DAY
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        tower: Tower = self._app.state.tower
-        for say_goodbye in tower.before_shutdown:
+        for say_goodbye in self._app.tower.before_shutdown:
             await say_goodbye()
         for acceptor in self._acceptors:
             acceptor.close()
@@ -149,7 +149,7 @@ class TowerServer(uvicorn.Server):
         await super().shutdown(sockets)
 
 
-def run(app: FastAPI, listener: socket.socket, *, on_listening: Callable[[], None], standby: bool = False) -> None:
+def run(app: TowerApp, listener: socket.socket, *, on_listening: Callable[[], None], standby: bool = False) -> None:
     """Runs in a loop of its own until SIGINT or SIGTERM; a second SIGINT does not wait for anybody. `standby`: waits
     first until no other process is the tower. Raises TowerLockHeld, LockLost."""
 

@@ -116,7 +116,7 @@ class Hub:
         """Takes over drones, owners, accounts and leases. A snapshot older than the last one is ignored."""
         self.fleet.apply(snapshot)
         self.video.end_where(lambda principal: why_signed_out(principal, snapshot))
-        self.video.look_again()
+        self.video.recheck()
 
     def apply_lease(
         self, drone_id: DroneId, lease: LeaseView, *, event: str, by: UserRef | None, reason: str, now: float
@@ -124,7 +124,7 @@ class Hub:
         """Takes over a lease that has been committed. From this call on the old holder's frames are refused."""
         self._leases.apply(drone_id, lease, event=event, by=by, reason=reason, now=now)
         self.fleet.look_at_former_holder(drone_id)
-        self.video.look_again(drone_id)
+        self.video.recheck(drone_id)
 
     # -- browsers --------------------------------------------------------------------------------------------
 
@@ -177,7 +177,7 @@ class Hub:
         """Ends the loans whose time is over at `at` (the time of day). Whether there was any."""
         ended = self.fleet.end_loans(at)
         if ended:
-            self.video.look_again()
+            self.video.recheck()
         return ended
 
     def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from server.live.hub import Hub
-from server.store.file_room import NOBODY, Account
+from server.store.file_budget import NOBODY, Account
 
 FileAccounts = Callable[[], Mapping[int, Account]]
 """Of each drone there is, by its number."""

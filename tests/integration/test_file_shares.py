@@ -11,7 +11,7 @@ import pytest
 from sqlalchemy import func, select
 from tower_world import NewDrone, TowerWorld, start_tower
 
-from server.store.file_room import NOBODY, Account, NoRoom, to_shrink
+from server.store.file_budget import NOBODY, Account, NoRoom, to_shrink
 from server.store.flight_logs.quota import ArrivingLog, FlightLogQuota
 from server.store.recordings.tables import RecordingRow
 from wire.ids import DroneId
@@ -22,7 +22,7 @@ ACCOUNTS: Final[Mapping[int, Account]] = {HERS: ALICE, HIS: MALLORY, HIS_OTHER: 
 BUDGET: Final = 1000
 
 
-def shelf(root: Path) -> FlightLogQuota:
+def quota(root: Path) -> FlightLogQuota:
     return FlightLogQuota(root / "files", budget_bytes=BUDGET, largest_bytes=BUDGET)
 
 
@@ -43,7 +43,7 @@ def kept(on: FlightLogQuota, drone: DroneId) -> list[int]:
 
 
 def test_a_promise_takes_nothing_from_anybody(tmp_path: Path) -> None:
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     for log_id in range(9):
         put(on, HERS, log_id, 100, at=1000 + log_id)
     promised: list[ArrivingLog] = [on.begin(HIS, 50 + n, BUDGET, 1, ACCOUNTS) for n in range(20)]
@@ -55,7 +55,7 @@ def test_a_promise_takes_nothing_from_anybody(tmp_path: Path) -> None:
 
 def test_a_flood_ends_at_the_share_of_the_other(tmp_path: Path) -> None:
     """Her files are the oldest of all, and more than her share: she loses what is beyond it, and nothing else."""
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     for log_id in range(8):
         put(on, HERS, log_id, 100, at=1000 + log_id)
     for log_id in range(100):
@@ -65,7 +65,7 @@ def test_a_flood_ends_at_the_share_of_the_other(tmp_path: Path) -> None:
 
 
 def test_many_files_at_one_time_take_nothing_either_and_are_refused(tmp_path: Path) -> None:
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     for log_id in range(5):
         put(on, HERS, log_id, 100, at=1000 + log_id)
     arriving = [on.begin(HIS, 50 + n, BUDGET, 1, ACCOUNTS) for n in range(4)]
@@ -86,7 +86,7 @@ def test_many_files_at_one_time_take_nothing_either_and_are_refused(tmp_path: Pa
 
 
 def test_who_is_within_their_share_may_go_on_sending_while_somebody_else_takes_too_much(tmp_path: Path) -> None:
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     his = on.begin(HIS, 1, BUDGET, 1, ACCOUNTS)
     on.write(his, b"x" * BUDGET)
     put(on, HERS, 1, 300, at=1000)
@@ -97,7 +97,7 @@ def test_who_is_within_their_share_may_go_on_sending_while_somebody_else_takes_t
 
 
 def test_files_of_nobody_have_a_share_of_their_own(tmp_path: Path) -> None:
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     put(on, NOBODYS, 1, 300, at=1)
     for log_id in range(12):
         put(on, HIS, log_id, 100, at=2000 + log_id)
@@ -156,18 +156,18 @@ async def test_recordings_of_one_tenant_do_not_push_out_those_of_another(tmp_pat
     async with start_tower(tmp_path) as world:
         alice, mallory = await world.add_user("Alice"), await world.add_user("Mallory")
         hers, his = await world.add_drone("hers", alice), await world.add_drone("his", mallory)
-        room = world.tower.recordings.room
-        room.budget_bytes = BUDGET
+        quota = world.tower.recordings.quota
+        quota.budget_bytes = BUDGET
         await add_recordings(world, hers, 4, 100, age_h=48)  # the oldest of all
         await add_recordings(world, his, 6, 100, age_h=2)
         for _ in range(20):
-            assert await room.make(100, his.id)
+            assert await quota.make_room(100, his.id)
             await add_recordings(world, his, 1, 100, age_h=1)
         assert (await count_of(world, hers), await count_of(world, his)) == (4, 6)
         # What goes on, or is promised, takes nothing from her either; and she may go on when he has taken too much.
-        room.in_use = lambda: {his.id: 5 * BUDGET}
-        assert not await room.make(1, his.id)
+        quota.in_use = lambda: {his.id: 5 * BUDGET}
+        assert not await quota.make_room(1, his.id)
         assert await count_of(world, hers) == 4
-        assert await room.make(100, hers.id)
+        assert await quota.make_room(100, hers.id)
         assert await count_of(world, hers) == 4
-        assert room.hogs_most(his.id) > room.hogs_most(hers.id)
+        assert quota.hogs_most(his.id) > quota.hogs_most(hers.id)

@@ -19,10 +19,8 @@ from tower_world import Person, TowerWorld, start_tower
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from server.api.relay import routes as relay_routes
-from server.api.relay.viewer_sign_in import StillSignedIn
-from server.api.video import routes as video_routes
-from server.domain.people import Role
+from server.api.relay.viewer_sign_in import StillSignedIn, ViewerSignIn
+from server.domain.people import Principal, Role
 from server.store.accounts.tables import UserRow
 from server.store.accounts.users import UserChange, change_user, reset_second_factor
 from server.store.audit.action import AuditAction
@@ -38,24 +36,24 @@ LIVE, VIDEO = "live", "video"
 
 
 def changed(**what: object) -> Change:
-    return lambda session, user_id, deed: change_user(
+    return lambda session, user_id, action: change_user(
         session,
         user_id=user_id,
         change=UserChange(**what),  # type: ignore[arg-type]
-        deed=deed,
+        action=action,
     )
 
 
-async def disabled_and_enabled(session: AsyncSession, user_id: int, deed: AuditAction) -> None:
+async def disabled_and_enabled(session: AsyncSession, user_id: int, action: AuditAction) -> None:
     for disabled in (True, False):
-        await changed(disabled=disabled)(session, user_id, deed)
+        await changed(disabled=disabled)(session, user_id, action)
 
 
 ELSEWHERE: Final[dict[str, Change]] = {
     "role": changed(role=Role.OPERATOR),
     "password": changed(password_hash="x"),
     "password for good": changed(password_hash="x", must_change_password=False),
-    "second factor": lambda session, user_id, deed: reset_second_factor(session, user_id=user_id, deed=deed),
+    "second factor": lambda session, user_id, action: reset_second_factor(session, user_id=user_id, action=action),
     "disabled": changed(disabled=True),
     "disabled and enabled": disabled_and_enabled,
 }
@@ -201,8 +199,7 @@ async def test_what_is_taken_while_a_connection_opens_ends_it_too(
     world: TowerWorld, victim: Victim, monkeypatch: pytest.MonkeyPatch, kind: str, way: str
 ) -> None:
     """The change comes after the sign-in was looked up and before the hub has the connection."""
-    routes = relay_routes if kind == LIVE else video_routes
-    look_up = routes.sign_in_viewer
+    look_up = ViewerSignIn.sign_in
 
     async def then_it_changes(*given: object) -> object:
         viewer = await look_up(*given)  # type: ignore[arg-type]
@@ -210,12 +207,17 @@ async def test_what_is_taken_while_a_connection_opens_ends_it_too(
         await world.tower.roster.refresh()
         return viewer
 
-    monkeypatch.setattr(routes, "sign_in_viewer", then_it_changes)
+    monkeypatch.setattr(ViewerSignIn, "sign_in", then_it_changes)
     late = await Sockets(world, victim.drone_id, victim.stack).open(kind, world.cookie_header(victim.client))
     if kind == VIDEO and way == "role":  # who is no admin sees no such drone: that is asked at the door, too
         assert await asyncio.wait_for(close_code(late), WITHIN_S) in (ENDED, 4404)
     else:
         await all_end([late])
+
+
+def still_signed_in(world: TowerWorld, viewer: Principal, *, revision: int) -> StillSignedIn:
+    tower = world.tower
+    return StillSignedIn(tower.hub, tower.sessions, tower.api_tokens, viewer, revision=revision)
 
 
 async def refused_everywhere(world: TowerWorld, stack: AsyncExitStack, drone_id: int, *many: dict[str, str]) -> None:
@@ -262,7 +264,7 @@ async def test_the_database_is_asked_for_more_than_whether_the_session_is_there(
         cookie = client.cookies["tower_session"]
         viewer = await world.tower.sessions.find(cookie, world.clock())
         assert viewer is not None
-        still = StillSignedIn(world.tower, viewer, revision=world.tower.hub.fleet.revision)
+        still = still_signed_in(world, viewer, revision=world.tower.hub.fleet.revision)
         assert await still.ask(world.clock()) == viewer
         assert not still.comes_into_doubt()
         async with world.database.writing() as session:
@@ -281,7 +283,7 @@ async def test_a_session_that_began_after_the_snapshot_is_asked_about_and_stands
     viewer = await world.tower.sessions.find(client.cookies["tower_session"], world.clock())
     assert viewer is not None
     assert not world.tower.hub.fleet.knows_sign_in(viewer.session_id)
-    still = StillSignedIn(world.tower, viewer, revision=-1)
+    still = still_signed_in(world, viewer, revision=-1)
     assert still.comes_into_doubt()
     assert not still.comes_into_doubt()
     assert await still.ask(world.clock()) == viewer

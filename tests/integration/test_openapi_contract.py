@@ -38,7 +38,7 @@ from test_server_access_table import TOKENS as ACCESS_TOKENS
 from test_server_access_table import VISITORS as ACCESS_VISITORS
 from tower_world import PASSWORD, TowerWorld, start_tower
 
-from server.api.access import COOKIE
+from server.api.authentication import COOKIE
 from server.app.composition import ROUTERS
 from server.domain.people import Role
 from server.domain.scopes import Scope
@@ -202,9 +202,9 @@ async def set_the_scene(world: TowerWorld, number: int, password_hash: str) -> S
         owner = await session.get(UserRow, people["admin"].id)
         assert owner is not None
         for visitor, scope in OF_TOKENS.items():
-            deed = AuditAction(by=COMMAND_LINE, at=now)
+            action = AuditAction(by=COMMAND_LINE, at=now)
             _, secret = await create_token(
-                session, owner=owner, name=visitor, scopes={scope}, expires_at=None, deed=deed
+                session, owner=owner, name=visitor, scopes={scope}, expires_at=None, action=action
             )
             headers[visitor] = {"Authorization": f"Bearer {secret}"}
     return Scene(

@@ -11,8 +11,8 @@ import av
 import pytest
 from worlds.camera_units import number_in, units
 
-from server.live.recordings.unit_file import MAGIC, entry_of
-from server.store.recordings import finishing
+from server.live.recordings.units import MAGIC, entry_of
+from server.store.recordings import finisher
 from wire.video import Codec, decode_unit
 
 US = 1_000_000
@@ -177,10 +177,10 @@ def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
 async def test_a_file_that_takes_too_long_does_not_keep_the_others_waiting(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(finishing, "MAX_DURATION_S", 0.3)
+    monkeypatch.setattr(finisher, "MAX_DURATION_S", 0.3)
     times = [3 * US + number * 20_000 for number in range(1500)]
     source = write(tmp_path / "a.units", units(Codec.MPEG1, times, width=640, height=480))
-    with pytest.raises(finishing.CannotFinish, match="takes too long") as found:
-        await finishing.make_mp4(source, tmp_path / "a.mp4")
+    with pytest.raises(finisher.CannotFinish, match="takes too long") as found:
+        await finisher.make_mp4(source, tmp_path / "a.mp4")
     assert not found.value.hopeless
     assert names_in(tmp_path) == ["a.units"]

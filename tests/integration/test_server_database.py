@@ -16,7 +16,7 @@ from server.store.audit.trail import COMMAND_LINE
 from server.store.database import Database, DatabaseUnavailable, open_database
 from server.store.fleet import enrolments
 from server.store.fleet.drones import create_drone
-from server.store.fleet.enrolment_news import EnrolmentNews
+from server.store.fleet.enrolment_notifier import EnrolmentNotifier
 from server.store.fleet.tables import EnrolmentRow
 from server.store.schema import migrate
 from wire.ids import DroneId
@@ -59,9 +59,9 @@ async def add_used(database: Database, *names: str, used_at: datetime = NOW) -> 
     ids = []
     async with database.writing() as session:
         for name in names:
-            deed = AuditAction(by=COMMAND_LINE, at=NOW)
-            drone = await create_drone(session, name=name, deed=deed)
-            _, _, token, _ = await enrolments.begin(session, drone_id=drone.id, lasts_s=60, deed=deed)
+            action = AuditAction(by=COMMAND_LINE, at=NOW)
+            drone = await create_drone(session, name=name, action=action)
+            _, _, token, _ = await enrolments.begin(session, drone_id=drone.id, lasts_s=60, action=action)
             await enrolments.use(session, token=token, public_key=drone.id.to_bytes(32), at=used_at, address="")
             ids.append(DroneId(drone.id))
     return ids
@@ -103,7 +103,7 @@ async def test_a_thousand_agents_that_link_at_once_are_one_question_for_hundreds
     begun: list[str] = []
     event.listen(database.engine.sync_engine, "begin", lambda connection: begun.append(_how(connection)))
     screen = Screen()
-    news = EnrolmentNews(database, screen, lambda: NOW)  # type: ignore[arg-type]
+    news = EnrolmentNotifier(database, screen, lambda: NOW)  # type: ignore[arg-type]
     for number in range(CROWD):
         news.agent_linked(DroneId(1_000_000 + number))
     for drone_id in (hawk, owl, late):
@@ -112,7 +112,7 @@ async def test_a_thousand_agents_that_link_at_once_are_one_question_for_hundreds
     assert sorted(screen.told) == [(hawk, "seen"), (owl, "seen")]
     assert await seen_at(database) == {hawk: NOW, owl: NOW, late: None}
     news.agent_linked(hawk)
-    news.tell(1)
+    news.publish(1)
     await screen.until_told(3)
     assert begun.count("BEGIN IMMEDIATE") == 1, "nothing is written for agents that come back"
     assert len(begun) <= 10
@@ -132,7 +132,7 @@ async def test_news_wait_for_a_database_that_somebody_else_keeps_locked(database
 
     event.listen(database.engine.sync_engine, "handle_error", failed)
     screen = Screen()
-    news = EnrolmentNews(database, screen, lambda: NOW, try_again_after_s=0.01)  # type: ignore[arg-type]
+    news = EnrolmentNotifier(database, screen, lambda: NOW, try_again_after_s=0.01)  # type: ignore[arg-type]
     other = sqlite3.connect(tmp_path / "tower.sqlite3", isolation_level=None)
     try:
         other.execute("BEGIN IMMEDIATE")

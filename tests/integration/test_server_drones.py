@@ -181,7 +181,7 @@ async def test_a_drone_added_by_another_process_is_noticed(world: TowerWorld, ro
     admin = await world.signed_in(root)
     other_process = open_database(world.settings.database_url)
     async with other_process.writing() as session:
-        await create_drone(session, name="kite", deed=world._deed())
+        await create_drone(session, name="kite", action=world._action())
     await other_process.close()
     async with asyncio.timeout(30):
         while [one["name"] for one in (await admin.get(DRONES)).json()] != ["kite"]:  # noqa: ASYNC110 - another process

@@ -103,8 +103,8 @@ async def test_a_reset_on_the_command_line_closes_live_connections_too(world: To
     async with live(world, person) as screen:
         hashed = await world.tower.passwords.hash("from the command line")
         async with world.database.writing() as session:
-            deed = AuditAction(by=COMMAND_LINE, at=world.clock())
-            await change_user(session, user_id=anna.id, change=UserChange(password_hash=hashed), deed=deed)
+            action = AuditAction(by=COMMAND_LINE, at=world.clock())
+            await change_user(session, user_id=anna.id, change=UserChange(password_hash=hashed), action=action)
         with pytest.raises(ConnectionClosed) as closed:
             while True:
                 await screen.socket.recv()

@@ -39,8 +39,8 @@ async def test_the_table_is_read_once_and_answered_with_its_hash(scene: Scene) -
     assert (half["count"], half["total"]) == (1, 2)
     assert (await scene.watcher.get(scene.path)).json()["parameters"] == {"hash": None, "count": 1, "total": 2}
     scene.agent.tell_parameters()
-    shelf = scene.world.tower.hub.state.drones.get(scene.drone.id).board.parameters
-    await until("the table", lambda: not shelf.lacks_table)
+    parameters = scene.world.tower.hub.state.drones.get(scene.drone.id).board.parameters
+    await until("the table", lambda: not parameters.lacks_table)
     answer = await scene.watcher.get(path)
     assert answer.status_code == 200, answer.text
     table = answer.json()
@@ -73,8 +73,8 @@ async def test_values_are_written_in_their_order_and_what_was_not_taken_is_told_
         assert (told["hash"], told["count"]) == (table_hash(scene.agent.table), 2)
     written = next(one.work for one in scene.agent.asked if isinstance(one.work, ParametersWriteWork))
     assert written.values == (("RTL_ALT", 3000.0), ("ARMING_CHECK", 9001.0), ("NO_SUCH", 1.0))
-    shelf = scene.world.tower.hub.state.drones.get(scene.drone.id).board.parameters
-    await until("the new table", lambda: not shelf.lacks_table)
+    parameters = scene.world.tower.hub.state.drones.get(scene.drone.id).board.parameters
+    await until("the new table", lambda: not parameters.lacks_table)
     assert (await scene.holder.get(f"{scene.path}/parameters")).json()["values"][1]["value"] == 3000.0
 
 

@@ -250,7 +250,7 @@ async def test_passkeys_are_a_way_in_while_passwords_are_flooded(
     monkeypatch.setattr(type(world.tower.passwords), "verify", full)
     monkeypatch.setattr(type(world.tower.passwords), "hash", full)
     for _ in range(100):  # and the throttle of passwords is full for this address and name
-        world.tower.door.throttle.begin(name="anna", address="127.0.0.1", now_s=world.clock().timestamp())
+        world.tower.sign_in.throttle.begin(name="anna", address="127.0.0.1", now_s=world.clock().timestamp())
     assert (await signs_in(await world.client(), anna.authenticator)).status_code == 200
 
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from control_world import until
 from recording_scene import RecordingScene
+from server.store.recordings.finishing import CannotFinish
 from tower_world import assert_problem, start_tower
 
-from server.store.recordings.finishing import CannotFinish
 from server.store.recordings.service import NO_STORE, NOT_HERE
 from server.store.recordings.tables import RecordingRow
 

@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from control_world import audit, live
 from recording_scene import RecordingScene
+from server.store.recordings.sink import TOO_LARGE
+from server.store.recordings.writer import TOO_SLOW, UnitWriter
 from sqlalchemy import event, insert
 from tower_world import assert_problem, start_tower
 from worlds.camera_units import units
@@ -19,9 +21,7 @@ from server.store import file_room
 from server.store.recordings import service
 from server.store.recordings.quota import AT_ONCE
 from server.store.recordings.service import NOTHING_CAME, TOO_LONG
-from server.store.recordings.sink import TOO_LARGE
 from server.store.recordings.tables import RecordingRow
-from server.store.recordings.writer import TOO_SLOW, UnitWriter
 from wire.video import Codec, Quality
 
 _COLUMNS = [column.name for column in RecordingRow.__table__.columns]

@@ -132,8 +132,8 @@ async def test_what_another_process_withdraws_is_revoked_too(
     operator = await world.signed_in(anna)
     await ask(operator, hawk.id, "acquire")
     async with world.database.writing() as session:
-        deed = AuditAction(by=COMMAND_LINE, at=world.clock())
-        await change_user(session, user_id=anna.id, change=UserChange(disabled=True), deed=deed)
+        action = AuditAction(by=COMMAND_LINE, at=world.clock())
+        await change_user(session, user_id=anna.id, change=UserChange(disabled=True), action=action)
     drone = world.tower.hub.state.drones.get(DroneId(hawk.id))
     assert drone is not None
     await until("the revocation", lambda: drone.lease.holder is None)

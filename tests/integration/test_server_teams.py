@@ -114,8 +114,8 @@ async def test_what_a_change_takes_away_is_gone_at_once(world: TowerWorld, red: 
             answer = await chief.delete(red.path)
         else:
             async with world.database.writing() as session:
-                deed = AuditAction(by=BY_COMMAND_LINE, at=world.clock())
-                about = {"user_id": red.people[OPERATOR].id, "keeper": COMMAND_LINE, "deed": deed}
+                action = AuditAction(by=BY_COMMAND_LINE, at=world.clock())
+                about = {"user_id": red.people[OPERATOR].id, "manager": COMMAND_LINE, "action": action}
                 await teams.remove_member(session, red.id, **about)  # type: ignore[arg-type]
             answer = None
         assert answer is None or answer.is_success, answer.text

@@ -230,7 +230,7 @@ async def test_revoking_elsewhere_cuts_off_within_a_moment(world: TowerWorld, an
     told = await made(await world.signed_in(anna), "watch")
     async with live(world, told["secret"]) as opened:
         async with world.database.writing() as session:
-            await tokens.revoke_token(session, token_id=told["token"]["id"], of_user=None, deed=world._deed())
+            await tokens.revoke_token(session, token_id=told["token"]["id"], of_user=None, action=world._action())
         assert await close_code(opened.socket) == 4401
 
 

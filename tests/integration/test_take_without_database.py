@@ -129,7 +129,7 @@ async def test_a_request_that_is_cut_off_leaves_the_fence(scene: Scene) -> None:
         other.execute("BEGIN EXCLUSIVE")
         holds = len(scene.agent.holds)
         asked = asyncio.create_task(
-            world.tower.service.change(
+            world.tower.control.change(
                 roots, DroneId(scene.drone.id), Event.TAKE, reason="low", address="", now=time.monotonic()
             )
         )

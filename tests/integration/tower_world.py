@@ -17,13 +17,12 @@ from pathlib import Path
 from typing import Any
 
 import httpx
-from fastapi import FastAPI
 
 from onboard_agent.link.identity import Identity, Kept
 from onboard_agent.link.identity_file import write_private
-from server.api.tower import Tower
 from server.app.composition import create_app
 from server.app.serving import TowerServer
+from server.app.tower import Tower, TowerApp
 from server.domain.people import Role
 from server.runtime.listening import address_in_words, listen
 from server.runtime.settings import Settings
@@ -101,12 +100,12 @@ class TowerWorld:
     base_url: str
     settings: Settings
     clock: MovableClock
-    app: FastAPI
+    app: TowerApp
     _stack: AsyncExitStack = field(repr=False)
 
     @property
     def tower(self) -> Tower:
-        return self.app.state.tower
+        return self.app.tower
 
     @property
     def database(self) -> Database:
@@ -133,7 +132,7 @@ class TowerWorld:
                 name=name,
                 role=role,
                 password_hash=password_hash,
-                deed=self._deed(),
+                action=self._action(),
                 must_change_password=False,
             )
         await self.tower.roster.refresh()
@@ -141,11 +140,11 @@ class TowerWorld:
 
     async def add_drone(self, name: str, *owners: Person) -> NewDrone:
         async with self.database.writing() as session:
-            row = await create_drone(session, name=name, deed=self._deed())
+            row = await create_drone(session, name=name, action=self._action())
             key = DroneKey(DroneId(row.id), secrets.token_bytes(KEY_BYTES))
-            await set_key(session, drone_id=row.id, public_key=key.public, deed=self._deed())
+            await set_key(session, drone_id=row.id, public_key=key.public, action=self._action())
             for one in owners:
-                await add_owner(session, drone_id=row.id, user_id=one.id, deed=self._deed())
+                await add_owner(session, drone_id=row.id, user_id=one.id, action=self._action())
         await self.tower.roster.refresh()
         return NewDrone(row.id, row.name, key)
 
@@ -178,7 +177,7 @@ class TowerWorld:
         """For opening a WebSocket with the session of a client."""
         return {"Cookie": f"tower_session={client.cookies['tower_session']}"}
 
-    def _deed(self) -> AuditAction:
+    def _action(self) -> AuditAction:
         return AuditAction(by=COMMAND_LINE, at=self.clock())
 
 
@@ -210,7 +209,7 @@ async def start_tower(tmp_path: Path, **settings: Any) -> AsyncIterator[TowerWor
 
 
 @asynccontextmanager
-async def serving(app: FastAPI, listener: socket.socket) -> AsyncIterator[str]:
+async def serving(app: TowerApp, listener: socket.socket) -> AsyncIterator[str]:
     """Runs an application on a socket in this very loop. Gives its address."""
     base_url = address_in_words(listener)
     listening = asyncio.Event()

@@ -80,7 +80,7 @@ class ModelTower:
         database: Any = NoDatabase()
         parts: dict[str, Any] = {"hub": self.hub, "database": database, "clock": lambda: LATER}
         checks = LossChecks(**parts)
-        self.service = SteppedService(store, self.hub, on_changed=checks.look_again)
+        self.service = SteppedService(store, self.hub, on_changed=checks.recheck)
         self.watchman = SteppedWatchman(
             **parts, service=self.service, loss_checks=checks, rehearsals=Rehearsals(**parts), monotonic=clock
         )

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from server.live.video.situation import VideoCondition, VideoSituation
 from server.live.video.streams import StreamKey, StreamSink
-from server.store.recordings.source import VideoStreams
+from server.store.recordings.capture import VideoStreams
 from wire.ids import DroneId
 from wire.video import Codec, decode_head
 

@@ -6,15 +6,24 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Path, Request, Response
 
-from server.api.access import COOKIE, FactorSetter, InPerson, Proved
-from server.api.accounts.passkey_asking import ask_at_the_door, asked_at_the_door, asked_of, challenge_for
+from server.api.access import FactorSetter, InPerson, Proved
+from server.api.accounts.passkey_requests import PasskeyRequestDep
 from server.api.accounts.second_factor_routes import is_factor_demanded
 from server.api.accounts.session_routes import set_session_cookie
+from server.api.authentication import COOKIE
+from server.api.dependencies import (
+    AddressDep,
+    AuditDep,
+    ClockDep,
+    DatabaseDep,
+    HubDep,
+    PasskeySignInDep,
+    SessionsDep,
+    SettingsDep,
+)
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired
 from server.domain.names import clean_name
-from server.domain.people import Principal
 from server.live.accounts import webauthn_check
 from server.live.accounts.challenges import ChallengeOver, Purpose, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
@@ -33,7 +42,6 @@ from server.store.accounts.passkeys import PasskeyKnown, TooManyPasskeys, Unknow
 from server.store.accounts.second_factor import LastFactor
 from server.store.accounts.sessions import void_proofs
 from server.store.accounts.views import Me
-from server.store.audit.action import AuditAction
 
 router = APIRouter(prefix="/api/v1", tags=["session"])
 
@@ -41,15 +49,11 @@ PasskeyPath = Annotated[int, Path(ge=1, le=2**31 - 1)]
 _OWN: Final = (NotSignedIn, SessionExpired, InPersonOnly)
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
-    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
-
-
 @router.post("/session/passkey/options", responses=answers(PasskeysUnavailable, TooManyChallenges))
-async def ask_for_passkey(request: Request, response: Response) -> PasskeyOptions:
+async def ask_for_passkey(response: Response, passkey_request: PasskeyRequestDep) -> PasskeyOptions:
     """Begins a sign-in with a passkey. The answer is the same whoever is about to sign in."""
-    asked = ask_at_the_door(request, response)
-    challenge = challenge_for(request, asked)
+    asked = passkey_request.begin_sign_in(response)
+    challenge = passkey_request.challenge_for(asked)
     return PasskeyOptions(public_key=webauthn_check.request_options(asked.party, challenge=challenge))
 
 
@@ -57,40 +61,52 @@ async def ask_for_passkey(request: Request, response: Response) -> PasskeyOption
     "/session/passkey",
     responses=answers(PasskeyRefused, PasswordNeeded, ChallengeOver, PasskeysUnavailable),
 )
-async def sign_in_with_passkey(request: Request, response: Response, body: PasskeySignIn) -> Me:
+async def sign_in_with_passkey(
+    request: Request,
+    response: Response,
+    passkey_sign_in: PasskeySignInDep,
+    address: AddressDep,
+    clock: ClockDep,
+    hub: HubDep,
+    settings: SettingsDep,
+    sessions: SessionsDep,
+    passkey_request: PasskeyRequestDep,
+    body: PasskeySignIn,
+) -> Me:
     """Signs in with a passkey alone: it stands for the password and the second factor. A session that the request had
     is ended."""
-    tower = tower_of(request)
-    done = await tower.passkey_door.sign_in(
+    done = await passkey_sign_in.sign_in(
         body.credential.model_dump(),
-        asked=asked_at_the_door(request),
+        asked=passkey_request.of_sign_in(),
         old_token=request.cookies.get(COOKIE),
-        address=address_of(request),
+        address=address,
         user_agent=request.headers.get("user-agent", ""),
-        now=tower.clock(),
+        now=clock(),
     )
     if done.ended_session_id is not None:
-        tower.hub.end_sessions([done.ended_session_id])
-    set_session_cookie(request, response, done.session)
-    return Me.of(done.user, must_add=tower.sessions.lacks_demanded_factor(done.user))
+        hub.end_sessions([done.ended_session_id])
+    set_session_cookie(request, response, done.session, settings)
+    return Me.of(done.user, must_add=sessions.lacks_demanded_factor(done.user))
 
 
 @router.get("/me/passkeys", responses=answers(*_OWN))
-async def list_passkeys(request: Request, principal: InPerson) -> list[PasskeyView]:
+async def list_passkeys(principal: InPerson, database: DatabaseDep) -> list[PasskeyView]:
     """One's own passkeys, in the order in which they were added."""
-    async with tower_of(request).database.reading() as session:
+    async with database.reading() as session:
         return [PasskeyView.of(row) for row in await passkeys.list_passkeys(session, principal.user_id)]
 
 
 @router.post("/me/passkeys/options", responses=answers(*_OWN, PasskeysUnavailable, TooManyChallenges, TooManyPasskeys))
-async def begin_passkey(request: Request, principal: FactorSetter) -> PasskeyOptions:
+async def begin_passkey(
+    principal: FactorSetter, database: DatabaseDep, passkey_request: PasskeyRequestDep
+) -> PasskeyOptions:
     """Begins adding a passkey. Nothing changes before `POST /me/passkeys`."""
-    asked = asked_of(request, principal, Purpose.ADD)
-    async with tower_of(request).database.writing() as session:
+    asked = passkey_request.of_session(principal, Purpose.ADD)
+    async with database.writing() as session:
         user, there = await passkeys.begin_adding(session, principal.user_id)
     options = webauthn_check.creation_options(
         asked.party,
-        challenge=challenge_for(request, asked),
+        challenge=passkey_request.challenge_for(asked),
         user_handle=user.passkey_handle or b"",
         name=user.name,
         there=there,
@@ -103,29 +119,34 @@ async def begin_passkey(request: Request, principal: FactorSetter) -> PasskeyOpt
     status_code=201,
     responses=answers(*_OWN, PasskeysUnavailable, ChallengeOver, WrongPasskey, PasskeyKnown, TooManyPasskeys),
 )
-async def add_passkey(request: Request, principal: FactorSetter, body: NewPasskey) -> PasskeyAdded:
+async def add_passkey(
+    principal: FactorSetter,
+    passkey_sign_in: PasskeySignInDep,
+    clock: ClockDep,
+    database: DatabaseDep,
+    audit: AuditDep,
+    passkey_request: PasskeyRequestDep,
+    body: NewPasskey,
+) -> PasskeyAdded:
     """Adds what the browser has made. With the first factor of an account come recovery codes, told this once.
 
     The user's other sessions prove anew who they are before they change credentials.
     """
-    tower = tower_of(request)
     clean_name(body.name)  # before the challenge is used up
-    asked = asked_of(request, principal, Purpose.ADD)
+    asked = passkey_request.of_session(principal, Purpose.ADD)
     try:
-        challenge = tower.passkey_door.take_challenge(
-            body.credential.response.clientDataJSON, asked=asked, now=tower.clock()
-        )
+        challenge = passkey_sign_in.use_challenge(body.credential.response.clientDataJSON, asked=asked, now=clock())
         new = webauthn_check.check_new(body.credential.model_dump(), challenge=challenge, party=asked.party)
     except PasskeyFault:
         raise WrongPasskey from None
-    async with tower.database.writing() as session:
+    async with database.writing() as session:
         row, codes = await passkeys.add(
             session,
             user_id=principal.user_id,
             new=new,
             name=body.name,
             party_id=asked.party.id,
-            deed=_deed(request, principal),
+            action=audit.action(principal),
         )
         await void_proofs(session, principal.user_id, but=principal.session_id)
     return PasskeyAdded(passkey=PasskeyView.of(row), recovery_codes=codes)
@@ -133,28 +154,30 @@ async def add_passkey(request: Request, principal: FactorSetter, body: NewPasske
 
 @router.patch("/me/passkeys/{passkey_id}", responses=answers(*_OWN, UnknownPasskey))
 async def rename_passkey(
-    request: Request, principal: Proved, passkey_id: PasskeyPath, body: PasskeyRename
+    principal: Proved, database: DatabaseDep, audit: AuditDep, passkey_id: PasskeyPath, body: PasskeyRename
 ) -> PasskeyView:
     """Gives a passkey another name."""
-    async with tower_of(request).database.writing() as session:
+    async with database.writing() as session:
         row = await passkeys.rename(
             session,
             user_id=principal.user_id,
             passkey_id=passkey_id,
             name=body.name,
-            deed=_deed(request, principal),
+            action=audit.action(principal),
         )
     return PasskeyView.of(row)
 
 
 @router.delete("/me/passkeys/{passkey_id}", status_code=204, responses=answers(*_OWN, UnknownPasskey, LastFactor))
-async def remove_passkey(request: Request, principal: Proved, passkey_id: PasskeyPath) -> None:
+async def remove_passkey(
+    principal: Proved, database: DatabaseDep, audit: AuditDep, settings: SettingsDep, passkey_id: PasskeyPath
+) -> None:
     """The tower forgets a passkey: it signs nobody in any more. The device may keep its half."""
-    async with tower_of(request).database.writing() as session:
+    async with database.writing() as session:
         await passkeys.remove(
             session,
             user_id=principal.user_id,
             passkey_id=passkey_id,
-            deed=_deed(request, principal),
-            is_demanded=is_factor_demanded(tower_of(request).settings, principal),
+            action=audit.action(principal),
+            is_demanded=is_factor_demanded(settings, principal),
         )

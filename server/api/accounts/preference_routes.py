@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Path, Request
+from fastapi import APIRouter, Body, Path
 
 from server.api.access import Anybody, Oneself
+from server.api.dependencies import ClockDep, DatabaseDep
 from server.api.http.problem_docs import answers
-from server.api.tower import tower_of
 from server.domain.access import BadToken, InPersonOnly, NotSignedIn, SessionExpired
 from server.store.accounts.preferences import PreferenceTooLarge, TooManyPreferences, keep_preference, preferences_of
 
@@ -21,18 +21,19 @@ Document = Annotated[dict[str, Any], Body(description="any JSON object of at mos
 
 
 @router.get("")
-async def get_preferences(request: Request, principal: Anybody) -> dict[str, dict[str, Any]]:
+async def get_preferences(principal: Anybody, database: DatabaseDep) -> dict[str, dict[str, Any]]:
     """Every document by its name; empty for somebody who has none."""
-    async with tower_of(request).database.reading() as session:
+    async with database.reading() as session:
         return await preferences_of(session, principal.user_id)
 
 
 @router.put("/{name}", status_code=204, responses=answers(InPersonOnly, PreferenceTooLarge, TooManyPreferences))
-async def put_preference(request: Request, principal: Oneself, name: Name, document: Document) -> None:
+async def put_preference(
+    principal: Oneself, database: DatabaseDep, clock: ClockDep, name: Name, document: Document
+) -> None:
     """Keeps a document in the place of the one of that name. An empty object takes it away.
 
     Not with a token: these documents say how a pilot's sticks are read, and a program has no business with that.
     """
-    tower = tower_of(request)
-    async with tower.database.writing() as session:
-        await keep_preference(session, user_id=principal.user_id, name=name, document=document, now=tower.clock())
+    async with database.writing() as session:
+        await keep_preference(session, user_id=principal.user_id, name=name, document=document, now=clock())

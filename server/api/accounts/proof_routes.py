@@ -3,33 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Annotated, Any, Final, Literal
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Depends
 from pydantic import BaseModel, Discriminator, Field, Tag
 
 from server.api.access import Prover
-from server.api.accounts.passkey_asking import asked_of, challenge_for
+from server.api.accounts.passkey_requests import PasskeyRequest, PasskeyRequestDep
+from server.api.dependencies import AuditDep, ClockDep, DatabaseDep, PasskeySignInDep, SignInDep
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired, is_fresh
 from server.domain.people import Principal
 from server.live.accounts import webauthn_check
 from server.live.accounts.challenges import ChallengeOver, Purpose, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
 from server.store.accounts import passkeys
-from server.store.accounts.passkey_sign_in import WrongPasskey
+from server.store.accounts.passkey_sign_in import PasskeySignInService, WrongPasskey
 from server.store.accounts.passkey_views import PasskeyAnswer, PasskeyOptions
 from server.store.accounts.passwords import TooManySignIns
 from server.store.accounts.reauthentication import CodeNeeded, fresh_until, prove_by_password, renew
 from server.store.accounts.second_factor import WrongCode
 from server.store.accounts.sessions import UnknownSession
-from server.store.accounts.sign_in import WrongPassword
+from server.store.accounts.sign_in import SignInService, WrongPassword
 from server.store.accounts.tables import SessionRow, UserRow
 from server.store.accounts.users import SignInThrottled, get_user
 from server.store.accounts.views import Code, Secret, Strict
 from server.store.audit.action import AuditAction
+from server.store.database import Database
 
 router = APIRouter(
     prefix="/api/v1/session/proof", tags=["session"], responses=answers(NotSignedIn, SessionExpired, InPersonOnly)
@@ -64,26 +66,44 @@ Proof = Annotated[
 ]
 """A further kind is one more member of the union, and has a line in PROOF_KINDS."""
 
-Check = Callable[[Request, Principal, Any, AuditAction], Awaitable[None]]
+
+@dataclass(frozen=True)
+class _Checks:
+    """What a check of evidence works with."""
+
+    sign_in: SignInService
+    passkey_sign_in: PasskeySignInService
+    passkey_request: PasskeyRequest
+    database: Database
+
+
+async def _checks(
+    sign_in: SignInDep, passkey_sign_in: PasskeySignInDep, passkey_request: PasskeyRequestDep, database: DatabaseDep
+) -> _Checks:
+    return _Checks(sign_in, passkey_sign_in, passkey_request, database)
+
+
+_ChecksDep = Annotated[_Checks, Depends(_checks)]
+
+Check = Callable[[_Checks, Principal, Any, AuditAction], Awaitable[None]]
 """Checks the evidence, throttled as signing in is, and renews the session's proof; else raises a refusal."""
 
 
-async def _by_password(request: Request, principal: Principal, proof: PasswordProof, deed: AuditAction) -> None:
-    await prove_by_password(tower_of(request).door, principal, password=proof.password, code=proof.code, deed=deed)
+async def _by_password(checks: _Checks, principal: Principal, proof: PasswordProof, action: AuditAction) -> None:
+    await prove_by_password(checks.sign_in, principal, password=proof.password, code=proof.code, action=action)
 
 
-async def _by_passkey(request: Request, principal: Principal, proof: PasskeyProof, deed: AuditAction) -> None:
+async def _by_passkey(checks: _Checks, principal: Principal, proof: PasskeyProof, action: AuditAction) -> None:
     """It verified its person, so it stands for the password and the code."""
-    tower = tower_of(request)
-    await tower.passkey_door.accept(
+    await checks.passkey_sign_in.accept(
         proof.credential.model_dump(),
-        asked=asked_of(request, principal, Purpose.PROVE),
+        asked=checks.passkey_request.of_session(principal, Purpose.PROVE),
         user_id=principal.user_id,
-        address=deed.address,
-        now=deed.at,
+        address=action.address,
+        now=action.at,
     )
-    async with tower.database.writing() as session:
-        await renew(session, principal, kind="passkey", deed=deed)
+    async with checks.database.writing() as session:
+        await renew(session, principal, kind="passkey", action=action)
 
 
 PROOF_KINDS: Final[Mapping[str, Check]] = {"password": _by_password, "passkey": _by_passkey}
@@ -113,11 +133,11 @@ def kinds_of(user: UserRow) -> list[ProofKind]:
 
 
 @router.get("")
-async def get_proof(request: Request, principal: Prover) -> ProofView:
+async def get_proof(principal: Prover, database: DatabaseDep, clock: ClockDep) -> ProofView:
     """Whether a change of credentials would be taken now, and how to prove who one is."""
-    async with tower_of(request).database.reading() as session:
+    async with database.reading() as session:
         user = await get_user(session, principal.user_id)
-    return ProofView.of(principal.proved_at, user, tower_of(request).clock())
+    return ProofView.of(principal.proved_at, user, clock())
 
 
 @router.post(
@@ -134,23 +154,28 @@ async def get_proof(request: Request, principal: Prover) -> ProofView:
         UnknownSession,
     ),
 )
-async def renew_proof(request: Request, principal: Prover, body: Proof) -> ProofView:
+async def renew_proof(
+    principal: Prover, audit: AuditDep, database: DatabaseDep, clock: ClockDep, checks: _ChecksDep, body: Proof
+) -> ProofView:
     """Proves again who one is. For five minutes credentials may be changed in this session."""
-    tower = tower_of(request)
-    deed = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
-    await PROOF_KINDS[body.kind](request, principal, body, deed)
-    async with tower.database.reading() as session:
+    action = audit.action(principal)
+    await PROOF_KINDS[body.kind](checks, principal, body, action)
+    async with database.reading() as session:
         user = await get_user(session, principal.user_id)
         row = await session.get(SessionRow, principal.session_id)
-    return ProofView.of(row.proved_at if row else None, user, tower.clock())
+    return ProofView.of(row.proved_at if row else None, user, clock())
 
 
 @router.post("/passkey", responses=answers(PasskeysUnavailable, TooManyChallenges))
-async def ask_for_proof_by_passkey(request: Request, principal: Prover) -> PasskeyOptions:
+async def ask_for_proof_by_passkey(
+    principal: Prover, database: DatabaseDep, passkey_request: PasskeyRequestDep
+) -> PasskeyOptions:
     """Begins a proof by one of the account's passkeys, which then goes to `POST /session/proof`."""
-    asked = asked_of(request, principal, Purpose.PROVE)
-    async with tower_of(request).database.reading() as session:
+    asked = passkey_request.of_session(principal, Purpose.PROVE)
+    async with database.reading() as session:
         own = await passkeys.list_passkeys(session, principal.user_id)
     allowed = [passkeys.known(one) for one in own if one.party_id == asked.party.id]
-    options = webauthn_check.request_options(asked.party, challenge=challenge_for(request, asked), allowed=allowed)
+    options = webauthn_check.request_options(
+        asked.party, challenge=passkey_request.challenge_for(asked), allowed=allowed
+    )
     return PasskeyOptions(public_key=options)

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from server.api.access import FactorSetter, InPerson, Proved
+from server.api.dependencies import AddressDep, AuditDep, ClockDep, DatabaseDep, SettingsDep, SignInDep, VaultDep
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import InPersonOnly, NotSignedIn, SessionExpired, is_demanded_a_factor
 from server.domain.people import Principal
 from server.live.accounts import totp
@@ -22,7 +22,6 @@ from server.store.accounts.second_factor import LastFactor, NoSecondFactorBegun,
 from server.store.accounts.sessions import void_proofs
 from server.store.accounts.users import SignInThrottled, get_user
 from server.store.accounts.views import CodeProof
-from server.store.audit.action import AuditAction
 
 router = APIRouter(
     prefix="/api/v1/me/second-factor",
@@ -51,64 +50,69 @@ class RecoveryCodes(BaseModel):
     recovery_codes: list[str]
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
-    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
-
-
 def is_factor_demanded(settings: Settings, principal: Principal) -> bool:
     """Whether somebody must keep at least one."""
     return settings.admins_need_second_factor and is_demanded_a_factor(principal.role)
 
 
 @router.get("")
-async def get_second_factor(request: Request, principal: InPerson) -> SecondFactorView:
+async def get_second_factor(principal: InPerson, database: DatabaseDep) -> SecondFactorView:
     """Which there are."""
-    async with tower_of(request).database.reading() as session:
+    async with database.reading() as session:
         row = await get_user(session, principal.user_id)
         left = await second_factor.codes_left(session, row.id)
     return SecondFactorView(enabled=row.totp_sealed is not None, passkeys=row.passkey_count, recovery_codes_left=left)
 
 
 @router.post("", responses=answers(SecondFactorOn))
-async def begin_second_factor(request: Request, principal: FactorSetter) -> SecondFactorBegun:
+async def begin_second_factor(principal: FactorSetter, database: DatabaseDep, vault: VaultDep) -> SecondFactorBegun:
     """Makes a secret for an authenticator. It counts for nothing until it is confirmed."""
-    async with tower_of(request).database.writing() as session:
+    async with database.writing() as session:
         row = await get_user(session, principal.user_id)
-        secret = second_factor.begin(row, tower_of(request).vault)
+        secret = second_factor.begin(row, vault)
     uri = totp.provisioning_uri(secret, row.name)
     return SecondFactorBegun(secret=secret, uri=uri, qr_svg=totp.qr_svg(uri))
 
 
 @router.post("/confirm", responses=answers(SecondFactorOn, NoSecondFactorBegun, WrongCode, SignInThrottled))
-async def confirm_second_factor(request: Request, principal: FactorSetter, body: CodeProof) -> RecoveryCodes:
+async def confirm_second_factor(
+    principal: FactorSetter,
+    sign_in: SignInDep,
+    address: AddressDep,
+    clock: ClockDep,
+    database: DatabaseDep,
+    audit: AuditDep,
+    vault: VaultDep,
+    body: CodeProof,
+) -> RecoveryCodes:
     """From here on the code is asked for at each sign-in. Tells the recovery codes, once.
 
     The user's other sessions prove anew who they are before they change credentials.
     """
-    tower = tower_of(request)
-    tower.door.throttle_codes(principal, address_of(request), tower.clock())
-    async with tower.database.writing() as session:
+    sign_in.throttle_codes(principal, address, clock())
+    async with database.writing() as session:
         row = await get_user(session, principal.user_id)
-        codes = await second_factor.confirm(session, row, body.code, _deed(request, principal), tower.vault)
+        codes = await second_factor.confirm(session, row, body.code, audit.action(principal), vault)
         await void_proofs(session, row.id, but=principal.session_id)
-    tower.door.code_was_right(principal, address_of(request))
+    sign_in.code_was_right(principal, address)
     return RecoveryCodes(recovery_codes=codes)
 
 
 @router.post("/recovery-codes", responses=answers(NoSecondFactorBegun))
-async def renew_recovery_codes(request: Request, principal: Proved) -> RecoveryCodes:
+async def renew_recovery_codes(principal: Proved, database: DatabaseDep, audit: AuditDep) -> RecoveryCodes:
     """New recovery codes. The old ones are worth nothing from then on."""
-    async with tower_of(request).database.writing() as session:
+    async with database.writing() as session:
         row = await get_user(session, principal.user_id)
-        codes = await second_factor.renew_codes(session, row, _deed(request, principal))
+        codes = await second_factor.renew_codes(session, row, audit.action(principal))
     return RecoveryCodes(recovery_codes=codes)
 
 
 @router.post("/remove", status_code=204, responses=answers(NoSecondFactorBegun, LastFactor))
-async def remove_second_factor(request: Request, principal: Proved) -> None:
+async def remove_second_factor(
+    principal: Proved, database: DatabaseDep, settings: SettingsDep, audit: AuditDep
+) -> None:
     """The account is back to its password alone, or to its passkeys."""
-    tower = tower_of(request)
-    async with tower.database.writing() as session:
+    async with database.writing() as session:
         row = await get_user(session, principal.user_id)
-        is_demanded = is_factor_demanded(tower.settings, principal)
-        await second_factor.remove(session, row, _deed(request, principal), is_demanded=is_demanded)
+        is_demanded = is_factor_demanded(settings, principal)
+        await second_factor.remove(session, row, audit.action(principal), is_demanded=is_demanded)

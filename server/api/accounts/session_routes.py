@@ -8,10 +8,25 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Request, Response
 from pydantic import BaseModel, Field
 
-from server.api.access import COOKIE, Anybody, InPerson, PasswordChanger, Proved, Prover
-from server.api.accounts.passkey_asking import asked_at_the_door
+from server.api.access import Anybody, InPerson, PasswordChanger, Proved, Prover
+from server.api.accounts.passkey_requests import PasskeyRequestDep
+from server.api.authentication import COOKIE
+from server.api.dependencies import (
+    AddressDep,
+    AuditDep,
+    ClockDep,
+    DatabaseDep,
+    EventHandlerDep,
+    HubDep,
+    PasskeySignInDep,
+    PasswordPolicyDep,
+    PasswordsDep,
+    RosterDep,
+    SessionsDep,
+    SettingsDep,
+    SignInDep,
+)
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import (
     AccessRequest,
     Action,
@@ -25,16 +40,15 @@ from server.domain.access import (
 )
 from server.live.accounts.challenges import ChallengeOver
 from server.live.accounts.relying_party import PasskeysUnavailable
+from server.runtime.settings import Settings
 from server.store.accounts.passkey_sign_in import PasskeyRefused, WrongPasskey
-from server.store.accounts.passkey_views import PasskeyAnswer
 from server.store.accounts.password_policy import BadPassword, TooManyJudgements
 from server.store.accounts.passwords import TooManySignIns
 from server.store.accounts.sessions import NewSession, UnknownSession, end_session, list_sessions
-from server.store.accounts.sign_in import SecondFactorNeeded, SecondProof, WrongPassword, WrongSecondFactor
+from server.store.accounts.sign_in import SecondFactorNeeded, WrongPassword, WrongSecondFactor
 from server.store.accounts.tables import SessionRow, UserRow
 from server.store.accounts.users import SignInThrottled, UserChange, WrongSignIn, change_user, get_user
 from server.store.accounts.views import Me, NewPassword, PasswordChange, PasswordJudgement, SignIn
-from server.store.audit.action import AuditAction
 from server.store.audit.trail import Actor, record
 from wire.ids import UserId
 
@@ -73,51 +87,74 @@ class SessionView(BaseModel):
         PasskeysUnavailable,
     ),
 )
-async def sign_in(request: Request, response: Response, body: SignIn) -> Me:
+async def sign_in(
+    request: Request,
+    response: Response,
+    sign_in_service: SignInDep,
+    passkey_sign_in: PasskeySignInDep,
+    passkey_request: PasskeyRequestDep,
+    sessions: SessionsDep,
+    hub: HubDep,
+    settings: SettingsDep,
+    address: AddressDep,
+    clock: ClockDep,
+    body: SignIn,
+) -> Me:
     """Checks name, password and second factor; answers with a session cookie. A session that the request had ends."""
-    tower = tower_of(request)
-    done = await tower.door.sign_in(
+
+    async def instead_of_code(user_id: int) -> None:
+        assert body.passkey is not None and asked is not None
+        try:
+            await passkey_sign_in.accept(
+                body.passkey.model_dump(), asked=asked, user_id=user_id, address=address, now=clock()
+            )
+        except WrongPasskey:
+            raise PasskeyRefused from None
+
+    asked = None if body.passkey is None else passkey_request.of_sign_in()
+    done = await sign_in_service.sign_in(
         name=body.name,
         password=body.password,
         code=body.code,
         old_token=request.cookies.get(COOKIE),
-        address=address_of(request),
+        address=address,
         user_agent=request.headers.get("user-agent", ""),
-        now=tower.clock(),
-        instead_of_code=_with_passkey(request, body.passkey) if body.passkey is not None else None,
+        now=clock(),
+        instead_of_code=None if asked is None else instead_of_code,
     )
     if done.ended_session_id is not None:
-        tower.hub.end_sessions([done.ended_session_id])
-    set_session_cookie(request, response, done.session)
-    return Me.of(done.user, must_add=tower.sessions.lacks_demanded_factor(done.user))
+        hub.end_sessions([done.ended_session_id])
+    set_session_cookie(request, response, done.session, settings)
+    return Me.of(done.user, must_add=sessions.lacks_demanded_factor(done.user))
 
 
 @router.delete("/session", status_code=204)
-async def sign_out(request: Request, response: Response) -> None:
+async def sign_out(
+    request: Request, response: Response, database: DatabaseDep, clock: ClockDep, address: AddressDep, hub: HubDep
+) -> None:
     """Ends the session and its live connections. Signing out twice is no error."""
-    tower = tower_of(request)
     token = request.cookies.get(COOKIE)
     if token:
-        async with tower.database.writing() as session:
+        async with database.writing() as session:
             ended = await end_session(session, token)
             user = await session.get(UserRow, ended.user_id) if ended else None
             if user is not None:
                 record(
                     session,
-                    at=tower.clock(),
+                    at=clock(),
                     actor=Actor(user.id, user.name),
                     action="session.ended",
-                    address=address_of(request),
+                    address=address,
                 )
         if ended is not None:
-            tower.hub.end_sessions([ended.id])
+            hub.end_sessions([ended.id])
     response.delete_cookie(COOKIE, httponly=True, samesite="strict", secure=request.url.scheme == "https")
 
 
 @router.get("/me", responses=answers(NotSignedIn, SessionExpired, BadToken))
-async def me(request: Request, principal: Anybody) -> Me:
+async def me(principal: Anybody, database: DatabaseDep) -> Me:
     """Who is signed in."""
-    async with tower_of(request).database.reading() as session:
+    async with database.reading() as session:
         return Me.of(await get_user(session, principal.user_id), must_add=principal.must_add_second_factor)
 
 
@@ -128,66 +165,83 @@ async def me(request: Request, principal: Anybody) -> Me:
     ),
 )
 async def change_own_password(
-    request: Request, response: Response, principal: PasswordChanger, body: PasswordChange
+    request: Request,
+    response: Response,
+    principal: PasswordChanger,
+    sign_in_service: SignInDep,
+    password_policy: PasswordPolicyDep,
+    passwords: PasswordsDep,
+    sessions: SessionsDep,
+    database: DatabaseDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    hub: HubDep,
+    settings: SettingsDep,
+    audit: AuditDep,
+    body: PasswordChange,
 ) -> Me:
     """A new password of one's own. Every other session of the user ends, and this one gets a new cookie.
 
     The user's API tokens end as well, unless `keep_tokens` says otherwise.
     """
-    tower = tower_of(request)
-    now, address = tower.clock(), address_of(request)
-    async with tower.database.reading() as session:
+    action = audit.action(principal)
+    now, address = action.at, action.address
+    async with database.reading() as session:
         user = await get_user(session, principal.user_id)
-    await tower.door.check_own_password(user=user, password=body.old_password, address=address, now=now)
-    await tower.password_policy.check(body.new_password, user.name)
+    await sign_in_service.check_own_password(user=user, password=body.old_password, address=address, now=now)
+    await password_policy.check(body.new_password, user.name)
     if body.new_password == body.old_password:
         raise BadPassword("this is the old password: choose another one")
     change = UserChange(
-        password_hash=await tower.passwords.hash(body.new_password),
+        password_hash=await passwords.hash(body.new_password),
         must_change_password=False,
         keep_tokens=body.keep_tokens,
     )
-    async with tower.database.writing() as session:
+    async with database.writing() as session:
         if (await get_user(session, user.id)).password_hash != user.password_hash:
             raise WrongPassword  # changed while it was being checked
         ended = [one.id for one, _ in await list_sessions(session, user_id=user.id)]
-        row = await change_user(session, user_id=user.id, change=change, deed=AuditAction(principal, now, address))
+        row = await change_user(session, user_id=user.id, change=change, action=action)
         agent = request.headers.get("user-agent", "")
-        begun = await tower.sessions.begin(session, user_id=row.id, now=now, address=address, user_agent=agent)
+        begun = await sessions.begin(session, user_id=row.id, now=now, address=address, user_agent=agent)
     if body.keep_tokens:
-        tower.hub.end_sessions(ended)
+        hub.end_sessions(ended)
     else:
-        tower.hub.end_user(principal.user_id, "the password was changed")
-    await tower.roster.refresh()
-    await tower.event_handler.caught_up()  # what was flown with them is held when this is answered
-    set_session_cookie(request, response, begun)
-    return Me.of(row, must_add=tower.sessions.lacks_demanded_factor(row))
+        hub.end_user(principal.user_id, "the password was changed")
+    await roster.refresh()
+    await event_handler.caught_up()  # what was flown with them is held when this is answered
+    set_session_cookie(request, response, begun, settings)
+    return Me.of(row, must_add=sessions.lacks_demanded_factor(row))
 
 
 @router.post("/me/password/judgement", responses=answers(NotSignedIn, SessionExpired, InPersonOnly, TooManyJudgements))
-async def judge_own_password(request: Request, principal: Prover, body: NewPassword) -> PasswordJudgement:
+async def judge_own_password(
+    principal: Prover, password_policy: PasswordPolicyDep, body: NewPassword
+) -> PasswordJudgement:
     """Whether this would be taken as a new password of one's own: for saying so while one types. Nothing is kept."""
-    found = await tower_of(request).password_policy.judge(body.password, principal.name)
+    found = await password_policy.judge(body.password, principal.name)
     return PasswordJudgement(acceptable=found.acceptable, message=found.message)
 
 
 @router.get("/sessions", responses=answers(NotSignedIn, SessionExpired, InPersonOnly, AdminsOnly))
 async def get_sessions(
-    request: Request,
     principal: InPerson,
+    database: DatabaseDep,
+    sessions: SessionsDep,
+    clock: ClockDep,
+    hub: HubDep,
     everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
 ) -> list[SessionView]:
     """Where one is signed in, or where everybody is; newest first."""
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
         raise verdict.refusal
-    tower = tower_of(request)
-    async with tower.database.reading() as session:
+    async with database.reading() as session:
         found = await list_sessions(session, user_id=None if everybody else principal.user_id)
     views = []
     for row, owner in found:
-        ends_at = tower.sessions.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)
-        if ends_at > tower.clock():
+        ends_at = sessions.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)
+        if ends_at > clock():
             views.append(
                 SessionView(
                     id=row.id,
@@ -198,7 +252,7 @@ async def get_sessions(
                     address=row.address,
                     user_agent=row.user_agent,
                     current=row.id == principal.session_id,
-                    live=tower.hub.sockets_of(row.id),
+                    live=hub.sockets_of(row.id),
                 )
             )
     return views
@@ -210,42 +264,31 @@ async def get_sessions(
     responses=answers(NotSignedIn, SessionExpired, InPersonOnly, UnknownSession),
 )
 async def end_one_session(
-    request: Request, principal: Proved, session_id: Annotated[int, Path(ge=1, le=2**31 - 1)]
+    principal: Proved,
+    database: DatabaseDep,
+    audit: AuditDep,
+    hub: HubDep,
+    event_handler: EventHandlerDep,
+    session_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
 ) -> None:
     """Ends a session of one's own, or as an admin anybody's. Its live connections close at once."""
-    tower = tower_of(request)
-    async with tower.database.writing() as session:
+    async with database.writing() as session:
         row = await session.get(SessionRow, session_id)
         if row is None or not reaches(principal, Action.CHANGE_CREDENTIALS, UserId(row.user_id)):
             raise UnknownSession
         owner = await get_user(session, row.user_id)
-        deed = AuditAction(by=principal, at=tower.clock(), address=address_of(request))
-        deed.record(session, "session.ended", user_id=owner.id, user=owner.name, session_id=row.id)
+        action = audit.action(principal)
+        action.record(session, "session.ended", user_id=owner.id, user=owner.name, session_id=row.id)
         await session.delete(row)
-    tower.hub.end_sessions([session_id])
-    await tower.event_handler.caught_up()  # what was flown with it is held when this is answered
+    hub.end_sessions([session_id])
+    await event_handler.caught_up()  # what was flown with it is held when this is answered
 
 
-def _with_passkey(request: Request, answer: PasskeyAnswer) -> SecondProof:
-    asked = asked_at_the_door(request)
-
-    async def check(user_id: int) -> None:
-        tower = tower_of(request)
-        try:
-            await tower.passkey_door.accept(
-                answer.model_dump(), asked=asked, user_id=user_id, address=address_of(request), now=tower.clock()
-            )
-        except WrongPasskey:
-            raise PasskeyRefused from None
-
-    return check
-
-
-def set_session_cookie(request: Request, response: Response, begun: NewSession) -> None:
+def set_session_cookie(request: Request, response: Response, begun: NewSession, settings: Settings) -> None:
     response.set_cookie(
         COOKIE,
         begun.token,
-        max_age=int(tower_of(request).settings.session_lifetime_s),
+        max_age=int(settings.session_lifetime_s),
         httponly=True,
         samesite="strict",
         secure=request.url.scheme == "https",

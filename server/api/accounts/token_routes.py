@@ -5,12 +5,12 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Query, Request
+from fastapi import APIRouter, Path, Query
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
 from server.api.access import InPerson, Proved
+from server.api.dependencies import ApiTokensDep, AuditDep, DatabaseDep, EventHandlerDep, HubDep, RosterDep, SettingsDep
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import (
     AccessRequest,
     Action,
@@ -21,13 +21,12 @@ from server.domain.access import (
     judge,
     reaches_all,
 )
-from server.domain.people import Principal, TokenId
+from server.domain.people import TokenId
 from server.domain.scopes import Scope
 from server.store.accounts import tokens
 from server.store.accounts.tables import ApiTokenRow, UserRow
 from server.store.accounts.tokens import TooManyTokens, UnknownToken, scopes_of
 from server.store.accounts.users import get_user
-from server.store.audit.action import AuditAction
 
 router = APIRouter(
     prefix="/api/v1/tokens", tags=["tokens"], responses=answers(NotSignedIn, SessionExpired, InPersonOnly)
@@ -84,31 +83,29 @@ class TokenWithSecret(BaseModel):
     secret: Annotated[str, Field(description="For `Authorization: Bearer`. The tower keeps only its hash")]
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
-    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
-
-
 @router.get("", responses=answers(AdminsOnly))
 async def list_tokens(
-    request: Request,
     principal: InPerson,
+    api_tokens: ApiTokensDep,
+    database: DatabaseDep,
     everybody: Annotated[bool, Query(description="Admins: also those of others")] = False,
 ) -> list[TokenView]:
     """One's own tokens, or everybody's, in the order of their ids."""
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
         raise verdict.refusal
-    await tower_of(request).tokens.write_uses()
-    async with tower_of(request).database.reading() as session:
+    await api_tokens.write_uses()
+    async with database.reading() as session:
         found = await tokens.list_tokens(session, user_id=None if everybody else principal.user_id)
     return [TokenView.of(row, owner) for row, owner in found]
 
 
 @router.post("", status_code=201, responses=answers(TooManyTokens))
-async def create_token(request: Request, principal: Proved, body: NewToken) -> TokenWithSecret:
+async def create_token(
+    principal: Proved, database: DatabaseDep, audit: AuditDep, settings: SettingsDep, roster: RosterDep, body: NewToken
+) -> TokenWithSecret:
     """Makes a token for oneself and tells it, once."""
-    tower = tower_of(request)
-    async with tower.database.writing() as session:
+    async with database.writing() as session:
         owner = await get_user(session, principal.user_id)
         row, secret = await tokens.create_token(
             session,
@@ -116,20 +113,27 @@ async def create_token(request: Request, principal: Proved, body: NewToken) -> T
             name=body.name,
             scopes=body.scopes,
             expires_at=body.expires_at,
-            deed=_deed(request, principal),
-            longest=timedelta(days=tower.settings.token_longest_days),
+            action=audit.action(principal),
+            longest=timedelta(days=settings.token_longest_days),
         )
-    await tower.roster.refresh()
+    await roster.refresh()
     return TokenWithSecret(token=TokenView.of(row, owner), secret=secret)
 
 
 @router.delete("/{token_id}", status_code=204, responses=answers(UnknownToken))
-async def revoke_token(request: Request, principal: Proved, token_id: Annotated[int, Path(ge=1, le=2**31 - 1)]) -> None:
+async def revoke_token(
+    principal: Proved,
+    database: DatabaseDep,
+    audit: AuditDep,
+    hub: HubDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    token_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
+) -> None:
     """Revokes a token of one's own, or as an admin anybody's. What is connected with it is cut off at once."""
-    tower = tower_of(request)
     of_user = None if reaches_all(principal.role, Action.CHANGE_CREDENTIALS) else principal.user_id
-    async with tower.database.writing() as session:
-        await tokens.revoke_token(session, token_id=token_id, of_user=of_user, deed=_deed(request, principal))
-    tower.hub.end_sessions([TokenId(token_id)])
-    await tower.roster.refresh()
-    await tower.event_handler.caught_up()  # what was flown with it is held when this is answered
+    async with database.writing() as session:
+        await tokens.revoke_token(session, token_id=token_id, of_user=of_user, action=audit.action(principal))
+    hub.end_sessions([TokenId(token_id)])
+    await roster.refresh()
+    await event_handler.caught_up()  # what was flown with it is held when this is answered

@@ -9,13 +9,13 @@ from datetime import datetime
 from io import SEEK_END, StringIO
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Depends, Query, Request
+from fastapi import APIRouter, Depends, Query
 from fastapi.responses import StreamingResponse
 from pydantic import AwareDatetime, BaseModel, Field
 
 from server.api.access import Admin
+from server.api.dependencies import DatabaseDep
 from server.api.http.problem_docs import answers
-from server.api.tower import tower_of
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.store.audit.search import AuditFilter, page, pages
 from server.store.audit.tables import AuditEventRow
@@ -40,7 +40,7 @@ class AuditEventView(BaseModel):
     address: str
 
 
-def _filter(
+async def _filter(
     action: Annotated[
         str | None,
         Query(max_length=64, pattern=_NO_NUL, description="A whole action, or a prefix that ends in a dot: `control.`"),
@@ -62,14 +62,14 @@ _ADMINS = answers(NotSignedIn, SessionExpired, AdminsOnly)
 
 @router.get("/audit", responses=_ADMINS)
 async def list_audit_events(
-    request: Request,
     admin: Admin,
+    database: DatabaseDep,
     wanted: Wanted,
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
     before: Annotated[int | None, Query(ge=1, le=2**31 - 1, description="Only events with a smaller id")] = None,
 ) -> list[AuditEventView]:
     """The audit trail, newest first. For the next page, ask for what is before the last id."""
-    found = await page(tower_of(request).database, wanted, before=before, limit=limit)
+    found = await page(database, wanted, before=before, limit=limit)
     return [AuditEventView.model_validate(row, from_attributes=True) for row in found]
 
 
@@ -78,10 +78,10 @@ async def list_audit_events(
     responses=_ADMINS | {200: {"content": {"text/csv": {"schema": {"type": "string"}}}}},
     response_class=StreamingResponse,
 )
-async def download_audit_events(request: Request, admin: Admin, wanted: Wanted) -> StreamingResponse:
+async def download_audit_events(admin: Admin, database: DatabaseDep, wanted: Wanted) -> StreamingResponse:
     """The same as a table, newest first, at most 100,000 events."""
     headers = {"Content-Disposition": 'attachment; filename="audit.csv"'}
-    rows = _as_csv(tower_of(request).database, wanted)
+    rows = _as_csv(database, wanted)
     first = await anext(rows)  # a database that does not answer gets its 503: later it could only cut the answer off
     rows = _with_first(first, rows)
     return StreamingResponse(rows, media_type="text/csv; charset=utf-8", headers=headers)

@@ -2,12 +2,13 @@
 
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path
 from pydantic import BaseModel, Field
 
 from server.api.access import Pilot, Viewer
+from server.api.dependencies import AddressDep, HubDep
 from server.api.http.problem_docs import answers
-from server.api.operations.asking import begin, flown_drone, watched_drone
+from server.api.operations.operation_requests import begin, flown_drone, watched_drone
 from server.api.parameters.routes import NOT_A_BORROWERS
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
 from server.domain.lease import Refused
@@ -69,9 +70,9 @@ class ReceiverSetupView(BaseModel):
 
 
 @router.get("")
-async def get_receiver_setup(request: Request, principal: Viewer, drone_id: DronePath) -> ReceiverSetupView:
+async def get_receiver_setup(principal: Viewer, hub: HubDep, drone_id: DronePath) -> ReceiverSetupView:
     """Which parameters matter for flying without a radio receiver, how they are, and how they should be."""
-    return ReceiverSetupView.of(receiver_setup(watched_drone(request, principal, drone_id).loss_parameters))
+    return ReceiverSetupView.of(receiver_setup(watched_drone(hub, principal, drone_id).loss_parameters))
 
 
 @router.post(
@@ -82,18 +83,20 @@ async def get_receiver_setup(request: Request, principal: Viewer, drone_id: Dron
         *(NotInControl, Assisted, LoanForbids, ControlRefused),
     ),
 )
-async def set_up_without_receiver(request: Request, principal: Pilot, drone_id: DronePath) -> OperationView:
+async def set_up_without_receiver(
+    principal: Pilot, hub: HubDep, address: AddressDep, drone_id: DronePath
+) -> OperationView:
     """Writes those that are not as they should be, at a drone that is known to be disarmed. By whoever has the
     controls, and no borrower; how it goes is told as any writing of parameters. 409 `armed`, `not-known-yet`,
     `nothing-to-set`."""
-    drone = await flown_drone(request, principal, drone_id)
+    drone = await flown_drone(hub, principal, drone_id)
     if drone.limits_of(principal.user_id, principal.role) is not None:
         raise LoanForbids(drone.record.name, NOT_A_BORROWERS)
     setup = receiver_setup(drone.loss_parameters)
     refused = refusal_of(drone, setup)
     if refused is not None:
         raise ControlRefused(refused)
-    return OperationView.of(begin(request, principal, drone, write(setup.to_write)))
+    return OperationView.of(begin(hub, principal, drone, write(setup.to_write), address))
 
 
 def refusal_of(drone: LiveDrone, setup: ReceiverSetup) -> Refused | None:

@@ -9,14 +9,14 @@ from typing import Annotated, Final, Literal
 from fastapi import APIRouter, Body, Depends, Path, Request
 from pydantic import BaseModel, Field
 
-from server.api.access import Commander, Pilot, admit, remembered_in
+from server.api.access import Commander, Pilot
+from server.api.dependencies import AddressDep, AuthenticatorDep, ClockDep, ControlDep, HubDep, StaysDep
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import AccessRequest, Action, UnknownDrone, judge
 from server.domain.lease import Event, Refused
 from server.domain.people import Principal
 from server.live.fleet.views import DroneView
-from server.store.control.service import ControlRefused
+from server.store.control.service import ControlRefused, ControlService
 from server.store.control.undecided import DECIDED_WITHIN_S
 from wire.ids import DroneId
 
@@ -53,18 +53,20 @@ class AcceptRequest(ControlRequest):
     sticks_centred: bool = False
 
 
-async def _take_by(request: Request, drone_id: DronePath) -> AsyncIterator[Principal]:
+async def _take_by(
+    request: Request, authenticator: AuthenticatorDep, control: ControlDep, clock: ClockDep, drone_id: DronePath
+) -> AsyncIterator[Principal]:
     """Who takes the controls. Where the database does not say at once whether they may, and they were signed in a
     moment ago, the drone holds first."""
-    admitting = asyncio.ensure_future(admit(request, Action.COMMAND))
+    admitting = asyncio.ensure_future(authenticator.admit(request, Action.COMMAND))
     try:
         with ExitStack() as until_decided:
             done, _ = await asyncio.wait({admitting}, timeout=DECIDED_WITHIN_S)
-            remembered = None if done else remembered_in(request)
+            remembered = None if done else authenticator.remembered(request)
             if remembered is not None:
-                may = judge(AccessRequest(remembered, Action.COMMAND, now=tower_of(request).clock()))
+                may = judge(AccessRequest(remembered, Action.COMMAND, now=clock()))
                 if may.refusal is None:
-                    until_decided.enter_context(tower_of(request).service.shut_out(remembered, DroneId(drone_id)))
+                    until_decided.enter_context(control.shut_out(remembered, DroneId(drone_id)))
             yield await admitting
     finally:
         admitting.cancel()
@@ -77,14 +79,19 @@ Reason = Annotated[ControlRequest | None, Body()]
 
 
 async def _change(
-    request: Request, principal: Principal, drone_id: int, event: Event, body: ControlRequest | None
+    control: ControlService,
+    principal: Principal,
+    drone_id: int,
+    event: Event,
+    body: ControlRequest | None,
+    address: str,
 ) -> DroneView:
-    return await tower_of(request).service.change(
+    return await control.change(
         principal,
         DroneId(drone_id),
         event,
         reason=body.reason.strip() if body else "",
-        address=address_of(request),
+        address=address,
         now=time.monotonic(),
         watch=body.watch if isinstance(body, TakeRequest) else True,
         moves_video=isinstance(body, TakeRequest) and body.video == "move",
@@ -94,16 +101,17 @@ async def _change(
 
 
 @router.post("/acquire", operation_id="acquire_control")
-async def acquire(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def acquire(
+    principal: Pilot, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
+) -> DroneView:
     """Take the controls of a drone of yours that nobody has."""
-    return await _change(request, principal, drone_id, Event.ACQUIRE, body)
+    return await _change(control, principal, drone_id, Event.ACQUIRE, body, address)
 
 
 @router.post("/keep-alive", operation_id="keep_control")
-async def keep_alive(request: Request, principal: Pilot, drone_id: DronePath) -> DroneView:
+async def keep_alive(principal: Pilot, hub: HubDep, drone_id: DronePath) -> DroneView:
     """The holder's program is there, for 5 s more; without a live channel this is how the tower knows. Send one every
     2 s. 409 `not-the-holder` when the controls are gone, which is how the program knows."""
-    hub = tower_of(request).hub
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
@@ -114,57 +122,68 @@ async def keep_alive(request: Request, principal: Pilot, drone_id: DronePath) ->
 
 
 @router.post("/release", operation_id="release_control")
-async def release(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def release(
+    principal: Pilot, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
+) -> DroneView:
     """Give up the controls. A drone that is being flown by hand holds."""
-    return await _change(request, principal, drone_id, Event.RELEASE, body)
+    return await _change(control, principal, drone_id, Event.RELEASE, body, address)
 
 
 @router.post("/take", operation_id="take_control")
 async def take(
-    request: Request,
     principal: Taker,
+    control: ControlDep,
+    address: AddressDep,
     drone_id: DronePath,
     body: Annotated[TakeRequest | None, Body()] = None,
 ) -> DroneView:
     """Admin: take the controls, or withdraw an offer. The drone holds, but a return or a landing goes on unless
     `interrupt` says otherwise; its operator is shut out until they are given
     back, does not see it either if `watch` is false, and has no video of it if `video` is `move`."""
-    return await _change(request, principal, drone_id, Event.TAKE, body)
+    return await _change(control, principal, drone_id, Event.TAKE, body, address)
 
 
 @router.post("/give", operation_id="give_control")
-async def give(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def give(
+    principal: Commander, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
+) -> DroneView:
     """Admin: offer the controls back to the operator they were taken from. The drone holds until they are accepted."""
-    return await _change(request, principal, drone_id, Event.GIVE, body)
+    return await _change(control, principal, drone_id, Event.GIVE, body, address)
 
 
 @router.post("/accept", operation_id="accept_control")
 async def accept(
-    request: Request,
     principal: Pilot,
+    control: ControlDep,
+    address: AddressDep,
     drone_id: DronePath,
     body: Annotated[AcceptRequest | None, Body()] = None,
 ) -> DroneView:
     """The operator: "I have control", with centred sticks."""
-    return await _change(request, principal, drone_id, Event.ACCEPT, body)
+    return await _change(control, principal, drone_id, Event.ACCEPT, body, address)
 
 
 @router.post("/stay", operation_id="stay_in_hold")
-async def stay(request: Request, principal: Pilot, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def stay(
+    principal: Pilot, stays: StaysDep, address: AddressDep, drone_id: DronePath, body: Reason = None
+) -> DroneView:
     """Holder, owner, borrower or admin: the drone is to stay where it is. What it would do by itself because a person
     is away waits until the battery is needed for the way home. 409 `nothing-to-stay` where nothing is being counted."""
     reason = body.reason.strip() if body else ""
-    stays = tower_of(request).stays
-    return await stays.stay(principal, DroneId(drone_id), reason=reason, address=address_of(request))
+    return await stays.stay(principal, DroneId(drone_id), reason=reason, address=address)
 
 
 @router.post("/assist", operation_id="assist_control")
-async def assist(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def assist(
+    principal: Commander, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
+) -> DroneView:
     """Admin: help the holder. Your commands win for as long as they come, and a second longer."""
-    return await _change(request, principal, drone_id, Event.ASSIST, body)
+    return await _change(control, principal, drone_id, Event.ASSIST, body, address)
 
 
 @router.post("/unassist", operation_id="unassist_control")
-async def unassist(request: Request, principal: Commander, drone_id: DronePath, body: Reason = None) -> DroneView:
+async def unassist(
+    principal: Commander, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
+) -> DroneView:
     """Admin: end the assistance, your own or another admin's."""
-    return await _change(request, principal, drone_id, Event.ASSIST_END, body)
+    return await _change(control, principal, drone_id, Event.ASSIST_END, body, address)

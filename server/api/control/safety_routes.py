@@ -2,12 +2,12 @@
 
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Body, Path, Request
+from fastapi import APIRouter, Body, Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.api.access import Pilot, Viewer
+from server.api.dependencies import AddressDep, HubDep, LossChecksDep, RehearsalsDep
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
 from server.live.control.simulated import is_simulator
 from server.store.control.loss_checks import LossCheck
@@ -89,49 +89,49 @@ class RehearsalBegun(BaseModel):
 
 
 @router.get("/loss-check")
-async def get_loss_check(request: Request, principal: Viewer, drone_id: DronePath) -> LossCheckView:
+async def get_loss_check(
+    principal: Viewer, hub: HubDep, loss_checks: LossChecksDep, drone_id: DronePath
+) -> LossCheckView:
     """What would happen if the operator, the tower or the radio were lost, in words."""
-    tower = tower_of(request)
-    if tower.hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
+    if hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
-    return LossCheckView.of(tower.loss_checks.check(DroneId(drone_id), principal.user_id))
+    return LossCheckView.of(loss_checks.check(DroneId(drone_id), principal.user_id))
 
 
 @router.post("/loss-check/acknowledge", responses=answers(ControlRefused))
 async def acknowledge_loss_check(
-    request: Request,
     principal: Pilot,
+    loss_checks: LossChecksDep,
+    address: AddressDep,
     drone_id: DronePath,
     body: Annotated[Acknowledgement | None, Body()] = None,
 ) -> LossCheckView:
     """Whoever may arm the drone now (its holder, or an admin who assists) has read it, and names the drone. Until then
     they cannot arm a drone that a loss would drop or lose. 409 `wrong-name`: that is another drone's name, or none."""
     named = body.drone if body is not None else None
-    checks = tower_of(request).loss_checks
-    check = await checks.acknowledge(principal, DroneId(drone_id), named=named, address=address_of(request))
+    check = await loss_checks.acknowledge(principal, DroneId(drone_id), named=named, address=address)
     return LossCheckView.of(check)
 
 
 @router.get("/rehearsal")
-async def get_rehearsal(request: Request, principal: Viewer, drone_id: DronePath) -> RehearsalView:
+async def get_rehearsal(
+    principal: Viewer, hub: HubDep, rehearsals: RehearsalsDep, drone_id: DronePath
+) -> RehearsalView:
     """How long a loss made on purpose lasts, and whether one is going on."""
-    tower = tower_of(request)
-    drone = tower.hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
+    drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
     return RehearsalView(
         lasts_s=RehearsalLasts(**LASTS_S),
-        running=tower.rehearsals.running(drone.drone_id),
+        running=rehearsals.running(drone.drone_id),
         simulated=is_simulator(drone.loss_parameters),
     )
 
 
 @router.post("/rehearsal", status_code=202, responses=answers(ControlRefused))
 async def rehearse_loss(
-    request: Request, principal: Pilot, drone_id: DronePath, body: RehearsalRequest
+    principal: Pilot, rehearsals: RehearsalsDep, address: AddressDep, drone_id: DronePath, body: RehearsalRequest
 ) -> RehearsalBegun:
     """Holder or admin: loses the operator or the tower on purpose, to see the drone hold and how fast."""
-    tower_of(request).rehearsals.begin(
-        principal, DroneId(drone_id), body.what, in_flight=body.in_flight, address=address_of(request)
-    )
+    rehearsals.begin(principal, DroneId(drone_id), body.what, in_flight=body.in_flight, address=address)
     return RehearsalBegun(what=body.what)

@@ -2,15 +2,14 @@
 
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from server.api.access import Admin, Viewer
+from server.api.dependencies import AuditDep, DatabaseDep, HubDep, LossChecksDep
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
 from server.domain.drone_settings import BOUNDS, BadDroneSettings, check_ladder
-from server.store.audit.action import AuditAction
 from server.store.control.settings_store import apply_to, change_settings, settings_in
 from wire.ids import DroneId
 
@@ -84,9 +83,8 @@ class DroneSettingsPatch(BaseModel):
 
 
 @router.get("")
-async def get_drone_settings(request: Request, principal: Viewer, drone_id: DronePath) -> DroneSettingsView:
+async def get_drone_settings(principal: Viewer, hub: HubDep, drone_id: DronePath) -> DroneSettingsView:
     """How this drone holds, what it does when tower or person stay away, and how much telemetry it sends."""
-    hub = tower_of(request).hub
     if hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role) is None:
         raise UnknownDrone
     return DroneSettingsView.model_validate(settings_in(hub, DroneId(drone_id)).as_values())
@@ -94,14 +92,19 @@ async def get_drone_settings(request: Request, principal: Viewer, drone_id: Dron
 
 @router.patch("", responses=answers(AdminsOnly, BadDroneSettings))
 async def change_drone_settings(
-    request: Request, admin: Admin, drone_id: DronePath, body: DroneSettingsPatch
+    admin: Admin,
+    audit: AuditDep,
+    database: DatabaseDep,
+    hub: HubDep,
+    loss_checks: LossChecksDep,
+    drone_id: DronePath,
+    body: DroneSettingsPatch,
 ) -> DroneSettingsView:
     """Admin: changes some of it. The drone's agent knows at once, or when it is next there."""
-    tower = tower_of(request)
-    deed = AuditAction(by=admin, at=tower.clock(), address=address_of(request))
+    action = audit.action(admin)
     change = body.model_dump(exclude_none=True)
-    async with tower.database.writing() as session:
-        settings = await change_settings(session, drone_id=drone_id, change=change, deed=deed)
-    apply_to(tower.hub, DroneId(drone_id), settings)
-    tower.loss_checks.look_again(DroneId(drone_id))
+    async with database.writing() as session:
+        settings = await change_settings(session, drone_id=drone_id, change=change, action=action)
+    apply_to(hub, DroneId(drone_id), settings)
+    loss_checks.recheck(DroneId(drone_id))
     return DroneSettingsView.model_validate(settings.as_values())

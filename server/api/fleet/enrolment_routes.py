@@ -9,16 +9,23 @@ from fastapi import APIRouter, Path, Request
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.api.access import Admin
+from server.api.dependencies import (
+    AddressDep,
+    AuditDep,
+    ClockDep,
+    DatabaseDep,
+    EnrolmentNotifierDep,
+    RosterDep,
+    SettingsDep,
+    SignInRulesDep,
+)
 from server.api.fleet.tower_address import AddressUnknown, address_for_agents
 from server.api.http.private_path import NotPrivate, is_private_path
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
-from server.domain.people import Principal
-from server.store.audit.action import AuditAction
 from server.store.fleet import enrolments
 from server.store.fleet.drones import get_drone
-from server.store.fleet.enrolment_news import EnrolmentView
+from server.store.fleet.enrolment_notifier import EnrolmentView
 from server.store.fleet.enrolments import BadDroneKey, BadEnrolment, UnknownEnrolment
 from wire.drone_key import key_text
 
@@ -61,66 +68,75 @@ class Enrolled(BaseModel):
     tower_key: Annotated[str, Field(description="The tower's own Ed25519 public key, in base64url")]
 
 
-def _deed(request: Request, admin: Principal) -> AuditAction:
-    return AuditAction(by=admin, at=tower_of(request).clock(), address=address_of(request))
-
-
 @router.post(
     "/drones/{drone_id}/enrolments", status_code=201, responses=_ADMINS | answers(UnknownDrone, AddressUnknown)
 )
 async def begin_enrolment(
-    request: Request, admin: Admin, drone_id: Annotated[int, Path(ge=1, le=2**31 - 1)], body: NewEnrolment
+    request: Request,
+    admin: Admin,
+    settings: SettingsDep,
+    database: DatabaseDep,
+    audit: AuditDep,
+    enrolment_notifier: EnrolmentNotifierDep,
+    clock: ClockDep,
+    drone_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
+    body: NewEnrolment,
 ) -> EnrolmentWithToken:
     """Makes a token with which an agent becomes the drone, once. One that was waiting is cancelled."""
-    tower = tower_of(request)
-    address = address_for_agents(tower.settings, str(request.base_url))
-    async with tower.database.writing() as session:
+    address = address_for_agents(settings, str(request.base_url))
+    async with database.writing() as session:
         row, drone, token, cancelled = await enrolments.begin(
-            session, drone_id=drone_id, lasts_s=body.lasts_s, deed=_deed(request, admin)
+            session, drone_id=drone_id, lasts_s=body.lasts_s, action=audit.action(admin)
         )
     for one in [*cancelled, row.id]:
-        tower.enrolment_news.tell(one)
-    tower.enrolment_news.expect_expiry(row.id, body.lasts_s)
+        enrolment_notifier.publish(one)
+    enrolment_notifier.expect_expiry(row.id, body.lasts_s)
     words = ["tower-agent", "enrol", address, token]
     words += ["--autopilot", body.autopilot] if body.autopilot else []
-    return EnrolmentWithToken(
-        enrolment=EnrolmentView.of(row, drone, tower.clock()), token=token, command=shlex.join(words)
-    )
+    return EnrolmentWithToken(enrolment=EnrolmentView.of(row, drone, clock()), token=token, command=shlex.join(words))
 
 
 @router.get("/enrolments", responses=_ADMINS)
-async def list_enrolments(request: Request, admin: Admin) -> list[EnrolmentView]:
+async def list_enrolments(admin: Admin, database: DatabaseDep, clock: ClockDep) -> list[EnrolmentView]:
     """Newest first, at most 200."""
-    tower = tower_of(request)
-    async with tower.database.reading() as session:
+    async with database.reading() as session:
         found = await enrolments.list_enrolments(session)
-    return [EnrolmentView.of(row, drone, tower.clock()) for row, drone in found]
+    return [EnrolmentView.of(row, drone, clock()) for row, drone in found]
 
 
 @router.delete("/enrolments/{enrolment_id}", status_code=204, responses=_ADMINS | answers(UnknownEnrolment))
 async def cancel_enrolment(
-    request: Request, admin: Admin, enrolment_id: Annotated[int, Path(ge=1, le=2**31 - 1)]
+    admin: Admin,
+    database: DatabaseDep,
+    audit: AuditDep,
+    enrolment_notifier: EnrolmentNotifierDep,
+    enrolment_id: Annotated[int, Path(ge=1, le=2**31 - 1)],
 ) -> None:
     """The token is worth nothing from then on. One that was used stays used."""
-    tower = tower_of(request)
-    async with tower.database.writing() as session:
-        row = await enrolments.cancel(session, enrolment_id=enrolment_id, deed=_deed(request, admin))
-    tower.enrolment_news.tell(row.id)
+    async with database.writing() as session:
+        row = await enrolments.cancel(session, enrolment_id=enrolment_id, action=audit.action(admin))
+    enrolment_notifier.publish(row.id)
 
 
 @router.post("/enrol", responses=answers(BadEnrolment, BadDroneKey, NotPrivate))
-async def enrol(request: Request, body: Enrol) -> Enrolled:
+async def enrol(
+    request: Request,
+    database: DatabaseDep,
+    clock: ClockDep,
+    address: AddressDep,
+    roster: RosterDep,
+    enrolment_notifier: EnrolmentNotifierDep,
+    sign_in_rules: SignInRulesDep,
+    body: Enrol,
+) -> Enrolled:
     """For the agent: its key is the drone's from then on. Over TLS or from this very machine only. An agent that did
     not get the answer asks once more with the same key."""
     if not is_private_path(request):
         raise NotPrivate
-    tower = tower_of(request)
     key = enrolments.read_key(token=body.token, public_key=body.public_key, signature=body.signature)
-    async with tower.database.writing() as session:
-        row = await enrolments.use(
-            session, token=body.token, public_key=key, at=tower.clock(), address=address_of(request)
-        )
+    async with database.writing() as session:
+        row = await enrolments.use(session, token=body.token, public_key=key, at=clock(), address=address)
         drone = await get_drone(session, row.drone_id)
-    await tower.roster.refresh()
-    tower.enrolment_news.tell(row.id)
-    return Enrolled(drone_id=drone.id, drone=drone.name, tower_key=key_text(tower.sign_in_rules.identity.public_key))
+    await roster.refresh()
+    enrolment_notifier.publish(row.id)
+    return Enrolled(drone_id=drone.id, drone=drone.name, tower_key=key_text(sign_in_rules.identity.public_key))

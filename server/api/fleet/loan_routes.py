@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path
 from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 
-from server.api.access import TeamKeeper
+from server.api.access import TeamEditor
+from server.api.dependencies import AuditDep, DatabaseDep, EventHandlerDep, HubDep, RosterDep
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired, UnknownDrone
 from server.domain.people import Principal
 from server.live.fleet.views import DroneView
+from server.live.hub import Hub
 from server.store.accounts.users import UnknownUser
-from server.store.audit.action import AuditAction
+from server.store.control.hub_event_handler import HubEventHandler
 from server.store.fleet import loans
 from server.store.fleet.loans import OwnerAlready, Terms
+from server.store.fleet.roster import Roster
 from wire.ids import DroneId
 
 router = APIRouter(
@@ -37,33 +39,48 @@ class NewLoan(BaseModel):
 
 
 @router.put("", responses=answers(OwnerAlready))
-async def lend_drone(request: Request, lender: TeamKeeper, drone_id: Id, user_id: Id, body: NewLoan) -> DroneView:
+async def lend_drone(
+    lender: TeamEditor,
+    audit: AuditDep,
+    database: DatabaseDep,
+    hub: HubDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    drone_id: Id,
+    user_id: Id,
+    body: NewLoan,
+) -> DroneView:
     """The user sees and flies the drone until then, within the limits. Lending again changes them."""
-    tower = tower_of(request)
-    deed = _deed(request, lender)
+    action = audit.action(lender)
     terms = Terms(body.until, body.may_arm, body.max_height_m, body.radius_m)
-    async with tower.database.writing() as session:
-        await loans.lend(session, drone_id=drone_id, user_id=user_id, terms=terms, lender=lender, deed=deed)
-    return await _changed(request, lender, drone_id)
+    async with database.writing() as session:
+        await loans.lend(session, drone_id=drone_id, user_id=user_id, terms=terms, lender=lender, action=action)
+    return await _changed(hub, roster, event_handler, lender, drone_id)
 
 
 @router.delete("")
-async def end_loan(request: Request, lender: TeamKeeper, drone_id: Id, user_id: Id) -> DroneView:
+async def end_loan(
+    lender: TeamEditor,
+    database: DatabaseDep,
+    audit: AuditDep,
+    hub: HubDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    drone_id: Id,
+    user_id: Id,
+) -> DroneView:
     """Before its time. What the user loses with it, they have lost when this is answered."""
-    async with tower_of(request).database.writing() as session:
-        await loans.end_loan(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=_deed(request, lender))
-    return await _changed(request, lender, drone_id)
+    async with database.writing() as session:
+        await loans.end_loan(session, drone_id=drone_id, user_id=user_id, lender=lender, action=audit.action(lender))
+    return await _changed(hub, roster, event_handler, lender, drone_id)
 
 
-def _deed(request: Request, lender: Principal) -> AuditAction:
-    return AuditAction(by=lender, at=tower_of(request).clock(), address=address_of(request))
-
-
-async def _changed(request: Request, lender: Principal, drone_id: int) -> DroneView:
-    tower = tower_of(request)
-    await tower.roster.refresh()
-    await tower.event_handler.caught_up()
-    found = tower.hub.squads.view(DroneId(drone_id), lender.user_id, lender.role)
+async def _changed(
+    hub: Hub, roster: Roster, event_handler: HubEventHandler, lender: Principal, drone_id: int
+) -> DroneView:
+    await roster.refresh()
+    await event_handler.caught_up()
+    found = hub.squads.view(DroneId(drone_id), lender.user_id, lender.role)
     if found is None:
         raise UnknownDrone
     return found

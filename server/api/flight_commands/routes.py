@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Path, Request, Response
+from fastapi import APIRouter, Body, Path, Response
 
 from server.api.access import Pilot
+from server.api.dependencies import AddressDep, HubDep
 from server.api.http.problem_docs import answers
-from server.api.operations.asking import ACCEPTED, ASYNC, Prefer, answer, begin, flown_drone
-from server.api.tower import tower_of
+from server.api.operations.operation_requests import ACCEPTED, ASYNC, Prefer, answer, begin, flown_drone
 from server.domain.access import UnknownDrone
 from server.live.flight_commands.bodies import Disarm, FlightCommand, Follow, FollowMe, SetHome
 from server.live.flight_commands.follow_me import follow_me_order
@@ -60,22 +60,23 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
     ),
 )
 async def command_drone(
-    request: Request,
     response: Response,
     principal: Pilot,
+    hub: HubDep,
+    address: AddressDep,
     drone_id: DronePath,
     body: Annotated[FlightCommand, Body()],
     prefer: Prefer = None,
 ) -> OperationView:
     """Has the drone do something. Where it takes several steps, it stops at the first that is not accepted."""
-    drone = await flown_drone(request, principal, drone_id)
+    drone = await flown_drone(hub, principal, drone_id)
     if not drone.online:
         raise DroneOffline(drone.record.name)
     following, now = None, time.monotonic()
     if isinstance(body, FollowMe):
-        order, following = follow_me_order(tower_of(request).hub, principal, drone, body, now)
+        order, following = follow_me_order(hub, principal, drone, body, now)
     elif isinstance(body, Follow):
-        order, following = follow_order(tower_of(request).hub, principal, drone, body, now)
+        order, following = follow_order(hub, principal, drone, body, now)
     else:
         order = order_of(body, Vehicle.of(drone, now))
     sent = [step.work for step in order.steps if step.skip is None or not step.skip()]
@@ -83,8 +84,8 @@ async def command_drone(
     refuse_commands(drone, principal, works, falls=isinstance(body, Disarm) and body.force)
     if isinstance(body, SetHome) and drone.airborne is not False and not body.while_flying:
         raise MovesHome(drone.record.name, known=drone.airborne is True)
-    operation = begin(request, principal, drone, order)
+    operation = begin(hub, principal, drone, order, address)
     if following is not None:
-        tower_of(request).hub.follows.began(operation, following)
+        hub.follows.began(operation, following)
         prefer = ASYNC  # it runs until something ends it
     return await answer(operation, response, prefer)

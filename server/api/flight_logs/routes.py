@@ -13,12 +13,20 @@ from pydantic import BaseModel, Field
 from starlette.requests import ClientDisconnect
 
 from server.api.access import Pilot, Viewer
+from server.api.dependencies import AddressDep, ClockDep, FlightLogQuotaDep, HubDep, LogReceiverDep, SignInRulesDep
 from server.api.http.private_path import NotPrivate
 from server.api.http.problem_docs import answers
-from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, refuse_observers, watched_drone
+from server.api.operations.operation_requests import (
+    ACCEPTED,
+    Prefer,
+    answer,
+    begin,
+    flown_drone,
+    refuse_observers,
+    watched_drone,
+)
 from server.api.relay.agent_sign_in import AgentRefused
 from server.api.relay.link_ticket import drone_of
-from server.api.tower import tower_of
 from server.domain.access import UnknownDrone
 from server.live.flight_logs.refusals import BadCredential, FileIncomplete, FileNotTaken, NotAskedFor, UnknownLog
 from server.live.operations.operation import Lane, Order, Step
@@ -73,11 +81,13 @@ class LogsView(BaseModel):
 
 
 @router.get("/drones/{drone_id}/logs", responses=answers(UnknownDrone, ViewTaken, OnlyWatches))
-async def get_logs(request: Request, principal: Viewer, drone_id: DronePath) -> LogsView:
+async def get_logs(
+    principal: Viewer, hub: HubDep, flight_log_quota: FlightLogQuotaDep, drone_id: DronePath
+) -> LogsView:
     """Which logs were on board when the list was read last, and which of the drone's the tower has."""
-    drone = watched_drone(request, principal, drone_id)
+    drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
-    kept = await asyncio.to_thread(tower_of(request).log_shelf.of, drone.drone_id)
+    kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
     board = drone.board
     return LogsView(
         read_at=board.logs_read_at,
@@ -88,12 +98,12 @@ async def get_logs(request: Request, principal: Viewer, drone_id: DronePath) -> 
 
 @router.post("/drones/{drone_id}/logs/list", responses=_BEGIN)
 async def list_logs(
-    request: Request, response: Response, principal: Viewer, drone_id: DronePath, prefer: Prefer = None
+    response: Response, principal: Viewer, hub: HubDep, address: AddressDep, drone_id: DronePath, prefer: Prefer = None
 ) -> OperationView:
     """Reads from the autopilot which logs it has; on the ground only."""
-    drone = watched_drone(request, principal, drone_id)
+    drone = watched_drone(hub, principal, drone_id)
     order = Order("log_list", Lane.LOGS, [Step(LogListWork(), LIST_WITHIN_S)], writes=False)
-    return await answer(begin(request, principal, drone, order), response, prefer)
+    return await answer(begin(hub, principal, drone, order, address), response, prefer)
 
 
 @router.post(
@@ -101,18 +111,19 @@ async def list_logs(
     responses=_BEGIN | answers(*(NotInControl, Assisted, LoanForbids, DroneBusy)),
 )
 async def fetch_log(
-    request: Request,
     response: Response,
     principal: Pilot,
+    hub: HubDep,
+    address: AddressDep,
     drone_id: DronePath,
     log_id: LogPath,
     prefer: Prefer = None,
 ) -> OperationView:
     """Has the agent read a log and send it here. Whoever has the controls: it takes the drone's whole link."""
-    drone = await flown_drone(request, principal, drone_id)
+    drone = await flown_drone(hub, principal, drone_id)
     step = Step(LogDownloadWork(log_id), FETCH_WITHIN_S)
     order = Order("log_download", Lane.LOGS, [step], writes=False, noted=True, about={"log": log_id})
-    return await answer(begin(request, principal, drone, order), response, prefer)
+    return await answer(begin(hub, principal, drone, order, address), response, prefer)
 
 
 @router.get(
@@ -126,11 +137,13 @@ async def fetch_log(
         **answers(UnknownDrone, UnknownLog, ViewTaken, OnlyWatches),
     },
 )
-async def get_log_file(request: Request, principal: Viewer, drone_id: DronePath, log_id: LogPath) -> FileResponse:
+async def get_log_file(
+    principal: Viewer, hub: HubDep, flight_log_quota: FlightLogQuotaDep, drone_id: DronePath, log_id: LogPath
+) -> FileResponse:
     """A log that the tower has, as the autopilot wrote it."""
-    drone = watched_drone(request, principal, drone_id)
+    drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
-    kept = await asyncio.to_thread(tower_of(request).log_shelf.of, drone.drone_id)
+    kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
     found = next((one for one in kept if one.log_id == log_id), None)
     if found is None:
         raise UnknownLog
@@ -151,22 +164,28 @@ _FILE: Final[dict[str, Any]] = {
     responses=answers(BadCredential, NotPrivate, NotAskedFor, FileNotTaken, FileIncomplete),
     openapi_extra=_FILE,
 )
-async def put_agent_file(request: Request, transaction_id: TransactionPath) -> None:
+async def put_agent_file(
+    request: Request,
+    sign_in_rules: SignInRulesDep,
+    hub: HubDep,
+    clock: ClockDep,
+    log_receiver: LogReceiverDep,
+    transaction_id: TransactionPath,
+) -> None:
     """For agents, with the ticket of their link: the file that a running transaction of theirs has asked for."""
-    tower = tower_of(request)
-    until = tower.sign_in_rules.credentials_until
+    until = sign_in_rules.credentials_until
     try:
-        drone_id = drone_of(tower.hub, request, credentials_until=until, now=tower.clock())
+        drone_id = drone_of(hub, request, credentials_until=until, now=clock())
     except AgentRefused as refused:
         raise (NotPrivate() if refused.status == 403 else BadCredential(refused.words)) from None
-    drone = tower.hub.state.drones.get(drone_id)
-    operation = tower.hub.operations.transaction(drone_id, transaction_id)
+    drone = hub.state.drones.get(drone_id)
+    operation = hub.operations.transaction(drone_id, transaction_id)
     length = request.headers.get("content-length", "")
     if drone is None or operation is None:
         raise NotAskedFor
     if not (length.isascii() and length.isdigit() and len(length) < 16):
         raise FileIncomplete("say with Content-Length how long the file is")
-    await tower.log_receiver.take(drone, operation, int(length), _pieces(request))
+    await log_receiver.receive(drone, operation, int(length), _pieces(request))
 
 
 async def _pieces(request: Request) -> AsyncIterator[bytes]:

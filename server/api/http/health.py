@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter, Request
 from pydantic import BaseModel
 
-from server.api.tower import tower_of
+from server.api.dependencies import TowerLockDep
 from server.store.database import DatabaseUnavailable
 
 router = APIRouter(prefix="/api/v1", tags=["health"])
@@ -24,8 +24,8 @@ async def health(request: Request) -> Health:
 
 
 @router.get("/health/ready", operation_id="ready")
-async def ready(request: Request) -> Health:
+async def ready(request: Request, lock: TowerLockDep) -> Health:
     """Whether the tower can do everything: the database took its last write, half a second ago. 503 where not."""
-    if not tower_of(request).lock.is_renewed:
+    if not lock.is_renewed:
         raise DatabaseUnavailable("the database takes no writes: who flies goes on flying, and nothing can be changed")
     return Health(status="ok", version=request.app.version)

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from server.api.access import token_in
+from server.api.authentication import token_in
 from server.api.http.over_tls import OverTls
 from server.api.http.problems import WRONG_ORIGIN, problem
 from server.runtime.settings import Settings

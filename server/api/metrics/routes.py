@@ -3,44 +3,42 @@
 from __future__ import annotations
 
 import hmac
-from typing import Annotated, Final
+from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request, Response
 from prometheus_client import CollectorRegistry, GCCollector, PlatformCollector, ProcessCollector
 from prometheus_client.exposition import choose_encoder
 
-from server.api.access import token_in, who_may
+from server.api.authentication import token_in
+from server.api.dependencies import AuthenticatorDep, MetricsRegistryDep, Parts, SettingsDep
 from server.api.http.problem_docs import answers
 from server.api.metrics.anonymous import AnonymousCollector
 from server.api.metrics.collector import RelayCollector
 from server.api.metrics.disk import DiskCollector
-from server.api.tower import Tower, tower_of
+from server.api.metrics.recordings import RecordingCollector
 from server.domain.access import Action, AdminsOnly, BadToken, NotSignedIn, ScopeMissing, SessionExpired
-from server.store.recordings.metrics import RecordingCollector
 
 router = APIRouter(tags=["metrics"])
 
-_signed_in: Final = who_may(Action.READ_METRICS).dependency
 
-
-async def _may_read(request: Request) -> None:
+async def _may_read(request: Request, settings: SettingsDep, authenticator: AuthenticatorDep) -> None:
     """TOWER_METRICS_TOKEN, an API token made for it, or an admin's session."""
-    secret, shown = tower_of(request).settings.metrics_token, token_in(request.headers)
+    secret, shown = settings.metrics_token, token_in(request.headers)
     if secret and shown is not None and hmac.compare_digest(secret.encode(), shown.encode()):
         return
-    await _signed_in(request)
+    await authenticator.admit(request, Action.READ_METRICS)
 
 
 _may_read.action = Action.READ_METRICS  # type: ignore[attr-defined]  # for the test that walks all routes
 
 
-def new_registry(tower: Tower) -> CollectorRegistry:
+def new_registry(parts: Parts) -> CollectorRegistry:
     """Of one tower: a second one in the same process (tests) counts for itself."""
     registry = CollectorRegistry()
-    registry.register(RelayCollector(tower.hub, tower.database))
-    registry.register(AnonymousCollector(tower.anonymous))
-    registry.register(RecordingCollector(tower.recordings))
-    registry.register(DiskCollector(tower.settings.var))
+    registry.register(RelayCollector(parts.hub, parts.database))
+    registry.register(AnonymousCollector(parts.anonymous))
+    registry.register(RecordingCollector(parts.recordings))
+    registry.register(DiskCollector(parts.settings.var))
     ProcessCollector(registry=registry)
     PlatformCollector(registry=registry)
     GCCollector(registry=registry)
@@ -52,8 +50,7 @@ def new_registry(tower: Tower) -> CollectorRegistry:
     response_class=Response,
     responses=answers(NotSignedIn, SessionExpired, BadToken, AdminsOnly, ScopeMissing),
 )
-async def metrics(request: Request, _: Annotated[None, Depends(_may_read)]) -> Response:
+async def metrics(request: Request, registry: MetricsRegistryDep, _: Annotated[None, Depends(_may_read)]) -> Response:
     """What docs/metrics.md lists, in Prometheus' text format or OpenMetrics', whichever is asked for."""
-    registry: CollectorRegistry = request.app.state.metrics_registry
     encode, content_type = choose_encoder(request.headers.get("accept", ""))
     return Response(encode(registry), headers={"Content-Type": content_type, "Cache-Control": "no-store"})

@@ -11,15 +11,13 @@ from fastapi import APIRouter, Header, Path, Request, Response
 from pydantic import BaseModel, Field, WithJsonSchema
 
 from server.api.access import MissionWriter, Viewer
+from server.api.dependencies import AuditDep, DatabaseDep
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
-from server.api.tower import address_of, tower_of
 from server.domain.names import BadName
-from server.domain.people import Principal
 from server.live.fleet.views import UserRefView
 from server.live.missions.document import DOCUMENT_SCHEMA, DocumentTooLarge, MissionBody, kept
 from server.live.missions.plan_body import BadPlan, MalformedBody, body_schema
-from server.store.audit.action import AuditAction
 from server.store.missions import library
 from server.store.missions.library import (
     ChangedMeanwhile,
@@ -83,43 +81,41 @@ class MissionWithDocument(MissionView):
     document: Annotated[dict[str, Any], WithJsonSchema(DOCUMENT_SCHEMA)]
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
-    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
-
-
 def _tagged(response: Response, found: Found) -> MissionView:
     response.headers["ETag"] = f'"{found[0].version}"'
     return MissionView.of(found)
 
 
 @router.get("")
-async def list_missions(request: Request, principal: Viewer) -> list[MissionView]:
+async def list_missions(principal: Viewer, database: DatabaseDep) -> list[MissionView]:
     """One's own and those that are shared, the newest first."""
-    async with tower_of(request).database.reading() as session:
+    async with database.reading() as session:
         return [MissionView.of(found) for found in await library.list_missions(session, principal)]
 
 
 @router.post("", status_code=201, responses=answers(TooManyMissions, *_BAD), openapi_extra=_BODY)
-async def create_mission(request: Request, response: Response, principal: MissionWriter) -> MissionView:
+async def create_mission(
+    request: Request, response: Response, principal: MissionWriter, database: DatabaseDep, audit: AuditDep
+) -> MissionView:
     """Keeps a plan under a name."""
     body = await read_body(request, MissionBody)
     document = kept(body.document)
-    async with tower_of(request).database.writing() as session:
+    async with database.writing() as session:
         found = await library.create_mission(
             session,
             principal,
             name=body.name,
             document=document,
             shared=body.shared,
-            deed=_deed(request, principal),
+            action=audit.action(principal),
         )
         return _tagged(response, found)
 
 
 @router.get("/{mission_id}", response_model=MissionWithDocument, responses=answers(UnknownMission))
-async def get_mission(request: Request, principal: Viewer, mission_id: MissionPath) -> Response:
+async def get_mission(principal: Viewer, database: DatabaseDep, mission_id: MissionPath) -> Response:
     """One of them, with its plan."""
-    async with tower_of(request).database.reading() as session:
+    async with database.reading() as session:
         found = await library.get_mission(session, principal, mission_id)
         text = await library.document_of(session, found[0])
     view = MissionView.of(found).model_dump() | {"document": msgspec.Raw(text.encode())}
@@ -133,12 +129,18 @@ async def get_mission(request: Request, principal: Viewer, mission_id: MissionPa
     openapi_extra=_BODY,
 )
 async def replace_mission(
-    request: Request, response: Response, principal: MissionWriter, mission_id: MissionPath, if_match: IfMatch = None
+    request: Request,
+    response: Response,
+    principal: MissionWriter,
+    database: DatabaseDep,
+    audit: AuditDep,
+    mission_id: MissionPath,
+    if_match: IfMatch = None,
 ) -> MissionView:
     """Puts a plan, a name, and whether it is shared in the place of what was there."""
     body = await read_body(request, MissionBody)
     document = kept(body.document)
-    async with tower_of(request).database.writing() as session:
+    async with database.writing() as session:
         found = await library.replace_mission(
             session,
             principal,
@@ -147,16 +149,18 @@ async def replace_mission(
             name=body.name,
             document=document,
             shared=body.shared,
-            deed=_deed(request, principal),
+            action=audit.action(principal),
         )
         return _tagged(response, found)
 
 
 @router.delete("/{mission_id}", status_code=204, responses=answers(UnknownMission, NotYourMission))
-async def delete_mission(request: Request, principal: MissionWriter, mission_id: MissionPath) -> None:
+async def delete_mission(
+    principal: MissionWriter, database: DatabaseDep, audit: AuditDep, mission_id: MissionPath
+) -> None:
     """Takes it out of the library; what is on board of a drone stays there."""
-    async with tower_of(request).database.writing() as session:
-        await library.delete_mission(session, principal, mission_id, deed=_deed(request, principal))
+    async with database.writing() as session:
+        await library.delete_mission(session, principal, mission_id, action=audit.action(principal))
 
 
 def _version(if_match: str | None) -> int | None:

@@ -7,13 +7,14 @@ from typing import Annotated, Any, Final, Literal
 from fastapi import APIRouter, Path, Query, Request, Response
 from starlette.convertors import Convertor, register_url_convertor
 
-from server.api.access import Pilot, Viewer, admit
+from server.api.access import Pilot, Viewer
+from server.api.dependencies import AddressDep, AuthenticatorDep, ClockDep, HubDep
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
-from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, ended, flown_drone, watched_drone
-from server.api.tower import tower_of
+from server.api.operations.operation_requests import ACCEPTED, Prefer, answer, begin, ended, flown_drone, watched_drone
 from server.domain.access import Action, UnknownDrone
 from server.live.flight_commands.vehicle import NotKnownYet
+from server.live.hub import Hub
 from server.live.missions import plans
 from server.live.missions.plan_body import (
     ITEMS_SCHEMA,
@@ -74,24 +75,26 @@ _ITEMS: Final[dict[str, Any]] = {"items": ITEMS_SCHEMA}
     "/{kind:plan_kind}", operation_id="get_plan", response_model=PlanView, responses=_BEGIN | answers(PlanNotRead)
 )
 async def get_plan(
-    request: Request,
     principal: Viewer,
+    hub: HubDep,
+    address: AddressDep,
+    clock: ClockDep,
     drone_id: DronePath,
     kind: KindPath,
     fresh: Annotated[bool, Query(description="Read from the autopilot now")] = False,
 ) -> Response:
     """The plan on board, as its agent told last, or as it is now."""
-    drone = watched_drone(request, principal, drone_id)
+    drone = watched_drone(hub, principal, drone_id)
     what = PlanKind(kind)
     if not fresh:
         return _json(plans.plan_json(drone.board, what))
-    operation = _being_read(request, drone, what) or begin(request, principal, drone, plans.download(what))
+    operation = _being_read(hub, drone, what) or begin(hub, principal, drone, plans.download(what), address)
     await ended(operation)
     if operation.state is State.REFUSED:
         raise DroneBusy(operation.words)
     if operation.state is not State.DONE or operation.plan is None:
         raise PlanNotRead(operation.words or f"the plan of {drone.record.name} could not be read")
-    return _json(plans.fresh_json(drone.board, what, operation.plan, operation.ended_at or tower_of(request).clock()))
+    return _json(plans.fresh_json(drone.board, what, operation.plan, operation.ended_at or clock()))
 
 
 @router.put(
@@ -101,23 +104,32 @@ async def get_plan(
     openapi_extra=body_schema({**_ITEMS, "while_flying": {"type": "boolean", "default": False}}, ["items"]),
 )
 async def put_plan(
-    request: Request, response: Response, principal: Pilot, drone_id: DronePath, kind: KindPath, prefer: Prefer = None
+    request: Request,
+    response: Response,
+    principal: Pilot,
+    authenticator: AuthenticatorDep,
+    hub: HubDep,
+    address: AddressDep,
+    drone_id: DronePath,
+    kind: KindPath,
+    prefer: Prefer = None,
 ) -> OperationView:
     """Puts a plan on board: the whole of it, proved by reading it back, or the old one stays."""
     body = await read_body(request, PlanToPut)
-    principal = await admit(request, Action.FLY)
+    principal = await authenticator.admit(request, Action.FLY)
     what, items = PlanKind(kind), plan_of(body.items)
-    drone = await flown_drone(request, principal, drone_id)
+    drone = await flown_drone(hub, principal, drone_id)
     refuse_plan(drone, principal, what, items)
     order = plans.upload(what, items, while_flying=body.while_flying)
-    return await answer(begin(request, principal, drone, order), response, prefer)
+    return await answer(begin(hub, principal, drone, order, address), response, prefer)
 
 
 @router.delete("/{kind:plan_kind}", operation_id="clear_plan", responses=_WRITE)
 async def clear_plan(
-    request: Request,
     response: Response,
     principal: Pilot,
+    hub: HubDep,
+    address: AddressDep,
     drone_id: DronePath,
     kind: KindPath,
     while_flying: WhileFlying = False,
@@ -125,10 +137,10 @@ async def clear_plan(
 ) -> OperationView:
     """Takes the plan off the drone."""
     what = PlanKind(kind)
-    drone = await flown_drone(request, principal, drone_id)
+    drone = await flown_drone(hub, principal, drone_id)
     refuse_plan(drone, principal, what, ())
     order = plans.clear(what, while_flying=while_flying)
-    return await answer(begin(request, principal, drone, order), response, prefer)
+    return await answer(begin(hub, principal, drone, order, address), response, prefer)
 
 
 @router.post(
@@ -138,13 +150,20 @@ async def clear_plan(
     openapi_extra=body_schema(_ITEMS, ["items"]),
 )
 async def verify_plan(
-    request: Request, response: Response, principal: Viewer, drone_id: DronePath, kind: KindPath, prefer: Prefer = None
+    request: Request,
+    response: Response,
+    principal: Viewer,
+    hub: HubDep,
+    address: AddressDep,
+    drone_id: DronePath,
+    kind: KindPath,
+    prefer: Prefer = None,
 ) -> OperationView:
     """Reads the plan on board and says whether it is this one."""
     items = plan_of((await read_body(request, PlanBody)).items)
-    drone = watched_drone(request, principal, drone_id)
+    drone = watched_drone(hub, principal, drone_id)
     order = plans.verify(PlanKind(kind), items)
-    return await answer(begin(request, principal, drone, order), response, prefer)
+    return await answer(begin(hub, principal, drone, order, address), response, prefer)
 
 
 @router.post(
@@ -153,15 +172,17 @@ async def verify_plan(
     responses=answers(NotKnownYet) | _BODY,
     openapi_extra=body_schema(_ITEMS, ["items"]),
 )
-async def foresee_plan(request: Request, principal: Viewer, drone_id: DronePath, kind: KindPath) -> PlanKeptView:
+async def foresee_plan(
+    request: Request, principal: Viewer, hub: HubDep, drone_id: DronePath, kind: KindPath
+) -> PlanKeptView:
     """What the drone's autopilot would not keep of this plan. Nothing is sent to the drone."""
     items = plan_of((await read_body(request, PlanBody)).items)
-    return plan_kept(keeping_for(watched_drone(request, principal, drone_id)), PlanKind(kind), items)
+    return plan_kept(keeping_for(watched_drone(hub, principal, drone_id)), PlanKind(kind), items)
 
 
-def _being_read(request: Request, drone: LiveDrone, kind: PlanKind) -> Operation | None:
+def _being_read(hub: Hub, drone: LiveDrone, kind: PlanKind) -> Operation | None:
     """Somebody has asked for the same a moment ago."""
-    there = tower_of(request).hub.operations.running_at(drone.drone_id, Lane.PLANS)
+    there = hub.operations.running_at(drone.drone_id, Lane.PLANS)
     return next((one for one in there if one.step.work == PlanDownloadWork(kind)), None)
 
 

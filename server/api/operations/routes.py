@@ -3,13 +3,14 @@
 import time
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path
 
 from server.api.access import Pilot, Viewer
+from server.api.dependencies import HubDep
 from server.api.http.problem_docs import answers
-from server.api.tower import tower_of
 from server.domain.people import Principal
 from server.domain.relations import Right
+from server.live.hub import Hub
 from server.live.operations.operation import Operation
 from server.live.operations.permissions import refuse_others
 from server.live.operations.refusals import NotInControl, UnknownOperation
@@ -20,8 +21,7 @@ router = APIRouter(prefix="/api/v1/operations", tags=["operations"], responses=a
 OperationPath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
 
 
-def _find(request: Request, principal: Principal, operation_id: int) -> Operation:
-    hub = tower_of(request).hub
+def _find(hub: Hub, principal: Principal, operation_id: int) -> Operation:
     operation = hub.operations.find(operation_id)
     drone = hub.squads.drone(operation.drone_id, principal.user_id, principal.role) if operation else None
     if operation is None or drone is None or principal.user_id == drone.blind_user_id:
@@ -32,16 +32,15 @@ def _find(request: Request, principal: Principal, operation_id: int) -> Operatio
 
 
 @router.get("/{operation_id}")
-async def get_operation(request: Request, principal: Viewer, operation_id: OperationPath) -> OperationView:
+async def get_operation(principal: Viewer, hub: HubDep, operation_id: OperationPath) -> OperationView:
     """How it goes, or went: the last thousand, for an hour."""
-    return OperationView.of(_find(request, principal, operation_id))
+    return OperationView.of(_find(hub, principal, operation_id))
 
 
 @router.delete("/{operation_id}", status_code=202, responses=answers(NotInControl))
-async def cancel_operation(request: Request, principal: Pilot, operation_id: OperationPath) -> OperationView:
+async def cancel_operation(principal: Pilot, hub: HubDep, operation_id: OperationPath) -> OperationView:
     """Stops it: whoever asked for it, whoever has the controls, or an admin. The end comes later, in words."""
-    operation = _find(request, principal, operation_id)
-    hub = tower_of(request).hub
+    operation = _find(hub, principal, operation_id)
     drone = hub.state.drones.get(operation.drone_id)
     theirs = operation.by is not None and operation.by.id == principal.user_id
     if drone is not None and not theirs and not drone.may(principal.user_id, principal.role, Right.CANCEL):

@@ -8,11 +8,12 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Header, Path, Request, Response
 
-from server.api.access import Pilot, Viewer, admit
+from server.api.access import Pilot, Viewer
+from server.api.dependencies import AddressDep, AuthenticatorDep, HubDep
 from server.api.http.content_coding import accepted_codings
 from server.api.http.problem_docs import answers
 from server.api.http.strict_body import read_body
-from server.api.operations.asking import ACCEPTED, Prefer, answer, begin, flown_drone, watched_drone
+from server.api.operations.operation_requests import ACCEPTED, Prefer, answer, begin, flown_drone, watched_drone
 from server.domain.access import Action, UnknownDrone
 from server.live.missions.plan_body import BadPlan, MalformedBody, body_schema
 from server.live.operations.refusals import (
@@ -54,23 +55,23 @@ NOT_A_BORROWERS: Final = "without its parameters: they are its owner's to change
     responses=answers(ParametersUnknown) | {304: {"description": "Still those of `If-None-Match`"}},
 )
 async def get_parameters(
-    request: Request,
     principal: Viewer,
+    hub: HubDep,
     drone_id: DronePath,
     if_none_match: Annotated[str | None, Header(description="Hashes that are known already")] = None,
     accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
 ) -> Response:
     """All of them, as the agent knows them. It reads them when the autopilot comes, and hears of each change."""
-    drone = watched_drone(request, principal, drone_id)
-    shelf = drone.board.parameters
-    tag = f'"{shelf.told.hash}"'
+    drone = watched_drone(hub, principal, drone_id)
+    reported = drone.board.parameters
+    tag = f'"{reported.told.hash}"'
     headers = {"ETag": tag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
-    if shelf.told.hash is not None and _names(if_none_match, tag):
+    if reported.told.hash is not None and _names(if_none_match, tag):
         return Response(status_code=304, headers=headers)
-    table = shelf.table()
+    table = reported.table()
     if table is None:
-        raise ParametersUnknown(drone.record.name, shelf.told.count, shelf.told.total)
-    body = parameters_json(shelf, table)
+        raise ParametersUnknown(drone.record.name, reported.told.count, reported.told.total)
+    body = parameters_json(reported, table)
     if "gzip" in accepted_codings(accept_encoding or ""):
         # Some 1,400 of them are 65 kB, which is three round trips more than what this makes of them.
         body = gzip.compress(body, GZIP_LEVEL, mtime=0)
@@ -84,15 +85,15 @@ async def get_parameters(
     responses=answers(NoMetadata) | {304: {"description": "Still that of `If-None-Match`"}},
 )
 async def get_parameter_metadata(
-    request: Request,
     principal: Viewer,
+    hub: HubDep,
     drone_id: DronePath,
     if_none_match: Annotated[str | None, Header(description="Hashes that are known already")] = None,
     accept_encoding: Annotated[str | None, Header(include_in_schema=False)] = None,
 ) -> Response:
     """What the vehicle itself says of its parameters: words, units, ranges, defaults, choices, bits. Its agent reads it
     from the autopilot, where that offers it (COMPONENT_METADATA)."""
-    drone = watched_drone(request, principal, drone_id)
+    drone = watched_drone(hub, principal, drone_id)
     metadata = drone.board.metadata
     packed = metadata.packed()
     if packed is None:
@@ -121,11 +122,11 @@ def _metadata_body(packed: bytes, *, coded: bool) -> bytes:
     "/read", responses=answers(OnlyWatches, DroneOffline, AgentTooOld, DroneBusy, TooManyOperations) | ACCEPTED
 )
 async def read_parameters(
-    request: Request, response: Response, principal: Viewer, drone_id: DronePath, prefer: Prefer = None
+    response: Response, principal: Viewer, hub: HubDep, address: AddressDep, drone_id: DronePath, prefer: Prefer = None
 ) -> OperationView:
     """Reads them from the autopilot anew."""
-    drone = watched_drone(request, principal, drone_id)
-    return await answer(begin(request, principal, drone, read_anew()), response, prefer)
+    drone = watched_drone(hub, principal, drone_id)
+    return await answer(begin(hub, principal, drone, read_anew(), address), response, prefer)
 
 
 @router.patch(
@@ -138,15 +139,22 @@ async def read_parameters(
     openapi_extra=body_schema({"values": VALUES_SCHEMA}, ["values"]),
 )
 async def write_parameters(
-    request: Request, response: Response, principal: Pilot, drone_id: DronePath, prefer: Prefer = None
+    request: Request,
+    response: Response,
+    principal: Pilot,
+    authenticator: AuthenticatorDep,
+    hub: HubDep,
+    address: AddressDep,
+    drone_id: DronePath,
+    prefer: Prefer = None,
 ) -> OperationView:
     """Writes these in this order, each read back. `refusals` has those that are not as they were asked to be."""
     body = await read_body(request, ValuesToWrite)
-    principal = await admit(request, Action.FLY)
-    drone = await flown_drone(request, principal, drone_id)
+    principal = await authenticator.admit(request, Action.FLY)
+    drone = await flown_drone(hub, principal, drone_id)
     if drone.limits_of(principal.user_id, principal.role) is not None:
         raise LoanForbids(drone.record.name, NOT_A_BORROWERS)
-    return await answer(begin(request, principal, drone, write(body.values)), response, prefer)
+    return await answer(begin(hub, principal, drone, write(body.values), address), response, prefer)
 
 
 def _names(if_none_match: str | None, tag: str) -> bool:

@@ -6,17 +6,18 @@ import asyncio
 import time
 from typing import Annotated, Final, Literal
 
-from fastapi import APIRouter, Body, Path, Request, Response
+from fastapi import APIRouter, Body, Path, Response
 from fastapi.responses import FileResponse
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.api.access import Pilot, Viewer
+from server.api.dependencies import AuditDep, DatabaseDep, HubDep, RecordingsDep
 from server.api.http.problem_docs import answers
-from server.api.operations.asking import refuse_observers, watched_drone
-from server.api.tower import address_of, tower_of
+from server.api.operations.operation_requests import refuse_observers, watched_drone
 from server.domain.access import UnknownDrone
 from server.domain.people import Principal
 from server.domain.relations import Right
+from server.live.hub import Hub
 from server.live.operations.refusals import DroneOffline, OnlyWatches, TooManyOperations, ViewTaken
 from server.live.recordings.refusals import (
     AlreadyRecording,
@@ -31,8 +32,9 @@ from server.live.recordings.refusals import (
 )
 from server.live.recordings.views import RecordingView
 from server.live.relay.live_drone import LiveDrone
-from server.store.audit.action import AuditAction
+from server.store.database import Database
 from server.store.recordings import catalogue
+from server.store.recordings.recordings import Recordings
 from server.store.recordings.service import NOT_HERE
 from server.store.recordings.store import MP4
 from wire.video import Quality
@@ -55,36 +57,33 @@ class RecordingRequest(BaseModel):
     ] = None
 
 
-def video_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
+def video_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
     """A drone of whose video this user may see what was kept. Raises UnknownDrone, ViewTaken, OnlyWatches."""
-    drone = watched_drone(request, principal, drone_id)
+    drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
     if principal.user_id == drone.no_video_user_id:
         raise ViewTaken(drone.record.name)
     return drone
 
 
-def _recorded_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
+def _recorded_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
     """Raises UnknownDrone, ViewTaken, NotYoursToRecord."""
-    drone = video_drone(request, principal, drone_id)
+    drone = video_drone(hub, principal, drone_id)
     if not drone.may(principal.user_id, principal.role, Right.RECORD):
         raise NotYoursToRecord(drone.record.name)
     return drone
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
-    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
-
-
 @router.get("", responses=answers(*_WATCH))
-async def list_recordings(request: Request, principal: Viewer, drone_id: DronePath) -> list[RecordingView]:
+async def list_recordings(
+    principal: Viewer, hub: HubDep, database: DatabaseDep, recordings: RecordingsDep, drone_id: DronePath
+) -> list[RecordingView]:
     """All that the tower has of a drone, the newest first, also those that go on."""
-    drone = video_drone(request, principal, drone_id)
-    tower = tower_of(request)
-    async with tower.database.reading() as session:
+    drone = video_drone(hub, principal, drone_id)
+    async with database.reading() as session:
         rows = await catalogue.of_drone(session, drone.drone_id)
     user_id, role = principal.user_id, principal.role
-    return [tower.recordings.service.view(row) for row in rows if drone.knows_of(user_id, role, row.began_at)]
+    return [recordings.service.view(row) for row in rows if drone.knows_of(user_id, role, row.began_at)]
 
 
 @router.post(
@@ -96,41 +95,54 @@ async def list_recordings(request: Request, principal: Viewer, drone_id: DronePa
     ),
 )
 async def begin_recording(
-    request: Request,
     principal: Pilot,
+    hub: HubDep,
+    recordings: RecordingsDep,
+    audit: AuditDep,
     drone_id: DronePath,
     body: Annotated[RecordingRequest | None, Body()] = None,
 ) -> RecordingView:
     """Whoever has the controls, or an admin: the video of the drone is recorded from here on."""
-    drone = _recorded_drone(request, principal, drone_id)
-    if not tower_of(request).hub.flood.admits_recording(principal.user_id, time.monotonic()):
+    drone = _recorded_drone(hub, principal, drone_id)
+    if not hub.flood.admits_recording(principal.user_id, time.monotonic()):
         raise TooManyOperations
     named = body.quality if body is not None else None
     quality = None if named is None else Quality[named.upper()]
-    return await tower_of(request).recordings.service.begin(drone, principal, quality, _deed(request, principal))
+    return await recordings.service.begin(drone, principal, quality, audit.action(principal))
 
 
 @router.get("/{recording_id}", responses=answers(*_WATCH, UnknownRecording))
 async def get_recording(
-    request: Request, principal: Viewer, drone_id: DronePath, recording_id: RecordingPath
+    principal: Viewer,
+    hub: HubDep,
+    database: DatabaseDep,
+    recordings: RecordingsDep,
+    drone_id: DronePath,
+    recording_id: RecordingPath,
 ) -> RecordingView:
     """One of them."""
-    drone = video_drone(request, principal, drone_id)
-    return await _view(request, principal, drone, recording_id)
+    drone = video_drone(hub, principal, drone_id)
+    return await _view(database, recordings, principal, drone, recording_id)
 
 
 @router.post("/{recording_id}/stop", responses=answers(*_WATCH, NotYoursToRecord, UnknownRecording, TooManyOperations))
 async def end_recording(
-    request: Request, principal: Pilot, drone_id: DronePath, recording_id: RecordingPath
+    principal: Pilot,
+    hub: HubDep,
+    database: DatabaseDep,
+    recordings: RecordingsDep,
+    audit: AuditDep,
+    drone_id: DronePath,
+    recording_id: RecordingPath,
 ) -> RecordingView:
     """Whoever has the controls, or an admin: it ends, and its file is made. One that has ended stays as it is."""
-    drone = _recorded_drone(request, principal, drone_id)
+    drone = _recorded_drone(hub, principal, drone_id)
     # Not from the account for holding and landing: no flood of this kind may take that away.
-    if not tower_of(request).hub.flood.admits_operation(principal.user_id, time.monotonic(), stops=False):
+    if not hub.flood.admits_operation(principal.user_id, time.monotonic(), stops=False):
         raise TooManyOperations
-    await _view(request, principal, drone, recording_id)
-    await tower_of(request).recordings.service.end(recording_id, _deed(request, principal))
-    return await _view(request, principal, drone, recording_id)
+    await _view(database, recordings, principal, drone, recording_id)
+    await recordings.service.end(recording_id, audit.action(principal))
+    return await _view(database, recordings, principal, drone, recording_id)
 
 
 @router.get(
@@ -145,20 +157,24 @@ async def end_recording(
     },
 )
 async def get_recording_file(
-    request: Request, principal: Viewer, drone_id: DronePath, recording_id: RecordingPath
+    principal: Viewer,
+    hub: HubDep,
+    database: DatabaseDep,
+    recordings: RecordingsDep,
+    drone_id: DronePath,
+    recording_id: RecordingPath,
 ) -> FileResponse:
     """The video, as MP4 with H.264."""
-    drone = video_drone(request, principal, drone_id)
-    tower = tower_of(request)
-    async with tower.database.reading() as session:
+    drone = video_drone(hub, principal, drone_id)
+    async with database.reading() as session:
         row = await catalogue.known_to(session, principal, drone, recording_id)
-    if row.store != tower.recordings.store.id:
+    if row.store != recordings.store.id:
         raise NotReady(NOT_HERE)
     if row.state != "ready":
         raise NotReady(
             row.words if row.state == "failed" else "it is not ready yet: it is being recorded or made ready"
         )
-    path = tower.recordings.store.path(row.drone_id, row.file, MP4)
+    path = recordings.store.path(row.drone_id, row.file, MP4)
     if not await asyncio.to_thread(path.is_file):
         raise UnknownRecording
     name = f"{drone.record.name}-{row.began_at:%Y%m%d-%H%M%S}.mp4"
@@ -169,23 +185,29 @@ async def get_recording_file(
     "/{recording_id}", status_code=204, responses=answers(*_WATCH, NotYourRecording, UnknownRecording, RecordingBusy)
 )
 async def delete_recording(
-    request: Request, principal: Pilot, drone_id: DronePath, recording_id: RecordingPath
+    principal: Pilot,
+    hub: HubDep,
+    database: DatabaseDep,
+    audit: AuditDep,
+    recordings: RecordingsDep,
+    drone_id: DronePath,
+    recording_id: RecordingPath,
 ) -> None:
     """An owner of the drone, an admin of its team or of the tower: it is gone for good."""
-    drone = video_drone(request, principal, drone_id)
+    drone = video_drone(hub, principal, drone_id)
     if not drone.may(principal.user_id, principal.role, Right.ERASE):
         raise NotYourRecording(drone.record.name)
-    tower = tower_of(request)
-    async with tower.database.writing() as session:
+    async with database.writing() as session:
         await catalogue.known_to(session, principal, drone, recording_id)
-        row = await catalogue.delete(session, drone.drone_id, recording_id, deed=_deed(request, principal))
-    if row.store == tower.recordings.store.id:
-        await asyncio.to_thread(tower.recordings.store.remove, row.drone_id, row.file)
-    tower.recordings.notifier.tell("removed", catalogue.view_of(row))
+        row = await catalogue.delete(session, drone.drone_id, recording_id, action=audit.action(principal))
+    if row.store == recordings.store.id:
+        await asyncio.to_thread(recordings.store.remove, row.drone_id, row.file)
+    recordings.notifier.publish("removed", catalogue.view_of(row))
 
 
-async def _view(request: Request, principal: Principal, drone: LiveDrone, recording_id: int) -> RecordingView:
-    tower = tower_of(request)
-    async with tower.database.reading() as session:
+async def _view(
+    database: Database, recordings: Recordings, principal: Principal, drone: LiveDrone, recording_id: int
+) -> RecordingView:
+    async with database.reading() as session:
         row = await catalogue.known_to(session, principal, drone, recording_id)
-    return tower.recordings.service.view(row)
+    return recordings.service.view(row)

@@ -11,8 +11,9 @@ import structlog
 from starlette.responses import PlainTextResponse
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from server.api.anonymous.told import log_refusal
+from server.api.anonymous.refusal_log import log_refusal
 from server.api.anonymous.visit_scope import admitted
+from server.api.http.peer_address import address_of
 from server.api.http.private_path import is_private_path
 from server.api.relay.agent_sign_in import (
     AgentRefused,
@@ -25,7 +26,6 @@ from server.api.relay.agent_sign_in import (
 from server.api.relay.data_endpoint import DataEndpoint
 from server.api.relay.link_ticket import new_ticket
 from server.api.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
-from server.api.tower import address_of
 from server.domain.clock import Clock
 from server.live.anonymous.budget import AnonymousBudget
 from server.live.hub import GOING_DOWN, Hub

@@ -40,7 +40,7 @@ class LiveChannel:
         viewer: Principal,
         *,
         clock: Clock,
-        looks: SharedChecks,
+        shared_checks: SharedChecks,
         subprotocol: str | None,
         still_signed_in: StillSignedIn,
         write_round: WriteRound,
@@ -48,7 +48,7 @@ class LiveChannel:
         self._websocket = websocket
         self._hub = hub
         self._clock = clock
-        self._looks = looks
+        self._shared_checks = shared_checks
         self._subprotocol = subprotocol
         self._still_signed_in = still_signed_in
         self._ending = Ending()
@@ -150,7 +150,7 @@ class LiveChannel:
         await watch_session(
             self._browser.viewer,
             clock=self._clock,
-            looks=self._looks,
+            shared_checks=self._shared_checks,
             still_signed_in=self._still_signed_in,
             over=self._session_over,
         )

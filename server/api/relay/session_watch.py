@@ -14,7 +14,12 @@ ASK_DATABASE_EVERY_S: Final = 60.0
 
 
 async def watch_session(
-    viewer: Principal, *, clock: Clock, looks: SharedChecks, still_signed_in: StillSignedIn, over: Callable[[str], None]
+    viewer: Principal,
+    *,
+    clock: Clock,
+    shared_checks: SharedChecks,
+    still_signed_in: StillSignedIn,
+    over: Callable[[str], None],
 ) -> None:
     """Returns when it has ended, after `over` was called with the reason in words.
 
@@ -29,7 +34,7 @@ async def watch_session(
         return in_doubt or clock() >= expires_at or time.monotonic() - asked >= ASK_DATABASE_EVERY_S
 
     while True:
-        await looks.until(is_due)
+        await shared_checks.until(is_due)
         asked = time.monotonic()
         try:
             found = await still_signed_in.ask(clock())

@@ -1,18 +1,26 @@
 """How whoever watches signs in on a WebSocket: a session cookie from a page of ours, or a token. One way for all."""
 
-from datetime import datetime
-from typing import Final
+from __future__ import annotations
 
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated, Final
+
+from fastapi import Depends
 from starlette.websockets import WebSocket
 
-from server.api.access import authenticate, token_in
+from server.api.authentication import Authenticator, token_in
+from server.api.dependencies import ApiTokensDep, AuthenticatorDep, HubDep, SessionsDep, SettingsDep
 from server.api.http.origin import origin_allowed
-from server.api.tower import Tower, tower_of
 from server.domain.access import AccessRequest, Action, judge
 from server.domain.people import Principal, TokenId
 from server.domain.refusal import Refusal
 from server.domain.scopes import ALL_SCOPES, Scope
+from server.live.hub import Hub
 from server.live.relay.fleet_changes import role_changed
+from server.runtime.settings import Settings
+from server.store.accounts.sessions import Sessions
+from server.store.accounts.tokens import ApiTokens
 from server.store.database import DatabaseUnavailable
 
 TRY_AGAIN: Final = 1013
@@ -20,24 +28,53 @@ NOT_SIGNED_IN: Final = 4401
 WRONG_ORIGIN: Final = 4403
 
 
-async def sign_in_viewer(websocket: WebSocket, subprotocol: str | None) -> Principal | None:
-    """Who opens this. None: nobody who may; the connection has been closed with a code that says why.
+@dataclass(frozen=True)
+class ViewerSignIn:
+    """One for a connection. Make it before anything is looked up: it remembers the revision of the fleet."""
 
-    `?scopes=watch` asks for less than the sign-in allows.
-    """
-    tower = tower_of(websocket)
-    if token_in(websocket.headers) is None and not origin_allowed(websocket, tower.settings):
-        await turn_away(websocket, subprotocol, WRONG_ORIGIN, "this page may not talk to this tower")
-        return None
-    try:
-        viewer = await authenticate(websocket)
-    except DatabaseUnavailable:
-        await turn_away(websocket, subprotocol, TRY_AGAIN, "the database does not answer: try again")
-        return None
-    if isinstance(viewer, Refusal):
-        await turn_away(websocket, subprotocol, NOT_SIGNED_IN, viewer.message)
-        return None
-    return viewer.narrowed(_scopes_wanted(websocket))
+    authenticator: Authenticator
+    sessions: Sessions
+    api_tokens: ApiTokens
+    hub: Hub
+    settings: Settings
+    revision: int
+    """`hub.fleet.revision` before the sign-in was looked up. What changes between then and the moment at which the hub
+    has the connection would otherwise be told to nobody."""
+
+    async def sign_in(self, websocket: WebSocket, subprotocol: str | None) -> Principal | None:
+        """Who opens this. None: nobody who may; the connection has been closed with a code that says why.
+
+        `?scopes=watch` asks for less than the sign-in allows.
+        """
+        if token_in(websocket.headers) is None and not origin_allowed(websocket, self.settings):
+            await turn_away(websocket, subprotocol, WRONG_ORIGIN, "this page may not talk to this tower")
+            return None
+        try:
+            viewer = await self.authenticator.authenticate(websocket)
+        except DatabaseUnavailable:
+            await turn_away(websocket, subprotocol, TRY_AGAIN, "the database does not answer: try again")
+            return None
+        if isinstance(viewer, Refusal):
+            await turn_away(websocket, subprotocol, NOT_SIGNED_IN, viewer.message)
+            return None
+        return viewer.narrowed(_scopes_wanted(websocket))
+
+    def still_signed_in(self, viewer: Principal) -> StillSignedIn:
+        """Watches the sign-in from here on."""
+        return StillSignedIn(self.hub, self.sessions, self.api_tokens, viewer, revision=self.revision)
+
+
+async def _viewer_sign_in(
+    authenticator: AuthenticatorDep,
+    sessions: SessionsDep,
+    api_tokens: ApiTokensDep,
+    hub: HubDep,
+    settings: SettingsDep,
+) -> ViewerSignIn:
+    return ViewerSignIn(authenticator, sessions, api_tokens, hub, settings, hub.fleet.revision)
+
+
+ViewerSignInDep = Annotated[ViewerSignIn, Depends(_viewer_sign_in)]
 
 
 async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, why: str) -> None:
@@ -49,19 +86,22 @@ async def turn_away(websocket: WebSocket, subprotocol: str | None, code: int, wh
 class StillSignedIn:
     """Whether the sign-in of a connection that stays open still stands.
 
-    `revision`: `hub.fleet.revision` before the sign-in was looked up. What changes between then and the moment at which
-    the hub has the connection would otherwise be told to nobody.
+    `revision`: of ViewerSignIn.
     """
 
-    def __init__(self, tower: Tower, viewer: Principal, *, revision: int) -> None:
-        self._tower = tower
+    def __init__(
+        self, hub: Hub, sessions: Sessions, api_tokens: ApiTokens, viewer: Principal, *, revision: int
+    ) -> None:
+        self._hub = hub
+        self._sessions = sessions
+        self._api_tokens = api_tokens
         self._viewer = viewer
         self._revision = revision
         self._is_new = True
 
     def comes_into_doubt(self) -> bool:
         """Whether the fleet has changed since the last call, and the database must be asked. Call it each second."""
-        hub, is_new = self._tower.hub, self._is_new
+        hub, is_new = self._hub, self._is_new
         changed = hub.fleet.revision != self._revision
         self._revision, self._is_new = hub.fleet.revision, False
         return changed and (is_new or not hub.fleet.knows_sign_in(self._viewer.session_id))
@@ -70,9 +110,9 @@ class StillSignedIn:
         """What the database says, off the frame path; in words, where the connection must end."""
         signed_in_by = self._viewer.session_id
         if isinstance(signed_in_by, TokenId):
-            found = await self._tower.tokens.touch(signed_in_by, now)
+            found = await self._api_tokens.touch(signed_in_by, now)
         else:
-            found = await self._tower.sessions.touch(signed_in_by, now)
+            found = await self._sessions.touch(signed_in_by, now)
         if found is None:
             return "the session has ended"
         if found.role is not self._viewer.role:

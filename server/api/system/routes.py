@@ -13,8 +13,8 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 
 from server.api.access import Admin
+from server.api.dependencies import ClockDep, DatabaseDep, HubDep, LoopLagDep, SettingsDep, StartedAtDep
 from server.api.http.problem_docs import answers
-from server.api.tower import tower_of
 from server.domain.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.live.fleet.views import UserRefView
 from server.live.relay.census import online_users, take_census
@@ -71,26 +71,34 @@ class OnlineView(BaseModel):
 
 
 @router.get("/online", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
-async def who_is_online(request: Request, admin: Admin) -> list[OnlineView]:
+async def who_is_online(admin: Admin, hub: HubDep) -> list[OnlineView]:
     """Who has a live connection at this moment, by name."""
-    found = online_users(tower_of(request).hub.state)
+    found = online_users(hub.state)
     return [OnlineView(user=UserRefView(id=user_id, name=name), connections=many) for user_id, name, many in found]
 
 
 @router.get("/system", responses=answers(NotSignedIn, SessionExpired, AdminsOnly))
-async def system(request: Request, admin: Admin) -> SystemView:
+async def system(
+    request: Request,
+    admin: Admin,
+    clock: ClockDep,
+    settings: SettingsDep,
+    hub: HubDep,
+    started_at: StartedAtDep,
+    loop_lag: LoopLagDep,
+    database: DatabaseDep,
+) -> SystemView:
     """Database, disk, agents, clients, loop, versions, at this moment."""
-    tower = tower_of(request)
-    now = tower.clock()
-    disk = await asyncio.to_thread(shutil.disk_usage, tower.settings.var)
-    census = take_census(tower.hub.state)
+    now = clock()
+    disk = await asyncio.to_thread(shutil.disk_usage, settings.var)
+    census = take_census(hub.state)
     return SystemView(
         version=request.app.version,
         python=platform.python_version(),
-        started_at=tower.started_at,
-        uptime_s=round((now - tower.started_at).total_seconds(), 1),
-        loop_lag_ms=LagView(now=tower.loop_lag.now_ms, worst_60s=tower.loop_lag.worst_ms),
-        database=DatabaseView.model_validate(await database_facts(tower.database), from_attributes=True),
+        started_at=started_at,
+        uptime_s=round((now - started_at).total_seconds(), 1),
+        loop_lag_ms=LagView(now=loop_lag.now_ms, worst_60s=loop_lag.worst_ms),
+        database=DatabaseView.model_validate(await database_facts(database), from_attributes=True),
         disk=DiskView(free_bytes=disk.free, total_bytes=disk.total),
         agents=AgentsView(known=census.drones, online=census.online),
         clients=ClientsView(live=census.browsers, users=census.users),

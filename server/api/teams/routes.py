@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path
 from pydantic import BaseModel, ConfigDict, Field
 
-from server.api.access import Oneself, TeamKeeper, TeamMember, Viewer
+from server.api.access import Oneself, TeamEditor, TeamMember, Viewer
+from server.api.dependencies import AuditDep, ClockDep, DatabaseDep, EventHandlerDep, RosterDep
 from server.api.http.problem_docs import answers
-from server.api.tower import address_of, tower_of
 from server.domain.access import NotSignedIn, SessionExpired, UnknownDrone
+from server.domain.clock import Clock
 from server.domain.people import Principal
 from server.domain.relations import TeamRole
 from server.live.teams.refusals import (
@@ -26,7 +27,9 @@ from server.live.teams.refusals import (
     UnknownTeam,
 )
 from server.store.accounts.users import UnknownUser
-from server.store.audit.action import AuditAction
+from server.store.control.hub_event_handler import HubEventHandler
+from server.store.database import Database
+from server.store.fleet.roster import Roster
 from server.store.teams import invitations, teams
 from server.store.teams.teams import TeamManager
 from server.store.teams.views import InvitationView, ReceivedView, TeamView, views_of
@@ -53,152 +56,216 @@ class NewInvitation(MemberRole):
     name: Annotated[str, Field(description="The user's whole name; nobody looks whether anybody has it")]
 
 
-def _deed(request: Request, principal: Principal) -> AuditAction:
-    return AuditAction(by=principal, at=tower_of(request).clock(), address=address_of(request))
-
-
-async def _applied(request: Request) -> None:
+async def _applied(roster: Roster, event_handler: HubEventHandler) -> None:
     """What people gain or lose by the change, they have when it is answered: view, controls, video."""
-    tower = tower_of(request)
-    await tower.roster.refresh()
-    await tower.event_handler.caught_up()
+    await roster.refresh()
+    await event_handler.caught_up()
 
 
-async def _view(request: Request, principal: Principal, team_id: int) -> TeamView:
-    tower, keeper = tower_of(request), TeamManager.of(principal)
-    async with tower.database.reading() as session:
-        row = await teams.get_team(session, team_id, keeper)
-        (view,) = await views_of(session, [row], keeper, tower.clock())
+async def _view(database: Database, clock: Clock, principal: Principal, team_id: int) -> TeamView:
+    manager = TeamManager.of(principal)
+    async with database.reading() as session:
+        row = await teams.get_team(session, team_id, manager)
+        (view,) = await views_of(session, [row], manager, clock())
     return view
 
 
 @router.get("/teams")
-async def list_teams(request: Request, principal: Viewer) -> list[TeamView]:
+async def list_teams(principal: Viewer, database: DatabaseDep, clock: ClockDep) -> list[TeamView]:
     """The teams that one is in; for an admin of the tower all of them."""
-    tower, keeper = tower_of(request), TeamManager.of(principal)
-    async with tower.database.reading() as session:
-        return await views_of(session, await teams.list_teams(session, keeper), keeper, tower.clock())
+    manager = TeamManager.of(principal)
+    async with database.reading() as session:
+        return await views_of(session, await teams.list_teams(session, manager), manager, clock())
 
 
 @router.post("/teams", status_code=201, responses=answers(TooManyTeams))
-async def make_team(request: Request, principal: TeamKeeper, body: TeamName) -> TeamView:
+async def make_team(
+    principal: TeamEditor,
+    audit: AuditDep,
+    database: DatabaseDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    clock: ClockDep,
+    body: TeamName,
+) -> TeamView:
     """Makes a team, of which one is the admin. An admin of the tower makes it for others."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        row = await teams.make_team(session, name=body.name, keeper=keeper, deed=deed)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        row = await teams.make_team(session, name=body.name, manager=manager, action=action)
         team_id = row.id
-    await _applied(request)
-    return await _view(request, principal, team_id)
+    await _applied(roster, event_handler)
+    return await _view(database, clock, principal, team_id)
 
 
 @router.get("/teams/{team_id}", responses=answers(UnknownTeam))
-async def get_team(request: Request, principal: Viewer, team_id: Id) -> TeamView:
+async def get_team(principal: Viewer, database: DatabaseDep, clock: ClockDep, team_id: Id) -> TeamView:
     """One of them. One that somebody else is in does not exist."""
-    return await _view(request, principal, team_id)
+    return await _view(database, clock, principal, team_id)
 
 
 @router.patch("/teams/{team_id}", responses=_LED)
-async def rename_team(request: Request, principal: TeamKeeper, team_id: Id, body: TeamName) -> TeamView:
+async def rename_team(
+    principal: TeamEditor,
+    audit: AuditDep,
+    database: DatabaseDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    clock: ClockDep,
+    team_id: Id,
+    body: TeamName,
+) -> TeamView:
     """Team admin: gives it another name."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        await teams.rename_team(session, team_id, name=body.name, keeper=keeper, deed=deed)
-    await _applied(request)
-    return await _view(request, principal, team_id)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        await teams.rename_team(session, team_id, name=body.name, manager=manager, action=action)
+    await _applied(roster, event_handler)
+    return await _view(database, clock, principal, team_id)
 
 
 @router.delete("/teams/{team_id}", status_code=204, responses=_LED)
-async def delete_team(request: Request, principal: TeamKeeper, team_id: Id) -> None:
+async def delete_team(
+    principal: TeamEditor,
+    audit: AuditDep,
+    database: DatabaseDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    team_id: Id,
+) -> None:
     """Team admin: its drones go back to their owners alone; whoever flew one for the team loses it."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        await teams.delete_team(session, team_id, keeper=keeper, deed=deed)
-    await _applied(request)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        await teams.delete_team(session, team_id, manager=manager, action=action)
+    await _applied(roster, event_handler)
 
 
 @router.put("/teams/{team_id}/members/{user_id}", responses=_LED | answers(*(UnknownUser, LastTeamAdmin, TeamFull)))
 async def set_team_member(
-    request: Request, principal: TeamKeeper, team_id: Id, user_id: Id, body: MemberRole
+    principal: TeamEditor,
+    audit: AuditDep,
+    database: DatabaseDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    clock: ClockDep,
+    team_id: Id,
+    user_id: Id,
+    body: MemberRole,
 ) -> TeamView:
     """Team admin: changes the role of a member. An admin of the tower brings in anybody."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        await teams.set_role(session, team_id, user_id=user_id, role=body.role, keeper=keeper, deed=deed)
-    await _applied(request)
-    return await _view(request, principal, team_id)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        await teams.set_role(session, team_id, user_id=user_id, role=body.role, manager=manager, action=action)
+    await _applied(roster, event_handler)
+    return await _view(database, clock, principal, team_id)
 
 
 @router.delete(
     "/teams/{team_id}/members/{user_id}", status_code=204, responses=_LED | answers(UnknownUser, LastTeamAdmin)
 )
-async def remove_team_member(request: Request, principal: TeamMember, team_id: Id, user_id: Id) -> None:
+async def remove_team_member(
+    principal: TeamMember,
+    audit: AuditDep,
+    database: DatabaseDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    team_id: Id,
+    user_id: Id,
+) -> None:
     """Team admin, or oneself: what they lose with it, they have lost when this is answered."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        await teams.remove_member(session, team_id, user_id=user_id, keeper=keeper, deed=deed)
-    await _applied(request)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        await teams.remove_member(session, team_id, user_id=user_id, manager=manager, action=action)
+    await _applied(roster, event_handler)
 
 
 @router.put(
     "/teams/{team_id}/drones/{drone_id}",
     responses=_LED | answers(*(UnknownDrone, NotYourDrone, InAnotherTeam, DroneInUse, TeamFull)),
 )
-async def add_team_drone(request: Request, principal: TeamKeeper, team_id: Id, drone_id: Id) -> TeamView:
+async def add_team_drone(
+    principal: TeamEditor,
+    audit: AuditDep,
+    database: DatabaseDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    clock: ClockDep,
+    team_id: Id,
+    drone_id: Id,
+) -> TeamView:
     """Team admin who owns the drone: everybody in the team sees it from now on. Doing it twice changes nothing."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        await teams.add_drone(session, team_id, drone_id=drone_id, keeper=keeper, deed=deed)
-    await _applied(request)
-    return await _view(request, principal, team_id)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        await teams.add_drone(session, team_id, drone_id=drone_id, manager=manager, action=action)
+    await _applied(roster, event_handler)
+    return await _view(database, clock, principal, team_id)
 
 
 @router.delete("/teams/{team_id}/drones/{drone_id}", status_code=204, responses=_LED | answers(UnknownDrone))
-async def remove_team_drone(request: Request, principal: TeamKeeper, team_id: Id, drone_id: Id) -> None:
+async def remove_team_drone(
+    principal: TeamEditor,
+    audit: AuditDep,
+    database: DatabaseDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    team_id: Id,
+    drone_id: Id,
+) -> None:
     """Team admin, or an owner of the drone: whoever flew it for the team loses it at once."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        await teams.remove_drone(session, team_id, drone_id=drone_id, keeper=keeper, deed=deed)
-    await _applied(request)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        await teams.remove_drone(session, team_id, drone_id=drone_id, manager=manager, action=action)
+    await _applied(roster, event_handler)
 
 
 @router.post("/teams/{team_id}/invitations", status_code=201, responses=_LED | answers(MemberAlready, TeamFull))
-async def invite_to_team(request: Request, principal: TeamKeeper, team_id: Id, body: NewInvitation) -> InvitationView:
+async def invite_to_team(
+    principal: TeamEditor, audit: AuditDep, database: DatabaseDep, team_id: Id, body: NewInvitation
+) -> InvitationView:
     """Team admin: whoever has this name may join within a week. The answer is the same whether anybody has it."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        row = await invitations.invite(session, team_id, name=body.name, role=body.role, keeper=keeper, deed=deed)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        row = await invitations.invite(session, team_id, name=body.name, role=body.role, manager=manager, action=action)
         return InvitationView.of(row)
 
 
 @router.delete(
     "/teams/{team_id}/invitations/{invitation_id}", status_code=204, responses=_LED | answers(UnknownInvitation)
 )
-async def withdraw_invitation(request: Request, principal: TeamKeeper, team_id: Id, invitation_id: Id) -> None:
+async def withdraw_invitation(
+    principal: TeamEditor, audit: AuditDep, database: DatabaseDep, team_id: Id, invitation_id: Id
+) -> None:
     """Team admin: it is worth nothing from then on."""
-    deed, keeper = _deed(request, principal), TeamManager.of(principal)
-    async with tower_of(request).database.writing() as session:
-        await invitations.withdraw(session, team_id, invitation_id, keeper=keeper, deed=deed)
+    action, manager = audit.action(principal), TeamManager.of(principal)
+    async with database.writing() as session:
+        await invitations.withdraw(session, team_id, invitation_id, manager=manager, action=action)
 
 
 @router.get("/me/invitations")
-async def list_invitations(request: Request, principal: Oneself) -> list[ReceivedView]:
+async def list_invitations(principal: Oneself, database: DatabaseDep, audit: AuditDep) -> list[ReceivedView]:
     """Teams that one may join, the newest first."""
-    async with tower_of(request).database.reading() as session:
-        found = await invitations.received(session, principal, _deed(request, principal))
+    async with database.reading() as session:
+        found = await invitations.received(session, principal, audit.action(principal))
         return [ReceivedView.of(one) for one in found]
 
 
 @router.post("/me/invitations/{invitation_id}/accept", responses=answers(UnknownInvitation, TeamFull))
-async def accept_invitation(request: Request, principal: Oneself, invitation_id: Id) -> TeamView:
+async def accept_invitation(
+    principal: Oneself,
+    database: DatabaseDep,
+    audit: AuditDep,
+    roster: RosterDep,
+    event_handler: EventHandlerDep,
+    clock: ClockDep,
+    invitation_id: Id,
+) -> TeamView:
     """One is in the team from then on."""
-    async with tower_of(request).database.writing() as session:
-        team_id = await invitations.accept(session, principal, invitation_id, deed=_deed(request, principal))
-    await _applied(request)
-    return await _view(request, principal, team_id)
+    async with database.writing() as session:
+        team_id = await invitations.accept(session, principal, invitation_id, action=audit.action(principal))
+    await _applied(roster, event_handler)
+    return await _view(database, clock, principal, team_id)
 
 
 @router.post("/me/invitations/{invitation_id}/decline", status_code=204, responses=answers(UnknownInvitation))
-async def decline_invitation(request: Request, principal: Oneself, invitation_id: Id) -> None:
+async def decline_invitation(principal: Oneself, database: DatabaseDep, audit: AuditDep, invitation_id: Id) -> None:
     """The team does not learn of it."""
-    async with tower_of(request).database.writing() as session:
-        await invitations.decline(session, principal, invitation_id, deed=_deed(request, principal))
+    async with database.writing() as session:
+        await invitations.decline(session, principal, invitation_id, action=audit.action(principal))

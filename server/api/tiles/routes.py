@@ -9,13 +9,13 @@ from __future__ import annotations
 import asyncio
 from typing import Annotated, Final, Literal
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
 from server.api.access import Viewer
+from server.api.dependencies import SettingsDep
 from server.api.http.problem_docs import answers
-from server.api.tower import tower_of
 from server.domain.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
 from server.runtime.tile_source import NoTileFile, TileAddresses, TileFile
 
@@ -41,9 +41,8 @@ class MapView(BaseModel):
 
 
 @router.get("")
-async def get_map(request: Request, principal: Viewer) -> MapView:
+async def get_map(principal: Viewer, settings: SettingsDep) -> MapView:
     """What is drawn over the coastline that every console has."""
-    settings = tower_of(request).settings
     match settings.tiles:
         case TileAddresses(template=template):
             return MapView(
@@ -78,9 +77,9 @@ async def get_map(request: Request, principal: Viewer) -> MapView:
         **answers(NoTileFile),
     },
 )
-async def get_tile_file(request: Request, principal: Viewer) -> FileResponse:
+async def get_tile_file(principal: Viewer, settings: SettingsDep) -> FileResponse:
     """The file of tiles, whole or by ranges."""
-    source = tower_of(request).settings.tiles
+    source = settings.tiles
     if not isinstance(source, TileFile):
         raise NoTileFile
     try:

@@ -1,17 +1,17 @@
-"""The doors of video: two WebSockets, and how it is for those who only ask."""
+"""Video: two WebSockets, and the state of it for those who only ask."""
 
 from __future__ import annotations
 
 import time
 from typing import Annotated, Final
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path
 from starlette.websockets import WebSocket
 
 from server.api.access import Viewer
+from server.api.dependencies import AnonymousBudgetDep, ClockDep, HubDep, SharedChecksDep
 from server.api.http.problem_docs import answers
-from server.api.relay.viewer_sign_in import StillSignedIn, sign_in_viewer, turn_away
-from server.api.tower import tower_of
+from server.api.relay.viewer_sign_in import ViewerSignInDep, turn_away
 from server.api.video.agent_channel import AgentVideoSocket
 from server.api.video.viewer_channel import BAD_REQUEST, ViewerChannel
 from server.domain.access import UnknownDrone
@@ -29,25 +29,29 @@ _NO_DRONE: Final = DroneId(0)
 
 
 @router.websocket("/api/v1/agent/video")
-async def agent_video(websocket: WebSocket) -> None:
+async def agent_video(websocket: WebSocket, hub: HubDep, anonymous: AnonymousBudgetDep) -> None:
     """The units of one agent."""
-    tower = tower_of(websocket)
-    await AgentVideoSocket(websocket, tower.hub, tower.anonymous).run()
+    await AgentVideoSocket(websocket, hub, anonymous).run()
 
 
 @router.websocket("/api/v1/drones/{drone_id}/video")
-async def watch_video(websocket: WebSocket, drone_id: str) -> None:
+async def watch_video(
+    websocket: WebSocket,
+    viewer_sign_in: ViewerSignInDep,
+    hub: HubDep,
+    clock: ClockDep,
+    shared_checks: SharedChecksDep,
+    drone_id: str,
+) -> None:
     """Units and states for one viewer. `?quality=low|medium|high&codec=mpeg1|h264`, or several codecs, the best first:
     the first that the agent offers, or the last."""
-    tower = tower_of(websocket)
     offered = websocket.scope["subprotocols"]
     subprotocol = VIEWER_VIDEO_SUBPROTOCOL if VIEWER_VIDEO_SUBPROTOCOL in offered else None
-    revision = tower.hub.fleet.revision
-    viewer = await sign_in_viewer(websocket, subprotocol)
+    viewer = await viewer_sign_in.sign_in(websocket, subprotocol)
     if viewer is None:
         return
     number = DroneId(int(drone_id)) if drone_id.isascii() and drone_id.isdigit() and len(drone_id) < 11 else _NO_DRONE
-    refusal = why_not_watch(tower.hub.state.drones.get(number), viewer)
+    refusal = why_not_watch(hub.state.drones.get(number), viewer)
     if refusal is not None:
         await turn_away(websocket, subprotocol, refusal.code, refusal.words)
         return
@@ -56,10 +60,16 @@ async def watch_video(websocket: WebSocket, drone_id: str) -> None:
     except MalformedVideoRequest as error:
         await turn_away(websocket, subprotocol, BAD_REQUEST, str(error))
         return
-    key = tower.hub.video.first_offered(number, keys)
-    signed_in = StillSignedIn(tower, viewer, revision=revision)
+    key = hub.video.first_offered(number, keys)
     channel = ViewerChannel(
-        websocket, tower.hub, viewer, number, key, clock=tower.clock, looks=tower.looks, still_signed_in=signed_in
+        websocket,
+        hub,
+        viewer,
+        number,
+        key,
+        clock=clock,
+        shared_checks=shared_checks,
+        still_signed_in=viewer_sign_in.still_signed_in(viewer),
     )
     await channel.run(subprotocol)
 
@@ -73,9 +83,9 @@ def _said(websocket: WebSocket, name: str, otherwise: str) -> str:
 
 
 @router.get("/api/v1/drones/{drone_id}/video", responses=answers(UnknownDrone, ViewTaken))
-async def get_video(request: Request, principal: Viewer, drone_id: DronePath) -> VideoView:
+async def get_video(principal: Viewer, hub: HubDep, drone_id: DronePath) -> VideoView:
     """How it is with the video of a drone, and which streams its agent is asked for."""
-    hub, now = tower_of(request).hub, time.monotonic()
+    now = time.monotonic()
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone

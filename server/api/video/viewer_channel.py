@@ -50,13 +50,13 @@ class ViewerChannel:
         key: StreamKey,
         *,
         clock: Clock,
-        looks: SharedChecks,
+        shared_checks: SharedChecks,
         still_signed_in: StillSignedIn,
     ) -> None:
         self._websocket = websocket
         self._hub = hub
         self._clock = clock
-        self._looks = looks
+        self._shared_checks = shared_checks
         self._still_signed_in = still_signed_in
         self._ending = Ending()
         now = time.monotonic()
@@ -170,7 +170,7 @@ class ViewerChannel:
         await watch_session(
             self._viewer.viewer,
             clock=self._clock,
-            looks=self._looks,
+            shared_checks=self._shared_checks,
             still_signed_in=self._still_signed_in,
             over=self._session_over,
         )

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from server.app.commands.session import CommandError, as_table, deed_now, keep_secret, with_database
+from server.app.commands.session import CommandError, action_now, as_table, keep_secret, with_database
 from server.domain.fleet import DroneRecord, FleetSnapshot
 from server.runtime.settings import Settings
 from server.store.accounts.tables import UserRow
@@ -40,10 +40,10 @@ def add_drone(
 
     async def work(database: Database, _settings: Settings) -> tuple[DroneRow, str]:
         async with database.writing() as session:
-            row = await drones.create_drone(session, name=name, deed=deed_now())
+            row = await drones.create_drone(session, name=name, action=action_now())
             for one in owner or []:
                 user = await _user(session, one)
-                await drones.add_owner(session, drone_id=row.id, user_id=user.id, deed=deed_now())
+                await drones.add_owner(session, drone_id=row.id, user_id=user.id, action=action_now())
             # Inside the transaction: a drone whose token could not be kept is not added.
             return row, await _new_token(session, row.id, hours, token_file)
 
@@ -71,7 +71,7 @@ def revoke_key(drone: Which) -> None:
     async def work(database: Database, _settings: Settings) -> str:
         async with database.writing() as session:
             found = await find_named(session, drone)
-            return (await drones.revoke_key(session, drone_id=found.id, deed=deed_now())).name
+            return (await drones.revoke_key(session, drone_id=found.id, action=action_now())).name
 
     typer.echo(f"no agent can sign in as {with_database(work)} until one is enrolled")
 
@@ -108,7 +108,7 @@ def _change_owner(drone: str, user: str, *, add: bool) -> str:
         async with database.writing() as session:
             row, owner = await find_named(session, drone), await _user(session, user)
             change = drones.add_owner if add else drones.remove_owner
-            await change(session, drone_id=row.id, user_id=owner.id, deed=deed_now())
+            await change(session, drone_id=row.id, user_id=owner.id, action=action_now())
             return row.name
 
     return with_database(work)
@@ -134,7 +134,7 @@ async def _user(session: DatabaseSession, name: str) -> UserRow:
 
 
 async def _new_token(session: DatabaseSession, drone_id: int, hours: float, token_file: Path | None) -> str:
-    _, _, token, _ = await enrolments.begin(session, drone_id=drone_id, lasts_s=hours * 3600, deed=deed_now())
+    _, _, token, _ = await enrolments.begin(session, drone_id=drone_id, lasts_s=hours * 3600, action=action_now())
     keep_secret(token, token_file)
     return token
 

@@ -27,7 +27,7 @@ def settings_now() -> Settings:
     return read_settings(os.environ)
 
 
-def deed_now() -> AuditAction:
+def action_now() -> AuditAction:
     return AuditAction(by=COMMAND_LINE, at=datetime.now(UTC))
 
 

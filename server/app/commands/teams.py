@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from server.app.commands.drones import find_named
-from server.app.commands.session import CommandError, as_table, deed_now, with_database
+from server.app.commands.session import CommandError, action_now, as_table, with_database
 from server.domain.relations import TeamRole
 from server.runtime.settings import Settings
 from server.store.accounts.users import find_user
@@ -31,7 +31,7 @@ def add_team(
 
     async def work(database: Database, _settings: Settings) -> TeamRow:
         async with database.writing() as session:
-            row = await teams.make_team(session, name=name, keeper=COMMAND_LINE, deed=deed_now())
+            row = await teams.make_team(session, name=name, manager=COMMAND_LINE, action=action_now())
             for one in admin or []:
                 await _set_role(session, row, one, TeamRole.ADMIN)
             return row
@@ -47,7 +47,7 @@ def list_teams() -> None:
     async def work(database: Database, _settings: Settings) -> list[TeamView]:
         async with database.reading() as session:
             rows = await teams.list_teams(session, COMMAND_LINE)
-            return await views_of(session, rows, COMMAND_LINE, deed_now().at)
+            return await views_of(session, rows, COMMAND_LINE, action_now().at)
 
     rows: list[tuple[object, ...]] = [
         (
@@ -81,7 +81,7 @@ def set_member(
             found = await find_user(session, user)
             if found is None:
                 raise CommandError(f"there is no user named {user}")
-            await teams.remove_member(session, row.id, user_id=found.id, keeper=COMMAND_LINE, deed=deed_now())
+            await teams.remove_member(session, row.id, user_id=found.id, manager=COMMAND_LINE, action=action_now())
             return f"{user} is not in {row.name}"
 
     typer.echo(with_database(work))
@@ -99,7 +99,7 @@ def set_drone(
         async with database.writing() as session:
             row, found = await _team(session, team), await find_named(session, drone)
             change = teams.remove_drone if remove else teams.add_drone
-            await change(session, row.id, drone_id=found.id, keeper=COMMAND_LINE, deed=deed_now())
+            await change(session, row.id, drone_id=found.id, manager=COMMAND_LINE, action=action_now())
             return f"{found.name} is {'not ' if remove else ''}in {row.name}"
 
     typer.echo(with_database(work))
@@ -109,7 +109,7 @@ async def _set_role(session: DatabaseSession, team: TeamRow, user: str, role: Te
     found = await find_user(session, user)
     if found is None:
         raise CommandError(f"there is no user named {user}")
-    await teams.set_role(session, team.id, user_id=found.id, role=role, keeper=COMMAND_LINE, deed=deed_now())
+    await teams.set_role(session, team.id, user_id=found.id, role=role, manager=COMMAND_LINE, action=action_now())
 
 
 async def _team(session: DatabaseSession, which: str) -> TeamRow:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from server.app.commands.session import CommandError, as_table, deed_now, keep_secret, with_database
+from server.app.commands.session import CommandError, action_now, as_table, keep_secret, with_database
 from server.domain.scopes import Scope
 from server.runtime.settings import Settings
 from server.store.accounts import tokens
@@ -35,12 +35,12 @@ def add_token(
 
     async def work(database: Database, settings: Settings) -> tuple[ApiTokenRow, str]:
         async with database.writing() as session:
-            deed = deed_now()
+            action = action_now()
             ends = None
             if expires_days is not None:
                 if not 0 < expires_days <= settings.token_longest_days:
                     raise tokens.BadExpiry(f"a token lives for up to {settings.token_longest_days} days")
-                ends = deed.at + timedelta(days=expires_days)
+                ends = action.at + timedelta(days=expires_days)
             owner = await find_user(session, user)
             if owner is None:
                 raise CommandError(f"there is no user named {user}")
@@ -50,7 +50,7 @@ def add_token(
                 name=name,
                 scopes=scope,
                 expires_at=ends,
-                deed=deed,
+                action=action,
                 longest=timedelta(days=settings.token_longest_days),
             )
             # Inside the transaction: a token that could not be kept is not made.
@@ -93,7 +93,7 @@ def revoke_token(
 
     async def work(database: Database, _settings: Settings) -> None:
         async with database.writing() as session:
-            await tokens.revoke_token(session, token_id=token_id, of_user=None, deed=deed_now())
+            await tokens.revoke_token(session, token_id=token_id, of_user=None, action=action_now())
 
     with_database(work)
     typer.echo(f"token {token_id} is revoked")

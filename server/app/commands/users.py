@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from server.app.commands.session import CommandError, as_table, deed_now, passwords_of, with_database
+from server.app.commands.session import CommandError, action_now, as_table, passwords_of, with_database
 from server.domain.people import Role
 from server.runtime.settings import Settings
 from server.store.accounts import users
@@ -49,7 +49,7 @@ def add_user(
                 name=name,
                 role=role,
                 password_hash=password_hash,
-                deed=deed_now(),
+                action=action_now(),
                 must_change_password=first,
             )
 
@@ -119,7 +119,7 @@ def reset_second_factor(name: Name) -> None:
     async def work(database: Database, _settings: Settings) -> None:
         async with database.writing() as session:
             found = await _found(session, name)
-            await users.reset_second_factor(session, user_id=found.id, deed=deed_now())
+            await users.reset_second_factor(session, user_id=found.id, action=action_now())
 
     with_database(work)
     typer.echo(f"{name} signs in with the password alone")
@@ -150,7 +150,7 @@ def enable_user(name: Name) -> None:
 async def _change(database: Database, name: str, change: UserChange) -> None:
     async with database.writing() as session:
         found = await _found(session, name)
-        await users.change_user(session, user_id=found.id, change=change, deed=deed_now())
+        await users.change_user(session, user_id=found.id, change=change, action=action_now())
 
 
 async def _found(session: DatabaseSession, name: str) -> UserRow:

@@ -77,8 +77,8 @@ def write(values: Mapping[str, float]) -> Order:
     return Order("parameters_write", Lane.PARAMETERS, [step], writes=True, about=about)
 
 
-def parameters_json(shelf: ReportedParameters, table: Table) -> bytes:
+def parameters_json(reported: ReportedParameters, table: Table) -> bytes:
     """The `ParametersView`."""
     values = [{"name": one.name, "value": one.value, "kind": one.kind} for one in table]
-    whole = {"hash": shelf.told.hash, "complete": True, "read_at": shelf.read_at, "values": values}
+    whole = {"hash": reported.told.hash, "complete": True, "read_at": reported.read_at, "values": values}
     return _encoder.encode(whole)

@@ -20,7 +20,7 @@ class RecordingNotifier:
         self._hub = hub
         self.counts: Counter[str] = Counter()
 
-    def tell(self, event: What, view: RecordingView) -> None:
+    def publish(self, event: What, view: RecordingView) -> None:
         """To whoever may watch the drone's video now."""
         self.counts[event] += 1
         state = self._hub.state

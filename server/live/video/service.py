@@ -144,7 +144,7 @@ class VideoService:
 
     # -- who may watch -------------------------------------------------------------------------------------------
 
-    def look_again(self, drone_id: DroneId | None = None) -> None:
+    def recheck(self, drone_id: DroneId | None = None) -> None:
         """Owners, loans, leases or drones have changed (of one drone, or any): who may not watch any more is gone."""
         for viewer in list(self._viewers.values()):
             if drone_id is None or viewer.drone_id == drone_id:

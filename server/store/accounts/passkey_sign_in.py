@@ -126,7 +126,7 @@ class PasskeySignInService:
             await self._refused(checked.user, checked.passkey, fault.why, address, now)
             raise WrongPasskey from None
 
-    def take_challenge(self, client_data: str, *, asked: Asked, now: datetime) -> bytes:
+    def use_challenge(self, client_data: str, *, asked: Asked, now: datetime) -> bytes:
         """Uses it up. Raises ChallengeOver or PasskeyFault."""
         challenge = challenge_in(client_data)
         self.challenges.take(challenge, purpose=asked.purpose, asker=asked.asker, now_s=now.timestamp())
@@ -137,7 +137,7 @@ class PasskeySignInService:
     ) -> _Checked:
         response = credential["response"]
         try:
-            challenge = self.take_challenge(response["clientDataJSON"], asked=asked, now=now)
+            challenge = self.use_challenge(response["clientDataJSON"], asked=asked, now=now)
             credential_id = base64url_to_bytes(credential["rawId"])
         except (PasskeyFault, ValueError):
             raise PasskeyRefused from None

@@ -59,7 +59,7 @@ async def begin_adding(session: AsyncSession, user_id: int) -> tuple[UserRow, li
 
 
 async def add(
-    session: AsyncSession, *, user_id: int, new: NewCredential, name: str, party_id: str, deed: AuditAction
+    session: AsyncSession, *, user_id: int, new: NewCredential, name: str, party_id: str, action: AuditAction
 ) -> tuple[PasskeyRow, list[str]]:
     """The passkey, and recovery codes where this is the first factor: they are told this once.
 
@@ -81,33 +81,37 @@ async def add(
         party_id=party_id,
         transports=" ".join(new.transports),
         synced=new.synced,
-        created_at=deed.at,
+        created_at=action.at,
     )
     session.add(passkey)
     row.passkey_count += 1
     await session.flush()
-    deed.record(session, "passkey.added", user_id=row.id, user=row.name, passkey_id=passkey.id, passkey=name)
+    action.record(session, "passkey.added", user_id=row.id, user=row.name, passkey_id=passkey.id, passkey=name)
     return passkey, codes
 
 
-async def rename(session: AsyncSession, *, user_id: int, passkey_id: int, name: str, deed: AuditAction) -> PasskeyRow:
+async def rename(session: AsyncSession, *, user_id: int, passkey_id: int, name: str, action: AuditAction) -> PasskeyRow:
     """Raises UnknownPasskey or BadName."""
     name = clean_name(name)
     passkey = await _own(session, user_id, passkey_id)
     if name != passkey.name:
-        deed.record(session, "passkey.renamed", passkey_id=passkey.id, passkey=name, before=passkey.name)
+        action.record(session, "passkey.renamed", passkey_id=passkey.id, passkey=name, before=passkey.name)
         passkey.name = name
     return passkey
 
 
-async def remove(session: AsyncSession, *, user_id: int, passkey_id: int, deed: AuditAction, is_demanded: bool) -> None:
+async def remove(
+    session: AsyncSession, *, user_id: int, passkey_id: int, action: AuditAction, is_demanded: bool
+) -> None:
     """`is_demanded`: the user must have a second factor. Raises UnknownPasskey or LastFactor."""
     row = await _locked(session, user_id)
     passkey = await _own(session, user_id, passkey_id)
     is_last = row.passkey_count == 1 and row.totp_sealed is None
     if is_last and is_demanded:
         raise LastFactor
-    deed.record(session, "passkey.removed", user_id=row.id, user=row.name, passkey_id=passkey.id, passkey=passkey.name)
+    action.record(
+        session, "passkey.removed", user_id=row.id, user=row.name, passkey_id=passkey.id, passkey=passkey.name
+    )
     await session.delete(passkey)
     row.passkey_count -= 1
     if is_last:

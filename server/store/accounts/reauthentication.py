@@ -38,19 +38,19 @@ def fresh_until(proved_at: datetime | None) -> datetime | None:
     return None if proved_at is None else proved_at + PROOF_MAX_AGE
 
 
-async def renew(session: AsyncSession, principal: Principal, *, kind: str, deed: AuditAction) -> None:
+async def renew(session: AsyncSession, principal: Principal, *, kind: str, action: AuditAction) -> None:
     """Notes the proof in the session that gave it. In `Database.writing()`. Raises UnknownSession if it has ended."""
     if isinstance(principal.session_id, TokenId):
         raise UnknownSession
     row = await session.get(SessionRow, principal.session_id)
     if row is None or row.user_id != principal.user_id:
         raise UnknownSession
-    row.proved_at = deed.at
-    deed.record(session, "session.proved", session_id=row.id, kind=kind)
+    row.proved_at = action.at
+    action.record(session, "session.proved", session_id=row.id, kind=kind)
 
 
 async def prove_by_password(
-    door: SignInService, principal: Principal, *, password: str, code: str | None, deed: AuditAction
+    door: SignInService, principal: Principal, *, password: str, code: str | None, action: AuditAction
 ) -> None:
     """The password, and a code where the account has a second factor.
 
@@ -58,27 +58,29 @@ async def prove_by_password(
     """
     async with door.database.reading() as session:
         user = await get_user(session, principal.user_id)
-    await door.check_own_password(user=user, password=password, address=deed.address, now=deed.at)
+    await door.check_own_password(user=user, password=password, address=action.address, now=action.at)
     if user.has_second_factor:
         if not code:
             raise CodeNeeded
-        door.throttle_codes(principal, deed.address, deed.at)
-    if not await _renewed(door, principal, user, code or "", deed):
+        door.throttle_codes(principal, action.address, action.at)
+    if not await _renewed(door, principal, user, code or "", action):
         async with door.database.writing() as session:
             refused = {"why": "wrong code"}
-            record(session, at=deed.at, actor=deed.by, action="session.refused", address=deed.address, detail=refused)
+            record(
+                session, at=action.at, actor=action.by, action="session.refused", address=action.address, detail=refused
+            )
         raise WrongCode
     if user.has_second_factor:
-        door.code_was_right(principal, deed.address)
+        door.code_was_right(principal, action.address)
 
 
-async def _renewed(door: SignInService, principal: Principal, checked: UserRow, code: str, deed: AuditAction) -> bool:
+async def _renewed(door: SignInService, principal: Principal, checked: UserRow, code: str, action: AuditAction) -> bool:
     """False where the code is wrong."""
     async with door.database.writing() as session:
         user = await get_user(session, principal.user_id)
         if user.password_hash != checked.password_hash or user.has_second_factor != checked.has_second_factor:
             raise WrongPassword  # changed while it was being checked
-        if user.has_second_factor and not await spend(session, user, code, deed.at, door.vault):
+        if user.has_second_factor and not await spend(session, user, code, action.at, door.vault):
             return False
-        await renew(session, principal, kind="password", deed=deed)
+        await renew(session, principal, kind="password", action=action)
     return True

@@ -63,7 +63,7 @@ def begin(row: UserRow, vault: Vault) -> str:
     return secret
 
 
-async def confirm(session: AsyncSession, row: UserRow, code: str, deed: AuditAction, vault: Vault) -> list[str]:
+async def confirm(session: AsyncSession, row: UserRow, code: str, action: AuditAction, vault: Vault) -> list[str]:
     """From here on the door asks for codes. Returns the recovery codes, which are told this once; none where a
     passkey brought them already."""
     await _lock(session, row)
@@ -72,11 +72,11 @@ async def confirm(session: AsyncSession, row: UserRow, code: str, deed: AuditAct
     if row.totp_pending_sealed is None:
         raise NoSecondFactorBegun
     secret = vault.open(row.totp_pending_sealed, about=about(row.id))
-    step = totp.step_of(code, secret, now=deed.at, after=None)
+    step = totp.step_of(code, secret, now=action.at, after=None)
     if step is None:
         raise WrongCode
     row.totp_sealed, row.totp_pending_sealed, row.totp_last_step = row.totp_pending_sealed, None, step
-    deed.record(session, "user.second_factor_on", user_id=row.id, user=row.name)
+    action.record(session, "user.second_factor_on", user_id=row.id, user=row.name)
     return [] if row.passkey_count else await new_codes(session, row)
 
 
@@ -101,34 +101,34 @@ async def spend(session: AsyncSession, row: UserRow, code: str, now: datetime, v
     return used.first() is not None
 
 
-async def renew_codes(session: AsyncSession, row: UserRow, deed: AuditAction) -> list[str]:
+async def renew_codes(session: AsyncSession, row: UserRow, action: AuditAction) -> list[str]:
     """New recovery codes; the old ones are worth nothing. Raises NoSecondFactorBegun."""
     if not row.has_second_factor:
         raise NoSecondFactorBegun
-    deed.record(session, "user.recovery_codes_renewed", user_id=row.id, user=row.name)
+    action.record(session, "user.recovery_codes_renewed", user_id=row.id, user=row.name)
     return await new_codes(session, row)
 
 
-async def remove(session: AsyncSession, row: UserRow, deed: AuditAction, *, is_demanded: bool = False) -> None:
+async def remove(session: AsyncSession, row: UserRow, action: AuditAction, *, is_demanded: bool = False) -> None:
     """By its user; their passkeys stay. `is_demanded`: one factor must. Raises NoSecondFactorBegun or LastFactor."""
     await _lock(session, row)
     if row.totp_sealed is None:
         raise NoSecondFactorBegun
     if is_demanded and not row.passkey_count:
         raise LastFactor
-    await _remove_codes_of_authenticator(session, row, deed)
+    await _remove_codes_of_authenticator(session, row, action)
     if not row.has_second_factor:
         await forget_codes(session, row.id)
 
 
-async def reset(session: AsyncSession, row: UserRow, deed: AuditAction) -> None:
+async def reset(session: AsyncSession, row: UserRow, action: AuditAction) -> None:
     """Every factor goes, passkeys too. Harmless where there is none. An admin who does this for somebody ends their
     sessions and tokens as well."""
     await _lock(session, row)
-    await _remove_codes_of_authenticator(session, row, deed)
+    await _remove_codes_of_authenticator(session, row, action)
     for passkey in await session.scalars(select(PasskeyRow).where(PasskeyRow.user_id == row.id)):
         await session.delete(passkey)
-        deed.record(
+        action.record(
             session, "passkey.removed", user_id=row.id, user=row.name, passkey_id=passkey.id, passkey=passkey.name
         )
     row.passkey_count = 0
@@ -153,8 +153,8 @@ async def _lock(session: AsyncSession, row: UserRow) -> None:
     await session.refresh(row, with_for_update=True)
 
 
-async def _remove_codes_of_authenticator(session: AsyncSession, row: UserRow, deed: AuditAction) -> None:
+async def _remove_codes_of_authenticator(session: AsyncSession, row: UserRow, action: AuditAction) -> None:
     had_one = row.totp_sealed is not None
     row.totp_sealed = row.totp_pending_sealed = row.totp_last_step = None
     if had_one:
-        deed.record(session, "user.second_factor_off", user_id=row.id, user=row.name)
+        action.record(session, "user.second_factor_off", user_id=row.id, user=row.name)

@@ -76,7 +76,7 @@ async def create_token(
     name: str,
     scopes: Collection[Scope],
     expires_at: datetime | None,
-    deed: AuditAction,
+    action: AuditAction,
     longest: timedelta = MAX_LIFETIME,
 ) -> tuple[ApiTokenRow, str]:
     """The row, and the token itself, which is told here and never again. Without an end: USUAL_LIFE, or `longest`."""
@@ -89,24 +89,24 @@ async def create_token(
     if beyond:
         raise BadScopes("only an admin's token can have the scopes admin and metrics")
     if expires_at is None:
-        expires_at = deed.at + min(USUAL_LIFE, longest)
-    if not deed.at < expires_at <= deed.at + longest:
+        expires_at = action.at + min(USUAL_LIFE, longest)
+    if not action.at < expires_at <= action.at + longest:
         raise BadExpiry(f"a token ends in the future, within {longest.days} days")
     await begin_fleet_change(session)
-    await _make_room(session, owner, deed)
+    await _make_room(session, owner, action)
     secret = PREFIX + secrets.token_urlsafe(32)
     row = ApiTokenRow(
         token_hash=hash_token(secret),
         user_id=owner.id,
         name=name,
         scopes=" ".join(sorted(set(scopes))),
-        created_at=deed.at,
+        created_at=action.at,
         expires_at=expires_at,
         last_used_at=None,
     )
     session.add(row)
     await session.flush()
-    deed.record(session, "token.created", **_about(row, owner), scopes=row.scopes, expires_at=expires_at.isoformat())
+    action.record(session, "token.created", **_about(row, owner), scopes=row.scopes, expires_at=expires_at.isoformat())
     return row, secret
 
 
@@ -118,27 +118,27 @@ async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> l
     return [(row, owner) for row, owner in await session.execute(query)]
 
 
-async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, deed: AuditAction) -> None:
+async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, action: AuditAction) -> None:
     """`of_user`: whose it has to be; None for anybody's. Raises UnknownToken."""
     await begin_fleet_change(session)
     row = await session.get(ApiTokenRow, token_id)
     if row is None or of_user not in (None, row.user_id):
         raise UnknownToken
     owner = await session.get_one(UserRow, row.user_id)
-    deed.record(session, "token.revoked", **_about(row, owner))
+    action.record(session, "token.revoked", **_about(row, owner))
     await session.delete(row)
 
 
-async def _make_room(session: AsyncSession, owner: UserRow, deed: AuditAction) -> None:
+async def _make_room(session: AsyncSession, owner: UserRow, action: AuditAction) -> None:
     """For one more. Expired ones are listed for as long as there is room, and stand in nobody's way."""
     kept = list(await session.scalars(select(ApiTokenRow).where(ApiTokenRow.user_id == owner.id)))
     if len(kept) < MAX_PER_USER:
         return
-    over = [row for row in kept if row.expires_at <= deed.at]
+    over = [row for row in kept if row.expires_at <= action.at]
     if not over:
         raise TooManyTokens
     for row in over:
-        deed.record(session, "token.expired", **_about(row, owner))
+        action.record(session, "token.expired", **_about(row, owner))
         await session.delete(row)
 
 

@@ -85,7 +85,7 @@ async def create_user(
     name: str,
     role: Role,
     password_hash: str,
-    deed: AuditAction,
+    action: AuditAction,
     must_change_password: bool = True,
 ) -> UserRow:
     name = clean_name(name)
@@ -98,16 +98,16 @@ async def create_user(
         role=role.value,
         password_hash=password_hash,
         disabled=False,
-        created_at=deed.at,
+        created_at=action.at,
         must_change_password=must_change_password,
     )
     session.add(row)
     await session.flush()
-    deed.record(session, "user.created", user_id=row.id, user=name, role=role.value)
+    action.record(session, "user.created", user_id=row.id, user=name, role=role.value)
     return row
 
 
-async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, deed: AuditAction) -> UserRow:
+async def change_user(session: AsyncSession, *, user_id: int, change: UserChange, action: AuditAction) -> UserRow:
     """Signs the user out everywhere when disabled or given a new password, and ends their API tokens."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
@@ -116,16 +116,16 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
         await _keep_an_admin(session, row)
     if change.role is not None and change.role.value != row.role:
         row.role = change.role.value
-        deed.record(session, "user.role_changed", **_about(row), role=row.role)
+        action.record(session, "user.role_changed", **_about(row), role=row.role)
     if change.disabled is not None and change.disabled != row.disabled:
         row.disabled = change.disabled
-        action = "user.disabled" if change.disabled else "user.enabled"
-        deed.record(session, action, **_about(row))
+        event = "user.disabled" if change.disabled else "user.enabled"
+        action.record(session, event, **_about(row))
     if change.password_hash is not None:
         row.password_hash = change.password_hash
         row.must_change_password = change.must_change_password
-        row.password_changed_at = deed.at
-        deed.record(session, "user.password_changed", **_about(row))
+        row.password_changed_at = action.at
+        action.record(session, "user.password_changed", **_about(row))
     if change.disabled or change.password_hash is not None:
         await end_sessions_of(session, row.id)
     if change.disabled or (change.password_hash is not None and not change.keep_tokens):
@@ -133,24 +133,24 @@ async def change_user(session: AsyncSession, *, user_id: int, change: UserChange
     return row
 
 
-async def reset_second_factor(session: AsyncSession, *, user_id: int, deed: AuditAction) -> tuple[UserRow, bool]:
+async def reset_second_factor(session: AsyncSession, *, user_id: int, action: AuditAction) -> tuple[UserRow, bool]:
     """For somebody who has lost it: whoever has found it may be signed in, so their sessions and tokens end as well.
     Also returns whether there was one; nothing changes where there was none."""
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     had_one = row.has_second_factor
-    await second_factor.reset(session, row, deed)
+    await second_factor.reset(session, row, action)
     if had_one:
         await end_sessions_of(session, row.id)
         await end_tokens_of(session, row.id)
     return row, had_one
 
 
-async def delete_user(session: AsyncSession, *, user_id: int, deed: AuditAction) -> None:
+async def delete_user(session: AsyncSession, *, user_id: int, action: AuditAction) -> None:
     await begin_fleet_change(session)
     row = await get_user(session, user_id)
     await _keep_an_admin(session, row)
-    deed.record(session, "user.deleted", **_about(row))
+    action.record(session, "user.deleted", **_about(row))
     await session.delete(row)
 
 

@@ -1,4 +1,4 @@
-"""What the rules of accounts and fleet are told about a deed: who, from where, when. One object instead of three."""
+"""Who acts, from where and when: what accounts and fleet need for the audit trail, in one object."""
 
 from __future__ import annotations
 

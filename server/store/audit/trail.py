@@ -1,4 +1,4 @@
-"""Writes the audit trail: who did what, in the same transaction as the deed. Never put a secret into `detail`."""
+"""Writes the audit trail: who did what, in the same transaction as the action. Never put a secret into `detail`."""
 
 from __future__ import annotations
 

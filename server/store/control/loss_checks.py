@@ -68,13 +68,13 @@ class LossChecks:
                 select(LossAcknowledgementRow).where(LossAcknowledgementRow.drone_id == drone_id)
             )
             self._acknowledged[drone_id] = {UserId(row.user_id): row.findings_hash for row in rows}
-        self.look_again(drone_id)
+        self.recheck(drone_id)
 
     def reported(self, drone_id: DroneId, parameters: LossParameters) -> None:
         """The agent has read the parameters; the hub keeps them."""
-        self.look_again(drone_id)
+        self.recheck(drone_id)
 
-    def look_again(self, drone_id: DroneId) -> None:
+    def recheck(self, drone_id: DroneId) -> None:
         """Parameters, settings, holder or assistant have changed: tells the hub whose arming waits."""
         drone = self._hub.state.drones.get(drone_id)
         if drone is None:
@@ -123,14 +123,14 @@ class LossChecks:
         if named != drone.record.name and (check.dangerous or named is not None):
             raise ControlRefused(_WRONG_NAME)
         known = findings_hash(check.sentences)
-        deed = AuditAction(by=principal, at=self._clock(), address=address)
+        action = AuditAction(by=principal, at=self._clock(), address=address)
         async with self._database.writing() as session:
             row = LossAcknowledgementRow(
-                drone_id=drone_id, user_id=principal.user_id, findings_hash=known, acknowledged_at=deed.at
+                drone_id=drone_id, user_id=principal.user_id, findings_hash=known, acknowledged_at=action.at
             )
             await session.merge(row)
             dangers = [one.text for one in check.sentences if one.severity == "danger"]
-            deed.record(session, "drone.loss_check_acknowledged", drone_id=drone_id, dangers=dangers)
+            action.record(session, "drone.loss_check_acknowledged", drone_id=drone_id, dangers=dangers)
         self._acknowledged[drone_id][principal.user_id] = known
-        self.look_again(drone_id)
+        self.recheck(drone_id)
         return self.check(drone_id, principal.user_id)

@@ -106,8 +106,8 @@ class Rehearsals:
             self._hub.changes.rehearse_operator_loss(drone_id, for_s=LASTS_S[what], now=now)
         else:
             self._hub.changes.rehearse_tower_loss(drone_id, for_s=LASTS_S[what])
-        deed = AuditAction(by=principal, at=self._clock(), address=address)
-        task = asyncio.create_task(self._see_through(drone_id, what, running, deed))
+        action = AuditAction(by=principal, at=self._clock(), address=address)
+        task = asyncio.create_task(self._see_through(drone_id, what, running, action))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
@@ -131,13 +131,13 @@ class Rehearsals:
     def _tell(self, drone_id: DroneId, what: What, phase: Phase, hold_ms: float | None, text: str) -> None:
         self._hub.changes.report_rehearsal(Rehearsal(drone_id, what, phase, hold_ms, text, LASTS_S[what]))
 
-    async def _see_through(self, drone_id: DroneId, what: What, running: _Running, deed: AuditAction) -> None:
+    async def _see_through(self, drone_id: DroneId, what: What, running: _Running, action: AuditAction) -> None:
         hold_ms: float | None = None
         try:
             phase, result, hold_ms, text = await self._outcome(what, running)
             self._tell(drone_id, what, phase, hold_ms, text)
             await asyncio.sleep(max(0.0, running.began_at + LASTS_S[what] - time.monotonic()))
-            await self._record(drone_id, what, result, hold_ms, deed)
+            await self._record(drone_id, what, result, hold_ms, action)
         finally:
             self._running.pop(drone_id, None)
             self._tell(drone_id, what, "ended", hold_ms, "The rehearsal is over.")
@@ -162,11 +162,11 @@ class Rehearsals:
         return "held", result, took_ms, f"In {progress.detail}, {took_ms:.0f} ms after the loss."
 
     async def _record(
-        self, drone_id: DroneId, what: What, result: str, hold_ms: float | None, deed: AuditAction
+        self, drone_id: DroneId, what: What, result: str, hold_ms: float | None, action: AuditAction
     ) -> None:
         try:
             async with self._database.writing() as session:
-                deed.record(
+                action.record(
                     session, "drone.loss_rehearsed", drone_id=drone_id, what=what, result=result, hold_ms=hold_ms
                 )
         except (SQLAlchemyError, OSError) as error:

@@ -133,8 +133,8 @@ class ControlService:
     ) -> LeaseView:
         """An event of the tower's own. `about`: whose part in the lease it ends; refused if it is another's by now.
 
-        `by` is whoever caused it, for the audit trail and for everybody to read; `told_by` where the trail has the deed
-        of which this is the consequence. `turn_of` goes with TURN: everybody is told as `by` whose frames pass.
+        `by` is whoever caused it, for the audit trail and for everybody to read; `told_by` where the trail has the
+        action of which this is the consequence. `turn_of` goes with TURN: everybody is told as `by` whose frames pass.
 
         Raises UnknownDrone and ControlRefused.
         """

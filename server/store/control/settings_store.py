@@ -27,7 +27,7 @@ async def read_settings(session: AsyncSession, drone_id: int) -> DroneSettings:
 
 
 async def change_settings(
-    session: AsyncSession, *, drone_id: int, change: dict[str, Any], deed: AuditAction
+    session: AsyncSession, *, drone_id: int, change: dict[str, Any], action: AuditAction
 ) -> DroneSettings:
     """Merges `change` (checked values by name) into what was chosen. Raises UnknownDrone, BadDroneSettings."""
     drone = await session.get(DroneRow, drone_id, with_for_update=True)  # two admins at once: one after the other
@@ -38,12 +38,12 @@ async def change_settings(
     chosen = {**(row.chosen if row is not None else {}), **change}
     settings = settings_from(chosen)
     if row is None:
-        session.add(DroneSettingsRow(drone_id=drone_id, chosen=chosen, changed_at=deed.at))
+        session.add(DroneSettingsRow(drone_id=drone_id, chosen=chosen, changed_at=action.at))
     else:
-        row.chosen, row.changed_at = chosen, deed.at
+        row.chosen, row.changed_at = chosen, action.at
     changed = {name: [before[name], value] for name, value in settings.as_values().items() if before[name] != value}
     if changed:
-        deed.record(session, "drone.settings_changed", drone_id=drone_id, drone=drone.name, changed=changed)
+        action.record(session, "drone.settings_changed", drone_id=drone_id, drone=drone.name, changed=changed)
     return settings
 
 

@@ -12,7 +12,7 @@ from server.store.audit.tables import AuditEventRow
 from wire.ids import UserId
 
 RECENTLY_S: Final = 10.0
-"""A deed of another process is noticed within a second or two; an older one is another story."""
+"""An action of another process is noticed within a second or two; an older one is another story."""
 
 _DEEDS: Final = (
     "drone.owner_removed",
@@ -30,7 +30,7 @@ _MOST: Final = 50
 
 
 async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -> UserRef | None:
-    """The user whose deed ended this right; None where it was no user, or nobody knows."""
+    """The user whose action ended this right; None where it was no user, or nobody knows."""
     recent = (
         select(AuditEventRow)
         .where(AuditEventRow.action.in_(_DEEDS), AuditEventRow.at >= now - timedelta(seconds=RECENTLY_S))

@@ -47,20 +47,20 @@ async def list_drones(session: AsyncSession) -> list[DroneRow]:
     return list(await session.scalars(select(DroneRow).order_by(DroneRow.id)))
 
 
-async def create_drone(session: AsyncSession, *, name: str, deed: AuditAction) -> DroneRow:
+async def create_drone(session: AsyncSession, *, name: str, action: AuditAction) -> DroneRow:
     """No agent can sign in as this drone before one has been enrolled (server.store.fleet.enrolments)."""
     name = clean_name(name)
     await begin_fleet_change(session)
     if await find_drone(session, name) is not None:
         raise DroneNameTaken
-    row = DroneRow(name=name, name_key=name_key(name), credential_hash="", created_at=deed.at)
+    row = DroneRow(name=name, name_key=name_key(name), credential_hash="", created_at=action.at)
     session.add(row)
     await session.flush()
-    deed.record(session, "drone.created", drone_id=row.id, drone=name)
+    action.record(session, "drone.created", drone_id=row.id, drone=name)
     return row
 
 
-async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, deed: AuditAction) -> DroneRow:
+async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, action: AuditAction) -> DroneRow:
     name = clean_name(name)
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
@@ -68,7 +68,7 @@ async def rename_drone(session: AsyncSession, *, drone_id: int, name: str, deed:
     if namesake is not None and namesake.id != row.id:
         raise DroneNameTaken
     if name != row.name:
-        deed.record(session, "drone.renamed", drone_id=row.id, drone=name, before=row.name)
+        action.record(session, "drone.renamed", drone_id=row.id, drone=name, before=row.name)
         row.name, row.name_key = name, name_key(name)
     return row
 
@@ -80,35 +80,35 @@ async def deleted_among(session: AsyncSession, drone_ids: Collection[int]) -> fr
     return frozenset(one for one in await session.scalars(query) if one is not None)
 
 
-async def delete_drone(session: AsyncSession, *, drone_id: int, deed: AuditAction) -> None:
+async def delete_drone(session: AsyncSession, *, drone_id: int, action: AuditAction) -> None:
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
-    deed.record(session, DELETED, drone_id=row.id, drone=row.name)
+    action.record(session, DELETED, drone_id=row.id, drone=row.name)
     await session.delete(row)
 
 
-async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, deed: AuditAction) -> DroneRow:
+async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, action: AuditAction) -> DroneRow:
     """Whatever an agent signed in by before is worth nothing from the commit on."""
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
-    _put_key(row, public_key, deed)
+    _put_key(row, public_key, action)
     told = fingerprint(public_key)
-    deed.record(session, "drone.key_set", drone_id=row.id, drone=row.name, fingerprint=told)
+    action.record(session, "drone.key_set", drone_id=row.id, drone=row.name, fingerprint=told)
     return row
 
 
-async def revoke_key(session: AsyncSession, *, drone_id: int, deed: AuditAction) -> DroneRow:
+async def revoke_key(session: AsyncSession, *, drone_id: int, action: AuditAction) -> DroneRow:
     """Nothing that an agent signed in by is worth anything from the commit on. Doing it twice changes nothing."""
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
     if row.public_key is not None or row.credential_hash:
         row.public_key, row.key_since, row.credential_hash = None, None, ""
-        deed.record(session, "drone.key_revoked", drone_id=row.id, drone=row.name)
+        action.record(session, "drone.key_revoked", drone_id=row.id, drone=row.name)
     return row
 
 
 async def exchange_credential(
-    session: AsyncSession, *, drone_id: int, credential_hash: str, public_key: bytes, deed: AuditAction
+    session: AsyncSession, *, drone_id: int, credential_hash: str, public_key: bytes, action: AuditAction
 ) -> bool:
     """The key takes the place of the bearer credential, of which nothing is kept. False if that is not (any more) the
     drone's: of two agents that show the same one, the first is the drone."""
@@ -116,24 +116,24 @@ async def exchange_credential(
     row = await session.get(DroneRow, drone_id)
     if row is None or not credential_hash or row.credential_hash != credential_hash:
         return False
-    _put_key(row, public_key, deed)
+    _put_key(row, public_key, action)
     told = fingerprint(public_key)
-    deed.record(session, "drone.credential_exchanged", drone_id=row.id, drone=row.name, fingerprint=told)
+    action.record(session, "drone.credential_exchanged", drone_id=row.id, drone=row.name, fingerprint=told)
     return True
 
 
-def _put_key(row: DroneRow, public_key: bytes, deed: AuditAction) -> None:
-    row.public_key, row.key_since, row.credential_hash = key_text(public_key), deed.at, ""
+def _put_key(row: DroneRow, public_key: bytes, action: AuditAction) -> None:
+    row.public_key, row.key_since, row.credential_hash = key_text(public_key), action.at, ""
 
 
-async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: AuditAction) -> None:
+async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, action: AuditAction) -> None:
     """Adding an owner twice changes nothing."""
     await begin_fleet_change(session)
     drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
     if await session.get(OwnershipRow, (drone.id, user.id)) is not None:
         return
     session.add(OwnershipRow(drone_id=drone.id, user_id=user.id))
-    deed.record(
+    action.record(
         session,
         "drone.owner_added",
         drone_id=drone.id,
@@ -143,7 +143,7 @@ async def add_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed:
     )
 
 
-async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, deed: AuditAction) -> None:
+async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, action: AuditAction) -> None:
     """Removing somebody who owns nothing changes nothing."""
     await begin_fleet_change(session)
     drone, user = await get_drone(session, drone_id), await get_user(session, user_id)
@@ -151,7 +151,7 @@ async def remove_owner(session: AsyncSession, *, drone_id: int, user_id: int, de
     if ownership is None:
         return
     await session.delete(ownership)
-    deed.record(
+    action.record(
         session,
         "drone.owner_removed",
         drone_id=drone.id,

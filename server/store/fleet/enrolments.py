@@ -68,7 +68,7 @@ def state_of(row: EnrolmentRow, now: datetime) -> EnrolmentState:
 
 
 async def begin(
-    session: AsyncSession, *, drone_id: int, lasts_s: float, deed: AuditAction
+    session: AsyncSession, *, drone_id: int, lasts_s: float, action: AuditAction
 ) -> tuple[EnrolmentRow, DroneRow, str, list[int]]:
     """The token is told here and never again. Those that waited for the same drone are cancelled (their ids)."""
     drone = await get_drone(session, drone_id)
@@ -84,26 +84,26 @@ async def begin(
     row = EnrolmentRow(
         drone_id=drone_id,
         token_hash=hash_token(token),
-        created_by=deed.by.name[:64],
-        created_at=deed.at,
-        expires_at=deed.at + timedelta(seconds=lasts_s),
+        created_by=action.by.name[:64],
+        created_at=action.at,
+        expires_at=action.at + timedelta(seconds=lasts_s),
         cancelled=False,
         used_from="",
     )
     session.add(row)
     await session.flush()
-    deed.record(session, "enrolment.began", drone_id=drone_id, drone=drone.name, enrolment_id=row.id)
+    action.record(session, "enrolment.began", drone_id=drone_id, drone=drone.name, enrolment_id=row.id)
     return row, drone, token, list(waiting)
 
 
-async def cancel(session: AsyncSession, *, enrolment_id: int, deed: AuditAction) -> EnrolmentRow:
+async def cancel(session: AsyncSession, *, enrolment_id: int, action: AuditAction) -> EnrolmentRow:
     """One that was used or has expired stays what it is."""
     row = await session.get(EnrolmentRow, enrolment_id)
     if row is None:
         raise UnknownEnrolment
     if row.used_at is None and not row.cancelled:
         row.cancelled = True
-        deed.record(session, "enrolment.cancelled", drone_id=row.drone_id, enrolment_id=row.id)
+        action.record(session, "enrolment.cancelled", drone_id=row.drone_id, enrolment_id=row.id)
     return row
 
 
@@ -138,9 +138,9 @@ async def use(session: AsyncSession, *, token: str, public_key: bytes, at: datet
     )
     if found is None:
         return await _used_before(session, token, key)
-    deed = AuditAction(by=COMPANION, at=at, address=address)
-    drone = await set_key(session, drone_id=found.drone_id, public_key=public_key, deed=deed)
-    deed.record(session, "enrolment.used", drone_id=drone.id, drone=drone.name, enrolment_id=found.id)
+    action = AuditAction(by=COMPANION, at=at, address=address)
+    drone = await set_key(session, drone_id=found.drone_id, public_key=public_key, action=action)
+    action.record(session, "enrolment.used", drone_id=drone.id, drone=drone.name, enrolment_id=found.id)
     return found
 
 

@@ -41,7 +41,7 @@ class CredentialExchange:
                         drone_id=credential.drone_id,
                         credential_hash=credential.hashed(),
                         public_key=public_key,
-                        deed=AuditAction(by=_AGENT, at=self._clock(), address=address),
+                        action=AuditAction(by=_AGENT, at=self._clock(), address=address),
                     )
                 if done:
                     await self._roster.refresh()

@@ -57,7 +57,7 @@ class Terms:
 
 
 async def lend(
-    session: AsyncSession, *, drone_id: int, user_id: int, terms: Terms, lender: Principal, deed: AuditAction
+    session: AsyncSession, *, drone_id: int, user_id: int, terms: Terms, lender: Principal, action: AuditAction
 ) -> None:
     """Lending again changes the terms. A team admin lends drones of the team to its observers.
 
@@ -65,11 +65,11 @@ async def lend(
     """
     await begin_fleet_change(session)
     drone = await get_drone(session, drone_id)
-    team_id = await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=deed)
-    if not deed.at < terms.until <= deed.at + LONGEST:
+    team_id = await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, action=action)
+    if not action.at < terms.until <= action.at + LONGEST:
         raise BadLoan("a loan ends in the future, within a year")
     user = await get_user(session, user_id)
-    ties = await ties_of(session, drone_id, deed.at)
+    ties = await ties_of(session, drone_id, action.at)
     if relation_by_ties(ties, UserId(user_id)) in NO_LIMITS:
         raise OwnerAlready
     if reach_of(Role(user.role), Action.FLY) is Reach.NONE:
@@ -81,7 +81,7 @@ async def lend(
     row.until, row.may_arm = terms.until, terms.may_arm
     row.max_height_m, row.radius_m = terms.max_height_m, terms.radius_m
     row.team_id = team_id
-    deed.record(
+    action.record(
         session,
         "drone.lent",
         drone_id=drone_id,
@@ -95,27 +95,29 @@ async def lend(
     )
 
 
-async def end_loan(session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: AuditAction) -> None:
+async def end_loan(
+    session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, action: AuditAction
+) -> None:
     """Ending one that is not there changes nothing. Raises UnknownDrone, AdminsOnly, UnknownUser."""
     await begin_fleet_change(session)
     drone = await get_drone(session, drone_id)
-    await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, deed=deed)
+    await _lends_for(session, drone_id=drone_id, user_id=user_id, lender=lender, action=action)
     user = await get_user(session, user_id)
     row = await session.get(LoanRow, (drone_id, user_id))
     if row is not None:
         await session.delete(row)
-        deed.record(session, "drone.loan_ended", drone_id=drone_id, drone=drone.name, user_id=user_id, user=user.name)
+        action.record(session, "drone.loan_ended", drone_id=drone_id, drone=drone.name, user_id=user_id, user=user.name)
 
 
 async def _lends_for(
-    session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, deed: AuditAction
+    session: AsyncSession, *, drone_id: int, user_id: int, lender: Principal, action: AuditAction
 ) -> int | None:
     """The team in whose name this user lends the drone to that one, or ends it; None: in the tower's.
 
     A team admin neither reaches people outside the team nor changes what an admin of the tower has lent. Raises
     UnknownDrone, AdminsOnly, UnknownUser.
     """
-    ties = await ties_of(session, drone_id, deed.at)
+    ties = await ties_of(session, drone_id, action.at)
     relation = relation_of(ties, lender.user_id, lender.role)
     if relation is Relation.ADMIN:
         return None
@@ -160,8 +162,8 @@ class LoanExpiry:
             if over:
                 await begin_fleet_change(session)
             for row in over:
-                deed = AuditAction(by=TOWER, at=now)
-                deed.record(session, "drone.loan_expired", drone_id=row.drone_id, user_id=row.user_id)
+                action = AuditAction(by=TOWER, at=now)
+                action.record(session, "drone.loan_expired", drone_id=row.drone_id, user_id=row.user_id)
                 await session.delete(row)
         self._to_write = False
         if over:

@@ -1,4 +1,4 @@
-"""The files that the tower keeps of drones: below one folder, within a budget that its owners share (`file_room`). Of
+"""The files that the tower keeps of drones: below one folder, within a budget that its owners share (`file_budget`). Of
 whoever keeps the most, the oldest is removed first.
 
 `drone-<id>/<log>-<began>.bin`, where `began` is in seconds since 1970, 0 where nobody knows. A file is there whole or
@@ -16,7 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import IO, Final
 
-from server.store.file_room import (
+from server.store.file_budget import (
     NOBODY,
     Account,
     NoRoom,

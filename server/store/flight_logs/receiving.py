@@ -1,4 +1,4 @@
-"""A file on its way from an agent to the shelf: streamed, counted, and only while somebody waits for it."""
+"""A file on its way from an agent to the log store: streamed, counted, and only while somebody waits for it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from server.live.flight_logs.refusals import FileIncomplete, FileNotTaken, NotAs
 from server.live.operations.operation import Operation
 from server.live.relay.live_drone import LiveDrone
 from server.store.file_accounts import FileAccounts
-from server.store.file_room import NoRoom
+from server.store.file_budget import NoRoom
 from server.store.flight_logs.quota import FlightLogQuota
 from wire.transactions import LogDownloadWork
 
@@ -25,13 +25,15 @@ WRITE_AT_ONCE_BYTES: Final = 256 * 1024
 class LogReceiver:
     """One for a tower."""
 
-    def __init__(self, shelf: FlightLogQuota, accounts: FileAccounts) -> None:
-        self._shelf = shelf
+    def __init__(self, quota: FlightLogQuota, accounts: FileAccounts) -> None:
+        self._quota = quota
         self._accounts = accounts
         self._attempts: Counter[int] = Counter()
         """By transaction: an agent that begins anew has given up what it sent before."""
 
-    async def take(self, drone: LiveDrone, operation: Operation, size_bytes: int, body: AsyncIterator[bytes]) -> None:
+    async def receive(
+        self, drone: LiveDrone, operation: Operation, size_bytes: int, body: AsyncIterator[bytes]
+    ) -> None:
         """Raises NotAskedFor, FileNotTaken, FileIncomplete."""
         work, transaction_id = operation.step.work, operation.transaction_id
         if not isinstance(work, LogDownloadWork):
@@ -45,9 +47,9 @@ class LogReceiver:
             current = operation.running and operation.transaction_id == transaction_id
             return current and self._attempts[transaction_id] == attempt
 
-        shelf, whose = self._shelf, self._accounts()
+        quota, whose = self._quota, self._accounts()
         try:
-            arriving = await asyncio.to_thread(shelf.begin, drone.drone_id, transaction_id, size_bytes, attempt, whose)
+            arriving = await asyncio.to_thread(quota.begin, drone.drone_id, transaction_id, size_bytes, attempt, whose)
         except NoRoom as error:
             raise FileNotTaken(str(error)) from None
         except OSError as error:
@@ -62,21 +64,21 @@ class LogReceiver:
                     raise FileIncomplete("more came than was promised")
                 waiting += piece
                 if len(waiting) >= WRITE_AT_ONCE_BYTES:
-                    await asyncio.to_thread(shelf.write, arriving, bytes(waiting))
+                    await asyncio.to_thread(quota.write, arriving, bytes(waiting))
                     waiting.clear()
             if taken != size_bytes:
                 raise FileIncomplete(f"{taken} bytes came of {size_bytes}")
-            await asyncio.to_thread(shelf.write, arriving, bytes(waiting))
+            await asyncio.to_thread(quota.write, arriving, bytes(waiting))
             if not still_wanted():
                 raise NotAskedFor
             began = next((one.began_unix_s for one in drone.board.logs or () if one.log_id == work.log_id), None)
-            await asyncio.to_thread(shelf.keep, arriving, work.log_id, began)
+            await asyncio.to_thread(quota.keep, arriving, work.log_id, began)
         except NoRoom as error:
             raise FileNotTaken(str(error)) from None
         except OSError as error:
             raise FileNotTaken(f"the tower cannot keep it: {error.strerror or error}") from None
         finally:
-            await asyncio.to_thread(shelf.discard, arriving)
+            await asyncio.to_thread(quota.discard, arriving)
 
 
 async def _within(body: AsyncIterator[bytes], silence_s: float) -> AsyncIterator[bytes]:

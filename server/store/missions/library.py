@@ -97,7 +97,7 @@ async def document_of(session: AsyncSession, row: MissionRow) -> str:
 
 
 async def create_mission(
-    session: AsyncSession, viewer: Principal, *, name: str, document: KeptDocument, shared: bool, deed: AuditAction
+    session: AsyncSession, viewer: Principal, *, name: str, document: KeptDocument, shared: bool, action: AuditAction
 ) -> Found:
     """Raises BadName, TooManyMissions."""
     name = clean_name(name)
@@ -107,10 +107,10 @@ async def create_mission(
     if (count or 0) >= MAX_MISSIONS:
         raise TooManyMissions
     row = MissionRow(owner_id=viewer.user_id, version=1)
-    _fill(row, name=name, document=document, shared=shared, deed=deed)
+    _fill(row, name=name, document=document, shared=shared, action=action)
     session.add(row)
     await session.flush()
-    deed.record(session, "mission.created", mission_id=row.id, mission=name, shared=shared)
+    action.record(session, "mission.created", mission_id=row.id, mission=name, shared=shared)
     return row, viewer.name
 
 
@@ -123,7 +123,7 @@ async def replace_mission(
     name: str,
     document: KeptDocument,
     shared: bool,
-    deed: AuditAction,
+    action: AuditAction,
 ) -> Found:
     """`version`: that which is replaced. Raises UnknownMission, NotYourMission, VersionNeeded, ChangedMeanwhile,
     BadName."""
@@ -132,18 +132,18 @@ async def replace_mission(
         raise VersionNeeded
     if version != row.version:
         raise ChangedMeanwhile(row.version)
-    _fill(row, name=clean_name(name), document=document, shared=shared, deed=deed)
+    _fill(row, name=clean_name(name), document=document, shared=shared, action=action)
     row.version += 1
-    deed.record(
+    action.record(
         session, "mission.changed", mission_id=row.id, mission=row.name, shared=shared, version=row.version, owner=owner
     )
     return row, owner
 
 
-async def delete_mission(session: AsyncSession, viewer: Principal, mission_id: int, *, deed: AuditAction) -> None:
+async def delete_mission(session: AsyncSession, viewer: Principal, mission_id: int, *, action: AuditAction) -> None:
     """Raises UnknownMission, NotYourMission."""
     row, owner = await _to_change(session, viewer, mission_id)
-    deed.record(session, "mission.deleted", mission_id=row.id, mission=row.name, owner=owner)
+    action.record(session, "mission.deleted", mission_id=row.id, mission=row.name, owner=owner)
     await session.delete(row)
 
 
@@ -154,6 +154,6 @@ async def _to_change(session: AsyncSession, viewer: Principal, mission_id: int) 
     return row, owner
 
 
-def _fill(row: MissionRow, *, name: str, document: KeptDocument, shared: bool, deed: AuditAction) -> None:
-    row.name, row.document, row.shared, row.updated_at = name, document.text, shared, deed.at
+def _fill(row: MissionRow, *, name: str, document: KeptDocument, shared: bool, action: AuditAction) -> None:
+    row.name, row.document, row.shared, row.updated_at = name, document.text, shared, action.at
     row.mission_items, row.fence_items, row.rally_items = document.counts

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Final
 
@@ -16,12 +17,21 @@ from server.live.recordings.refusals import RecordingBusy, UnknownRecording
 from server.live.recordings.views import RecordedByView, RecordingView
 from server.live.relay.live_drone import LiveDrone
 from server.store.audit.action import AuditAction
-from server.store.recordings.finishing import Finished
 from server.store.recordings.tables import RecordingRow
 
 MAX_LISTED: Final = 500
 OPEN_STATES: Final = ("recording", "finishing")
 _MAX_TEXT_LENGTH: Final = 200
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What is in the file. Pixels; `pictures` that could be read."""
+
+    duration_s: float
+    width: int
+    height: int
+    pictures: int
 
 
 async def of_drone(session: AsyncSession, drone_id: int) -> Sequence[RecordingRow]:
@@ -47,26 +57,26 @@ async def known_to(session: AsyncSession, viewer: Principal, drone: LiveDrone, r
     return row
 
 
-async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, deed: AuditAction) -> RecordingRow:
+async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, action: AuditAction) -> RecordingRow:
     """Raises UnknownRecording, RecordingBusy."""
     row = await get(session, drone_id, recording_id, lock=True)
     if row.state in OPEN_STATES:
         raise RecordingBusy
-    await _remove(session, row, "recording.deleted", deed)
+    await _remove(session, row, "recording.deleted", action)
     return row
 
 
-async def remove_for_room(session: AsyncSession, recording_id: int, *, deed: AuditAction) -> RecordingRow | None:
+async def remove_for_room(session: AsyncSession, recording_id: int, *, action: AuditAction) -> RecordingRow | None:
     """None where it has gone already, or is no longer to be removed."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state in OPEN_STATES:
         return None
-    await _remove(session, row, "recording.removed", deed)
+    await _remove(session, row, "recording.removed", action)
     return row
 
 
-async def _remove(session: AsyncSession, row: RecordingRow, action: str, deed: AuditAction) -> None:
-    deed.record(session, action, drone_id=row.drone_id, **about(row))
+async def _remove(session: AsyncSession, row: RecordingRow, event: str, action: AuditAction) -> None:
+    action.record(session, event, drone_id=row.drone_id, **about(row))
     await session.delete(row)
 
 
@@ -84,7 +94,7 @@ async def mark_ended(
     size_bytes: int,
     pictures: int,
     flights: Iterable[datetime],
-    deed: AuditAction,
+    action: AuditAction,
 ) -> RecordingRow | None:
     """Its file is to be made. None where the row has gone, with its drone. Harmless a second time."""
     row = await session.get(RecordingRow, recording_id)
@@ -94,7 +104,7 @@ async def mark_ended(
     row.size_bytes, row.pictures = size_bytes, pictures
     row.flights = [one.isoformat() for one in flights]
     told = about(row) | ({"words": row.words} if words else {})
-    deed.record(session, "recording.ended", drone_id=row.drone_id, **told)
+    action.record(session, "recording.ended", drone_id=row.drone_id, **told)
     return row
 
 

@@ -1,24 +1,88 @@
 """Makes the files of recordings that have ended, one after another, and at the start of the tower those that an earlier
-one left."""
+one left. A process of its own, which gives way
+to everything else, makes each MP4."""
 
 from __future__ import annotations
 
 import asyncio
+import os
+import sys
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+import msgspec
 import structlog
 
 from server.live.recordings.notifier import RecordingNotifier
 from server.store.database import Database
 from server.store.recordings import catalogue
-from server.store.recordings.finishing import CannotFinish, Finished, make_mp4
+from server.store.recordings.catalogue import Finished
 from server.store.recordings.quota import RecordingQuota
 from server.store.recordings.store import MP4, PART, UNITS, RecordingStore
 from server.store.recordings.tables import RecordingRow
+
+SILENCE_S: Final = 180.0
+"""A process that says nothing for so long hangs. It speaks once a second, if the machine lets it run at all."""
+MAX_DURATION_S: Final = 6 * 3600.0
+"""For one file: the others wait for it. Two hours of the highest quality take a small computer less than two; a drone
+that sends what no camera gives may keep it busy for days."""
+HOPELESS: Final = 2
+"""Its exit code where no other try will do better: not one picture came."""
+_ROOT: Final = Path(__file__).resolve().parents[3]
+_MAX_TEXT_LENGTH: Final = 150
+
+
+class CannotFinish(Exception):
+    """The message is for people. `hopeless`: another try will not do better."""
+
+    def __init__(self, words: str, *, hopeless: bool = False) -> None:
+        super().__init__(words)
+        self.words = words
+        self.hopeless = hopeless
+
+
+async def make_mp4(source: Path, target: Path) -> Finished:
+    """Writes `target`; removes it where that does not work out. Raises CannotFinish, OSError."""
+    # Nothing of the tower's environment: it reads what a drone sent, and has no business with the tower's secrets.
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "server.store.recordings.make_mp4", str(source), str(target)),
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.DEVNULL,
+        cwd=_ROOT,
+        env={"PATH": os.defpath, "LANG": "C.UTF-8"},
+    )
+    assert process.stdout is not None
+    last: dict[str, Any] = {}
+    done = False
+    try:
+        async with asyncio.timeout(MAX_DURATION_S) as whole:
+            while line := await asyncio.wait_for(process.stdout.readline(), SILENCE_S):
+                last = msgspec.json.decode(line, type=dict[str, Any])
+            code = await asyncio.wait_for(process.wait(), SILENCE_S)
+        if code != 0:
+            words = str(last.get("problem", "")) or f"the program that makes the file ended with {code}"
+            raise CannotFinish(words[:_MAX_TEXT_LENGTH], hopeless=code == HOPELESS)
+        finished = Finished(last["duration_s"], last["width"], last["height"], last["pictures"])
+        done = True
+        return finished
+    except TimeoutError:
+        raise CannotFinish(
+            f"the program that makes the file {'takes too long' if whole.expired() else 'hangs'}"
+        ) from None
+    except (msgspec.DecodeError, KeyError, ValueError):
+        raise CannotFinish("the program that makes the file said nothing that can be read") from None
+    finally:
+        with suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+        if not done:
+            await asyncio.to_thread(target.unlink, missing_ok=True)
+
 
 CUT_OFF: Final = "the tower went down while it was recorded"
 GONE: Final = "its file is gone"
@@ -36,13 +100,13 @@ class RecordingFinisher:
         *,
         database: Database,
         store: RecordingStore,
-        room: RecordingQuota,
+        quota: RecordingQuota,
         notifier: RecordingNotifier,
         make: MakeMp4 = make_mp4,
     ) -> None:
         self._database = database
         self._store = store
-        self._room = room
+        self._quota = quota
         self._notifier = notifier
         self._make = make
         self._waiting: deque[int] = deque()
@@ -71,12 +135,12 @@ class RecordingFinisher:
             rows = await catalogue.all_of_store(session, self._store.id)
         for row in rows:
             await self._take_up(row)
-        self._room.strays = await asyncio.to_thread(self._store.sweep, {row.file for row in rows})
-        if self._room.strays:
+        self._quota.strays = await asyncio.to_thread(self._store.sweep, {row.file for row in rows})
+        if self._quota.strays:
             _log.warning(
                 "recordings_not_in_the_database",
-                files=len(self._room.strays),
-                size_bytes=self._room.stray_bytes(),
+                files=len(self._quota.strays),
+                size_bytes=self._quota.stray_bytes(),
                 hint="kept until the room is needed; they come back with the database that knows them",
             )
 
@@ -121,7 +185,7 @@ class RecordingFinisher:
         part = target.with_name(target.name + PART)
         try:
             # The file itself is counted already; the MP4 of it is smaller or as large.
-            if not await self._room.make(row.size_bytes, row.drone_id):
+            if not await self._quota.make_room(row.size_bytes, row.drone_id):
                 raise CannotFinish(NO_ROOM)
             finished = await self._make(units, part)
             await asyncio.to_thread(part.replace, target)
@@ -136,7 +200,7 @@ class RecordingFinisher:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
             return
         await asyncio.to_thread(units.unlink, missing_ok=True)
-        self._notifier.tell("ready", catalogue.view_of(ready))
+        self._notifier.publish("ready", catalogue.view_of(ready))
 
     async def _fail(self, row: RecordingRow, words: str, units: Path, *, hopeless: bool) -> None:
         _log.error("recording_failed", recording=row.id, drone_id=row.drone_id, why=words)
@@ -146,7 +210,7 @@ class RecordingFinisher:
         if hopeless or failed is None:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
         if failed is not None:
-            self._notifier.tell("failed", catalogue.view_of(failed))
+            self._notifier.publish("failed", catalogue.view_of(failed))
 
 
 def _size_and_time(path: Path) -> tuple[int, datetime] | None:

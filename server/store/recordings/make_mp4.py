@@ -1,5 +1,5 @@
 """Makes the MP4 file of a recording: a program of its own, because it takes a processor for long and reads what a drone
-sent. Started by `server.store.recordings.finishing`; ends when whoever started it is gone.
+sent. Started by `server.store.recordings.finisher`; ends when whoever started it is gone.
 
     python -m server.store.recordings.make_mp4 UNITS MP4
 
@@ -20,7 +20,7 @@ from typing import Any, Final
 
 import av
 
-from server.live.recordings.unit_file import NoRecording
+from server.live.recordings.units import NoRecording
 from server.store.recordings.conversion import Made, Survey, make, survey
 
 NICENESS: Final = 15

@@ -1,6 +1,6 @@
-"""Keeps recordings within their budget, which owners share (`file_room`): of whoever keeps the most, the oldest that is
-over goes first, never one that goes on or is being finished. Files that the database does not know count too, and go by
-their age as all others do."""
+"""Keeps recordings within their budget, which owners share (`file_budget`): of whoever keeps the most, the oldest that
+is over goes first, never one that goes on or is being finished. Files that the database does not know count too, and
+go by their age as all others do."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from server.store.audit.action import AuditAction
 from server.store.audit.trail import TOWER
 from server.store.database import Database
 from server.store.file_accounts import FileAccounts
-from server.store.file_room import NOBODY, Account, share_bytes, to_shrink
+from server.store.file_budget import NOBODY, Account, share_bytes, to_shrink
 from server.store.recordings import catalogue
 from server.store.recordings.store import RecordingStore, Stray
 from server.store.recordings.tables import RecordingRow
@@ -75,7 +75,7 @@ class RecordingQuota:
         self.strays: list[Stray] = []
         self._one_at_a_time = asyncio.Lock()
 
-    async def make(self, coming_bytes: int, drone_id: int | None = None) -> bool:
+    async def make_room(self, coming_bytes: int, drone_id: int | None = None) -> bool:
         """Removes what has to go so that so much more of this drone fits. Whether it fits now: also on the disk."""
         async with self._one_at_a_time:
             accounts = self._accounts()
@@ -158,9 +158,9 @@ class RecordingQuota:
         _log.warning("recording_not_in_the_database_removed", file=str(stray.path), size_bytes=stray.size_bytes)
 
     async def _remove(self, row: RecordingRow) -> None:
-        deed = AuditAction(by=TOWER, at=self._clock())
+        action = AuditAction(by=TOWER, at=self._clock())
         async with self._database.writing() as session:
-            removed = await catalogue.remove_for_room(session, row.id, deed=deed)
+            removed = await catalogue.remove_for_room(session, row.id, action=action)
         if removed is not None:
             await asyncio.to_thread(self._store.remove, removed.drone_id, removed.file)
-            self._notifier.tell("removed", catalogue.view_of(removed))
+            self._notifier.publish("removed", catalogue.view_of(removed))

@@ -13,10 +13,10 @@ from server.runtime.background import in_background
 from server.runtime.settings import Settings
 from server.store.database import Database
 from server.store.file_accounts import file_accounts
+from server.store.recordings.capture import VideoStreams
 from server.store.recordings.finisher import RecordingFinisher
 from server.store.recordings.quota import RecordingQuota
 from server.store.recordings.service import RecordingService
-from server.store.recordings.source import VideoStreams
 from server.store.recordings.store import RecordingStore
 
 _MB = 1_000_000
@@ -26,7 +26,7 @@ _MB = 1_000_000
 class Recordings:
     service: RecordingService
     store: RecordingStore
-    room: RecordingQuota
+    quota: RecordingQuota
     finisher: RecordingFinisher
     notifier: RecordingNotifier
 
@@ -35,7 +35,7 @@ class Recordings:
         """Takes up what an earlier tower left, and works until the block ends. `deleted`: drones whose files go."""
         await self.finisher.recover(deleted)
         if self.store.id:
-            await self.room.make(0)
+            await self.quota.make_room(0)
         try:
             async with (
                 in_background("finishing recordings", self.finisher.work),
@@ -52,7 +52,7 @@ def new_recordings(
     budget_bytes = settings.recordings_budget_mb * _MB
     store = RecordingStore(settings.files / "recordings")
     notifier = RecordingNotifier(hub)
-    room = RecordingQuota(
+    quota = RecordingQuota(
         database=database,
         clock=clock,
         store=store,
@@ -60,17 +60,17 @@ def new_recordings(
         budget_bytes=budget_bytes,
         accounts=lambda: file_accounts(hub),
     )
-    finisher = RecordingFinisher(database=database, store=store, room=room, notifier=notifier)
+    finisher = RecordingFinisher(database=database, store=store, quota=quota, notifier=notifier)
     service = RecordingService(
         hub=hub,
         video=video,
         database=database,
         clock=clock,
         store=store,
-        room=room,
+        quota=quota,
         finisher=finisher,
         notifier=notifier,
         largest_bytes=min(budget_bytes, settings.recording_largest_mb * _MB),
         longest_s=settings.recording_longest_s,
     )
-    return Recordings(service, store, room, finisher, notifier)
+    return Recordings(service, store, quota, finisher, notifier)

@@ -21,7 +21,6 @@ from server.domain.clock import Clock
 from server.domain.people import Principal
 from server.live.hub import Hub
 from server.live.operations.refusals import DroneOffline
-from server.live.recordings.choice import choose
 from server.live.recordings.notifier import RecordingNotifier
 from server.live.recordings.refusals import AlreadyRecording, NoRoomToRecord, NoVideo, TooManyRecordings
 from server.live.recordings.views import RecordingView
@@ -32,14 +31,11 @@ from server.store.audit.action import AuditAction
 from server.store.audit.trail import TOWER
 from server.store.database import Database
 from server.store.recordings import catalogue
+from server.store.recordings.capture import RecordingSink, Running, UnitWriter, VideoStreams, choose
 from server.store.recordings.finisher import RecordingFinisher
 from server.store.recordings.quota import MIN_ROOM_BYTES, RecordingQuota
-from server.store.recordings.running import Running
-from server.store.recordings.sink import RecordingSink
-from server.store.recordings.source import VideoStreams
 from server.store.recordings.store import UNITS, RecordingStore
 from server.store.recordings.tables import RecordingRow
-from server.store.recordings.writer import UnitWriter
 from wire.ids import DroneId
 from wire.video import Quality
 
@@ -69,7 +65,7 @@ class RecordingService:
         database: Database,
         clock: Clock,
         store: RecordingStore,
-        room: RecordingQuota,
+        quota: RecordingQuota,
         finisher: RecordingFinisher,
         notifier: RecordingNotifier,
         largest_bytes: int,
@@ -80,7 +76,7 @@ class RecordingService:
         self._database = database
         self._clock = clock
         self._store = store
-        self._room = room
+        self._quota = quota
         self._finisher = finisher
         self._notifier = notifier
         self._largest_bytes = largest_bytes
@@ -88,8 +84,8 @@ class RecordingService:
         self._taken: set[tuple[DroneId, Quality]] = set()
         self._running: dict[int, Running] = {}
         self._something = asyncio.Event()
-        self._room_looked_at = float("-inf")
-        room.in_use = self._running_by_drone
+        self._quota_checked_at = float("-inf")
+        quota.in_use = self._running_by_drone
 
     # -- what goes on ----------------------------------------------------------------------------------------
 
@@ -122,7 +118,9 @@ class RecordingService:
         """How many."""
         return len(self._running)
 
-    async def begin(self, drone: LiveDrone, by: Principal, quality: Quality | None, deed: AuditAction) -> RecordingView:
+    async def begin(
+        self, drone: LiveDrone, by: Principal, quality: Quality | None, action: AuditAction
+    ) -> RecordingView:
         """Raises DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, NoRoomToRecord."""
         drone_id, name = drone.drone_id, drone.record.name
         situation = self.video.situation(drone_id)
@@ -140,7 +138,7 @@ class RecordingService:
             raise NoRoomToRecord(NO_STORE)
         self._taken.add(place)
         try:
-            if not await self._room.make(MIN_ROOM_BYTES, drone_id):
+            if not await self._quota.make_room(MIN_ROOM_BYTES, drone_id):
                 raise NoRoomToRecord(NO_ROOM)
             row = RecordingRow(
                 drone_id=drone_id,
@@ -152,7 +150,7 @@ class RecordingService:
                 codec=key.codec.name.lower(),
                 state="recording",
                 words="",
-                began_at=deed.at,
+                began_at=action.at,
                 flights=[],
                 size_bytes=0,
                 pictures=0,
@@ -161,7 +159,7 @@ class RecordingService:
                 async with self._database.writing() as session:
                     session.add(row)
                     await session.flush()
-                    deed.record(session, "recording.began", drone_id=drone_id, **catalogue.about(row))
+                    action.record(session, "recording.began", drone_id=drone_id, **catalogue.about(row))
             except IntegrityError:  # the drone was deleted in this instant
                 raise UnknownDrone from None
             path = self._store.path(drone_id, row.file, UNITS)
@@ -191,15 +189,15 @@ class RecordingService:
         if not self.video.attach(drone.drone_id, sink, now):
             over("the drone was removed")
         view = self.view(row)
-        self._notifier.tell("begun", view)
+        self._notifier.publish("begun", view)
         return view
 
-    async def end(self, recording_id: int, deed: AuditAction) -> None:
+    async def end(self, recording_id: int, action: AuditAction) -> None:
         """Somebody ends it. Returns when it has ended; harmless where it has."""
         running = self._running.get(recording_id)
         if running is None:
             return
-        running.end("", deed)
+        running.end("", action)
         self._something.set()
         with suppress(TimeoutError):
             await asyncio.wait_for(running.over.wait(), STOPPED_WITHIN_S)
@@ -212,22 +210,24 @@ class RecordingService:
             with suppress(TimeoutError):
                 await asyncio.wait_for(self._something.wait(), LOOK_EVERY_S)
             self._something.clear()
-            await self.look(time.monotonic())
+            await self.tick(time.monotonic())
 
-    async def look(self, now: float) -> None:
+    async def tick(self, now: float) -> None:
         """Ends what is to end, and notes which flights the others show."""
-        if self._running and now - self._room_looked_at >= ROOM_EVERY_S:
-            self._room_looked_at = now
-            if not await self._room.make(0):
+        if self._running and now - self._quota_checked_at >= ROOM_EVERY_S:
+            self._quota_checked_at = now
+            if not await self._quota.make_room(0):
                 # Of whoever keeps the most, the largest.
                 going_on = self._running.values()
-                max(going_on, key=lambda one: (self._room.hogs_most(one.drone_id), one.writer.taken_bytes)).end(NO_ROOM)
+                max(going_on, key=lambda one: (self._quota.hogs_most(one.drone_id), one.writer.taken_bytes)).end(
+                    NO_ROOM
+                )
         for running in list(self._running.values()):
-            await self._look_at(running, now)
+            await self._check(running, now)
         for running in [one for one in self._running.values() if one.ending is not None]:
             await self._end(running)
 
-    async def _look_at(self, running: Running, now: float) -> None:
+    async def _check(self, running: Running, now: float) -> None:
         drone = self._hub.state.drones.get(running.drone_id)
         if drone is None:
             running.end("the drone was removed")
@@ -249,17 +249,17 @@ class RecordingService:
             self.video.detach(running.drone_id, running.sink)
         closed = await asyncio.to_thread(running.writer.close)
         words = running.ending or ("" if closed else "the tower's disk does not answer")
-        deed = running.ended_by or AuditAction(by=TOWER, at=self._clock())
+        action = running.ended_by or AuditAction(by=TOWER, at=self._clock())
         async with self._database.writing() as session:
             row = await catalogue.mark_ended(
                 session,
                 running.row.id,
                 words=words,
-                at=deed.at,
+                at=action.at,
                 size_bytes=running.writer.taken_bytes,
                 pictures=running.sink.pictures,
                 flights=running.flights,
-                deed=deed,
+                action=action,
             )
         del self._running[running.row.id]
         self._taken.discard((running.drone_id, running.key.quality))
@@ -267,7 +267,7 @@ class RecordingService:
         if row is None:
             await asyncio.to_thread(self._store.remove, running.drone_id, running.row.file)
             return
-        self._notifier.tell("ended", catalogue.view_of(row))
+        self._notifier.publish("ended", catalogue.view_of(row))
         self._finisher.add(row.id)
 
     async def close(self) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from server.store.file_room import disk_takes, drone_folders, drones_with_files, folder_of, remove_folders
+from server.store.file_budget import disk_takes, drone_folders, drones_with_files, folder_of, remove_folders
 from wire.ids import DroneId
 
 UNITS: Final = ".units"

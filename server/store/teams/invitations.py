@@ -35,7 +35,7 @@ class Received(NamedTuple):
 
 
 async def invite(
-    session: AsyncSession, team_id: int, *, name: str, role: TeamRole, keeper: TeamManager, deed: AuditAction
+    session: AsyncSession, team_id: int, *, name: str, role: TeamRole, manager: TeamManager, action: AuditAction
 ) -> TeamInvitationRow:
     """Inviting a name again while it is invited changes nothing: to ask anew, withdraw first.
 
@@ -43,8 +43,8 @@ async def invite(
     """
     name = clean_name(name)
     await begin_fleet_change(session)
-    team = await led_team(session, team_id, keeper)
-    await session.execute(delete(TeamInvitationRow).where(TeamInvitationRow.expires_at <= deed.at))
+    team = await led_team(session, team_id, manager)
+    await session.execute(delete(TeamInvitationRow).where(TeamInvitationRow.expires_at <= action.at))
     members = select(TeamMemberRow.user_id).where(TeamMemberRow.team_id == team_id)
     for user_id in await session.scalars(members):
         if (await get_user(session, user_id)).name_key == name_key(name):
@@ -64,65 +64,65 @@ async def invite(
         name=name,
         name_key=name_key(name),
         role=role.value,
-        invited_by=getattr(deed.by, "name", ""),
-        created_at=deed.at,
-        expires_at=deed.at + LASTS,
+        invited_by=getattr(action.by, "name", ""),
+        created_at=action.at,
+        expires_at=action.at + LASTS,
     )
     session.add(row)
-    deed.record(session, "team.invited", team_id=team.id, team=team.name, name=name, role=role.value)
+    action.record(session, "team.invited", team_id=team.id, team=team.name, name=name, role=role.value)
     await session.flush()
     return row
 
 
 async def withdraw(
-    session: AsyncSession, team_id: int, invitation_id: int, *, keeper: TeamManager, deed: AuditAction
+    session: AsyncSession, team_id: int, invitation_id: int, *, manager: TeamManager, action: AuditAction
 ) -> None:
     """Raises UnknownTeam, TeamAdminsOnly, UnknownInvitation."""
-    team = await led_team(session, team_id, keeper)
+    team = await led_team(session, team_id, manager)
     row = await session.get(TeamInvitationRow, invitation_id)
-    if row is None or row.team_id != team_id or row.expires_at <= deed.at:
+    if row is None or row.team_id != team_id or row.expires_at <= action.at:
         raise UnknownInvitation
     await session.delete(row)
-    deed.record(session, "team.invitation_withdrawn", team_id=team.id, team=team.name, name=row.name)
+    action.record(session, "team.invitation_withdrawn", team_id=team.id, team=team.name, name=row.name)
 
 
-async def received(session: AsyncSession, principal: Principal, deed: AuditAction) -> list[Received]:
+async def received(session: AsyncSession, principal: Principal, action: AuditAction) -> list[Received]:
     """Those for this user that wait for a word, the newest first."""
     user = await get_user(session, principal.user_id)
     query = select(TeamInvitationRow, TeamRow.name).join(TeamRow, TeamRow.id == TeamInvitationRow.team_id)
     query = query.where(
         TeamInvitationRow.name_key == user.name_key,
         TeamInvitationRow.declined.is_(False),
-        TeamInvitationRow.expires_at > deed.at,
+        TeamInvitationRow.expires_at > action.at,
     )
     rows = await session.execute(query.order_by(TeamInvitationRow.created_at.desc(), TeamInvitationRow.id))
     return [Received(row, team) for row, team in rows]
 
 
-async def accept(session: AsyncSession, principal: Principal, invitation_id: int, *, deed: AuditAction) -> int:
+async def accept(session: AsyncSession, principal: Principal, invitation_id: int, *, action: AuditAction) -> int:
     """The number of the team that they are in now. Raises UnknownInvitation, TeamFull."""
     await begin_fleet_change(session)
-    row = await _for_them(session, principal, invitation_id, deed)
+    row = await _for_them(session, principal, invitation_id, action)
     team = await session.get(TeamRow, row.team_id)
     assert team is not None  # its invitations go with it
     if await role_in(session, team.id, principal.user_id) is None:
         user = await get_user(session, principal.user_id)
-        await add_member(session, team, user=user, role=TeamRole(row.role), deed=deed)
+        await add_member(session, team, user=user, role=TeamRole(row.role), action=action)
     await session.delete(row)
     return team.id
 
 
-async def decline(session: AsyncSession, principal: Principal, invitation_id: int, *, deed: AuditAction) -> None:
+async def decline(session: AsyncSession, principal: Principal, invitation_id: int, *, action: AuditAction) -> None:
     """The team does not learn of it. Raises UnknownInvitation."""
-    row = await _for_them(session, principal, invitation_id, deed)
+    row = await _for_them(session, principal, invitation_id, action)
     row.declined = True
-    deed.record(session, "team.invitation_declined", team_id=row.team_id, name=row.name)
+    action.record(session, "team.invitation_declined", team_id=row.team_id, name=row.name)
 
 
 async def _for_them(
-    session: AsyncSession, principal: Principal, invitation_id: int, deed: AuditAction
+    session: AsyncSession, principal: Principal, invitation_id: int, action: AuditAction
 ) -> TeamInvitationRow:
-    for one in await received(session, principal, deed):
+    for one in await received(session, principal, action):
         if one.row.id == invitation_id:
             return one.row
     raise UnknownInvitation

@@ -81,11 +81,11 @@ async def role_in(session: AsyncSession, team_id: int, user_id: int | None) -> T
     return TeamRole(row.role) if row is not None else None
 
 
-async def list_teams(session: AsyncSession, keeper: TeamManager) -> Sequence[TeamRow]:
+async def list_teams(session: AsyncSession, manager: TeamManager) -> Sequence[TeamRow]:
     """Those that this user is in; for an admin of the tower all of them."""
     query = select(TeamRow)
-    if not keeper.above:
-        mine = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == keeper.user_id)
+    if not manager.above:
+        mine = select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == manager.user_id)
         query = query.where(TeamRow.id.in_(mine))
     return (await session.scalars(query)).all()
 
@@ -95,18 +95,18 @@ async def find_teams(session: AsyncSession, *, name: str, team_id: int | None) -
     return (await session.scalars(select(TeamRow).where(or_(TeamRow.name == name, TeamRow.id == team_id)))).all()
 
 
-async def get_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:
+async def get_team(session: AsyncSession, team_id: int, manager: TeamManager) -> TeamRow:
     """A team of theirs. Raises UnknownTeam."""
     row = await session.get(TeamRow, team_id)
-    if row is None or not (keeper.above or await role_in(session, team_id, keeper.user_id)):
+    if row is None or not (manager.above or await role_in(session, team_id, manager.user_id)):
         raise UnknownTeam
     return row
 
 
-async def led_team(session: AsyncSession, team_id: int, keeper: TeamManager) -> TeamRow:
+async def led_team(session: AsyncSession, team_id: int, manager: TeamManager) -> TeamRow:
     """A team that they may change. Raises UnknownTeam, TeamAdminsOnly."""
-    row = await get_team(session, team_id, keeper)
-    if not keeper.leads(await role_in(session, team_id, keeper.user_id)):
+    row = await get_team(session, team_id, manager)
+    if not manager.leads(await role_in(session, team_id, manager.user_id)):
         raise TeamAdminsOnly
     return row
 
@@ -116,45 +116,45 @@ def new_id() -> int:
     return secrets.randbelow(2**31 - 1) + 1
 
 
-async def make_team(session: AsyncSession, *, name: str, keeper: TeamManager, deed: AuditAction) -> TeamRow:
+async def make_team(session: AsyncSession, *, name: str, manager: TeamManager, action: AuditAction) -> TeamRow:
     """Whoever makes it is its admin, but for those who are above all teams. Raises BadName, TooManyTeams."""
     name = clean_name(name)
     await begin_fleet_change(session)
-    if not keeper.above:
-        made = await session.scalar(select(func.count()).where(TeamRow.made_by == keeper.user_id))
+    if not manager.above:
+        made = await session.scalar(select(func.count()).where(TeamRow.made_by == manager.user_id))
         if (made or 0) >= MAX_TEAMS:
             raise TooManyTeams(MAX_TEAMS)
-    row = TeamRow(id=new_id(), name=name, made_by=keeper.user_id, created_at=deed.at)
+    row = TeamRow(id=new_id(), name=name, made_by=manager.user_id, created_at=action.at)
     session.add(row)
     await session.flush()
-    deed.record(session, "team.created", team_id=row.id, team=name)
-    if not keeper.above:
-        session.add(TeamMemberRow(team_id=row.id, user_id=keeper.user_id, role=TeamRole.ADMIN.value))
+    action.record(session, "team.created", team_id=row.id, team=name)
+    if not manager.above:
+        session.add(TeamMemberRow(team_id=row.id, user_id=manager.user_id, role=TeamRole.ADMIN.value))
         await session.flush()
     return row
 
 
 async def rename_team(
-    session: AsyncSession, team_id: int, *, name: str, keeper: TeamManager, deed: AuditAction
+    session: AsyncSession, team_id: int, *, name: str, manager: TeamManager, action: AuditAction
 ) -> TeamRow:
     """Raises BadName, UnknownTeam, TeamAdminsOnly."""
     name = clean_name(name)
     await begin_fleet_change(session)
-    row = await led_team(session, team_id, keeper)
+    row = await led_team(session, team_id, manager)
     if name != row.name:
-        deed.record(session, "team.renamed", team_id=row.id, team=name, before=row.name)
+        action.record(session, "team.renamed", team_id=row.id, team=name, before=row.name)
         row.name = name
     return row
 
 
-async def delete_team(session: AsyncSession, team_id: int, *, keeper: TeamManager, deed: AuditAction) -> None:
+async def delete_team(session: AsyncSession, team_id: int, *, manager: TeamManager, action: AuditAction) -> None:
     """Its drones go back to their owners alone. Raises UnknownTeam, TeamAdminsOnly."""
     await begin_fleet_change(session)
-    row = await led_team(session, team_id, keeper)
+    row = await led_team(session, team_id, manager)
     grouped = select(TeamDroneRow).where(TeamDroneRow.team_id == team_id)
     for one in await session.scalars(grouped.order_by(TeamDroneRow.drone_id)):
-        deed.record(session, DRONE_REMOVED, drone_id=one.drone_id, team_id=row.id, team=row.name)
-    deed.record(session, "team.deleted", team_id=row.id, team=row.name)
+        action.record(session, DRONE_REMOVED, drone_id=one.drone_id, team_id=row.id, team=row.name)
+    action.record(session, "team.deleted", team_id=row.id, team=row.name)
     await session.execute(delete(LoanRow).where(LoanRow.team_id == team_id))
     await session.delete(row)
 
@@ -163,70 +163,72 @@ async def delete_team(session: AsyncSession, team_id: int, *, keeper: TeamManage
 
 
 async def set_role(
-    session: AsyncSession, team_id: int, *, user_id: int, role: TeamRole, keeper: TeamManager, deed: AuditAction
+    session: AsyncSession, team_id: int, *, user_id: int, role: TeamRole, manager: TeamManager, action: AuditAction
 ) -> None:
     """Of a member. Only those above all teams bring in people who are not: a team admin invites.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin, TeamFull.
     """
     await begin_fleet_change(session)
-    team = await led_team(session, team_id, keeper)
+    team = await led_team(session, team_id, manager)
     member = await session.get(TeamMemberRow, (team_id, user_id))
     if member is None:
-        if not keeper.above:
+        if not manager.above:
             raise UnknownUser
-        await add_member(session, team, user=await get_user(session, user_id), role=role, deed=deed)
+        await add_member(session, team, user=await get_user(session, user_id), role=role, action=action)
         return
     if member.role == role.value:
         return
     if role is not TeamRole.ADMIN:
-        await _keep_an_admin(session, member, keeper)
+        await _keep_an_admin(session, member, manager)
     before, member.role = member.role, role.value
     if role is not TeamRole.OBSERVER:
         await _end_loans(session, team_id, user_id=user_id)
     user = await get_user(session, user_id)
     about = _about(team, user)
-    deed.record(session, ROLE_CHANGED, **about, role=role.value, before=before)
+    action.record(session, ROLE_CHANGED, **about, role=role.value, before=before)
 
 
-async def add_member(session: AsyncSession, team: TeamRow, *, user: UserRow, role: TeamRole, deed: AuditAction) -> None:
+async def add_member(
+    session: AsyncSession, team: TeamRow, *, user: UserRow, role: TeamRole, action: AuditAction
+) -> None:
     """Somebody who is not in it yet. Raises TeamFull."""
     count = await session.scalar(select(func.count()).where(TeamMemberRow.team_id == team.id))
     if (count or 0) >= MAX_MEMBERS:
         raise TeamFull(f"a team has at most {MAX_MEMBERS} members")
     session.add(TeamMemberRow(team_id=team.id, user_id=user.id, role=role.value))
     about = _about(team, user)
-    deed.record(session, "team.member_added", **about, role=role.value)
+    action.record(session, "team.member_added", **about, role=role.value)
     await session.flush()
 
 
 async def remove_member(
-    session: AsyncSession, team_id: int, *, user_id: int, keeper: TeamManager, deed: AuditAction
+    session: AsyncSession, team_id: int, *, user_id: int, manager: TeamManager, action: AuditAction
 ) -> None:
     """A team admin removes a member; everybody may leave. What was lent to them by the team is theirs no more.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownUser, LastTeamAdmin.
     """
     await begin_fleet_change(session)
-    oneself = keeper.user_id == user_id and await role_in(session, team_id, user_id) is not None
-    team = await (get_team if oneself else led_team)(session, team_id, keeper)
+    oneself = manager.user_id == user_id and await role_in(session, team_id, user_id) is not None
+    team = await (get_team if oneself else led_team)(session, team_id, manager)
     member = await session.get(TeamMemberRow, (team_id, user_id))
     if member is None:
         raise UnknownUser
-    await _keep_an_admin(session, member, keeper)
+    await _keep_an_admin(session, member, manager)
     user = await get_user(session, user_id)
     await _end_loans(session, team_id, user_id=user_id)
     await session.delete(member)
     about = _about(team, user)
-    deed.record(session, MEMBER_REMOVED, **about, role=member.role)
+    action.record(session, MEMBER_REMOVED, **about, role=member.role)
 
 
 def _about(team: TeamRow, user: UserRow) -> dict[str, Any]:
     return {"team_id": team.id, "team": team.name, "user_id": user.id, "user": user.name}
 
 
-async def _keep_an_admin(session: AsyncSession, member: TeamMemberRow, keeper: TeamManager) -> None:
-    if member.role != TeamRole.ADMIN.value or keeper.above:
+async def _keep_an_admin(session: AsyncSession, member: TeamMemberRow, manager: TeamManager) -> None:
+    if member.role != TeamRole.ADMIN.value or manager.above:
         return
     others = select(func.count()).select_from(TeamMemberRow).join(UserRow, UserRow.id == TeamMemberRow.user_id)
     others = others.where(
@@ -254,15 +256,15 @@ async def _end_loans(
 
 
 async def add_drone(
-    session: AsyncSession, team_id: int, *, drone_id: int, keeper: TeamManager, deed: AuditAction
+    session: AsyncSession, team_id: int, *, drone_id: int, manager: TeamManager, action: AuditAction
 ) -> None:
     """An owner of the drone who is an admin of the team puts it in. Doing it twice changes nothing.
 
     Raises UnknownTeam, TeamAdminsOnly, UnknownDrone, NotYourDrone, InAnotherTeam, DroneInUse, TeamFull.
     """
     await begin_fleet_change(session)
-    team = await led_team(session, team_id, keeper)
-    refused = await _why_not_theirs(session, drone_id, keeper, deed)
+    team = await led_team(session, team_id, manager)
+    refused = await _why_not_theirs(session, drone_id, manager, action)
     if refused is not None:
         raise refused
     drone = await get_drone(session, drone_id)
@@ -280,12 +282,12 @@ async def add_drone(
         inside = select(TeamMemberRow.user_id).where(TeamMemberRow.team_id == team_id)
         if parts - set(await session.scalars(inside)):
             raise DroneInUse(drone.name)
-    session.add(TeamDroneRow(drone_id=drone_id, team_id=team_id, since=deed.at))
-    deed.record(session, "team.drone_added", drone_id=drone_id, drone=drone.name, team_id=team.id, team=team.name)
+    session.add(TeamDroneRow(drone_id=drone_id, team_id=team_id, since=action.at))
+    action.record(session, "team.drone_added", drone_id=drone_id, drone=drone.name, team_id=team.id, team=team.name)
 
 
 async def remove_drone(
-    session: AsyncSession, team_id: int, *, drone_id: int, keeper: TeamManager, deed: AuditAction
+    session: AsyncSession, team_id: int, *, drone_id: int, manager: TeamManager, action: AuditAction
 ) -> None:
     """A team admin, or an owner of the drone whatever they are in the team. One that is not in it changes nothing.
 
@@ -294,27 +296,27 @@ async def remove_drone(
     await begin_fleet_change(session)
     there = await session.get(TeamDroneRow, drone_id)
     here = there is not None and there.team_id == team_id
-    owns = here and await _why_not_theirs(session, drone_id, keeper, deed) is None
+    owns = here and await _why_not_theirs(session, drone_id, manager, action) is None
     if not owns:
-        await led_team(session, team_id, keeper)
+        await led_team(session, team_id, manager)
     team = await session.get(TeamRow, team_id)
     if there is None or not here or team is None:
         return
     drone = await get_drone(session, drone_id)
     await _end_loans(session, team_id, drone_id=drone_id)
     await session.delete(there)
-    deed.record(session, DRONE_REMOVED, drone_id=drone_id, drone=drone.name, team_id=team.id, team=team.name)
+    action.record(session, DRONE_REMOVED, drone_id=drone_id, drone=drone.name, team_id=team.id, team=team.name)
 
 
 async def _why_not_theirs(
-    session: AsyncSession, drone_id: int, keeper: TeamManager, deed: AuditAction
+    session: AsyncSession, drone_id: int, manager: TeamManager, action: AuditAction
 ) -> Refusal | None:
     """Why they may not decide to which team the drone belongs, or None."""
     drone = await get_drone(session, drone_id)
-    if keeper.above:
+    if manager.above:
         return None
-    ties = await ties_of(session, drone_id, deed.at)
-    if keeper.user_id in ties.owners:
+    ties = await ties_of(session, drone_id, action.at)
+    if manager.user_id in ties.owners:
         return None
-    stranger = keeper.user_id is None or relation_by_ties(ties, keeper.user_id) is Relation.STRANGER
+    stranger = manager.user_id is None or relation_by_ties(ties, manager.user_id) is Relation.STRANGER
     return UnknownDrone() if stranger else NotYourDrone(drone.name)

@@ -97,7 +97,7 @@ class TeamView(BaseModel):
 
 
 async def views_of(
-    session: AsyncSession, teams: Iterable[TeamRow], keeper: TeamManager, at: datetime
+    session: AsyncSession, teams: Iterable[TeamRow], manager: TeamManager, at: datetime
 ) -> list[TeamView]:
     """As they look to `keeper`, by name."""
     rows = sorted(teams, key=lambda team: (team.name.casefold(), team.id))
@@ -117,7 +117,7 @@ async def views_of(
     invitations: defaultdict[int, list[InvitationView]] = defaultdict(list)
     for row in await session.scalars(asked.order_by(TeamInvitationRow.created_at, TeamInvitationRow.id)):
         invitations[row.team_id].append(InvitationView.of(row))
-    return [_view(row, members[row.id], drones[row.id], invitations[row.id], keeper) for row in rows]
+    return [_view(row, members[row.id], drones[row.id], invitations[row.id], manager) for row in rows]
 
 
 def _view(
@@ -125,17 +125,17 @@ def _view(
     members: list[MemberView],
     drones: list[TeamDroneView],
     invitations: list[InvitationView],
-    keeper: TeamManager,
+    manager: TeamManager,
 ) -> TeamView:
-    role = next((one.role for one in members if one.user.id == keeper.user_id), None)
-    sees_everybody = keeper.above or role in (TeamRole.OPERATOR, TeamRole.ADMIN)
-    leads = keeper.leads(role)
+    role = next((one.role for one in members if one.user.id == manager.user_id), None)
+    sees_everybody = manager.above or role in (TeamRole.OPERATOR, TeamRole.ADMIN)
+    leads = manager.leads(role)
     return TeamView(
         id=row.id,
         name=row.name,
         role=role,
         members=[
-            one for one in members if sees_everybody or one.role is TeamRole.ADMIN or one.user.id == keeper.user_id
+            one for one in members if sees_everybody or one.role is TeamRole.ADMIN or one.user.id == manager.user_id
         ],
         drones=drones,
         invitations=invitations if leads else [],

@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from server.store import file_room
-from server.store.file_room import NoRoom
+from server.store import file_budget
+from server.store.file_budget import NoRoom
 from server.store.flight_logs.quota import FlightLogQuota
 from wire.ids import DroneId
 
 HAWK, CROW = DroneId(3), DroneId(4)
 
 
-def shelf(root: Path, *, budget: int = 100, largest: int = 60) -> FlightLogQuota:
+def quota(root: Path, *, budget: int = 100, largest: int = 60) -> FlightLogQuota:
     return FlightLogQuota(root / "files", budget_bytes=budget, largest_bytes=largest)
 
 
@@ -35,7 +35,7 @@ def kept(on: FlightLogQuota, drone: DroneId = HAWK) -> list[tuple[int, int | Non
 
 
 def test_a_log_is_kept_by_drone_and_number_and_a_newer_file_takes_its_place(tmp_path: Path) -> None:
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     put(on, 1, 10)
     put(on, 2, 20, began=None)
     put(on, 1, 30, began=9)
@@ -46,7 +46,7 @@ def test_a_log_is_kept_by_drone_and_number_and_a_newer_file_takes_its_place(tmp_
 
 
 def test_the_oldest_go_when_the_budget_is_used_up(tmp_path: Path) -> None:
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     put(on, 1, 40, at=1000)
     put(on, 2, 40, drone=CROW, at=2000)
     put(on, 3, 50, at=3000)
@@ -54,18 +54,18 @@ def test_the_oldest_go_when_the_budget_is_used_up(tmp_path: Path) -> None:
 
 
 def test_what_is_too_large_or_would_fill_the_disk_is_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     put(on, 1, 40)
     with pytest.raises(NoRoom):
         on.begin(HAWK, 2, 61, 1)
-    monkeypatch.setattr(file_room, "LEFT_FREE_BYTES", 1 << 62)
+    monkeypatch.setattr(file_budget, "MIN_FREE_BYTES", 1 << 62)
     with pytest.raises(NoRoom, match="disk"):
         on.begin(HAWK, 2, 10, 1)
     assert kept(on) == [(1, 5, 40)]
 
 
 def test_halves_and_what_was_of_drones_that_were_deleted_is_swept_away(tmp_path: Path) -> None:
-    on = shelf(tmp_path)
+    on = quota(tmp_path)
     on.sweep({CROW})  # nothing there yet
     put(on, 1, 10)
     put(on, 1, 10, drone=CROW)

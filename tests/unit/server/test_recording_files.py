@@ -8,10 +8,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from worlds.camera_units import units
 
-from server.live.recordings.h264_units import parameter_sets
-from server.live.recordings.mpeg1_units import MalformedPackets, pictures_in, video_in
-from server.live.recordings.timing import TICKS_PER_S, Taken, shown_times
-from server.live.recordings.unit_file import ENTRY_BYTES, MAGIC, NoRecording, entry_of, read_entries
+from server.live.recordings.units import (
+    ENTRY_BYTES,
+    MAGIC,
+    TICKS_PER_S,
+    MalformedPackets,
+    NoRecording,
+    Taken,
+    entry_of,
+    parameter_sets,
+    pictures_in,
+    read_entries,
+    shown_times,
+    video_in,
+)
 from wire.video import Codec, decode_unit
 
 US = 1_000_000

@@ -62,8 +62,8 @@ class EnrolmentView(BaseModel):
         )
 
 
-class EnrolmentNews:
-    """One for a tower. What it is told it does soon, and again while the database is out of reach; `stop` ends that.
+class EnrolmentNotifier:
+    """One for a tower. It publishes soon, and again while the database is out of reach; `stop` ends that.
 
     After a restart of the tower thousands of agents link within a second, and hardly one of them comes for the first
     time: they are looked up together, and nothing is written where nothing has changed.
@@ -88,7 +88,7 @@ class EnrolmentNews:
         self._working: asyncio.Task[None] | None = None
         self._timers: dict[int, asyncio.TimerHandle] = {}
 
-    def tell(self, enrolment_id: int) -> None:
+    def publish(self, enrolment_id: int) -> None:
         """Its state has changed."""
         self._changed[enrolment_id] = None
         self._work_soon()
@@ -112,7 +112,7 @@ class EnrolmentNews:
 
     def _expired(self, enrolment_id: int) -> None:
         self._timers.pop(enrolment_id, None)
-        self.tell(enrolment_id)
+        self.publish(enrolment_id)
 
     def _work_soon(self) -> None:
         if self._working is None or self._working.done():
@@ -127,7 +127,7 @@ class EnrolmentNews:
                 in_reach = True
             except (SQLAlchemyError, OSError) as error:
                 if in_reach:
-                    _log.warning("enrolment_news_late", error=type(error).__name__)
+                    _log.warning("enrolment_event_late", error=type(error).__name__)
                 in_reach = False
                 await asyncio.sleep(self._try_again_after_s)
 

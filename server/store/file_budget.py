@@ -11,7 +11,7 @@ from typing import Final
 
 from wire.ids import DroneId
 
-LEFT_FREE_BYTES: Final = 256 * 1024 * 1024
+MIN_FREE_BYTES: Final = 256 * 1024 * 1024
 """On the disk, which the database needs too."""
 _FOLDER: Final = re.compile(r"drone-(\d{1,10})")
 
@@ -55,7 +55,7 @@ def to_shrink(
 
 def disk_takes(folder: Path, coming_bytes: int) -> bool:
     """Whether the disk has room for so much, and what must stay free. Raises OSError."""
-    return shutil.disk_usage(folder).free >= coming_bytes + LEFT_FREE_BYTES
+    return shutil.disk_usage(folder).free >= coming_bytes + MIN_FREE_BYTES
 
 
 def folder_of(root: Path, drone_id: DroneId) -> Path:

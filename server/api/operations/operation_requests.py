@@ -6,12 +6,12 @@ import asyncio
 import time
 from typing import Annotated, Any, Final
 
-from fastapi import Header, Request, Response
+from fastapi import Header, Response
 
-from server.api.tower import address_of, tower_of
 from server.domain.access import UnknownDrone
 from server.domain.people import Principal, UserRef
 from server.domain.relations import Right
+from server.live.hub import Hub
 from server.live.operations.operation import Operation, Order
 from server.live.operations.permissions import refuse_others, refuse_the_blind
 from server.live.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnNotCome
@@ -31,9 +31,9 @@ ACCEPTED: Final[dict[int | str, dict[str, Any]]] = {
 }
 
 
-def watched_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
+def watched_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
     """Raises UnknownDrone, ViewTaken."""
-    drone = tower_of(request).hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
+    drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
     refuse_the_blind(drone, principal)
@@ -46,13 +46,12 @@ def refuse_observers(drone: LiveDrone, principal: Principal) -> None:
         raise OnlyWatches(drone.record.name)
 
 
-async def flown_drone(request: Request, principal: Principal, drone_id: int) -> LiveDrone:
+async def flown_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
     """A drone of which this user has the controls and the turn. No await between this and `begin`.
 
     Raises UnknownDrone, ViewTaken, NotInControl, Assisted, TurnNotCome.
     """
-    hub = tower_of(request).hub
-    drone = watched_drone(request, principal, drone_id)
+    drone = watched_drone(hub, principal, drone_id)
     refuse_others(drone, principal, time.monotonic())
     until = time.monotonic() + TURN_WITHIN_S
     while not hub.operations.has_turn(drone, principal.user_id, time.monotonic()):
@@ -61,19 +60,19 @@ async def flown_drone(request: Request, principal: Principal, drone_id: int) -> 
         if time.monotonic() > until:
             raise TurnNotCome(drone.record.name)
         await asyncio.sleep(LOOK_EVERY_S)
-        drone = watched_drone(request, principal, drone_id)
+        drone = watched_drone(hub, principal, drone_id)
     refuse_others(drone, principal, time.monotonic())
     return drone
 
 
-def begin(request: Request, principal: Principal, drone: LiveDrone, order: Order) -> Operation:
+def begin(hub: Hub, principal: Principal, drone: LiveDrone, order: Order, address: str) -> Operation:
     """Raises OnlyWatches, TooManyOperations, DroneOffline, AgentTooOld, DroneBusy."""
     refuse_observers(drone, principal)
-    if not tower_of(request).hub.flood.admits_operation(principal.user_id, time.monotonic(), stops=order.stops):
+    if not hub.flood.admits_operation(principal.user_id, time.monotonic(), stops=order.stops):
         raise TooManyOperations
     by = UserRef(principal.user_id, principal.name)
-    service = tower_of(request).hub.operations
-    return service.begin(drone, order, by=by, now=time.monotonic(), address=address_of(request))
+    service = hub.operations
+    return service.begin(drone, order, by=by, now=time.monotonic(), address=address)
 
 
 async def answer(operation: Operation, response: Response, prefer: str | None) -> OperationView:

@@ -19,7 +19,7 @@ class RecordingCollector(Collector):
         self._recordings = recordings
 
     def collect(self) -> Iterator[Metric]:
-        service, room, counts = self._recordings.service, self._recordings.room, self._recordings.notifier.counts
+        service, quota, counts = self._recordings.service, self._recordings.quota, self._recordings.notifier.counts
         events = CounterMetricFamily(
             "tower_recordings", "Recordings of video, by what became of them", labels=("event",)
         )
@@ -38,10 +38,10 @@ class RecordingCollector(Collector):
                 "What the disk does not have yet of all of them",
                 service.waiting_bytes(),
             ),
-            ("tower_recordings_budget_bytes", "Room for recordings", room.budget_bytes),
+            ("tower_recordings_budget_bytes", "Room for recordings", quota.budget_bytes),
         ):
             yield GaugeMetricFamily(name, words, value=value)
         kept = GaugeMetricFamily("tower_recordings_bytes", "Recordings on the disk", labels=("state",))
         kept.add_metric(("running",), service.running_bytes())
-        kept.add_metric(("over",), room.kept_bytes)
+        kept.add_metric(("over",), quota.kept_bytes)
         yield kept

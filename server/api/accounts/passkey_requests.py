@@ -1,0 +1,89 @@
+"""For whom a passkey challenge is, read from a request: before somebody is signed in the browser, which a cookie of its
+own names, afterwards the session. And for which address of the tower."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import secrets
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+from fastapi import Depends, Request, Response
+
+from server.api.dependencies import ClockDep, PasskeySignInDep, SettingsDep
+from server.api.http.peer_address import address_of
+from server.domain.clock import Clock
+from server.domain.people import Principal
+from server.live.accounts.challenges import LIFETIME_S, ChallengeOver, Challenges, Purpose
+from server.live.accounts.relying_party import RelyingParty, relying_party
+from server.runtime.settings import Settings
+from server.store.accounts.passkey_sign_in import Asked
+
+BROWSER_COOKIE: Final = "tower_passkey"
+"""Which browser asked for a challenge. It says nothing about who sits there."""
+_BROWSER: Final = re.compile(r"[A-Za-z0-9_-]{43}")
+
+
+@dataclass(frozen=True)
+class PasskeyRequest:
+    """A request that asks for a passkey, or answers with one."""
+
+    request: Request
+    settings: Settings
+    challenges: Challenges
+    clock: Clock
+
+    def begin_sign_in(self, response: Response) -> Asked:
+        """Gives the browser its cookie, or leaves it the one that it has: another tab may be waiting for an answer.
+
+        Raises PasskeysUnavailable.
+        """
+        party = self._relying_party()
+        browser = self.request.cookies.get(BROWSER_COOKIE, "")
+        if not _BROWSER.fullmatch(browser):
+            browser = secrets.token_urlsafe(32)
+        response.set_cookie(
+            BROWSER_COOKIE,
+            browser,
+            max_age=int(LIFETIME_S),
+            path="/api/v1/session",
+            httponly=True,
+            samesite="strict",
+            secure=self.request.url.scheme == "https",
+        )
+        return Asked(Purpose.SIGN_IN, _asker(browser), party)
+
+    def of_sign_in(self) -> Asked:
+        """What must have been asked of this browser before it signs in. Raises PasskeysUnavailable, ChallengeOver."""
+        browser = self.request.cookies.get(BROWSER_COOKIE, "")
+        if not _BROWSER.fullmatch(browser):
+            raise ChallengeOver
+        return Asked(Purpose.SIGN_IN, _asker(browser), self._relying_party())
+
+    def of_session(self, principal: Principal, purpose: Purpose) -> Asked:
+        """What is or was asked of this session. Raises PasskeysUnavailable."""
+        return Asked(purpose, f"session {principal.session_id}", self._relying_party())
+
+    def challenge_for(self, asked: Asked) -> bytes:
+        """Raises TooManyChallenges."""
+        address, now_s = address_of(self.request), self.clock().timestamp()
+        return self.challenges.give(purpose=asked.purpose, asker=asked.asker, address=address, now_s=now_s)
+
+    def _relying_party(self) -> RelyingParty:
+        _, port = self.request.scope.get("server") or ("", self.settings.port)
+        host = self.request.headers.get("host", "")
+        return relying_party(public_url=self.settings.public_url, host=host, port=int(port or 0))
+
+
+async def _passkey_request(
+    request: Request, settings: SettingsDep, passkey_sign_in: PasskeySignInDep, clock: ClockDep
+) -> PasskeyRequest:
+    return PasskeyRequest(request, settings, passkey_sign_in.challenges, clock)
+
+
+PasskeyRequestDep = Annotated[PasskeyRequest, Depends(_passkey_request)]
+
+
+def _asker(browser: str) -> str:
+    return "browser " + hashlib.sha256(browser.encode()).hexdigest()

@@ -1,0 +1,100 @@
+"""Finds out who sends a request or opens a WebSocket, and whether they may do what they ask for.
+
+Two ways to sign in: a browser's session cookie, for everything that its user may do, and an API token in the
+`Authorization` header, for what its scopes say and its owner may do. Where a token comes with a request, no cookie of
+it is looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from starlette.datastructures import Headers
+from starlette.requests import HTTPConnection
+
+from server.api.anonymous.visit_scope import admitted
+from server.api.http.peer_address import address_of
+from server.api.remembered import RememberedSignIns
+from server.domain.access import AccessRequest, Action, BadToken, NotSignedIn, SessionExpired, judge
+from server.domain.clock import Clock
+from server.domain.people import Principal
+from server.domain.refusal import Refusal
+from server.store.accounts.sessions import Sessions
+from server.store.accounts.tokens import ApiTokens
+from server.store.database import Database, DatabaseUnavailable
+
+COOKIE: Final = "tower_session"
+
+
+def token_in(headers: Headers) -> str | None:
+    """The text behind `Authorization: Bearer`, or None where there is no such header."""
+    scheme, _, token = headers.get("authorization", "").partition(" ")
+    return token.strip() if scheme.lower() == "bearer" else None
+
+
+class Authenticator:
+    """One for a tower."""
+
+    def __init__(
+        self,
+        sessions: Sessions,
+        api_tokens: ApiTokens,
+        clock: Clock,
+        *,
+        database: Database,
+        remembered: RememberedSignIns,
+        revision: Callable[[], int],
+    ) -> None:
+        self._sessions = sessions
+        self._api_tokens = api_tokens
+        self._clock = clock
+        self._database = database
+        self._remembered = remembered
+        self._revision = revision
+
+    async def authenticate(self, connection: HTTPConnection) -> Principal | NotSignedIn | SessionExpired | BadToken:
+        """Who sent this request or opens this WebSocket. Does not raise the refusal. While the database does not
+        answer, a sign-in that it confirmed before counts (`remembered.py`); raises DatabaseUnavailable for any
+        other."""
+        secret = _secret_of(connection)
+        if not secret:
+            return NotSignedIn() if token_in(connection.headers) is None else BadToken()
+        try:
+            revision = self._revision()
+            found = await self._database.in_time(self._find(connection, secret))
+            self._remembered.note(secret, found, revision)
+        except DatabaseUnavailable:
+            found = self.remembered(connection)
+            if found is None:
+                raise
+        if found is None:
+            return SessionExpired() if token_in(connection.headers) is None else BadToken()
+        admitted(connection)
+        return found
+
+    def remembered(self, connection: HTTPConnection) -> Principal | None:
+        """Who sent this request, as far as is known without the database."""
+        secret = _secret_of(connection)
+        return self._remembered.find(secret, self._clock()) if secret else None
+
+    async def _find(self, connection: HTTPConnection, secret: str) -> Principal | None:
+        if token_in(connection.headers) is not None:
+            return await self._api_tokens.find(secret, self._clock(), address=address_of(connection))
+        return await self._sessions.find(secret, self._clock())
+
+    async def admit(self, connection: HTTPConnection, action: Action) -> Principal:
+        """The principal of the request, if it may do that now. Ask again where a body was waited for: who sent the
+        beginning of it may have lost their right since. Raises the refusal."""
+        found = await self.authenticate(connection)
+        if isinstance(found, Refusal):
+            raise found
+        verdict = judge(AccessRequest(found, action, now=self._clock()))
+        if verdict.refusal is not None:
+            raise verdict.refusal
+        return found
+
+
+def _secret_of(connection: HTTPConnection) -> str | None:
+    token = token_in(connection.headers)
+    return connection.cookies.get(COOKIE) if token is None else token

@@ -1,0 +1,177 @@
+"""What routes are given, one dependency per part of the tower: a route's signature says all that it uses.
+
+Nothing else reads `app.state`; a test holds that. `server/app/composition.py` puts the parts there (`provide`).
+
+Every provider is `async def`: FastAPI runs others in a thread pool. It takes an `HTTPConnection`, so that it serves
+WebSockets as well as requests. What is passed to a rule or a helper is the part itself, never a request.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated, Any, cast
+
+from fastapi import Depends, FastAPI
+from prometheus_client import CollectorRegistry
+from starlette.requests import HTTPConnection
+
+from server.api.authentication import Authenticator
+from server.api.http.peer_address import address_of
+from server.api.relay.agent_sign_in import SignInRules
+from server.api.relay.data_endpoint import DataEndpoint
+from server.domain.clock import Clock
+from server.live.anonymous.budget import AnonymousBudget
+from server.live.hub import Hub
+from server.runtime.aligned_timers import SharedChecks
+from server.runtime.loop_lag import LoopLag
+from server.runtime.settings import Settings
+from server.runtime.vault import Vault
+from server.store.accounts.passkey_sign_in import PasskeySignInService
+from server.store.accounts.password_policy import PasswordPolicy
+from server.store.accounts.passwords import Passwords
+from server.store.accounts.sessions import Sessions
+from server.store.accounts.sign_in import SignInService
+from server.store.accounts.tokens import ApiTokens
+from server.store.audit.action import AuditAction
+from server.store.audit.trail import Identified
+from server.store.control.hub_event_handler import HubEventHandler
+from server.store.control.loss_checks import LossChecks
+from server.store.control.rehearsal import Rehearsals
+from server.store.control.service import ControlService
+from server.store.control.stays import Stays
+from server.store.database import Database
+from server.store.fleet.enrolment_notifier import EnrolmentNotifier
+from server.store.fleet.roster import Roster
+from server.store.flight_logs.quota import FlightLogQuota
+from server.store.flight_logs.receiving import LogReceiver
+from server.store.recordings.recordings import Recordings
+from server.store.tower_lock import TowerLock
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parts:
+    """What there is to give. Made once per application."""
+
+    settings: Settings
+    clock: Clock
+    started_at: datetime
+    database: Database
+    lock: TowerLock
+    vault: Vault
+    passwords: Passwords
+    password_policy: PasswordPolicy
+    sessions: Sessions
+    api_tokens: ApiTokens
+    authenticator: Authenticator
+    sign_in: SignInService
+    passkey_sign_in: PasskeySignInService
+    hub: Hub
+    roster: Roster
+    control: ControlService
+    event_handler: HubEventHandler
+    loss_checks: LossChecks
+    rehearsals: Rehearsals
+    stays: Stays
+    enrolment_notifier: EnrolmentNotifier
+    sign_in_rules: SignInRules
+    flight_log_quota: FlightLogQuota
+    log_receiver: LogReceiver
+    recordings: Recordings
+    loop_lag: LoopLag
+    anonymous: AnonymousBudget
+    shared_checks: SharedChecks
+
+
+def provide(app: FastAPI, parts: Parts, metrics_registry: CollectorRegistry) -> None:
+    """Before the first request."""
+    app.state.parts = parts
+    app.state.metrics_registry = metrics_registry
+
+
+def provide_data_endpoint(app: FastAPI, endpoint: DataEndpoint) -> None:
+    """Once its socket is open."""
+    app.state.data_endpoint = endpoint
+
+
+def _parts(connection: HTTPConnection) -> Parts:
+    return cast("Parts", connection.app.state.parts)
+
+
+async def _address(connection: HTTPConnection) -> str:
+    return address_of(connection)
+
+
+AddressDep = Annotated[str, Depends(_address)]
+"""The network address of the other side."""
+
+
+@dataclass(frozen=True)
+class AuditContext:
+    """From where and by which clock a request acts."""
+
+    clock: Clock
+    address: str
+
+    def action(self, by: Identified) -> AuditAction:
+        """What this person does now, for the audit trail."""
+        return AuditAction(by=by, at=self.clock(), address=self.address)
+
+
+async def _audit(connection: HTTPConnection) -> AuditContext:
+    return AuditContext(_parts(connection).clock, address_of(connection))
+
+
+AuditDep = Annotated[AuditContext, Depends(_audit)]
+
+
+def _part(choose: Callable[[Parts], object]) -> Any:
+    async def provider(connection: HTTPConnection) -> object:
+        return choose(_parts(connection))
+
+    return Depends(provider)
+
+
+SettingsDep = Annotated[Settings, _part(lambda parts: parts.settings)]
+ClockDep = Annotated[Clock, _part(lambda parts: parts.clock)]
+StartedAtDep = Annotated[datetime, _part(lambda parts: parts.started_at)]
+DatabaseDep = Annotated[Database, _part(lambda parts: parts.database)]
+TowerLockDep = Annotated[TowerLock, _part(lambda parts: parts.lock)]
+VaultDep = Annotated[Vault, _part(lambda parts: parts.vault)]
+PasswordsDep = Annotated[Passwords, _part(lambda parts: parts.passwords)]
+PasswordPolicyDep = Annotated[PasswordPolicy, _part(lambda parts: parts.password_policy)]
+SessionsDep = Annotated[Sessions, _part(lambda parts: parts.sessions)]
+ApiTokensDep = Annotated[ApiTokens, _part(lambda parts: parts.api_tokens)]
+AuthenticatorDep = Annotated[Authenticator, _part(lambda parts: parts.authenticator)]
+SignInDep = Annotated[SignInService, _part(lambda parts: parts.sign_in)]
+PasskeySignInDep = Annotated[PasskeySignInService, _part(lambda parts: parts.passkey_sign_in)]
+HubDep = Annotated[Hub, _part(lambda parts: parts.hub)]
+RosterDep = Annotated[Roster, _part(lambda parts: parts.roster)]
+ControlDep = Annotated[ControlService, _part(lambda parts: parts.control)]
+EventHandlerDep = Annotated[HubEventHandler, _part(lambda parts: parts.event_handler)]
+LossChecksDep = Annotated[LossChecks, _part(lambda parts: parts.loss_checks)]
+RehearsalsDep = Annotated[Rehearsals, _part(lambda parts: parts.rehearsals)]
+StaysDep = Annotated[Stays, _part(lambda parts: parts.stays)]
+EnrolmentNotifierDep = Annotated[EnrolmentNotifier, _part(lambda parts: parts.enrolment_notifier)]
+SignInRulesDep = Annotated[SignInRules, _part(lambda parts: parts.sign_in_rules)]
+FlightLogQuotaDep = Annotated[FlightLogQuota, _part(lambda parts: parts.flight_log_quota)]
+LogReceiverDep = Annotated[LogReceiver, _part(lambda parts: parts.log_receiver)]
+RecordingsDep = Annotated[Recordings, _part(lambda parts: parts.recordings)]
+LoopLagDep = Annotated[LoopLag, _part(lambda parts: parts.loop_lag)]
+AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]
+SharedChecksDep = Annotated[SharedChecks, _part(lambda parts: parts.shared_checks)]
+
+
+async def _metrics_registry(connection: HTTPConnection) -> CollectorRegistry:
+    return cast("CollectorRegistry", connection.app.state.metrics_registry)
+
+
+MetricsRegistryDep = Annotated[CollectorRegistry, Depends(_metrics_registry)]
+
+
+async def _data_endpoint(connection: HTTPConnection) -> DataEndpoint:
+    return cast("DataEndpoint", connection.app.state.data_endpoint)
+
+
+DataEndpointDep = Annotated[DataEndpoint, Depends(_data_endpoint)]

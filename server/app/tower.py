@@ -1,0 +1,35 @@
+"""One tower, put together: what routes are given, what works beside them, and the application itself."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from fastapi import FastAPI
+
+from server.api.dependencies import Parts
+from server.store.fleet.loans import LoanExpiry
+from server.store.operations.audit_writer import OperationAuditWriter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tower(Parts):
+    loan_expiry: LoanExpiry
+    audit_writer: OperationAuditWriter
+    before_shutdown: list[Callable[[], Awaitable[None]]] = field(default_factory=list)
+    """Run, in order, while connections are still open: the place to say good-bye on them."""
+
+    def hold_flown_by_hand(self) -> None:
+        """Where the lock on the database may run out while another process waits for it."""
+        reason = "the database does not answer, and another tower may take the place of this one"
+        self.hub.holds.order_where_flown_by_hand(reason, time.monotonic())
+
+
+class TowerApp(FastAPI):
+    """The application of one tower, which its beginning and its end know as a whole. Routes do not (`Parts`)."""
+
+    def __init__(self, tower: Tower, **options: Any) -> None:
+        super().__init__(**options)
+        self.tower = tower

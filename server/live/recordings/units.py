@@ -1,0 +1,181 @@
+"""The units of a recording: the file that has them while it goes on, what is in them, when each picture is shown. Pure.
+
+- On disk there are units one after another, each with its length and a checksum. Nothing is ever changed that was
+  written before, so whatever happens to the tower, all but the last unit can be read. Not the live picture's units
+  alone, because a player knows nothing of when each was taken: docs/recordings.md.
+- H.264: can all of a recording be decoded with the parameter sets of its first picture?
+- MPEG-1: a unit has one picture that was taken, and may have another that says "as before": the encoder's way to have
+  the first one out without delay.
+- A picture is shown as long after the first as it was taken after it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import zlib
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from statistics import median
+from struct import Struct
+from typing import IO, Final, NamedTuple
+
+from wire.video import MAX_UNIT_BYTES, MalformedUnit, Unit, decode_unit
+
+MAGIC: Final = b"TOWERREC1\n"
+_ENTRY: Final = Struct("<IIQ")
+ENTRY_BYTES: Final = _ENTRY.size
+
+
+class NoRecording(ValueError):
+    """The file does not begin as one."""
+
+
+class Entry(NamedTuple):
+    """One unit. `came_us`: when it came to the tower, by the same monotonic clock as its `capture_us`."""
+
+    came_us: int
+    unit: Unit
+
+
+def entry_of(message: bytes, came_us: int) -> bytes:
+    """What is appended for a unit."""
+    return _ENTRY.pack(len(message), zlib.crc32(message), came_us) + message
+
+
+def read_entries(file: IO[bytes]) -> Iterator[Entry]:
+    """In the order in which they came, up to the end or to what is not whole any more. Raises NoRecording, OSError."""
+    if file.read(len(MAGIC)) != MAGIC:
+        raise NoRecording("this is no recording")
+    while len(head := file.read(ENTRY_BYTES)) == ENTRY_BYTES:
+        length, checksum, came_us = _ENTRY.unpack(head)
+        if length > MAX_UNIT_BYTES:
+            return
+        message = file.read(length)
+        if len(message) != length or zlib.crc32(message) != checksum:
+            return
+        try:
+            yield Entry(came_us, decode_unit(message))
+        except MalformedUnit:
+            return
+
+
+_START_CODE: Final = re.compile(rb"\x00\x00\x01")
+_SEQUENCE_SET: Final = 7
+_PICTURE_SET: Final = 8
+
+
+def parameter_sets(payload: bytes) -> tuple[bytes, ...]:
+    """The sequence and picture parameter sets of an access unit in Annex B, in order, without start codes."""
+    starts = [found.end() for found in _START_CODE.finditer(payload)]
+    found: list[bytes] = []
+    for start, following in pairwise([*starts, len(payload) + 3]):
+        if start < len(payload) and payload[start] & 0x1F in (_SEQUENCE_SET, _PICTURE_SET):
+            found.append(payload[start : following - 3].rstrip(b"\x00"))
+    return tuple(found)
+
+
+PACKET_BYTES: Final = 188
+_SYNC: Final = 0x47
+_VIDEO_IDS: Final = range(0xE0, 0xF0)
+_PICTURE: Final = 0x00
+_HEADERS: Final = (0xB3, 0xB8)
+"""Sequence and group: they belong to the picture behind them."""
+_PICTURE_START: Final = re.compile(rb"\x00\x00\x01([\x00\xb3\xb8])")
+
+
+class MalformedPackets(ValueError):
+    """The bytes are no transport stream."""
+
+
+def video_in(packets: bytes) -> bytes:
+    """The elementary stream in whole packets: their video, whatever its PID is. Raises MalformedPackets."""
+    if len(packets) % PACKET_BYTES:
+        raise MalformedPackets(f"{len(packets)} bytes are no whole packets")
+    video: int | None = None
+    found = bytearray()
+    for start in range(0, len(packets), PACKET_BYTES):
+        packet = packets[start : start + PACKET_BYTES]
+        if packet[0] != _SYNC:
+            raise MalformedPackets("a packet does not begin as one")
+        begins, pid = bool(packet[1] & 0x40), (packet[1] & 0x1F) << 8 | packet[2]
+        adaptation = packet[3] >> 4 & 3
+        at = 4 if adaptation == 1 else 5 + packet[4]
+        if not adaptation & 1 or at >= PACKET_BYTES:
+            continue
+        payload = packet[at:]
+        if begins and payload[:3] == b"\x00\x00\x01" and len(payload) > 9 and payload[3] in _VIDEO_IDS:
+            video = pid
+            payload = payload[9 + payload[8] :]
+        if pid == video:
+            found += payload
+    return bytes(found)
+
+
+def pictures_in(stream: bytes) -> list[bytes]:
+    """Each picture with the headers before it."""
+    cuts: list[int] = []
+    opened = False
+    """Headers of the next picture have begun."""
+    for found in _PICTURE_START.finditer(stream):
+        if not opened:
+            cuts.append(found.start())
+        opened = found[1][0] in _HEADERS
+    pieces = [stream[cut:end] for cut, end in pairwise([*cuts, len(stream)])]
+    return pieces[:-1] if opened else pieces  # headers without a picture
+
+
+TICKS_PER_S: Final = 90_000
+"""The unit of time in the finished file."""
+_MIN_STEP: Final = 90
+"""A millisecond: two pictures never share a moment, whatever the clocks say."""
+
+
+class Taken(NamedTuple):
+    """Microseconds of one monotonic clock. `capture_us`: 0 where nobody knew; `came_us`: when the tower got it."""
+
+    capture_us: int
+    came_us: int
+    rate_hz: float
+
+
+class Shown(NamedTuple):
+    """In ticks from the beginning of the file."""
+
+    at: int
+    lasts: int
+
+
+def shown_times(taken: Sequence[Taken]) -> list[Shown]:
+    """One for each picture. A picture stays until the next one, also through a pause; the last stays for one period.
+
+    Where the time of capture is not known it is guessed from when the picture came, by the least delay that was seen.
+    A time that lies before that of an earlier picture, or further off than any network explains, is not believed.
+    """
+    if not taken:
+        return []
+    lag_us = _least_lag(taken)
+    moments = [_moment(one, lag_us) for one in taken]
+    first = moments[0]
+    at: list[int] = []
+    for moment in moments:
+        ticks = round((moment - first) * TICKS_PER_S / 1_000_000)
+        at.append(ticks if not at else max(ticks, at[-1] + _MIN_STEP))
+    steps = [later - earlier for earlier, later in itertools.pairwise(at)]
+    period = round(TICKS_PER_S / taken[-1].rate_hz)
+    # The rate is what the encoder aims at; what came says it better, unless there was a pause.
+    last = min(period, round(median(steps[-30:]))) if steps else period
+    return [Shown(moment, step) for moment, step in zip(at, [*steps, max(_MIN_STEP, last)], strict=True)]
+
+
+MAX_LAG_US: Final = 30_000_000
+
+
+def _least_lag(taken: Sequence[Taken]) -> int:
+    lags = [one.came_us - one.capture_us for one in taken if one.capture_us]
+    return min((lag for lag in lags if 0 <= lag <= MAX_LAG_US), default=0)
+
+
+def _moment(one: Taken, lag_us: int) -> int:
+    believed = one.capture_us and -1_000_000 <= one.came_us - one.capture_us <= MAX_LAG_US
+    return one.capture_us if believed else one.came_us - lag_us

@@ -1,0 +1,48 @@
+"""Routes are given what they use: nothing but the dependencies reads the state of the application."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from fastapi.dependencies.models import Dependant
+from fastapi.routing import APIRoute, APIWebSocketRoute
+
+import server
+from server.app.composition import ROUTERS
+
+ROOT = Path(server.__file__).parent
+THE_ONE = ROOT / "api" / "dependencies.py"
+ROUTES = [route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute | APIWebSocketRoute)]
+
+
+def state_reads(source: str) -> list[str]:
+    """Expressions like `app.state` and `request.app.state`."""
+    return [
+        ast.unparse(node)
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Attribute)
+        and node.attr == "state"
+        and ast.unparse(node.value).rpartition(".")[2] in {"app", "_app"}
+    ]
+
+
+def test_only_the_dependencies_read_the_state_of_the_application() -> None:
+    readers = {path for path in ROOT.rglob("*.py") if state_reads(path.read_text())}
+    assert readers == {THE_ONE}
+
+
+def _calls(dependant: Dependant) -> Iterator[object]:
+    for one in dependant.dependencies:
+        yield one.call
+        yield from _calls(one)
+
+
+@pytest.mark.parametrize("route", ROUTES, ids=lambda route: f"{route.path} {route.name}")
+def test_no_dependency_runs_in_a_thread(route: APIRoute | APIWebSocketRoute) -> None:
+    """FastAPI runs plain functions in a thread pool: a hand-over to a thread for each part of each request."""
+    slow = [call for call in _calls(route.dependant) if not inspect.iscoroutinefunction(call)]
+    assert not slow
