@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ast
-import inspect
 from collections.abc import Iterator
+from inspect import isasyncgenfunction, iscoroutinefunction
 from pathlib import Path
 
 import pytest
@@ -44,5 +44,5 @@ def _calls(dependant: Dependant) -> Iterator[object]:
 @pytest.mark.parametrize("route", ROUTES, ids=lambda route: f"{route.path} {route.name}")
 def test_no_dependency_runs_in_a_thread(route: APIRoute | APIWebSocketRoute) -> None:
     """FastAPI runs plain functions in a thread pool: a hand-over to a thread for each part of each request."""
-    slow = [call for call in _calls(route.dependant) if not inspect.iscoroutinefunction(call)]
+    slow = [one for one in _calls(route.dependant) if not (iscoroutinefunction(one) or isasyncgenfunction(one))]
     assert not slow

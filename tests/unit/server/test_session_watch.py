@@ -16,8 +16,8 @@ NOW = datetime(2026, 1, 1, tzinfo=UTC)
 ALICE = Principal(UserId(1), "Alice", Role.OPERATOR, 7, NOW + timedelta(hours=1))
 
 
-class Looks:
-    """Every look comes at once; a watch that asks nothing in 50 of them has forgotten."""
+class SharedChecks:
+    """Every check comes at once; a watch that asks nothing in 50 of them has forgotten."""
 
     async def until(self, is_due: Callable[[], bool]) -> None:
         for _ in range(50):
@@ -46,9 +46,9 @@ class SignIn:
 
 async def _ended(still: SignIn, clock: Callable[[], datetime]) -> list[str]:
     over: list[str] = []
-    looks: Any = Looks()
+    checks: Any = SharedChecks()
     signed_in: Any = still
-    await watch_session(ALICE, clock=clock, looks=looks, still_signed_in=signed_in, over=over.append)
+    await watch_session(ALICE, clock=clock, shared_checks=checks, still_signed_in=signed_in, over=over.append)
     return over
 
 
