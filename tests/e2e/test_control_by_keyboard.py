@@ -149,7 +149,7 @@ def test_a_whole_flight_without_a_pointer(somebody: Somebody, world: World) -> N
     type_into(alice, "n", "change-heading", "90")
     alice.wait("looking east", lambda: abs(alice.number("heading") - 90) < 3)
     type_into(alice, "p", "change-speed", "3")
-    expect(alice.part("action-report")).to_contain_text("Speed 3 m/s: Kestrel has accepted it")
+    expect(alice.part("action-report")).to_contain_text("Kestrel, flying at 3 m/s: Accepted")
 
     # Whatever button is disabled on the ground is not in the air, or the other way round: Tab has been at each.
     reached_now, buttons_now = walk(alice)
