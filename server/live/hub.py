@@ -123,25 +123,25 @@ class Hub:
     ) -> None:
         """Takes over a lease that has been committed. From this call on the old holder's frames are refused."""
         self._leases.apply(drone_id, lease, event=event, by=by, reason=reason, now=now)
-        self.fleet.look_at_former_holder(drone_id)
+        self.fleet.check_former_holder(drone_id)
         self.video.recheck(drone_id)
 
     # -- browsers --------------------------------------------------------------------------------------------
 
-    def why_no_room(self, user_id: UserId, address: str, now: float) -> str | None:
+    def capacity_refusal(self, user_id: UserId, address: str, now: float) -> str | None:
         """Why this user may not open one more live connection from there; None if they may."""
         bounds = self._socket_bounds
         if not self.flood.admits_opening(user_id, now, most_open=bounds.per_user):
             return "too many connections of this user were opened in a short time: wait a little"
         return bounds.refusal(self.state.browsers.values(), user_id, address)
 
-    def why_no_room_for_video(self, user_id: UserId, address: str, now: float) -> str | None:
+    def video_capacity_refusal(self, user_id: UserId, address: str, now: float) -> str | None:
         """The same for one more stream of video."""
         if not self.flood.admits_opening(user_id, now, most_open=self._video_bounds.per_user, video=True):
             return "too many streams were opened by this user in a short time: wait a little"
-        return self.video.why_no_room(user_id, address)
+        return self.video.capacity_refusal(user_id, address)
 
-    def hears_request(self, browser: Browser, now: float) -> bool:
+    def admits_request(self, browser: Browser, now: float) -> bool:
         """Whether a text message of this browser is looked at. If not, it is counted and answered."""
         if browser.ended:
             return False
@@ -159,7 +159,7 @@ class Hub:
         """From here on the browser gets the frames of the drones it may see; the whole picture comes first."""
         viewer = browser.viewer
         self.audience.enter(browser, self.squads.drones(viewer.user_id, viewer.role), server_time, now)
-        self.separation.tell_all(browser)
+        self.separation.send_all(browser)
 
     def detach_browser(self, browser: Browser, now: float) -> None:
         """The browser is gone. Harmless if it was gone already."""
@@ -180,11 +180,11 @@ class Hub:
             self.video.recheck()
         return ended
 
-    def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
+    def notify_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
         """How an enrolment goes, to every admin's browsers; to programs only if they were made for administration."""
         for browser in self.state.browsers.values():
             if judge(AccessRequest(browser.viewer, Action.ADMINISTER)).allowed:
-                browser.tell(live.EnrolmentChanged(dict(enrolment)))
+                browser.notify(live.EnrolmentChanged(dict(enrolment)))
 
     def sockets_of(self, signed_in_by: SignInId) -> int:
         """How many connections a session or a token has open, live and of video."""
@@ -254,7 +254,7 @@ class Hub:
         drone = state.drones[link.sealed.drone_id]
         if not drone.online:
             drone.online = True
-            state.tell_drone(drone)
+            state.publish_drone(drone)
         if received.frames is not None:
             self._paths.up(drone, received.frames, now)
         elif received.urgent is not None:
@@ -277,7 +277,7 @@ class Hub:
             # Else the control channel tells it, where nothing can be overtaken.
             self.reports.receive(link, message, self._clock())
 
-    def hears_report(self, link: AgentLink, now: float) -> bool:
+    def admits_report(self, link: AgentLink, now: float) -> bool:
         """Whether a message of this agent's control channel is looked at. If not, it is counted."""
         heard = self.flood.admits_report(link.drone_id, now)
         self.state.drops[DropReason.FLOOD] += not heard
@@ -298,6 +298,6 @@ class Hub:
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""
-        self.audience.look_at_maps()
+        self.audience.check_map_viewers()
         self.flood.forget_idle(self.state.drones, now)
-        self.state.tell_links(self.state.drones.values(), now)
+        self.state.publish_links(self.state.drones.values(), now)

@@ -54,9 +54,9 @@ class SharedChecks:
     def _plan(self) -> None:
         now = time.monotonic()
         delay_s = _rounded(_due_at(now, self._every_s) - now)
-        self._timer = asyncio.get_running_loop().call_later(delay_s, self._look)
+        self._timer = asyncio.get_running_loop().call_later(delay_s, self._check)
 
-    def _look(self) -> None:
+    def _check(self) -> None:
         self._timer = None
         for future, due in self._waiting.items():
             if future.done():

@@ -66,7 +66,7 @@ class FullSearch:
         self._last_at = now
         self._least = memory()
 
-    def look(self, now: float, *, flown_by_hand: bool) -> None:
+    def check(self, now: float, *, flown_by_hand: bool) -> None:
         """Searches if it is time. `flown_by_hand`: a pause would be felt in somebody's sticks."""
         held = self._memory()
         self._least = min(self._least, held)

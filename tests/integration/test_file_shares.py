@@ -161,13 +161,13 @@ async def test_recordings_of_one_tenant_do_not_push_out_those_of_another(tmp_pat
         await add_recordings(world, hers, 4, 100, age_h=48)  # the oldest of all
         await add_recordings(world, his, 6, 100, age_h=2)
         for _ in range(20):
-            assert await quota.make_room(100, his.id)
+            assert await quota.make_space(100, his.id)
             await add_recordings(world, his, 1, 100, age_h=1)
         assert (await count_of(world, hers), await count_of(world, his)) == (4, 6)
         # What goes on, or is promised, takes nothing from her either; and she may go on when he has taken too much.
         quota.in_use = lambda: {his.id: 5 * BUDGET}
-        assert not await quota.make_room(1, his.id)
+        assert not await quota.make_space(1, his.id)
         assert await count_of(world, hers) == 4
-        assert await quota.make_room(100, hers.id)
+        assert await quota.make_space(100, hers.id)
         assert await count_of(world, hers) == 4
         assert quota.hogs_most(his.id) > quota.hogs_most(hers.id)

@@ -43,7 +43,7 @@ class Screen:
         self.told: list[tuple[int, str]] = []
         self.news = asyncio.Event()
 
-    def tell_admins_of_enrolment(self, enrolment: dict[str, Any]) -> None:
+    def notify_admins_of_enrolment(self, enrolment: dict[str, Any]) -> None:
         self.told.append((enrolment["drone"]["id"], enrolment["state"]))
         self.news.set()
 

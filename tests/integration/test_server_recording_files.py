@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from control_world import until
 from recording_scene import RecordingScene
-from server.store.recordings.finishing import CannotFinish
 from tower_world import assert_problem, start_tower
 
+from server.store.recordings.finisher import CannotFinish
 from server.store.recordings.service import NO_STORE, NOT_HERE
 from server.store.recordings.tables import RecordingRow
 
@@ -90,19 +90,19 @@ async def test_files_outlive_an_older_copy_of_the_database_and_go_by_their_age(t
     async with start_tower(tmp_path) as world:
         scene.world, scene.watcher = world, await world.signed_in(person)
         assert not (folder / f"drone-{other.id}").exists()
-        room = world.tower.recordings.room
-        assert [one.path for one in room.strays] == strays
-        assert await room.make(0)
-        assert room.kept_bytes == before["size_bytes"] + 2000
-        room.budget_bytes = room.kept_bytes - 1
-        assert await room.make(0)
+        quota = world.tower.recordings.quota
+        assert [one.path for one in quota.strays] == strays
+        assert await quota.make_space(0)
+        assert quota.kept_bytes == before["size_bytes"] + 2000
+        quota.budget_bytes = quota.kept_bytes - 1
+        assert await quota.make_space(0)
         assert [path.exists() for path in strays] == [False, True], "the oldest goes first"
         assert (await scene.get(before["id"]))["state"] == "ready"
-        room.budget_bytes = 1000
-        assert await room.make(0)
+        quota.budget_bytes = 1000
+        assert await quota.make_space(0)
         assert (await scene.watcher.get(f"{scene.path}/recordings")).json() == []
         assert strays[1].exists(), "the newest of all stays, though the database does not know it"
-        assert room.kept_bytes == 1000
+        assert quota.kept_bytes == 1000
 
 
 async def test_files_that_are_gone_or_elsewhere_are_not_promised(tmp_path: Path) -> None:

@@ -10,15 +10,14 @@ from typing import Any
 import pytest
 from control_world import audit, live
 from recording_scene import RecordingScene
-from server.store.recordings.sink import TOO_LARGE
-from server.store.recordings.writer import TOO_SLOW, UnitWriter
 from sqlalchemy import event, insert
 from tower_world import assert_problem, start_tower
 from worlds.camera_units import units
 
 from server.live.relay import flood_gate
-from server.store import file_room
+from server.store import file_budget
 from server.store.recordings import service
+from server.store.recordings.capture import TOO_LARGE, TOO_SLOW, UnitWriter
 from server.store.recordings.quota import AT_ONCE
 from server.store.recordings.service import NOTHING_CAME, TOO_LONG
 from server.store.recordings.tables import RecordingRow
@@ -47,11 +46,11 @@ async def test_limits_end_it_with_words(scene: RecordingScene) -> None:
     )
     assert (await scene.came_to(large["id"], "ready"))["words"] == TOO_LARGE
     assert (await scene.get(large["id"]))["size_bytes"] < 40_000
-    await service.look(time.monotonic() + 601)
+    await service.tick(time.monotonic() + 601)
     assert (await scene.came_to(begun["id"], "ready", "failed"))["words"] == NOTHING_CAME
     longest = await scene.record(quality="high")
     service._longest_s = 0.0
-    await service.look(time.monotonic())
+    await service.tick(time.monotonic())
     assert (await scene.came_to(longest["id"], "failed", "finishing"))["state"] in ("failed", "finishing")
     told = [one["detail"].get("words", "") for one in await audit(scene.admin, "recording.ended")]
     assert told == [TOO_LONG, NOTHING_CAME, TOO_LARGE]
@@ -106,8 +105,8 @@ async def test_a_slow_disk_ends_the_recording_and_never_waits(
 async def test_a_full_disk_ends_it_and_refuses_the_next(scene: RecordingScene, monkeypatch: pytest.MonkeyPatch) -> None:
     begun = await scene.record()
     scene.send()
-    monkeypatch.setattr(file_room, "LEFT_FREE_BYTES", 1 << 62)
-    await scene.world.tower.recordings.service.look(time.monotonic() + 10)
+    monkeypatch.setattr(file_budget, "MIN_FREE_BYTES", 1 << 62)
+    await scene.world.tower.recordings.service.tick(time.monotonic() + 10)
     failed = await scene.came_to(begun["id"], "failed")
     assert "no room" in failed["words"]
     assert scene.files == [".units"]
@@ -115,12 +114,12 @@ async def test_a_full_disk_ends_it_and_refuses_the_next(scene: RecordingScene, m
 
 
 async def test_the_oldest_go_when_the_budget_is_used_up(scene: RecordingScene) -> None:
-    room = scene.world.tower.recordings.room
+    quota = scene.world.tower.recordings.quota
     first, second = await scene.whole(), await scene.whole()
     begun = await scene.record(quality="high")
-    room.budget_bytes = first["size_bytes"] + second["size_bytes"] + 100
+    quota.budget_bytes = first["size_bytes"] + second["size_bytes"] + 100
     async with live(scene.world, scene.watcher) as browser:
-        assert await room.make(first["size_bytes"])
+        assert await quota.make_space(first["size_bytes"])
         assert (await browser.event("recording", event="removed"))["recording"]["id"] == first["id"]
     kept = [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()]
     assert kept == [begun["id"], second["id"]]
@@ -128,8 +127,8 @@ async def test_the_oldest_go_when_the_budget_is_used_up(scene: RecordingScene) -
     noted = await audit(scene.admin, "recording.removed")
     assert [one["detail"]["recording"] for one in noted] == [first["id"]]
     # One that goes on is never removed: nothing is left to make room with, so it ends.
-    room.budget_bytes = 5
-    await scene.world.tower.recordings.service.look(time.monotonic() + 10)
+    quota.budget_bytes = 5
+    await scene.world.tower.recordings.service.tick(time.monotonic() + 10)
     ended = await scene.came_to(begun["id"], "failed", "finishing")
     assert ended["state"] in ("failed", "finishing")
     assert [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()] == [begun["id"]]
@@ -143,20 +142,20 @@ async def test_however_many_are_kept_few_are_looked_at_together(scene: Recording
         assert row is not None
         same = {name: getattr(row, name) for name in _COLUMNS if name != "id"}
         await session.execute(insert(RecordingRow), [same | {"file": f"{number:016x}"} for number in range(AT_ONCE)])
-    room, loaded = tower.recordings.room, Counter[str]()
+    quota, loaded = tower.recordings.quota, Counter[str]()
 
     def load(row: RecordingRow, _context: Any) -> None:
         loaded[row.file] += 1
 
     event.listen(RecordingRow, "load", load)
     try:
-        assert await room.make(0)
+        assert await quota.make_space(0)
         assert not loaded, "room is made without a look at each"
-        room.budget_bytes = room.kept_bytes - 1
-        assert await room.make(0)
+        quota.budget_bytes = quota.kept_bytes - 1
+        assert await quota.make_space(0)
         assert len(loaded) == AT_ONCE
-        room.budget_bytes = first["size_bytes"]
-        assert await room.make(0)
+        quota.budget_bytes = first["size_bytes"]
+        assert await quota.make_space(0)
     finally:
         event.remove(RecordingRow, "load", load)
     kept = [one["id"] for one in (await scene.watcher.get(f"{scene.path}/recordings")).json()]

@@ -64,12 +64,12 @@ from server.live.parameters.metadata import NoMetadata
 from server.live.parameters.orders import ParametersUnknown
 from server.live.recordings.refusals import (
     AlreadyRecording,
-    NoRoomToRecord,
     NotReady,
     NotYourRecording,
     NotYoursToRecord,
     NoVideo,
     RecordingBusy,
+    RecordingStorageFull,
     TooManyRecordings,
     UnknownRecording,
 )
@@ -231,7 +231,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     TooManyRecordings: Kind("too-many-recordings", 409, "Too many recordings"),
     RecordingBusy: Kind("recording-busy", 409, "It is not over yet"),
     NoVideo: Kind("no-video", 409, "There is no video"),
-    NoRoomToRecord: Kind("no-room", 413, "There is no room for it"),
+    RecordingStorageFull: Kind("no-room", 413, "There is no room for it"),
     PlanNotRead: Kind("plan-not-read", 409, "The plan could not be read"),
     UnknownTeam: Kind("unknown-team", 404, "No such team"),
     UnknownInvitation: Kind("unknown-invitation", 404, "No such invitation"),

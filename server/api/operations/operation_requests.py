@@ -13,7 +13,7 @@ from server.domain.people import Principal, UserRef
 from server.domain.relations import Right
 from server.live.hub import Hub
 from server.live.operations.operation import Operation, Order
-from server.live.operations.permissions import refuse_others, refuse_the_blind
+from server.live.operations.permissions import refuse_others, require_view
 from server.live.operations.refusals import Assisted, OnlyWatches, TooManyOperations, TurnNotCome
 from server.live.operations.views import OperationView
 from server.live.relay.live_drone import LiveDrone
@@ -36,7 +36,7 @@ def watched_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDrone:
     drone = hub.squads.drone(DroneId(drone_id), principal.user_id, principal.role)
     if drone is None:
         raise UnknownDrone
-    refuse_the_blind(drone, principal)
+    require_view(drone, principal)
     return drone
 
 

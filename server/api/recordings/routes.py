@@ -21,12 +21,12 @@ from server.live.hub import Hub
 from server.live.operations.refusals import DroneOffline, OnlyWatches, TooManyOperations, ViewTaken
 from server.live.recordings.refusals import (
     AlreadyRecording,
-    NoRoomToRecord,
     NotReady,
     NotYourRecording,
     NotYoursToRecord,
     NoVideo,
     RecordingBusy,
+    RecordingStorageFull,
     TooManyRecordings,
     UnknownRecording,
 )
@@ -90,7 +90,7 @@ async def list_recordings(
     "",
     status_code=201,
     responses=answers(
-        *(*_WATCH, NotYoursToRecord, DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, NoRoomToRecord),
+        *(*_WATCH, NotYoursToRecord, DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, RecordingStorageFull),
         TooManyOperations,
     ),
 )

@@ -324,7 +324,7 @@ class AgentChannel:
                     return
                 if message.get("bytes") is not None:
                     self._datagram(link, message["bytes"])
-                elif link.channel is self and self._hub.hears_report(link, time.monotonic()):
+                elif link.channel is self and self._hub.admits_report(link, time.monotonic()):
                     self._hub.reports.receive(link, decode_to_tower(message["text"]), at=self._clock())
         except (MalformedMessage, KeyError):
             self._hub.state.drops[DropReason.MALFORMED] += 1

@@ -74,7 +74,7 @@ class LiveChannel:
     async def _serve(self) -> None:
         await self._websocket.accept(subprotocol=self._subprotocol)
         # Nothing is awaited from here until it is attached: two that come at once cannot both have the last place.
-        no_room = self._hub.why_no_room(self._browser.viewer.user_id, self._browser.address, time.monotonic())
+        no_room = self._hub.capacity_refusal(self._browser.viewer.user_id, self._browser.address, time.monotonic())
         if no_room is not None:
             self._hub.state.traffic.browser_closes[TOO_MANY_SOCKETS] += 1
             await close_quietly(self._websocket, TOO_MANY_SOCKETS, no_room)
@@ -101,7 +101,7 @@ class LiveChannel:
                 now = time.monotonic()
                 if (frames := message.get("bytes")) is not None:
                     self._frames(frames, now)
-                elif (text := message.get("text")) is not None and self._hub.hears_request(self._browser, now):
+                elif (text := message.get("text")) is not None and self._hub.admits_request(self._browser, now):
                     self._request(text, now)
         except RuntimeError:
             return
@@ -128,7 +128,7 @@ class LiveChannel:
             self._hub.state.drops[DropReason.MALFORMED] += 1
             if self._bad_requests >= MAX_BAD_REQUESTS:
                 self._ending.wish(BAD_REQUEST, "too many messages that make no sense")
-            self._browser.tell(
+            self._browser.notify(
                 Notice("warning", "malformed", f"Not understood: {str(error)[:MAX_QUOTED_LENGTH]}", None, 1)
             )
             return

@@ -51,4 +51,4 @@ async def _beat(hub: Hub, endpoint: DataEndpoint) -> None:
         ticks += 1
         if ticks % TICKS_A_SECOND == 0:
             hub.each_second(time.monotonic())
-            search.look(now, flown_by_hand=hub.state.anybody_flies_by_hand(now))
+            search.check(now, flown_by_hand=hub.state.anybody_flies_by_hand(now))

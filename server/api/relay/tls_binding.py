@@ -39,10 +39,10 @@ class TlsBinding:
         """Whether the agent sees the certificate that it should see; where none is known, whether it binds nothing."""
         if self._path is None:
             return binding == b""
-        self._look(self._path)
+        self._check(self._path)
         return any(hmac.compare_digest(binding, one) for one in self._known)
 
-    def _look(self, path: Path) -> None:
+    def _check(self, path: Path) -> None:
         try:
             found = path.stat()
             stamp = (found.st_mtime_ns, found.st_ino)

@@ -71,7 +71,7 @@ class ViewerChannel:
             key,
             now,
             write=writer.write_whole,
-            tell=writer.write_text,
+            send_text=writer.write_text,
             has_room=writer.has_room,
             close=self._ending.wish,
             held_up=self._held_up,
@@ -85,7 +85,7 @@ class ViewerChannel:
         writer.take_messages(largest_bytes=MAX_REQUEST_BYTES)
         # Nothing is awaited from here until it has entered: neither rights nor room can change in between.
         now = time.monotonic()
-        no_room = hub.why_no_room_for_video(viewer.viewer.user_id, viewer.address, now)
+        no_room = hub.video_capacity_refusal(viewer.viewer.user_id, viewer.address, now)
         refusal = why_not_watch(hub.state.drones.get(viewer.drone_id), viewer.viewer)
         if refusal is not None:
             self._ending.wish(refusal.code, refusal.words)
@@ -158,7 +158,7 @@ class ViewerChannel:
             self._stirs = 0
             self._hub.video.got(viewer, request, now)
         elif isinstance(request, AskClock):
-            viewer.tell(ToldClock(request.sent, round(now * 1e6)))
+            viewer.notify(ToldClock(request.sent, round(now * 1e6)))
         else:
             self._hub.video.want(viewer, stream_named(request.quality, request.codec), now)
 

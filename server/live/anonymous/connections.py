@@ -50,7 +50,7 @@ class ConnectionBudget:
         of_network = self._of_network.get(origin.network)
         if not is_known and of_network is not None and len(of_network) >= limits.max_connections_per_network:
             return None
-        if not is_known and self._strangers >= limits.max_connections and not self._make_room(origin):
+        if not is_known and self._strangers >= limits.max_connections and not self._make_space(origin):
             return None
         guest = AnonymousConnection(origin, is_known=is_known, is_proxy=False, cut=cut)
         self._of_address[origin.address] += 1
@@ -81,7 +81,7 @@ class ConnectionBudget:
             if not of_network:
                 del self._of_network[guest.origin.network]
 
-    def _make_room(self, origin: Origin) -> bool:
+    def _make_space(self, origin: Origin) -> bool:
         """Ends the oldest connection of the network that has most, unless that is the newcomer's own."""
         most = max(self._of_network, key=lambda network: len(self._of_network[network]))
         mine = self._of_network.get(origin.network, ())

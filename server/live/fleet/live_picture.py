@@ -20,7 +20,7 @@ class LivePicture(Protocol):
     def end_loans(self, at: datetime) -> bool:
         """Ends the loans whose time is over at `at`. Whether there was any."""
 
-    def tell_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
+    def notify_admins_of_enrolment(self, enrolment: Mapping[str, Any]) -> None:
         """How an enrolment goes (an EnrolmentView as JSON), to every admin's live connections."""
 
     def end_sessions(self, session_ids: Iterable[SignInId]) -> None:

@@ -26,7 +26,7 @@ class BoardReports:
             case PlanOnBoard():
                 if drone.board.plan_told(message, self._clock()):
                     view, _ = drone.board.plan(message.kind)
-                    drone.tell_frame_watchers(live.PlanOnBoardChanged.of(drone.drone_id, view))
+                    drone.notify_frame_watchers(live.PlanOnBoardChanged.of(drone.drone_id, view))
             case ParameterCache():
                 self._parameters(drone, drone.board.parameters.cache_told(message), now)
             case ParameterChanged():
@@ -39,5 +39,5 @@ class BoardReports:
     def _parameters(self, drone: LiveDrone, changed: bool, now: float) -> None:
         if changed:
             told = drone.board.parameters.told
-            drone.tell_frame_watchers(live.ParametersChanged(drone.drone_id, told.hash, told.count, told.total))
+            drone.notify_frame_watchers(live.ParametersChanged(drone.drone_id, told.hash, told.count, told.total))
         self._tables.want(drone, now)

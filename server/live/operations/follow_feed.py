@@ -105,9 +105,9 @@ class FollowFeed:
                 del self._running[drone_id]
             elif not operation.cancelling and now >= following.next_at - _EARLY_S:
                 following.next_at = max(now, following.next_at + EVERY_S) if following.number else now + EVERY_S
-                self._look(drone, operation, following, now)
+                self._check(drone, operation, following, now)
 
-    def _look(self, drone: LiveDrone, operation: Operation, following: Following, now: float) -> None:
+    def _check(self, drone: LiveDrone, operation: Operation, following: Following, now: float) -> None:
         leader = None if following.leader_id is None else self._state.drones.get(following.leader_id)
         person = following.person
         unseen = why_not_seen(leader, following) if person is None else None

@@ -27,7 +27,7 @@ from wire.transactions import CommandWork
 _NAN: Final = float("nan")
 
 
-def refuse_the_blind(drone: LiveDrone, viewer: Principal) -> None:
+def require_view(drone: LiveDrone, viewer: Principal) -> None:
     """Raises ViewTaken for whom no frames of the drone come either."""
     if viewer.user_id == drone.blind_user_id:
         raise ViewTaken(drone.record.name)
@@ -35,8 +35,8 @@ def refuse_the_blind(drone: LiveDrone, viewer: Principal) -> None:
 
 def refuse_others(drone: LiveDrone, viewer: Principal, now: float) -> None:
     """Raises NotInControl for everybody but the holder and the assistant."""
-    has_turn = drone.standing_of(viewer).has_turn
-    if not has_turn or drone.fenced or drone.is_deaf_to_holder(viewer.user_id, now):
+    has_turn = drone.authorization_of(viewer).has_turn
+    if not has_turn or drone.fenced or drone.ignores_holder(viewer.user_id, now):
         raise NotInControl(drone.record.name)
 
 
@@ -44,7 +44,7 @@ def refuse_frame(
     drone: LiveDrone, viewer: Principal, frame: bytes, *, item: int | None = None, falls: bool = False
 ) -> None:
     """Raises what the policy of frames says about this one. `falls`: they know that it makes the drone fall."""
-    name, standing, command = drone.record.name, drone.standing_of(viewer), command_in(frame)
+    name, standing, command = drone.record.name, drone.authorization_of(viewer), command_in(frame)
     match refusal_of(frame, command, standing):
         case None:
             pass

@@ -104,7 +104,7 @@ class OperationService:
         link = operation.link
         if link is not None and link.has_channel and not operation.link_lost:
             link.post(CancelTransaction(id=operation.transaction_id))
-        self._tell(operation)
+        self._notify(operation)
 
     def find(self, operation_id: int) -> Operation | None:
         """One that runs, or that has ended not long ago."""
@@ -141,7 +141,7 @@ class OperationService:
         """Several times a second: links that went and came, deadlines, tables that are lacking."""
         self._now = now
         for operation in list(self._running.values()):
-            self._look_at(operation, now)
+            self._check(operation, now)
         self._tables.tick(now)
         self._kept.forget_old(now, running=len(self._running))
 
@@ -155,7 +155,7 @@ class OperationService:
             raise DroneOffline(name)
         if not link.takes.issuperset((TRANSACTIONS, order.needs)):
             raise AgentTooOld(name)
-        self._make_room(drone, order)
+        self._make_space(drone, order)
         drone.commanded += order.overrules
         operation = Operation(
             id=self._last_id + 1,
@@ -176,7 +176,7 @@ class OperationService:
             self.on_began(operation)
         return operation
 
-    def _make_room(self, drone: LiveDrone, order: Order) -> None:
+    def _make_space(self, drone: LiveDrone, order: Order) -> None:
         """Whoever writes a plan does not wait for somebody who reads one."""
         there = self._asked_at(drone, order.lane)
         if order.writes and order.lane is Lane.PLANS:
@@ -221,7 +221,7 @@ class OperationService:
                     work=step.work,
                 )
             )
-            self._tell(operation)
+            self._notify(operation)
             return True
         return False
 
@@ -239,7 +239,7 @@ class OperationService:
         operation.ask_at = None
         operation.phase = operation.step.phase or told.phase[:MAX_PHASE_LENGTH]
         operation.done, operation.total = told.done, told.total
-        self._tell(operation)
+        self._notify(operation)
 
     def _result(self, drone: LiveDrone, link: AgentLink, told: TransactionResult, now: float) -> None:
         late = self._kept.late(told.id)
@@ -284,7 +284,7 @@ class OperationService:
         operation.ended_at = self._clock()
         operation.link, operation.link_lost = None, False
         operation.over_since = self._now
-        self._tell(operation)
+        self._notify(operation)
         listeners, operation.on_end = operation.on_end, []
         for listener in listeners:
             listener(operation)
@@ -292,7 +292,7 @@ class OperationService:
             self.on_ended(operation)
         self._kept.ended(operation)
 
-    def _look_at(self, operation: Operation, now: float) -> None:
+    def _check(self, operation: Operation, now: float) -> None:
         drone = self._state.drones.get(operation.drone_id)
         if drone is None:
             self._end(operation, State.FAILED, "The drone has been removed.")
@@ -308,7 +308,7 @@ class OperationService:
         elif link is None or not link.has_channel:
             if not operation.link_lost:
                 operation.link_lost, operation.phase = True, LINK_LOST
-                self._tell(operation)
+                self._notify(operation)
         elif operation.link_lost or not is_same_link:
             operation.link, operation.link_lost = link, False
             operation.phase = operation.step.phase
@@ -316,7 +316,7 @@ class OperationService:
             if operation.cancelling:
                 self.cancel(operation)
             else:
-                self._tell(operation)
+                self._notify(operation)
         elif operation.ask_at is not None and now > operation.ask_at:
             operation.ask_at = None
             link.post(CancelTransaction(id=operation.transaction_id))
@@ -343,7 +343,7 @@ class OperationService:
                 return True
         return False
 
-    def _tell(self, operation: Operation) -> None:
+    def _notify(self, operation: Operation) -> None:
         drone = self._state.drones.get(operation.drone_id)
         if drone is not None and operation.by is not None:
-            drone.tell_frame_watchers(live.OperationChanged.of(operation), operation.began_at)
+            drone.notify_frame_watchers(live.OperationChanged.of(operation), operation.began_at)

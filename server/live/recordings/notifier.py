@@ -26,4 +26,4 @@ class RecordingNotifier:
         state = self._hub.state
         drone = state.drones.get(DroneId(view.drone_id))
         if drone is not None:
-            state.tell_video_watchers(drone, Recording(view.drone_id, event, view), of=view.began_at)
+            state.notify_video_watchers(drone, Recording(view.drone_id, event, view), of=view.began_at)

@@ -43,5 +43,5 @@ class NoVideo(Refusal):
     """The drone has none to record."""
 
 
-class NoRoomToRecord(Refusal):
+class RecordingStorageFull(Refusal):
     """Neither budget nor disk have room."""

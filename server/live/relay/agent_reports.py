@@ -52,7 +52,7 @@ class AgentReports:
             case StreamState():
                 if drone.stream_state != message:
                     drone.stream_state = message
-                    self._state.tell_drone(drone)
+                    self._state.publish_drone(drone)
             case VideoState():
                 if VIDEO in link.takes:
                     self._video.state_told(link, message)
@@ -80,7 +80,7 @@ class AgentReports:
             drone.was_airborne = state.airborne
         drone.flight_start.report(heard=state.heard, airborne=state.airborne, at=at)
         if before != (drone.autopilot_heard, drone.armed, drone.airborne):
-            self._state.tell_drone(drone)
+            self._state.publish_drone(drone)
 
     def _hold_state(self, drone: LiveDrone, link: AgentLink, state: HoldState, at: datetime | None) -> None:
         if not link.knows_open_holds or at is None:
@@ -88,7 +88,7 @@ class AgentReports:
         news = drone.open_hold.take(state, at)
         self._state.note_hold(drone)
         if news:
-            self._state.tell_drone(drone)
+            self._state.publish_drone(drone)
 
     def _hold_progress(self, drone: LiveDrone, link: AgentLink, progress: HoldProgress) -> None:
         link.answered(progress.order_id)
@@ -108,5 +108,5 @@ class AgentReports:
             progress.cause,
         )
         self._state.traffic.hold_steps[str(progress.step)] += 1
-        self._state.tell_watchers(drone, told)
+        self._state.notify_watchers(drone, told)
         self._state.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))

@@ -37,7 +37,7 @@ class Audience:
             drone.watchers[browser.number] = browser
         viewer = browser.viewer
         user = live.User(viewer.user_id, viewer.name, viewer.role)
-        browser.tell(
+        browser.notify(
             live.WelcomeBrowser(user, [drone.view_for(viewer.user_id, viewer.role) for drone in seen], server_time)
         )
         self._note_presence_of(viewer.user_id, now)
@@ -64,15 +64,15 @@ class Audience:
     def show_map(self, browser: Browser, viewport: Viewport | None) -> None:
         """The browser's map shows this part; None: all of it, or there is no map."""
         browser.viewport = viewport
-        self._look_at_map(browser, self._places() if viewport else {})
+        self._check_map_viewer(browser, self._places() if viewport else {})
 
-    def look_at_maps(self) -> None:
+    def check_map_viewers(self) -> None:
         """Once a second: which drones are outside whose map by now."""
         browsers = [browser for browser in self._state.browsers.values() if browser.viewport is not None]
         if browsers:
             places = self._places()
             for browser in browsers:
-                self._look_at_map(browser, places)
+                self._check_map_viewer(browser, places)
 
     def _places(self) -> dict[DroneId, tuple[float, float]]:
         known = {}
@@ -83,7 +83,7 @@ class Audience:
         return known
 
     @staticmethod
-    def _look_at_map(browser: Browser, places: dict[DroneId, tuple[float, float]]) -> None:
+    def _check_map_viewer(browser: Browser, places: dict[DroneId, tuple[float, float]]) -> None:
         # A drone whose place nobody knows counts as inside.
         shows = None if browser.viewport is None else browser.viewport.shows
         browser.outbox.far = {drone_id for drone_id, place in places.items() if shows and not shows(*place)}

@@ -60,7 +60,7 @@ class Browser:
         """From here on `wake` is called when something is due at once."""
         self._wake = wake
 
-    def tell(self, event: ToBrowser) -> None:
+    def notify(self, event: ToBrowser) -> None:
         """Puts a text message in the queue."""
         if self._events.put(event):
             self._wake()
@@ -85,7 +85,7 @@ class Browser:
         """Tells that a frame from here was refused, now or in the next sum."""
         notice: Notice | None = self.refusals.refuse(reason, drone_id, name, now, words)
         if notice is not None:
-            self.tell(notice)
+            self.notify(notice)
 
     def take_events(self) -> list[ToBrowser]:
         """The text messages that wait, in order, with what was lost at the end."""

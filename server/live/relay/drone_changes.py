@@ -36,30 +36,30 @@ class DroneChanges:
         """To everybody who may see the drone: how it is with a change of control that the database has not decided."""
         drone = self._state.drones.get(drone_id)
         if drone is not None:
-            self._state.tell_watchers(drone, live.Notice(severity, "control-undecided", words, drone_id, 1))
+            self._state.notify_watchers(drone, live.Notice(severity, "control-undecided", words, drone_id, 1))
 
     def apply_safety(self, drone_id: DroneId, settings: SafetySettings) -> None:
         """How a drone holds, from now on; its agent is told."""
         drone = self._state.drones.get(drone_id)
         if drone is not None and drone.safety != settings:
             drone.safety = settings
-            self._state.tell_agent_safety(drone)
-            self._state.tell_drone(drone)
+            self._state.send_safety_to_agent(drone)
+            self._state.publish_drone(drone)
 
     def apply_stream(self, drone_id: DroneId, settings: StreamSettings) -> None:
         """How much telemetry a drone is to send, from now on; its agent is told."""
         drone = self._state.drones.get(drone_id)
         if drone is not None and drone.stream != settings:
             drone.stream = settings
-            self._state.tell_agent(drone, settings)
-            self._state.tell_drone(drone)
+            self._state.send_to_agent(drone, settings)
+            self._state.publish_drone(drone)
 
     def set_loss_check(self, drone_id: DroneId, mark: LossCheckMark) -> None:
         """What the check before flight came to. Everybody who sees the drone hears that it has changed."""
         drone = self._state.drones.get(drone_id)
         if drone is not None and drone.loss_check != mark:
             drone.loss_check = mark
-            self._state.tell_watchers(drone, live.LossCheckChanged(drone_id))
+            self._state.notify_watchers(drone, live.LossCheckChanged(drone_id))
 
     def rehearse_operator_loss(self, drone_id: DroneId, *, for_s: float, now: float) -> None:
         """The holder counts as gone for so long."""
@@ -80,4 +80,4 @@ class DroneChanges:
         """How a rehearsal goes on: to everybody who may see the drone."""
         drone = self._state.drones.get(DroneId(step.drone_id))
         if drone is not None:
-            self._state.tell_watchers(drone, step)
+            self._state.notify_watchers(drone, step)

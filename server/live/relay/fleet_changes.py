@@ -99,7 +99,7 @@ class FleetChanges:
             drone.record = replace(drone.record, loans=left)
             account = self._users.get(loan.user.id)
             self.admit_watchers(drone)
-            self._state.tell_drone(drone)
+            self._state.publish_drone(drone)
             if account is not None and drone.may(loan.user.id, account.role, Right.FLY):
                 continue
             parts: tuple[tuple[UserRef | None, Part], ...] = (
@@ -134,13 +134,13 @@ class FleetChanges:
             if record.epoch > last.epoch:
                 drone.turn.reset()
                 self._lease_learnt(drone, last, _why_lost(drone, last.holder, self._users))
-                state.tell_agent_who_holds(drone)
+                state.send_holder_to_agent(drone)
                 state.on_event(ControlsMoved(record.id))
         if team_changed or record.ties != ties_before or drone.view() != before:
             for browser in drone.watchers.values():
                 viewer = browser.viewer
                 if drone.may(viewer.user_id, viewer.role, Right.SEE):
-                    browser.tell(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
+                    browser.notify(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
         self.admit_watchers(drone)
 
     def _remove(self, drone_id: DroneId) -> None:
@@ -150,7 +150,7 @@ class FleetChanges:
             self._state.links.pop(drone.link.link_id, None)
         for browser in drone.watchers.values():
             browser.outbox.forget(drone_id)
-            browser.tell(live.DroneRemoved(drone_id))
+            browser.notify(live.DroneRemoved(drone_id))
 
     def admit_watchers(self, drone: LiveDrone) -> None:
         """Browsers that may see the drone now do, the others no longer."""
@@ -159,10 +159,10 @@ class FleetChanges:
             allowed = drone.may(viewer.user_id, viewer.role, Right.SEE)
             if allowed and browser.number not in drone.watchers:
                 drone.watchers[browser.number] = browser
-                browser.tell(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
+                browser.notify(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
             elif not allowed and drone.watchers.pop(browser.number, None) is not None:
                 browser.outbox.forget(drone.drone_id)
-                browser.tell(live.DroneRemoved(drone.drone_id))
+                browser.notify(live.DroneRemoved(drone.drone_id))
 
     def close_browser(self, browser: Browser, why: str) -> None:
         """Nothing more goes out or comes in from this instant; the socket's own end only tells why."""
@@ -171,7 +171,7 @@ class FleetChanges:
             drone.watchers.pop(browser.number, None)
         browser.close(SESSION_ENDED, why)
 
-    def look_at_former_holder(self, drone_id: DroneId) -> None:
+    def check_former_holder(self, drone_id: DroneId) -> None:
         """The lease has changed. Who lost their right as its holder a moment before may now be whom it was taken from:
         what was reported of the holder then comes too late."""
         drone = self._state.drones.get(drone_id)

@@ -16,12 +16,12 @@ from server.live.relay.policy import (
     CommandSeen,
     Kind,
     Permission,
+    changes_the_flight,
     command_in,
     ends_the_flight,
     kind_of,
-    leave_for,
+    permission_for,
     refusal_of,
-    says_how_to_fly,
 )
 from server.live.relay.refusals import denied_command
 from server.live.relay.viewport import POSITION
@@ -124,7 +124,7 @@ class FramePaths:
         if drone is None or browser.number not in drone.watchers:
             admitted = self._flood.admits(user_id, None, flies=False, now=now)
             raise Dropped(DropReason.UNKNOWN_DRONE if admitted else DropReason.FLOOD)
-        standing = drone.standing_of(browser.viewer)
+        standing = drone.authorization_of(browser.viewer)
         if not self._flood.admits(user_id, drone_id, flies=standing.has_turn, now=now):
             raise Dropped(DropReason.FLOOD)
         if is_known(frame) and not checksum_holds(frame):
@@ -142,9 +142,9 @@ class FramePaths:
             raise Dropped(DropReason.LATE)
         if drone.link is None or not drone.link.is_heard(now):
             raise Dropped(DropReason.OFFLINE)
-        reads_only = leave_for(frame, command) is Permission.WATCHER
+        reads_only = permission_for(frame, command) is Permission.WATCHER
         if not reads_only:
-            if drone.fenced or drone.is_deaf_to_holder(user_id, now):
+            if drone.fenced or drone.ignores_holder(user_id, now):
                 raise Dropped(DropReason.NOT_IN_CONTROL)
             if command is not None and ends_the_flight(command, standing):
                 self._ask_twice(browser, drone_id, command, now)
@@ -156,7 +156,7 @@ class FramePaths:
         if not drone.link.send_frames(drone.lease.epoch, (frame,), now):
             raise Dropped(DropReason.OFFLINE)
         self._state.traffic.frames_to_agents += 1
-        drone.commanded += says_how_to_fly(frame, command)
+        drone.commanded += changes_the_flight(frame, command)
         if not reads_only:
             self._observe(browser, drone_id, frame, kind, now)
         if kind is Kind.STICKS:

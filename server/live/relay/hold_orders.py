@@ -38,7 +38,7 @@ class HoldOrders:
             drone.open_hold.ordered()
             self._state.note_hold(drone)
             words = " ".join(filter(None, (OFFLINE, drone.open_hold.last_words())))
-            self._state.tell_watchers(drone, live.Hold(drone_id, epoch, "unconfirmed", words, 0.0, "order"))
+            self._state.notify_watchers(drone, live.Hold(drone_id, epoch, "unconfirmed", words, 0.0, "order"))
             return False
         order_id = self._next()
         self._state.traffic.holds_ordered += 1
@@ -50,7 +50,7 @@ class HoldOrders:
         if link.knows_open_holds:
             drone.open_hold.ordered(order_id)
             self._state.note_hold(drone)
-        self._state.tell_watchers(drone, live.Hold(drone_id, epoch, "ordered", reason, 0.0, "order"))
+        self._state.notify_watchers(drone, live.Hold(drone_id, epoch, "ordered", reason, 0.0, "order"))
         return True
 
     def order_where_flown_by_hand(self, reason: str, now: float) -> None:

@@ -59,17 +59,17 @@ class LeaseChanges:
         if known.holder != lease.holder:  # else a snapshot has said so first
             _begin_anew(drone)
         self._note_presence(drone, now)
-        self._state.tell_agent_who_holds(drone)
+        self._state.send_holder_to_agent(drone)
         if waiting and drone.link is not None:
             drone.link.send_frames(lease.epoch, waiting, now)
-        self._state.tell_drone(drone)
+        self._state.publish_drone(drone)
         if event == "turn":
             flying = lease.assistant if drone.turn.whose == "assistant" else lease.holder
             if flying is not None:
-                self._state.tell_watchers(drone, live.Turn(drone_id, flying))
+                self._state.notify_watchers(drone, live.Turn(drone_id, flying))
             return
         self._state.traffic.control_events[event] += 1
-        self._tell(drone, before, event, by, reason)
+        self._notify(drone, before, event, by, reason)
 
     def learnt(self, drone: LiveDrone, before: LeaseView, why_lost: str) -> None:
         """A snapshot has changed the lease of this drone. `why_lost`: why the holder before it may hold it no more, in
@@ -89,7 +89,7 @@ class LeaseChanges:
                 del self._moves[drone_id]
                 drone = self._state.drones.get(drone_id)
                 if drone is not None:
-                    self._tell_move(drone, move)
+                    self._notify_move(drone, move)
 
     def _before(self, drone: LiveDrone, lease: LeaseView) -> LeaseView:
         """The lease before this change, which a snapshot may have told already. One before that is told first."""
@@ -98,19 +98,19 @@ class LeaseChanges:
             return drone.lease
         if lease.epoch == drone.lease.epoch:
             return move.before
-        self._tell_move(drone, move)
+        self._notify_move(drone, move)
         return drone.lease
 
-    def _tell_move(self, drone: LiveDrone, move: _Move) -> None:
+    def _notify_move(self, drone: LiveDrone, move: _Move) -> None:
         event = _seen_from(move.before, drone.lease, lost=bool(move.why_lost), expired=move.expired)
         if event is not None:
-            self._tell(drone, move.before, event, None, move.why_lost or ELSEWHERE)
+            self._notify(drone, move.before, event, None, move.why_lost or ELSEWHERE)
 
-    def _tell(self, drone: LiveDrone, before: LeaseView, event: str, by: UserRef | None, reason: str) -> None:
+    def _notify(self, drone: LiveDrone, before: LeaseView, event: str, by: UserRef | None, reason: str) -> None:
         lease = drone.lease
         told = live.Control(drone.drone_id, event, lease.epoch, lease.holder, by, reason)
-        self._state.tell_watchers(drone, told)
-        self._state.tell_former(drone, before.part_takers() - lease.part_takers(), told)
+        self._state.notify_watchers(drone, told)
+        self._state.notify_former_viewers(drone, before.part_takers() - lease.part_takers(), told)
 
 
 def _begin_anew(drone: LiveDrone) -> None:

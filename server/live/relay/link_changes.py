@@ -40,7 +40,7 @@ class LinkChanges:
         self._state.links[link.link_id] = link
         self._state.on_event(AgentLinked(drone.drone_id))
         link.post(drone.stream)
-        self._state.tell_agent_safety(drone)
+        self._state.send_safety_to_agent(drone)
         drone.open_hold.linked(tells=link.knows_open_holds)
         if drone.open_hold.must_be_ordered:
             self._order_hold(drone.drone_id, ORDERED_AGAIN)
@@ -55,7 +55,7 @@ class LinkChanges:
         drone = self._state.drones.get(link.drone_id)
         if drone is not None and drone.link is link:
             drone.forget_link()
-            self._state.tell_drone(drone)
+            self._state.publish_drone(drone)
 
     def lose_channel(self, link: AgentLink, now: float) -> bool:
         """The control channel of a link has broken off. Whether that was the link's end."""
@@ -80,8 +80,8 @@ class LinkChanges:
         self._state.traffic.links_resumed += 1
         drone = self._state.drones[link.drone_id]
         link.post(drone.stream)
-        self._state.tell_agent_safety(drone)
-        self._state.tell_agent_who_holds(drone)
+        self._state.send_safety_to_agent(drone)
+        self._state.send_holder_to_agent(drone)
 
     def tick(self, now: float) -> None:
         """Several times a second."""

@@ -204,11 +204,11 @@ class LiveDrone:
             return list(self.watchers.values())
         return [browser for browser in self.watchers.values() if browser.viewer.user_id != blind_id]
 
-    def tell_frame_watchers(self, event: ToBrowser, of: datetime | None = None) -> None:
+    def notify_frame_watchers(self, event: ToBrowser, of: datetime | None = None) -> None:
         """To those who get its frames; of something that began at `of`, to those who may know of it."""
         for browser in self.frame_watchers():
             if of is None or self.knows_of(browser.viewer.user_id, browser.viewer.role, of):
-                browser.tell(event)
+                browser.notify(event)
 
     @property
     def blind_user_id(self) -> UserId | None:
@@ -228,7 +228,7 @@ class LiveDrone:
         assistant = self.lease.assistant
         return user_id == self.holder_id or (assistant is not None and user_id == assistant.id)
 
-    def standing_of(self, viewer: Principal) -> Authorization:
+    def authorization_of(self, viewer: Principal) -> Authorization:
         """How a sender stands to this drone. Whoever signed in only to watch has no turn, whoever they are."""
         user_id = viewer.user_id
         return Authorization(
@@ -239,7 +239,7 @@ class LiveDrone:
             may_read=self.may(user_id, viewer.role, Right.READ),
         )
 
-    def is_deaf_to_holder(self, user_id: UserId, now: float) -> bool:
+    def ignores_holder(self, user_id: UserId, now: float) -> bool:
         """Whether a rehearsal makes the holder's frames be refused."""
         return user_id == self.holder_id and now < self.holder_deaf_until
 

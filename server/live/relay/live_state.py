@@ -42,26 +42,26 @@ class LiveState:
         """Whether sticks have moved any drone within the last seconds."""
         return now - self.sticks_at < MANUAL_FOR_S
 
-    def tell_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
+    def notify_watchers(self, drone: LiveDrone, event: live.ToBrowser) -> None:
         """To everybody who may see the drone."""
         for browser in drone.watchers.values():
-            browser.tell(event)
+            browser.notify(event)
 
-    def tell_video_watchers(self, drone: LiveDrone, event: live.ToBrowser, *, of: datetime) -> None:
+    def notify_video_watchers(self, drone: LiveDrone, event: live.ToBrowser, *, of: datetime) -> None:
         """To everybody who may watch the video of the drone, of something that began then."""
         shut_out = drone.no_video_user_id
         for browser in drone.watchers.values():
             viewer = browser.viewer
             if viewer.user_id != shut_out and drone.knows_of(viewer.user_id, viewer.role, of):
-                browser.tell(event)
+                browser.notify(event)
 
-    def tell_former(self, drone: LiveDrone, user_ids: AbstractSet[UserId], event: live.ToBrowser) -> None:
+    def notify_former_viewers(self, drone: LiveDrone, user_ids: AbstractSet[UserId], event: live.ToBrowser) -> None:
         """A last word to those who may not see the drone any more, and had a part in it until now."""
         for browser in self.browsers.values():
             if browser.viewer.user_id in user_ids and browser.number not in drone.watchers:
-                browser.tell(event)
+                browser.notify(event)
 
-    def tell_drone(self, drone: LiveDrone) -> None:
+    def publish_drone(self, drone: LiveDrone) -> None:
         """The drone as it is now. One event for all who stand to it alike: it is put into JSON once."""
         told: dict[Viewpoint, live.DroneChanged] = {}
         for browser in drone.watchers.values():
@@ -69,9 +69,9 @@ class LiveState:
             event = told.get(standpoint)
             if event is None:
                 event = told[standpoint] = live.DroneChanged(drone.view_as(standpoint))
-            browser.tell(event)
+            browser.notify(event)
 
-    def tell_links(self, drones: Iterable[LiveDrone], now: float) -> None:
+    def publish_links(self, drones: Iterable[LiveDrone], now: float) -> None:
         """How the links of those are that are online: to each browser in one message."""
         told: dict[int, list[Raw]] = {}
         for drone in drones:
@@ -80,9 +80,9 @@ class LiveState:
                 for number in drone.watchers:
                     told.setdefault(number, []).append(quality)
         for number, links in told.items():
-            self.browsers[number].tell(live.Links(links))
+            self.browsers[number].notify(live.Links(links))
 
-    def tell_agent(self, drone: LiveDrone, message: ToAgent) -> None:
+    def send_to_agent(self, drone: LiveDrone, message: ToAgent) -> None:
         """If there is one."""
         if drone.link is not None:
             drone.link.post(message)
@@ -94,14 +94,14 @@ class LiveState:
             drone.hold_noted = must_be_ordered
             self.on_event(HoldToKeep(drone.drone_id))
 
-    def tell_agent_safety(self, drone: LiveDrone) -> None:
+    def send_safety_to_agent(self, drone: LiveDrone) -> None:
         """How the drone holds, in words that its agent knows: an older one has no "stay", and would end the channel."""
         settings = drone.safety
         if drone.link is not None and not drone.link.knows_open_holds and settings.lost_action is LostAction.STAY:
             settings = replace(settings, lost_action=LostAction.CONTINUE)
-        self.tell_agent(drone, settings)
+        self.send_to_agent(drone, settings)
 
-    def tell_agent_who_holds(self, drone: LiveDrone) -> None:
+    def send_holder_to_agent(self, drone: LiveDrone) -> None:
         """Epoch, holder, and whether they are there. On both channels: a control channel may be lost unnoticed."""
         if drone.link is None:
             return

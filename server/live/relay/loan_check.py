@@ -3,14 +3,14 @@
 from server.domain.people import Principal
 from server.live.relay.live_drone import LiveDrone
 from server.live.relay.loan_requests import bar_of, words_of
-from server.live.relay.policy import CommandSeen, Permission, leave_for
+from server.live.relay.policy import CommandSeen, Permission, permission_for
 from wire.autopilots import registry
 
 
 def barred_by_loan(drone: LiveDrone, viewer: Principal, frame: bytes, command: CommandSeen | None) -> str | None:
     """The end of a sentence that begins with whose drone is lent; None: it may pass, or the sender is no borrower."""
     limits = drone.limits_of(viewer.user_id, viewer.role)
-    if limits is None or leave_for(frame, command) is Permission.WATCHER:
+    if limits is None or permission_for(frame, command) is Permission.WATCHER:
         return None
     autopilot = drone.loss_parameters.autopilot if drone.loss_parameters is not None else ""
     family = registry.family_named(autopilot)

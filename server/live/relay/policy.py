@@ -149,7 +149,7 @@ def command_in(frame: bytes) -> CommandSeen | None:
     )
 
 
-def leave_for(frame: bytes, command: CommandSeen | None) -> Permission:
+def permission_for(frame: bytes, command: CommandSeen | None) -> Permission:
     """Who may send a whole frame."""
     if command is not None:
         return COMMANDS.get(command.command, Permission.HOLDER)
@@ -180,7 +180,7 @@ def arms(command: CommandSeen) -> bool:
     return command.command in _ARM_TOO
 
 
-def says_how_to_fly(frame: bytes, command: CommandSeen | None) -> bool:
+def changes_the_flight(frame: bytes, command: CommandSeen | None) -> bool:
     """Whether a whole frame tells the drone to fly otherwise than it does, or disarms it."""
     if command is None:
         return bool(message_id(frame) == _M.MAVLINK_MSG_ID_SET_MODE)
@@ -195,7 +195,7 @@ def spins_motors(command: CommandSeen) -> bool:
 
 def refusal_of(frame: bytes, command: CommandSeen | None, standing: Authorization) -> DropReason | None:
     """Why a frame may not pass, or None. What has to be asked twice is not decided here (`AskTwice`)."""
-    leave = leave_for(frame, command)
+    leave = permission_for(frame, command)
     if leave is Permission.NOBODY:
         return DropReason.NOT_ALLOWED
     if leave is Permission.WATCHER:

@@ -55,11 +55,11 @@ class SafetyWatch:
                 self._watch_loan(drone, now)
         for browser in list(self._state.browsers.values()):
             for notice in browser.refusals.due(now):
-                browser.tell(notice)
+                browser.notify(notice)
             if browser.viewer.user_id in flying and browser.viewer.may_fly:
                 sequence = browser.trip.ping_due(now)
                 if sequence is not None:
-                    browser.tell(live.Ping(sequence))
+                    browser.notify(live.Ping(sequence))
 
     def note_presence(self, drone: LiveDrone, now: float) -> None:
         """Looks whether the holder is there, and tells the agent when that has changed."""
@@ -73,7 +73,7 @@ class SafetyWatch:
         else:
             watch.missing(by_hand=drone.flown_by_hand(now), now=now)
         if was_missing != (watch.missing_since is not None):
-            self._state.tell_agent_who_holds(drone)
+            self._state.send_holder_to_agent(drone)
 
     def keep(self, drone: LiveDrone, user_id: UserId, now: float) -> None:
         """A program of the holder says that it is there."""
@@ -95,7 +95,7 @@ class SafetyWatch:
         drone.link.send_keepalives(now)
         if drone.online and not drone.link.is_heard(now):
             drone.online = False
-            self._state.tell_drone(drone)
+            self._state.publish_drone(drone)
 
     def _watch_holder(self, drone: LiveDrone, now: float) -> None:
         holder_id = drone.holder_id
@@ -132,7 +132,7 @@ class SafetyWatch:
         if why is not None:
             self._state.on_event(LoanLimitPassed(drone.drone_id, loan.user.id, why))
             pilot_told = live.Notice("error", "loan", f"{drone.record.name} holds: {why}.", drone.drone_id, 1)
-            self._state.tell_watchers(drone, pilot_told)
+            self._state.notify_watchers(drone, pilot_told)
 
     def _watch_turn_and_offer(self, drone: LiveDrone, now: float) -> None:
         if drone.lease.assistant is not None and drone.turn.over(now):

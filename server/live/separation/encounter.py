@@ -44,12 +44,12 @@ class Encounter:
         """The highest that was found since then."""
         self._unheard_since: float | None = None
 
-    def look(self, own: Motion | None, other: Motion | None, bounds: SeparationBounds, now: float) -> bool:
+    def check(self, own: Motion | None, other: Motion | None, bounds: SeparationBounds, now: float) -> bool:
         """Where the two are now (None: on the ground, or gone). Whether people are to be told another level."""
         if own is None or other is None:
             return self._end("landed")
         if now - min(own.at, other.at) > STALE_S:
-            return self._look_unheard(now)
+            return self._check_unheard(now)
         self._unheard_since = None
         self.seen = Relative.of(own, other, now)
         found = judge(own, other, self.seen, bounds, now)
@@ -59,16 +59,16 @@ class Encounter:
         self.judged = kept
         if found is not None and found.level > self.level:
             self._lower_since = None
-            return self._look_higher(found, now)
+            return self._check_higher_levels(found, now)
         self._higher_since.clear()
         if self.level is Level.CLEAR:
             return self._end("apart")
         if kept is not None and kept.level >= self.level:
             self._lower_since = None
             return False
-        return self._look_lower(kept.level if kept is not None else Level.CLEAR, now)
+        return self._check_lower_level(kept.level if kept is not None else Level.CLEAR, now)
 
-    def _look_higher(self, found: Judged, now: float) -> bool:
+    def _check_higher_levels(self, found: Judged, now: float) -> bool:
         for level in [one for one in self._higher_since if one > found.level]:
             del self._higher_since[level]
         for level in (Level.CAUTION, Level.WARNING):
@@ -84,7 +84,7 @@ class Encounter:
         self._higher_since = {level: since for level, since in self._higher_since.items() if level > raised}
         return True
 
-    def _look_lower(self, level: Level, now: float) -> bool:
+    def _check_lower_level(self, level: Level, now: float) -> bool:
         if self._lower_since is None:
             self._lower_since, self._lower_to = now, level
         self._lower_to = max(self._lower_to, level)
@@ -96,7 +96,7 @@ class Encounter:
         self.level = self._lower_to
         return True
 
-    def _look_unheard(self, now: float) -> bool:
+    def _check_unheard(self, now: float) -> bool:
         self.seen = None
         if self._unheard_since is None:
             self._unheard_since = now

@@ -66,10 +66,10 @@ class SeparationNotifier:
 
     def tick(self, now: float) -> None:
         """Some ten times a second."""
-        self._look_at_motions(now)
+        self._check_motions(now)
         for one in self._watch.tick(now):
             self._state.traffic.separation[_WORDS[one.level]] += 1
-            self._tell(one, now)
+            self._notify(one, now)
             if one.level is Level.WARNING and one.judged is not None:
                 _, in_s, horizontal_m, vertical_m = one.judged.approach
                 self._state.on_event(SeparationLost(*one.pair, in_s, horizontal_m, vertical_m))
@@ -77,23 +77,23 @@ class SeparationNotifier:
             self._again_at = now
             encounters = self._watch.encounters
             for one in encounters[:MAX_RETOLD]:
-                self._tell(one, now)
+                self._notify(one, now)
             for one in encounters[MAX_RETOLD:]:
-                self._tell_strangers(one, now)  # one that is disarmed ends what was said
+                self._notify_strangers(one, now)  # one that is disarmed ends what was said
             self._strangers.forget_all_but(one.number for one in encounters)
 
-    def tell_all(self, browser: Browser) -> None:
+    def send_all(self, browser: Browser) -> None:
         """What holds now, to somebody who has just come."""
         for one in self._watch.encounters:
             first, second = (browser.number in self._watchers(drone_id) for drone_id in one.pair)
             if first and second:
                 self._heard.setdefault(one.number, set()).add(browser.number)
-                browser.tell(_event(one))
+                browser.notify(_event(one))
             elif first or second:
                 own = one.pair[0 if first else 1]
                 said = self._strangers.last(one.number, own)
                 if said is not None:
-                    browser.tell(_event_of_stranger(own, said))
+                    browser.notify(_event_of_stranger(own, said))
 
     def counts(self) -> Counts:
         """Of this moment."""
@@ -120,47 +120,47 @@ class SeparationNotifier:
             return None
         return motion_in(drone.position_frame, drone.position_at)
 
-    def _look_at_motions(self, now: float) -> None:
+    def _check_motions(self, now: float) -> None:
         if not self._watch.bounds.horizontal_m or now - self._motion_at < MOTION_S / _PARTS:
             return
         self._motion_at = now
         self._motion_part = (self._motion_part + 1) % _PARTS
         for drone_id, drone in self._state.drones.items():
             if drone_id % _PARTS == self._motion_part:
-                self._look_at_motion(drone, now)
+                self._check_motion(drone, now)
 
-    def _look_at_motion(self, drone: LiveDrone, now: float) -> None:
+    def _check_motion(self, drone: LiveDrone, now: float) -> None:
         frame = drone.position_frame
         motion = motion_in(frame, drone.position_at) if frame is not None else None
         if frame is None or motion is None:
             return
-        if drone.motion_check.look(motion, boot_s_in(frame), now):
-            self._state.tell_drone(drone)
+        if drone.motion_check.check(motion, boot_s_in(frame), now):
+            self._state.publish_drone(drone)
             why = drone.motion_check.why
             if why is not None and drone.armed is not False:
                 self._state.on_event(MotionSuspected(drone.drone_id, why))
 
     # -- notifier ---------------------------------------------------------------------------------------------
 
-    def _tell(self, one: Encounter, now: float) -> None:
+    def _notify(self, one: Encounter, now: float) -> None:
         first, second = (self._watchers(drone_id) for drone_id in one.pair)
         both, event = first.keys() & second.keys(), _event(one)
         for number in both:
-            first[number].tell(event)
+            first[number].notify(event)
         for number in self._heard.pop(one.number, set()) - both:
             browser = self._state.browsers.get(number)
             if browser is not None:  # may see one of them no more: for them it is over
-                browser.tell(_event_over(one))
+                browser.notify(_event_over(one))
         if not one.over:
             self._heard[one.number] = both
-        self._tell_strangers(one, now)
+        self._notify_strangers(one, now)
 
-    def _tell_strangers(self, one: Encounter, now: float) -> None:
+    def _notify_strangers(self, one: Encounter, now: float) -> None:
         """Asked for each drone of the pair whoever watches: what is said must not depend on who listens."""
         drones = [self._state.drones.get(drone_id) for drone_id in one.pair]
         for drone in drones:
             if drone is not None:
-                self._look_at_motion(drone, now)
+                self._check_motion(drone, now)
         found = [is_credible(drone, now) for drone in drones]
         fit = False if False in found else None if None in found else True
         first, second = one.pair
@@ -171,14 +171,14 @@ class SeparationNotifier:
             def about(seen: Relative | None = seen) -> Rounded:
                 return rounded(one.level, approach, seen)
 
-            said = self._strangers.look(one.number, (own, other), one.level, about, fit=fit, now=now)
+            said = self._strangers.check(one.number, (own, other), one.level, about, fit=fit, now=now)
             if said is not None:
                 event = _event_of_stranger(own, said)
                 # Who may see the other one by now knows more; what they were told as strangers has an end all the same.
                 knowing = self._watchers(other) if said.about.level is not Level.CLEAR else {}
                 for number, browser in self._watchers(own).items():
                     if number not in knowing:
-                        browser.tell(event)
+                        browser.notify(event)
 
     def _watchers(self, drone_id: DroneId) -> dict[int, Browser]:
         drone = self._state.drones.get(drone_id)

@@ -56,7 +56,7 @@ class MotionCheck:
         self._north_m = self._east_m = self._way_m = 0.0
         """What the speeds make of the time since `_window`."""
 
-    def look(self, motion: Motion, boot_s: float, now: float) -> bool:
+    def check(self, motion: Motion, boot_s: float, now: float) -> bool:
         """`boot_s`: the autopilot's own time. Whether `why` changed."""
         before = self.why
         if self._last is None or motion.at > self._last.motion.at:
@@ -104,9 +104,9 @@ class MotionCheck:
         self._way_m += (
             hypot(last.motion.north_m_s + motion.north_m_s, last.motion.east_m_s + motion.east_m_s) / 2 * boot_s
         )
-        return self._look_at_course(sample)
+        return self._check_course(sample)
 
-    def _look_at_course(self, sample: _Sample) -> Why | None:
+    def _check_course(self, sample: _Sample) -> Why | None:
         window = self._window
         if window is None or sample.motion.at - window.motion.at < COURSE_OVER_S:
             return None

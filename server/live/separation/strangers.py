@@ -78,7 +78,7 @@ class StrangerAlerts:
         self._begun: dict[tuple[int, int], TokenBucket] = {}
         """By who hears and who is heard of."""
 
-    def look(
+    def check(
         self, encounter: int, pair: Pair, level: Level, about: Callable[[], Rounded], *, fit: bool | None, now: float
     ) -> Said | None:
         """What is to be said now, None: nothing. `pair`: one's own drone, then the other. `fit`: whether both are what

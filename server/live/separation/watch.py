@@ -59,7 +59,7 @@ class SeparationWatch:
         changed = []
         if now - self._looked_at >= LOOK_S:
             self._looked_at = now
-            changed = [one for one in list(self._encounters.values()) if self._look(one, now)]
+            changed = [one for one in list(self._encounters.values()) if self._check(one, now)]
         return changed + self._sweep(now)
 
     def _sweep(self, now: float) -> list[Encounter]:
@@ -78,7 +78,7 @@ class SeparationWatch:
         changed = []
         for pair in portion:
             one = self._suspected(pair, now)
-            if one is not None and self._look(one, now):
+            if one is not None and self._check(one, now):
                 changed.append(one)
         return changed
 
@@ -101,9 +101,9 @@ class SeparationWatch:
         one = self._encounters[pair] = Encounter(self._new_number(), pair)
         return one
 
-    def _look(self, one: Encounter, now: float) -> bool:
+    def _check(self, one: Encounter, now: float) -> bool:
         own, other = (self._sky.motion(drone_id) for drone_id in one.pair)
-        changed = one.look(own, other, self.bounds, now)
+        changed = one.check(own, other, self.bounds, now)
         if one.over:
             del self._encounters[one.pair]
         return changed

@@ -139,7 +139,7 @@ class DroneVideo:
         for flow in self.flows.values():
             flow.unit_at, flow.wanted_since = float("-inf"), now
             flow.stream.broken()
-        self.tell_wanted()
+        self.send_wanted()
 
     def end_channel(self, why: str, code: int = 4401) -> None:
         """The video channel that there is, if any."""
@@ -156,7 +156,7 @@ class DroneVideo:
         flow = self.flows.get(key)
         if flow is None:
             flow = self.flows[key] = Flow(wanted_since=now)
-            self._look_wanted()
+            self._check_wanted()
         return flow
 
     def viewers(self) -> Iterator[VideoViewer]:
@@ -164,15 +164,15 @@ class DroneVideo:
         for flow in self.flows.values():
             yield from flow.viewers.values()
 
-    def tell_wanted(self) -> None:
+    def send_wanted(self) -> None:
         """Tells the agent what is wanted, whatever it was told before."""
         self._wanted = tuple(sorted(self.flows))
         if self.link is not None and self.takes_video:
             self.link.post(VideoWanted(ticket=self.ticket, streams=tuple(StreamRequest(*key) for key in self._wanted)))
 
-    def _look_wanted(self) -> None:
+    def _check_wanted(self) -> None:
         if tuple(sorted(self.flows)) != self._wanted:
-            self.tell_wanted()
+            self.send_wanted()
 
     def tick(self, now: float) -> None:
         """Several times a second: streams that nobody takes any more, streams that have stopped, the clock."""
@@ -184,7 +184,7 @@ class DroneVideo:
                 continue
             if flow.stream.group and not flow.is_live(now):
                 flow.stream.broken()  # nobody who comes now is shown a picture of then
-        self._look_wanted()
+        self._check_wanted()
         if self._wanted and self.takes_video:
             self._probe(now)
 
@@ -210,7 +210,7 @@ class DroneVideo:
         )
         return situation_of(known, key.codec)
 
-    def tell_situation(self, now: float) -> None:
+    def send_situation(self, now: float) -> None:
         """To all who take a stream, where it has changed."""
         for key, flow in self.flows.items():
             if not flow.taken:

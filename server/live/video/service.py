@@ -66,7 +66,7 @@ class VideoService:
         self._last_number += 1
         return self._last_number
 
-    def why_no_room(self, user_id: UserId, address: str) -> str | None:
+    def capacity_refusal(self, user_id: UserId, address: str) -> str | None:
         """Why this user may not watch one more stream from there; None if they may."""
         return self._bounds.refusal(self._viewers.values(), user_id, address)
 
@@ -123,7 +123,7 @@ class VideoService:
         viewer.stream = flow.stream
         viewer.pace.watch(flow.stream, now)
         viewer.pump(self.traffic, now)
-        video.tell_situation(now)
+        video.send_situation(now)
 
     def _take_off(self, viewer: VideoViewer) -> None:
         flow = self._flow_of(viewer)
@@ -152,7 +152,7 @@ class VideoService:
                 if refusal is not None:
                     self.end(viewer, refusal.code, refusal.words)
         for one in [drone_id] if drone_id is not None else list(self._drones):
-            self._look_at_drone(one)
+            self._check_drone(one)
 
     def end_where(self, why_signed_out: Callable[[Principal], str]) -> None:
         """Ends those about whom something is said: accounts have changed."""
@@ -223,20 +223,20 @@ class VideoService:
         video.linked(drone.link, now)
         if video.ticket:
             self._tickets[video.ticket] = video
-        video.tell_situation(now)
+        video.send_situation(now)
 
     def resumed(self, link: AgentLink) -> None:
         """The link has another control channel: what was posted on the last may be lost."""
         video = self._drones.get(link.drone_id)
         if video is not None and video.link is link:
-            video.tell_wanted()
+            video.send_wanted()
 
     def state_told(self, link: AgentLink, state: VideoState) -> None:
         """The agent says how it is with its camera."""
         video = self._drones.get(link.drone_id)
         if video is not None and video.link is link:
             video.state = state
-            video.tell_situation(self._now)
+            video.send_situation(self._now)
 
     def clock_answered(self, link: AgentLink, answer: ClockAnswer, now: float) -> None:
         """The agent says what time it is there."""
@@ -297,7 +297,7 @@ class VideoService:
         flow.unit_at, flow.silent_after_s = now, max(2.0, 4.0 / head.rate_hz)
         flow.size, flow.rate_hz, flow.bits_per_s = (head.width, head.height), head.rate_hz, head.bits_per_s
         if not was_live:
-            video.tell_situation(now)
+            video.send_situation(now)
 
     def _fan_out(self, flow: Flow, unit: Relayed, now: float) -> None:
         due = self._due
@@ -335,9 +335,9 @@ class VideoService:
         """Several times a second."""
         self._now = now
         for drone_id, video in list(self._drones.items()):
-            self._look_at_drone(drone_id)
+            self._check_drone(drone_id)
             video.tick(now)
-            video.tell_situation(now)
+            video.send_situation(now)
             if video.is_idle(now):
                 self._forget(drone_id)
         if now < self._look_at_viewers_at:
@@ -348,7 +348,7 @@ class VideoService:
             if viewer.ended:
                 self.leave(viewer)
 
-    def _look_at_drone(self, drone_id: DroneId) -> None:
+    def _check_drone(self, drone_id: DroneId) -> None:
         video, drone = self._drones.get(drone_id), self._state.drones.get(drone_id)
         if video is None:
             return

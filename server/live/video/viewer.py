@@ -36,7 +36,7 @@ DEAF_AFTER_S: Final = 20.0
 
 
 class VideoViewer:
-    """`write`: a whole WebSocket message, as bytes; `tell`: the payload of a text message; `has_room`: whether the
+    """`write`: a whole WebSocket message, as bytes; `send_text`: the payload of a text message; `has_room`: whether the
     other side reads what it is sent; `close`: ends it with a code and words; `held_up`: told when pictures wait because
     those before them are overdue (server.live.video.pacing)."""
 
@@ -51,7 +51,7 @@ class VideoViewer:
         now: float,
         *,
         write: Callable[[bytes], None],
-        tell: Callable[[bytes], None],
+        send_text: Callable[[bytes], None],
         has_room: Callable[[], bool],
         close: Callable[[int, str], None],
         held_up: Callable[[], None] = lambda: None,
@@ -72,7 +72,7 @@ class VideoViewer:
         """The service is about to pump it."""
         self.ended = False
         self.write = write
-        self._tell = tell
+        self._send_text = send_text
         self._has_room = has_room
         self._close = close
         self._held_up = held_up
@@ -111,14 +111,14 @@ class VideoViewer:
         """Tells it; the newest only, if it does not read."""
         if self._has_room():
             self._untold = None
-            self.tell(state_message(situation, self.key))
+            self.notify(state_message(situation, self.key))
         else:
             self._untold = situation
 
-    def tell(self, message: ToViewer) -> None:
+    def notify(self, message: ToViewer) -> None:
         """A text message, if it reads what it is sent."""
         if not self.ended and self._has_room():
-            self._tell(encode_to_viewer(message))
+            self._send_text(encode_to_viewer(message))
 
     def tick(self, traffic: VideoTraffic, now: float) -> None:
         """Several times a second."""
@@ -126,7 +126,7 @@ class VideoViewer:
         if skipped and now - self._skipped_told_at >= TELL_SKIPPED_EVERY_S and self._has_room():
             self._skipped_told, self._skipped_told_at = self.pace.skipped, now
             traffic.skipped += skipped
-            self.tell(ToldSkipped(skipped))
+            self.notify(ToldSkipped(skipped))
         if self.pace.silent_for(now) > DEAF_AFTER_S:
             self.end(TOO_SLOW, "this viewer does not say what it has drawn")
 

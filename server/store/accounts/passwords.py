@@ -124,7 +124,7 @@ class Passwords:
         finally:
             if not has_turn:
                 self._give_up(place.ticket)
-            self._tell()
+            self._notify()
         return place.ticket
 
     def _give_up(self, ticket: Ticket[asyncio.Future[None]]) -> None:
@@ -144,12 +144,12 @@ class Passwords:
                 self._slots.done(ticket)
             else:
                 ticket.item.set_result(None)
-        self._tell()
+        self._notify()
 
     def _refused(self, over: Over) -> None:
         if self._budget is not None:
             self._budget.refused[over] += 1
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         if self._budget is not None:
             self._budget.waiting["hashes"] = self._slots.waiting

@@ -66,17 +66,17 @@ class Sessions:
 
     async def find(self, token: str, now: datetime) -> Principal | None:
         """Whose token it is, or None when no session (any more) has it. Counts as a sign of life."""
-        return await self._look_up(SessionRow.token_hash == hash_token(token), now, seen=True)
+        return await self._find(SessionRow.token_hash == hash_token(token), now, seen=True)
 
     async def check(self, session_id: int, now: datetime) -> Principal | None:
         """The same by id, for a live connection that stays open, without counting as a sign of life."""
-        return await self._look_up(SessionRow.id == session_id, now, seen=False)
+        return await self._find(SessionRow.id == session_id, now, seen=False)
 
     async def touch(self, session_id: int, now: datetime) -> Principal | None:
         """The same by id, and it counts as a sign of life."""
-        return await self._look_up(SessionRow.id == session_id, now, seen=True)
+        return await self._find(SessionRow.id == session_id, now, seen=True)
 
-    async def _look_up(self, condition: object, now: datetime, *, seen: bool) -> Principal | None:
+    async def _find(self, condition: object, now: datetime, *, seen: bool) -> Principal | None:
         async with self._database.reading() as session:
             found = (
                 await session.execute(

@@ -93,7 +93,7 @@ async def create_token(
     if not action.at < expires_at <= action.at + longest:
         raise BadExpiry(f"a token ends in the future, within {longest.days} days")
     await begin_fleet_change(session)
-    await _make_room(session, owner, action)
+    await _make_space(session, owner, action)
     secret = PREFIX + secrets.token_urlsafe(32)
     row = ApiTokenRow(
         token_hash=hash_token(secret),
@@ -129,7 +129,7 @@ async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | N
     await session.delete(row)
 
 
-async def _make_room(session: AsyncSession, owner: UserRow, action: AuditAction) -> None:
+async def _make_space(session: AsyncSession, owner: UserRow, action: AuditAction) -> None:
     """For one more. Expired ones are listed for as long as there is room, and stand in nobody's way."""
     kept = list(await session.scalars(select(ApiTokenRow).where(ApiTokenRow.user_id == owner.id)))
     if len(kept) < MAX_PER_USER:
@@ -171,13 +171,13 @@ class ApiTokens:
         """Whose token it is and for what, or None when it is not (any more) good."""
         if not token.startswith(PREFIX):
             return None
-        return await self._look_up(ApiTokenRow.token_hash == hash_token(token), now, address)
+        return await self._find(ApiTokenRow.token_hash == hash_token(token), now, address)
 
     async def touch(self, token_id: TokenId, now: datetime) -> Principal | None:
         """The same by id, for a live connection that stays open."""
-        return await self._look_up(ApiTokenRow.id == token_id.id, now, None)
+        return await self._find(ApiTokenRow.id == token_id.id, now, None)
 
-    async def _look_up(self, condition: ColumnElement[bool], now: datetime, address: str | None) -> Principal | None:
+    async def _find(self, condition: ColumnElement[bool], now: datetime, address: str | None) -> Principal | None:
         async with self._database.reading() as session:
             query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).where(condition)
             found = (await session.execute(query)).one_or_none()

@@ -101,7 +101,7 @@ class Rehearsals:
         now = time.monotonic()
         ended = asyncio.get_running_loop().create_future()
         running = self._running[drone_id] = _Running(now, ended, needs_no_hold(drone, what, now))
-        self._tell(drone_id, what, "begun", None, f"For {LASTS_S[what]:g} s the {what} counts as lost.")
+        self._notify(drone_id, what, "begun", None, f"For {LASTS_S[what]:g} s the {what} counts as lost.")
         if what == "operator":
             self._hub.changes.rehearse_operator_loss(drone_id, for_s=LASTS_S[what], now=now)
         else:
@@ -128,19 +128,19 @@ class Rehearsals:
         """Whether one is going on."""
         return drone_id in self._running
 
-    def _tell(self, drone_id: DroneId, what: What, phase: Phase, hold_ms: float | None, text: str) -> None:
+    def _notify(self, drone_id: DroneId, what: What, phase: Phase, hold_ms: float | None, text: str) -> None:
         self._hub.changes.report_rehearsal(Rehearsal(drone_id, what, phase, hold_ms, text, LASTS_S[what]))
 
     async def _see_through(self, drone_id: DroneId, what: What, running: _Running, action: AuditAction) -> None:
         hold_ms: float | None = None
         try:
             phase, result, hold_ms, text = await self._outcome(what, running)
-            self._tell(drone_id, what, phase, hold_ms, text)
+            self._notify(drone_id, what, phase, hold_ms, text)
             await asyncio.sleep(max(0.0, running.began_at + LASTS_S[what] - time.monotonic()))
             await self._record(drone_id, what, result, hold_ms, action)
         finally:
             self._running.pop(drone_id, None)
-            self._tell(drone_id, what, "ended", hold_ms, "The rehearsal is over.")
+            self._notify(drone_id, what, "ended", hold_ms, "The rehearsal is over.")
 
     async def _outcome(self, what: What, running: _Running) -> tuple[Phase, str, float | None, str]:
         """(phase, result for the audit trail, milliseconds to the confirmed hold, words)."""

@@ -123,7 +123,7 @@ class EnrolmentNotifier:
         while self._linked or self._changed:
             try:
                 await self._look_up_links()
-                await self._tell_changes()
+                await self._publish_changes()
                 in_reach = True
             except (SQLAlchemyError, OSError) as error:
                 if in_reach:
@@ -145,7 +145,7 @@ class EnrolmentNotifier:
                 del self._linked[drone_id]
         self._changed.update(dict.fromkeys(row.id for row in seen))
 
-    async def _tell_changes(self) -> None:
+    async def _publish_changes(self) -> None:
         while self._changed:
             enrolment_id = next(iter(self._changed))
             del self._changed[enrolment_id]  # what changes while it is read is told once more
@@ -157,4 +157,4 @@ class EnrolmentNotifier:
                 raise
             if found is not None:
                 view = EnrolmentView.of(*found, self._clock())
-                self._picture.tell_admins_of_enrolment(view.model_dump(mode="json"))
+                self._picture.notify_admins_of_enrolment(view.model_dump(mode="json"))

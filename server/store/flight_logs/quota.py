@@ -111,7 +111,7 @@ class FlightLogQuota:
         """What has come, room made for it. Raises NoRoom, OSError."""
         with self._lock:
             arriving.arrived_bytes += len(piece)
-            self._make_room(arriving)
+            self._make_space(arriving)
         if not disk_takes(self._root, len(piece)):
             raise NoRoom(DISK_FULL)
         arriving.file.write(piece)
@@ -151,7 +151,7 @@ class FlightLogQuota:
     def _folder(self, drone_id: DroneId) -> Path:
         return folder_of(self._root, drone_id)
 
-    def _make_room(self, coming: ArrivingLog) -> None:
+    def _make_space(self, coming: ArrivingLog) -> None:
         """Raises NoRoom where it is the one who sends who has more than their share."""
         arriving = sum(one.arrived_bytes for one in self._arriving)
         if self._kept_at_most is not None and self._kept_at_most + arriving <= self._budget_bytes:

@@ -66,7 +66,7 @@ async def delete(session: AsyncSession, drone_id: int, recording_id: int, *, act
     return row
 
 
-async def remove_for_room(session: AsyncSession, recording_id: int, *, action: AuditAction) -> RecordingRow | None:
+async def remove_to_make_space(session: AsyncSession, recording_id: int, *, action: AuditAction) -> RecordingRow | None:
     """None where it has gone already, or is no longer to be removed."""
     row = await session.get(RecordingRow, recording_id)
     if row is None or row.state in OPEN_STATES:

@@ -185,7 +185,7 @@ class RecordingFinisher:
         part = target.with_name(target.name + PART)
         try:
             # The file itself is counted already; the MP4 of it is smaller or as large.
-            if not await self._quota.make_room(row.size_bytes, row.drone_id):
+            if not await self._quota.make_space(row.size_bytes, row.drone_id):
                 raise CannotFinish(NO_ROOM)
             finished = await self._make(units, part)
             await asyncio.to_thread(part.replace, target)

@@ -35,12 +35,12 @@ def main(arguments: list[str]) -> int:
     resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
     threading.Thread(target=_end_with_parent, daemon=True).start()
     av.logging.set_level(None)
-    tell = _telling()
+    report = _progress_writer()
     try:
         with units.open("rb") as file:
-            found: Survey = survey(file, tell)
+            found: Survey = survey(file, report)
         with units.open("rb") as file:
-            made: Made = make(file, found, target, tell)
+            made: Made = make(file, found, target, report)
     except NoRecording as error:
         _say({"problem": str(error)})
         return 2
@@ -52,16 +52,16 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def _telling() -> Callable[[int], None]:
+def _progress_writer() -> Callable[[int], None]:
     said = time.monotonic()
 
-    def tell(done: int) -> None:
+    def report(done: int) -> None:
         nonlocal said
         if time.monotonic() - said >= SAY_EVERY_S:
             said = time.monotonic()
             _say({"done": done})
 
-    return tell
+    return report
 
 
 def _say(what: dict[str, Any]) -> None:

@@ -75,11 +75,11 @@ class RecordingQuota:
         self.strays: list[Stray] = []
         self._one_at_a_time = asyncio.Lock()
 
-    async def make_room(self, coming_bytes: int, drone_id: int | None = None) -> bool:
+    async def make_space(self, coming_bytes: int, drone_id: int | None = None) -> bool:
         """Removes what has to go so that so much more of this drone fits. Whether it fits now: also on the disk."""
         async with self._one_at_a_time:
             accounts = self._accounts()
-            there = await self._look(accounts)
+            there = await self._count(accounts)
             coming = None if drone_id is None else accounts.get(drone_id, NOBODY)
             there.used[NOBODY if coming is None else coming] += coming_bytes
             fits = await self._shrink(there, accounts, coming)
@@ -94,7 +94,7 @@ class RecordingQuota:
         """Of files that the database does not know."""
         return sum(one.size_bytes for one in self.strays)
 
-    async def _look(self, accounts: Mapping[int, Account]) -> _Bytes:
+    async def _count(self, accounts: Mapping[int, Account]) -> _Bytes:
         async with self._database.reading() as session:
             finishing, over = await catalogue.bytes_of_store(session, self._store.id)
         used, removable = Counter[Account](), Counter[Account]()
@@ -160,7 +160,7 @@ class RecordingQuota:
     async def _remove(self, row: RecordingRow) -> None:
         action = AuditAction(by=TOWER, at=self._clock())
         async with self._database.writing() as session:
-            removed = await catalogue.remove_for_room(session, row.id, action=action)
+            removed = await catalogue.remove_to_make_space(session, row.id, action=action)
         if removed is not None:
             await asyncio.to_thread(self._store.remove, removed.drone_id, removed.file)
             self._notifier.publish("removed", catalogue.view_of(removed))

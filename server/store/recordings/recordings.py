@@ -35,7 +35,7 @@ class Recordings:
         """Takes up what an earlier tower left, and works until the block ends. `deleted`: drones whose files go."""
         await self.finisher.recover(deleted)
         if self.store.id:
-            await self.quota.make_room(0)
+            await self.quota.make_space(0)
         try:
             async with (
                 in_background("finishing recordings", self.finisher.work),

@@ -22,7 +22,7 @@ from server.domain.people import Principal
 from server.live.hub import Hub
 from server.live.operations.refusals import DroneOffline
 from server.live.recordings.notifier import RecordingNotifier
-from server.live.recordings.refusals import AlreadyRecording, NoRoomToRecord, NoVideo, TooManyRecordings
+from server.live.recordings.refusals import AlreadyRecording, NoVideo, RecordingStorageFull, TooManyRecordings
 from server.live.recordings.views import RecordingView
 from server.live.relay.live_drone import LiveDrone
 from server.live.video.situation import VideoCondition
@@ -121,7 +121,7 @@ class RecordingService:
     async def begin(
         self, drone: LiveDrone, by: Principal, quality: Quality | None, action: AuditAction
     ) -> RecordingView:
-        """Raises DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, NoRoomToRecord."""
+        """Raises DroneOffline, NoVideo, AlreadyRecording, TooManyRecordings, RecordingStorageFull."""
         drone_id, name = drone.drone_id, drone.record.name
         situation = self.video.situation(drone_id)
         if situation.condition is VideoCondition.OFFLINE:
@@ -135,11 +135,11 @@ class RecordingService:
         if len(self._taken) >= MAX_RUNNING:
             raise TooManyRecordings
         if not self._store.id:
-            raise NoRoomToRecord(NO_STORE)
+            raise RecordingStorageFull(NO_STORE)
         self._taken.add(place)
         try:
-            if not await self._quota.make_room(MIN_ROOM_BYTES, drone_id):
-                raise NoRoomToRecord(NO_ROOM)
+            if not await self._quota.make_space(MIN_ROOM_BYTES, drone_id):
+                raise RecordingStorageFull(NO_ROOM)
             row = RecordingRow(
                 drone_id=drone_id,
                 store=self._store.id,
@@ -169,7 +169,7 @@ class RecordingService:
                 words = f"the tower cannot keep files: {error.strerror or error}"
                 async with self._database.writing() as session:
                     await catalogue.mark_failed(session, row.id, words, size_bytes=0)
-                raise NoRoomToRecord(words) from None
+                raise RecordingStorageFull(words) from None
         except BaseException:
             self._taken.discard(place)
             raise
@@ -216,7 +216,7 @@ class RecordingService:
         """Ends what is to end, and notes which flights the others show."""
         if self._running and now - self._quota_checked_at >= ROOM_EVERY_S:
             self._quota_checked_at = now
-            if not await self._quota.make_room(0):
+            if not await self._quota.make_space(0):
                 # Of whoever keeps the most, the largest.
                 going_on = self._running.values()
                 max(going_on, key=lambda one: (self._quota.hogs_most(one.drone_id), one.writer.taken_bytes)).end(

@@ -26,7 +26,7 @@ class Bench:
 
     def look(self, after_s: float, *, flown_by_hand: bool = False) -> list[float]:
         self.now = 5.0 + after_s
-        self.search.look(self.now, flown_by_hand=flown_by_hand)
+        self.search.check(self.now, flown_by_hand=flown_by_hand)
         return [at - 5.0 for at in self.searches]
 
 

@@ -69,7 +69,7 @@ def test_operations_conflate_and_are_bounded_all_the_same() -> None:
 def test_a_browser_that_does_not_read_is_closed_and_what_waits_for_it_stays_bounded() -> None:
     alice = HubWorld().browser(1)
     for number in range(2 * MAX_EVENTS):
-        alice.browser.tell(live.Ping(number))
+        alice.browser.notify(live.Ping(number))
     assert {code for code, _ in alice.closed} == {4408}
     assert alice.browser.waiting()[0] == MAX_EVENTS
 

@@ -98,10 +98,10 @@ def test_a_flood_of_messages_that_mean_nothing_ends_the_same_way(world: HubWorld
 
 def test_text_messages_have_a_bound_too(world: HubWorld) -> None:
     alice = world.browser(1)
-    heard = [world.hub.hears_request(alice.browser, 0.0) for _ in range(300)]
+    heard = [world.hub.admits_request(alice.browser, 0.0) for _ in range(300)]
     assert heard.count(True) == 200
     assert notices(alice) == [("flood", 1)]
-    assert world.hub.hears_request(alice.browser, 1.0)
+    assert world.hub.admits_request(alice.browser, 1.0)
 
 
 def test_a_watcher_who_floods_a_drone_does_not_take_the_sticks_from_whoever_flies_it(world: HubWorld) -> None:
@@ -143,8 +143,8 @@ def test_a_drone_that_sends_too_much_loses_state_first_and_watchers_are_told_of_
 
 def test_reports_of_an_agent_have_a_bound(world: HubWorld) -> None:
     agent, other = world.agent(1), world.agent(2)
-    assert [world.hub.hears_report(agent.link, 0.0) for _ in range(600)].count(True) == 500
-    assert world.hub.hears_report(other.link, 0.0)
+    assert [world.hub.admits_report(agent.link, 0.0) for _ in range(600)].count(True) == 500
+    assert world.hub.admits_report(other.link, 0.0)
     assert world.hub.state.drops[DropReason.FLOOD] == 100
 
 
@@ -177,7 +177,7 @@ def test_connections_of_a_user_and_of_an_address_have_a_bound(world: HubWorld) -
 
 
 def test_connections_cannot_be_opened_and_closed_without_end(world: HubWorld) -> None:
-    answers = [world.hub.why_no_room(UserId(1), "198.51.100.7", 0.0) for _ in range(100)]
+    answers = [world.hub.capacity_refusal(UserId(1), "198.51.100.7", 0.0) for _ in range(100)]
     assert answers.count(None) == 80
-    assert world.hub.why_no_room(UserId(2), "198.51.100.7", 0.0) is None
-    assert world.hub.why_no_room(UserId(1), "198.51.100.7", 0.6) is None
+    assert world.hub.capacity_refusal(UserId(2), "198.51.100.7", 0.0) is None
+    assert world.hub.capacity_refusal(UserId(1), "198.51.100.7", 0.6) is None

@@ -23,7 +23,7 @@ def motion(
 
 
 def fly(check: MotionCheck, path: list[Motion], *, faster: float = 1.0) -> list[str | None]:
-    return [check.why for one in path if check.look(one, one.at * faster, one.at)]
+    return [check.why for one in path if check.check(one, one.at * faster, one.at)]
 
 
 def circle(speed_m_s: float, radius_m: float, for_s: float = 60.0, *, clock: float = 1.0) -> list[Motion]:
@@ -54,7 +54,7 @@ def test_silence_and_what_comes_after_it_at_once_is_plausible() -> None:
     late = [
         (one._replace(at=max(one.at, 20.0) + 0.001 * one.at) if 10 <= one.at <= 20 else one, one.at) for one in path
     ]
-    found = [check.why for one, boot_s in late if check.look(one, boot_s, one.at)]
+    found = [check.why for one, boot_s in late if check.check(one, boot_s, one.at)]
     assert found == []
 
 

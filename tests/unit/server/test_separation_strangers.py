@@ -30,7 +30,7 @@ def alerts() -> StrangerAlerts:
 def look(
     of: StrangerAlerts, now: float, *, level: Level = Level.CAUTION, fit: bool | None = True, encounter: int = 1
 ) -> Said | None:
-    return of.look(encounter, PAIR, level, lambda: NEAR._replace(level=level), fit=fit, now=now)
+    return of.check(encounter, PAIR, level, lambda: NEAR._replace(level=level), fit=fit, now=now)
 
 
 @pytest.mark.parametrize(

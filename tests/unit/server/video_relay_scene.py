@@ -50,7 +50,7 @@ class FakeViewer:
             key,
             scene.now,
             write=self._write,
-            tell=lambda text: self.told.append(json.loads(text)),
+            send_text=lambda text: self.told.append(json.loads(text)),
             has_room=lambda: self.reads,
             close=lambda code, why: self.closed.append((code, why)),
         )
