@@ -4,7 +4,7 @@ import { SvelteSet } from 'svelte/reactivity';
 
 import { commandDrone } from './link/drone_commands';
 import { distanceM } from './link/geometry';
-import { MAV_AUTOPILOT } from './link/generated/mavlink.gen';
+import { familyOf } from './link/modes';
 import type { Place } from './link/messages';
 import { MissionRest } from './link/mission_rest';
 import type { Operation } from './link/operation_types';
@@ -76,9 +76,9 @@ export class SquadMission {
     return [...this.chosen].flatMap((id): Member[] => {
       const vehicle = vehicles.get(id);
       if (!vehicle) return [];
-      const isPx4 = vehicle.values(tower.clock.nowMs()).autopilot === MAV_AUTOPILOT.PX4;
+      const autopilot = familyOf(vehicle.values(tower.clock.nowMs()).autopilot) ?? 'ardupilot';
       const { name } = vehicle.drone.get();
-      return [{ id, name, home: this.#homes.get(id) ?? null, autopilot: isPx4 ? 'px4' : 'ardupilot' }];
+      return [{ id, name, home: this.#homes.get(id) ?? null, autopilot }];
     });
   }
 

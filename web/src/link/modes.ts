@@ -59,6 +59,11 @@ export function profileOf(autopilot: number, vehicleType: number = MAV_TYPE.QUAD
   return PROFILES.find((one) => one.autopilot === autopilot && one.vehicleTypes.includes(vehicleType)) ?? null;
 }
 
+/** Which autopilot it is, whatever the vehicle; null for what we do not know. */
+export function familyOf(autopilot: number | null): AutopilotProfile['family'] | null {
+  return PROFILES.find((one) => one.autopilot === autopilot)?.family ?? null;
+}
+
 /** The modes that a hold ladder may have before altitude hold; those of all autopilots where none is known. */
 export function holdRungs(autopilot: number | null): readonly string[] {
   const known = autopilot === null ? null : profileOf(autopilot);
