@@ -19,7 +19,7 @@ from onboard_agent.transactions.handler import Around, TransactionHandler
 from onboard_agent.transactions.journal import JournalStore
 from onboard_agent.transactions.metadata_service import MetadataService
 from onboard_agent.transactions.plan_watch import PlanWatch
-from onboard_agent.transactions.start_gate import LOOKED_AT, LatestStart, StartGate, may_start, starts_mission
+from onboard_agent.transactions.start_gate import INSPECTED, LatestStart, StartGate, may_start, starts_mission
 from onboard_agent.transactions.transactions import Transactions
 from wire.dialect import mavlink
 from wire.following import LeaderPosition
@@ -187,7 +187,7 @@ class WorkAtDrone:
                 self._latest_start.passed(frame, now)
 
     def _starts_mission(self, frame: bytes) -> bool:
-        if message_id(frame) not in LOOKED_AT:
+        if message_id(frame) not in INSPECTED:
             return False
         view = self._autopilot
         if view.system_id is None:

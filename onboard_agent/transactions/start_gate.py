@@ -22,7 +22,7 @@ _COMMAND: Final = Struct("<fffffffH")  # the same offsets in COMMAND_LONG and CO
 _SET_MODE: Final = Struct("<IBB")  # custom_mode, target_system, base_mode
 
 _COMMANDS: Final = frozenset({mavlink.MAVLINK_MSG_ID_COMMAND_LONG, mavlink.MAVLINK_MSG_ID_COMMAND_INT})
-LOOKED_AT: Final = _COMMANDS | {mavlink.MAVLINK_MSG_ID_SET_MODE, mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT}
+INSPECTED: Final = _COMMANDS | {mavlink.MAVLINK_MSG_ID_SET_MODE, mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT}
 """Ids of the messages that can start a mission."""
 
 STARTS: Final = frozenset(
@@ -58,7 +58,7 @@ SHOWN_WITHIN_S: Final = 3.0
 
 
 def starts_mission(frame: bytes, *, autopilot_kind: int, vehicle_type: int, custom_mode: int) -> bool:
-    """Whether a whole frame of LOOKED_AT would have the mission flown. `custom_mode`: as the autopilot is now."""
+    """Whether a whole frame of INSPECTED would have the mission flown. `custom_mode`: as the autopilot is now."""
     missions = mission_modes(autopilot_kind, vehicle_type)
     msgid = message_id(frame)
     if msgid == mavlink.MAVLINK_MSG_ID_MISSION_SET_CURRENT:
@@ -85,7 +85,7 @@ def starts_mission(frame: bytes, *, autopilot_kind: int, vehicle_type: int, cust
 
 
 def may_start(frame: bytes) -> bool:
-    """Whether a whole frame of LOOKED_AT would start the mission of some autopilot: of one that is not known yet."""
+    """Whether a whole frame of INSPECTED would start the mission of some autopilot: of one that is not known yet."""
     command = _command(frame)
     if command == mavlink.MAV_CMD_DO_PAUSE_CONTINUE:
         return bool(_COMMAND.unpack_from(payload(frame).ljust(_COMMAND.size, b"\0"))[0] != 0.0)

@@ -89,7 +89,7 @@ class Camera:
         """How often it was unplugged: also where it is back before anybody has looked, connections end."""
         self._closed = False
         self._listener: socket.socket | None = None
-        self._bell, self._bell_rope = socket.socketpair()
+        self._wake_reader, self._wake_writer = socket.socketpair()
         self._viewers: dict[socket.socket, threading.Thread] = {}
         self._lock = threading.Lock()
         """Of the viewers."""
@@ -106,8 +106,8 @@ class Camera:
         self._wake()
         if self._thread.ident is not None:
             self._thread.join()
-        self._bell.close()
-        self._bell_rope.close()
+        self._wake_reader.close()
+        self._wake_writer.close()
 
     def plug(self, plugged: bool) -> None:
         """Unplugged, the viewers' connections end and the port refuses."""
@@ -139,7 +139,7 @@ class Camera:
     # The thread that has the port.
 
     def _wake(self) -> None:
-        self._bell_rope.send(b"!")
+        self._wake_writer.send(b"!")
 
     def _serve(self) -> None:
         pulled = 0
@@ -162,9 +162,9 @@ class Camera:
 
     def _sleep(self, timeout_s: float | None, listener: socket.socket | None = None) -> None:
         """Until the bell rings, somebody knocks (who is let in), or it is time."""
-        readable, _, _ = select.select([self._bell, *([listener] if listener else [])], [], [], timeout_s)
-        if self._bell in readable:
-            self._bell.recv(1024)
+        readable, _, _ = select.select([self._wake_reader, *([listener] if listener else [])], [], [], timeout_s)
+        if self._wake_reader in readable:
+            self._wake_reader.recv(1024)
         elif listener is not None and listener in readable:
             self._accept(listener)
 

@@ -146,7 +146,7 @@ class AgentChannel:
     def _lost(self, link: AgentLink, log: structlog.stdlib.BoundLogger) -> None:
         if link.channel is not self:
             return
-        if not self._broken_off or self._ending.wished:
+        if not self._broken_off or self._ending.requested:
             self._hub.detach_link(link)
             log.info("link_down")
         elif self._hub.lose_channel(link, time.monotonic()):
@@ -234,7 +234,7 @@ class AgentChannel:
         link.adopt(
             send_datagram=self._send_datagram,
             post=self._post,
-            close=self._ending.wish,
+            close=self._ending.request,
             channel=self,
             waiting=self._waiting,
         )
@@ -258,7 +258,7 @@ class AgentChannel:
             ),
             send_datagram=self._send_datagram,
             post=self._post,
-            close=self._ending.wish,
+            close=self._ending.request,
             call_later=_call_later,
             resume_key=keys.resume,
             channel=self,
@@ -294,7 +294,7 @@ class AgentChannel:
 
     def _post(self, message: ToAgent) -> None:
         if len(self._outgoing) >= MAX_WAITING:
-            self._ending.wish(TOO_SLOW, "the agent does not read what it is sent")
+            self._ending.request(TOO_SLOW, "the agent does not read what it is sent")
             return
         self._outgoing.append(message)
         self._something_to_send.set()
@@ -311,7 +311,7 @@ class AgentChannel:
 
     async def _serve(self, link: AgentLink) -> None:
         await until_one_ends(self._receive(link), self._send(), self._ending.wait())
-        if self._ending.wished:
+        if self._ending.requested:
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     async def _receive(self, link: AgentLink) -> None:
@@ -328,7 +328,7 @@ class AgentChannel:
                     self._hub.reports.receive(link, decode_to_tower(message["text"]), at=self._clock())
         except (MalformedMessage, KeyError):
             self._hub.state.drops[DropReason.MALFORMED] += 1
-            self._ending.wish(BAD_MESSAGE, "not a message of this channel")
+            self._ending.request(BAD_MESSAGE, "not a message of this channel")
 
     def _datagram(self, link: AgentLink, datagram: bytes) -> None:
         """What would have come over UDP, and is checked as if it had. A channel carries those of its own link only."""
@@ -344,7 +344,7 @@ class AgentChannel:
         try:
             while True:
                 if not self._endpoint.may_act():
-                    self._ending.wish(GOING_DOWN, "another process may be the tower")
+                    self._ending.request(GOING_DOWN, "another process may be the tower")
                     return
                 if self._outgoing:
                     await self._websocket.send_text(encode_message(self._outgoing.popleft()))

@@ -58,7 +58,7 @@ class LiveChannel:
             viewer,
             time.monotonic(),
             wake=lambda: None,  # its writer says how
-            close=self._ending.wish,
+            close=self._ending.request,
             address=websocket.client.host if websocket.client else "",
         )
         self._direct = direct_writer(websocket)
@@ -80,20 +80,20 @@ class LiveChannel:
             await close_quietly(self._websocket, TOO_MANY_SOCKETS, no_room)
             return
         self._hub.attach_browser(self._browser, self._clock().isoformat(), time.monotonic())
-        self._direct.hear(on_binary=self._heard)
+        self._direct.set_listeners(on_binary=self._heard)
         try:
             await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())
         finally:
             self._writer.stop()
-            self._direct.hear()
+            self._direct.set_listeners()
             self._hub.detach_browser(self._browser, time.monotonic())
-        if self._ending.wished:
+        if self._ending.requested:
             self._hub.state.traffic.browser_closes[self._ending.code] += 1
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     async def _receive(self) -> None:
         try:
-            while not self._ending.wished:
+            while not self._ending.requested:
                 message = await self._websocket.receive()
                 if message["type"] == "websocket.disconnect":
                     self._hub.state.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
@@ -108,7 +108,7 @@ class LiveChannel:
 
     def _heard(self, message: bytes) -> None:
         """Sticks wait for no task: on a busy loop that is one more round of it."""
-        if not self._ending.wished:
+        if not self._ending.requested:
             self._frames(message, time.monotonic())
 
     def _frames(self, message: bytes, now: float) -> None:
@@ -127,7 +127,7 @@ class LiveChannel:
             self._bad_requests += 1
             self._hub.state.drops[DropReason.MALFORMED] += 1
             if self._bad_requests >= MAX_BAD_REQUESTS:
-                self._ending.wish(BAD_REQUEST, "too many messages that make no sense")
+                self._ending.request(BAD_REQUEST, "too many messages that make no sense")
             self._browser.notify(
                 Notice("warning", "malformed", f"Not understood: {str(error)[:MAX_QUOTED_LENGTH]}", None, 1)
             )
@@ -157,4 +157,4 @@ class LiveChannel:
 
     def _session_over(self, why: str) -> None:
         self._hub.end_sessions([self._browser.viewer.session_id], why)
-        self._ending.wish(SESSION_ENDED, why)
+        self._ending.request(SESSION_ENDED, why)

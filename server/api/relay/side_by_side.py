@@ -31,27 +31,27 @@ async def until_one_ends(*parts: Coroutine[Any, Any, None]) -> None:
 
 
 class Ending:
-    """A wish to end a connection, with a code and a reason for people; the first one counts."""
+    """A request to end a connection, with a code and a reason for people; the first one counts."""
 
     def __init__(self) -> None:
-        self._wished = asyncio.Event()
+        self._requested = asyncio.Event()
         self.code = 0
         self.why = ""
 
     @property
-    def wished(self) -> bool:
+    def requested(self) -> bool:
         """Whether anybody wants the connection to end."""
-        return self._wished.is_set()
+        return self._requested.is_set()
 
-    def wish(self, code: int, why: str) -> None:
+    def request(self, code: int, why: str) -> None:
         """Asks for the end."""
-        if not self.wished:
+        if not self.requested:
             self.code, self.why = code, why
-            self._wished.set()
+            self._requested.set()
 
     async def wait(self) -> None:
-        """Returns when the end is wished."""
-        await self._wished.wait()
+        """Returns when the end is requested."""
+        await self._requested.wait()
 
 
 async def close_quietly(websocket: WebSocket, code: int, why: str) -> None:

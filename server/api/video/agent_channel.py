@@ -60,13 +60,13 @@ class AgentVideoSocket:
         log = _log.bind(drone=video.name)
         log.info("agent_video_up")
         self._hub.video.open_channel(video, self)
-        self._writer.hear(on_binary=lambda unit: self._unit(video, unit))
+        self._writer.set_listeners(on_binary=lambda unit: self._unit(video, unit))
         try:
             await until_one_ends(self._receive(video), self._ending.wait())
         finally:
             self._hub.video.channel_lost(video, self)
             log.info("agent_video_down", why=self._ending.why)
-        if self._ending.wished:
+        if self._ending.requested:
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
     def ask_key(self, key: StreamKey) -> None:
@@ -76,7 +76,7 @@ class AgentVideoSocket:
 
     def close(self, code: int, why: str) -> None:
         """See AgentVideoChannel."""
-        self._ending.wish(code, why)
+        self._ending.request(code, why)
 
     async def _deny(self, status: int, words: str) -> None:
         log_refusal(self._anonymous, "agent_video_refused", status, words)
@@ -84,7 +84,7 @@ class AgentVideoSocket:
         await self._websocket.send_denial_response(PlainTextResponse(words, status_code=status, headers=headers))
 
     async def _receive(self, video: DroneVideo) -> None:
-        while not self._ending.wished:
+        while not self._ending.requested:
             message = await self._websocket.receive()
             if message["type"] == "websocket.disconnect":
                 self._hub.state.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
@@ -92,23 +92,23 @@ class AgentVideoSocket:
             unit = message.get("bytes")
             if unit is None:
                 self._hub.state.drops[DropReason.MALFORMED] += 1
-                self._ending.wish(BAD_MESSAGE, "not a message of this channel")
+                self._ending.request(BAD_MESSAGE, "not a message of this channel")
             else:
                 self._unit(video, unit)
 
     def _unit(self, video: DroneVideo, unit: bytes) -> None:
-        if self._ending.wished:
+        if self._ending.requested:
             return
         drops, now = self._hub.state.drops, time.monotonic()
         if not video.may_send(len(unit), now):
             drops[DropReason.FLOOD] += 1
-            self._ending.wish(FLOODING, "more video was sent than any camera gives")
+            self._ending.request(FLOODING, "more video was sent than any camera gives")
             return
         try:
             head = self._hub.video.unit(video, self, unit, now)
         except MalformedUnit as error:
             drops[DropReason.MALFORMED] += 1
-            self._ending.wish(BAD_MESSAGE, str(error))
+            self._ending.request(BAD_MESSAGE, str(error))
             return
         # An agent that does not read its answers sees by their lack that the way is closed.
         if self._writer.has_room():

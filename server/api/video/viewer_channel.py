@@ -73,7 +73,7 @@ class ViewerChannel:
             write=writer.write_whole,
             send_text=writer.write_text,
             has_room=writer.has_room,
-            close=self._ending.wish,
+            close=self._ending.request,
             held_up=self._held_up,
             address=websocket.client.host if websocket.client else "",
         )
@@ -88,12 +88,12 @@ class ViewerChannel:
         no_room = hub.video_capacity_refusal(viewer.viewer.user_id, viewer.address, now)
         refusal = why_not_watch(hub.state.drones.get(viewer.drone_id), viewer.viewer)
         if refusal is not None:
-            self._ending.wish(refusal.code, refusal.words)
+            self._ending.request(refusal.code, refusal.words)
         elif no_room is not None:
-            self._ending.wish(TOO_MANY_SOCKETS, no_room)
+            self._ending.request(TOO_MANY_SOCKETS, no_room)
         else:
             writer.on_room, writer.on_full = self._room, self._full
-            writer.hear(on_text=self._heard)
+            writer.set_listeners(on_text=self._heard)
             hub.video.enter(viewer, now)
             try:
                 await until_one_ends(self._receive(), self._watch_session(), self._ending.wait())
@@ -103,7 +103,7 @@ class ViewerChannel:
                 if self._stirring is not None:
                     self._stirring.cancel()
                 hub.video.leave(viewer)
-        if self._ending.wished:
+        if self._ending.requested:
             hub.video.traffic.closes[self._ending.code] += 1
             await close_quietly(self._websocket, self._ending.code, self._ending.why)
 
@@ -127,7 +127,7 @@ class ViewerChannel:
 
     async def _receive(self) -> None:
         try:
-            while not self._ending.wished:
+            while not self._ending.requested:
                 message = await self._websocket.receive()
                 if message["type"] == "websocket.disconnect":
                     self._hub.state.drops[DropReason.MALFORMED] += is_breach(message.get("code", 0))
@@ -177,7 +177,7 @@ class ViewerChannel:
 
     def _session_over(self, why: str) -> None:
         self._hub.end_sessions([self._viewer.viewer.session_id], why)
-        self._ending.wish(SESSION_ENDED, why)
+        self._ending.request(SESSION_ENDED, why)
 
 
 def _nothing() -> None:

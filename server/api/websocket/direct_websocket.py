@@ -90,7 +90,7 @@ class DirectWriter(Protocol):
         """From here on a message from the other side may have so many bytes; so much of what comes is parsed at a
         time."""
 
-    def hear(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
+    def set_listeners(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
         """From here on these are called with whole messages, within the call that brings their bytes: `on_text` with
         texts of up to MAX_HEARD_TEXT_BYTES, which may be something else than UTF-8, `on_binary` with all binary ones.
         Messages in pieces, and those behind one that waits for the application, come as they did."""
@@ -210,7 +210,7 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
         self.conn.max_message_size = largest_bytes
         self._slice_bytes = slice_bytes
 
-    def hear(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
+    def set_listeners(self, *, on_text: Listener | None = None, on_binary: Listener | None = None) -> None:
         self._on_text, self._on_binary = on_text, on_binary
 
     def handle_text(self, event: Frame) -> None:

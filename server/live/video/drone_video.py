@@ -66,27 +66,27 @@ class Flow:
         """Whether anybody takes it now."""
         return bool(self.viewers or self.sinks)
 
-    def take_out(self, viewer: VideoViewer) -> None:
+    def leave_lockstep(self, viewer: VideoViewer) -> None:
         """Out of its lockstep group, if it is in one: what it was sent is on its account from here on."""
         lockstep = viewer.lockstep
         if lockstep is not None:
             lockstep.leave(viewer)
-            self.is_out(viewer)
+            self.left_lockstep(viewer)
 
-    def is_out(self, viewer: VideoViewer) -> None:
+    def left_lockstep(self, viewer: VideoViewer) -> None:
         """It has left its lockstep group."""
         lockstep, viewer.lockstep = viewer.lockstep, None
         self.alone[viewer.number] = viewer
         if lockstep is not None and not len(lockstep) and not lockstep.is_due:
             self.lockstep_groups.remove(lockstep)
 
-    def put_in(self, viewer: VideoViewer, now: float) -> None:
+    def join_lockstep(self, viewer: VideoViewer, now: float) -> None:
         """Into a lockstep group, if it is in step and there is a place."""
         if viewer.lockstep is not None or not viewer.is_in_step(now):
             return
         lockstep = next((one for one in self.lockstep_groups if one.has_place()), None)
         if lockstep is None:
-            lockstep = LockstepGroup(self.stream, self.is_out)
+            lockstep = LockstepGroup(self.stream, self.left_lockstep)
             self.lockstep_groups.append(lockstep)
         lockstep.join(viewer)
         viewer.lockstep = lockstep

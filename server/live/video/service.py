@@ -91,12 +91,12 @@ class VideoService:
         """The viewer has drawn a unit: there may be room for more."""
         flow = self._flow_of(viewer)
         if flow is not None:
-            flow.take_out(viewer)
+            flow.leave_lockstep(viewer)
         held_s = drawn.held_ms / 1000
         viewer.pace.got(drawn.sequence, now, calm=drawn.calm, overdue=drawn.overdue, held_s=held_s)
         viewer.pump(self.traffic, now)
         if flow is not None:
-            flow.put_in(viewer, now)
+            flow.join_lockstep(viewer, now)
 
     def has_room(self, viewer: VideoViewer, now: float) -> None:
         """It reads again what it is sent."""
@@ -107,7 +107,7 @@ class VideoService:
         """It does not read what it is sent."""
         flow = self._flow_of(viewer)
         if flow is not None:
-            flow.take_out(viewer)
+            flow.leave_lockstep(viewer)
 
     def _watch(self, viewer: VideoViewer, now: float) -> None:
         video = self._of(viewer.drone_id, now)
@@ -128,7 +128,7 @@ class VideoService:
     def _take_off(self, viewer: VideoViewer) -> None:
         flow = self._flow_of(viewer)
         if flow is not None:
-            flow.take_out(viewer)
+            flow.leave_lockstep(viewer)
             flow.viewers.pop(viewer.number, None)
             flow.alone.pop(viewer.number, None)
 

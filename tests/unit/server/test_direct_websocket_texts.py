@@ -57,7 +57,7 @@ async def heard_from(chunks: list[bytes], early: bytes = b"", *, binaries: bool 
         if early:
             await began.wait()
         await send({"type": "websocket.accept"})
-        scope["extensions"][EXTENSION].hear(
+        scope["extensions"][EXTENSION].set_listeners(
             on_text=lambda text: heard.append(("short", text)),
             on_binary=(lambda payload: heard.append(("whole", payload))) if binaries else None,
         )

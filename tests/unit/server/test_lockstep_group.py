@@ -75,7 +75,7 @@ def test_a_got_settles_the_account_of_one_and_it_comes_back(scene: Scene) -> Non
     calm(scene, first)
     assert first.viewer.pace.in_flight == 0
     assert first.viewer.lockstep is second.viewer.lockstep is not None
-    flow_of(scene).take_out(second.viewer)
+    flow_of(scene).leave_lockstep(second.viewer)
     assert second.viewer.pace.in_flight > 0
     assert second.viewer.pace.silent_for(scene.now) == pytest.approx(9 * RATE_S)
 
@@ -185,7 +185,7 @@ acts = st.lists(
 def test_each_gets_what_it_would_get_alone(acts: list[Act]) -> None:
     together = told_of(acts)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Flow, "put_in", lambda self, viewer, now: None)
+        patch.setattr(Flow, "join_lockstep", lambda self, viewer, now: None)
         alone = told_of(acts)
     assert together == alone
 
@@ -229,7 +229,7 @@ def told_of(acts: list[Act]) -> list[Any]:
     account = []
     for one in viewers:
         if one.viewer.lockstep is not None:
-            flow_of(scene).take_out(one.viewer)
+            flow_of(scene).leave_lockstep(one.viewer)
         pace = one.viewer.pace
         account.append((one.sequences, pace.in_flight, pace.skipped, pace.silent_for(scene.now), one.closed))
     return account

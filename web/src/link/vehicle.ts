@@ -61,7 +61,7 @@ export class Vehicle {
   link: LinkQuality | null = null;
   /** As this page saw it, on the link clock; null while not flying. */
   #airborneSeenMs: number | null = null;
-  /** As the tower says, on the link clock: a page that was opened in mid-flight does not begin at nought. */
+  /** As the tower says, on the link clock: a page that was opened in mid-flight does not begin at zero. */
   #airborneToldMs: number | null = null;
   /** Since when the tower does not hear it, as far as we saw; null while it does. */
   silentSinceMs: number | null = null;

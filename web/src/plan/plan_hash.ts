@@ -15,7 +15,7 @@ const ITEM_BYTES = 32;
 const QUIET_NAN = 0x7fc0_0000;
 
 /**
- * Negative noughts are packed as plain ones: JSON, which carries plans, does not tell them apart everywhere.
+ * Negative zeros are packed as plain ones: JSON, which carries plans, does not tell them apart everywhere.
  * Little-endian: kind u8, count u16, then of each item command u16, frame u8, p1-p4 f32, x i32, y i32, z f32, autocontinue u8.
  */
 export function packedPlan(kind: PlanKind, items: readonly WireItem[]): Uint8Array<ArrayBuffer> {

@@ -51,7 +51,7 @@ export function itemOfRow(row: unknown, who: string): WireItem {
   );
 }
 
-/** JSON has no negative nought: adding nought makes it the plain one, here as in every other part. */
+/** JSON has no negative zero: adding zero makes it the plain one, here as in every other part. */
 export const float32 = (value: number): number => Math.fround(value) + 0;
 
 const rounded = (value: Param): Param => (value === null || Number.isNaN(value) ? null : float32(value));

@@ -265,7 +265,7 @@ describe('a corridor', () => {
     const line = [spotOf(47, 8), spotOf(47.1, 8)];
     expect(() => corridorLanes([line[0]!, line[0]!], settings)).toThrow('two different places');
     expect(() => corridorLanes([spotOf(0, 179.9), spotOf(0, -179.9)], settings)).toThrow('180th meridian');
-    expect(() => corridorLanes(line, { ...settings, spacingM: 0 })).toThrow('above nought');
+    expect(() => corridorLanes(line, { ...settings, spacingM: 0 })).toThrow('above 0');
     expect(() => corridorLanes(line, { ...settings, widthM: 1e6 })).toThrow('2000 are the most');
     expect(() => corridorItems(line, { ...settings, triggerM: -1 })).toThrow('distance between pictures');
   });

@@ -24,9 +24,9 @@ const isPositive = (value: number): boolean => Number.isFinite(value) && value >
 export function footprint(camera: Camera, heightM: number): Footprint {
   const { sensorWidthMm, sensorHeightMm, focalMm, widthPx, heightPx } = camera;
   if (![sensorWidthMm, sensorHeightMm, focalMm, widthPx, heightPx].every(isPositive)) {
-    throw new SurveyFault("The camera's sensor, focal length and pictures need sizes above nought.");
+    throw new SurveyFault("The camera's sensor, focal length and pictures must be larger than 0.");
   }
-  if (!isPositive(heightM)) throw new SurveyFault('The height above the ground has to be above nought.');
+  if (!isPositive(heightM)) throw new SurveyFault('The height above the ground must be above 0.');
   const width = (sensorWidthMm / focalMm) * heightM;
   const height = (sensorHeightMm / focalMm) * heightM;
   const [long, short] = [Math.max(width, height), Math.min(width, height)];

@@ -32,7 +32,7 @@ function beside(line: readonly Point[], metres: number): Point[] {
     const one = into ?? out!;
     const other = out ?? into!;
     const [x, y] = [one[0] + other[0], one[1] + other[1]];
-    // Twice the cosine of half the bend: nought where it turns straight back.
+    // Twice the cosine of half the bend: zero where it turns straight back.
     const length = Math.hypot(x, y);
     const [alongX, alongY] = length < 1e-9 ? one : [x / length, y / length];
     const stretch = Math.min(MAX_MITRE, length < 1e-9 ? 1 : 2 / length);
@@ -49,8 +49,8 @@ export function corridorLanes(line: readonly Spot[], settings: CorridorSettings)
   });
   if (places.length < 2) throw new SurveyFault('A corridor runs along two different places at least.');
   heldToOneSide(places, 'The corridor');
-  if (!(widthM >= 0)) throw new SurveyFault('The width of a corridor is nought or more.');
-  if (!(spacingM > 0)) throw new SurveyFault('The distance between lanes has to be above nought.');
+  if (!(widthM >= 0)) throw new SurveyFault('The width of a corridor is 0 m or more.');
+  if (!(spacingM > 0)) throw new SurveyFault('The distance between lanes must be above 0.');
   const count = lineCount(widthM, spacingM);
   if (count > MAX_LINES) throw new SurveyFault(`That is ${count} lanes, ${MAX_LINES} are the most.`);
   // The drawing's second axis points right of its first, so that "to the right" is the same in it as on the ground.

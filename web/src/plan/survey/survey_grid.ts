@@ -50,7 +50,7 @@ function meetings(ring: readonly (readonly [number, number])[], across: number):
 export function gridLines(area: readonly Spot[], settings: GridSettings): Line[] {
   const { spacingM, angleDeg, turnaroundM, entry } = settings;
   heldToOutline(area);
-  if (!(spacingM > 0)) throw new SurveyFault('The distance between lines has to be above nought.');
+  if (!(spacingM > 0)) throw new SurveyFault('The distance between lines must be above 0.');
   if (!(turnaroundM >= 0 && turnaroundM <= 1_000)) throw new SurveyFault('The way to turn in is from 0 to 1000 m.');
   const drawing = new Drawing(area, angleDeg);
   const ring = area.map((corner) => drawing.point(corner));
@@ -86,7 +86,7 @@ export const waypointAt = (spot: Spot, { frame, heightM }: Pick<Flown, 'frame' |
 /** What begins the pictures and what ends them; nothing where none are taken. */
 export function pictureItems(triggerM: number | null): { readonly begin: WireItem[]; readonly end: WireItem[] } {
   if (triggerM === null) return { begin: [], end: [] };
-  if (!(triggerM > 0)) throw new SurveyFault('The distance between pictures has to be above nought.');
+  if (!(triggerM > 0)) throw new SurveyFault('The distance between pictures must be above 0.');
   const every = (metres: number, atOnce: number): WireItem =>
     wireItem(CMD.TRIGGER_DISTANCE, FRAME.MISSION, [metres, 0, atOnce, 0], 0, 0, 0);
   return { begin: [every(triggerM, 1)], end: [every(0, 0)] };
