@@ -343,3 +343,13 @@ ControlModel.TestCase.settings = settings(
     max_examples=150, stateful_step_count=50, deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 TestControl = ControlModel.TestCase
+
+
+def test_who_loses_the_right_while_the_turn_changes_loses_the_controls() -> None:
+    """Found by the model: the turn moved the epoch, the revocation lost the race, and nobody tried again."""
+    model = ControlModel()
+    ControlModel.everybody_comes(model, asked=((ALICE, Event.ACQUIRE), (ROOT, Event.ASSIST)))
+    model.holder_and_assistant_at_once(ONE)
+    model.watchman_works()
+    model.rights_change(user_id=ALICE, drone_id=ONE, what="no owner")
+    model.teardown()

@@ -36,6 +36,7 @@ from server.live.hub_events import (
     TurnWanted,
 )
 from server.store.audit.trail import TOWER, Actor, record
+from server.store.control.lease_store import MOVED
 from server.store.control.loss_checks import LossChecks
 from server.store.control.open_hold_store import write_open_hold
 from server.store.control.rehearsal import Rehearsals
@@ -48,6 +49,8 @@ MAX_WAITING: Final = 64
 """Events of one drone that wait for the database: a minute of the wildest changing of hands."""
 
 TRY_AGAIN_AFTER_S: Final = 1.0
+MAX_RACES: Final = 20
+"""How often a change that lost a race for the lease is made again at once."""
 MAX_TRIES: Final = 600
 """Ten minutes. A lease that could not be ended by then is ended by the next change of anything in the fleet."""
 
@@ -206,7 +209,16 @@ class HubEventHandler:
             async with self._database.reading() as session:
                 by = await who_withdrew(session, event, self._clock())
         what, about = _RIGHTS[event.whose], event.user_id
-        await self._service.system_change(event.drone_id, what, reason=event.reason, about=about, told_by=by, now=now)
+        for _ in range(MAX_RACES):
+            try:
+                await self._service.system_change(
+                    event.drone_id, what, reason=event.reason, about=about, told_by=by, now=now
+                )
+                return
+            except ControlRefused as error:
+                # An assistant who came or went just now has moved the epoch: the part in the lease is still theirs.
+                if error.code != MOVED.code:
+                    raise
 
     async def _expire(self, event: HolderExpired, now: float) -> None:
         drone = self._hub.state.drones.get(event.drone_id)
