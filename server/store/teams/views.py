@@ -99,7 +99,7 @@ class TeamView(BaseModel):
 async def views_of(
     session: AsyncSession, teams: Iterable[TeamRow], manager: TeamManager, at: datetime
 ) -> list[TeamView]:
-    """As they look to `keeper`, by name."""
+    """As they look to `manager`, by name."""
     rows = sorted(teams, key=lambda team: (team.name.casefold(), team.id))
     ids = [row.id for row in rows]
     people = select(TeamMemberRow.team_id, TeamMemberRow.role, UserRow.id, UserRow.name)
