@@ -98,9 +98,7 @@ describe('a survey as it is set', () => {
   it('says in words what cannot be, and throws nothing', () => {
     const crossing = [FIELD[0]!, FIELD[2]!, FIELD[1]!, FIELD[3]!];
     expect(patternPreview('survey', crossing, 0, typed, 3).fault).toContain('crosses itself');
-    expect(patternPreview('corridor', FIELD.slice(0, 2), 0, { ...typed, spacingM: 0 }, 3).fault).toContain(
-      'above 0',
-    );
+    expect(patternPreview('corridor', FIELD.slice(0, 2), 0, { ...typed, spacingM: 0 }, 3).fault).toContain('above 0');
     expect(patternPreview('orbit', [HERE], -5, typed, 3).fault).toContain('radius');
     expect(patternPreview('survey', FIELD, 0, { ...USUAL_SETTINGS, frontOverlap: 99 }, 3).fault).toContain('overlap');
   });
