@@ -38,6 +38,7 @@ from wire.following import FOLLOW, FOLLOW_PERSON, LeaderPosition
 from wire.ids import DroneId, Epoch
 from wire.open_holds import OPEN_HOLDS, Stay
 from wire.parameter_metadata import PARAMETER_METADATA
+from wire.tail_probes import PROBES_AFTER_S
 from wire.transactions import TRANSACTIONS
 from wire.video import ClockAnswer, ClockProbe
 
@@ -301,7 +302,15 @@ class TowerLink:
                     await connection.send(datagram)
                 else:
                     self._something_to_write.clear()
-                    await self._something_to_write.wait()
+                    await self._wait_with_probes(connection)
+
+    async def _wait_with_probes(self, connection: ClientConnection) -> None:
+        for pause_s in PROBES_AFTER_S:
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._something_to_write.wait(), pause_s)
+                return
+            await connection.pong()
+        await self._something_to_write.wait()
 
     def _urgent(self, text: bytes) -> None:
         try:

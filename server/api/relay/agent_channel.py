@@ -26,6 +26,7 @@ from server.api.relay.agent_sign_in import (
 from server.api.relay.data_endpoint import DataEndpoint
 from server.api.relay.link_ticket import new_ticket
 from server.api.relay.side_by_side import Ending, close_quietly, is_breach, until_one_ends
+from server.api.websocket.direct_websocket import direct_writer
 from server.domain.clock import Clock
 from server.live.anonymous.budget import AnonymousBudget
 from server.live.hub import GOING_DOWN, Hub
@@ -58,6 +59,7 @@ from wire.resuming import NONCE_BYTES, Challenge
 from wire.sealed_link import SealedLink
 from wire.sealing import read_link_id
 from wire.sign_in import SIGN_IN_PROTOCOL
+from wire.tail_probes import PROBES_AFTER_S
 from wire.transactions import TRANSACTIONS
 from wire.video import VIDEO
 
@@ -354,6 +356,16 @@ class AgentChannel:
                     self._hub.state.traffic.bytes_to_agents += len(datagram)
                 else:
                     self._something_to_send.clear()
-                    await self._something_to_send.wait()
+                    await self._wait_with_probes()
         except (WebSocketDisconnect, RuntimeError):
             self._broken_off = True
+
+    async def _wait_with_probes(self) -> None:
+        for pause_s in PROBES_AFTER_S:
+            try:
+                async with asyncio.timeout(pause_s):
+                    await self._something_to_send.wait()
+                    return
+            except TimeoutError:
+                direct_writer(self._websocket).write_pong()
+        await self._something_to_send.wait()

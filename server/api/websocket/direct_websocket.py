@@ -36,7 +36,7 @@ from websockets.http11 import Request
 
 from server.api.anonymous.visit_scope import GUEST
 from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
-from server.live.video.websocket_bytes import BINARY, PING, TEXT, whole_message
+from server.live.video.websocket_bytes import BINARY, PING, PONG, TEXT, whole_message
 
 if TYPE_CHECKING:
     from uvicorn._types import ASGIReceiveEvent, ASGISendEvent
@@ -85,6 +85,9 @@ class DirectWriter(Protocol):
 
     def write_ping(self) -> None:
         """A small ping, unless something waits in the transport already."""
+
+    def write_pong(self) -> None:
+        """A small frame that is not answered, unless something waits in the transport already."""
 
     def take_messages(self, *, largest_bytes: int, slice_bytes: int = SLICE_BYTES) -> None:
         """From here on a message from the other side may have so many bytes; so much of what comes is parsed at a
@@ -205,6 +208,10 @@ class DirectWebSocket(WebSocketsSansIOProtocol):
     def write_ping(self) -> None:
         if not self.transport.get_write_buffer_size():
             self.write_whole(PING)
+
+    def write_pong(self) -> None:
+        if not self.transport.get_write_buffer_size():
+            self.write_whole(PONG)
 
     def take_messages(self, *, largest_bytes: int, slice_bytes: int = SLICE_BYTES) -> None:
         self.conn.max_message_size = largest_bytes
