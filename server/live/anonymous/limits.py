@@ -37,7 +37,7 @@ class AnonymousLimits:
     max_connections_per_address: int = 100
     """A browser opens six; a few dozen may be behind one address."""
     max_connections_per_network: int = 200
-    max_connections: int = 480
+    max_connections: int = 600
     """Of addresses that are not known. When there are so many, the network that has most loses its oldest one."""
     known_address_factor: int = 4
     """A known address may have so many times what another one may."""
