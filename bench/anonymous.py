@@ -54,7 +54,7 @@ async def run(report: Report, options: argparse.Namespace) -> None:
             await _sign_in(tower, PILOT, KNOWN_AT)
             async with flight.noticing() as quiet:
                 await asyncio.sleep(seconds)
-            _tell(report, "nobody attacks", quiet)
+            _add_figures(report, "nobody attacks", quiet)
             await _attacked(report, flight, kinds, seconds)
 
 
@@ -76,7 +76,7 @@ async def _attacked(report: Report, flight: HandFlight, kinds: tuple[str, ...], 
                 _signs_in(tower, PILOT, f"127.201.{number % 250}.1", took["new"], refused, "new"),
                 asyncio.sleep(SIGN_IN_EVERY_S),
             )
-    _tell(report, case, noticed)
+    _add_figures(report, case, noticed)
     for who in ("known", "new"):
         report.spread(case, f"right sign-in, {who} address", took[who], "s")
         report.add(case, f"right sign-in, {who} address, refused", refused[who], "count")
@@ -91,7 +91,7 @@ async def _attacked(report: Report, flight: HandFlight, kinds: tuple[str, ...], 
             report.add("refused by the tower", what, after[name] - before.get(name, 0.0), "count")
 
 
-def _tell(report: Report, case: str, noticed: Noticed) -> None:
+def _add_figures(report: Report, case: str, noticed: Noticed) -> None:
     report.spread(case, "gap between frames", noticed.gaps_ms, "ms")
     report.spread(case, "stick, browser to autopilot", noticed.sticks_ms, "ms")
     for name, largest, whole in zip(("tower", "agent"), noticed.in_largest_gap(), noticed.in_all(), strict=True):

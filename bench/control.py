@@ -267,7 +267,7 @@ async def _motion(trial: Trial, trigger: Trigger, name: str, sticks: Sticks) -> 
     await flight.full_stick(sticks, FULL_STICK_S)
     rig.tap.forget()
     at = await trigger.pull(rig)
-    if trigger.told:
+    if trigger.reported:
         confirmed_at, _ = await rig.admin.until_hold(since=at, timeout_s=MODE_BY_S)
         report.add(trial.case(name), "to_confirmed", (confirmed_at - at) * 1e3, "ms")
     await wait_for("the hold's mode", lambda: mode_shown_at(rig.tap, at, trial.hold_numbers) is not None, MODE_BY_S)
@@ -295,7 +295,7 @@ async def _repeated(trial: Trial, trigger: Trigger, rounds: int) -> None:
         await flight.full_stick(axes[number % len(axes)], 0.5 + number * 0.618 % 1.0)
         rig.tap.forget()
         at = await trigger.pull(rig)
-        if trigger.told:
+        if trigger.reported:
             confirmed_at, _ = await rig.admin.until_hold(since=at, timeout_s=MODE_BY_S)
             confirmed.append((confirmed_at - at) * 1e3)
         await _mode_and_late_frames(trial, at)

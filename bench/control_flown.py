@@ -19,7 +19,7 @@ import httpx
 
 from bench.control_situations import BESIDE, SITUATIONS, TRIGGERS, Situation, Trigger, put_mission, take_off
 from bench.control_timing import CASES, time_holds
-from bench.control_verdict import Record, Told, Verdict, judge
+from bench.control_verdict import Announcement, Record, Verdict, judge
 from bench.person import Person, Refused
 from bench.real_autopilot import NoAutopilot, Receiver
 from bench.rig import wait_for
@@ -31,7 +31,7 @@ TRIES: Final = 3
 PATIENT: Final = {"rtt_limit_ms": 5000.0, "rtt_limit_s": 10.0, "sticks_stale_s": 2.0}
 USUAL: Final = {"sticks_stale_s": 0.5}
 WATCHED_S: Final = 120.0
-TOLD_BEFORE_S: Final = 60.0
+ANNOUNCED_BEFORE_S: Final = 60.0
 """What was said last before the trigger still stands after it."""
 DOWN_FOR_S: Final = 5.0
 """A flight that has landed and disarmed is over after so long."""
@@ -132,7 +132,7 @@ class Table:
                 ("held", verdict.held_s, " s"),
                 ("stays", verdict.stays_s, " s"),
                 ("drift", verdict.drift_m, " m"),
-                ("told", verdict.announced_s, " s"),
+                ("reported", verdict.announced_s, " s"),
                 ("down", verdict.returned_s, " s"),
             )
             if not math.isnan(value)
@@ -243,7 +243,7 @@ async def _watch(drone: FlownDrone, flight: Flight, at: float) -> Verdict:
 
     await wait_for("the watch to end", over, WATCHED_S + 30)
     people = [("admin", drone.admin)] + ([("operator", drone.operator)] if trigger.operator_stays else [])
-    told = [one for name, person in people for one in _told(drone, name, person, at - TOLD_BEFORE_S)]
+    reported = [one for name, person in people for one in _reported(drone, name, person, at - ANNOUNCED_BEFORE_S)]
     return judge(
         Record(
             at=at,
@@ -251,7 +251,7 @@ async def _watch(drone: FlownDrone, flight: Flight, at: float) -> Verdict:
             modes=list(tap.modes),
             sticks=list(tap.sticks),
             asked=list(tap.mode_requests),
-            told=sorted(told, key=lambda one: one.at),
+            reported=sorted(reported, key=lambda one: one.at),
             present=frozenset(() if trigger.tower_dies else (name for name, _ in people)),
             old_holder=trigger.old_holder,
             standing=trigger.tower_dies,
@@ -259,6 +259,6 @@ async def _watch(drone: FlownDrone, flight: Flight, at: float) -> Verdict:
     )
 
 
-def _told(drone: FlownDrone, name: str, person: Person, since: float) -> list[Told]:
+def _reported(drone: FlownDrone, name: str, person: Person, since: float) -> list[Announcement]:
     events = drone.events_since(person, since)
-    return [Told(at, name, event["drone"].get("hold")) for at, event in events if event["type"] == "drone"]
+    return [Announcement(at, name, event["drone"].get("hold")) for at, event in events if event["type"] == "drone"]

@@ -23,7 +23,7 @@ class Trigger:
     mend: Callable[[Rig], Awaitable[None]]
     old_holder: int | None = OPERATOR
     """Whose sticks may not come afterwards; None where the same holder goes on."""
-    told: bool = True
+    reported: bool = True
     """Whether the tower lives to tell the admin."""
     needs_usual_limits: bool = False
     """Of the round trip."""
@@ -149,6 +149,6 @@ OTHERS = (
     Trigger("sticks stop", _stop_sticks, _sticks_again, old_holder=None),
     Trigger("late answers to pings", _answer_late, _answer_in_time, old_holder=None, needs_usual_limits=True),
     Trigger("account disabled", _disable, _enable),
-    Trigger("line cut", _cut_line, _mend_line, told=False, needs_line=True),
-    Trigger("tower killed", _kill_tower, _new_tower, old_holder=None, told=False),
+    Trigger("line cut", _cut_line, _mend_line, reported=False, needs_line=True),
+    Trigger("tower killed", _kill_tower, _new_tower, old_holder=None, reported=False),
 )

@@ -39,7 +39,7 @@ MODE_NAMES: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class Announcement:
     """What one person was told of the drone's hold (the HoldView, or None) at this moment."""
 
     at: float
@@ -55,7 +55,7 @@ class Record:
     motions: Sequence[Motion]
     modes: Sequence[ModeSeen]
     sticks: Sequence[Stick]
-    told: Sequence[Told]
+    reported: Sequence[Announcement]
     asked: Sequence[float]
     """When the agent asked for a mode."""
     present: frozenset[str]
@@ -101,7 +101,7 @@ def judge(record: Record) -> Verdict:
         ]
     if came_down_at is not None and not record.present and not record.standing:
         wrong.append("nobody was there to be told")
-    told_at = min((at for at in announced.values() if at is not None), default=math.nan)
+    reported_at = min((at for at in announced.values() if at is not None), default=math.nan)
     last = motions[-1] if motions else None
     end_mode = MODE_NAMES.get(modes[-1].custom_mode, str(modes[-1].custom_mode)) if modes else "?"
     armed = modes[-1].armed if modes else False
@@ -112,7 +112,7 @@ def judge(record: Record) -> Verdict:
         stays_s=_after(stays_at, record.at),
         drift_m=_drift(motions, stays_at, came_down_at),
         returned_s=_after(came_down_at, record.at),
-        announced_s=max(told_at - record.at, 0.0),
+        announced_s=max(reported_at - record.at, 0.0),
         lowest_m=min((motion.alt_m for motion in motions), default=math.nan),
         end=f"{end_mode} {height}{'' if armed else ', disarmed'}",
         foreign_frames=_foreign(record, held_at),
@@ -175,9 +175,9 @@ def announces(hold: dict[str, Any] | None) -> bool:
 def _announced(record: Record, who: str, came_down_at: float | None) -> float | None:
     """Since when this person knows of it, as it began (or to the end); None if they do not, or do not any more."""
     since: float | None = None
-    for told in record.told:
-        if told.who == who and (came_down_at is None or told.at <= came_down_at):
-            since = (since or told.at) if announces(told.hold) else None
+    for reported in record.reported:
+        if reported.who == who and (came_down_at is None or reported.at <= came_down_at):
+            since = (since or reported.at) if announces(reported.hold) else None
     return since
 
 
@@ -185,7 +185,7 @@ def _forgotten(record: Record, modes: Sequence[ModeSeen]) -> list[str]:
     """Nobody flies it, it waits in a hold's mode, and somebody who is there is not told so."""
     if not modes or not modes[-1].armed or modes[-1].custom_mode not in HOLDS:
         return []
-    newest = {told.who: told.hold for told in record.told}
+    newest = {reported.who: reported.hold for reported in record.reported}
     mode = MODE_NAMES[modes[-1].custom_mode]
     return [
         f"waits in {mode}, and {who} is not told of a hold" for who in sorted(record.present) if not newest.get(who)

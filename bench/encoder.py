@@ -65,10 +65,10 @@ async def run(report: Report, options: argparse.Namespace) -> None:
                     found[name].off = _off(frames, coded, payloads, "h264" if "264" in name else "mpeg1video")
         for name, one in found.items():
             report.system = name
-            _tell(report, f"{limits.width}x{limits.height} at {limits.rate_hz:g} Hz", one, limits.rate_hz, count)
+            _add_figures(report, f"{limits.width}x{limits.height} at {limits.rate_hz:g} Hz", one, limits.rate_hz, count)
 
 
-def _tell(report: Report, case: str, one: Found, rate_hz: float, count: int) -> None:
+def _add_figures(report: Report, case: str, one: Found, rate_hz: float, count: int) -> None:
     held = [coded.after - coded.number - 1 for coded in one.coded]
     report.add(case, "held back", max(held), "pictures")
     report.add(case, "held back, as time", max(held) / rate_hz * 1e3, "ms")

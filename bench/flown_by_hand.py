@@ -116,7 +116,7 @@ class HandFlight:
         """The pilot sends no sticks."""
         self.events: list[dict[str, object]] = []
         browser.on_binary = self._came
-        browser.on_text = self._told
+        browser.on_text = self._reported
 
     @property
     def agent_pid(self) -> int:
@@ -189,7 +189,7 @@ class HandFlight:
             self._noticed.frames_at.append(time.monotonic())
             self._noticed.queues.append((run_queue_of(self.tower.process.pid), run_queue_of(self.agent_pid)))
 
-    def _told(self, text: bytes) -> None:
+    def _reported(self, text: bytes) -> None:
         event = json.loads(text)
         if event["type"] == "ping":
             self._browser.send_text(json.dumps({"type": "pong", "sequence": event["sequence"]}))

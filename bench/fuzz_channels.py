@@ -47,7 +47,7 @@ class Account:
     connections: int = 0
     wrong: list[str] = field(default_factory=list)
 
-    def tell(self, words: str) -> None:
+    def announce(self, words: str) -> None:
         """Something went otherwise than it must."""
         if len(self.wrong) < _MAX_REPORTED:
             self.wrong.append(words)
@@ -150,7 +150,7 @@ async def attack_live_in_bytes(
             if number % _BATCH == 0:
                 await asyncio.sleep(0.001)
             if browser.closed:
-                account.tell(f"closed with {browser.connection.close_code}")
+                account.announce(f"closed with {browser.connection.close_code}")
                 break
         account.messages = messages
 
@@ -161,7 +161,9 @@ async def attack_live_in_bytes(
         account.accepted = arrived() - before
         account.refused = browser.refused
     if account.accepted + account.refused.total() != frames:
-        account.tell(f"{frames} frames were sent, {account.accepted} arrived, {account.refused.total()} were refused")
+        account.announce(
+            f"{frames} frames were sent, {account.accepted} arrived, {account.refused.total()} were refused"
+        )
     return account
 
 
@@ -198,9 +200,9 @@ async def _texts_until_closed(browser: _Browser, fuzzer: MessageFuzzer, account:
             account.refused["malformed"] += 1
             if malformed < _MAX_MALFORMED:
                 if not await browser.until(partial(browser.has_answered, malformed)):
-                    account.tell(f"no answer to {text[:200]!r}")
+                    account.announce(f"no answer to {text[:200]!r}")
                 if browser.closed:
-                    account.tell(f"closed with {browser.connection.close_code} after {text[:200]!r}")
+                    account.announce(f"closed with {browser.connection.close_code} after {text[:200]!r}")
                     return
                 continue
         elif deserved is None:
@@ -231,7 +233,7 @@ async def attack_agent(target: Target, chance: random.Random, messages: int) -> 
             await connection.recv()
             await _agent_until_closed(connection, fuzzer, account, messages)
         except ConnectionClosed as closed:
-            account.tell(f"closed in between: {closed}")
+            account.announce(f"closed in between: {closed}")
         finally:
             await connection.close()
     return account
@@ -270,7 +272,7 @@ async def _expect_close(connection: ClientConnection, code: int, text: bytes, ac
     try:
         await asyncio.wait_for(connection.wait_closed(), _ANSWER_WITHIN_S)
     except TimeoutError:
-        account.tell(f"not closed after {text[:200]!r}")
+        account.announce(f"not closed after {text[:200]!r}")
         return
     if connection.close_code != code:
-        account.tell(f"closed with {connection.close_code} instead of {code} after {text[:200]!r}")
+        account.announce(f"closed with {connection.close_code} instead of {code} after {text[:200]!r}")

@@ -95,12 +95,12 @@ def _one(core: Core, verdict: Verdict) -> None:
     allowed = {None if outcome is None else str(outcome) for outcome in fuzzed.outcomes}
     unfit = reasons - allowed if reasons else {None} - allowed
     if unfit:
-        _tell(verdict, f"{fuzzed.mutation}: {unfit} is none of {allowed}")
+        _add_figures(verdict, f"{fuzzed.mutation}: {unfit} is none of {allowed}")
     if answered and not fuzzed.authentic:
-        _tell(verdict, f"{fuzzed.mutation}: {answered} bytes were answered to somebody unknown")
+        _add_figures(verdict, f"{fuzzed.mutation}: {answered} bytes were answered to somebody unknown")
 
 
-def _tell(verdict: Verdict, words: str) -> None:
+def _add_figures(verdict: Verdict, words: str) -> None:
     if len(verdict.wrong) < _MAX_REPORTED:
         verdict.wrong.append(words)
 

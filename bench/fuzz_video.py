@@ -117,10 +117,10 @@ async def attack_video_in_bytes(target: Target, chance: random.Random, messages:
                     await channel.close()
                     await reading
             if watching.done():
-                account.tell(f"the viewer was closed with {viewer.close_code}")
+                account.announce(f"the viewer was closed with {viewer.close_code}")
             await viewer.close()
             if await watching == 0:
-                account.tell("the viewer got nothing")
+                account.announce("the viewer got nothing")
     return account
 
 
@@ -135,10 +135,10 @@ async def _ticket(link: ClientConnection) -> str:
 async def _bad_ticket(address: str, ticket: str, account: Account) -> None:
     try:
         async with _socket(address, AGENT_VIDEO_SUBPROTOCOL, {"Authorization": f"Bearer {ticket}"}):
-            account.tell(f"the ticket {ticket!r} was taken")
+            account.announce(f"the ticket {ticket!r} was taken")
     except InvalidStatus as error:
         if error.response.status_code != 401:
-            account.tell(f"status {error.response.status_code} for the ticket {ticket!r}")
+            account.announce(f"status {error.response.status_code} for the ticket {ticket!r}")
 
 
 async def _read(channel: ClientConnection) -> None:
@@ -156,7 +156,7 @@ async def _watch(viewer: ClientConnection, account: Account) -> int:
                 continue
             unit = decode_unit(message)
             if not unit.key and (unit.is_break or unit.sequence != (sequence + 1) % (1 << 32)):
-                account.tell(f"a viewer got {unit.sequence} after {sequence}, and no key")
+                account.announce(f"a viewer got {unit.sequence} after {sequence}, and no key")
             came, sequence = came + 1, unit.sequence
             await viewer.send(json.dumps({"type": "got", "sequence": sequence}))
     return came
@@ -190,7 +190,7 @@ async def _until_closed(
         try:
             await connection.send(message, text=text)
         except ConnectionClosed:
-            account.tell(f"closed with {connection.close_code} before {message[:200]!r}")
+            account.announce(f"closed with {connection.close_code} before {message[:200]!r}")
             return
         if not earned:
             account.accepted += 1
@@ -199,9 +199,9 @@ async def _until_closed(
         try:
             await asyncio.wait_for(connection.wait_closed(), _ANSWER_WITHIN_S)
         except TimeoutError:
-            account.tell(f"not closed after {message[:200]!r}")
+            account.announce(f"not closed after {message[:200]!r}")
         if connection.close_code not in earned:
-            account.tell(f"closed with {connection.close_code} instead of {earned} after {message[:200]!r}")
+            account.announce(f"closed with {connection.close_code} instead of {earned} after {message[:200]!r}")
         return
 
 

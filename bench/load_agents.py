@@ -107,7 +107,7 @@ class LoadAgent:
         """Anything, on the control channel."""
         await self._opened.connection.send(encode_message(message))
 
-    async def tell_state(self, *, armed: bool = True, airborne: bool = True) -> None:
+    async def report_state(self, *, armed: bool = True, airborne: bool = True) -> None:
         """The autopilot is heard; the drone is in the air, unless said otherwise."""
         await self.say(AutopilotState(heard=True, armed=armed, airborne=airborne))
 
@@ -213,7 +213,7 @@ async def sign_in_all(
 async def _sign_in(url: TowerUrl, key: str, takes: tuple[str, ...]) -> LoadAgent:
     agent = LoadAgent(await open_channel(url, Identity(parse_kept(key)), takes=(*ALL_TAKE, *takes)))
     agent.keep_alive()
-    await agent.tell_state()
+    await agent.report_state()
     return agent
 
 

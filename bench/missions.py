@@ -97,7 +97,7 @@ async def run(report: Report, options: argparse.Namespace) -> None:
                     peer_rounds = rounds if options.peer_rounds is None else options.peer_rounds
                     await _all_rounds(trial, OURS in systems, peer, rounds, peer_rounds)
                 finally:
-                    trial.figures.tell(where)
+                    trial.figures.announce(where)
 
 
 async def _peer(report: Report, folder: Path) -> Installed | None:

@@ -33,15 +33,15 @@ class Figures:
         self.failures[system, what] = self.failures.get((system, what), 0) + 1
         self.report.say(f"  {system}: {what}: failed: {words}")
 
-    def tell(self, where: str) -> None:
+    def announce(self, where: str) -> None:
         """The rows: a case for each deed, both systems in it."""
         for what in dict.fromkeys(what for _, what in (*self.took_s, *self.failures)):
             for system in (OURS, PEER):
-                self._tell(f"{what}, {where}", (system, what))
-            self._tell_ratio(f"{what}, {where}", what)
+                self._add_figures(f"{what}, {where}", (system, what))
+            self._add_ratio(f"{what}, {where}", what)
         self.report.system = OURS
 
-    def _tell(self, case: str, key: Key) -> None:
+    def _add_figures(self, case: str, key: Key) -> None:
         self.report.system, _ = key
         if key not in self.took_s and key not in self.failures:
             return
@@ -58,7 +58,7 @@ class Figures:
             self.report.add(case, "packets to the drone, a round", down + lost_down, "count")
             self.report.add(case, "of those lost", lost_down, "count")
 
-    def _tell_ratio(self, case: str, what: str) -> None:
+    def _add_ratio(self, case: str, what: str) -> None:
         """Against what MAVSDK took for the same over the drone's line alone, wherever our person was."""
         ours, theirs = self.took_s.get((OURS, what)), self.took_s.get((PEER, what.partition(",")[0]))
         if ours and theirs:

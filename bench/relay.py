@@ -161,10 +161,10 @@ async def _side_by_side(
             except (TimeoutError, RuntimeError, OSError) as reason:
                 report.say(f"{name}: given up: {reason}")
     for (case, name), all_rounds in sorted(found.items(), key=lambda item: item[0][0]):
-        _tell(report, case, name, all_rounds, found)
+        _add_figures(report, case, name, all_rounds, found)
 
 
-def _tell(report: Report, case: str, name: str, one: Found, found: dict[tuple[str, str], Found]) -> None:
+def _add_figures(report: Report, case: str, name: str, one: Found, found: dict[tuple[str, str], Found]) -> None:
     report.system = name
     cpu_us = statistics.median(one.cpu_us)
     report.add(case, "cpu_per_frame", cpu_us, "us")

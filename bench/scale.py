@@ -100,7 +100,7 @@ async def _watcher(tower: LoadTower, *, first: bool) -> Everything | EventsOnly:
     watcher = Everything() if first else EventsOnly()
     browser: LeanBrowser = await tower.browser()
     browser.on_binary = watcher.came
-    browser.on_text = watcher.told
+    browser.on_text = watcher.reported
     browser.send_text(f'{{"type":"watch","rate_hz":{WATCH_HZ:g}}}')
     return watcher
 
@@ -170,7 +170,9 @@ def _loss(report: Report, case: str, agents: list[LoadAgent], watchers: list[Eve
     missing = [sent - watcher.events for watcher in watchers]
     report.add(case, "events lost, of all browsers together", sum(missing), "frames")
     report.add(case, "events out of order", sum(watcher.out_of_order for watcher in watchers), "frames")
-    report.add(case, "browsers that were told of a loss", sum(watcher.losses_told > 0 for watcher in watchers), "count")
+    report.add(
+        case, "browsers that were told of a loss", sum(watcher.losses_reported > 0 for watcher in watchers), "count"
+    )
 
 
 def _age(report: Report, case: str, watchers: list[Everything | EventsOnly]) -> None:

@@ -25,16 +25,16 @@ class EventsOnly:
         self.events = 0
         self.out_of_order = 0
         """Those whose number is not the one behind the last: after a gap, or repeated, or too late."""
-        self.losses_told = 0
+        self.losses_reported = 0
         self._last: dict[int, int] = {}
 
     def begin(self) -> None:
         """The flight begins."""
 
-    def told(self, text: bytes) -> None:
+    def reported(self, text: bytes) -> None:
         """A text message came."""
         if text.startswith(b'{"type":"lost"'):
-            self.losses_told += 1
+            self.losses_reported += 1
 
     def came(self, message: bytes) -> None:
         """A binary message came."""

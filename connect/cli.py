@@ -66,7 +66,7 @@ def connect(
     )
     if acknowledge_loss_check and not fly:
         raise Unusable("--acknowledge-loss-check goes with --fly: only whoever has the controls can acknowledge it")
-    _run(_until_told_to_stop(options))
+    _run(_until_stopped(options))
 
 
 def _token(token: str, token_file: Path | None) -> str:
@@ -83,7 +83,7 @@ def _token(token: str, token_file: Path | None) -> str:
     return token
 
 
-async def _until_told_to_stop(options: Options) -> None:
+async def _until_stopped(options: Options) -> None:
     loop = asyncio.get_running_loop()
     running = asyncio.create_task(Session(options, _say).run())
     for number in (signal.SIGTERM, signal.SIGINT):

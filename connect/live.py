@@ -24,7 +24,7 @@ OPEN_WITHIN_S: Final = 10.0
 STEADY_S: Final = 2.0
 """A connection that ends sooner was none: a tower that lets us in and closes at once is not knocked at all the time."""
 
-LOOK_EVERY_S: Final = 0.5
+CHECK_EVERY_S: Final = 0.5
 
 MAX_WAITING: Final = 256
 """Messages that the socket has not taken: two seconds of sticks and a mission. What does not fit is dropped."""
@@ -55,7 +55,7 @@ class Live:
         self._outgoing: asyncio.Queue[str | bytes] = asyncio.Queue(MAX_WAITING)
         self._socket: ClientConnection | None = None
         self._watch_only = True
-        self._look_again = asyncio.Event()
+        self._recheck = asyncio.Event()
 
     @property
     def may_fly(self) -> bool:
@@ -64,7 +64,7 @@ class Live:
 
     def refresh(self) -> None:
         """What `watch_only` answers may have changed."""
-        self._look_again.set()
+        self._recheck.set()
 
     def send_text(self, message: dict[str, Any]) -> None:
         """Now or never."""
@@ -152,6 +152,6 @@ class Live:
 
     async def _until_other_scopes(self, watch_only: Callable[[], bool]) -> None:
         while watch_only() == self._watch_only:
-            self._look_again.clear()
+            self._recheck.clear()
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._look_again.wait(), LOOK_EVERY_S)
+                await asyncio.wait_for(self._recheck.wait(), CHECK_EVERY_S)

@@ -63,7 +63,7 @@ class Session:
         self._loop = asyncio.get_running_loop()
         hello = [{"type": "watch", "rate_hz": WATCH_RATE_HZ}, {"type": "focus", "drone_id": drone.drone_id}]
         self._live = Live(
-            options.tower, options.token, hello=hello, received=self._from_tower, say=self._say, shut=self._door_shut
+            options.tower, options.token, hello=hello, received=self._from_tower, say=self._say, shut=self._tower_closed
         )
         async with contextlib.AsyncExitStack() as stack:
             for endpoint in options.endpoints:
@@ -124,7 +124,7 @@ class Session:
             self._say("a ground station is there again" if there else "no ground station is heard: the pilot is gone")
         return not there
 
-    async def _door_shut(self, why: str) -> None:
+    async def _tower_closed(self, why: str) -> None:
         """Signed out. A new password or role does that once, and the token is still good; otherwise raises."""
         answer = await self._rest.ask("GET", "/drones")
         if not answer.done:

@@ -26,7 +26,7 @@ OPERATORS: Final = ("alice", "bob")
 DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobby", "Buzzard", "Falcon")
 HOME: Final = "47.3977,8.5456,488,0"
 READY_WITHIN_S: Final = 60.0
-LOOK_AT_PASSWORDS_EVERY_S: Final = 300.0
+CHECK_PASSWORDS_EVERY_S: Final = 300.0
 """How long a first password stays in `squad.json` after it was changed: each look starts a program."""
 
 
@@ -195,14 +195,14 @@ def run() -> None:
             say(f"Starting {len(names)} simulated drone{'s' if len(names) > 1 else ''}, each behind its own agent")
             programs += start_squad(address, squad, names, log)
         print_welcome(address, squad, names, first=first)
-        looks_at = time.monotonic() + LOOK_AT_PASSWORDS_EVERY_S
+        check_at = time.monotonic() + CHECK_PASSWORDS_EVERY_S
         while True:
             time.sleep(0.2)
             for program in programs:
                 program.keep_alive(say)
-            if squad.first_passwords and time.monotonic() >= looks_at:
+            if squad.first_passwords and time.monotonic() >= check_at:
                 squad.forget_changed_passwords(accounts_now())
-                looks_at = time.monotonic() + LOOK_AT_PASSWORDS_EVERY_S
+                check_at = time.monotonic() + CHECK_PASSWORDS_EVERY_S
     finally:
         end_all(programs)
 

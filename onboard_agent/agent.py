@@ -77,7 +77,7 @@ class Agent:
             now=self._loop.time(),
             speaks_first=self._port.speaks_first,
             narrow_line=self._port.narrow,
-            steps_told=secrets.randbits(31),
+            steps_reported=secrets.randbits(31),
             journal=journal,
             holds=self._holds,
             make_handlers=self._make_handlers,
@@ -100,7 +100,7 @@ class Agent:
         self._stream = FrameStream()
         self._systemd = Systemd()
         self._summarised: Counter[str] = Counter()
-        self._unknown_told = 0
+        self._unknown_logged = 0
 
     @staticmethod
     def _lasting(state: Path | None) -> tuple[JournalStore, HoldStore]:
@@ -254,8 +254,10 @@ class Agent:
             new = totals - self._summarised
             self._summarised = totals
             unknown = onboard.stream.thinner.unknown_passed
-            if unknown > self._unknown_told:
-                _log.info("not thinned, being unknown here: %d frames in the last minute", unknown - self._unknown_told)
-                self._unknown_told = unknown
+            if unknown > self._unknown_logged:
+                _log.info(
+                    "not thinned, being unknown here: %d frames in the last minute", unknown - self._unknown_logged
+                )
+                self._unknown_logged = unknown
             if new:
                 _log.info("not passed on in the last minute: %s", ", ".join(f"{n} {why}" for why, n in new.items()))

@@ -92,7 +92,7 @@ def run(
         warning = token_file_warning(token)
         if warning and identity.key is None:
             _log.warning("%s", warning)
-        _run(_until_told_to_stop(settings))
+        _run(_until_stopped(settings))
     except Unusable as error:
         typer.echo(f"tower-agent: {error}", err=True)
         raise typer.Exit(UNUSABLE_EXIT_CODE) from None
@@ -167,7 +167,7 @@ def _enrol_first(tower: TowerUrl, path: Path) -> None:
             time.sleep(ENROL_AGAIN_AFTER_S)
 
 
-async def _until_told_to_stop(settings: AgentSettings) -> None:
+async def _until_stopped(settings: AgentSettings) -> None:
     """Runs the agent; SIGTERM and SIGINT end it at once and cleanly."""
     loop = asyncio.get_running_loop()
     running = asyncio.create_task(Agent(settings).run())

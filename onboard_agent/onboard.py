@@ -68,10 +68,10 @@ FLIES: Final = (CommandWork, FollowWork)
 
 
 class Onboard:
-    """One drone. `speaks_first`: the autopilot hears of us only when we have spoken. `narrow_line`: no room to spare on
-    the way to it. `steps_told`: where the numbers of the steps of holds begin (Hold). `journal`: without one no plan is
-    written. `holds`: without it a process that is started again knows of no hold. `make_handlers`: of the work at the
-    drone that needs more than is here."""
+    """One drone. `speaks_first`: the autopilot hears of us only when we have spoken. `narrow_line`: no room to spare
+    on the way to it. `steps_reported`: where the numbers of the steps of holds begin (Hold). `journal`: without one
+    no plan is written. `holds`: without it a process that is started again knows of no hold. `make_handlers`: of the
+    work at the drone that needs more than is here."""
 
     def __init__(
         self,
@@ -79,7 +79,7 @@ class Onboard:
         now: float,
         speaks_first: bool,
         narrow_line: bool = False,
-        steps_told: int = 0,
+        steps_reported: int = 0,
         journal: JournalStore | None = None,
         holds: HoldStore | None = None,
         make_handlers: MakeHandlers = lambda _maker: (),
@@ -89,7 +89,7 @@ class Onboard:
         self.motion = Motion()
         self.downlink = Downlink()
         self.stream = TelemetryStream()
-        self.hold = Hold(maker, steps_told)
+        self.hold = Hold(maker, steps_reported)
         self.counts: Counter[str] = Counter()
         """Frames not passed on for reasons that the downlink does not know, by reason."""
         self._watch = PilotWatch(now)
@@ -229,7 +229,7 @@ class Onboard:
     def welcomed(self, welcome: Welcome, now: float) -> None:
         """A new link is up."""
         if self.downlink.epoch:  # of the first link nobody knows whether anything has changed
-            self._epoch_told(welcome.epoch, now)
+            self._accept_epoch(welcome.epoch, now)
         self.downlink.new_link(DroneId(welcome.drone_id), Epoch(welcome.epoch))
         self._holder_present = welcome.holder_present
         self._holder.keeper.end_turn()
@@ -276,7 +276,7 @@ class Onboard:
                 self._holder.keeper.turn(assistant_flies=message.assistant_flies)
                 held = message.holder is not None
                 self._person.holder(held=held, present=message.holder_present, now=now)
-            self._epoch_told(message.epoch, now)
+            self._accept_epoch(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             self._holder_present = message.holder_present
             if not message.holder_present:
@@ -286,7 +286,7 @@ class Onboard:
             if message.order_id <= self._newest_order:
                 return  # it comes on two channels, and more than once
             self._newest_order = message.order_id
-            self._epoch_told(message.epoch, now)
+            self._accept_epoch(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             _log.warning("hold ordered: %s", message.reason)
             self._watch.used(now)
@@ -311,7 +311,7 @@ class Onboard:
 
     def _work_wanted(self, message: Transaction | CancelTransaction | MetadataWanted, now: float) -> None:
         if isinstance(message, Transaction):
-            self._epoch_told(message.epoch, now)
+            self._accept_epoch(message.epoch, now)
             self.downlink.raise_epoch(message.epoch)
             self._work.epoch(self.downlink.epoch, now)
             late_s = 0.0 if message.sent_ms is None else self._lateness.late_by(message.sent_ms, now)
@@ -327,7 +327,7 @@ class Onboard:
         # At once: what comes next, a hold or another frame, must find it sent, and not be followed by it.
         self._to_autopilot += self._work.due(now)
 
-    def _epoch_told(self, epoch: int, now: float) -> None:
+    def _accept_epoch(self, epoch: int, now: float) -> None:
         if epoch > self.downlink.epoch:
             self._failsafe.control_changed(now)
 

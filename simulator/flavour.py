@@ -73,7 +73,7 @@ class Flavour:
     fixed_rates: frozenset[int]
     """Messages whose rate nobody can change, though the request is accepted."""
     obeys_stream_requests: bool
-    tells_mode_at_once: bool
+    reports_mode_at_once: bool
     """A HEARTBEAT goes out with each change of mode, not only once a second."""
     system_id_parameter: str
     battery_parameter: str

@@ -241,11 +241,11 @@ def _accept_placed(item: Item) -> Item | int:
         return int(mavlink.MAV_MISSION_INVALID_PARAM7)
     if item.frame not in RELATIVE | OVER_TERRAIN | ABSOLUTE:
         return int(mavlink.MAV_MISSION_UNSUPPORTED_FRAME)
-    store, tell = PLACED[item.command]
+    store, read_back = PLACED[item.command]
     frame = 3 if item.frame in RELATIVE else 10 if item.frame in OVER_TERRAIN else 0
     centimetres = int(single(single(item.z) * 100.0))
     kept = store(replace(item, params=_numbers(item)))
-    return replace(item, frame=frame, params=tell(kept), z=single(centimetres * single(0.01)), autocontinue=1)
+    return replace(item, frame=frame, params=read_back(kept), z=single(centimetres * single(0.01)), autocontinue=1)
 
 
 def _numbers(item: Item) -> Four:

@@ -97,11 +97,11 @@ class ParameterServer:
             self._next += 1
 
     def _send_hash(self) -> None:
-        told = self._parameters.hash_on_the_wire()
-        if told is not None:
+        table_hash = self._parameters.hash_on_the_wire()
+        if table_hash is not None:
             count = len(self._parameters)
             name = HASH_NAME.encode("ascii")
-            self._send(mavlink.MAVLink_param_value_message(name, told, HASH_KIND, count, UNNUMBERED))
+            self._send(mavlink.MAVLink_param_value_message(name, table_hash, HASH_KIND, count, UNNUMBERED))
 
     def _value(self, parameter: Parameter, index: int) -> Message:
         return mavlink.MAVLink_param_value_message(

@@ -91,7 +91,7 @@ class Vehicle:
         self._slow: deque[tuple[float, Command]] = deque(maxlen=SLOW_MAX)
         """When, and what: what MODE_CHANGE_SLOW holds back."""
         self.flight = Flight(self.settings.flight, self.parameters, self.failures, self.settings.flavour)
-        if self.settings.flavour.tells_mode_at_once:
+        if self.settings.flavour.reports_mode_at_once:
             self.flight.on_mode_change = self._owe_heartbeat
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
         self.flight.on_photo = lambda photo: self._send(self.settings.flavour.photo_message(self.flight, photo))

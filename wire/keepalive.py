@@ -56,8 +56,8 @@ class Keepalive:
         self._leisure = False
         self._close_until = now
         self._rests_s = 0.0
-        self._told_loss = 0.0
-        self._to_tell_us = 0
+        self._reported_loss = 0.0
+        self._unreported_us = 0
         self.heard_at = now
         """When the other side was last heard: set it with any authentic datagram."""
         self.rtt_s: float | None = None
@@ -104,7 +104,7 @@ class Keepalive:
                 self._answered.append(False)
         self._sequence = (self._sequence + 1) % PROBE_SEQUENCES
         self._waiting[self._sequence] = now
-        trip_us, self._to_tell_us = self._to_tell_us, 0
+        trip_us, self._unreported_us = self._unreported_us, 0
         return Ping(self._sequence, trip_us=trip_us, lost=round(self.loss * LOST_OF))
 
     def hurry(self, now: float) -> None:
@@ -125,11 +125,11 @@ class Keepalive:
             if self.next_ping_at == sent + PING_INTERVAL_S:  # else it is to hurry
                 self.next_ping_at += self._rests_s
         sample = max(0.0, now - sent)
-        self._to_tell_us = min(max(round(sample * 1e6), 1), _MAX_REPORTED_US)
+        self._unreported_us = min(max(round(sample * 1e6), 1), _MAX_REPORTED_US)
         self._smooth(sample)
         return sample
 
-    def told(self, ping: Ping, now: float) -> float | None:
+    def receive_ping(self, ping: Ping, now: float) -> float | None:
         """The other side's ping: the round trip told in it, in seconds. None if this side measures by itself."""
         if self._leads:
             self._close_until = now + CLOSE_S
@@ -137,7 +137,7 @@ class Keepalive:
         if self._pings or ping.sequence <= self._newest_heard:
             return None
         self._newest_heard = ping.sequence
-        self._told_loss = ping.lost / LOST_OF
+        self._reported_loss = ping.lost / LOST_OF
         if not ping.trip_us:
             return None
         sample = ping.trip_us / 1e6
@@ -165,4 +165,4 @@ class Keepalive:
         """Share of the last pings that nobody answered, 0..1."""
         if self._answered:
             return self._answered.count(False) / len(self._answered)
-        return self._told_loss
+        return self._reported_loss

@@ -46,8 +46,8 @@ class _Counted:
 
     def loss(self, window_s: float, now: float) -> float | None:
         """None if nothing is known of the window; 1.0 if it is known that nothing came."""
-        told_at, last = self._points[-1]
-        if last.expected == 0 or now - told_at > window_s:
+        reported_at, last = self._points[-1]
+        if last.expected == 0 or now - reported_at > window_s:
             return None
         begin = self._before(now - window_s, near_the_end=window_s < LONG_WINDOW_S / 2)
         expected = last.expected - begin.expected
@@ -108,7 +108,7 @@ class LinkQuality:
         else:  # and no rounding is carried on
             self._trip_sum_s = self._step_sum_s = 0.0
 
-    def told(self, report: Report, now: float) -> None:
+    def receive_report(self, report: Report, now: float) -> None:
         """The other side says what it has received."""
         self._sent.note(report, now)
 

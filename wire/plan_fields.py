@@ -76,7 +76,7 @@ class KeptFields(Protocol):
 
 
 Rule = Callable[[float | None], Kept]
-_NOUGHT: Final = Kept(0.0, Effect.SAME)
+_ZERO: Final = Kept(0.0, Effect.SAME)
 
 
 def becomes(sent: float | None, value: float | None, effect: Effect = Effect.FLIGHT) -> Kept:

@@ -94,7 +94,7 @@ class SealedLink:
         self._arrived = 0
         self._proven_at = now
         self._frames_left_at = now
-        self._told_counter = 0
+        self._reported_counter = 0
         self._rekeying = Rekeying(now)
         self._retiring = Retiring()
 
@@ -107,12 +107,12 @@ class SealedLink:
         if isinstance(decoded, Frames):
             if decoded.ping is None:
                 return Received(decoded, newest)
-            proof = self._told(decoded.ping.report, now)
+            proof = self._receive_report(decoded.ping.report, now)
             self._answers.append(self._answer(decoded.ping, now))
             return Received(decoded, newest, proof=proof)
         if isinstance(decoded, Urgent):
             return Received(None, newest, decoded.text)
-        proof = self._told(decoded.report, now)
+        proof = self._receive_report(decoded.report, now)
         if isinstance(decoded, Pong):
             return Received(None, newest, probed=self._pong(decoded, now), proof=proof)
         answer = self._answer(decoded, now)
@@ -123,11 +123,11 @@ class SealedLink:
         self.fill_datagrams(self._seen_mtu.datagram_bytes)
         return Received(None, False, answer=answer, uplink=self._uplink(decoded), proof=proof)
 
-    def _told(self, report: Report, now: float) -> bool:
+    def _receive_report(self, report: Report, now: float) -> bool:
         """What the other side has received. Whether it proves that something more of ours arrived."""
-        self.quality.told(report, now)
-        if report.expected > self._told_counter:
-            self._told_counter = report.expected
+        self.quality.receive_report(report, now)
+        if report.expected > self._reported_counter:
+            self._reported_counter = report.expected
         if report.received <= self._arrived:
             return False
         self._arrived = report.received
@@ -136,7 +136,7 @@ class SealedLink:
 
     def _answer(self, ping: Ping, now: float) -> bytes:
         if ping.purpose is Purpose.KEEPALIVE:
-            trip_s = self.keepalive.told(ping, now)
+            trip_s = self.keepalive.receive_ping(ping, now)
             if trip_s is not None:
                 self.quality.round_trip(trip_s, now)
         return self._sealer.seal(encode_keepalive(Pong(ping.sequence, self._report(now))))
@@ -252,7 +252,7 @@ class SealedLink:
 
     def datagrams_to_send(self, now: float) -> list[bytes]:
         """Answers to pings, and a ping of our own where one is due. Also the moment at which keys are changed."""
-        if self._rekeying.due(sealed=self._sealer.sealed, arrived=self._told_counter, now=now):
+        if self._rekeying.due(sealed=self._sealer.sealed, arrived=self._reported_counter, now=now):
             self._sealer.next_key()
         self._check_size(now)
         if self._retiring.due(phase=self._opener.phase, now=now):

@@ -51,13 +51,13 @@ async def download(drone: System, _: dict[str, Any]) -> dict[str, Any]:
     return {"items": [row(one) for one in (await drone.mission_raw.download_mission())[1:]]}
 
 
-DEEDS = {"parameters": parameters, "upload": upload, "download": download}
+RESPONSES = {"parameters": parameters, "upload": upload, "download": download}
 
 
-async def timed(deed: Any) -> None:
+async def timed(action: Any) -> None:
     began = time.monotonic()
     try:
-        found = await deed
+        found = await action
         found["s"] = time.monotonic() - began
     except Exception as error:  # of whatever kind: it is told, and is a figure too
         found = {"failed": f"{type(error).__name__}: {error}"}
@@ -71,7 +71,7 @@ async def main() -> None:
     loop = asyncio.get_running_loop()
     while line := await loop.run_in_executor(None, sys.stdin.readline):
         said = json.loads(line)
-        await timed(DEEDS[said["do"]](drone, said))
+        await timed(RESPONSES[said["do"]](drone, said))
 
 
 asyncio.run(main())

@@ -56,10 +56,10 @@ class MavSdk:
     def __init__(self, process: asyncio.subprocess.Process) -> None:
         self._process = process
 
-    async def do(self, deed: str, **said: Any) -> Any:
+    async def do(self, action: str, **said: Any) -> Any:
         """Its answer, with the seconds that it took as `s`. Raises PeerFailed."""
         assert self._process.stdin is not None
-        self._process.stdin.write(json.dumps({"do": deed, **said}).encode() + b"\n")
+        self._process.stdin.write(json.dumps({"do": action, **said}).encode() + b"\n")
         return await self.answer()
 
     async def answer(self) -> Any:

@@ -13,7 +13,7 @@ from bench.video.figures import delays_ms, drift_ms_per_minute, oldest_on_screen
 from bench.video.screens import NothingSeen, Shown
 from bench.video.settings import Line, Setting
 from bench.video.strip import Sight
-from bench.video.trial import OURS, PEER, Bench, Trial, tell_used, trial
+from bench.video.trial import OURS, PEER, Bench, Trial, report_used, trial
 from bench.video.video_rig import Meter
 
 WARM_UP_S: Final = 8.0
@@ -31,7 +31,7 @@ class Seen:
     backward: int = 0
     looks: int = 0
     longest_gap_ms: float = 0.0
-    told_ms: list[float] = field(default_factory=list)
+    reported_ms: list[float] = field(default_factory=list)
     seconds: float = 0.0
     used_ms: Counter[str] = field(default_factory=Counter)
 
@@ -59,7 +59,7 @@ async def delays(bench: Bench, case: str, setting: Setting, lines: dict[str, Lin
                     _say(bench.report, system, seen[system])
     for system, what in seen.items():
         bench.report.system = system
-        _tell(bench.report, case, what, setting.rate_hz)
+        _add_figures(bench.report, case, what, setting.rate_hz)
         bench.report.add(case, "failed", failed[system], "count")
     bench.report.system = OURS
     if OURS in seen and PEER in seen and seen[OURS].sights and seen[PEER].sights:
@@ -78,7 +78,7 @@ async def _round(one: Trial, system: str, seen: Seen, seconds: float) -> None:
 async def watch(shown: Shown, seen: Seen, seconds: float, rate_hz: float, meter: Meter) -> None:
     """Adds to `seen` what is seen from now on."""
     await shown.collect()
-    shown.told_ms.clear()
+    shown.reported_ms.clear()
     looks, misread, backward = shown.looks, shown.screen.misread, shown.screen.backward
     began = time.time()
     while (left := began + seconds - time.time()) > 0:
@@ -93,7 +93,7 @@ async def watch(shown: Shown, seen: Seen, seconds: float, rate_hz: float, meter:
     seen.unseen += unseen(sights, rate_hz)
     seen.misread += shown.screen.misread - misread
     seen.backward += shown.screen.backward - backward
-    seen.told_ms += shown.told_ms
+    seen.reported_ms += shown.reported_ms
     seen.looks += shown.looks - looks
     seen.seconds += ended - began
 
@@ -107,13 +107,13 @@ def _say(report: Report, system: str, seen: Seen) -> None:
         report.say(f"  {system}: no pictures")
 
 
-def _tell(report: Report, case: str, seen: Seen, rate_hz: float) -> None:
+def _add_figures(report: Report, case: str, seen: Seen, rate_hz: float) -> None:
     if not seen.rounds:
         return
     report.spread(case, "camera to screen", delays_ms(seen.sights), "ms")
     report.add(case, "oldest on the screen", max(seen.oldest_ms), "ms")
-    if seen.told_ms:
-        report.spread(case, "delay as the page says it", seen.told_ms, "ms")
+    if seen.reported_ms:
+        report.spread(case, "delay as the page says it", seen.reported_ms, "ms")
     report.add(case, "pictures a second", len(seen.sights) / seen.seconds, f"Hz, of {rate_hz:g}")
     report.add(case, "pictures never seen", seen.unseen, "count")
     for name, count in (("misread", seen.misread), ("seen after a newer one", seen.backward)):
@@ -121,7 +121,7 @@ def _tell(report: Report, case: str, seen: Seen, rate_hz: float) -> None:
             report.add(case, name, count, "count")
     report.add(case, "looks of the page a second", seen.looks / seen.seconds, "Hz")
     report.add(case, "longest between two looks", seen.longest_gap_ms, "ms")
-    tell_used(report, case, dict(seen.used_ms), seen.seconds)
+    report_used(report, case, dict(seen.used_ms), seen.seconds)
 
 
 async def for_long(bench: Bench, case: str, setting: Setting, minutes: float) -> None:
@@ -133,6 +133,6 @@ async def for_long(bench: Bench, case: str, setting: Setting, minutes: float) ->
             await _round(one, system, seen, minutes * 60)
             _say(bench.report, system, seen)
             bench.report.system = system
-            _tell(bench.report, case, seen, setting.rate_hz)
+            _add_figures(bench.report, case, seen, setting.rate_hz)
             bench.report.add(case, "drift", drift_ms_per_minute(seen.sights), "ms a minute")
     bench.report.system = OURS

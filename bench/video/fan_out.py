@@ -57,8 +57,8 @@ class Viewers:
         answer = await asyncio.wait_for(self._process.stdout.readline(), READY_S)
         if not answer:
             raise NoViewers("the viewers' process has died")
-        told: dict[str, Any] = json.loads(answer)
-        return told
+        reported: dict[str, Any] = json.loads(answer)
+        return reported
 
 
 @contextlib.asynccontextmanager
@@ -142,7 +142,7 @@ class Costs:
     report: Report
     words: str
 
-    def tell(
+    def announce(
         self, system: str, count: int, came: dict[str, Any], seconds: float, used_ms: float, idle_ms: float, pid: int
     ) -> None:
         """`idle_ms`: what the same process uses in this time without video."""
@@ -200,4 +200,4 @@ async def _measured(
         await asyncio.sleep(one.bench.seconds)
         used_ms, took_s = meter.used_ms()["it"], time.monotonic() - began
         came = await viewers.came()
-    costs.tell(system, count, came, took_s, used_ms, idle_ms_per_s * took_s, pid)
+    costs.announce(system, count, came, took_s, used_ms, idle_ms_per_s * took_s, pid)

@@ -76,7 +76,7 @@ class Shown:
     screen: Screen
     looks: int = 0
     longest_gap_ms: float = 0.0
-    told_ms: list[float] = field(default_factory=list)
+    reported_ms: list[float] = field(default_factory=list)
     """What our page itself says of the delay, each time it was collected."""
 
     async def watch(self, canvas: str) -> None:
@@ -95,9 +95,9 @@ class Shown:
             " return [r.readings.splice(0), r.looks, gap]; }"
         )
         self.screen.take((at, cells) for at, cells in readings)
-        told = await self.page.evaluate("where => document.querySelector(where)?.dataset.value", OUR_DELAY)
-        if told:
-            self.told_ms.append(float(told))
+        reported = await self.page.evaluate("where => document.querySelector(where)?.dataset.value", OUR_DELAY)
+        if reported:
+            self.reported_ms.append(float(reported))
 
     async def words(self) -> str:
         """The beginning of what the page says, for errors."""

@@ -73,7 +73,7 @@ async def sticks(bench: Bench) -> None:
                     number = await _round(one, one_round, viewers, number)
                     one_round.holds += _holds(rig) - holds
     for what, all_rounds in flown.items():
-        all_rounds.tell(bench.report, f"{case}, {what}")
+        all_rounds.announce(bench.report, f"{case}, {what}")
 
 
 @dataclass
@@ -93,7 +93,7 @@ class Flown:
     uplink_lost: int = 0
     ages_ms: list[float] = field(default_factory=list)
 
-    def tell(self, report: Report, case: str) -> None:
+    def announce(self, report: Report, case: str) -> None:
         report.spread(case, "stick to autopilot", self.took_ms, "ms")
         report.add(case, "sticks that never came", self.sent - len(self.took_ms), "count")
         report.add(case, "holds while they flew", self.holds, "count")

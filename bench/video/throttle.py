@@ -85,10 +85,12 @@ async def _watched(one: Trial, case: str, throttled: Shown, other: Shown) -> Non
     times = Times(begin, began, freed, time.time() * 1000)
     await throttled.collect()
     await other.collect()
-    tell(one.bench.report, case, times, throttled.screen.sights, other.screen.sights, one.setting.rate_hz)
+    announce(one.bench.report, case, times, throttled.screen.sights, other.screen.sights, one.setting.rate_hz)
 
 
-def tell(report: Report, case: str, times: Times, throttled: list[Sight], other: list[Sight], rate_hz: float) -> None:
+def announce(
+    report: Report, case: str, times: Times, throttled: list[Sight], other: list[Sight], rate_hz: float
+) -> None:
     """The rows of both viewers."""
     before, during = (_between(throttled, *span) for span in _spans(times))
     usual_ms = percentile(delays_ms(before), 0.95)

@@ -135,7 +135,7 @@ async def trial(
         yield one
 
 
-def tell_used(report: Report, case: str, used_ms: dict[str, float], seconds: float) -> None:
+def report_used(report: Report, case: str, used_ms: dict[str, float], seconds: float) -> None:
     """Rows with the processor of each, in percent of one."""
     for name, ms in used_ms.items():
         report.add(case, f"processor of {name}", ms / seconds / 10, "% of one")

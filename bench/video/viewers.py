@@ -47,7 +47,7 @@ class UnitViewer:
         self._cadence = GotCadence()
         self._looks_at = float("inf")
         browser.on_binary = self.take
-        browser.on_text = self._told
+        browser.on_text = self._reported
 
     def take(self, message: bytes) -> None:
         unit, now = decode_unit(message), time.monotonic()
@@ -64,10 +64,10 @@ class UnitViewer:
         captured_at = unit.capture_us / 1e6 if unit.capture_us else None
         self._say(self._cadence.drawn(unit.sequence, captured_at, unit.rate_hz, now))
 
-    def _told(self, text: bytes) -> None:
-        told = json.loads(text)
-        if told["type"] == "skipped":
-            self.tally.skipped += told["count"]
+    def _reported(self, text: bytes) -> None:
+        reported = json.loads(text)
+        if reported["type"] == "skipped":
+            self.tally.skipped += reported["count"]
 
     def _look(self) -> None:
         self._looks_at = float("inf")
@@ -90,15 +90,15 @@ class StreamViewer:
     def __init__(self, browser: LeanBrowser) -> None:
         self.tally = Tally()
         self._stream = TransportStream()
-        self._told = 0
+        self._reported = 0
         browser.on_binary = self.take
 
     def take(self, message: bytes) -> None:
         self._stream.feed(message)
         self.tally.messages += 1
         self.tally.bytes += len(message)
-        self.tally.missing += self._stream.missing - self._told
-        self._told = self._stream.missing
+        self.tally.missing += self._stream.missing - self._reported
+        self._reported = self._stream.missing
 
 
 Viewer = UnitViewer | StreamViewer

@@ -52,7 +52,7 @@ class AutopilotView:
         self._landed_state = 0
         self._landed_state_at: float | None = None
         self._alt_rel_m = 0.0
-        self._told: AutopilotState | None = None
+        self._sent: AutopilotState | None = None
 
     def is_autopilot(self, system_id: int, component_id: int) -> bool:
         """Whether this sender is the autopilot that we have found."""
@@ -134,11 +134,11 @@ class AutopilotView:
         state = AutopilotState(
             heard=self.heard, armed=self.heard and self.armed, airborne=self.heard and self.airborne(now)
         )
-        if state == self._told:
+        if state == self._sent:
             return None
-        self._told = state
+        self._sent = state
         return state
 
     def resend(self) -> None:
         """A new tower link knows nothing: the state is due again."""
-        self._told = None
+        self._sent = None

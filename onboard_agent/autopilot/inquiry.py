@@ -109,7 +109,7 @@ class Inquiry:
     def due(self, now: float, *, vehicle_system_id: SystemId) -> list[bytes]:
         """Requests to send now."""
         if self._silent_without_receiver:
-            self._radio.look(now)
+            self._radio.check(now)
         requests = (
             self._rates.due(now, vehicle_system_id=vehicle_system_id),
             self._parameters.due(now, vehicle_system_id=vehicle_system_id),

@@ -28,7 +28,7 @@ DECIDING: Final = {autopilot: family.deciding_parameters for autopilot, family i
 the way, three times too."""
 
 ASK_AGAIN_AFTER_S: Final = 30.0
-MAX_RETOLD: Final = 20
+MAX_REPEATED: Final = 20
 """Ten minutes: a plane, say, has other names for them."""
 
 NAMES: Final = {
@@ -106,7 +106,7 @@ class Parameters:
     def _ask_missing_again(self, now: float) -> None:
         if self._ask_again_at is None:
             self._ask_again_at = now + ASK_AGAIN_AFTER_S
-        elif now >= self._ask_again_at and self._asked_again < MAX_RETOLD:
+        elif now >= self._ask_again_at and self._asked_again < MAX_REPEATED:
             self._ask_again_at = None
             self._asked_again += 1
             self._asking.ask(name for name in NAMES[self._kind] if name not in self._values)

@@ -25,7 +25,7 @@ class Radio:
     def __init__(self) -> None:
         self.has_radio: bool | None = None
         self._sticks_at: float | None = None
-        self._health_tells = False
+        self._health_has_receiver = False
         self._no_channels = False
         self._channels_at: float | None = None
 
@@ -33,7 +33,7 @@ class Radio:
         """RC_CHANNELS was asked for, of an autopilot that has just come."""
         self._channels_at = now
 
-    def look(self, now: float) -> None:
+    def check(self, now: float) -> None:
         """Time has passed. For an autopilot that sends RC_CHANNELS only where there is a receiver."""
         if self.has_radio is None and self._channels_at is not None and now - self._channels_at >= SILENT_S:
             self.has_radio = False
@@ -46,7 +46,7 @@ class Radio:
         """SYS_STATUS of the autopilot: the better source, where it knows the receiver at all."""
         if not message.onboard_control_sensors_present & _RECEIVER:
             return
-        self._health_tells = True
+        self._health_has_receiver = True
         if not self._overridden(now, overrides_last_s) and not self._no_channels:
             self.has_radio = bool(message.onboard_control_sensors_health & _RECEIVER)
 
@@ -57,7 +57,7 @@ class Radio:
         if self._no_channels:
             self.has_radio = False
             return
-        if self._health_tells or self._overridden(now, overrides_last_s):
+        if self._health_has_receiver or self._overridden(now, overrides_last_s):
             return
         sticks = (message.chan1_raw, message.chan2_raw, message.chan3_raw, message.chan4_raw)
         self.has_radio = any(value not in _NO_VALUES for value in sticks)

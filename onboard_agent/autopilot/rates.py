@@ -60,7 +60,7 @@ _READ_HERE: Final = frozenset(
 
 WATCHED: Final = mavlink.MAVLINK_MSG_ID_ATTITUDE
 
-_RATE_OF: Final = {wish.message_id: wish.rate_hz for wish in RATE_REQUESTS}
+_RATE_OF: Final = {request.message_id: request.rate_hz for request in RATE_REQUESTS}
 
 
 class Rates:
@@ -77,7 +77,7 @@ class Rates:
         self._watched_at = 0.0
         self._asked_all_at = 0.0
         self._came_at: dict[int, float] = {}
-        self._looked_at = 0.0
+        self._checked_at = 0.0
 
     @property
     def unsupported(self) -> frozenset[int]:
@@ -86,7 +86,7 @@ class Rates:
 
     def ask_all(self, now: float) -> None:
         """From the beginning of the table."""
-        self._asked_all_at = self._looked_at = now
+        self._asked_all_at = self._checked_at = now
         self._watched_granted = False
         self._granted.clear()
         self._came_at.clear()
@@ -99,18 +99,18 @@ class Rates:
             self._ask_what_differs()
 
     def _ask_what_differs(self) -> None:
-        wishes = [wish._replace(rate_hz=self._wanted_hz(wish)) for wish in RATE_REQUESTS]
+        requests = [request._replace(rate_hz=self._wanted_hz(request)) for request in RATE_REQUESTS]
         self._asking.ask(
-            wish
-            for wish in wishes
-            if wish.message_id not in self._unsupported and self._granted.get(wish.message_id) != wish.rate_hz
+            request
+            for request in requests
+            if request.message_id not in self._unsupported and self._granted.get(request.message_id) != request.rate_hz
         )
 
-    def _wanted_hz(self, wish: RateRequest) -> float:
+    def _wanted_hz(self, request: RateRequest) -> float:
         """Never below what a pilot needs: whoever takes the sticks must not wait for the autopilot to be asked."""
-        if wish.message_id in _READ_HERE:
-            return wish.rate_hz
-        return min(wish.rate_hz, rate_hz(self._profile, wish.message_id, by_hand=True))
+        if request.message_id in _READ_HERE:
+            return request.rate_hz
+        return min(request.rate_hz, rate_hz(self._profile, request.message_id, by_hand=True))
 
     def heard(self, message_id: int, now: float) -> None:
         """Any message of the autopilot came."""
@@ -127,39 +127,39 @@ class Rates:
             and now - self._asked_all_at > ASK_AGAIN_AFTER_S
         ):
             self.ask_all(now)
-        if now - self._looked_at > ASK_AGAIN_AFTER_S:
-            self._looked_at = now
+        if now - self._checked_at > ASK_AGAIN_AFTER_S:
+            self._checked_at = now
             if self._asking.current is None:
                 self._asking.ask(self._missing(now))
         question = self._asking.due(now)
         if question is None:
             return None
-        wish, asked = question
-        if wish.rate_hz:
+        request, asked = question
+        if request.rate_hz:
             message = set_message_interval(
-                vehicle_system_id, wish.message_id, round(1e6 / wish.rate_hz), confirmation=asked
+                vehicle_system_id, request.message_id, round(1e6 / request.rate_hz), confirmation=asked
             )
         else:
-            message = request_message(vehicle_system_id, wish.message_id, confirmation=asked)
+            message = request_message(vehicle_system_id, request.message_id, confirmation=asked)
         return self._maker.make(message, agent_sender(vehicle_system_id))
 
     def _missing(self, now: float) -> list[RateRequest]:
         """What does not come although nobody refused it: an answer says for which command it is, but not for which
         message, so that a late one may have stood for the next; and a busy autopilot may have answered nothing."""
         missing = []
-        for wish in RATE_REQUESTS:
-            period_s = 1.0 / self._wanted_hz(wish) if wish.rate_hz else float("inf")
-            silent_s = now - self._came_at.get(wish.message_id, float("-inf"))
-            if wish.message_id not in self._unsupported and silent_s > max(MISSED_FOR_S, 3.0 * period_s):
-                missing.append(wish._replace(rate_hz=self._wanted_hz(wish)))
+        for request in RATE_REQUESTS:
+            period_s = 1.0 / self._wanted_hz(request) if request.rate_hz else float("inf")
+            silent_s = now - self._came_at.get(request.message_id, float("-inf"))
+            if request.message_id not in self._unsupported and silent_s > max(MISSED_FOR_S, 3.0 * period_s):
+                missing.append(request._replace(rate_hz=self._wanted_hz(request)))
         return missing
 
     def acknowledged(self, ack: Any, now: float) -> None:
         """A COMMAND_ACK of the autopilot that is meant for us."""
-        wish = self._asking.current
-        if wish is None:
+        request = self._asking.current
+        if request is None:
             return
-        command = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL if wish.rate_hz else mavlink.MAV_CMD_REQUEST_MESSAGE
+        command = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL if request.rate_hz else mavlink.MAV_CMD_REQUEST_MESSAGE
         if ack.command != command:
             return
         if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
@@ -168,10 +168,10 @@ class Rates:
             self._asking.wait_longer(now, ANSWER_WITHIN_S)
         else:
             if ack.result in (mavlink.MAV_RESULT_UNSUPPORTED, mavlink.MAV_RESULT_DENIED):
-                self._unsupported.add(wish.message_id)
+                self._unsupported.add(request.message_id)
             elif ack.result == mavlink.MAV_RESULT_ACCEPTED:
-                self._granted[wish.message_id] = wish.rate_hz
-                if wish.message_id == WATCHED:
+                self._granted[request.message_id] = request.rate_hz
+                if request.message_id == WATCHED:
                     self._watched_granted = True
                     self._watched_at = now
             self._asking.answered()

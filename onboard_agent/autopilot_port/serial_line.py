@@ -44,17 +44,17 @@ class SerialLine(AutopilotPort):
     async def run(self, received: OnBytes) -> None:
         loop = asyncio.get_running_loop()
         backoff = Backoff()
-        told = False
+        is_logged = False
         while True:
             try:
                 self._line = serial.Serial(self._device, self._baud, timeout=0, write_timeout=0, exclusive=True)
             except (OSError, ValueError) as error:
-                if not told:
+                if not is_logged:
                     _log.error("%s: cannot be opened (%s); waiting for it", self.name, _reason(error))
-                    told = True
+                    is_logged = True
                 await asyncio.sleep(backoff.next_delay_s())
                 continue
-            told = False
+            is_logged = False
             opened_at = loop.time()
             self._fd = self._line.fileno()
             self._backlog = b""
@@ -65,7 +65,7 @@ class SerialLine(AutopilotPort):
             try:
                 why = await self._gone
                 _log.warning("%s: gone (%s); waiting for it to come back", self.name, why)
-                told = True
+                is_logged = True
             finally:
                 self._close(loop)
             if loop.time() - opened_at >= STEADY_S:

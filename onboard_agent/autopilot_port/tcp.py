@@ -86,18 +86,18 @@ class TcpOut(_TcpPort):
     async def run(self, received: OnBytes) -> None:
         loop = asyncio.get_running_loop()
         backoff = Backoff()
-        told = False
+        is_logged = False
         while True:
             try:
                 async with asyncio.timeout(2.0):
                     _, stream = await loop.create_connection(lambda: _Stream(self, received), self._host, self._port)
             except (OSError, TimeoutError) as error:
-                if not told:
+                if not is_logged:
                     _log.warning("%s: cannot connect (%s); trying on", self.name, error or "no answer")
-                    told = True
+                    is_logged = True
                 await asyncio.sleep(backoff.next_delay_s())
                 continue
-            told = False
+            is_logged = False
             opened_at = loop.time()
             try:
                 await asyncio.shield(stream.closed)

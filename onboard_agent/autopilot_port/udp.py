@@ -45,7 +45,7 @@ async def _until_open(
 ) -> asyncio.DatagramTransport:
     """The socket. Waits for networks and names that are not there yet, as right after boot. Raises Unusable."""
     backoff = Backoff()
-    told = False
+    is_logged = False
     while True:
         try:
             return await opening()
@@ -54,9 +54,9 @@ async def _until_open(
                 raise Unusable(f"{port.name}: this UDP port is used by another program") from None
             if error.errno in _NOT_CURED_BY_TIME:
                 raise Unusable(f"{port.name}: cannot be opened: {error.strerror}") from None
-            if not told:
+            if not is_logged:
                 _log.error("%s: cannot be opened yet (%s); trying on", port.name, error.strerror or error)
-                told = True
+                is_logged = True
         await asyncio.sleep(backoff.next_delay_s())
 
 

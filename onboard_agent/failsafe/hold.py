@@ -39,16 +39,16 @@ _EVENTS: Final = {LadderStep.ACCEPTED: HoldEvent.ACCEPTED, LadderStep.CONFIRMED:
 class Hold:
     """One at a time. `begin`, then `tick`; feed it heartbeats, acknowledgements and what the holder commands.
 
-    `steps_told`: where the numbers of the steps begin; each process wants another beginning (HoldProgress).
+    `steps_reported`: where the numbers of the steps begin; each process wants another beginning (HoldProgress).
     """
 
-    def __init__(self, maker: FrameMaker, steps_told: int = 0) -> None:
+    def __init__(self, maker: FrameMaker, steps_reported: int = 0) -> None:
         self.phase = HoldPhase.IDLE
         self.why = ""
         self.outside_fence = False
         """The autopilot says that it is beyond its fence: ArduCopter then leaves its mode for no other."""
         self._sticks = HeldSticks(maker)
-        self._sticks_told = False
+        self._sticks_reported = False
         self._ladder = ModeLadder(maker)
         self._stay = StayStage(maker)
         self._rungs: tuple[FlightMode, ...] = ()
@@ -59,10 +59,10 @@ class Hold:
         self._flown = False
         self._flown_at = 0.0
         self._hand_over_failed = False
-        self._deadline_told = False
+        self._deadline_reported = False
         self._foreign = ForeignMode()
         self._proof = DisarmProof(maker)
-        self._report = HoldReport(steps_told)
+        self._report = HoldReport(steps_reported)
 
     @property
     def sticks_on(self) -> bool:
@@ -155,7 +155,7 @@ class Hold:
         self.why = why
         self._report.begin(cause=cause, order_id=order_id, epoch=epoch, now=now)
         self._began_at = now
-        self._waits = self._flown = self._deadline_told = self._sticks_told = False
+        self._waits = self._flown = self._deadline_reported = self._sticks_reported = False
         self._foreign.forget()
         self._proof.begin(now)
         self._ladder.stop()
@@ -198,8 +198,8 @@ class Hold:
                 frames += self._ladder.due(now, vehicle_system_id=flying.vehicle_system_id)
                 self._follow_ladder(now)
                 frames += self._stay.due(now, flying)
-        if now - self._began_at >= DEADLINE_S and not self._deadline_told:
-            self._deadline_told = True
+        if now - self._began_at >= DEADLINE_S and not self._deadline_reported:
+            self._deadline_reported = True
             self._fire(HoldEvent.DEADLINE_PASSED, now, self._why_unconfirmed())
             if self.phase is HoldPhase.UNCONFIRMED and not self._flown:
                 self._stay.start(self._stays, now)
@@ -250,8 +250,8 @@ class Hold:
 
     def _sticks_due(self, now: float, flying: Flying) -> list[bytes]:
         frames = self._sticks.due(now, flying)
-        if frames and not self._sticks_told and self.phase in OPEN:
-            self._sticks_told = True
+        if frames and not self._sticks_reported and self.phase in OPEN:
+            self._sticks_reported = True
             self._report.add(HoldStep.STICKS_CENTRED, "", now)
         return frames
 

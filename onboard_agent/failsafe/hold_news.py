@@ -27,34 +27,34 @@ class HoldNews:
         self._hold = hold
         self._failsafe = failsafe
         self._inquiry = inquiry
-        self._told: HoldState | None = None
-        self._told_at = 0.0
+        self._sent: HoldState | None = None
+        self._sent_at = 0.0
         self._number = 0
         self._needed_percent = 0.0
 
     def resend(self) -> None:
         """A new tower link knows nothing."""
-        self._told = None
+        self._sent = None
 
     def changed(self, now: float) -> HoldState | None:
         """What to tell the tower, where it differs from what was told last, or that is long ago."""
         state = self._state()
-        told = self._told
-        if told is not None:
+        sent = self._sent
+        if sent is not None:
             going_on = state.open or state.phase is not LostPhase.QUIET
-            if self._same(state, told, now) and not (going_on and now - self._told_at >= EVERY_S):
+            if self._same(state, sent, now) and not (going_on and now - self._sent_at >= EVERY_S):
                 return None
-        self._told, self._told_at = state, now
+        self._sent, self._sent_at = state, now
         self._number += 1
         return msgspec.structs.replace(state, number=self._number)
 
-    def _same(self, state: HoldState, told: HoldState, now: float) -> bool:
+    def _same(self, state: HoldState, sent: HoldState, now: float) -> bool:
         plain = msgspec.structs.replace
-        if plain(state, due_in_s=None) != plain(told, due_in_s=None):
+        if plain(state, due_in_s=None) != plain(sent, due_in_s=None):
             return False
-        if state.due_in_s is None or told.due_in_s is None:
-            return state.due_in_s == told.due_in_s
-        return abs(told.due_in_s - (now - self._told_at) - state.due_in_s) < SAME_COUNT_S
+        if state.due_in_s is None or sent.due_in_s is None:
+            return state.due_in_s == sent.due_in_s
+        return abs(sent.due_in_s - (now - self._sent_at) - state.due_in_s) < SAME_COUNT_S
 
     def _state(self) -> HoldState:
         view, hold, lost = self._autopilot, self._hold, self._failsafe.lost

@@ -6,15 +6,15 @@ from wire.control_messages import HoldCause, HoldProgress, HoldStep
 class HoldReport:
     """`begin` with each hold, `add` with each step that was done; `take` hands them out.
 
-    `steps_told`: where the numbers begin; each process wants another beginning (HoldProgress).
+    `steps_reported`: where the numbers begin; each process wants another beginning (HoldProgress).
     """
 
-    def __init__(self, steps_told: int) -> None:
+    def __init__(self, steps_reported: int) -> None:
         self.cause = HoldCause.ORDER
         self._order_id = 0
         self._epoch = 0
         self._began_at = 0.0
-        self._steps_told = steps_told
+        self._steps_reported = steps_reported
         self._progress: list[HoldProgress] = []
 
     def begin(self, *, cause: HoldCause, order_id: int, epoch: int, now: float) -> None:
@@ -24,10 +24,10 @@ class HoldReport:
 
     def add(self, step: HoldStep, detail: str, now: float) -> None:
         """A step was done."""
-        self._steps_told += 1
+        self._steps_reported += 1
         self._progress.append(
             HoldProgress(
-                number=self._steps_told,
+                number=self._steps_reported,
                 order_id=self._order_id,
                 epoch=self._epoch,
                 step=step,

@@ -9,7 +9,7 @@ class LossReport:
     """Ask `changed` whenever there is a link."""
 
     def __init__(self) -> None:
-        self._told: LossParameters | None = None
+        self._sent: LossParameters | None = None
 
     def changed(self, parameters: Parameters, *, autopilot_kind: int, has_radio: bool | None) -> LossParameters | None:
         """What to tell the tower, where it differs from what was told last; nothing while they are being read."""
@@ -22,11 +22,11 @@ class LossReport:
             complete=parameters.complete,
             has_radio=has_radio,
         )
-        if report == self._told:
+        if report == self._sent:
             return None
-        self._told = report
+        self._sent = report
         return report
 
     def resend(self) -> None:
         """A new tower link knows nothing."""
-        self._told = None
+        self._sent = None

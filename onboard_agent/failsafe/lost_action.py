@@ -14,7 +14,14 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from onboard_agent.autopilot.own_frames import FrameMaker
-from onboard_agent.failsafe.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
+from onboard_agent.failsafe.lost_action_table import (
+    NEXT,
+    REPORTED_ACTION,
+    RESPONSES,
+    LossResponse,
+    LostEvent,
+    Situation,
+)
 from onboard_agent.failsafe.mode_ladder import LadderStep, ModeLadder
 from wire.autopilots.profile import FailsafeModes, FlightMode
 from wire.control_messages import SafetySettings
@@ -64,7 +71,7 @@ class LostActing:
         self.detail = ""
         """The last thing that was said."""
         self._ladder = ModeLadder(maker)
-        self._told_s = 0
+        self._announced_s = 0
         self._left_alone = False
         self._battery_at: float | None = None
         self._notices: list[str] = []
@@ -91,7 +98,7 @@ class LostActing:
         self.lost = Lost.TOWER if tower else Lost.PERSON
         if not tower and settings.lost_action in _STAYING:
             loss = replace(loss, drifts=False)  # the tower sees it, and somebody may help
-        response = self._battery(now, loss, DEEDS[settings.lost_action, situation(loss, modes)])
+        response = self._battery(now, loss, RESPONSES[settings.lost_action, situation(loss, modes)])
         remaining_s = self._remaining_s(now, loss, settings)
         if self.phase is LostPhase.QUIET:
             if response is LossResponse.LEAVE:
@@ -100,11 +107,11 @@ class LostActing:
                 return None
             self._left_alone = False
             self._fire(LostEvent.GONE)
-            self._told_s = round(remaining_s)
+            self._announced_s = round(remaining_s)
             self._say(f"the {self.lost} is lost: {response} in {remaining_s:.0f} s")
         if self.phase not in _WAITING:
             return None
-        self.action = TOLD_AS[response]
+        self.action = REPORTED_ACTION[response]
         self._count_or_stay(response, said=loss.stayed and not tower and self._battery_at is None)
         self.due_in_s = max(remaining_s, 0.0) if self.phase is LostPhase.COUNTING else None
         if self.phase is LostPhase.STAYED:
@@ -138,7 +145,7 @@ class LostActing:
     def _begin(self, response: LossResponse, now: float, modes: FailsafeModes | None) -> LossResponse:
         wanted = _wanted(response, modes)
         self.due_in_s = None
-        self.action = TOLD_AS[response]
+        self.action = REPORTED_ACTION[response]
         if wanted:
             self._ladder.climb(wanted, patience_s=RUNG_PATIENCE_S, now=now, keeps_shown=True)
         self._fire(LostEvent.DUE_MODE if wanted else LostEvent.DUE_NOTHING)
@@ -209,9 +216,9 @@ class LostActing:
 
     def _count(self, remaining_s: float, response: LossResponse) -> None:
         whole_s = int(remaining_s) + 1
-        if whole_s < self._told_s and (whole_s <= _LAST_SECONDS or whole_s % 10 == 0):
+        if whole_s < self._announced_s and (whole_s <= _LAST_SECONDS or whole_s % 10 == 0):
             self._say(f"the {self.lost} is lost: {response} in {whole_s} s")
-        self._told_s = min(self._told_s, whole_s)
+        self._announced_s = min(self._announced_s, whole_s)
 
     def _end(self, event: LostEvent, why: str) -> None:
         if self.phase is LostPhase.QUIET:

@@ -34,7 +34,7 @@ class LossResponse(StrEnum):
 
 _S = Situation
 
-DEEDS: Final[dict[tuple[LostAction, Situation], LossResponse]] = {
+RESPONSES: Final[dict[tuple[LostAction, Situation], LossResponse]] = {
     (LostAction.RETURN, _S.GOING_HOME): LossResponse.LEAVE,
     (LostAction.RETURN, _S.ON_MISSION): LossResponse.RETURN,
     (LostAction.RETURN, _S.HELD_ON_MISSION): LossResponse.RETURN,
@@ -58,7 +58,7 @@ DEEDS: Final[dict[tuple[LostAction, Situation], LossResponse]] = {
 }
 """Without a position nothing stays: it drifts, and only the sticks of the agent keep its height."""
 
-TOLD_AS: Final[dict[LossResponse, LostAction]] = {
+REPORTED_ACTION: Final[dict[LossResponse, LostAction]] = {
     LossResponse.RETURN: LostAction.RETURN,
     LossResponse.LAND: LostAction.LAND,
     LossResponse.RESUME_MISSION: LostAction.CONTINUE,

@@ -109,10 +109,10 @@ def _ask(tower: TowerUrl, token: str, key: DroneKey) -> tuple[Kept, str]:
     opener = urllib.request.build_opener(_NoRedirects, proxies)
     try:
         with opener.open(request, timeout=TIMEOUT_S) as answer:
-            told = json.loads(answer.read(MAX_ANSWER_BYTES))
-        drone_id = DroneId(int(told["drone_id"]))
-        kept = Kept(drone_id, DroneKey(drone_id, key.seed), tower_key=key_bytes(told["tower_key"]))
-        return kept, str(told["drone"])
+            answered = json.loads(answer.read(MAX_ANSWER_BYTES))
+        drone_id = DroneId(int(answered["drone_id"]))
+        kept = Kept(drone_id, DroneKey(drone_id, key.seed), tower_key=key_bytes(answered["tower_key"]))
+        return kept, str(answered["drone"])
     except urllib.error.HTTPError as error:
         with error:
             if error.code >= 500:

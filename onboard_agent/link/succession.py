@@ -22,7 +22,7 @@ SEEK_S: Final = 10.0
 SILENT_S: Final = 1.5
 """The tower's datagrams are missing: three keep-alives in a row, and the answers to as many."""
 
-FIRST_LOOK_AFTER_S: Final = 2.0
+FIRST_CHECK_AFTER_S: Final = 2.0
 """A control channel that was opened just now is not given up for another one. One that has ended is."""
 
 BROKEN_OFF: Final = (None, 1005, 1006, 1011)
@@ -42,15 +42,15 @@ class Succession:
 
     def __init__(self, backoff: Backoff, now: float) -> None:
         self._backoff = backoff
-        self._next_try = now + FIRST_LOOK_AFTER_S
+        self._next_try = now + FIRST_CHECK_AFTER_S
         self._ended_at: float | None = None
-        self._wished = False
+        self._intended = False
 
     def ended(self, code: int | None, now: float) -> None:
         """The control channel has ended, with this code; None: none came."""
         self._ended_at = now
         self._next_try = now
-        self._wished = code not in BROKEN_OFF
+        self._intended = code not in BROKEN_OFF
 
     def failed(self, now: float) -> None:
         """An attempt to open another one came to nothing."""
@@ -60,6 +60,6 @@ class Succession:
         """`silent_s`: since the tower was heard. `uplink_silent`: the uplink of the control channel is, another not."""
         if self._ended_at is None:
             return Need.ANOTHER if uplink_silent and now >= self._next_try else Need.NOTHING
-        if self._wished or not over_udp or silent_s > SILENT_S or now - self._ended_at > SEEK_S:
+        if self._intended or not over_udp or silent_s > SILENT_S or now - self._ended_at > SEEK_S:
             return Need.END
         return Need.ANOTHER if now >= self._next_try else Need.NOTHING

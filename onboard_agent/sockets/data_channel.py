@@ -56,7 +56,7 @@ class _Uplink:
         self.heard_at = now
         self.opened_at = now
         self.next_ping = now
-        self.told = False
+        self.failure_logged = False
 
 
 class DataChannel:
@@ -219,8 +219,8 @@ class DataChannel:
         """Opens an uplink anew that is silent, or could not be opened."""
         if now - max(uplink.heard_at, uplink.opened_at) < UDP_SILENT_S:
             return
-        if not uplink.told:
-            uplink.told = True
+        if not uplink.failure_logged:
+            uplink.failure_logged = True
             _log.warning("the tower is silent on UDP port %d%s", self._port, _by(uplink.socket.uplink))
         uplink.opened_at = uplink.next_ping = now
         with contextlib.suppress(OSError):
@@ -252,7 +252,7 @@ class DataChannel:
 
     def _heard(self, uplink: _Uplink) -> None:
         uplink.heard_at = self._loop.time()
-        uplink.told = False
+        uplink.failure_logged = False
 
     def _received(self, datagram: bytes, transport: Transport) -> Received:
         """Raises Dropped."""

@@ -12,7 +12,7 @@ from onboard_agent.sockets.data_channel import DataChannel
 
 _log = logging.getLogger(__name__)
 
-LOOK_EACH_S: Final = 0.1
+CHECK_EVERY_S: Final = 0.1
 
 OpenAnother = Callable[[OpenedChannel, Sequence[str]], Awaitable[OpenedChannel]]
 """Opens a control channel for the link of the one given, by the first of these uplinks that leads to the tower."""
@@ -54,9 +54,9 @@ async def successor(
                 attempt = asyncio.ensure_future(open_another(opened, data.uplinks_that_work(now)))
             waiting = [one for one in (reading, attempt) if one is not None and not one.done()]
             if waiting:
-                await asyncio.wait(waiting, timeout=LOOK_EACH_S, return_when=asyncio.FIRST_COMPLETED)
+                await asyncio.wait(waiting, timeout=CHECK_EVERY_S, return_when=asyncio.FIRST_COMPLETED)
             else:
-                await asyncio.sleep(LOOK_EACH_S)
+                await asyncio.sleep(CHECK_EVERY_S)
     finally:
         if attempt is not None:
             attempt.cancel()

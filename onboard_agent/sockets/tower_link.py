@@ -113,7 +113,7 @@ class TowerLink:
         self._outbox: deque[ToTower] = deque()
         self._progress: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
         """Of this link, the newest."""
-        self._untold: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
+        self._pending_state: deque[HoldProgress] = deque(maxlen=PROGRESS_KEPT)
         """Said while there was no control channel. If the link ends without another one, the next link tells it."""
         self._state: AutopilotState | None = None
         """As last told on this link."""
@@ -219,8 +219,8 @@ class TowerLink:
         try:
             await data.open()
             self._opened, self._data = opened, data
-            self._outbox, self._progress = deque(self._untold), deque(self._untold, PROGRESS_KEPT)
-            self._untold.clear()
+            self._outbox, self._progress = deque(self._pending_state), deque(self._pending_state, PROGRESS_KEPT)
+            self._pending_state.clear()
             self._state = None
             _log.info("link up: drone %d (%s)", opened.welcome.drone_id, opened.welcome.name)
             self._user.link_up(opened.welcome)
@@ -248,7 +248,7 @@ class TowerLink:
         """What was written last may be lost with the old control channel: all is told once more."""
         _log.warning("the link goes on, with another control channel")
         self._outbox = deque(self._progress)
-        self._untold.clear()
+        self._pending_state.clear()
         self._user.link_resumed()
 
     async def _serve(self, opened: OpenedChannel, data: DataChannel) -> OpenedChannel | None:
@@ -365,7 +365,7 @@ class TowerLink:
         if isinstance(message, HoldProgress):
             self._progress.append(message)
             if self._has_no_channel:
-                self._untold.append(message)
+                self._pending_state.append(message)
             self._send_urgent(message)
         elif isinstance(message, AutopilotState):
             self._state = message

@@ -29,7 +29,7 @@ class TelemetryStream:
         self._link_up_at: float | None = None
         self._measured_at = float("-inf")
         self._sticks_at = float("-inf")
-        self._told: StreamState | None = None
+        self._sent: StreamState | None = None
 
     @property
     def profile(self) -> StreamProfile:
@@ -79,14 +79,14 @@ class TelemetryStream:
 
     def resend(self) -> None:
         """A new tower link knows nothing."""
-        self._told = None
+        self._sent = None
 
     def changed(self) -> StreamState | None:
         """What to tell the tower, where it differs from what was told last."""
         state = self._state()
-        if state == self._told:
+        if state == self._sent:
             return None
-        self._told = state
+        self._sent = state
         return state
 
     def _state(self) -> StreamState:

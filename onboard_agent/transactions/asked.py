@@ -14,13 +14,13 @@ class Asked:
         self.id = transaction.id
         self.epoch = transaction.epoch
         self.deadline = now + transaction.deadline_s
-        self._told_at = float("-inf")
+        self._sent_at = float("-inf")
 
     def progress(self, phase: str, done: int, total: int, now: float) -> list[TransactionProgress]:
         """What to tell of it now: nothing, where something has just been told."""
-        if now - self._told_at < PROGRESS_EVERY_S:
+        if now - self._sent_at < PROGRESS_EVERY_S:
             return []
-        self._told_at = now
+        self._sent_at = now
         return [TransactionProgress(id=self.id, phase=phase, done=done, total=total)]
 
     def result(self, outcome: Outcome, words: str, **more: Any) -> TransactionResult:

@@ -78,8 +78,8 @@ class _Waiting:
     """When the answer came."""
     shown: bool = False
     show_again_at: float = 0.0
-    told_percent: int | None = None
-    told_at: float = float("-inf")
+    reported_percent: int | None = None
+    reported_at: float = float("-inf")
 
 
 class CommandHandler:
@@ -283,9 +283,9 @@ class CommandHandler:
 
     def _report_progress(self, waiting: _Waiting, now: float) -> None:
         percent = waiting.answer.percent
-        if percent is None or percent == waiting.told_percent or now - waiting.told_at < PROGRESS_EVERY_S:
+        if percent is None or percent == waiting.reported_percent or now - waiting.reported_at < PROGRESS_EVERY_S:
             return
-        waiting.told_percent, waiting.told_at = percent, now
+        waiting.reported_percent, waiting.reported_at = percent, now
         progress = TransactionProgress(id=waiting.transaction.id, phase="carrying out", done=percent, total=100)
         self._news.append(progress)
 

@@ -38,7 +38,7 @@ GO_EVERY_S: Final = 1.0
 """A PX4, for which each target is a command with an answer."""
 FIRST_WITHIN_S: Final = 2.0
 """The first positions, the leader's and its own."""
-TELL_EVERY_S: Final = 1.0
+REPORT_EVERY_S: Final = 1.0
 MAX_REFUSALS: Final = 3
 """In a row."""
 
@@ -81,7 +81,7 @@ class _Following:
     shown: bool = False
     refusals: int = 0
     refusal: str = ""
-    told_at: float = float("-inf")
+    reported_at: float = float("-inf")
     end: _End | None = None
 
 
@@ -135,20 +135,20 @@ class FollowHandler:
             moved=self._moved(),
         )
 
-    def leader(self, told: LeaderPosition, late_s: float, now: float) -> None:
+    def leader(self, position: LeaderPosition, late_s: float, now: float) -> None:
         """Where the leader is. `late_s`: by so much the message was held up on its way."""
         one = self._one
-        if one is None or told.id != one.transaction.id or told.number <= one.newest:
+        if one is None or position.id != one.transaction.id or position.number <= one.newest:
             return
-        one.newest, one.leader_flies = told.number, told.airborne
+        one.newest, one.leader_flies = position.number, position.airborne
         one.leader = Motion(
-            told.lat_e7,
-            told.lon_e7,
-            told.alt_amsl_mm / 1000,
-            told.north_cm_s / 100,
-            told.east_cm_s / 100,
-            told.down_cm_s / 100,
-            now - told.age_ms / 1000 - late_s,
+            position.lat_e7,
+            position.lon_e7,
+            position.alt_amsl_mm / 1000,
+            position.north_cm_s / 100,
+            position.east_cm_s / 100,
+            position.down_cm_s / 100,
+            now - position.age_ms / 1000 - late_s,
         )
 
     def cancel(self, transaction_id: int, now: float) -> None:
@@ -316,9 +316,9 @@ class FollowHandler:
         return True
 
     def _report_progress(self, one: _Following, now: float) -> None:
-        if one.own is None or one.leader is None or now - one.told_at < TELL_EVERY_S:
+        if one.own is None or one.leader is None or now - one.reported_at < REPORT_EVERY_S:
             return
-        one.told_at = now
+        one.reported_at = now
         apart = gap(one.own.later(now), one.leader.later(now))
         phase = (
             f"following {one.work.leader_name}: {apart.over_ground_m:.0f} m away, {apart.in_height_m:.0f} m in height"

@@ -54,7 +54,7 @@ class LogDownload:
         """Pieces of that."""
         self._in_vain = 0
         self._heard = False
-        self._look_at = float("-inf")
+        self._check_at = float("-inf")
         self.end: LogRead | LogNotRead | None = None
 
     @property
@@ -62,25 +62,25 @@ class LogDownload:
         """Bytes, and bytes in all."""
         return min(self._at + len(self._pieces) * CHUNK, self._size), self._size
 
-    def receive(self, told: Any, now: float) -> bool:
+    def receive(self, log_data: Any, now: float) -> bool:
         """A LOG_DATA of the autopilot. Whether it was news."""
-        if self.end is not None or told.id != self._log_id or self._asked is None:
+        if self.end is not None or log_data.id != self._log_id or self._asked is None:
             return False
-        at, count = told.ofs, min(told.count, CHUNK)
+        at, count = log_data.ofs, min(log_data.count, CHUNK)
         if not self._at <= at < self._window_end or (at - self._at) % CHUNK or at in self._pieces:
             return False
         if count < CHUNK and at + count < self._size:
             self._size = at + count
             self._pieces = {begin: piece for begin, piece in self._pieces.items() if begin < self._size}
         if count:
-            self._pieces[at] = bytes(told.data[:count])
+            self._pieces[at] = bytes(log_data.data[:count])
         self._heard, self._in_vain = True, 0
         begin, end = self._asked[0], min(self._asked[1], self._size)
         self._came += begin <= at < end
         if self._came * CHUNK >= end - begin:
-            self._look_at = now
+            self._check_at = now
         else:
-            self._look_at = now + (self._pace.settle_s if at + CHUNK >= end else self._pace.quiet_s)
+            self._check_at = now + (self._pace.settle_s if at + CHUNK >= end else self._pace.quiet_s)
         if len(self._pieces) * CHUNK >= self._window_end - self._at:
             self._window_read(now)
         return True
@@ -89,7 +89,7 @@ class LogDownload:
         """Frames to send now."""
         if self.end is None and self._at >= self._size:
             self.end = LogRead(self._size)
-        if self.end is not None or now < self._look_at:
+        if self.end is not None or now < self._check_at:
             return []
         if self._in_vain >= self._pace.tries:
             self.end = LogNotRead(SENDS_NO_MORE)
@@ -103,7 +103,7 @@ class LogDownload:
             end += CHUNK
         end = min(end, self._window_end)
         self._asked, self._came = (begin, end), 0
-        self._look_at = now + (self._pace.quiet_s if self._heard else self._pace.first_s)
+        self._check_at = now + (self._pace.quiet_s if self._heard else self._pace.first_s)
         return [self._talk.ask_data(self._log_id, begin, end - begin)]
 
     @property
@@ -120,4 +120,4 @@ class LogDownload:
         self._at += len(data)
         self._pieces.clear()
         self._asked = None
-        self._look_at = now
+        self._check_at = now

@@ -68,7 +68,7 @@ def encoding_of(autopilot_kind: int, capabilities: int) -> Encoding:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
+class ParamValue:
     """What a PARAM_VALUE says. `count`: parameters that the autopilot lists. `parameter`: None where the name or the
     value is nothing that a table can hold (NaN, 64 bits, a name of other characters)."""
 
@@ -80,14 +80,14 @@ class Told:
     parameter: Parameter | None
 
 
-def read_told(frame: bytes, encoding: Encoding) -> Told:
+def read_param_value(frame: bytes, encoding: Encoding) -> ParamValue:
     """`frame`: a whole PARAM_VALUE. The name may fill its 16 bytes without a zero behind."""
     raw, count, index, name_bytes, kind = _VALUE.unpack_from(payload(frame).ljust(_VALUE.size, b"\0"))
     name = name_bytes.split(b"\0", 1)[0].decode("ascii", "replace")
     layout = INTEGERS.get(kind) if encoding is Encoding.BYTES else None
     value = float((layout or _FLOAT).unpack_from(raw)[0])
     good = NAME.fullmatch(name) and isfinite(value) and (kind in INTEGERS or kind == _FLOAT_KIND)
-    return Told(name, index, count, kind, raw, Parameter(name, value, kind) if good else None)
+    return ParamValue(name, index, count, kind, raw, Parameter(name, value, kind) if good else None)
 
 
 def as_kept(value: float, kind: int) -> float:

@@ -17,7 +17,7 @@ from onboard_agent.autopilot.own_frames import AGENT_COMPONENT, FrameMaker
 from onboard_agent.transactions.asked import Asked
 from onboard_agent.transactions.file_frames import FileFrames, read_answer
 from onboard_agent.transactions.handler import Around
-from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, Told, encoding_of, read_told
+from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, ParamValue, encoding_of, read_param_value
 from onboard_agent.transactions.parameter_frames import FAST, NARROW, Pace, ParameterFrames
 from onboard_agent.transactions.parameter_listing import Listed, ListingFailed
 from onboard_agent.transactions.parameter_memory import (
@@ -146,7 +146,7 @@ class ParameterHandler:
         if self._system is None or source(frame) != (self._system, 1):
             return False
         if message_id(frame) == mavlink.MAVLINK_MSG_ID_PARAM_VALUE:
-            return self._value(read_told(frame, self._encoding), now)
+            return self._value(read_param_value(frame, self._encoding), now)
         message = decode(frame)
         if message is None:
             return False
@@ -179,7 +179,7 @@ class ParameterHandler:
 
     def news(self) -> list[TransactionToTower]:
         """While parameters are written their changes wait, and a tower that knows them is told of them together."""
-        if self._write is None or not self._table.told:
+        if self._write is None or not self._table.is_sent:
             self._send_news(self._now)
         news, self._news = self._news, []
         return news
@@ -196,19 +196,19 @@ class ParameterHandler:
 
     # What the autopilot tells.
 
-    def _value(self, told: Told, now: float) -> bool:
+    def _value(self, received: ParamValue, now: float) -> bool:
         listed = False
         reading = self._listing is not None
         if self._listing is not None:
-            listed = self._listing.receive(told, now)
+            listed = self._listing.receive(received, now)
         if self._write is not None:
-            self._write.receive(told, now)
-        if told.name == HASH_NAME:
+            self._write.receive(received, now)
+        if received.name == HASH_NAME:
             return reading
-        if not listed and told.parameter is not None and self._table.put(told.parameter):
+        if not listed and received.parameter is not None and self._table.put(received.parameter):
             self._autopilot_hash = None
             self._save_at = now + SAVE_AFTER_S
-        moved = self._table.verified and 0 < told.count != self._count
+        moved = self._table.verified and 0 < received.count != self._count
         if moved and self._listing is None and self._list_at is None:
             self._list_at = max(now + RELIST_AFTER_S, self._listed_at + AGAIN_AFTER_S)
         return listed
@@ -320,14 +320,14 @@ class ParameterHandler:
         self._readers = [asked for asked in self._readers if now < asked.deadline]
 
     def _send_table(self, asked: Asked) -> None:
-        table, told = self._table.table, self._table.hash
-        if told is None or told != self._sent_hash:
+        table, received = self._table.table, self._table.hash
+        if received is None or received != self._sent_hash:
             packed = pack_table(table)
-            if told is None or len(packed) > MAX_PACKED_TABLE_BYTES:
+            if received is None or len(packed) > MAX_PACKED_TABLE_BYTES:
                 self._report(asked, Outcome.FAILED, "There are more parameters than can be told.")
                 return
-            self._sent_hash = told
-            self._news.append(ParameterTable(hash=told, packed=packed))
+            self._sent_hash = received
+            self._news.append(ParameterTable(hash=received, packed=packed))
         how = "known" if self._table.verified else "remembered from the last time"
         self._report(asked, Outcome.DONE, f"{len(table)} parameters are {how}.")
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from onboard_agent.transactions.answer_time import AnswerTime
-from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, Told
+from onboard_agent.transactions.parameter_encoding import HASH_NAME, Encoding, ParamValue
 from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
 from onboard_agent.transactions.retry_policy import Repeated
 from wire.parameters import MAX_ENTRIES, Parameter, Table, by_name
@@ -91,7 +91,7 @@ class ParameterListing:
         self._missing: dict[int, None] | None = None
         """Numbers that the list did not tell; None while it flows."""
         self._gaps_began_at = 0.0
-        self._gaps_told = 0
+        self._gaps_requested = 0
         self._repeats = 0
         self._begin_at = float("-inf")
         self.end: Listed | Unchanged | ListingFailed | None = None
@@ -105,21 +105,21 @@ class ParameterListing:
         """Parameters told, and in all (0: not known yet)."""
         return len(self._names), self._count
 
-    def receive(self, told: Told, now: float) -> None:
+    def receive(self, received: ParamValue, now: float) -> None:
         """A PARAM_VALUE of the autopilot, whoever asked."""
         if self.end is not None:
             return
-        if told.name == HASH_NAME:
-            self._hash_told(told)
+        if received.name == HASH_NAME:
+            self._accept_hash(received)
             return
-        if not 0 < told.count <= MAX_ENTRIES:
+        if not 0 < received.count <= MAX_ENTRIES:
             return
-        if told.count != self._count and not self._count_told(told.count, now):
+        if received.count != self._count and not self._accept_count(received.count, now):
             return
-        if told.parameter is not None:
-            self._values[told.name] = told.parameter
-        if told.index < told.count:
-            self._numbered(told, now)
+        if received.parameter is not None:
+            self._values[received.name] = received.parameter
+        if received.index < received.count:
+            self._numbered(received, now)
 
     def due(self, now: float) -> list[bytes]:
         """Frames to send now."""
@@ -157,20 +157,20 @@ class ParameterListing:
         else:
             self._ask_list()
 
-    def _hash_told(self, told: Told) -> None:
+    def _accept_hash(self, received: ParamValue) -> None:
         if self._talk.encoding is not Encoding.BYTES:
             return
         if not self._asking_hash:
             if not self._names:
-                self._hash = told.raw
+                self._hash = received.raw
         elif self._complete:
-            self._listed(told.raw if told.raw == self._hash else None)
-        elif told.raw == self._known_hash:
+            self._listed(received.raw if received.raw == self._hash else None)
+        elif received.raw == self._known_hash:
             self.end = Unchanged()
         else:
             self._ask_list()
 
-    def _count_told(self, count: int, now: float) -> bool:
+    def _accept_count(self, count: int, now: float) -> bool:
         """Whether what was told with this count is of the list that is being read."""
         known, self._count = self._count, count
         if known and self._streaming:
@@ -193,28 +193,28 @@ class ParameterListing:
         else:
             self._ask_list()
 
-    def _numbered(self, told: Told, now: float) -> None:
+    def _numbered(self, received: ParamValue, now: float) -> None:
         if not self._streaming or self._asking_hash:
             return
-        self._names[told.index] = told.name
+        self._names[received.index] = received.name
         if self._missing is not None:
-            self._missing.pop(told.index, None)
-        asked = self._asked.pop(told.index, None)
+            self._missing.pop(received.index, None)
+        asked = self._asked.pop(received.index, None)
         if asked is None:
             self._question.answered()
-            self._flow(told, now)
+            self._flow(received, now)
         else:
-            self._gaps_told += 1
+            self._gaps_requested += 1
             if asked.tries == 1:
                 self._answers.measured(now - asked.at)
         if self._complete:
-            self._all_told(now)
+            self._all_received(now)
 
     @property
     def _complete(self) -> bool:
         return 0 < self._count <= len(self._names)
 
-    def _all_told(self, now: float) -> None:
+    def _all_received(self, now: float) -> None:
         doubled = len(set(self._names.values())) < self._count
         if doubled and not self._restarts:
             self._restart(now)  # they moved while they were read; where that is not why, it is so the second time too
@@ -228,13 +228,13 @@ class ParameterListing:
         table = by_name(value for name, value in self._values.items() if name in names)
         self.end = Listed(table, self._count, autopilot_hash)
 
-    def _flow(self, told: Told, now: float) -> None:
+    def _flow(self, received: ParamValue, now: float) -> None:
         if self._flowed_at is None:
             self._flow_began_at = now
         elif self._missing is None:
             self._longest_pause_s = max(self._longest_pause_s, now - self._flowed_at)
         self._flowed_at = now
-        self._list_ended = self._list_ended or told.index == told.count - 1
+        self._list_ended = self._list_ended or received.index == received.count - 1
 
     def _flows(self, now: float) -> bool:
         quiet_s = max(self._pace.quiet_s, 2 * self._longest_pause_s)
@@ -243,9 +243,9 @@ class ParameterListing:
     def _list_is_faster(self, now: float) -> bool:
         """Whether the rest would come sooner with the whole list than number by number, at the pace of either."""
         assert self._missing is not None and self._flowed_at is not None
-        if self._repeats >= MAX_REPEATS or self._gaps_told < GAPS_MEASURED:
+        if self._repeats >= MAX_REPEATS or self._gaps_requested < GAPS_MEASURED:
             return False
-        each_s = (now - self._gaps_began_at) / self._gaps_told
+        each_s = (now - self._gaps_began_at) / self._gaps_requested
         return len(self._missing) * each_s > self._flowed_at - self._flow_began_at + self._pace.quiet_s
 
     def _list_again(self) -> None:
@@ -258,7 +258,7 @@ class ParameterListing:
             return []
         if self._missing is None:
             self._missing = dict.fromkeys(index for index in range(self._count) if index not in self._names)
-            self._gaps_began_at, self._gaps_told = now, 0
+            self._gaps_began_at, self._gaps_requested = now, 0
         if self._list_is_faster(now):
             self._list_again()
             return self.due(now)

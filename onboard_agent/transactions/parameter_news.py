@@ -2,7 +2,7 @@
 
 Laws, each with a test:
 - A few changes are told one by one, each with the hashes before and after it; many at once as another table.
-- At most once in TOLD_EVERY_S, and nothing that was told already.
+- At most once in SEND_EVERY_S, and nothing that was told already.
 - What a new tower is told first is how it is now.
 """
 
@@ -13,7 +13,7 @@ import msgspec
 from wire.parameters import Parameter, Table, by_name, table_hash
 from wire.transactions import ParameterCache, ParameterChanged
 
-TOLD_EVERY_S: Final = 0.5
+SEND_EVERY_S: Final = 0.5
 MAX_CHANGES: Final = 4
 """Each costs a hash over the whole table, on a slow computer some milliseconds, and sticks may pass."""
 
@@ -31,9 +31,9 @@ class ParameterNews:
         self._progress = (0, 0)
         self._hash: str | None = None
         self._changed: dict[str, None] = {}
-        self._told_values: dict[str, Parameter] = {}
-        self._told: ParameterCache | None = None
-        self._told_at = float("-inf")
+        self._sent_values: dict[str, Parameter] = {}
+        self._sent: ParameterCache | None = None
+        self._sent_at = float("-inf")
 
     @property
     def table(self) -> Table:
@@ -48,9 +48,9 @@ class ParameterNews:
         return self._hash
 
     @property
-    def told(self) -> bool:
+    def is_sent(self) -> bool:
         """Whether the tower knows anything of them."""
-        return self._told is not None
+        return self._sent is not None
 
     def forget(self) -> None:
         """Nothing that was known holds."""
@@ -66,7 +66,7 @@ class ParameterNews:
         self.values = {one.name: one for one in table}
         self.verified = verified
         self._progress = (0, 0)
-        self._changed = {name: None for name, one in self.values.items() if self._told_values.get(name) != one}
+        self._changed = {name: None for name, one in self.values.items() if self._sent_values.get(name) != one}
         self._hash = None
 
     def put(self, parameter: Parameter) -> bool:
@@ -84,32 +84,32 @@ class ParameterNews:
 
     def resend(self) -> None:
         """The tower may know nothing."""
-        self._told = None
-        self._told_at = float("-inf")
+        self._sent = None
+        self._sent_at = float("-inf")
 
     def due(self, now: float, *, at_once: bool = False) -> list[News]:
         """What to tell now. `at_once`: whenever it was that something was told."""
-        if now - self._told_at < TOLD_EVERY_S and not at_once:
+        if now - self._sent_at < SEND_EVERY_S and not at_once:
             return []
         news: list[News] = []
-        if self._told is not None and self._told.hash is not None and 0 < len(self._changed) <= MAX_CHANGES:
-            news += self._changes(self._told.hash)
+        if self._sent is not None and self._sent.hash is not None and 0 < len(self._changed) <= MAX_CHANGES:
+            news += self._changes(self._sent.hash)
         done, total = (len(self.values),) * 2 if self.values else self._progress
         cache = ParameterCache(hash=self.hash, count=done, total=total, verified=self.verified or not self.values)
-        nothing = self._told is None and self.hash is None and not total
-        if not nothing and cache != self._told:
-            if self._told is None or cache.hash != self._told.hash:
-                self._told_values = dict(self.values)
+        nothing = self._sent is None and self.hash is None and not total
+        if not nothing and cache != self._sent:
+            if self._sent is None or cache.hash != self._sent.hash:
+                self._sent_values = dict(self.values)
                 self._changed.clear()
-            self._told = cache
+            self._sent = cache
             news.append(cache)
         if news:
-            self._told_at = now
+            self._sent_at = now
         return news
 
     def _changes(self, before: str) -> list[News]:
         """One by one, unless the table differs by more than these: then nothing, and it is told as another one."""
-        values = dict(self._told_values)
+        values = dict(self._sent_values)
         changes: list[News] = []
         for name in self._changed:
             parameter = values[name] = self.values[name]
@@ -118,9 +118,9 @@ class ParameterNews:
                 ParameterChanged(name=name, value=parameter.value, kind=parameter.kind, before=before, hash=after)
             )
             before = after
-        if before != self.hash or self._told is None:
+        if before != self.hash or self._sent is None:
             return []
-        self._told_values = values
+        self._sent_values = values
         self._changed.clear()
-        self._told = msgspec.structs.replace(self._told, hash=before)
+        self._sent = msgspec.structs.replace(self._sent, hash=before)
         return changes

@@ -10,7 +10,7 @@ from typing import Final
 
 from onboard_agent.transactions.file_frames import FileAnswer, FileFrames
 from onboard_agent.transactions.file_read import FileRead
-from onboard_agent.transactions.parameter_encoding import Told
+from onboard_agent.transactions.parameter_encoding import ParamValue
 from onboard_agent.transactions.parameter_file import FILE_NAME, BadParameterFile, read_count, read_parameter_file
 from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
 from onboard_agent.transactions.parameter_listing import Listed, ListingFailed, ParameterListing, Unchanged
@@ -51,14 +51,14 @@ class ParameterReading:
         total = read_count(self._file.head)
         return min(total, self._file.received_bytes // USUAL_ENTRY_BYTES), total
 
-    def receive(self, told: Told, now: float) -> bool:
+    def receive(self, received: ParamValue, now: float) -> bool:
         """A PARAM_VALUE of the autopilot, whoever asked. Whether the list that is read has it from this."""
         if self._listing is None:
-            if told.parameter is not None:
-                self._newer[told.name] = told.parameter
+            if received.parameter is not None:
+                self._newer[received.name] = received.parameter
             return False
         before, _ = self._listing.progress
-        self._listing.receive(told, now)
+        self._listing.receive(received, now)
         return self._listing.progress[0] > before
 
     def heard_file(self, answer: FileAnswer, now: float) -> None:

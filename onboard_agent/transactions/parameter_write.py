@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
 
-from onboard_agent.transactions.parameter_encoding import HASH_NAME, NAME, Told, as_kept, why_not, words_of
+from onboard_agent.transactions.parameter_encoding import HASH_NAME, NAME, ParamValue, as_kept, why_not, words_of
 from onboard_agent.transactions.parameter_frames import Pace, ParameterFrames
 from onboard_agent.transactions.retry_policy import Repeated
 from wire.dialect import mavlink
@@ -23,7 +23,7 @@ from wire.transactions import MAX_REFUSALS, Outcome, ParameterRefusal
 MAX_SETS: Final = 2
 """A value that is on its way from a list may be older than the one that was set."""
 MAX_SILENT: Final = 2
-NAMES_TOLD: Final = 5
+MAX_NAMES_LISTED: Final = 5
 
 _NOT_ANSWERED: Final = "The autopilot has not answered: whether it has the new value is not known."
 
@@ -94,14 +94,14 @@ class ParameterWrite:
             self._has = None
             self._refuse(_NOT_ANSWERED)
 
-    def receive(self, told: Told, now: float) -> None:
+    def receive(self, received: ParamValue, now: float) -> None:
         """A PARAM_VALUE of the autopilot."""
-        if self._at is None or told.name != self._name or self.end is not None:
+        if self._at is None or received.name != self._name or self.end is not None:
             return
         self._silent = 0
-        self._has = None if told.parameter is None else told.parameter.value
+        self._has = None if received.parameter is None else received.parameter.value
         if self._at is _At.LEARNING:
-            self._kind = told.kind
+            self._kind = received.kind
             self._set_if_possible()
         elif self._at is _At.SETTING:
             self._ask(_At.CHECKING, self._talk.ask_name(self._name))
@@ -215,8 +215,8 @@ class ParameterWrite:
             outcome, words = (Outcome.FAILED, "") if refused else (Outcome.DONE, "")
         words += f"{written} of {total} parameters {'is' if written == 1 else 'are'} written and read back"
         if refused:
-            names = [refusal.name for refusal in self._refusals[:NAMES_TOLD]]
-            more = f" and {refused - NAMES_TOLD} more" if refused > NAMES_TOLD else ""
+            names = [refusal.name for refusal in self._refusals[:MAX_NAMES_LISTED]]
+            more = f" and {refused - MAX_NAMES_LISTED} more" if refused > MAX_NAMES_LISTED else ""
             words += f", not {', '.join(names)}{more}"
         if left:
             words += f"; {len(left)} {'was' if len(left) == 1 else 'were'} not sent"
@@ -224,6 +224,6 @@ class ParameterWrite:
             known = self._known.get(name)
             has = None if known is None else known.value
             self._refusals.append(ParameterRefusal(name[:16], asked, has, "Not sent."))
-        told = tuple(self._refusals[:MAX_REFUSALS])
+        received = tuple(self._refusals[:MAX_REFUSALS])
         words = words[0].upper() + words[1:]
-        self.end = WriteEnd(outcome, f"{words}.", told, len(self._refusals))
+        self.end = WriteEnd(outcome, f"{words}.", received, len(self._refusals))

@@ -50,7 +50,7 @@ class PlanChanges:
         """Whether nobody else talks with the autopilot about plans."""
         return now - self._talked_at >= QUIET_S
 
-    def looked(self, kind: PlanKind) -> None:
+    def checked(self, kind: PlanKind) -> None:
         """We have just read this plan, perhaps after writing it: what MISSION_CURRENT tells next belongs to it."""
         self._current.pop(kind, None)
         self._changed.discard(kind)
@@ -91,8 +91,8 @@ class PlanChanges:
         _, total, _, _, mission_id, fence_id, rally_id = _CURRENT.unpack_from(
             payload(frame).ljust(_CURRENT.size, b"\0")
         )
-        told = {PlanKind.MISSION: mission_id << 16 | total, PlanKind.FENCE: fence_id, PlanKind.RALLY: rally_id}
-        for kind, number in told.items():
+        ids = {PlanKind.MISSION: mission_id << 16 | total, PlanKind.FENCE: fence_id, PlanKind.RALLY: rally_id}
+        for kind, number in ids.items():
             if self._current.setdefault(kind, number) != number:
                 self._current[kind] = number
                 self._changed.add(kind)

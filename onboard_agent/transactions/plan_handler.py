@@ -53,7 +53,7 @@ class _Running:
     transaction: Transaction | None
     """None: a recovery, or a reading that nobody waits for."""
     deadline: float
-    told_at: float = -PROGRESS_EVERY_S
+    reported_at: float = -PROGRESS_EVERY_S
 
     @property
     def writes(self) -> bool:
@@ -96,12 +96,12 @@ class PlanHandler:
     @property
     def busy(self) -> bool:
         """Whether anything is going on that somebody waits for, or that writes."""
-        return self._running is not None and not self._only_looks(self._running)
+        return self._running is not None and not self._only_reads(self._running)
 
     @property
-    def looks(self) -> bool:
+    def is_reading(self) -> bool:
         """Whether a plan is being read that nobody waits for."""
-        return self._running is not None and self._only_looks(self._running)
+        return self._running is not None and self._only_reads(self._running)
 
     @property
     def writes(self) -> bool:
@@ -158,7 +158,7 @@ class PlanHandler:
 
     def cancel_reads(self) -> None:
         """Ends what `read` began."""
-        if self.looks:
+        if self.is_reading:
             self._running = None
 
     def cancel(self, transaction_id: int, now: float) -> None:
@@ -314,9 +314,9 @@ class PlanHandler:
         )
 
     def _report_progress(self, running: _Running, now: float) -> None:
-        if running.transaction is None or now - running.told_at < PROGRESS_EVERY_S:
+        if running.transaction is None or now - running.reported_at < PROGRESS_EVERY_S:
             return
-        running.told_at = now
+        running.reported_at = now
         machine = running.machine
         phase, done, total = (
             machine.progress if isinstance(machine, PlanReplacement) else ("reading", *machine.progress)
@@ -338,7 +338,7 @@ class PlanHandler:
         )
 
     @staticmethod
-    def _only_looks(running: _Running) -> bool:
+    def _only_reads(running: _Running) -> bool:
         return running.transaction is None and not running.writes
 
     def _is_running(self, transaction_id: int) -> bool:

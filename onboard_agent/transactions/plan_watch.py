@@ -105,7 +105,7 @@ class PlanWatch:
     @property
     def busy(self) -> bool:
         """A plan is being read or written."""
-        return self._pause is not None or self._handler.busy or bool(self._handler.looks)
+        return self._pause is not None or self._handler.busy or bool(self._handler.is_reading)
 
     def pop_warnings(self) -> list[str]:
         """Sentences for everybody who sees the drone, once."""
@@ -122,7 +122,7 @@ class PlanWatch:
         keeping = keeping_of(around.autopilot_kind, around.vehicle_type)
         self._handler.autopilot_came(vehicle_system_id=around.system_id, home_slot=home_slot, keeping=keeping, now=now)
         for kind in PlanKind:
-            self._changes.looked(kind)
+            self._changes.checked(kind)
             self._not_known(kind, now)
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
@@ -198,8 +198,8 @@ class PlanWatch:
 
     def resend(self) -> None:
         """The tower may know nothing of the plans."""
-        told = [one for one in self._news if not isinstance(one, PlanOnBoard)]
-        self._news = [*self._known.values(), *told]
+        reported = [one for one in self._news if not isinstance(one, PlanOnBoard)]
+        self._news = [*self._known.values(), *reported]
 
     # Inside.
 
@@ -223,19 +223,19 @@ class PlanWatch:
             self._before[kind] = known
         self._know(PlanOnBoard(kind=kind, hash=None, fit_to_fly=known is None or known.fit_to_fly))
 
-    def _know(self, told: PlanOnBoard) -> None:
-        if self._known.get(told.kind) != told:
-            self._known[told.kind] = told
-            self._news.append(told)
+    def _know(self, reported: PlanOnBoard) -> None:
+        if self._known.get(reported.kind) != reported:
+            self._known[reported.kind] = reported
+            self._news.append(reported)
 
-    def _learnt(self, told: PlanOnBoard) -> None:
-        if told.hash is not None:
-            self._to_read.discard(told.kind)
-            self._changes.looked(told.kind)
-            before = self._before.pop(told.kind, None) or self._known.get(told.kind)
-            if told.sent_hash is None and before is not None and before.hash == told.hash:
-                told = msgspec.structs.replace(told, sent_hash=before.sent_hash)
-        self._know(told)
+    def _learnt(self, reported: PlanOnBoard) -> None:
+        if reported.hash is not None:
+            self._to_read.discard(reported.kind)
+            self._changes.checked(reported.kind)
+            before = self._before.pop(reported.kind, None) or self._known.get(reported.kind)
+            if reported.sent_hash is None and before is not None and before.hash == reported.hash:
+                reported = msgspec.structs.replace(reported, sent_hash=before.sent_hash)
+        self._know(reported)
 
     def _read_next(self, around: Around, now: float) -> None:
         for kind, code in self._handler.read_failed.items():
@@ -248,7 +248,7 @@ class PlanWatch:
         if (
             not self._to_read
             or self._handler.busy
-            or self._handler.looks
+            or self._handler.is_reading
             or self._pause is not None
             or not around.heard
         ):

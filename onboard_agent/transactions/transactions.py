@@ -60,7 +60,7 @@ class Transactions:
         self._takes: frozenset[str] = frozenset()
         self._now = 0.0
         self._waiting: deque[TransactionToTower] = deque()
-        self._told: deque[tuple[float, TransactionResult]] = deque(maxlen=RESULTS_KEPT)
+        self._sent: deque[tuple[float, TransactionResult]] = deque(maxlen=RESULTS_KEPT)
         self._going_on: set[int] = set()
         """Begun at a handler, and not ended."""
 
@@ -69,8 +69,8 @@ class Transactions:
     def link_up(self, *, taken: bool, takes: Collection[str] = ()) -> None:
         """A new link, or another control channel of the same one. `taken`: the tower understands such messages.
         `takes`: of its welcome."""
-        again = [result for at, result in self._told if self._now - at <= AGAIN_WITHIN_S]
-        self._told.clear()
+        again = [result for at, result in self._sent if self._now - at <= AGAIN_WITHIN_S]
+        self._sent.clear()
         results = [one for one in self._waiting if isinstance(one, TransactionResult)]
         self._waiting = deque([*again, *results][-RESULTS_KEPT:])
         self._taken = taken
@@ -82,8 +82,8 @@ class Transactions:
         """Nobody to tell."""
         self._taken = False
         # Kept as not told: how long it takes until there is a link again must not count.
-        again = [result for at, result in self._told if self._now - at <= AGAIN_WITHIN_S]
-        self._told.clear()
+        again = [result for at, result in self._sent if self._now - at <= AGAIN_WITHIN_S]
+        self._sent.clear()
         self._waiting.extendleft(reversed(again))
 
     # The tower's wishes.
@@ -108,7 +108,7 @@ class Transactions:
 
     def cancel(self, transaction_id: int, now: float) -> None:
         """The tower wants it no more, or asks what became of it."""
-        ended = [*(one for _, one in self._told), *self._waiting]
+        ended = [*(one for _, one in self._sent), *self._waiting]
         if transaction_id in self._going_on:
             for handler in self._handlers:
                 handler.cancel(transaction_id, now)
@@ -159,9 +159,9 @@ class Transactions:
             self._throw_state_away()
         if not self._taken:
             return []
-        told = [self._waiting.popleft() for _ in range(min(room, len(self._waiting)))]
-        self._told.extend((self._now, one) for one in told if isinstance(one, TransactionResult))
-        return told
+        sending = [self._waiting.popleft() for _ in range(min(room, len(self._waiting)))]
+        self._sent.extend((self._now, one) for one in sending if isinstance(one, TransactionResult))
+        return sending
 
     def _wait(self, news: TransactionToTower) -> None:
         if isinstance(news, TransactionResult):
@@ -181,7 +181,7 @@ class Transactions:
 
     def _forget(self, transaction_id: int) -> None:
         """A tower that was started anew may count from the beginning."""
-        self._told = deque((told for told in self._told if told[1].id != transaction_id), RESULTS_KEPT)
+        self._sent = deque((sending for sending in self._sent if sending[1].id != transaction_id), RESULTS_KEPT)
         self._waiting = deque(one for one in self._waiting if getattr(one, "id", None) != transaction_id)
 
 

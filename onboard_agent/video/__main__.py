@@ -12,9 +12,9 @@ OOM_SCORE = 700
 
 def _step_back() -> None:
     """Before anything large is imported."""
-    for deed in (_be_nice, _be_behind_in_real_time, _go_first_when_memory_is_short):
+    for prepare in (_be_nice, _be_behind_in_real_time, _go_first_when_memory_is_short):
         try:
-            deed()
+            prepare()
         except OSError:
             continue  # a unit may forbid it
 

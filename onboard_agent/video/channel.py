@@ -47,7 +47,7 @@ REFUSED_PAUSE_S: Final = 2.0
 _TCP_THIN_LINEAR_TIMEOUTS: Final = 16
 
 
-_wishes: Final = msgspec.json.Decoder(KeyWanted)
+_key_requests: Final = msgspec.json.Decoder(KeyWanted)
 
 
 class VideoChannel:
@@ -204,8 +204,8 @@ class VideoChannel:
                     if isinstance(message, bytes):
                         self._rate.got(decode_got(message), time.monotonic())
                     else:
-                        wish = _wishes.decode(message)
-                        self._key_wanted(StreamRequest(wish.quality, wish.codec))
+                        request = _key_requests.decode(message)
+                        self._key_wanted(StreamRequest(request.quality, request.codec))
                 except (MalformedUnit, msgspec.DecodeError) as error:
                     _log.warning("video: the tower said what cannot be understood: %s", error)
                     await connection.close(1008, "malformed message")

@@ -15,7 +15,7 @@ from typing import Final
 
 import msgspec
 
-from onboard_agent.video.core.child_watch import LOOK_EVERY_S, ChildWatch, Verdict, state_of
+from onboard_agent.video.core.child_watch import CHECK_EVERY_S, ChildWatch, Verdict, state_of
 from onboard_agent.video.core.lines import MAX_LINE_BYTES, BadLine, SetUp, Watched, decode_from_child, encode_line
 from onboard_agent.video.core.service import VideoService
 
@@ -46,7 +46,7 @@ class VideoChild:
         self._wake = asyncio.Event()
         self._process: asyncio.subprocess.Process | None = None
         self._last: asyncio.subprocess.Process | None = None
-        self._told = Watched()
+        self._sent = Watched()
         self._well = ChildWatch(self._loop.time())
         self.starts = 0
         """How often one was started."""
@@ -58,7 +58,7 @@ class VideoChild:
 
     def wake(self) -> None:
         """The service wants something else, perhaps."""
-        self._tell()
+        self._send_watched()
         self._wake.set()
 
     async def run(self) -> None:
@@ -101,12 +101,12 @@ class VideoChild:
         except OSError as error:
             return f"cannot be started: {error.strerror or error}"
         self.starts += 1
-        self._process, self._told = process, Watched()
+        self._process, self._sent = process, Watched()
         self._well = ChildWatch(self._loop.time())
         reading = asyncio.create_task(self._read(process))
         try:
             self._write(encode_line(msgspec.structs.replace(self._set_up, link=self._service.link)))
-            self._tell()
+            self._send_watched()
             return await self._watch(process, reading)
         finally:
             self._process, self._last = None, process
@@ -114,7 +114,7 @@ class VideoChild:
 
     async def _watch(self, process: asyncio.subprocess.Process, reading: "asyncio.Task[str]") -> str:
         while True:
-            await asyncio.wait({reading}, timeout=LOOK_EVERY_S)
+            await asyncio.wait({reading}, timeout=CHECK_EVERY_S)
             now = self._loop.time()
             if reading.done():
                 return reading.result()
@@ -149,10 +149,10 @@ class VideoChild:
             self._service.reported(report)
             self._changed()
 
-    def _tell(self) -> None:
-        if self._process is not None and self._told != self._service.watched:
-            self._told = self._service.watched
-            self._write(encode_line(self._told))
+    def _send_watched(self) -> None:
+        if self._process is not None and self._sent != self._service.watched:
+            self._sent = self._service.watched
+            self._write(encode_line(self._sent))
 
     def _write(self, line: bytes) -> None:
         assert self._process is not None and self._process.stdin is not None

@@ -53,8 +53,8 @@ async def _run(out: int) -> None:
         return
     _set_up_logging(set_up.log_level)
 
-    def make_camera(wish: PictureRequest, on_change: Callable[[], None]) -> CameraThread:
-        return Camera(make_source(set_up.camera), wish, on_change)
+    def make_camera(request: PictureRequest, on_change: Callable[[], None]) -> CameraThread:
+        return Camera(make_source(set_up.camera), request, on_change)
 
     def say(report: Report) -> None:
         with contextlib.suppress(BlockingIOError, BrokenPipeError):  # the next report says it again

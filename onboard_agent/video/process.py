@@ -40,7 +40,7 @@ HANGS_S: Final = 5.0
 SAID_AFTER_S: Final = 0.7
 """So long without a picture from the encoders, and viewers are told."""
 HANGING_WORDS: Final = "The drone's video encoder does not answer."
-LOOKS_WITHIN_S: Final = 30.0
+CODEC_SEARCH_TIMEOUT_S: Final = 30.0
 """For encoders in hardware, on a small computer that has just started."""
 HUNG_CODE: Final = 3
 BROKEN_PAUSE_S: Final = 1.0
@@ -112,7 +112,7 @@ class VideoProcess:
     async def run(self) -> None:
         """Until cancelled."""
         self._report()
-        self._work(LOOKS_WITHIN_S, self._find_codecs)
+        self._work(CODEC_SEARCH_TIMEOUT_S, self._find_codecs)
         try:
             while True:
                 await asyncio.sleep(TICK_S)
@@ -156,8 +156,8 @@ class VideoProcess:
             self._channel_task.cancel()
         self._channel = self._channel_task = None
 
-    def _key_wanted(self, wish: StreamRequest) -> None:
-        self._streaming.key_wanted(wish, time.monotonic())
+    def _key_wanted(self, request: StreamRequest) -> None:
+        self._streaming.key_wanted(request, time.monotonic())
 
     # -- the camera ------------------------------------------------------------------------------------------------
 
@@ -204,9 +204,9 @@ class VideoProcess:
 
     # -- the encoders ----------------------------------------------------------------------------------------------
 
-    def _work(self, within_s: float, deed: Callable[..., None], *arguments: object) -> None:
+    def _work(self, within_s: float, prepare: Callable[..., None], *arguments: object) -> None:
         self._busy_until = time.monotonic() + within_s
-        self._loop.run_in_executor(self._worker, deed, *arguments).add_done_callback(self._worked)
+        self._loop.run_in_executor(self._worker, prepare, *arguments).add_done_callback(self._worked)
 
     def _worked(self, done: "asyncio.Future[None]") -> None:
         self._busy_until = self._encodes_since = None
@@ -239,9 +239,9 @@ class VideoProcess:
         self._loop.call_soon_threadsafe(self._broken, order, words)
 
     def _broken(self, order: Order, words: str) -> None:
-        _log.error("video: the encoder of %s has failed: %s", order.wish, words)
+        _log.error("video: the encoder of %s has failed: %s", order.request, words)
         self._encoder_words = f"The drone's video encoder has failed: {words}"
-        self._streaming.rest(order.wish, time.monotonic() + BROKEN_PAUSE_S)
+        self._streaming.rest(order.request, time.monotonic() + BROKEN_PAUSE_S)
 
     # -- time ------------------------------------------------------------------------------------------------------
 

@@ -40,35 +40,35 @@ class Workbench:
                 taken = picture._replace(is_break=order.is_break)
                 made = encoder.encode(taken, force_key=order.force_key)
             except EncoderBroken as error:
-                self.drop([order.wish])
+                self.drop([order.request])
                 self._broken(order, str(error))
                 continue
             for one in made:
                 self._done(order, Encoded(one.payload, one.key, one.width, one.height, one.capture_us, one.is_break))
 
     def _encoder(self, order: Order) -> Encoder:
-        wish, shape = order.wish, order.shape
-        encoder = self._encoders.get(wish)
+        request, shape = order.request, order.shape
+        encoder = self._encoders.get(request)
         if encoder is None:
-            encoder = self._encoders[wish] = self._make_encoder(wish.codec, wish.quality)
-            _log.info("video: %s %s by %s", wish.quality.name.lower(), wish.codec.name, encoder.name)
-        bits_before, *rest_before = self._tuned.get(wish, (0, 0.0, 0.0))
+            encoder = self._encoders[request] = self._make_encoder(request.codec, request.quality)
+            _log.info("video: %s %s by %s", request.quality.name.lower(), request.codec.name, encoder.name)
+        bits_before, *rest_before = self._tuned.get(request, (0, 0.0, 0.0))
         if [shape.rate_hz, shape.scale] != rest_before or abs(shape.bits_per_s - bits_before) > (
             NOTICEABLE * bits_before
         ):
             encoder.retune(bits_per_s=shape.bits_per_s, rate_hz=shape.rate_hz, scale=shape.scale)
-            self._tuned[wish] = (shape.bits_per_s, shape.rate_hz, shape.scale)
+            self._tuned[request] = (shape.bits_per_s, shape.rate_hz, shape.scale)
         return encoder
 
-    def keep(self, wishes: Iterable[StreamRequest]) -> None:
+    def keep(self, requests: Iterable[StreamRequest]) -> None:
         """Only these are watched."""
-        kept = set(wishes)
-        self.drop([wish for wish in self._encoders if wish not in kept])
+        kept = set(requests)
+        self.drop([request for request in self._encoders if request not in kept])
 
-    def drop(self, wishes: Iterable[StreamRequest]) -> None:
+    def drop(self, requests: Iterable[StreamRequest]) -> None:
         """Their encoders go."""
-        for wish in wishes:
-            self._tuned.pop(wish, None)
-            encoder = self._encoders.pop(wish, None)
+        for request in requests:
+            self._tuned.pop(request, None)
+            encoder = self._encoders.pop(request, None)
             if encoder is not None:
                 encoder.close()

@@ -186,8 +186,8 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     describe_problems(app, [route for router in ROUTERS for route in router.routes])
     for router in ROUTERS:
         app.include_router(router)
-    tell_contact = partial(security_txt, settings.security_contact, settings.public_url)
-    serve_console(app, settings.web, {SECURITY_TXT: lambda: tell_contact(clock())})
+    security_contact_text = partial(security_txt, settings.security_contact, settings.public_url)
+    serve_console(app, settings.web, {SECURITY_TXT: lambda: security_contact_text(clock())})
     # The last one added is the outermost.
     app.add_middleware(BoundedDatabaseWait, database=tower.database)
     app.add_middleware(OnlyTheTower, may_act=tower.lock.may_act)

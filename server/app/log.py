@@ -64,7 +64,7 @@ class _FewWarnings(logging.Filter):
             return True
         if not self._budget.admits(time.monotonic()):
             return False
-        left_out = self._budget.untold()
+        left_out = self._budget.take_unreported()
         if left_out:
             record.msg = f"{record.msg} ({left_out} such lines were left out)"
         return True

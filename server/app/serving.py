@@ -160,14 +160,14 @@ def run(app: TowerApp, listener: socket.socket, *, on_listening: Callable[[], No
     server = TowerServer(app, on_listening=listening, standby=standby)
     sys.setswitchinterval(SWITCH_INTERVAL_S)
 
-    async def until_told_to_stop() -> None:
+    async def until_stopped() -> None:
         loop = asyncio.get_running_loop()
         for one in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(one, server.handle_exit, one, None)
         await server.run_on(listener)
 
     with asyncio.Runner(loop_factory=_loop_factory()) as runner:
-        runner.run(until_told_to_stop())
+        runner.run(until_stopped())
 
 
 def _loop_factory() -> Callable[[], asyncio.AbstractEventLoop] | None:

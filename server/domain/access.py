@@ -118,7 +118,7 @@ class Action(StrEnum):
     ADMINISTER = "administer"
     READ_METRICS = "read-metrics"
     CHANGE_PREFERENCES = "change-preferences"
-    LOOK_AFTER_TEAMS = "look-after-teams"
+    MANAGE_TEAMS = "look-after-teams"
     """Be in teams: see them, join and leave. One's own are those that one is in."""
     LEAD_TEAMS = "lead-teams"
     """Make teams, change them, lend their drones: which team, is decided where its members are known."""
@@ -147,7 +147,7 @@ NEEDS: Final[Mapping[Action, frozenset[Scope]]] = {
     Action.ADMINISTER: frozenset({Scope.ADMIN}),
     Action.READ_METRICS: frozenset({Scope.METRICS}),
     Action.HOLD_SEVERAL: frozenset({Scope.FLY}),
-    Action.LOOK_AFTER_TEAMS: frozenset({Scope.ADMIN}),
+    Action.MANAGE_TEAMS: frozenset({Scope.ADMIN}),
     Action.LEAD_TEAMS: frozenset({Scope.ADMIN}),
     Action.SEE_MISSIONS: frozenset({Scope.WATCH}),
     Action.CHANGE_MISSIONS: frozenset({Scope.FLY}),
@@ -219,7 +219,7 @@ REACH: Final[Mapping[Action, Mapping[Role, Reach]]] = {
     Action.ADMINISTER: _row(_ALL, _NONE, _NONE),
     Action.READ_METRICS: _row(_ALL, _NONE, _NONE),
     Action.CHANGE_USERS: _row(_ALL, _NONE, _NONE),
-    Action.LOOK_AFTER_TEAMS: _row(_ALL, _OWN, _OWN),
+    Action.MANAGE_TEAMS: _row(_ALL, _OWN, _OWN),
     Action.LEAD_TEAMS: _row(_ALL, _OWN, _NONE),
     Action.SEE_MISSIONS: _row(_ALL, _OWN, _OWN),
     Action.CHANGE_MISSIONS: _row(_ALL, _OWN, _NONE),

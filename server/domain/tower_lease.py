@@ -17,7 +17,7 @@ RENEW_WITHIN_S: Final = 1.0
 LEASE_S: Final = 3.0
 TAKE_AFTER_S: Final = 3.3
 """The lease, and a tenth for clocks that do not run alike."""
-LOOK_EVERY_S: Final = 0.25
+CHECK_EVERY_S: Final = 0.25
 WATCHED_FOR_S: Final = 3.0
 """After its last look somebody still counts as waiting for the lock."""
 HOLD_AFTER_S: Final = 2.0
@@ -79,20 +79,20 @@ class LockBelief:
     def __init__(self, began_at: float) -> None:
         self._as_of = began_at
         self._looks: int | None = None
-        self._looked_at = float("-inf")
+        self._checked_at = float("-inf")
         self.is_lost = False
 
     def renewed(self, began_at: float, looks: int = 0) -> None:
         """The database has renewed the lock; the attempt began then. `looks`: of the row."""
         self._as_of = max(self._as_of, began_at)
         if self._looks is not None and looks != self._looks:
-            self._looked_at = began_at
+            self._checked_at = began_at
         self._looks = looks
 
     @property
     def is_watched(self) -> bool:
         """Whether another process waited for the lock when it was last renewed."""
-        return self._as_of - self._looked_at < WATCHED_FOR_S
+        return self._as_of - self._checked_at < WATCHED_FOR_S
 
     def unanswered(self, began_at: float) -> None:
         """The database did not answer an attempt that began then. Where nobody waits for the lock, the owner goes on:

@@ -166,12 +166,14 @@ class Hub:
         self.audience.leave(browser, now)
         self.follows.browser_gone(browser.number)
 
-    def person_fix(self, browser: Browser, told: live.PersonFix, now: float) -> None:
+    def person_fix(self, browser: Browser, fix_message: live.PersonFix, now: float) -> None:
         """Where the person at this browser is; it counts while a drone follows them."""
-        late_s = browser.lateness.late_by(told.sent_ms, now, at_most_s=browser.trip.late_at_most_s(now))
-        at = now - late_s - told.age_ms / 1000.0
-        fix = Fix(told.lat, told.lon, told.accuracy_m, at, told.speed_m_s, told.heading_deg)
-        self.follows.person_fix(DroneId(told.drone_id), fix, browser=browser.number, asked_by=browser.viewer)
+        late_s = browser.lateness.late_by(fix_message.sent_ms, now, at_most_s=browser.trip.late_at_most_s(now))
+        at = now - late_s - fix_message.age_ms / 1000.0
+        fix = Fix(
+            fix_message.lat, fix_message.lon, fix_message.accuracy_m, at, fix_message.speed_m_s, fix_message.heading_deg
+        )
+        self.follows.person_fix(DroneId(fix_message.drone_id), fix, browser=browser.number, asked_by=browser.viewer)
 
     def end_loans(self, at: datetime) -> bool:
         """Ends the loans whose time is over at `at` (the time of day). Whether there was any."""

@@ -8,7 +8,7 @@ from typing import Final
 
 from server.runtime.aligned_timers import rest
 
-LOOK_EVERY_S: Final = 0.5
+CHECK_EVERY_S: Final = 0.5
 REMEMBERED: Final = 120
 """A minute of looks."""
 
@@ -20,7 +20,7 @@ class LoopLag:
     async def watch(self) -> None:
         """Until cancelled."""
         while True:
-            due = await rest(LOOK_EVERY_S)
+            due = await rest(CHECK_EVERY_S)
             self._late_s.append(max(0.0, time.monotonic() - due))
 
     @property

@@ -92,10 +92,10 @@ class Vault:
     def open(self, sealed: str, *, about: str) -> str:
         """Raises VaultError where it was sealed with another key, for something else, or is damaged."""
         try:
-            told, _, secret = self._opened().decrypt(sealed).decode().partition("\n")
+            purpose, _, secret = self._opened().decrypt(sealed).decode().partition("\n")
         except InvalidToken:
             raise VaultError("a sealed secret cannot be opened with the keys that are here") from None
-        if told != about:
+        if purpose != about:
             raise VaultError("a sealed secret was found where another one belongs")
         return secret
 

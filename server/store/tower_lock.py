@@ -24,8 +24,8 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.clock import Clock
 from server.domain.tower_lease import (
+    CHECK_EVERY_S,
     HOLD_AFTER_S,
-    LOOK_EVERY_S,
     NOBODY,
     RENEW_EVERY_S,
     RENEW_WITHIN_S,
@@ -41,7 +41,7 @@ _log = structlog.get_logger(__name__)
 QUESTION_WITHIN_S: Final = 0.7
 REACHED_WITHIN_S: Final = 10.0
 """A tower that starts gives up after the database has not answered for so long."""
-SAY_EVERY_LOOKS: Final = 4
+LOG_EVERY_CHECKS: Final = 4
 """Whoever waits says so about once a second."""
 TIMER_EARLY_S: Final = 0.05
 """The event loop's clock is another one, and its timers may come early."""
@@ -104,7 +104,7 @@ class TowerLock:
     async def take(self, *, waits: bool) -> None:
         """Returns with the lock taken. `waits`: for as long as another has it. Raises TowerLockHeld, and, unless it
         waits, what the database says if that lasts."""
-        watch, told, rounds = LockWatch(), "", count()
+        watch, announced, rounds = LockWatch(), "", count()
         gives_up_at = self._now() + REACHED_WITHIN_S
         while True:
             try:
@@ -122,12 +122,12 @@ class TowerLock:
             else:
                 if watch.is_alive and not waits:
                     raise TowerLockHeld(state)
-                if waits and not state.is_free and told != state.owner:
-                    told = state.owner
+                if waits and not state.is_free and announced != state.owner:
+                    announced = state.owner
                     _log.info("standby", tower=state.in_words())
-            if next(rounds) % SAY_EVERY_LOOKS == 0:
+            if next(rounds) % LOG_EVERY_CHECKS == 0:
                 await self._say_that_it_waits()
-            await asyncio.sleep(LOOK_EVERY_S)
+            await asyncio.sleep(CHECK_EVERY_S)
 
     async def keep(self) -> None:
         """Renews the lock until it is lost or the call is cancelled."""

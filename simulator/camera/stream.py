@@ -31,7 +31,7 @@ HEAD = (
     "\r\n"
     f"--{BOUNDARY}\r\n"
 ).encode()
-LOOK_AGAIN_S = 0.5
+CHECK_AGAIN_S = 0.5
 """How long a reader that does not read keeps a thread from seeing that the camera is gone, at most."""
 SEND_BUFFER_BYTES = 64 * 1024
 
@@ -86,5 +86,5 @@ def send_pictures(connection: socket.socket, lens: Lens, wanted: Wanted, is_gone
 
 def _has_left(connection: socket.socket) -> bool:
     """Whether the last picture is on its way as a whole. Waits for it, but not for ever."""
-    _, writable, _ = select.select([], [connection], [], LOOK_AGAIN_S)
+    _, writable, _ = select.select([], [connection], [], CHECK_AGAIN_S)
     return bool(writable)

@@ -121,13 +121,13 @@ class Sky(HubWorld):
 
 def heard(browser: FakeBrowser, now: float) -> list[dict[str, Any]]:
     """What was said of separation. Pings are answered."""
-    told = []
+    reported = []
     for one in browser.events():
         if isinstance(one, live.Ping):
             browser.browser.trip.pong(one.sequence, now)
         elif isinstance(one, live.Separation):
-            told.append(msgspec.json.decode(live.encode_event(one)))
-    return told
+            reported.append(msgspec.json.decode(live.encode_event(one)))
+    return reported
 
 
 def split_all(messages: list[bytes]) -> list[tuple[DroneId, bytes]]:
@@ -142,20 +142,20 @@ def test_what_an_honest_approach_learns_is_what_avoids_the_other_and_nothing_els
     sky = Sky()
     sky.approach()
     sky.fly(20)
-    told = sky.learnt["bob"]
-    assert "warning" in {one["level"] for one in told}, "a pilot must be warned"
-    for one in told:
+    reported = sky.learnt["bob"]
+    assert "warning" in {one["level"] for one in reported}, "a pilot must be warned"
+    for one in reported:
         assert one["drones"] == [MADE_UP, None]
         assert one["horizontal_m"] is None and one["vertical_m"] is None and one["why"] == ""
         assert one["bearing_deg"] % 30 == 0 and one["distance_m"] % 10 == 0 and one["above_m"] % 5 == 0
         assert one["in_s"] % 5 == 0
-    assert len({one["number"] for one in told}) == 1
+    assert len({one["number"] for one in reported}) == 1
     # Alice is told the same of bob's, under another number.
     assert "warning" in {one["level"] for one in sky.learnt["alice"]}
-    assert not {one["number"] for one in sky.learnt["alice"]} & {one["number"] for one in told}
+    assert not {one["number"] for one in sky.learnt["alice"]} & {one["number"] for one in reported}
     raised = 2
-    assert len(told) <= 50 / FIGURES_EVERY_S + raised
-    assert "alice" not in str(told) and "Drone 1" not in str(told)
+    assert len(reported) <= 50 / FIGURES_EVERY_S + raised
+    assert "alice" not in str(reported) and "Drone 1" not in str(reported)
 
 
 @pytest.mark.parametrize("beside", [(2.0, 1.5, 51.0), (-1.5, 1.5, 49.0), (1.0, -2.0, 51.2)])

@@ -84,7 +84,7 @@ class Scene:
     flight: HandFlight
     agents: dict[int, LoadAgent]
     database: Path
-    told_mallory: list[dict[str, Any]] = field(default_factory=list)
+    sent_to_mallory: list[dict[str, Any]] = field(default_factory=list)
 
     def client(self, who: LoadTower | dict[str, str]) -> httpx.AsyncClient:
         """Requests of somebody, or with other headers."""
@@ -94,12 +94,12 @@ class Scene:
         )
 
 
-def listened(browser: LeanBrowser, told: list[dict[str, Any]]) -> None:
+def listened(browser: LeanBrowser, reported: list[dict[str, Any]]) -> None:
     """Keeps the connection, and what it is told."""
 
     def hear(text: bytes) -> None:
         event = json.loads(text)
-        told.append(event)
+        reported.append(event)
         if event["type"] == "ping":
             browser.send_text(json.dumps({"type": "pong", "sequence": event["sequence"]}))
 
@@ -126,7 +126,7 @@ async def scene(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Scene
         agents = await sign_in_all(tower.url, tower.keys[:2])
         await stack.enter_async_context(kept_alive(agents))
         made = Scene(tower, alice, mallory, flight, {one.drone_id: one for one in agents}, folder / "tower.sqlite3")
-        listened(await mallory.browser(), made.told_mallory)
+        listened(await mallory.browser(), made.sent_to_mallory)
         yield made
 
 
@@ -157,7 +157,7 @@ async def test_a_made_up_drone_that_is_everywhere_finds_nobody_and_alarms_nobody
     """It jumps through the place where alice flies, armed and with a heartbeat, a hundred times a second."""
     await until("alice's drone in the air", lambda: is_placed(scene))
     liar, chance, sent = scene.agents[OF_MALLORY], random.Random(16), 0
-    await liar.tell_state(armed=True, airborne=True)
+    await liar.report_state(armed=True, airborne=True)
     mode = 81 | mavlink.MAV_MODE_FLAG_SAFETY_ARMED
     beat = build(mavlink.MAVLink_heartbeat_message(2, 3, mode, 5, 4, 3), system_id=1, component_id=1, sequence=0)
     alarms_before = len(separation(scene.flight.events))
@@ -185,9 +185,9 @@ async def test_a_made_up_drone_that_is_everywhere_finds_nobody_and_alarms_nobody
             searching.cancel()
             await asyncio.gather(searching, return_exceptions=True)
     assert sent > 50
-    assert separation(scene.told_mallory) == []
+    assert separation(scene.sent_to_mallory) == []
     assert len(separation(scene.flight.events)) == alarms_before
-    assert str(FLOWN) not in {str(one.get("drone_id")) for one in scene.told_mallory}
+    assert str(FLOWN) not in {str(one.get("drone_id")) for one in scene.sent_to_mallory}
 
 
 # -- room for files ------------------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from worlds.processes import CHECKOUT
 
 AXE: Final = CHECKOUT / "web" / "node_modules" / "axe-core" / "axe.min.js"
 GRAVE: Final = ("serious", "critical")
-LOOKS: Final[tuple[tuple[Literal["dark", "light"], int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
+CHECKS: Final[tuple[tuple[Literal["dark", "light"], int, int], ...]] = (("dark", 1440, 900), ("light", 1024, 768))
 
 RUN: Final = """async () => {
   // What a modal dialog covers was looked at before it opened, and cannot be reached now.
@@ -40,7 +40,7 @@ class Axe:
 
     def look(self, console: ConsolePage, state: str) -> None:
         page = console.page
-        for theme, width, height in LOOKS:
+        for theme, width, height in CHECKS:
             page.emulate_media(color_scheme=theme, reduced_motion="reduce")
             page.set_viewport_size({"width": width, "height": height})
             expect(page.locator(f"html[data-theme={theme}]")).to_have_count(1)

@@ -28,7 +28,7 @@ LEFT: Final = "erin"
 def furnish(world: World, admin: Visitor) -> None:
     """Beside users and drones that `world` has already. The tower must be running and `admin` signed in."""
 
-    def told(method: str, path: str, body: Any = None) -> Any:
+    def sent(method: str, path: str, body: Any = None) -> Any:
         answer = admin.ask(method, path, body)
         assert answer.status < 300, f"{method} {path}: {answer.body!r}"
         return answer.json if answer.body else None
@@ -36,31 +36,31 @@ def furnish(world: World, admin: Visitor) -> None:
     def later(**span: float) -> str:
         return (datetime.now(UTC) + timedelta(**span)).isoformat()
 
-    users = {one["name"]: one["id"] for one in told("GET", "/users")}
+    users = {one["name"]: one["id"] for one in sent("GET", "/users")}
     for name in (*OWNERS, NEWCOMER, LEFT):
         if name not in users:
-            made = told("POST", "/users", {"name": name, "password": FIRST_PASSWORD, "role": "operator"})
+            made = sent("POST", "/users", {"name": name, "password": FIRST_PASSWORD, "role": "operator"})
             users[name] = made["id"]
-    told("PATCH", f"/users/{users[LEFT]}", {"disabled": True})
-    drones = {one["name"]: one["id"] for one in told("GET", "/drones")}
+    sent("PATCH", f"/users/{users[LEFT]}", {"disabled": True})
+    drones = {one["name"]: one["id"] for one in sent("GET", "/drones")}
     for owner, names in OWNERS.items():
         for name in names:
             if name not in drones:
-                drones[name] = told("POST", "/drones", {"name": name})["drone"]["id"]
-                told("PUT", f"/drones/{drones[name]}/owners/{users[owner]}")
-    told("PUT", f"/drones/{drones['Goshawk']}/owners/{users['dmitri']}")
+                drones[name] = sent("POST", "/drones", {"name": name})["drone"]["id"]
+                sent("PUT", f"/drones/{drones[name]}/owners/{users[owner]}")
+    sent("PUT", f"/drones/{drones['Goshawk']}/owners/{users['dmitri']}")
 
     def lend(drone: str, to: str, **terms: Any) -> None:
-        told("PUT", f"/drones/{drones[drone]}/loans/{users[to]}", terms)
+        sent("PUT", f"/drones/{drones[drone]}/loans/{users[to]}", terms)
 
     lend("Heron", "bob", until=later(hours=5), may_arm=False, max_height_m=60, radius_m=400)
     lend("Swift", "alice", until=later(days=3))
     lend("Swift", "dmitri", until=later(minutes=50), max_height_m=120)
     for drone in ("Avocet", "Dunlin"):
-        told("POST", f"/drones/{drones[drone]}/enrolments", {"lasts_s": 86_400})
-    cancelled = told("POST", f"/drones/{drones['Curlew']}/enrolments", {"autopilot": "serial:/dev/ttyACM0"})
-    told("DELETE", f"/enrolments/{cancelled['enrolment']['id']}")
-    ended = told("POST", "/tokens", {"name": "last year's", "scopes": ["watch"], "expires_at": later(seconds=1)})
+        sent("POST", f"/drones/{drones[drone]}/enrolments", {"lasts_s": 86_400})
+    cancelled = sent("POST", f"/drones/{drones['Curlew']}/enrolments", {"autopilot": "serial:/dev/ttyACM0"})
+    sent("DELETE", f"/enrolments/{cancelled['enrolment']['id']}")
+    ended = sent("POST", "/tokens", {"name": "last year's", "scopes": ["watch"], "expires_at": later(seconds=1)})
     assert ended["secret"]
-    told("POST", "/tokens", {"name": "Prometheus in the cellar", "scopes": ["metrics"], "expires_at": None})
-    told("POST", "/tokens", {"name": "Night script", "scopes": ["watch", "fly", "admin"], "expires_at": later(days=30)})
+    sent("POST", "/tokens", {"name": "Prometheus in the cellar", "scopes": ["metrics"], "expires_at": None})
+    sent("POST", "/tokens", {"name": "Night script", "scopes": ["watch", "fly", "admin"], "expires_at": later(days=30)})

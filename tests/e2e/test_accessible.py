@@ -129,10 +129,10 @@ def test_the_administration(come: Somebody, axe: Axe) -> None:
     console.part("section-users").click()
     axe.look_beneath(console, "new-user", "admin-new-user")
     axe.look_beneath(console, "user-menu-alice", "admin-user-menu")
-    for deed in ("user-reset", "user-role-admin", "user-disable", "user-delete"):
+    for action in ("user-reset", "user-role-admin", "user-disable", "user-delete"):
         console.part("user-menu-alice").click()
-        console.part(deed).click()
-        axe.look(console, f"admin-{deed}")
+        console.part(action).click()
+        axe.look(console, f"admin-{action}")
         console.page.keyboard.press("Escape")
 
     console.part("section-drones").click()
@@ -141,17 +141,17 @@ def test_the_administration(come: Somebody, axe: Axe) -> None:
     menu.click()
     axe.look(console, "admin-drone-menu")
     console.page.keyboard.press("Escape")
-    for deed in ("owners", "lend", "settings", "enrol", "name", "delete"):
+    for action in ("owners", "lend", "settings", "enrol", "name", "delete"):
         menu.click()
-        console.part(f"drone-{deed}").click()
+        console.part(f"drone-{action}").click()
         expect(console.page.get_by_role("dialog")).to_contain_text("Swift")
-        if deed == "owners":
+        if action == "owners":
             console.part("owner-choose").click()
             expect(console.page.get_by_role("option", name="alice")).to_be_visible()
             axe.look(console, "admin-drone-owner-choose")
             console.page.keyboard.press("Escape")
         expect(console.page.get_by_text("Reading…")).to_have_count(0)
-        axe.look(console, f"admin-drone-{deed}")
+        axe.look(console, f"admin-drone-{action}")
         console.page.keyboard.press("Escape")
         expect(console.page.get_by_role("dialog")).to_have_count(0)
         expect(menu).to_be_focused()

@@ -86,17 +86,17 @@ def test_what_an_admin_takes_away_is_asked_first_with_the_drone_that_is_flown(
     admin.page.keyboard.press("Escape")
     admin.part("loan-close").click()
 
-    for section, deeds in {
+    for section, actions in {
         "users": ("user-reset", "user-disable", "user-delete"),
         "sessions": ("end-session",),
     }.items():
         admin.part(f"section-{section}").click()
-        for deed in deeds:
+        for action in actions:
             if section == "users":
                 admin.part("user-menu-bob").click()
-                admin.part(deed).click()
+                admin.part(action).click()
             else:
-                admin.part("session-row").filter(has_text="bob").get_by_test_id(deed).click()
+                admin.part("session-row").filter(has_text="bob").get_by_test_id(action).click()
             expect(admin.page.get_by_role("dialog")).to_contain_text("bob flies Kestrel now: told to hold")
             admin.page.keyboard.press("Escape")
             expect(admin.page.get_by_role("dialog")).to_have_count(0)

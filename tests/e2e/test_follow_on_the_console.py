@@ -192,7 +192,7 @@ def test_it_follows_the_person_at_the_browser_and_holds_when_that_is_closed(some
     alice.part("action-follow-me").click()
     expect(alice.page.get_by_role("dialog")).to_contain_text("Where you are is known to 30 m")
     alice.confirm("Kestrel")
-    expect(alice.part("action-report")).to_contain_text("known to 30 m only: 15 m are needed for Kestrel to follow you")
+    expect(alice.part("action-report")).to_contain_text("accurate to 30 m only: Kestrel needs 15 m to follow you")
 
     alice.page.evaluate(RECEIVER)
     stands_at(alice, person)

@@ -25,8 +25,8 @@ def put_mission(console: ConsolePage, lat_deg: float, lon_deg: float) -> None:
     """Up, three places to the north of each other, and back."""
     step = 80 / METRES_PER_DEGREE
     places = [row(WAYPOINT, lat_deg + step * far, lon_deg, 20) for far in (1, 2, 3)]
-    status, told = console.page.evaluate(PUT_PLAN, [row(TAKE_OFF, height_m=10), *places, row(RETURN)])
-    assert (status, told["state"]) == (200, "done"), told
+    status, reported = console.page.evaluate(PUT_PLAN, [row(TAKE_OFF, height_m=10), *places, row(RETURN)])
+    assert (status, reported["state"]) == (200, "done"), reported
 
 
 def at_item(console: ConsolePage) -> str | None:

@@ -69,15 +69,15 @@ def flown(console: ConsolePage) -> int:
     return int(console.part("flown-item").get_attribute("data-value") or -1) + 1
 
 
-def deed(console: ConsolePage, button: str, drone: str | None = None) -> None:
+def action(console: ConsolePage, button: str, drone: str | None = None) -> None:
     """A press, its confirmation where there is one, and the autopilot's good answer."""
-    told = console.part("told")
-    before = told.inner_text() if told.count() else ""
+    reported = console.part("told")
+    before = reported.inner_text() if reported.count() else ""
     console.part(button).click()
     if drone is not None:
         console.confirm(drone)
-    console.wait(f"another answer than {before!r}", lambda: told.count() > 0 and told.inner_text() != before)
-    expect(told).to_have_attribute("data-good", "true")
+    console.wait(f"another answer than {before!r}", lambda: reported.count() > 0 and reported.inner_text() != before)
+    expect(reported).to_have_attribute("data-good", "true")
 
 
 def test_a_survey_is_drawn_uploaded_flown_paused_jumped_in_and_left(come: Somebody) -> None:
@@ -120,7 +120,7 @@ def test_a_survey_is_drawn_uploaded_flown_paused_jumped_in_and_left(come: Somebo
     console.part("verify").click()
     expect(console.part("transfer-came")).to_have_attribute("data-as", "done")
 
-    deed(console, "mission-start", "Kestrel")
+    action(console, "mission-start", "Kestrel")
     console.wait("item 5", lambda: flown(console) >= 5)
     assert abs(float(console.part("value-altitude").get_attribute("data-value") or 0) - 20) < 3
     current = console.page.locator("[data-testid=plan-item][data-current=true]")
@@ -128,15 +128,15 @@ def test_a_survey_is_drawn_uploaded_flown_paused_jumped_in_and_left(come: Somebo
     expect(current).to_have_count(1)
     expect(console.page.locator("[data-testid=plan-item][data-reached=true]").first).to_be_visible()
 
-    deed(console, "mission-pause")
+    action(console, "mission-pause")
     console.wait("it to stand", lambda: "0.0 m/s" in console.part("drone-strip").inner_text())
     jump_to = items - 2
     console.part("plan-item").nth(jump_to).click()
-    deed(console, "jump-here", "Kestrel")
+    action(console, "jump-here", "Kestrel")
     console.wait("the jump", lambda: flown(console) >= jump_to + 1)
-    deed(console, "mission-resume", "Kestrel")
+    action(console, "mission-resume", "Kestrel")
     console.wait("it to fly on", lambda: flown(console) > jump_to + 1)
-    deed(console, "mission-return", "Kestrel")
+    action(console, "mission-return", "Kestrel")
     expect(console.part("value-mode")).to_have_attribute("data-value", "RTL")
     console.wait("the ground", lambda: console.part("drone-state").get_attribute("data-value") == "idle")
     assert not [said for said in console.complaints if "401" not in said]

@@ -29,8 +29,8 @@ class Device:
         self._id: str = made["authenticatorId"]
 
     def passkeys(self) -> list[dict[str, object]]:
-        told = self._debugger.send("WebAuthn.getCredentials", {"authenticatorId": self._id})
-        credentials: list[dict[str, object]] = told["credentials"]
+        reported = self._debugger.send("WebAuthn.getCredentials", {"authenticatorId": self._id})
+        credentials: list[dict[str, object]] = reported["credentials"]
         return credentials
 
     def is_touched(self, does: bool) -> None:
@@ -49,7 +49,7 @@ def somebody_here(chromium: Browser, quiet_world: World) -> Iterator[Somebody]:
         yield come
 
 
-def at_the_door(come: Somebody) -> ConsolePage:
+def before_sign_in(come: Somebody) -> ConsolePage:
     """A device that is touched whenever it asks would pick its passkey wherever the page lists them: it lists none."""
     console = come()
     console.page.add_init_script("PublicKeyCredential.isConditionalMediationAvailable = async () => false")
@@ -68,7 +68,7 @@ def sign_out(console: ConsolePage) -> None:
 
 
 def test_a_passkey_from_its_first_day_to_its_last(somebody_here: Somebody, axe: Axe) -> None:
-    console = at_the_door(somebody_here)
+    console = before_sign_in(somebody_here)
     device = Device(console)
     axe.look(console, "sign-in-with-passkeys")
     console.sign_in("alice")
@@ -125,7 +125,7 @@ def test_a_passkey_from_its_first_day_to_its_last(somebody_here: Somebody, axe: 
     is_open(console)
 
     # A second device: from then on the first browser has to prove anew who sits there, and its passkey does.
-    there = at_the_door(somebody_here)
+    there = before_sign_in(somebody_here)
     Device(there)
     there.sign_in("alice")
     there.part("sign-in-code").fill(codes[1])

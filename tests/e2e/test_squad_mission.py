@@ -57,7 +57,7 @@ class Sky:
         self.way_m = dict.fromkeys(SQUAD, 0.0)
         self.speeds_m_s = dict.fromkeys(SQUAD, math.inf)
         self.modes: dict[int, int] = {}
-        self.told: list[dict[str, object]] = []
+        self.reported: list[dict[str, object]] = []
         console.page.on("websocket", self._watch)
 
     def _watch(self, socket: WebSocket) -> None:
@@ -67,7 +67,7 @@ class Sky:
         if isinstance(message, str):
             event = json.loads(message)
             if event["type"] == "separation":
-                self.told.append(event)
+                self.reported.append(event)
             return
         for drone_id, frame in split_tagged(message):
             said = decode(frame)
@@ -169,7 +169,7 @@ def test_a_field_is_split_among_three_drones_which_keep_their_distance(somebody:
 
     assert min(sky.way_m.values()) > 150.0, sky.way_m
     assert sky.nearest_m > KEPT_APART_M, sky.nearest_m
-    assert [event for event in sky.told if event["level"] == "warning"] == []
+    assert [event for event in sky.reported if event["level"] == "warning"] == []
     # They were flown by nobody: the controls were given back after each step.
     for drone_id in SQUAD:
         assert console.page.request.get(f"{console.address}/api/v1/drones/{drone_id}").json()["holder"] is None

@@ -39,8 +39,8 @@ class FakeTower:
     def turn(self, what: str, value: object) -> dict[str, Any]:
         """As `fake_video.turn`; its answer."""
         with urllib.request.urlopen(f"{self.address}/fake/video/{what}/{value}", timeout=5) as answer:
-            told: dict[str, Any] = json.load(answer)
-            return told
+            reported: dict[str, Any] = json.load(answer)
+            return reported
 
 
 @pytest.fixture

@@ -233,7 +233,7 @@ class FakeTower(asyncio.DatagramProtocol):
         """Waits until the agent has signed in so often, and its datagrams are here."""
         await until(lambda: len(self.hellos) >= times and self.addresses, timeout_s, f"link {times}")
 
-    async def tell(self, message: ToAgent) -> None:
+    async def announce(self, message: ToAgent) -> None:
         assert self.connection is not None
         await self.connection.send(encode_message(message))
 

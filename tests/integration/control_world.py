@@ -71,8 +71,8 @@ class ObedientAgent:
         self._hub.reports.receive(self.link, AutopilotState(heard=True, armed=armed, airborne=airborne))
 
     def parameters(self, *, has_radio: bool | None = True, complete: bool = True, **values: float) -> None:
-        told = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
-        self._hub.reports.receive(self.link, told)
+        reported = LossParameters(autopilot="ardupilot", values=values, complete=complete, has_radio=has_radio)
+        self._hub.reports.receive(self.link, reported)
 
     def _speak(self) -> None:
         for datagram in self._sealed.datagrams_to_send(time.monotonic()):

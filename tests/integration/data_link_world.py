@@ -51,12 +51,12 @@ class DataLinkWorld:
         assert drone is not None and drone.link is not None
         return drone.link
 
-    async def told_link(self, **fields: Any) -> dict[str, Any]:
+    async def reported_link(self, **fields: Any) -> dict[str, Any]:
         """The next that the watcher is told of the link with these fields."""
         while True:
-            for told in (await self.watcher.event("links"))["links"]:
-                if fields.items() <= told.items():
-                    return dict(told)
+            for reported in (await self.watcher.event("links"))["links"]:
+                if fields.items() <= reported.items():
+                    return dict(reported)
 
     @property
     def transport(self) -> Transport:

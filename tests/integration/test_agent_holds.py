@@ -40,7 +40,7 @@ def centred_count(autopilot: FakeAutopilot) -> int:
 
 
 async def test_an_order_holds_and_is_confirmed_step_by_step(flying: World) -> None:
-    await flying.tower.tell(HoldOrder(order_id=4, epoch=2, reason="taken"))
+    await flying.tower.announce(HoldOrder(order_id=4, epoch=2, reason="taken"))
     await until(lambda: "confirmed" in flying.tower.hold_steps(4))
     assert flying.tower.hold_steps(4) == ["sticks_centred", "mode_requested", "mode_acknowledged", "confirmed"]
     assert flying.autopilot.custom_mode == ALT_HOLD
@@ -51,7 +51,7 @@ async def test_an_order_holds_and_is_confirmed_step_by_step(flying: World) -> No
 
 async def test_the_old_holder_is_shut_out_and_the_new_one_takes_over_centred(flying: World) -> None:
     tower, autopilot = flying
-    await tower.tell(HoldOrder(order_id=5, epoch=2, reason="taken"))
+    await tower.announce(HoldOrder(order_id=5, epoch=2, reason="taken"))
     await until(lambda: "confirmed" in tower.hold_steps(5))
     tower.epoch = 2
     tower.send_frames(sticks(900), epoch=1)
@@ -69,7 +69,7 @@ async def test_the_old_holder_is_shut_out_and_the_new_one_takes_over_centred(fly
 
 async def test_a_refusal_is_told_as_unconfirmed_with_the_reason(flying: World) -> None:
     flying.autopilot.obeys_mode = False
-    await flying.tower.tell(HoldOrder(order_id=6, epoch=2, reason="taken"))
+    await flying.tower.announce(HoldOrder(order_id=6, epoch=2, reason="taken"))
     await until(lambda: "unconfirmed" in flying.tower.hold_steps(6))
     assert "mode_acknowledged" not in flying.tower.hold_steps(6)
     assert any("refuses ALT_HOLD: FAILED" in getattr(m, "detail", "") for m in flying.tower.messages)
@@ -80,7 +80,7 @@ async def test_a_refusal_is_told_as_unconfirmed_with_the_reason(flying: World) -
 async def test_a_disarmed_drone_needs_no_hold(flying: World) -> None:
     flying.autopilot.armed = False
     await until(lambda: AutopilotState(heard=True, armed=False, airborne=False) in flying.tower.messages)
-    await flying.tower.tell(HoldOrder(order_id=7, epoch=2, reason="released"))
+    await flying.tower.announce(HoldOrder(order_id=7, epoch=2, reason="released"))
     await until(lambda: flying.tower.hold_steps(7) == ["not_needed"])
     assert not flying.autopilot.heard("MANUAL_CONTROL")
 
@@ -117,9 +117,9 @@ async def test_the_ground_station_beats_only_while_a_holder_is_present(flying: W
 
     await until(lambda: own_beats() >= 2)
     assert ground_station_beats() == 0
-    await tower.tell(ControlChanged(epoch=2, holder="ada", holder_present=True))
+    await tower.announce(ControlChanged(epoch=2, holder="ada", holder_present=True))
     await until(lambda: ground_station_beats() >= 2)
-    await tower.tell(ControlChanged(epoch=2, holder="ada", holder_present=False))
+    await tower.announce(ControlChanged(epoch=2, holder="ada", holder_present=False))
     seen = own_beats()
     await until(lambda: own_beats() >= seen + 1)
     count = ground_station_beats()

@@ -57,7 +57,7 @@ class World(NamedTuple):
     state: Path
 
     async def begin(self, number: int, work: Any) -> None:
-        await self.tower.tell(Transaction(id=number, epoch=self.tower.epoch, deadline_s=60, work=work))
+        await self.tower.announce(Transaction(id=number, epoch=self.tower.epoch, deadline_s=60, work=work))
 
     async def result(self, number: int) -> TransactionResult:
         found = await until(
@@ -70,7 +70,7 @@ class World(NamedTuple):
         await self.begin(number, work)
         return await self.result(number)
 
-    def told(self, what: type) -> list[Any]:
+    def reported(self, what: type) -> list[Any]:
         return [m for m in self.tower.messages if isinstance(m, what)]
 
 
@@ -113,16 +113,16 @@ async def world(tmp_path: Path) -> AsyncIterator[World]:
 
 
 async def test_parameters_and_logs(world: World) -> None:
-    await until(lambda: any(m.hash and m.verified for m in world.told(ParameterCache)), what="the table")
+    await until(lambda: any(m.hash and m.verified for m in world.reported(ParameterCache)), what="the table")
     assert (await world.do(1, ParametersReadWork())).outcome is Outcome.DONE
-    table = {row.name: row.value for row in unpack_table(world.told(ParameterTable)[0].packed)}
+    table = {row.name: row.value for row in unpack_table(world.reported(ParameterTable)[0].packed)}
     assert table == pytest.approx({one.name: one.value for one in world.vehicle.parameters})
     values = [m for m in map(decode, world.tower.frames) if m is not None and m.get_type() == "PARAM_VALUE"]
     assert len(values) < 100  # what the failsafes need; the list itself stays beside the autopilot
 
     message = mavlink.MAVLink_param_set_message(1, 1, b"RTL_ALT", 2222.0, 6)
     world.tower.send_frames(build(message, system_id=255, component_id=190, sequence=0))
-    changed = await until(lambda: world.told(ParameterChanged), what="the change")
+    changed = await until(lambda: world.reported(ParameterChanged), what="the change")
     assert (changed[0].name, changed[0].value) == ("RTL_ALT", 2222.0)
 
     asked = (("RTL_ALT", 3000.0), ("FS_THR_ENABLE", 1.5), ("LAND_SPEED", 61.0))
@@ -135,7 +135,7 @@ async def test_parameters_and_logs(world: World) -> None:
     world.files.answers = [0]
     await world.begin(4, LogDownloadWork(1))
     await until(lambda: world.files.stuck, what="the file is on its way")
-    await world.tower.tell(CancelTransaction(id=4))
+    await world.tower.announce(CancelTransaction(id=4))
     assert (await world.result(4)).outcome is Outcome.CANCELLED
     world.files.answers = [413]
     refused = await world.do(5, LogDownloadWork(1))

@@ -96,8 +96,8 @@ class DroneWithPlans:
 
     def on_board(self, kind: PlanKind = MISSION, since: int = 0) -> PlanOnBoard | None:
         """As told last, if anything was."""
-        told = [one for one in self.tower.messages[since:] if isinstance(one, PlanOnBoard) and one.kind == kind]
-        return told[-1] if told else None
+        reported = [one for one in self.tower.messages[since:] if isinstance(one, PlanOnBoard) and one.kind == kind]
+        return reported[-1] if reported else None
 
     def kept(self, plan: Plan) -> Plan:
         """As this autopilot keeps it."""
@@ -106,15 +106,17 @@ class DroneWithPlans:
     async def knows(self, plan: Plan, *, since: int = 0, timeout_s: float = STARTED_WITHIN_S) -> PlanOnBoard:
         wanted = plan_hash(MISSION, self.kept(plan))
         await until(
-            lambda: (told := self.on_board(since=since)) and told.hash == wanted, timeout_s, f"{len(plan)} items"
+            lambda: (reported := self.on_board(since=since)) and reported.hash == wanted,
+            timeout_s,
+            f"{len(plan)} items",
         )
-        told = self.on_board()
-        assert told is not None
-        return told
+        reported = self.on_board()
+        assert reported is not None
+        return reported
 
     async def begin(self, work: Any) -> int:
         number = next(self._ids)
-        await self.tower.tell(Transaction(id=number, epoch=self.tower.epoch, deadline_s=60.0, work=work))
+        await self.tower.announce(Transaction(id=number, epoch=self.tower.epoch, deadline_s=60.0, work=work))
         return number
 
     async def result(self, number: int) -> TransactionResult:
@@ -132,8 +134,8 @@ class DroneWithPlans:
         """So many items of an upload have gone up."""
 
         def so_many() -> bool:
-            told = (one for one in self.tower.messages if isinstance(one, TransactionProgress) and one.id == number)
-            return any(one.phase == "writing" and one.done >= items for one in told)
+            reported = (one for one in self.tower.messages if isinstance(one, TransactionProgress) and one.id == number)
+            return any(one.phase == "writing" and one.done >= items for one in reported)
 
         await until(so_many, 30.0, f"{items} items are written")
 
@@ -170,8 +172,8 @@ async def test_a_plan_goes_up_is_read_back_and_a_foreign_one_is_noticed(drone: D
     assert TRANSACTIONS in drone.tower.hellos[0].takes
     result = await drone.do(PlanUploadWork(MISSION, NEW))
     assert result.outcome is Outcome.DONE, result.words
-    told = await drone.knows(NEW)
-    assert (told.count, told.plan, told.fit_to_fly) == (200, pack_plan(MISSION, drone.kept(NEW)), True)
+    reported = await drone.knows(NEW)
+    assert (reported.count, reported.plan, reported.fit_to_fly) == (200, pack_plan(MISSION, drone.kept(NEW)), True)
     assert (await drone.do(PlanDownloadWork(MISSION))).plan == pack_plan(MISSION, drone.kept(NEW))
     assert not drone.journal.exists()
     assert not drone.said("MISSION_ITEM_INT"), "the agent's own transfers do not go up"
@@ -181,7 +183,7 @@ async def test_a_plan_goes_up_is_read_back_and_a_foreign_one_is_noticed(drone: D
     items = (*home, *foreign)
     before = len(drone.tower.messages)
     drone.tower.send_frames(from_ground_station(mavlink.MAVLink_mission_count_message(1, 1, len(items), 0)))
-    await until(lambda: (told := drone.on_board(since=before)) and told.hash is None, 2.0, "not known any more")
+    await until(lambda: (reported := drone.on_board(since=before)) and reported.hash is None, 2.0, "not known any more")
     for seq, item in enumerate(items):
         await until(lambda seq=seq: drone.said("MISSION_REQUEST_INT", target_system=255, seq=seq))  # type: ignore[misc]
         fields = (item.frame, item.command, 0, 1, 0, 0, 0, 0, item.x, item.y, item.z, 0)
@@ -217,8 +219,8 @@ async def test_an_agent_that_is_killed_in_a_write_leaves_a_whole_plan_and_says_s
         await drone.start_agent()
         await drone.tower.linked(hellos + 1, timeout_s=STARTED_WITHIN_S)
         refused = await drone.do(CommandWork(command=mavlink.MAV_CMD_MISSION_START))
-        told = await drone.knows(SHORT, since=before)
-        assert told.fit_to_fly
+        reported = await drone.knows(SHORT, since=before)
+        assert reported.fit_to_fly
         assert refused.outcome is Outcome.REFUSED
         await until(lambda: not drone.journal.exists(), what="the journal is removed")
         assert (await drone.do(PlanDownloadWork(MISSION))).plan == pack_plan(MISSION, drone.kept(SHORT))

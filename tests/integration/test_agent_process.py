@@ -80,13 +80,13 @@ async def test_a_whole_agent_on_a_serial_line_under_systemd(token: Path, tmp_pat
     master, device = pty.openpty()
     tty.setraw(master)
     os.set_blocking(master, False)
-    told: list[str] = []
+    reported: list[str] = []
 
     def notified(text: str) -> bool:
         with contextlib.suppress(BlockingIOError):
             while True:
-                told.append(notifications.recv(4096).decode())
-        return text in told
+                reported.append(notifications.recv(4096).decode())
+        return text in reported
 
     def from_agent() -> bytes:
         with contextlib.suppress(BlockingIOError):

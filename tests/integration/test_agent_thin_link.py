@@ -99,7 +99,7 @@ async def test_a_profile_set_by_hand_cuts_what_is_sent_and_gives_it_back(world: 
     tower = world.tower
     await until(lambda: tower.profile is StreamProfile.FULL, what="it is told which profile is in force")
     full = await tower.bytes_per_s(1.0)
-    await tower.tell(StreamSettings(profile=StreamChoice.MINIMAL))
+    await tower.announce(StreamSettings(profile=StreamChoice.MINIMAL))
     await until(lambda: tower.profile is StreamProfile.MINIMAL, what="it is told to be in force")
     assert tower.states[-1].why == "set by an admin"
     tower.frames.clear()
@@ -108,14 +108,14 @@ async def test_a_profile_set_by_hand_cuts_what_is_sent_and_gives_it_back(world: 
     states = [frame for frame in tower.frames if message_id(frame) == ATTITUDE]
     assert 1 <= len(states) <= 6, "of 150: one a second, one at the change, one that was on its way"
     assert len(set(states)) == len(states)
-    await tower.tell(StreamSettings(profile=StreamChoice.FULL))
+    await tower.announce(StreamSettings(profile=StreamChoice.FULL))
     await until(lambda: tower.profile is StreamProfile.FULL)
     assert await tower.bytes_per_s(1.0) > full / 2
 
 
 async def test_what_is_no_state_all_arrives_in_order_in_the_thinnest_profile(world: World) -> None:
     tower = world.tower
-    await tower.tell(StreamSettings(profile=StreamChoice.MINIMAL))
+    await tower.announce(StreamSettings(profile=StreamChoice.MINIMAL))
     await until(lambda: tower.profile is StreamProfile.MINIMAL)
     first = len(world.texts)
     await until(lambda: len(world.texts) >= first + 20)

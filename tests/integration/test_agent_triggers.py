@@ -58,11 +58,11 @@ async def fly_by_hand(world: World, for_s: float = 0.3) -> float:
 async def test_a_refused_first_rung_leads_to_the_next_and_each_step_is_told(flying: World) -> None:
     flying.autopilot.refuses = {LOITER}
     flying.autopilot.custom_mode = STABILIZE
-    await flying.tower.tell(SafetySettings(hold_ladder=("LOITER",)))
-    await flying.tower.tell(HoldOrder(order_id=4, epoch=2, reason="taken"))
+    await flying.tower.announce(SafetySettings(hold_ladder=("LOITER",)))
+    await flying.tower.announce(HoldOrder(order_id=4, epoch=2, reason="taken"))
     await until(lambda: "confirmed" in flying.tower.hold_steps(4))
-    told = [(str(one.step), one.detail.split(" ")[0]) for one in flying.tower.progress(4)]
-    assert told == [
+    reported = [(str(one.step), one.detail.split(" ")[0]) for one in flying.tower.progress(4)]
+    assert reported == [
         ("sticks_centred", ""),
         ("mode_requested", "LOITER"),
         ("mode_requested", "ALT_HOLD"),
@@ -123,7 +123,7 @@ async def test_a_tower_that_stays_lost(
 ) -> None:
     tower, autopilot = flying
     autopilot.refuses = refuses
-    await tower.tell(SafetySettings(lost_action=action, lost_action_s=3.0))
+    await tower.announce(SafetySettings(lost_action=action, lost_action_s=3.0))
     await fly_by_hand(flying)
     port = tower.port
     await tower.die()
@@ -140,7 +140,7 @@ async def test_a_tower_that_stays_lost(
 async def test_a_mission_goes_on_without_the_tower(flying: World, caplog: pytest.LogCaptureFixture) -> None:
     tower, autopilot = flying
     autopilot.custom_mode = AUTO
-    await tower.tell(SafetySettings(lost_action=LostAction.CONTINUE, lost_action_s=2.0))
+    await tower.announce(SafetySettings(lost_action=LostAction.CONTINUE, lost_action_s=2.0))
     await until(lambda: tower.frames and autopilot.heard("HEARTBEAT"))
     await tower.die()
     await until(lambda: "leave it as it is" in caplog.text)

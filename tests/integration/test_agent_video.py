@@ -351,7 +351,7 @@ async def test_a_new_link_has_a_ticket_of_its_own(film: str) -> None:
 async def test_the_clock_is_told_at_once_and_by_the_way_of_the_question(film: str) -> None:
     async with scene(film) as there:
         before_us = time.monotonic_ns() // 1000
-        await there.tower.tell(ClockProbe(number=7))
+        await there.tower.announce(ClockProbe(number=7))
         there.tower.send_urgent(ClockProbe(number=8))
         by_channel = await until(lambda: [m for m in there.tower.messages if isinstance(m, ClockAnswer)])
         by_datagram = await until(lambda: [m for m in there.tower.urgent if isinstance(m, ClockAnswer)])

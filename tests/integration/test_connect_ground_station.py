@@ -23,10 +23,10 @@ from wire.dialect import mavlink
 
 PARAMETERS: Final = 1391
 RUNS: Final = 20
-SILENT_LOOKS: Final = 50
+SILENT_CHECKS: Final = 50
 """Of 20 ms each, without a parameter: then QGroundControl asks for what it lacks, ten at a time."""
 BATCH: Final = 10
-LOOKS_MOST: Final = 1500
+MAX_CHECKS: Final = 1500
 OPEN, READ, BURST, TERMINATE, ACK = 4, 5, 15, 1, 128
 HEAD: Final = struct.Struct("<HBBBBBxI")
 BLOCK: Final = 239
@@ -107,14 +107,14 @@ def listed(program: Program) -> tuple[int, int]:
     program.say(mavlink.MAVLink_param_request_list_message(1, 1))
     lacking, batch = set(range(PARAMETERS)), set[int]()
     silent = asked = 0
-    for _ in range(LOOKS_MOST):
+    for _ in range(MAX_CHECKS):
         before = len(lacking)
         lacking -= {one.param_index for one in program.listen() if one is not None and one.get_type() == "PARAM_VALUE"}
         program.messages.clear()
         if not lacking:
             break
         silent = silent + 1 if len(lacking) == before else 0
-        if silent == SILENT_LOOKS or (batch and not batch & lacking):
+        if silent == SILENT_CHECKS or (batch and not batch & lacking):
             program.say(HEARTBEAT)
             batch, silent = set(sorted(lacking)[:BATCH]), 0
             asked += len(batch)

@@ -192,9 +192,9 @@ async def test_an_agent_of_an_older_version_still_links_until_a_day(
         ) as opened:
             hello = Hello(agent_version="0.0.9", public_key=public_bytes(X25519PrivateKey.generate()))
             await opened.send(json.dumps({**json.loads(encode_message(hello)), "sign_in": None}))
-            told = decode_to_agent(str(await opened.recv()))
-            assert isinstance(told, Welcome)
-            return told
+            reported = decode_to_agent(str(await opened.recv()))
+            assert isinstance(reported, Welcome)
+            return reported
 
     assert (await old_agent()).signature == b""
     assert record(world, hawk).identity == (credential.hashed(), b"")

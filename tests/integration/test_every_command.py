@@ -242,8 +242,8 @@ async def end_of(pilot: Pilot, operation: str) -> Any:
     """As the live channel tells it."""
 
     def ended() -> list[Any]:
-        told = [one["operation"] for one in pilot.events if one["type"] == "operation"]
-        return [one for one in told if one["id"] == operation and one["state"] != "running"]
+        reported = [one["operation"] for one in pilot.events if one["type"] == "operation"]
+        return [one for one in reported if one["id"] == operation and one["state"] != "running"]
 
     await pilot.until(lambda: bool(ended()), f"operation {operation}")
     return ended()[0]

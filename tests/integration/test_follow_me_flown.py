@@ -42,7 +42,7 @@ class Person:
         self.accuracy_m = 4.0
         self.is_silent = False
 
-    def wish(self, **changes: Any) -> dict[str, Any]:
+    def request(self, **changes: Any) -> dict[str, Any]:
         place = {"lat": self.lat, "lon": self.lon, "accuracy_m": self.accuracy_m}
         return {"command": "follow_me", "distance_m": AWAY_M} | place | changes
 
@@ -50,7 +50,7 @@ class Person:
         fix = {"drone_id": 1, "lat": self.lat, "lon": self.lon, "accuracy_m": self.accuracy_m, "age_ms": 100.0}
         return json.dumps({"type": "person_fix", "sent_ms": int(time.monotonic() * 1000) % 2**32} | fix)
 
-    async def tells(self) -> None:
+    async def reports(self) -> None:
         while True:
             if not self.is_silent:
                 await self._pilot.say(self.text())
@@ -73,15 +73,15 @@ async def followed(visitor: Visitor) -> AsyncIterator[tuple[Pilot, Person, str]]
     async with at_the_controls(visitor, 1) as pilot:
         await pilot.take_off(HEIGHT_M)
         person = Person(pilot)
-        begun = await pilot.ask("POST", "/commands", person.wish())
+        begun = await pilot.ask("POST", "/commands", person.request())
         assert begun.status == 202, begun.body
         assert (begun.json["work"], begun.json["state"]) == ("follow_me", "running")
-        telling = asyncio.create_task(person.tells())
+        reporting = asyncio.create_task(person.reports())
         try:
             await pilot.until(person.drone_is_in_place, "its place")
             yield pilot, person, begun.json["id"]
         finally:
-            telling.cancel()
+            reporting.cancel()
 
 
 async def end_of(visitor: Visitor, operation_id: str) -> Any:
@@ -138,9 +138,9 @@ async def test_another_command_ends_it_and_is_not_disturbed(world: World) -> Non
         stands = pilot.place_deg
         person.lat -= 10.0 / METRES_PER_DEGREE
         await pilot.until(lambda: pilot.mode == BRAKE, "BRAKE")
-        refused = await pilot.ask("POST", "/commands", person.wish(accuracy_m=16.0))
+        refused = await pilot.ask("POST", "/commands", person.request(accuracy_m=16.0))
         assert refused.status == 409
-        assert "known to 16 m only" in refused.json["detail"]
+        assert "accurate to 16 m only" in refused.json["detail"]
         assert abs(pilot.place_deg[0] - stands[0]) * METRES_PER_DEGREE < 3.0
 
 

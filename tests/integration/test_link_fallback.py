@@ -56,14 +56,14 @@ async def test_udp_blocked_means_the_websocket_within_3_s_and_back(
         took_s = time.monotonic() - begin
         assert took_s < WITHIN_S + ON_A_BUSY_MACHINE_S
         await frames_come(world, 2000)
-        told = await world.told_link(transport="websocket")
-        assert told["drone_id"] == world.drone_id
+        reported = await world.reported_link(transport="websocket")
+        assert reported["drone_id"] == world.drone_id
         assert world.agent._link.up
         world.proxy.blocked.clear()
         world.proxy.blocked_up = False
         await until(lambda: world.link.routes.newest not in (None, OVER_CHANNEL), 10.0, "back on UDP")
         await frames_come(world, 3000)
-        await world.told_link(transport="udp")
+        await world.reported_link(transport="udp")
         assert world.hub.state.drops[DropReason.NOT_AUTHENTIC] == world.hub.state.drops[DropReason.REPLAYED] == 0
 
 

@@ -33,7 +33,7 @@ LOST_IN_A_ROW = 2
 """Of one in twenty. Three are lost once in 8,000 times."""
 RESTS_S = 0.03
 """10 ms in the agent and 20 ms in the tower, at most (docs/wire-protocol.md, 3.2)."""
-LOOK_EACH_S = 0.02
+CHECK_EVERY_S = 0.02
 COMMANDS = (mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAV_CMD_REQUEST_MESSAGE)
 
 
@@ -132,8 +132,8 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
             pauses: list[tuple[float, float]] = []  # (when it ended, how long this busy machine did nothing here)
             while time.monotonic() < begin + LASTS_S:
                 asleep_at = time.monotonic()
-                await asyncio.sleep(LOOK_EACH_S)
-                pauses.append((time.monotonic(), time.monotonic() - asleep_at - LOOK_EACH_S))
+                await asyncio.sleep(CHECK_EVERY_S)
+                pauses.append((time.monotonic(), time.monotonic() - asleep_at - CHECK_EVERY_S))
                 addresses.add(world.link.routes.newest)
                 if dark_at and time.monotonic() > dark_at:
                     await net.change("drone", Profile(black_out=True))
@@ -151,7 +151,7 @@ async def test_transactions_complete_state_recovers_and_nothing_comes_twice(
         # lost too, with the next one. Everything but the network happens in this one process, so its pauses count.
         came, sent_ms = next(one for one in flight.attitudes if one[0] > light)
         fresh = [(at, sent) for at, sent in flight.attitudes if sent >= stamp_ms(light)]
-        paused_s = sum(paused for at, paused in pauses if light < at <= fresh[0][0] + LOOK_EACH_S)
+        paused_s = sum(paused for at, paused in pauses if light < at <= fresh[0][0] + CHECK_EVERY_S)
         at_most_s = PERIOD_S * (1 + LOST_IN_A_ROW) + ONE_WAY_S + RESTS_S
         took_s = fresh[0][0] - light
         assert took_s - paused_s < at_most_s, f"{took_s} s, of which nothing happened here for {paused_s} s"

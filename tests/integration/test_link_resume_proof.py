@@ -79,7 +79,7 @@ async def test_a_control_channel_that_breaks_off_is_replaced_and_the_link_goes_o
     await until(lambda: drone.armed == world.autopilot.armed)
     world.hub.changes.apply_stream(world.drone_id, StreamSettings(profile="thin"))  # type: ignore[arg-type]
     await until(lambda: drone.stream_state and drone.stream_state.profile == "thin")
-    await world.told_link(drone_id=world.drone_id)
+    await world.reported_link(drone_id=world.drone_id)
     assert [e for e in world.watcher.events if e["type"] == "drone" and not e["drone"]["online"]] == []
 
 

@@ -126,6 +126,6 @@ async def test_the_path_mtu_is_found_and_told(
     async with data_link_world(tmp_path, monkeypatch, largest_bytes=passes, uplinks=uplinks) as world:
         least = min(passes, 1452) - 16
         await until(lambda: world.link.sealed.datagram_bytes >= least, 25.0, "the size is found")
-        told = await world.told_link(path_mtu=world.link.sealed.datagram_bytes)
-        assert told["path_mtu"] <= passes
+        reported = await world.reported_link(path_mtu=world.link.sealed.datagram_bytes)
+        assert reported["path_mtu"] <= passes
         assert world.link.sealed.keepalive.loss == 0.0, "only probes were lost"

@@ -64,9 +64,9 @@ async def test_flown_beyond_height_and_radius_it_holds_and_flies_back(world: Wor
         home = Home(*bob.place_deg, alt_amsl_m=0)
 
         bob.hold_sticks(throttle=UP)
-        told = await read(bob, f"above the {HEIGHT_M:.0f} m of the loan")
-        assert "Kestrel holds" in told["text"]
-        assert (await read(owner, "above the"))["text"] == told["text"]
+        reported = await read(bob, f"above the {HEIGHT_M:.0f} m of the loan")
+        assert "Kestrel holds" in reported["text"]
+        assert (await read(owner, "above the"))["text"] == reported["text"]
         await bob.until(lambda: bob.mode == ALT_HOLD, "the hold")
         assert bob.altitude_m > HEIGHT_M
         await bob.until(lambda: abs(bob.climb_mps) < 0.2, "no more climbing, with the stick still up")

@@ -166,8 +166,8 @@ class Walk:
                 answer, checks=[one for one in checks if not (refused and one is negative_data_rejection)]
             )
         except (FailureGroup, AssertionError) as failure:
-            told = [str(one) for one in getattr(failure, "exceptions", [failure])]
-            self.wrong += [f"{name} as {visitor} ({answer.status_code}): {one[:400]}" for one in told]
+            reported = [str(one) for one in getattr(failure, "exceptions", [failure])]
+            self.wrong += [f"{name} as {visitor} ({answer.status_code}): {one[:400]}" for one in reported]
 
 
 def may(operation: str, visitor: str) -> str:

@@ -49,9 +49,9 @@ def probe(path: Path) -> dict[str, Any]:
     asked = ["ffprobe", "-v", "error", "-count_frames", "-show_streams", "-show_format", "-of", "json", str(path)]
     answer = subprocess.run(asked, capture_output=True, text=True, check=True, timeout=60)
     assert answer.stderr == ""
-    told = json.loads(answer.stdout)
-    assert len(told["streams"]) == 1
-    return {**told["streams"][0], "format": told["format"]}
+    reported = json.loads(answer.stdout)
+    assert len(reported["streams"]) == 1
+    return {**reported["streams"][0], "format": reported["format"]}
 
 
 def seen(path: Path) -> list[tuple[int, float]]:
@@ -72,12 +72,17 @@ def test_every_picture_is_there_at_its_time(tmp_path: Path, codec: Codec, times:
     source = write(tmp_path / "a.units", units(codec, times))
     made = convert(source)
     target = source.with_suffix(".mp4")
-    told = probe(target)
+    reported = probe(target)
     lasts = (times[-1] - times[0]) / US + (times[-1] - times[-2]) / US
-    assert (told["codec_name"], told["pix_fmt"], told["width"], told["height"]) == ("h264", "yuv420p", 320, 240)
-    assert int(told["nb_read_frames"]) == 48
-    assert float(told["duration"]) == pytest.approx(lasts, abs=0.05)
-    assert float(told["start_time"]) == 0
+    assert (reported["codec_name"], reported["pix_fmt"], reported["width"], reported["height"]) == (
+        "h264",
+        "yuv420p",
+        320,
+        240,
+    )
+    assert int(reported["nb_read_frames"]) == 48
+    assert float(reported["duration"]) == pytest.approx(lasts, abs=0.05)
+    assert float(reported["start_time"]) == 0
     assert made == {
         "duration_s": pytest.approx(lasts, abs=0.05),
         "width": 320,
@@ -104,8 +109,8 @@ def test_another_size_in_the_middle_becomes_one_file_of_the_largest(tmp_path: Pa
     made = convert(source)
     assert (made["width"], made["height"], made["pictures"], made["recoded"]) == (640, 480, 48, True)
     target = source.with_suffix(".mp4")
-    told = probe(target)
-    assert (told["width"], told["height"], told["nb_read_frames"]) == (640, 480, "48")
+    reported = probe(target)
+    assert (reported["width"], reported["height"], reported["nb_read_frames"]) == (640, 480, "48")
     with av.open(str(target)) as container:
         frames = list(container.decode(video=0))
     assert [number_in(frame) for frame in frames[:36]] == list(range(36))
@@ -159,8 +164,8 @@ def test_where_nothing_can_be_made_it_says_so(tmp_path: Path) -> None:
     for name, content in (("none", MAGIC), ("foreign", b"hello"), ("torn", MAGIC + b"\x01\x02")):
         source = tmp_path / f"{name}.units"
         source.write_bytes(content)
-        told = convert(source, code=2)
-        assert told["problem"]
+        reported = convert(source, code=2)
+        assert reported["problem"]
     assert "No such file" in convert(tmp_path / "missing.units", code=1)["problem"]
 
 

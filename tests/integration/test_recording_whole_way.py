@@ -79,9 +79,9 @@ async def downloaded(client: httpx.AsyncClient, path: str, target: Path) -> dict
     assert answer.status_code == 200, answer.text
     await asyncio.to_thread(target.write_bytes, answer.content)
     asked = ["ffprobe", "-v", "error", "-count_frames", "-show_streams", "-of", "json", str(target)]
-    told = await asyncio.to_thread(subprocess.run, asked, capture_output=True, text=True, check=True, timeout=60)
-    assert told.stderr == ""
-    stream: dict[str, Any] = json.loads(told.stdout)["streams"][0]
+    reported = await asyncio.to_thread(subprocess.run, asked, capture_output=True, text=True, check=True, timeout=60)
+    assert reported.stderr == ""
+    stream: dict[str, Any] = json.loads(reported.stdout)["streams"][0]
     return stream
 
 
@@ -102,7 +102,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[tuple[CameraAgent, httpx.AsyncC
         drone = await world.add_drone("Kestrel", alice)
         client = await world.signed_in(alice)
         async with camera_agent(world, drone) as agent:
-            await agent.tell(CameraState.IDLE, codecs=(Codec.MPEG1, Codec.H264))
+            await agent.announce(CameraState.IDLE, codecs=(Codec.MPEG1, Codec.H264))
             assert (await ask(client, drone.id, "acquire")).status_code == 200
             path = f"/api/v1/drones/{drone.id}"
             await came_to(client, f"{path}/video", lambda video: video["codecs"] != [])
@@ -115,7 +115,7 @@ async def test_from_the_agent_to_the_file(
 ) -> None:
     agent, client, recordings = scene
     if codec is Codec.MPEG1:
-        await agent.tell(CameraState.IDLE, codecs=(Codec.MPEG1,))
+        await agent.announce(CameraState.IDLE, codecs=(Codec.MPEG1,))
         await came_to(client, recordings.replace("recordings", "video"), lambda video: video["codecs"] == ["mpeg1"])
     begun = (await client.post(recordings, json={})).json()
     assert (begun["state"], begun["codec"]) == ("recording", codec.name.lower())
@@ -128,10 +128,10 @@ async def test_from_the_agent_to_the_file(
     assert (await client.post(f"{path}/stop")).status_code == 200
     ready = await came_to(client, path, is_over)
     assert (ready["state"], ready["words"], ready["pictures"]) == ("ready", "", 40)
-    told = await downloaded(client, path, tmp_path / "a.mp4")
-    assert (told["codec_name"], told["pix_fmt"], told["nb_read_frames"]) == ("h264", "yuv420p", "40")
+    reported = await downloaded(client, path, tmp_path / "a.mp4")
+    assert (reported["codec_name"], reported["pix_fmt"], reported["nb_read_frames"]) == ("h264", "yuv420p", "40")
     lasts = (taken[-1] - taken[0]) / 1e6 + 1 / RATE_HZ
-    assert float(told["duration"]) == pytest.approx(lasts, abs=0.2)
+    assert float(reported["duration"]) == pytest.approx(lasts, abs=0.2)
     assert_shows(tmp_path / "a.mp4", taken)
     # Nobody takes it any more: after a moment the drone is told to stop.
     await until(lambda: agent.wanted is not None and agent.wanted.streams == (), what="the drone to be told to stop")
@@ -150,7 +150,7 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
             assert (await client.post("/api/v1/session", json={"name": "alice", "password": PASSWORD})).is_success
             place: Any = Place(world.address, world.udp_port)
             async with camera_agent(place, NewDrone(drone_id, "Kestrel", key)) as agent:
-                await agent.tell(CameraState.IDLE, codecs=(Codec.MPEG1,))
+                await agent.announce(CameraState.IDLE, codecs=(Codec.MPEG1,))
                 await came_to(client, f"/api/v1/drones/{drone_id}/video", lambda video: video["codecs"] != [])
                 assert (await ask(client, drone_id, "acquire")).status_code == 200
                 begun = (await client.post(recordings)).json()
@@ -167,9 +167,9 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
             ready = await came_to(client, path, is_over)
             assert (ready["state"], ready["words"]) == ("ready", "the tower went down while it was recorded")
             assert ready["ended_at"] > ready["began_at"]
-            told = await downloaded(client, path, tmp_path / "a.mp4")
+            reported = await downloaded(client, path, tmp_path / "a.mp4")
             # What came in the very instant may not have been written yet.
-            shown = int(told["nb_read_frames"])
+            shown = int(reported["nb_read_frames"])
             assert 38 <= shown <= 40
             assert_shows(tmp_path / "a.mp4", taken[:shown])
             assert written(world.folder) == 0

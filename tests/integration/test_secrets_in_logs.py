@@ -59,8 +59,8 @@ class LoudWorld(World):
 
     @property
     def environment(self) -> dict[str, str]:
-        told = {"TOWER_LOG_FORMAT": self.log_format, "TOWER_METRICS_TOKEN": METRICS_SECRET}
-        return super().environment | told | {"TOWER_AGENT_LOG_LEVEL": "debug"}
+        reported = {"TOWER_LOG_FORMAT": self.log_format, "TOWER_METRICS_TOKEN": METRICS_SECRET}
+        return super().environment | reported | {"TOWER_AGENT_LOG_LEVEL": "debug"}
 
 
 @pytest.fixture

@@ -34,14 +34,14 @@ def world(tmp_path: Path) -> Iterator[World]:
         yield world
 
 
-def told(pilot: Pilot) -> list[dict[str, Any]]:
+def reported(pilot: Pilot) -> list[dict[str, Any]]:
     return [event for event in pilot.events if event["type"] == "separation"]
 
 
 def levels(pilot: Pilot) -> list[str]:
     """Each once for as long as it lasts."""
     found: list[str] = []
-    for event in told(pilot):
+    for event in reported(pilot):
         if found[-1:] != [event["level"]]:
             found.append(event["level"])
     return found
@@ -68,13 +68,13 @@ async def test_two_drones_flown_at_each_other(world: World) -> None:
     ):
         await asyncio.gather(alice.take_off(HEIGHT_M), bob.take_off(HEIGHT_M))
         assert apart_m(alice, bob) == pytest.approx(20, abs=2)
-        assert told(alice) == told(bob) == told(admin) == []
+        assert reported(alice) == reported(bob) == reported(admin) == []
 
         (lat, lon), (other_lat, other_lon) = alice.place_deg, bob.place_deg
         # Away from Merlin first, so that there is a way to fly at it.
         await go_to(alice, lat - 3 * (other_lat - lat), lon - 3 * (other_lon - lon))
         await alice.until(lambda: apart_m(alice, bob) > 70, "60 m of run-up")
-        assert told(alice) == []
+        assert reported(alice) == []
 
         await go_to(alice, other_lat, other_lon)
         await alice.until_event("separation", level="caution")
@@ -82,13 +82,13 @@ async def test_two_drones_flown_at_each_other(world: World) -> None:
         await asyncio.gather(*(one.until_event("separation", level="warning") for one in (alice, bob, admin)))
         assert apart_m(alice, bob) > WARNED_M
 
-        assert {tuple(event["drones"]) for event in told(alice)} == {(1, None)}
-        assert {tuple(event["drones"]) for event in told(bob)} == {(2, None)}
-        assert {tuple(event["drones"]) for event in told(admin)} == {(1, 2)}
-        seen = next(event for event in told(alice) if event["level"] == "warning")
-        seen_back = next(event for event in told(bob) if event["level"] == "warning")
+        assert {tuple(event["drones"]) for event in reported(alice)} == {(1, None)}
+        assert {tuple(event["drones"]) for event in reported(bob)} == {(2, None)}
+        assert {tuple(event["drones"]) for event in reported(admin)} == {(1, 2)}
+        seen = next(event for event in reported(alice) if event["level"] == "warning")
+        seen_back = next(event for event in reported(bob) if event["level"] == "warning")
         assert (seen["bearing_deg"] - seen_back["bearing_deg"]) % 360 == pytest.approx(180, abs=30)
-        assert "Merlin" not in str(told(alice)) and "Kestrel" not in str(told(bob))
+        assert "Merlin" not in str(reported(alice)) and "Kestrel" not in str(reported(bob))
 
         await go_to(bob, other_lat, other_lon, HEIGHT_M + 25)
         for one in (alice, bob, admin):
@@ -96,7 +96,7 @@ async def test_two_drones_flown_at_each_other(world: World) -> None:
             assert end["why"] == ("apart" if one is admin else "")
             assert levels(one)[-1] == "clear"
             # An admin hears the ends of what strangers were told, too: somebody may have become one meanwhile.
-            assert len({event["number"] for event in told(one) if event["level"] != "clear"}) == 1
+            assert len({event["number"] for event in reported(one) if event["level"] != "clear"}) == 1
 
         def audited() -> list[dict[str, Any]]:
             answer = world.visitor("admin").ask("GET", "/audit?action=separation.warning")

@@ -77,13 +77,13 @@ async def test_the_table_has_every_event_once_and_no_formula(world: TowerWorld, 
 
 async def test_the_system_says_how_it_is(world: TowerWorld, root: httpx.AsyncClient) -> None:
     await world.add_drone("hawk")
-    told = (await root.get("/api/v1/system")).json()
-    assert told["database"]["kind"] == "sqlite"
-    assert told["database"]["size_bytes"] > 0
-    assert told["agents"] == {"known": 1, "online": 0}
-    assert told["clients"] == {"live": 0, "users": 0}
-    assert 0 < told["disk"]["free_bytes"] <= told["disk"]["total_bytes"]
-    assert told["memory_bytes"] > 10_000_000
+    reported = (await root.get("/api/v1/system")).json()
+    assert reported["database"]["kind"] == "sqlite"
+    assert reported["database"]["size_bytes"] > 0
+    assert reported["agents"] == {"known": 1, "online": 0}
+    assert reported["clients"] == {"live": 0, "users": 0}
+    assert 0 < reported["disk"]["free_bytes"] <= reported["disk"]["total_bytes"]
+    assert reported["memory_bytes"] > 10_000_000
     operator = await world.signed_in(await world.add_user("Anna"))
     assert_problem(await operator.get("/api/v1/system"), 403, "admins-only")
 
@@ -93,7 +93,7 @@ async def test_admins_see_who_is_online(world: TowerWorld, root: httpx.AsyncClie
     operator = await world.signed_in(anna)
     assert (await root.get("/api/v1/online")).json() == []
     async with live(world, operator), live(world, operator), live(world, root):
-        told = (await root.get("/api/v1/online")).json()
-        assert [(one["user"]["name"], one["connections"]) for one in told] == [("Anna", 2), ("Root", 1)]
-        assert told[0]["user"]["id"] == anna.id
+        reported = (await root.get("/api/v1/online")).json()
+        assert [(one["user"]["name"], one["connections"]) for one in reported] == [("Anna", 2), ("Root", 1)]
+        assert reported[0]["user"]["id"] == anna.id
     assert_problem(await operator.get("/api/v1/online"), 403, "admins-only")

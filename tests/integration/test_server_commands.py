@@ -38,10 +38,10 @@ async def test_a_take_off_goes_step_by_step_and_everybody_sees_which(scene: Comm
         done = (await scene.order(command="takeoff", height_m=20)).json()
         assert (done["work"], done["state"]) == ("command", "done")
         assert done["words"] == "kestrel has accepted it: climbing to 20 m."
-        told = await watching.event("operation")
-        while told["operation"]["state"] == "running":
-            told = await watching.event("operation")
-        assert told["operation"] == done
+        reported = await watching.event("operation")
+        while reported["operation"]["state"] == "running":
+            reported = await watching.event("operation")
+        assert reported["operation"] == done
     assert scene.sent == [176, 400, 22]
     assert {one.epoch for one in scene.agent.asked} == {1}
 
@@ -58,10 +58,10 @@ async def test_it_stops_at_the_first_step_that_is_not_accepted(scene: CommandSce
         failed = (await scene.order(command="takeoff", height_m=20)).json()
         assert (failed["state"], failed["code"]) == ("failed", "MAV_RESULT_FAILED")
         assert failed["words"] == f"kestrel, arming: {said}", "the autopilot's own words, and all of them"
-        told = await watching.event("operation")
-        while told["operation"]["state"] == "running":
-            told = await watching.event("operation")
-        assert told["operation"] == failed
+        reported = await watching.event("operation")
+        while reported["operation"]["state"] == "running":
+            reported = await watching.event("operation")
+        assert reported["operation"] == failed
     assert scene.sent == [176, 400]
 
 

@@ -57,8 +57,8 @@ async def test_the_controls_go_round(tmp_path: Path, database: dict[str, Any]) -
         assert who(released.json()) == (None, None, False, None, 9)
 
         # Each change reached the agent, and each hold with the epoch of its change.
-        told = [message.epoch for message in agent.posted if isinstance(message, ControlChanged)]
-        assert [epoch for epoch in range(1, 10) if epoch not in told] == []
+        reported = [message.epoch for message in agent.posted if isinstance(message, ControlChanged)]
+        assert [epoch for epoch in range(1, 10) if epoch not in reported] == []
         assert [(order.epoch, order.reason) for order in agent.holds] == [
             (2, "gusts"),
             (3, "controls given by root"),
@@ -181,8 +181,8 @@ async def test_everybody_is_told_who_why_and_how_the_hold_went(tmp_path: Path) -
         await ask(operator, drone.id, "acquire")
         async with live(world, operator) as screen:
             await ask(admin, drone.id, "take", reason="gusts")
-            told = await screen.event("control", event="taken")
-            assert (told["by"]["name"], told["holder"]["name"], told["reason"]) == ("root", "root", "gusts")
+            reported = await screen.event("control", event="taken")
+            assert (reported["by"]["name"], reported["holder"]["name"], reported["reason"]) == ("root", "root", "gusts")
             assert (await screen.event("hold", step="ordered"))["epoch"] == 2
             await screen.event("hold", step="confirmed")
             await ask(admin, drone.id, "give")

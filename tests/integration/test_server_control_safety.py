@@ -277,8 +277,8 @@ async def test_losing_the_tower_where_no_hold_comes(
         await scene.root.post(f"{scene.path}/rehearsal", json=wanted)
         assert (await scene.root.get(f"{scene.path}/rehearsal")).json()["running"]
         asked.set()
-        told = await screen.event("rehearsal", phase=phase)
-        assert (words in told["text"], told["hold_ms"]) == (True, None)
+        reported = await screen.event("rehearsal", phase=phase)
+        assert (words in reported["text"], reported["hold_ms"]) == (True, None)
         await screen.event("rehearsal", phase="ended")
     # It is over: another one may begin.
     assert (await scene.root.post(f"{scene.path}/rehearsal", json=wanted)).status_code == 202

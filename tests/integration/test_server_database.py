@@ -40,16 +40,16 @@ class Screen:
     """An admin's."""
 
     def __init__(self) -> None:
-        self.told: list[tuple[int, str]] = []
+        self.reported: list[tuple[int, str]] = []
         self.news = asyncio.Event()
 
     def notify_admins_of_enrolment(self, enrolment: dict[str, Any]) -> None:
-        self.told.append((enrolment["drone"]["id"], enrolment["state"]))
+        self.reported.append((enrolment["drone"]["id"], enrolment["state"]))
         self.news.set()
 
-    async def until_told(self, times: int) -> None:
+    async def until_received(self, times: int) -> None:
         async with asyncio.timeout(20):
-            while len(self.told) < times:
+            while len(self.reported) < times:
                 self.news.clear()
                 await self.news.wait()
 
@@ -108,12 +108,12 @@ async def test_a_thousand_agents_that_link_at_once_are_one_question_for_hundreds
         news.agent_linked(DroneId(1_000_000 + number))
     for drone_id in (hawk, owl, late):
         news.agent_linked(drone_id)
-    await screen.until_told(2)
-    assert sorted(screen.told) == [(hawk, "seen"), (owl, "seen")]
+    await screen.until_received(2)
+    assert sorted(screen.reported) == [(hawk, "seen"), (owl, "seen")]
     assert await seen_at(database) == {hawk: NOW, owl: NOW, late: None}
     news.agent_linked(hawk)
     news.publish(1)
-    await screen.until_told(3)
+    await screen.until_received(3)
     assert begun.count("BEGIN IMMEDIATE") == 1, "nothing is written for agents that come back"
     assert len(begun) <= 10
     await news.stop()
@@ -138,12 +138,12 @@ async def test_news_wait_for_a_database_that_somebody_else_keeps_locked(database
         other.execute("BEGIN IMMEDIATE")
         news.agent_linked(hawk)
         await asyncio.wait_for(given_up.wait(), 20)
-        assert screen.told == []
+        assert screen.reported == []
     finally:
         other.rollback()
         other.close()
-    await screen.until_told(1)
-    assert screen.told == [(hawk, "seen")]
+    await screen.until_received(1)
+    assert screen.reported == [(hawk, "seen")]
     await news.stop()
 
 

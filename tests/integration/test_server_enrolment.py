@@ -70,8 +70,8 @@ async def test_a_token_is_worth_one_key_and_admins_see_it_live(
         assert begun["command"] == shlex.join(
             ["tower-agent", "enrol", world.base_url, begun["token"], "--autopilot", "serial:/dev/tty AMA0"]
         )
-        told = await screen.event("enrolment")
-        assert told["enrolment"]["state"] == "waiting"
+        reported = await screen.event("enrolment")
+        assert reported["enrolment"]["state"] == "waiting"
         for stolen in (asked(begun["token"], KEY, signed="another"), {**asked(begun["token"], KEY), "public_key": ""}):
             assert_problem(await companion.post(ENROL, json=stolen), 403, "bad-drone-key")
         for _ in range(2):  # the first answer was lost

@@ -150,9 +150,9 @@ async def test_no_way_leads_round_the_limits_and_each_refusal_says_which(
             frame = build(message, system_id=255, component_id=190, sequence=0)
             await screen.socket.send(tag(DroneId(hawk.id), frame))
             await until(f"refusal {number}", lambda number=number: drops["loan"] == number)  # type: ignore[index, misc]
-        told = {"hawk is lent to you " + words for _, words in REFUSED.values()}
-        while told:
-            told.discard((await screen.event("notice", code="loan"))["text"])
+        reported = {"hawk is lent to you " + words for _, words in REFUSED.values()}
+        while reported:
+            reported.discard((await screen.event("notice", code="loan"))["text"])
         assert traffic.frames_to_agents == 0
         for message in PASSES:
             await screen.socket.send(tag(DroneId(hawk.id), build(message, system_id=255, component_id=190, sequence=0)))

@@ -137,7 +137,9 @@ async def test_the_figures_follow_what_passes(world: TowerWorld, root: Person, d
 
 async def test_every_metric_is_in_the_documentation_and_none_besides(world: TowerWorld, root: Person) -> None:
     answer = await (await world.signed_in(root)).get("/metrics")
-    told = {family.name for family in text_string_to_metric_families(answer.text) if family.name.startswith("tower_")}
+    reported = {
+        family.name for family in text_string_to_metric_families(answer.text) if family.name.startswith("tower_")
+    }
     page = (Path(__file__).parents[2] / "docs" / "metrics.md").read_text()
     documented = {name.removesuffix("_total") for name in re.findall(r"^\| `(tower_[a-z_]+)`", page, re.MULTILINE)}
-    assert documented == {name.removesuffix("_total") for name in told}
+    assert documented == {name.removesuffix("_total") for name in reported}

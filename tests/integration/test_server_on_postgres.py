@@ -112,8 +112,8 @@ async def test_drones_owners_loans_and_enrolment(world: TowerWorld, root: httpx.
     await ok(root, "PATCH", f"/drones/{drone}/settings", lost_action="land")
     until_ = (world.clock() + timedelta(seconds=600)).isoformat()
     for height_m in (50, 60.5):
-        told = await ok(root, "PUT", f"/drones/{drone}/loans/{anna.id}", until=until_, max_height_m=height_m)
-        assert told["loans"][0]["max_height_m"] == height_m
+        reported = await ok(root, "PUT", f"/drones/{drone}/loans/{anna.id}", until=until_, max_height_m=height_m)
+        assert reported["loans"][0]["max_height_m"] == height_m
     first = await ok(root, "POST", f"/drones/{drone}/enrolments", 201, lasts_s=60)
     second = await ok(root, "POST", f"/drones/{drone}/enrolments", 201, lasts_s=60)
     companion = await world.client()

@@ -34,9 +34,9 @@ class Scene:
         agent.state(armed=True, airborne=True)
         return agent
 
-    def tell(self, phase: LostPhase = LostPhase.QUIET, lost: Lost | None = None, *, is_open: bool = True) -> None:
+    def announce(self, phase: LostPhase = LostPhase.QUIET, lost: Lost | None = None, *, is_open: bool = True) -> None:
         self._number += 1
-        told = HoldState(
+        reported = HoldState(
             number=self._number,
             open=is_open,
             stage=HoldStage.STAY,
@@ -48,7 +48,7 @@ class Scene:
             action=LostAction.RETURN if lost else None,
             due_in_s=25.0 if phase is LostPhase.COUNTING else None,
         )
-        self.world.tower.hub.reports.receive(self.agent.link, told, at=self.world.clock())
+        self.world.tower.hub.reports.receive(self.agent.link, reported, at=self.world.clock())
 
     async def hold_open(self) -> bool | None:
         """As it is written down."""
@@ -79,10 +79,10 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
 async def test_an_open_hold_is_shown_by_rest_and_live_alike(scene: Scene) -> None:
     assert (await scene.anna.get(scene.path)).json()["hold"] is None
     async with live(scene.world, scene.bert) as screen:
-        scene.tell(LostPhase.COUNTING, Lost.PERSON)
-        told = (await screen.event("drone"))["drone"]["hold"]
+        scene.announce(LostPhase.COUNTING, Lost.PERSON)
+        reported = (await screen.event("drone"))["drone"]["hold"]
         shown = (await scene.anna.get(scene.path)).json()["hold"]
-        assert {**told, "due_at": 0, "as_of": 0} == {**shown, "due_at": 0, "as_of": 0}
+        assert {**reported, "due_at": 0, "as_of": 0} == {**shown, "due_at": 0, "as_of": 0}
         assert (shown["stage"], shown["lost"], shown["phase"], shown["action"]) == (
             "stay",
             "person",
@@ -91,7 +91,7 @@ async def test_an_open_hold_is_shown_by_rest_and_live_alike(scene: Scene) -> Non
         )
         due_in = datetime.fromisoformat(shown["due_at"]) - scene.world.clock()
         assert 0 < due_in.total_seconds() <= 25
-        scene.tell(is_open=False)
+        scene.announce(is_open=False)
         assert (await screen.event("drone"))["drone"]["hold"] is None
 
 
@@ -104,8 +104,8 @@ async def test_unknown_is_unknown(scene: Scene) -> None:
     silent = AutopilotState(heard=False, armed=False, airborne=False)
     async with live(scene.world, scene.bert) as screen:
         scene.world.tower.hub.reports.receive(scene.agent.link, silent)
-        told = (await screen.event("drone"))["drone"]
-        assert (told["armed"], told["airborne"]) == (None, None)
+        reported = (await screen.event("drone"))["drone"]
+        assert (reported["armed"], reported["airborne"]) == (None, None)
     assert await shown() == (False, None, None)
     scene.agent.state()
     assert await shown() == (True, False, False)
@@ -116,7 +116,7 @@ async def test_unknown_is_unknown(scene: Scene) -> None:
 
 
 async def test_stay_reaches_the_agent_with_who_said_it(scene: Scene) -> None:
-    scene.tell(LostPhase.COUNTING, Lost.PERSON)
+    scene.announce(LostPhase.COUNTING, Lost.PERSON)
     for client, name in ((scene.anna, "Anna"), (scene.bert, "Bert"), (scene.root, "Root")):
         answer = await ask(client, scene.drone.id, "stay", reason="we are coming")
         assert answer.status_code == 200, answer.text
@@ -140,7 +140,7 @@ async def test_stay_reaches_the_agent_with_who_said_it(scene: Scene) -> None:
 async def test_where_nothing_is_counted_for_a_person_there_is_nothing_to_stay(
     scene: Scene, phase: LostPhase, lost: Lost | None
 ) -> None:
-    scene.tell(phase, lost)
+    scene.announce(phase, lost)
     assert_problem(await ask(scene.anna, scene.drone.id, "stay"), 409, "nothing-to-stay")
     assert scene.stays == []
     (refused,) = await audit(scene.root, "control.stay")
@@ -148,7 +148,7 @@ async def test_where_nothing_is_counted_for_a_person_there_is_nothing_to_stay(
 
 
 async def test_who_is_shut_out_or_a_stranger_may_not_say_stay(scene: Scene) -> None:
-    scene.tell(LostPhase.COUNTING, Lost.PERSON)
+    scene.announce(LostPhase.COUNTING, Lost.PERSON)
     stranger = await scene.world.signed_in(await scene.world.add_user("Mallory"))
     assert_problem(await ask(stranger, scene.drone.id, "stay"), 404, "unknown-drone")
     await ask(scene.root, scene.drone.id, "take")
@@ -161,7 +161,7 @@ async def test_who_is_shut_out_or_a_stranger_may_not_say_stay(scene: Scene) -> N
 
 
 async def test_stay_needs_no_database(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene.tell(LostPhase.COUNTING, Lost.PERSON)
+    scene.announce(LostPhase.COUNTING, Lost.PERSON)
 
     def broken(*_: object, **__: object) -> None:
         raise OperationalError("INSERT", None, OSError("disk full"))
@@ -204,7 +204,7 @@ async def test_a_hold_ordered_while_the_drone_is_offline_outlives_the_tower(tmp_
 async def test_a_hold_that_was_open_outlives_the_tower(tmp_path: Path) -> None:
     async with start_tower(tmp_path) as world:
         scene = await _scene(world)
-        scene.tell()
+        scene.announce()
         assert await scene.hold_open() is True
         await ask(scene.anna, scene.drone.id, "release")
         assert await scene.hold_open() is True, "the lease is written beside it"

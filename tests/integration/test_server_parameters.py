@@ -34,12 +34,12 @@ async def scene(tmp_path: Path) -> AsyncIterator[Scene]:
 async def test_the_table_is_read_once_and_answered_with_its_hash(scene: Scene) -> None:
     path = f"{scene.path}/parameters"
     assert_problem(await scene.watcher.get(path), 409, "parameters-unknown")
-    scene.agent.tell(ParameterCache(hash=None, count=1, total=2))
+    scene.agent.announce(ParameterCache(hash=None, count=1, total=2))
     half = assert_problem(await scene.watcher.get(path), 409, "parameters-unknown")
     assert (half["count"], half["total"]) == (1, 2)
     assert (await scene.watcher.get(scene.path)).json()["parameters"] == {"hash": None, "count": 1, "total": 2}
-    scene.agent.tell_parameters()
-    parameters = scene.world.tower.hub.state.drones.get(scene.drone.id).board.parameters
+    scene.agent.report_parameters()
+    parameters = scene.world.tower.hub.state.drones.get(scene.drone.id).onboard.parameters
     await until("the table", lambda: not parameters.lacks_table)
     answer = await scene.watcher.get(path)
     assert answer.status_code == 200, answer.text
@@ -69,11 +69,11 @@ async def test_values_are_written_in_their_order_and_what_was_not_taken_is_told_
             ("ARMING_CHECK", 9001.0, 1.0),
             ("NO_SUCH", 1.0, None),
         ]
-        told = await watching.event("parameters")
-        assert (told["hash"], told["count"]) == (table_hash(scene.agent.table), 2)
+        reported = await watching.event("parameters")
+        assert (reported["hash"], reported["count"]) == (table_hash(scene.agent.table), 2)
     written = next(one.work for one in scene.agent.asked if isinstance(one.work, ParametersWriteWork))
     assert written.values == (("RTL_ALT", 3000.0), ("ARMING_CHECK", 9001.0), ("NO_SUCH", 1.0))
-    parameters = scene.world.tower.hub.state.drones.get(scene.drone.id).board.parameters
+    parameters = scene.world.tower.hub.state.drones.get(scene.drone.id).onboard.parameters
     await until("the new table", lambda: not parameters.lacks_table)
     assert (await scene.holder.get(f"{scene.path}/parameters")).json()["values"][1]["value"] == 3000.0
 
@@ -101,13 +101,13 @@ async def test_what_are_no_values_is_refused(scene: Scene, values: object) -> No
 DOCUMENT = MetadataDocument(parameters=(MetadataEntry(name="RTL_ALT", units="cm", min=30.0, max=8000.0),))
 
 
-def tell_metadata(scene: Scene, packed: bytes, *, hash_: str = "") -> None:
+def report_metadata(scene: Scene, packed: bytes, *, hash_: str = "") -> None:
     """As an agent does: the hash, and the pieces that it is asked for."""
     hash_ = hash_ or metadata_hash(packed)
-    scene.agent.tell(MetadataKnown(hash=hash_, size_bytes=len(packed)))
+    scene.agent.announce(MetadataKnown(hash=hash_, size_bytes=len(packed)))
     if MetadataWanted(hash=hash_) in scene.agent.posted:
         for at in range(0, len(packed), 50):
-            scene.agent.tell(MetadataPiece(hash=hash_, offset=at, data=packed[at : at + 50]))
+            scene.agent.announce(MetadataPiece(hash=hash_, offset=at, data=packed[at : at + 50]))
 
 
 def knows_of_metadata(scene: Scene) -> None:
@@ -118,11 +118,11 @@ async def test_what_the_vehicle_says_of_them_is_answered_with_its_hash(scene: Sc
     knows_of_metadata(scene)
     path, packed = f"{scene.path}/parameters/metadata", pack_text(encode_metadata(DOCUMENT))
     assert "has told none" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
-    scene.agent.tell(MetadataKnown(hash=None, words="The vehicle offers none."))
+    scene.agent.announce(MetadataKnown(hash=None, words="The vehicle offers none."))
     assert "offers none" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
-    scene.agent.tell(MetadataKnown(hash=metadata_hash(packed), size_bytes=len(packed)))
+    scene.agent.announce(MetadataKnown(hash=metadata_hash(packed), size_bytes=len(packed)))
     assert "on its way" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
-    tell_metadata(scene, packed)
+    report_metadata(scene, packed)
     answer = await scene.watcher.get(path)
     assert answer.status_code == 200, answer.text
     assert answer.json() == {
@@ -137,24 +137,24 @@ async def test_what_the_vehicle_says_of_them_is_answered_with_its_hash(scene: Sc
     for known, status in ((answer.headers["ETag"], 304), ('"x"', 200)):
         assert (await scene.watcher.get(path, headers={"If-None-Match": known})).status_code == status
     wanted = len([one for one in scene.agent.posted if isinstance(one, MetadataWanted)])
-    tell_metadata(scene, packed)
+    report_metadata(scene, packed)
     assert len([one for one in scene.agent.posted if isinstance(one, MetadataWanted)]) == wanted, "the tower has it"
 
 
 @pytest.mark.parametrize("junk", [b"no gzip", pack_text(b'{"version":1,"parameters":7}')], ids=["bytes", "json"])
 async def test_what_is_no_metadata_is_given_to_nobody(scene: Scene, junk: bytes) -> None:
     knows_of_metadata(scene)
-    tell_metadata(scene, junk)
+    report_metadata(scene, junk)
     for _ in range(2):
         problem = assert_problem(await scene.watcher.get(f"{scene.path}/parameters/metadata"), 404, "no-metadata")
         assert "no metadata" in problem["detail"]
     good = pack_text(encode_metadata(DOCUMENT))
-    tell_metadata(scene, good)
+    report_metadata(scene, good)
     assert (await scene.watcher.get(f"{scene.path}/parameters/metadata")).status_code == 200
 
 
 async def test_an_older_agent_is_not_asked_for_what_it_does_not_know(scene: Scene) -> None:
     """An unknown type would end its channel; one that tells all the same is not heard."""
-    tell_metadata(scene, pack_text(encode_metadata(DOCUMENT)))
+    report_metadata(scene, pack_text(encode_metadata(DOCUMENT)))
     assert not [one for one in scene.agent.posted if isinstance(one, MetadataWanted)]
     assert_problem(await scene.watcher.get(f"{scene.path}/parameters/metadata"), 404, "no-metadata")

@@ -202,8 +202,8 @@ async def test_a_passkey_is_a_fresh_proof_and_adding_and_removing_need_one(
     options = await asked(anna.client, f"{PROOF}/passkey")
     stolen = {"kind": "passkey", "credential": anna.authenticator.get(options)}
     assert_problem(await other.post(PROOF, json=stolen), 409, "challenge-over")
-    at_the_door = {"kind": "passkey", "credential": anna.authenticator.get(await asked(anna.client))}
-    assert_problem(await anna.client.post(PROOF, json=at_the_door), 409, "challenge-over")
+    before_sign_in = {"kind": "passkey", "credential": anna.authenticator.get(await asked(anna.client))}
+    assert_problem(await anna.client.post(PROOF, json=before_sign_in), 409, "challenge-over")
     bert = await new_owner(world, await world.add_user("Bert"))
     options = await asked(anna.client, f"{PROOF}/passkey")
     of_bert = bert.authenticator.get(options | {"allowCredentials": []})

@@ -43,10 +43,10 @@ async def test_a_plan_goes_on_board_and_everybody_who_watches_sees_which_it_is(s
         assert scene.agent.asked[0].epoch == 1
         board = await watching.event("plan_on_board", state="known")
         assert (board["hash"], board["count"]) == (operation["hash"], 2)
-        told = await watching.event("operation")
-        while told["operation"]["state"] == "running":
-            told = await watching.event("operation")
-        assert told["operation"] == operation
+        reported = await watching.event("operation")
+        while reported["operation"]["state"] == "running":
+            reported = await watching.event("operation")
+        assert reported["operation"] == operation
     plan = (await scene.watcher.get(f"{scene.path}/mission")).json()
     assert (plan["state"], plan["count"], plan["fit_to_fly"]) == ("known", 2, True)
     assert plan["items"] == [[*row[:2], list(item.params), *row[3:]] for row, item in zip(ROWS, ITEMS, strict=True)]
@@ -224,8 +224,8 @@ async def test_what_the_autopilot_will_not_keep_is_told_before_anything_is_sent(
 
     plain = (await foresee([ROWS[0], [20, 2, [0, 0, 0, 0], 0, 0, 0, 1]])).json()
     assert plain == {"autopilot": "ArduPilot", "changes": [], "count": 0, "quiet": 2}  # an open heading, a frame
-    told = (await foresee([[16, 3, [2.5, 0, 0, 0], 470001000, 80001000, 30.0, 1]])).json()
-    assert told["changes"] == [
+    reported = (await foresee([[16, 3, [2.5, 0, 0, 0], 470001000, 80001000, 30.0, 1]])).json()
+    assert reported["changes"] == [
         {
             "item": 0,
             "field": "param1",

@@ -72,8 +72,8 @@ async def test_not_with_a_token_not_for_strangers_and_gone_with_the_account(worl
     person = await world.add_user("Anna")
     anna = await world.signed_in(person)
     await anna.put(f"{PREFERENCES}/sticks", json=STICKS)
-    told = await anna.post("/api/v1/tokens", json={"name": "a program", "scopes": ["watch", "fly"]})
-    program = await world.client(headers={"Authorization": f"Bearer {told.json()['secret']}"})
+    reported = await anna.post("/api/v1/tokens", json={"name": "a program", "scopes": ["watch", "fly"]})
+    program = await world.client(headers={"Authorization": f"Bearer {reported.json()['secret']}"})
     assert (await program.get(PREFERENCES)).json() == {"sticks": STICKS}
     assert_problem(await program.put(f"{PREFERENCES}/sticks", json={"version": 1}), 403, "in-person-only")
 

@@ -52,8 +52,8 @@ async def test_limits_end_it_with_words(scene: RecordingScene) -> None:
     service._longest_s = 0.0
     await service.tick(time.monotonic())
     assert (await scene.came_to(longest["id"], "failed", "finishing"))["state"] in ("failed", "finishing")
-    told = [one["detail"].get("words", "") for one in await audit(scene.admin, "recording.ended")]
-    assert told == [TOO_LONG, NOTHING_CAME, TOO_LARGE]
+    reported = [one["detail"].get("words", "") for one in await audit(scene.admin, "recording.ended")]
+    assert reported == [TOO_LONG, NOTHING_CAME, TOO_LARGE]
 
 
 async def test_no_more_than_so_many_at_a_time(scene: RecordingScene, monkeypatch: pytest.MonkeyPatch) -> None:

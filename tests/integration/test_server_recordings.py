@@ -69,9 +69,9 @@ async def test_what_is_recorded_can_be_downloaded(scene: RecordingScene, tmp_pat
         ready["size_bytes"],
     )
     assert file.headers["content-disposition"].startswith('attachment; filename="kestrel-20')
-    told = _probe(tmp_path, file.content)
-    assert (told["codec_name"], told["nb_read_frames"]) == ("h264", "24")
-    assert float(told["duration"]) == pytest.approx(0.96, abs=0.05)
+    reported = _probe(tmp_path, file.content)
+    assert (reported["codec_name"], reported["nb_read_frames"]) == ("h264", "24")
+    assert float(reported["duration"]) == pytest.approx(0.96, abs=0.05)
     assert scene.files == [".mp4"]
     actions = [
         (one["action"], one["actor"]["name"] if one.get("actor") else "")
@@ -86,8 +86,8 @@ def _probe(tmp_path: Path, content: bytes) -> dict[str, Any]:
     asked = ["ffprobe", "-v", "error", "-count_frames", "-show_streams", "-of", "json", str(path)]
     answer = subprocess.run(asked, capture_output=True, text=True, check=True, timeout=60)
     assert answer.stderr == ""
-    told: dict[str, Any] = json.loads(answer.stdout)["streams"][0]
-    return told
+    reported: dict[str, Any] = json.loads(answer.stdout)["streams"][0]
+    return reported
 
 
 async def test_a_part_of_the_file_can_be_asked_for(scene: RecordingScene) -> None:
@@ -230,8 +230,8 @@ async def test_it_says_which_flights_it_shows(scene: RecordingScene) -> None:
     hub = scene.world.tower.hub
 
     def flies(airborne: bool) -> None:
-        told = AutopilotState(heard=True, armed=airborne, airborne=airborne)
-        hub.reports.receive(scene.agent.link, told, at=scene.world.clock())
+        reported = AutopilotState(heard=True, armed=airborne, airborne=airborne)
+        hub.reports.receive(scene.agent.link, reported, at=scene.world.clock())
 
     flies(False)
     begun = await scene.record()

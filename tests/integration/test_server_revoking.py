@@ -83,9 +83,9 @@ async def test_whoever_loses_the_ownership_reads_who_and_why(
         await root.delete(f"/api/v1/drones/{hawk.id}/owners/{anna.id}")
         await hers.event("drone_removed", drone_id=hawk.id)
         for screen in (hers, admins):
-            told = await screen.event("control", drone_id=hawk.id, event="revoked")
-            assert (told["by"]["name"], told["reason"]) == ("Root", "no longer an owner of this drone")
-            assert (told["holder"], told["epoch"]) == (None, 2)
+            reported = await screen.event("control", drone_id=hawk.id, event="revoked")
+            assert (reported["by"]["name"], reported["reason"]) == ("Root", "no longer an owner of this drone")
+            assert (reported["holder"], reported["epoch"]) == (None, 2)
         # What happens to the drone afterwards is not hers to know.
         await ask(root, hawk.id, "take")
         await admins.event("control", event="taken")

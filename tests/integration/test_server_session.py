@@ -175,8 +175,8 @@ async def test_the_trail_tells_of_sign_ins_and_never_of_what_was_typed(world: To
     await client.delete(SESSION)
     async with world.database.reading() as session:
         rows = list(await session.scalars(select(AuditEventRow).order_by(AuditEventRow.id)))
-    told = [(row.action, row.actor_name) for row in rows if row.action.startswith("session.")]
-    assert told == [
+    reported = [(row.action, row.actor_name) for row in rows if row.action.startswith("session.")]
+    assert reported == [
         ("session.refused", "unknown"),
         ("session.refused", "Anna"),
         ("session.began", "Anna"),

@@ -124,9 +124,9 @@ async def test_what_a_change_takes_away_is_gone_at_once(world: TowerWorld, red: 
                 pass
         else:
             await hers.event("drone_removed", drone_id=red.drone_id)
-        told = await hers.event("control", drone_id=red.drone_id, event="revoked")
-        assert told["reason"] == "no longer a pilot of its team"
-        who = told["by"]["name"] if told["by"] else None
+        reported = await hers.event("control", drone_id=red.drone_id, event="revoked")
+        assert reported["reason"] == "no longer a pilot of its team"
+        who = reported["by"]["name"] if reported["by"] else None
         assert who == (None if way in ("left", "by the tower") else "Rowan-admin")
         await his.event("control", drone_id=red.drone_id, event="revoked")
     if way != "by the tower":  # where the answer says that it is done

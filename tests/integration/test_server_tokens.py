@@ -79,18 +79,18 @@ async def close_code(socket: Any) -> int:
 
 async def test_a_token_is_told_once_and_kept_as_a_hash(world: TowerWorld, anna: Person) -> None:
     person = await world.signed_in(anna)
-    told = await made(person, "watch", "fly", "watch")
-    assert told["secret"].startswith("twt_")
-    assert len(told["secret"]) == 47
-    assert told["token"]["scopes"] == ["fly", "watch"]
-    assert told["token"]["owner"] == {"id": anna.id, "name": "Anna"}
+    reported = await made(person, "watch", "fly", "watch")
+    assert reported["secret"].startswith("twt_")
+    assert len(reported["secret"]) == 47
+    assert reported["token"]["scopes"] == ["fly", "watch"]
+    assert reported["token"]["owner"] == {"id": anna.id, "name": "Anna"}
     listed = await person.get(TOKENS)
-    assert listed.json() == [told["token"]]
-    assert told["secret"] not in listed.text
+    assert listed.json() == [reported["token"]]
+    assert reported["secret"] not in listed.text
     async with world.database.reading() as session:
         row = await session.scalar(select(ApiTokenRow))
     assert row is not None
-    assert told["secret"] not in str(vars(row))
+    assert reported["secret"] not in str(vars(row))
 
 
 async def test_it_opens_what_its_scopes_say(world: TowerWorld, anna: Person) -> None:
@@ -215,11 +215,11 @@ async def test_revoking_cuts_off_what_flies_and_the_drone_holds(world: TowerWorl
     agent = ObedientAgent(world.tower.hub, hawk.id)
     agent.state(armed=True, airborne=True)
     person = await world.signed_in(anna)
-    told = await made(person, "watch", "fly")
-    program = await with_token(world, told["secret"])
+    reported = await made(person, "watch", "fly")
+    program = await with_token(world, reported["secret"])
     await ask(program, hawk.id, "acquire")
-    async with live(world, told["secret"]) as opened:
-        assert (await person.delete(f"{TOKENS}/{told['token']['id']}")).status_code == 204
+    async with live(world, reported["secret"]) as opened:
+        assert (await person.delete(f"{TOKENS}/{reported['token']['id']}")).status_code == 204
         assert agent.holds, "it was held before the answer came"
         assert await close_code(opened.socket) == 4401
     assert (await person.get(f"/api/v1/drones/{hawk.id}")).json()["holder"] is None
@@ -227,10 +227,10 @@ async def test_revoking_cuts_off_what_flies_and_the_drone_holds(world: TowerWorl
 
 async def test_revoking_elsewhere_cuts_off_within_a_moment(world: TowerWorld, anna: Person) -> None:
     """As `tower token revoke` does: by another process, straight in the database."""
-    told = await made(await world.signed_in(anna), "watch")
-    async with live(world, told["secret"]) as opened:
+    reported = await made(await world.signed_in(anna), "watch")
+    async with live(world, reported["secret"]) as opened:
         async with world.database.writing() as session:
-            await tokens.revoke_token(session, token_id=told["token"]["id"], of_user=None, action=world._action())
+            await tokens.revoke_token(session, token_id=reported["token"]["id"], of_user=None, action=world._action())
         assert await close_code(opened.socket) == 4401
 
 

@@ -28,7 +28,8 @@ async def was_wanted(scene: Scene, *streams: tuple[Quality, Codec]) -> None:
 
     def asked() -> bool:
         return any(
-            tuple((one.quality, one.codec) for one in told.streams) == streams for told in scene.agent.all_wanted
+            tuple((one.quality, one.codec) for one in reported.streams) == streams
+            for reported in scene.agent.all_wanted
         )
 
     await until(asked, what=f"to have been asked for {streams}")
@@ -39,7 +40,7 @@ async def test_video_is_asked_for_on_demand_and_comes_unchanged_but_for_the_cloc
     viewer = await scene.watch()
     await wanted(scene, MEDIUM)
     await viewer.until(lambda: viewer.states() == ["waiting"])
-    await scene.agent.tell(CameraState.LIVE)
+    await scene.agent.announce(CameraState.LIVE)
     await scene.agent.open_video()
     await scene.clock_known()
     sent = scene.agent.unit(key=True, size=70_000, payload=bytes(range(256)) * 270)
@@ -51,7 +52,7 @@ async def test_video_is_asked_for_on_demand_and_comes_unchanged_but_for_the_cloc
     await until(lambda: scene.agent.got, what="Got")
     assert scene.agent.got[0].sequence == sent.sequence
     assert viewer.states() == ["waiting", "waiting", "live"]
-    assert [one["codecs"] for one in viewer.told if one["type"] == "state"] == [[], ["mpeg1"], ["mpeg1"]]
+    assert [one["codecs"] for one in viewer.reported if one["type"] == "state"] == [[], ["mpeg1"], ["mpeg1"]]
     await viewer.go()
     await wanted(scene)  # after a few seconds
     metrics = scene.world.tower.hub.video.traffic
@@ -107,8 +108,8 @@ async def test_switching_goes_without_reconnecting(scene: Scene) -> None:
     assert [unit.quality for unit in viewer.units] == [Quality.LOW, Quality.HIGH]
     await wanted(scene, (Quality.HIGH, Codec.MPEG1))
     await viewer.ask(type="clock", sent=12.5)
-    await viewer.until(lambda: viewer.told[-1]["type"] == "clock")
-    answer = viewer.told[-1]
+    await viewer.until(lambda: viewer.reported[-1]["type"] == "clock")
+    answer = viewer.reported[-1]
     assert answer["sent"] == 12.5
     assert abs(answer["tower_us"] / 1e6 - time.monotonic()) < 5
 
@@ -121,7 +122,7 @@ async def test_a_stranger_gets_the_answer_of_a_drone_that_is_not_there(scene: Sc
     watcher = await scene.watch(stranger, drone_id=drone_id)
     assert await watcher.until_closed() == 4404
     assert watcher.connection.close_reason == "there is no such drone"
-    assert not watcher.told
+    assert not watcher.reported
     if which != "no-number":
         answer = await stranger.get(f"/api/v1/drones/{drone_id}/video")
         assert_problem(answer, 404, "unknown-drone")
@@ -175,21 +176,21 @@ async def test_a_ticket_ends_with_its_link_and_the_channel_with_it(scene: Scene)
 
 async def test_camera_lost_and_back_is_told_and_no_camera_too(scene: Scene) -> None:
     viewer = await scene.watch()
-    await scene.agent.tell(CameraState.LIVE)
+    await scene.agent.announce(CameraState.LIVE)
     await scene.agent.open_video()
     await wanted(scene, MEDIUM)
     await scene.agent.send(key=True)
     await viewer.until(lambda: viewer.states()[-1] == "live")
     began = time.monotonic()
-    await scene.agent.tell(CameraState.LOST, words="no such device")
+    await scene.agent.announce(CameraState.LOST, words="no such device")
     await viewer.until(lambda: viewer.states()[-1] == "camera-lost")
     assert time.monotonic() - began < 1.0
-    assert viewer.told[-1]["words"] == "The camera of Kestrel is lost: no such device"
-    await scene.agent.tell(CameraState.LIVE, codecs=(Codec.MPEG1, Codec.H264))
+    assert viewer.reported[-1]["words"] == "The camera of Kestrel is lost: no such device"
+    await scene.agent.announce(CameraState.LIVE, codecs=(Codec.MPEG1, Codec.H264))
     await scene.agent.send(key=True, is_break=True)
     await viewer.until(lambda: viewer.states()[-1] == "live")
-    assert viewer.told[-1]["codecs"] == ["mpeg1", "h264"]
-    await scene.agent.tell(CameraState.LIVE, thin=True)
+    assert viewer.reported[-1]["codecs"] == ["mpeg1", "h264"]
+    await scene.agent.announce(CameraState.LIVE, thin=True)
     await viewer.until(lambda: viewer.states()[-1] == "thin-link")
     answer = await scene.client.get(f"/api/v1/drones/{scene.drone.id}/video")
     assert answer.json()["state"] == "thin-link"

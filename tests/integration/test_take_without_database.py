@@ -70,8 +70,8 @@ class Scene:
         assert self.lease.lease.holder.name == "Alice"
         assert self.lease.lease.epoch == epoch
         for who in (self.roots, self.alices):
-            told = await who.event("notice", code="control-undecided")
-            assert "Root takes the controls" in told["text"]
+            reported = await who.event("notice", code="control-undecided")
+            assert "Root takes the controls" in reported["text"]
             await who.event("hold", step="ordered")
         return answer
 
@@ -79,8 +79,8 @@ class Scene:
         """The database answers again: the take was not carried out late, and another one is."""
         await until("the decision", lambda: not self.lease.fenced)
         for who in (self.roots, self.alices):
-            told = await who.event("notice", code="control-undecided")
-            assert told["text"] == "The database answers again: Alice has the controls."
+            reported = await who.event("notice", code="control-undecided")
+            assert reported["text"] == "The database answers again: Alice has the controls."
         await until("a renewal", lambda: self.world.tower.lock.is_renewed)
         trail = await audit(self.root, "control.take")
         assert [one["detail"]["result"] for one in trail] == ["failed"]

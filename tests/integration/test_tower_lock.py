@@ -72,8 +72,8 @@ async def test_the_next_one_is_refused_until_the_first_has_released_it(database:
 async def test_an_owner_that_was_stopped_writes_nothing_and_knows_it_with_its_next_look(database: Database) -> None:
     first, second = new_lock(database), new_lock(database, fast_clock())
     database.guard = first.check
-    told: list[str] = []
-    first.on_lost = told.append
+    reported: list[str] = []
+    first.on_lost = reported.append
     try:
         await first.take(waits=False)
         async with database.writing():
@@ -83,10 +83,10 @@ async def test_an_owner_that_was_stopped_writes_nothing_and_knows_it_with_its_ne
             async with database.writing():
                 pytest.fail("a tower that is none any more has written")
         assert not first.may_act()
-        assert len(told) == 1
-        assert "another process has become the tower" in told[0]
+        assert len(reported) == 1
+        assert "another process has become the tower" in reported[0]
         assert not await first._renew_once()
-        assert len(told) == 1
+        assert len(reported) == 1
         async with database.reading() as session:
             assert session is not None  # reading goes on
         database.guard = second.check

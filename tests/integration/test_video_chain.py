@@ -35,7 +35,7 @@ from worlds.video_seen import is_running, looking_through, units_from_agents, un
 
 from wire.video import Unit
 
-TOLD_WITHIN_S = 1.0
+REPORTED_WITHIN_S = 1.0
 STICKS_WITHIN_S = 0.25
 """Well below what makes an agent hold."""
 ATTEMPTS = 3
@@ -70,9 +70,9 @@ def probed(units: list[Unit], file: Path) -> dict[str, Any]:
     """What ffprobe says of a stream that was written to a file as it came; it must not complain."""
     file.write_bytes(b"".join(unit.payload for unit in units))
     asked = ["ffprobe", "-v", "error", "-count_frames", "-show_streams", "-of", "json", str(file)]
-    told = subprocess.run(asked, capture_output=True, text=True, check=True, timeout=60)
-    assert told.stderr == ""
-    [stream] = json.loads(told.stdout)["streams"]
+    reported = subprocess.run(asked, capture_output=True, text=True, check=True, timeout=60)
+    assert reported.stderr == ""
+    [stream] = json.loads(reported.stdout)["streams"]
     found: dict[str, Any] = stream
     return found
 
@@ -85,9 +85,9 @@ async def test_what_a_viewer_gets_is_whole_and_as_old_as_it_says(
     async with viewer(world.visitor("alice"), f"?quality=medium&codec={codec}") as watcher:
         await until(lambda: len(unbroken(watcher.units)) >= 60, 90, "pictures of which none is missing")
         units = unbroken(watcher.units)
-    told = await asyncio.to_thread(probed, units, tmp_path / "stream")
-    assert (told["codec_name"], told["width"], told["height"]) == (form, 320, 240)
-    assert int(told["nb_read_frames"]) == len(units) == len(decoded(units))
+    reported = await asyncio.to_thread(probed, units, tmp_path / "stream")
+    assert (reported["codec_name"], reported["width"], reported["height"]) == (form, 320, 240)
+    assert int(reported["nb_read_frames"]) == len(units) == len(decoded(units))
     ages = ages_ms(units)
     print(f"{codec}: {len(units)} pictures, {len(ages)} strips, ages {sorted(ages)}")
     assert len(ages) > len(units) * 0.8
@@ -121,9 +121,9 @@ async def test_an_unplugged_camera_is_told_and_comes_back(world: World) -> None:
         lateness.worst_s = 0.0
         await asyncio.to_thread(world.unplug_camera, "Kestrel", 5.0)
         await watcher.until(lambda: watcher.states()[-1] == "camera-lost")
-        told_s = time.monotonic() - await gone
-        print(f"told {told_s:.3f} s after it was unplugged; this machine was late by {lateness.worst_s:.3f} s")
-        assert told_s < TOLD_WITHIN_S + lateness.worst_s
+        reported_s = time.monotonic() - await gone
+        print(f"told {reported_s:.3f} s after it was unplugged; this machine was late by {lateness.worst_s:.3f} s")
+        assert reported_s < REPORTED_WITHIN_S + lateness.worst_s
         had = len(watcher.units)
         await watcher.until(lambda: watcher.states()[-1] == "live")
         await pictures_come(watcher)
@@ -144,14 +144,14 @@ async def test_flight_does_not_notice_what_becomes_of_the_video_process(world: W
             states = len(watcher.states())
             os.kill(child, number)
             await watcher.until(lambda: "camera-lost" in watcher.states()[states:])  # noqa: B023
-            told_s = time.monotonic() - begun_at
+            reported_s = time.monotonic() - begun_at
             await asyncio.to_thread(wait_for, "another one", partial(another_child, world, "Kestrel", child))
             another_s = time.monotonic() - begun_at
             back_s = another_s + await pictures_come(watcher)
             gap_s = line.longest_gap_s(begun_at)
-            print(f"told after {told_s:.2f} s, another one after {another_s:.1f} s, pictures after {back_s:.1f} s")
+            print(f"told after {reported_s:.2f} s, another one after {another_s:.1f} s, pictures after {back_s:.1f} s")
             print(f"sticks' gap {gap_s:.3f} s, this machine late by {lateness.worst_s:.3f} s; {watcher.states()}")
-            assert told_s < TOLD_WITHIN_S + lateness.worst_s
+            assert reported_s < REPORTED_WITHIN_S + lateness.worst_s
             assert not is_running(child)
             assert watcher.states()[-1] == "live"
             if lateness.worst_s < STICKS_WITHIN_S:

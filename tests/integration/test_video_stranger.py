@@ -83,7 +83,7 @@ async def stranger(tmp_path: Path) -> AsyncIterator[Stranger]:
         assert drone.id == 1
         holder = await world.signed_in(alice)
         async with camera_agent(world, drone) as agent:
-            await agent.tell(CameraState.LIVE, codecs=(Codec.MPEG1,))
+            await agent.announce(CameraState.LIVE, codecs=(Codec.MPEG1,))
             assert (await holder.post("/api/v1/drones/1/control/acquire")).status_code == 200
             path = "/api/v1/drones/1/recordings"
             begun = [await holder.post(path)]

@@ -275,8 +275,8 @@ async def test_take_shuts_the_operator_out_and_give_lets_them_back(
         await next_event(browser, "welcome")
         taken = admin.ask("POST", "/drones/1/control/take", {"reason": "gusts"})
         assert (taken.json["holder"]["name"], taken.json["epoch"]) == ("admin", 2)
-        told = await next_event(browser, "control")
-        assert (told["event"], told["by"]["name"], told["reason"]) == ("taken", "admin", "gusts")
+        reported = await next_event(browser, "control")
+        assert (reported["event"], reported["by"]["name"], reported["reason"]) == ("taken", "admin", "gusts")
         await browser.send(tag(1, frame))
         assert (await next_event(browser, "notice"))["code"] == "not-in-control"
         assert alice.ask("POST", "/drones/1/control/acquire").status == 409

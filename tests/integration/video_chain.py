@@ -104,7 +104,7 @@ async def viewer(
 async def pictures_come(watcher: Watcher, count: int = 5, timeout_s: float = 60.0) -> float:
     """New ones, from now on. Seconds until the first of them."""
     asked_at, had = time.monotonic(), len(watcher.units)
-    await until(lambda: len(watcher.units) >= had + count, timeout_s, f"pictures; told: {watcher.told[-4:]}")
+    await until(lambda: len(watcher.units) >= had + count, timeout_s, f"pictures; told: {watcher.reported[-4:]}")
     return watcher.came_at[had] - asked_at
 
 

@@ -58,8 +58,8 @@ class Scene:
 
 async def wanted(scene: Scene, *streams: tuple[Quality, Codec]) -> None:
     def asked() -> bool:
-        told = scene.agent.wanted
-        return told is not None and tuple((one.quality, one.codec) for one in told.streams) == streams
+        reported = scene.agent.wanted
+        return reported is not None and tuple((one.quality, one.codec) for one in reported.streams) == streams
 
     await until(asked, what=f"to be asked for {streams}")
 

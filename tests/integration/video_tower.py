@@ -77,20 +77,26 @@ class VideoTower(FakeTower):
 
     async def watch(self, *streams: StreamRequest, ticket: str = TICKET) -> None:
         """Nothing: stop."""
-        await self.tell(VideoWanted(ticket=ticket, streams=streams))
+        await self.announce(VideoWanted(ticket=ticket, streams=streams))
 
-    async def ask_for_key(self, wish: StreamRequest) -> None:
-        await self.channels[-1].send(msgspec.json.encode(KeyWanted(wish.quality, wish.codec)), text=True)
+    async def ask_for_key(self, stream_request: StreamRequest) -> None:
+        await self.channels[-1].send(
+            msgspec.json.encode(KeyWanted(stream_request.quality, stream_request.codec)), text=True
+        )
 
-    def of(self, wish: StreamRequest, since: float = 0.0) -> list[Unit]:
+    def of(self, stream_request: StreamRequest, since: float = 0.0) -> list[Unit]:
         """The units of one stream that came since then."""
-        return [unit for at, unit in self.units if at >= since and (unit.quality, unit.codec) == wish_key(wish)]
+        return [
+            unit for at, unit in self.units if at >= since and (unit.quality, unit.codec) == request_key(stream_request)
+        ]
 
-    async def more(self, wish: StreamRequest, count: int, timeout_s: float = 30.0) -> list[Unit]:
+    async def more(self, stream_request: StreamRequest, count: int, timeout_s: float = 30.0) -> list[Unit]:
         """The next `count` of one stream."""
         since = time.monotonic()
-        await until(lambda: len(self.of(wish, since)) >= count, timeout_s, f"{count} units of {wish}")
-        return self.of(wish, since)[:count]
+        await until(
+            lambda: len(self.of(stream_request, since)) >= count, timeout_s, f"{count} units of {stream_request}"
+        )
+        return self.of(stream_request, since)[:count]
 
     @property
     def camera_states(self) -> list[VideoState]:
@@ -110,8 +116,8 @@ class VideoTower(FakeTower):
         return found
 
 
-def wish_key(wish: StreamRequest) -> tuple[Any, Any]:
-    return wish.quality, wish.codec
+def request_key(stream_request: StreamRequest) -> tuple[Any, Any]:
+    return stream_request.quality, stream_request.codec
 
 
 @contextlib.asynccontextmanager

@@ -128,7 +128,7 @@ class CameraAgent(asyncio.DatagramProtocol):
                     answer = ClockAnswer(number=message.number, at_us=agent_us())
                     self._udp.sendto(self._sealed.seal_urgent(encode_message(answer).encode()))
 
-    async def tell(self, camera: CameraState, **fields: Any) -> None:
+    async def announce(self, camera: CameraState, **fields: Any) -> None:
         """How it is with the camera."""
         assert self._control is not None
         await self._control.send(encode_message(VideoState(camera=camera, **fields)))
@@ -238,7 +238,7 @@ class Watcher:
         self.connection = connection
         self.units: list[Unit] = []
         self.came_at: list[float] = []
-        self.told: list[dict[str, Any]] = []
+        self.reported: list[dict[str, Any]] = []
         self.says_got = True
         self.bytes_per_s: float | None = None
         """Reads no faster than this."""
@@ -248,7 +248,7 @@ class Watcher:
         with contextlib.suppress(ConnectionClosed):
             async for message in self.connection:
                 if isinstance(message, str):
-                    self.told.append(json.loads(message))
+                    self.reported.append(json.loads(message))
                     continue
                 if self.bytes_per_s is not None:
                     await asyncio.sleep(len(message) / self.bytes_per_s)
@@ -264,16 +264,16 @@ class Watcher:
         return [at - unit.capture_us / 1e6 for unit, at in pairs if at >= since and unit.capture_us]
 
     def states(self) -> list[str]:
-        return [one["state"] for one in self.told if one["type"] == "state"]
+        return [one["state"] for one in self.reported if one["type"] == "state"]
 
     def skipped(self) -> int:
-        return sum(one["count"] for one in self.told if one["type"] == "skipped")
+        return sum(one["count"] for one in self.reported if one["type"] == "skipped")
 
     async def ask(self, **request: Any) -> None:
         await self.connection.send(json.dumps(request))
 
     async def until(self, condition: Callable[[], Any], what: str = "") -> Any:
-        return await until(condition, what=what or str(self.told[-3:]))
+        return await until(condition, what=what or str(self.reported[-3:]))
 
     async def until_closed(self) -> int | None:
         """The code with which it ends."""

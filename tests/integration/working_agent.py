@@ -71,7 +71,7 @@ class WorkingAgent(ObedientAgent):
         for datagram in self._sealed.seal_frames(Epoch(0), [frame], now):
             self._hub.datagram(datagram, self.link.link_id, ("203.0.113.1", 5), now)
 
-    def tell(self, message: TransactionToTower) -> None:
+    def announce(self, message: TransactionToTower) -> None:
         self._hub.reports.receive(self.link, message)
 
     def go_on(self) -> None:
@@ -89,14 +89,14 @@ class WorkingAgent(ObedientAgent):
             self.cancelled.append(message.id)
             words = "It was stopped: the old plan is untouched."
             result = TransactionResult(id=message.id, outcome=Outcome.CANCELLED, words=words)
-            asyncio.get_running_loop().call_soon(self.tell, result)
+            asyncio.get_running_loop().call_soon(self.announce, result)
 
     def _work(self, asked: Transaction) -> None:
         drone = self._hub.state.drones.get(DroneId(self.link.drone_id))
         if drone is None or drone.link is not self.link:
             return
         fields = self.answer_with(asked) if self.answer_with else self._usual(asked)
-        self.tell(TransactionResult(id=asked.id, **({"outcome": Outcome.DONE, "words": "Done."} | fields)))
+        self.announce(TransactionResult(id=asked.id, **({"outcome": Outcome.DONE, "words": "Done."} | fields)))
 
     def _usual(self, asked: Transaction) -> dict[str, Any]:
         match asked.work:
@@ -107,8 +107,8 @@ class WorkingAgent(ObedientAgent):
             case PlanDownloadWork(kind=kind):
                 return {"plan": pack_plan(kind, self.plans[kind])}
             case ParametersReadWork():
-                self.tell_parameters()
-                self.tell(ParameterTable(hash=table_hash(self.table), packed=pack_table(self.table)))
+                self.report_parameters()
+                self.announce(ParameterTable(hash=table_hash(self.table), packed=pack_table(self.table)))
             case ParametersWriteWork(values=values):
                 return self._write(values)
             case LogListWork():
@@ -117,10 +117,10 @@ class WorkingAgent(ObedientAgent):
                 return {"outcome": Outcome.FAILED, "words": "The plan on board is another."}
         return {}
 
-    def tell_parameters(self) -> None:
+    def report_parameters(self) -> None:
         """They are all known."""
         count = len(self.table)
-        self.tell(ParameterCache(hash=table_hash(self.table), count=count, total=count))
+        self.announce(ParameterCache(hash=table_hash(self.table), count=count, total=count))
 
     def _write(self, values: Iterable[tuple[str, float]]) -> dict[str, Any]:
         """Nothing above 9000 is taken; what is not there is refused."""
@@ -133,12 +133,12 @@ class WorkingAgent(ObedientAgent):
             else:
                 there[name] = Parameter(name, value, there[name].kind)
         self.table = by_name(there.values())
-        self.tell_parameters()
+        self.report_parameters()
         outcome = Outcome.FAILED if refusals else Outcome.DONE
         return {"outcome": outcome, "words": "Written.", "refusals": tuple(refusals), "refused": len(refusals)}
 
     def _keep(self, kind: PlanKind, items: Plan) -> dict[str, Any]:
         self.plans[kind] = items
         packed, hash_ = pack_plan(kind, items), plan_hash(kind, items)
-        self.tell(PlanOnBoard(kind=kind, hash=hash_, count=len(items), plan=packed))
+        self.announce(PlanOnBoard(kind=kind, hash=hash_, count=len(items), plan=packed))
         return {"words": "It is on board."}

@@ -193,9 +193,9 @@ class ModelAgent:
         for datagram in self._sealed.datagrams_to_send(now):
             self._to_tower(hub, datagram, now)
         for message in self.onboard.messages_to_tower(now):
-            self._tell(hub, message, now)
+            self._announce(hub, message, now)
 
-    def _tell(self, hub: Hub, message: ToTower, now: float) -> None:
+    def _announce(self, hub: Hub, message: ToTower, now: float) -> None:
         assert self._sealed is not None and self.link is not None
         if isinstance(message, HoldProgress):
             self._progress.append(message)

@@ -48,7 +48,7 @@ class NoDatabase:
         """Not kept."""
 
 
-class SteppedWatchman(HubEventHandler):
+class SteppedEventHandler(HubEventHandler):
     """Its queue is emptied by whoever drives the model, not by tasks."""
 
     def __init__(self, **parts: Any) -> None:
@@ -81,10 +81,10 @@ class ModelTower:
         parts: dict[str, Any] = {"hub": self.hub, "database": database, "clock": lambda: LATER}
         checks = LossChecks(**parts)
         self.service = SteppedService(store, self.hub, on_changed=checks.recheck)
-        self.watchman = SteppedWatchman(
+        self.event_handler = SteppedEventHandler(
             **parts, service=self.service, loss_checks=checks, rehearsals=Rehearsals(**parts), monotonic=clock
         )
-        self.hub.state.on_event = self.watchman.noticed
+        self.hub.state.on_event = self.event_handler.noticed
         self.browsers: dict[UserId, Browser] = {}
         self.running: list[Coroutine[Any, Any, Any]] = []
         store.after_start()
@@ -108,8 +108,8 @@ class ModelTower:
         )
 
     def see_to_next_event(self) -> None:
-        if self.watchman.noticed_events:
-            self._start(self.watchman.carry_out(self.watchman.noticed_events.popleft()))
+        if self.event_handler.noticed_events:
+            self._start(self.event_handler.carry_out(self.event_handler.noticed_events.popleft()))
 
     def step(self, number: int) -> None:
         """Lets one of those that wait for the database go on."""
@@ -117,7 +117,7 @@ class ModelTower:
             self._go_on(self.running[number % len(self.running)])
 
     def settle(self) -> None:
-        while self.running or self.watchman.noticed_events:
+        while self.running or self.event_handler.noticed_events:
             self.see_to_next_event()
             self.step(0)
 

@@ -35,7 +35,7 @@ class MemoryJournal:
 
 
 @dataclass
-class Told:
+class ParamValue:
     """How the agent said that a transaction ended, and what was on board at that moment."""
 
     outcome: Outcome
@@ -53,7 +53,7 @@ class VehicleLine(Protocol):
     def on_board(self) -> Plan: ...
     def from_vehicle(self) -> list[bytes]: ...
     def to_vehicle(self, frame: bytes) -> None: ...
-    def ended(self, transaction_id: int, told: Told) -> None: ...
+    def ended(self, transaction_id: int, reported: ParamValue) -> None: ...
 
 
 class PlanAgent(ModelAgent):
@@ -66,11 +66,11 @@ class PlanAgent(ModelAgent):
         onboard = Onboard(now=world.now, speaks_first=False, journal=world.journal)
         super().__init__(DRONE, world.now, onboard=onboard, process=process)
         service = self.service
-        tell = service._report
+        announce = service._report
 
         def noting(transaction_id: int, outcome: Outcome, words: str, **more: Any) -> None:
-            world.ended(transaction_id, Told(outcome, words, world.on_board(), onboard.downlink.epoch))
-            tell(transaction_id, outcome, words, **more)
+            world.ended(transaction_id, ParamValue(outcome, words, world.on_board(), onboard.downlink.epoch))
+            announce(transaction_id, outcome, words, **more)
 
         service._report = noting  # type: ignore[method-assign]
 
@@ -92,8 +92,8 @@ class PlanAgent(ModelAgent):
         for frame in self.onboard.frames_to_autopilot():
             self._world.to_vehicle(frame)
 
-    def _tell(self, hub: Any, message: ToTower, now: float) -> None:
-        super()._tell(hub, message, now)
+    def _announce(self, hub: Any, message: ToTower, now: float) -> None:
+        super()._announce(hub, message, now)
 
     @property
     def has_written(self) -> bool:

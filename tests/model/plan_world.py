@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from model_store import Account, MemoryStore
 from model_tower import ModelTower
-from plan_agent import DRONE, MISSION, MemoryJournal, PlanAgent, Told
+from plan_agent import DRONE, MISSION, MemoryJournal, ParamValue, PlanAgent
 from plan_samples import NEW, OLD, THIRD
 
 from server.domain.lease import Event, Lease
@@ -60,7 +60,7 @@ class PlanWorld:
     journal: MemoryJournal = field(default_factory=MemoryJournal)
     network: deque[tuple[DroneId, bytes]] = field(default_factory=deque)
     wholes: set[Plan] = field(default_factory=lambda: {OLD})
-    results: dict[int, Told] = field(default_factory=dict)
+    results: dict[int, ParamValue] = field(default_factory=dict)
     """By transaction."""
     operations: list[Operation] = field(default_factory=list)
     """Of this tower's life."""
@@ -296,7 +296,7 @@ class PlanWorld:
         drone = self.tower.hub.state.drones.get(DRONE)
         if agent is None or drone is None or not agent.is_linked_to(self.tower.hub) or not agent.has_channel:
             return False
-        known = drone.board.plans.mission
+        known = drone.onboard.plans.mission
         running = any(one.running for one in self.operations)
         return not running and agent.why_no_start is None and known.state == "known" and not agent.service.busy
 
@@ -311,14 +311,14 @@ class PlanWorld:
         assert self.is_whole
         assert self.journal.records == {}
         drone = self.tower.hub.state.drones.get(DRONE)
-        assert drone is not None and drone.board.plans.mission.hash == plan_hash(MISSION, self.on_board())
+        assert drone is not None and drone.onboard.plans.mission.hash == plan_hash(MISSION, self.on_board())
         self._outcomes_are_true()
 
     # -- the laws ------------------------------------------------------------------------------------------------
 
-    def ended(self, transaction_id: int, told: Told) -> None:
-        assert transaction_id not in self.results or told.outcome is Outcome.REFUSED, "it ended twice"
-        self.results[transaction_id] = told
+    def ended(self, transaction_id: int, reported: ParamValue) -> None:
+        assert transaction_id not in self.results or reported.outcome is Outcome.REFUSED, "it ended twice"
+        self.results[transaction_id] = reported
 
     def _hold_against_the_laws(self) -> None:
         if self.flies_mission:
@@ -330,21 +330,21 @@ class PlanWorld:
     def _outcomes_are_true(self) -> None:
         for operation in self.operations:
             work = self.works[operation.id]
-            told = self.results.get(operation.transaction_id)
+            reported = self.results.get(operation.transaction_id)
             if operation.state is State.DONE and operation.order.lane is Lane.PLANS:
-                assert told is not None and told.outcome is Outcome.DONE
-            if told is None or not isinstance(work, PlanUploadWork):
+                assert reported is not None and reported.outcome is Outcome.DONE
+            if reported is None or not isinstance(work, PlanUploadWork):
                 continue
-            if operation.words.startswith(told.words):
-                assert operation.state is STATE_OF[told.outcome]
+            if operation.words.startswith(reported.words):
+                assert operation.state is STATE_OF[reported.outcome]
             else:  # nobody heard it in time: then it is said that nobody knows
                 assert not operation.running and operation.state in (State.FAILED, State.TIMED_OUT)
                 assert "look at what is on board" in operation.words, operation.words
-            if told.outcome is Outcome.DONE:
-                assert same_plan(ArduPilot(), work.kind, work.items, told.on_board)
-                assert told.epoch == operation.epoch
-            elif "is not known" not in told.words:
-                assert told.on_board in self.wholes
+            if reported.outcome is Outcome.DONE:
+                assert same_plan(ArduPilot(), work.kind, work.items, reported.on_board)
+                assert reported.epoch == operation.epoch
+            elif "is not known" not in reported.words:
+                assert reported.on_board in self.wholes
 
 
 def _numbers(item: PlanItem) -> tuple[float, float, float, float]:

@@ -191,9 +191,9 @@ class ControlModel(RuleBasedStateMachine):
     def database_answers(self, number: int) -> None:
         self.tower.step(number)
 
-    @precondition(lambda self: self.tower.watchman.noticed_events)
+    @precondition(lambda self: self.tower.event_handler.noticed_events)
     @rule()
-    def watchman_works(self) -> None:
+    def event_handler_works(self) -> None:
         self.tower.see_to_next_event()
 
     @rule()
@@ -326,9 +326,9 @@ class ControlModel(RuleBasedStateMachine):
         for drone_id, agent in self.agents.items():
             if agent.has_channel and agent.linked:
                 assert agent.onboard.downlink.epoch == self.store.leases[drone_id].epoch
-        self._orphans_are_told_or_end()
+        self._orphans_are_reported_or_end()
 
-    def _orphans_are_told_or_end(self) -> None:
+    def _orphans_are_reported_or_end(self) -> None:
         self._time_passes(0.1)
         self.everything_arrives()
         for agent in self._orphans():
@@ -350,6 +350,6 @@ def test_who_loses_the_right_while_the_turn_changes_loses_the_controls() -> None
     model = ControlModel()
     ControlModel.everybody_comes(model, asked=((ALICE, Event.ACQUIRE), (ROOT, Event.ASSIST)))
     model.holder_and_assistant_at_once(ONE)
-    model.watchman_works()
+    model.event_handler_works()
     model.rights_change(user_id=ALICE, drone_id=ONE, what="no owner")
     model.teardown()

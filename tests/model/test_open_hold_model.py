@@ -34,7 +34,7 @@ ARREST_M: Final = 4.0
 SETTLES_S: Final = 0.2
 ANNOUNCED_S: Final = 1.0
 WAKES_UP_S: Final = 0.5
-TOLD_EVERY_S: Final = 5.2
+SEND_EVERY_S: Final = 5.2
 PATIENCE_S: Final = 3.5
 """For whoever commands a mode of sticks, to put a hand on them."""
 STOPS_S: Final = 6.0
@@ -95,11 +95,11 @@ class OpenHoldModel(RuleBasedStateMachine):
             lost_action_s=ACTION_S,
             hold_ladder=ladder,
         )
-        self.flown_at = self.alive_since = self.world.now
+        self.flown_at = self.alive_since = self.holds_since = self.world.now
         self.commanded_at = float("-inf")
         self.linked_since = self.open_since = self.world.now
         self.died_at = float("-inf")
-        self.told_before_death: HoldState | None = None
+        self.reported_before_death: HoldState | None = None
         self.top_m = height_m
         self.seen_changes = 0
         self.announced_at: float | None = None
@@ -184,8 +184,8 @@ class OpenHoldModel(RuleBasedStateMachine):
     def _die(self) -> None:
         world = self._w
         world.hand = None
-        told = world.states()
-        self.told_before_death = told[-1][1] if told and world.linked else None
+        reported = world.states()
+        self.reported_before_death = reported[-1][1] if reported and world.linked else None
         self.died_at = world.now
         world.kill_agent()
 
@@ -235,6 +235,8 @@ class OpenHoldModel(RuleBasedStateMachine):
         self.announcements.lines.clear()
         if world.sticks and world.sticks[-1].buttons:
             self.flown_at = world.sticks[-1].at
+        if world.onboard is None or not world.agent.hold.open:
+            self.holds_since = now
         for change in copter.changes[self.seen_changes :]:
             self._changed(change.mode, change.why, change.by)
         self.seen_changes = len(copter.changes)
@@ -251,7 +253,7 @@ class OpenHoldModel(RuleBasedStateMachine):
             came = flies or now - copter.sticks_at <= FLIES_S
             assert came or now - copter.mode_since <= COME_WITHIN_S, f"no sticks in {copter.mode.name}"
         if alive:
-            self._is_told(now)
+            self._is_announced(now)
 
     def _changed(self, mode: Mode, why: str, by: int) -> None:
         world, now = self._w, self._w.now
@@ -262,15 +264,19 @@ class OpenHoldModel(RuleBasedStateMachine):
             just_commanded = now - self.commanded_at <= COME_WITHIN_S
             assert orphaned or just_commanded, "a radio failsafe while the agent lives and keeps sticks"
         if why == "EKF failsafe" and alive:
-            assert not world.agent.hold.open, "an EKF failsafe while the agent holds"
-        if why == "radio failsafe" and orphaned and self.told_before_death is not None:
-            told = self.told_before_death.after_sticks
-            assert told is AfterSticks.UNKNOWN or mode in TOLD.get(told, set()), f"{mode.name}, and {told} was told"
+            # A hold that has just begun may cross the failsafe on the line.
+            holds = world.agent.hold.open and now - self.holds_since > COME_WITHIN_S
+            assert not holds, "an EKF failsafe while the agent holds"
+        if why == "radio failsafe" and orphaned and self.reported_before_death is not None:
+            reported = self.reported_before_death.after_sticks
+            assert reported is AfterSticks.UNKNOWN or mode in TOLD.get(reported, set()), (
+                f"{mode.name}, and {reported} was told"
+            )
         if by == AGENT_COMPONENT and mode in GOES_DOWN:
-            told_s = -1.0 if self.announced_at is None else now - self.announced_at
-            assert told_s >= ANNOUNCED_S, f"{mode.name} of the agent's own, {told_s:.2f} s after the first word"
+            reported_s = -1.0 if self.announced_at is None else now - self.announced_at
+            assert reported_s >= ANNOUNCED_S, f"{mode.name} of the agent's own, {reported_s:.2f} s after the first word"
 
-    def _is_told(self, now: float) -> None:
+    def _is_announced(self, now: float) -> None:
         world, copter = self._w, self._w.copter
         if not world.agent.hold.open:
             self.open_since = now
@@ -284,7 +290,7 @@ class OpenHoldModel(RuleBasedStateMachine):
         assert state.phase is not LostPhase.QUIET or now - at <= COME_WITHIN_S, (
             "nothing is told of what will become of it"
         )
-        assert now - at <= TOLD_EVERY_S, "it was told long ago"
+        assert now - at <= SEND_EVERY_S, "it was told long ago"
         if state.stage is HoldStage.STAY and now - max(copter.mode_since, since) > STOPS_S:
             assert max(copter.speed_m_s, abs(copter.climb_m_s)) < 0.5, "it is told as staying, and it moves"
         if state.phase is LostPhase.COUNTING:

@@ -51,7 +51,7 @@ class Seen:
     frozen: bool = False
     """It draws, and says nothing any more."""
     said: int = 0
-    looks_at: float = float("inf")
+    check_at: float = float("inf")
 
     units: list[tuple[int, bool, float, float]] = field(default_factory=list)
 
@@ -120,14 +120,14 @@ class Film:
         if said is not None and not seen.frozen:
             seen.said += 1
             self.at(now + way.one_way_s, lambda back: self._got(pace, way, seen, said, back))
-        if seen.cadence is not None and seen.cadence.look_at < seen.looks_at:
-            seen.looks_at = seen.cadence.look_at
-            self.at(seen.looks_at, lambda then: self._look(pace, way, seen, then))
+        if seen.cadence is not None and seen.cadence.look_at < seen.check_at:
+            seen.check_at = seen.cadence.look_at
+            self.at(seen.check_at, lambda then: self._look(pace, way, seen, then))
 
     def _look(self, pace: ViewerPace, way: Way, seen: Seen, now: float) -> None:
         assert seen.cadence is not None
-        if now == seen.looks_at:
-            seen.looks_at = float("inf")
+        if now == seen.check_at:
+            seen.check_at = float("inf")
             self._say(pace, way, seen, seen.cadence.look(now), now)
 
     def _got(self, pace: ViewerPace, way: Way, seen: Seen, said: Got, now: float) -> None:

@@ -43,8 +43,8 @@ class PhotographedTap(AutopilotTap):
 
     def _keep(self, frame: bytes, now: float) -> bool:
         if message_id(frame) == _FEEDBACK:
-            told = decode(frame)
-            self.photographs.append(Photograph(told.img_idx, told.lat, told.lng, told.alt_rel))
+            reported = decode(frame)
+            self.photographs.append(Photograph(reported.img_idx, reported.lat, reported.lng, reported.alt_rel))
         return super()._keep(frame, now)
 
 

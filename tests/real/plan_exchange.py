@@ -70,9 +70,9 @@ class PlanExchange:
         self._handler.begin(Transaction(id=self._number, epoch=0, deadline_s=WITHIN_S, work=work), self._loop.time())
         async with asyncio.timeout(2 * WITHIN_S):
             while True:
-                for told in self._handler.news():
-                    if isinstance(told, TransactionResult):
-                        return told
+                for reported in self._handler.news():
+                    if isinstance(reported, TransactionResult):
+                        return reported
                 self._step()
                 await asyncio.sleep(TICK_S)
 

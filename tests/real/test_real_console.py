@@ -115,12 +115,12 @@ def uploaded(console: ConsolePage, world: World, drone_id: int) -> list[PlanItem
     expect(console.part("board-mission")).to_have_attribute("data-standing", "on the drone")
     shown = console.part("plan-item").count()
     console.page.keyboard.press("v")
-    for deed, told in (("verify", "is this one"), ("download", "is on the screen")):
+    for action, reported in (("verify", "is this one"), ("download", "is on the screen")):
         console.part("drone-plan-menu").click()
-        console.part(deed).click()
-        if deed == "download":  # what is on the screen is not in the library
+        console.part(action).click()
+        if action == "download":  # what is on the screen is not in the library
             console.part("confirm-button").click()
-        expect(came).to_contain_text(told)
+        expect(came).to_contain_text(reported)
         expect(came).to_have_attribute("data-as", "done")
     expect(console.part("plan-item")).to_have_count(shown)
     expect(console.part("board-mission")).to_have_attribute("data-standing", "on the drone")
@@ -195,10 +195,10 @@ def test_a_survey_is_drawn_goes_on_board_and_is_photographed_where_it_was_planne
     plan, every_m = wanted(board)
     assert len(plan) > 10
 
-    told = console.part("told")
+    reported = console.part("told")
     console.part("mission-start").click()
     console.confirm("Kestrel")
-    expect(told).to_have_attribute("data-good", "true", timeout=60_000)
+    expect(reported).to_have_attribute("data-good", "true", timeout=60_000)
     kestrel = field.autopilots[0]
     console.wait("the air", lambda: field.world.visitor("alice").drone(1)["airborne"])
     console.wait(
@@ -263,8 +263,10 @@ def test_a_squad_plan_is_drawn_and_goes_on_board_of_all(field: Field, come: Some
     for drone_id in SQUAD:
         count = alice.ask("GET", f"/drones/{drone_id}/mission").json["count"]
         boards.append(on_board(field.world, drone_id, count))
-        told = [one for one in changes_ahead(ArduPilot(), PlanKind.MISSION, boards[-1]) if one.effect > Effect.QUIET]
-        assert told == []
+        reported = [
+            one for one in changes_ahead(ArduPilot(), PlanKind.MISSION, boards[-1]) if one.effect > Effect.QUIET
+        ]
+        assert reported == []
     assert all(one != other for one, other in itertools.pairwise(boards))
 
 

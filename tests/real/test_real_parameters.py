@@ -12,7 +12,7 @@ import pytest
 from bench.real_autopilot import RealAutopilot, Receiver, flying
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.file_frames import FileFrames, read_answer
-from onboard_agent.transactions.parameter_encoding import Encoding, read_told
+from onboard_agent.transactions.parameter_encoding import Encoding, read_param_value
 from onboard_agent.transactions.parameter_frames import FAST, ParameterFrames
 from onboard_agent.transactions.parameter_listing import Listed
 from onboard_agent.transactions.parameter_reading import ParameterReading
@@ -51,7 +51,7 @@ async def reading(autopilot: RealAutopilot, maker: FrameMaker, *, by_file: bool)
                     if source(frame) != (1, 1):
                         continue
                     if message_id(frame) == VALUES:
-                        one.receive(read_told(frame, Encoding.CAST), loop.time())
+                        one.receive(read_param_value(frame, Encoding.CAST), loop.time())
                     elif message_id(frame) == FILES:
                         answer = read_answer(decode(frame), 1)
                         if answer is not None:

@@ -198,7 +198,7 @@ async def test_its_parameters_are_known_with_what_it_says_of_them(px4_build: Pat
     async with flown(px4_build, tmp_path) as flight:
         pilot = flight.pilot
 
-        async def told(path: str) -> Any:
+        async def reported(path: str) -> Any:
             for _ in range(300):
                 answer = await pilot.ask("GET", path)
                 if answer.status == 200:
@@ -206,11 +206,11 @@ async def test_its_parameters_are_known_with_what_it_says_of_them(px4_build: Pat
                 await asyncio.sleep(0.1)
             raise AssertionError(answer.body)
 
-        values = {one["name"]: one["value"] for one in (await told("/parameters"))["values"]}
+        values = {one["name"]: one["value"] for one in (await reported("/parameters"))["values"]}
         assert len(values) > 850
         wanted = {"MAV_SYS_ID": 1, "COM_RC_IN_MODE": 1, "SIM_BAT_DRAIN": 100_000}
         assert {name: values[name] for name in wanted} == wanted
         written = await flight.work("PATCH", "/parameters", {"values": {"RTL_RETURN_ALT": 25.5, "COM_RC_IN_MODE": 3}})
         assert not written["refusals"]
-        described = {one["name"] for one in (await told("/parameters/metadata"))["parameters"]}
+        described = {one["name"] for one in (await reported("/parameters/metadata"))["parameters"]}
         assert {name for name in values if name not in described and not name.startswith(("CAL_", "TC_"))} == set()

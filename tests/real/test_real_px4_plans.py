@@ -79,9 +79,11 @@ async def test_what_it_cannot_do_is_refused_and_not_offered(px4_build: Path, tmp
         for item in kinds["ardupilot"]:
             if item.command in ours:
                 continue
-            told = [await exchange.do(PlanUploadWork(MISSION, (TAKE_OFF, one))) for one in (item, placed_nowhere(item))]
-            assert {one.code for one in told if one.outcome is Outcome.FAILED} <= {"MAV_MISSION_UNSUPPORTED"}
-            if all(one.outcome is Outcome.FAILED for one in told):
+            reported = [
+                await exchange.do(PlanUploadWork(MISSION, (TAKE_OFF, one))) for one in (item, placed_nowhere(item))
+            ]
+            assert {one.code for one in reported if one.outcome is Outcome.FAILED} <= {"MAV_MISSION_UNSUPPORTED"}
+            if all(one.outcome is Outcome.FAILED for one in reported):
                 refused.add(item.command)
     assert refused == REFUSED_AT_ALL
     assert not refused & ours

@@ -105,7 +105,7 @@ class HeldCopter:
         """What the autopilot got, whosever."""
         self.agent_sent: list[Any] = []
         """What the agent said in its own name, decoded."""
-        self.told: list[tuple[float, Any]] = []
+        self.reported: list[tuple[float, Any]] = []
         """What the tower was told, and when."""
         self._orders = self._links = 0
         self._next_hand_at = self.now
@@ -247,7 +247,7 @@ class HeldCopter:
             elif message.get_srcComponent() == AGENT_COMPONENT:
                 self.agent_sent.append(message)
         self.copter.receive(frames)
-        self.told += [(self.now, message) for message in agent.messages_to_tower(self.now)]
+        self.reported += [(self.now, message) for message in agent.messages_to_tower(self.now)]
 
     # What was seen
 
@@ -257,13 +257,13 @@ class HeldCopter:
         return self.states()[-1][1]
 
     def states(self) -> list[tuple[float, HoldState]]:
-        return [(at, one) for at, one in self.told if isinstance(one, HoldState)]
+        return [(at, one) for at, one in self.reported if isinstance(one, HoldState)]
 
     def steps(self) -> list[str]:
-        return [str(one.step) for _, one in self.told if isinstance(one, HoldProgress)]
+        return [str(one.step) for _, one in self.reported if isinstance(one, HoldProgress)]
 
     def progress(self) -> list[HoldProgress]:
-        return [one for _, one in self.told if isinstance(one, HoldProgress)]
+        return [one for _, one in self.reported if isinstance(one, HoldProgress)]
 
     def modes_asked(self) -> list[int]:
         """By the agent, since the last call."""

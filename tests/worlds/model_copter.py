@@ -116,7 +116,7 @@ class ModelCopter:
         """How fast it went down when it last touched the ground."""
         self.changes: list[Change] = []
         self.sticks_at = float("-inf")
-        self.estimator_told_at = now
+        self.estimator_reported_at = now
         self.texts: list[str] = []
         self._x, self._z = 0, 0
         self._has_position = True
@@ -346,7 +346,7 @@ class ModelCopter:
         self._say(mavlink.MAVLink_global_position_int_message(boot_ms, 0, 0, height_mm, height_mm, vx, 0, vz, 0))
 
     def _say_estimator(self) -> None:
-        self.estimator_told_at = self.now
+        self.estimator_reported_at = self.now
         flags = 0x33F if self.has_position else 0x0A7
         self._say(mavlink.MAVLink_ekf_status_report_message(flags, 0.1, 0.1, 0.1, 0.1, 0.1))
 

@@ -20,7 +20,7 @@ const FIRST_WITHIN_MS = 20_000;
 const WITHIN_MS = 2_500;
 
 /** What this browser tells at the moment; `operationId` null: nothing. */
-export const telling = $state<{ operationId: string | null; accuracyM: number | null; problem: string }>({
+export const sharing = $state<{ operationId: string | null; accuracyM: number | null; problem: string }>({
   operationId: null,
   accuracyM: null,
   problem: '',
@@ -69,7 +69,7 @@ export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number 
     first = await locate(FIRST_WITHIN_MS);
   } catch (error) {
     const words = wordsOf(error);
-    await vehicle.perform('Follow me', () => Promise.resolve({ kind: 'told', isDone: false, words }));
+    await vehicle.perform('Follow me', () => Promise.resolve({ kind: 'reported', isDone: false, words }));
     return;
   }
   const sure = measured(units, 'distance', first.coords.accuracy);
@@ -92,38 +92,38 @@ export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number 
         distance_m: awayM,
         for_s: FOLLOW_FOR_S,
       });
-      void tell(id, begun.id);
+      void report(id, begun.id);
       const came = await followsOrEnded(tower.operations, begun.id);
       const follows = came !== null && !isOver(came);
       return {
-        kind: 'told',
+        kind: 'reported',
         isDone: follows,
         words: follows ? `${name} follows you.` : came?.words || 'It ended at once.',
       };
     } catch (error) {
-      return { kind: 'told', isDone: false, words: wordsOf(error) };
+      return { kind: 'reported', isDone: false, words: wordsOf(error) };
     }
   });
 }
 
 /** Until the drone follows no more, or another one follows. */
-async function tell(droneId: number, operationId: string): Promise<void> {
-  Object.assign(telling, { operationId, accuracyM: null, problem: '' });
+async function report(droneId: number, operationId: string): Promise<void> {
+  Object.assign(sharing, { operationId, accuracyM: null, problem: '' });
   const follows = (): boolean => {
     const one = tower.operations.all.get().get(operationId);
-    return telling.operationId === operationId && one !== undefined && !isOver(one);
+    return sharing.operationId === operationId && one !== undefined && !isOver(one);
   };
   while (follows()) {
     const beganMs = performance.now();
     try {
       const located = await locate(WITHIN_MS);
       if (!follows()) break;
-      tower.live.tellPlace(droneId, located);
-      Object.assign(telling, { accuracyM: located.coords.accuracy, problem: '' });
+      tower.live.reportPlace(droneId, located);
+      Object.assign(sharing, { accuracyM: located.coords.accuracy, problem: '' });
     } catch (error) {
-      telling.problem = wordsOf(error);
+      sharing.problem = wordsOf(error);
     }
     await new Promise((resolve) => setTimeout(resolve, Math.max(0, EVERY_MS - (performance.now() - beganMs))));
   }
-  if (telling.operationId === operationId) telling.operationId = null;
+  if (sharing.operationId === operationId) sharing.operationId = null;
 }

@@ -84,9 +84,9 @@ export class GuidedActions {
         const begun = await followLeader(this.#operations, id, { ...command, for_s: FOLLOW_FOR_S });
         const now = await followsOrEnded(this.#operations, begun.id);
         const words = now === null || isOver(now) ? now?.words : `${name} flies to ${where}.`;
-        return { kind: 'told', isDone: now !== null && !isOver(now), words: words || 'It ended at once.' };
+        return { kind: 'reported', isDone: now !== null && !isOver(now), words: words || 'It ended at once.' };
       } catch (error) {
-        return { kind: 'told', isDone: false, words: error instanceof Error ? error.message : String(error) };
+        return { kind: 'reported', isDone: false, words: error instanceof Error ? error.message : String(error) };
       }
     });
   }
@@ -97,9 +97,9 @@ export class GuidedActions {
       try {
         await this.#operations.cancel(id);
         const { state, words } = await this.#operations.ended(id);
-        return { kind: 'told', isDone: state === 'cancelled', words };
+        return { kind: 'reported', isDone: state === 'cancelled', words };
       } catch (error) {
-        return { kind: 'told', isDone: false, words: error instanceof Error ? error.message : String(error) };
+        return { kind: 'reported', isDone: false, words: error instanceof Error ? error.message : String(error) };
       }
     });
   }

@@ -29,7 +29,7 @@ export class ParameterBook {
   #vehicles = $state.raw<Facts | null>(null);
   /** What is known of the parameters: ours, under what the vehicle says of its own. */
   readonly facts: Facts = $derived(this.#vehicles ? withVehicle(this.#ours, this.#vehicles) : this.#ours);
-  readonly isToldByVehicle: boolean = $derived(this.#vehicles !== null);
+  readonly isFromVehicle: boolean = $derived(this.#vehicles !== null);
   readonly table: Table = $derived(tableOf(this.read?.values ?? []));
   readonly changes: readonly Change[] = $derived(changes(this.tray, this.table));
   readonly isBusy: boolean = $derived(this.operation?.state === 'running');
@@ -58,8 +58,8 @@ export class ParameterBook {
   /** What the vehicle says of its own parameters. Where that cannot be had, or is none, ours do. */
   async askVehicle(): Promise<void> {
     try {
-      const told = await tower.parameterTables.metadata(this.#droneId);
-      this.#vehicles = told === null ? null : factsOfComponent(told);
+      const reported = await tower.parameterTables.metadata(this.#droneId);
+      this.#vehicles = reported === null ? null : factsOfComponent(reported);
     } catch {
       // Nobody waits for it.
     }
@@ -72,7 +72,7 @@ export class ParameterBook {
       const read = await tower.parameterTables.read(this.#droneId);
       if (read === this.read) return;
       this.read = read;
-      this.#tell(before);
+      this.#noteChanges(before);
       this.problem = '';
     } catch (error) {
       const isBeingRead = error instanceof RestError && error.slug === NOT_READ;
@@ -80,17 +80,17 @@ export class ParameterBook {
     }
   }
 
-  #tell(before: Table): void {
+  #noteChanges(before: Table): void {
     if (before.size === 0) return;
-    const told = new Map(this.changedElsewhere);
+    const reported = new Map(this.changedElsewhere);
     for (const { name, value, kind } of this.table.values()) {
       const old = before.get(name);
       if (!old || isSame(old.value, value, kind)) continue;
       const asked = this.#asked.get(name);
-      if (asked !== undefined && isSame(asked, value, kind)) told.delete(name);
-      else told.set(name, told.get(name) ?? old.value);
+      if (asked !== undefined && isSame(asked, value, kind)) reported.delete(name);
+      else reported.set(name, reported.get(name) ?? old.value);
     }
-    this.changedElsewhere = told;
+    this.changedElsewhere = reported;
   }
 
   seen(): void {

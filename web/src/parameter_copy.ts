@@ -59,8 +59,8 @@ export async function copyTo(plan: CopyPlan, user: User, hands: Hands): Promise<
     }
     const values = Object.fromEntries(differences.map(({ name, there }) => [name, there]));
     const { state, words, refusals } = await hands.write(drone.id, values);
-    const told = refusals.map((one) => `${one.name}: ${one.words}`);
-    return { kind: state === 'done' ? 'done' : 'refused', words: [words, ...told].join(' ') };
+    const listed = refusals.map((one) => `${one.name}: ${one.words}`);
+    return { kind: state === 'done' ? 'done' : 'refused', words: [words, ...listed].join(' ') };
   } catch (error) {
     return { kind: 'refused', words: wordsOf(error) };
   } finally {

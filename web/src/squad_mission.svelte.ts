@@ -83,16 +83,16 @@ export class SquadMission {
   }
 
   standing(part: SquadPart): Standing {
-    const told = tower.vehicles.get().get(part.member.id)?.plans.get().mission;
-    if (!told || told.hash === null) return 'unknown';
+    const reported = tower.vehicles.get().get(part.member.id)?.plans.get().mission;
+    if (!reported || reported.hash === null) return 'unknown';
     const hash = hashOf(part.plan);
-    return told.fit_to_fly && (hash === told.hash || hash === told.sent_hash) ? 'on the drone' : 'another';
+    return reported.fit_to_fly && (hash === reported.hash || hash === reported.sent_hash) ? 'on the drone' : 'another';
   }
 
   upload(parts: readonly SquadPart[]): Promise<void> {
     const rows = new Map(parts.map(({ member, plan }) => [member.id, itemsOf(plan, 'mission').map(rowOf)]));
-    return this.#run('upload', idsOf(parts), (drone, tell) =>
-      followed(tower.operations, this.#rest.upload(drone.id, 'mission', rows.get(drone.id)!, false), tell),
+    return this.#run('upload', idsOf(parts), (drone, report) =>
+      followed(tower.operations, this.#rest.upload(drone.id, 'mission', rows.get(drone.id)!, false), report),
     );
   }
 
@@ -156,19 +156,19 @@ function hashOf(plan: Plan): string {
 
 const command =
   (name: 'start' | 'hold'): SquadAction =>
-  (drone, tell) =>
-    followed(tower.operations, commandDrone(tower.operations, drone.id, { command: name }), tell);
+  (drone, report) =>
+    followed(tower.operations, commandDrone(tower.operations, drone.id, { command: name }), report);
 
 /** Tells how it goes on, and answers with how it ended. */
 async function followed(
   operations: Operations,
   begun: Promise<Operation>,
-  tell: (operation: Operation) => void,
+  report: (operation: Operation) => void,
 ): Promise<Operation> {
   const { id } = await begun;
   const stop = operations.all.subscribe((all) => {
     const now = all.get(id);
-    if (now) tell(now);
+    if (now) report(now);
   });
   try {
     return await operations.ended(id);

@@ -7,7 +7,7 @@ import { wordsOf } from './loading.svelte';
 import { tower } from './tower.svelte';
 
 export interface StayRequest {
-  readonly phase: 'asking' | 'told' | 'refused';
+  readonly phase: 'asking' | 'reported' | 'refused';
   /** Of a refusal. */
   readonly words: string;
 }
@@ -22,7 +22,7 @@ export async function requestStay(drone: Drone): Promise<void> {
   stayRequests.set(drone.id, { phase: 'asking', words: '' });
   try {
     await tower.control(drone.id, 'stay');
-    stayRequests.set(drone.id, { phase: 'told', words: '' });
+    stayRequests.set(drone.id, { phase: 'reported', words: '' });
   } catch (error) {
     const refusal: StayRequest = { phase: 'refused', words: wordsOf(error) };
     tower.record({ droneId: drone.id, source: 'tower', severity: 'error', text: `Stay refused: ${refusal.words}` });

@@ -34,7 +34,7 @@ beforeEach(() => {
   const uplink = {
     command: (_: number, command: DroneCommand) => {
       commands.push(command);
-      return Promise.resolve({ kind: 'told', isDone: true, words: 'Done.' } as const);
+      return Promise.resolve({ kind: 'reported', isDone: true, words: 'Done.' } as const);
     },
     send: () => ++frames > 0,
     sendFresh: () => 'sent' as const,

@@ -30,9 +30,9 @@ def max_bps(request: StreamRequest) -> int:
     return round(LIMITS[request.quality].bits_per_s * SHARE_OF_MPEG1[request.codec])
 
 
-def allot(budget_bps: float, wishes: Iterable[StreamRequest]) -> dict[StreamRequest, int]:
+def allot(budget_bps: float, requests: Iterable[StreamRequest]) -> dict[StreamRequest, int]:
     """Bits a second for each; 0: it rests, because the others need everything. One stream alone never rests."""
-    order = sorted(wishes, key=lambda request: (request.quality, -request.codec))
+    order = sorted(requests, key=lambda request: (request.quality, -request.codec))
     left = int(budget_bps)
     shares: dict[StreamRequest, int] = {}
     for request in order:
@@ -55,9 +55,9 @@ class Thinness:
         self.thin = False
         self._since: float | None = None
 
-    def judge(self, budget_bps: float, wishes: Iterable[StreamRequest], now: float) -> bool:
+    def judge(self, budget_bps: float, requests: Iterable[StreamRequest], now: float) -> bool:
         """Whether it is so now."""
-        needed = sum(min_bps(request) for request in wishes)
+        needed = sum(min_bps(request) for request in requests)
         if self.thin:
             self.thin = needed > 0 and budget_bps < NOT_THIN_FROM * needed
             self._since = None

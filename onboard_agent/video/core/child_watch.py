@@ -9,7 +9,7 @@ not for longer than a tenth of a second, unless another thread holds Python's lo
 from enum import Enum
 from typing import Final
 
-LOOK_EVERY_S: Final = 0.25
+CHECK_EVERY_S: Final = 0.25
 MAX_STEP_S: Final = 0.3
 """After a longer pause between two looks it was we who were not there: that is no silence of the child's."""
 FIRST_WORD_WITHIN_S: Final = 30.0
@@ -40,7 +40,7 @@ class ChildWatch:
         self.silent_s = 0.0
         """For so long nothing was heard, as far as we were there to hear it."""
         self._first_word = False
-        self._looked_at = now
+        self._checked_at = now
         self._stopped_s = 0.0
         self._asleep_s = 0.0
 
@@ -55,10 +55,10 @@ class ChildWatch:
         return self._first_word and self.silent_s > SAID_AFTER_S
 
     def judge(self, states: str, now: float) -> Verdict:
-        """Every LOOK_EVERY_S. `states`: the letters that the system has for its threads (proc(5)); empty where they
+        """Every CHECK_EVERY_S. `states`: the letters that the system has for its threads (proc(5)); empty where they
         are not known or, while it is not silent, were not looked up."""
-        step_s = min(MAX_STEP_S, max(0.0, now - self._looked_at))
-        self._looked_at = now
+        step_s = min(MAX_STEP_S, max(0.0, now - self._checked_at))
+        self._checked_at = now
         self.silent_s += step_s
         self._stopped_s = self._stopped_s + step_s if set(states) == {STOPPED} else 0.0
         self._asleep_s = self._asleep_s + step_s if set(states) == {ASLEEP} else 0.0

@@ -249,9 +249,9 @@ class LinkRate:
             for before, arrival in pairwise(self._recent)
             if arrival.sent.leaves_at + self.way.base_s <= before.at
         )
-        telling = served[: len(served) - math.ceil(SLOWEST_LEFT_OUT * len(served))]
-        bits = sum(bits for _, bits in telling)
-        took_s = sum(s_per_bit * bits for s_per_bit, bits in telling)
+        relevant = served[: len(served) - math.ceil(SLOWEST_LEFT_OUT * len(served))]
+        bits = sum(bits for _, bits in relevant)
+        took_s = sum(s_per_bit * bits for s_per_bit, bits in relevant)
         return bits / took_s if took_s >= EMPTIED_OVER_S else None
 
     @staticmethod
@@ -285,9 +285,9 @@ class LinkRate:
                 self.pacing_bps = min(MAX_PACING_BPS, self.pacing_bps * self._step())
                 self._stepped_at = now
             return
-        telling = [sample.carried_bps for sample in self._samples if sample.offered_bps >= SLOWER * self.pacing_bps]
-        carries_bps = max(telling, default=0.0)
-        if len(telling) >= MIN_SAMPLES and carries_bps < SLOWER * self.pacing_bps:
+        relevant = [sample.carried_bps for sample in self._samples if sample.offered_bps >= SLOWER * self.pacing_bps]
+        carries_bps = max(relevant, default=0.0)
+        if len(relevant) >= MIN_SAMPLES and carries_bps < SLOWER * self.pacing_bps:
             self._bound_bps = carries_bps
             self.pacing_bps = max(MIN_PACING_BPS, BELOW * carries_bps)
             self._budget_bps = max(MIN_BUDGET_BPS, min(self._budget_bps, BUDGET_SHARE * self.pacing_bps))

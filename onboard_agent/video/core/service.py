@@ -33,7 +33,7 @@ class VideoService:
         self._lost_words = ""
         self._is_silent = False
         self._codecs = CAN_BE_MADE
-        self._told: VideoState | None = None
+        self._sent: VideoState | None = None
         self.link: Remembered | None = None
         """What the video process has learnt of the link, for the next one."""
 
@@ -42,11 +42,11 @@ class VideoService:
     def link_up(self, takes: tuple[str, ...]) -> None:
         """A new link, which knows nothing. `takes`: of its welcome."""
         self._linked = self._has_camera and VIDEO in takes
-        self._told = None
+        self._sent = None
 
     def link_resumed(self) -> None:
         """The same link; what was told last may be lost."""
-        self._told = None
+        self._sent = None
 
     def link_down(self, now: float) -> None:
         """Nobody to tell, and nobody watches."""
@@ -103,9 +103,9 @@ class VideoService:
         if not self._linked:
             return None
         state = self._state()
-        if state == self._told:
+        if state == self._sent:
             return None
-        self._told = state
+        self._sent = state
         return state
 
     def _state(self) -> VideoState:

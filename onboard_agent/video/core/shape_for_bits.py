@@ -39,10 +39,10 @@ and people see that."""
 class ShapeForBits:
     """Of one stream."""
 
-    def __init__(self, wish: StreamRequest) -> None:
-        self.wish = wish
-        self._limits = LIMITS[wish.quality]
-        self._most_bps = max_bps(wish)
+    def __init__(self, request: StreamRequest) -> None:
+        self.request = request
+        self._limits = LIMITS[request.quality]
+        self._most_bps = max_bps(request)
         self._step: int | None = None
         self._better_since: float | None = None
 

@@ -23,7 +23,7 @@ KEY_ASKED_PAUSE_S: Final = 0.3
 class Order(NamedTuple):
     """One picture for one stream."""
 
-    wish: StreamRequest
+    request: StreamRequest
     shape: Shape
     force_key: bool
     is_break: bool
@@ -48,9 +48,9 @@ class Departure(NamedTuple):
 
 
 class _Stream:
-    def __init__(self, wish: StreamRequest) -> None:
+    def __init__(self, request: StreamRequest) -> None:
         self.cadence = Cadence()
-        self.shapes = ShapeForBits(wish)
+        self.shapes = ShapeForBits(request)
         self.overshoot = Overshoot()
         self.shape: Shape | None = None
         """None: it rests."""
@@ -73,10 +73,10 @@ class Streaming:
         """Go on when a stream is watched again."""
         self._thinness = Thinness()
 
-    def watch(self, wishes: Iterable[StreamRequest], now: float) -> None:
+    def watch(self, requests: Iterable[StreamRequest], now: float) -> None:
         """These streams, from now on."""
         before = self._streams
-        self._streams = {wish: before.get(wish) or _Stream(wish) for wish in wishes}
+        self._streams = {request: before.get(request) or _Stream(request) for request in requests}
         self.tick(now)
 
     @property
@@ -88,15 +88,15 @@ class Streaming:
         for stream in self._streams.values():
             stream.key_due = True
 
-    def key_wanted(self, wish: StreamRequest, now: float) -> None:
+    def key_wanted(self, request: StreamRequest, now: float) -> None:
         """The tower asks for one."""
-        stream = self._streams.get(wish)
+        stream = self._streams.get(request)
         if stream is not None and now - stream.key_asked_at >= KEY_ASKED_PAUSE_S:
             stream.key_due, stream.key_asked_at = True, now
 
-    def rest(self, wish: StreamRequest, until: float) -> None:
+    def rest(self, request: StreamRequest, until: float) -> None:
         """Its encoder has failed; it begins anew after a while."""
-        stream = self._streams.get(wish)
+        stream = self._streams.get(request)
         if stream is not None:
             stream.rests_until, stream.key_due = until, True
 
@@ -105,18 +105,18 @@ class Streaming:
         budget = self.rate.budget_bps
         self.thin = self._thinness.judge(budget, self._streams, now)
         shares = allot(budget, self._streams)
-        for wish, stream in self._streams.items():
-            if shares[wish] == 0:
+        for request, stream in self._streams.items():
+            if shares[request] == 0:
                 stream.shape, stream.key_due = None, True
             else:
-                bits_per_s = round(shares[wish] / stream.overshoot.factor)
+                bits_per_s = round(shares[request] / stream.overshoot.factor)
                 stream.shape = stream.shapes.choose(bits_per_s, now, is_free=self.rate.is_free(now))
 
     def orders(self, capture_us: int, now: float, *, is_break: bool = False) -> list[Order]:
         """For which streams this picture is to be encoded now, and how."""
         orders = []
         has_room: bool | None = None
-        for wish, stream in self._streams.items():
+        for request, stream in self._streams.items():
             stream.break_due |= is_break
             if stream.shape is None or now < stream.rests_until:
                 continue
@@ -125,7 +125,7 @@ class Streaming:
             if has_room is None:
                 has_room = self.rate.has_room(now)
             if has_room:
-                orders.append(Order(wish, stream.shape, stream.key_due, stream.break_due))
+                orders.append(Order(request, stream.shape, stream.key_due, stream.break_due))
             else:
                 self.left_out += 1
         return orders
@@ -133,20 +133,20 @@ class Streaming:
     def unit(self, order: Order, encoded: Encoded, now: float) -> Departure | None:
         """What is to be sent, and when; `now` is of the same clock as `capture_us`. None: it is nobody's, or too large
         for the wire."""
-        wish = order.wish
-        stream = self._streams.get(wish)
+        request = order.request
+        stream = self._streams.get(request)
         if stream is None:
             return None
         if (stream.key_due and not encoded.key) or len(encoded.payload) > MAX_UNIT_BYTES - HEADER_BYTES:
             stream.key_due = True
             return None
         stream.key_due = stream.break_due = False
-        sequence = self._sequences.get(wish, 0)
-        self._sequences[wish] = (sequence + 1) & 0xFFFFFFFF
+        sequence = self._sequences.get(request, 0)
+        self._sequences[request] = (sequence + 1) & 0xFFFFFFFF
         message = encode_unit(
             Unit(
-                quality=wish.quality,
-                codec=wish.codec,
+                quality=request.quality,
+                codec=request.codec,
                 sequence=sequence,
                 key=encoded.key,
                 is_break=encoded.is_break,
@@ -160,4 +160,4 @@ class Streaming:
             )
         )
         stream.overshoot.made(wire_bits(len(message)), order.shape.bits_per_s, now)
-        return Departure(message, self.rate.sent(Got(wish.quality, wish.codec, sequence), len(message), now))
+        return Departure(message, self.rate.sent(Got(request.quality, request.codec, sequence), len(message), now))

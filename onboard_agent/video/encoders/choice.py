@@ -66,10 +66,10 @@ def what_is_wrong(kind: H264Kind) -> str:
         return f"of {_TEST_PICTURES} pictures it holds {_TEST_PICTURES - len(coded)} back"
     if not coded[0].key or sum(unit.key for unit in coded) < 2:
         return "it gives no key picture when it is asked to"
-    return _look_at(coded)
+    return _inspect(coded)
 
 
-def _look_at(coded: list[EncodedPicture]) -> str:
+def _inspect(coded: list[EncodedPicture]) -> str:
     decoder = av.VideoCodecContext.create("h264", "r")
     decoder.options = {"flags": "+low_delay"}
     decoder.thread_count = 1

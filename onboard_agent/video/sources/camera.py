@@ -26,9 +26,9 @@ class Camera:
     `on_change` is called by threads of the camera, at each picture and each change of state; it may not block.
     """
 
-    def __init__(self, source: Source, wish: PictureRequest, on_change: Callable[[], None]) -> None:
+    def __init__(self, source: Source, request: PictureRequest, on_change: Callable[[], None]) -> None:
         self._source = source
-        self._wish = wish
+        self._request = request
         self._on_change = on_change
         self._lock = threading.Lock()
         self._watch = CameraWatch(source.name)
@@ -77,7 +77,7 @@ class Camera:
             self._changed(self._watch.opening)
             first_at: float | None = None
             try:
-                self._source.open(self._wish)
+                self._source.open(self._request)
                 while not self._ending.is_set():
                     taken = self._source.read()
                     if taken is None:

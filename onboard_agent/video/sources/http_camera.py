@@ -54,7 +54,7 @@ class HttpCamera(Source):
         self._whole_at = 0.0
         self._interrupted = False
 
-    def open(self, wish: PictureRequest) -> None:
+    def open(self, picture_request: PictureRequest) -> None:
         try:
             self._connection = self._ask()
             self._socket = self._connection.sock
@@ -75,7 +75,7 @@ class HttpCamera(Source):
         self.close()
         self._go_on()
         source = NetworkSource(self.name, self._address)
-        source.open(wish)
+        source.open(picture_request)
         self._by_ffmpeg = source
 
     def read(self) -> Taken | None:

@@ -29,7 +29,7 @@ class LoopedFile(Source):
         self._next: tuple[av.VideoFrame, int] | None = None
         self._began_us = 0
 
-    def open(self, wish: PictureRequest) -> None:
+    def open(self, request: PictureRequest) -> None:
         try:
             self._container = av.open(str(self._path), options=SIZE_BOUND)
         except (av.FFmpegError, OSError, ValueError) as error:

@@ -53,7 +53,7 @@ class NetworkSource(Source):
         self._container: InputContainer | None = None
         self._taken: Iterator[Taken] = iter(())
 
-    def open(self, wish: PictureRequest) -> None:
+    def open(self, request: PictureRequest) -> None:
         options = {**_NO_WAITING, **SIZE_BOUND, **_BY_SCHEME.get(urlsplit(self._address).scheme, {})}
         try:
             self._container = av.open(self._address, options=options, timeout=(OPEN_PATIENCE_S, READ_PATIENCE_S))

@@ -47,18 +47,18 @@ class PiSource(Source):
         self._began_us = 0
         self._patient_until = 0.0
 
-    def open(self, wish: PictureRequest) -> None:
+    def open(self, request: PictureRequest) -> None:
         program = next(filter(None, map(shutil.which, _PROGRAMS)), None)
         if program is None:
             raise CameraLost(f"{self.name}: {_PROGRAMS[0]} is not installed")
-        width = self._mode.width or wish.width
+        width = self._mode.width or request.width
         self._width = max(width // _WIDTH_STEP, 1) * _WIDTH_STEP
-        self._height = (self._mode.height or wish.height) // 2 * 2
+        self._height = (self._mode.height or request.height) // 2 * 2
         self._picture = bytearray(self._width * self._height * 3 // 2)
         self._filled = 0
         self._last_words = ""
         self._child = subprocess.Popen(  # noqa: S603 - no shell, and nothing in it is a stranger's
-            [program, *self._arguments(self._mode.rate_hz or wish.rate_hz)],
+            [program, *self._arguments(self._mode.rate_hz or request.rate_hz)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -66,7 +66,7 @@ class Source(ABC):
         """As the user wrote it, but without its password: for log lines and for people."""
 
     @abstractmethod
-    def open(self, wish: PictureRequest) -> None:
+    def open(self, request: PictureRequest) -> None:
         """Raises CameraLost."""
 
     @abstractmethod

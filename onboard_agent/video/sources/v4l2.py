@@ -51,7 +51,7 @@ class V4l2Source(Source):
         self._decoder = JpegDecoder()
         self._fourcc = ""
 
-    def open(self, wish: PictureRequest) -> None:
+    def open(self, request: PictureRequest) -> None:
         if not Path(self._device).exists():
             raise CameraLost(f"{self.name}: there is no {self._device}")
         if not os.access(self._device, os.R_OK | os.W_OK):
@@ -63,9 +63,9 @@ class V4l2Source(Source):
         capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
         # Compressed, because USB 2 cannot carry 640 x 480 at 30 Hz beside much else; one that cannot says so below.
         capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))
-        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._mode.width or wish.width)
-        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._mode.height or wish.height)
-        capture.set(cv2.CAP_PROP_FPS, self._mode.rate_hz or wish.rate_hz)
+        capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._mode.width or request.width)
+        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self._mode.height or request.height)
+        capture.set(cv2.CAP_PROP_FPS, self._mode.rate_hz or request.rate_hz)
         capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)
         try:  # what the driver has made of that: before the first picture is fetched
             check_size(int(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), int(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))

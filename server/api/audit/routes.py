@@ -110,6 +110,6 @@ def _cell(row: AuditEventRow, column: str) -> str:
     value = getattr(row, column)
     if column == "detail":
         return json.dumps(value, ensure_ascii=False, sort_keys=True)
-    told = "" if value is None else value.isoformat() if isinstance(value, datetime) else str(value)
+    text = "" if value is None else value.isoformat() if isinstance(value, datetime) else str(value)
     # A name can begin like a formula; a spreadsheet must not carry it out.
-    return f"'{told}" if told[:1] in {"=", "+", "-", "@", "\t", "\r"} else told
+    return f"'{text}" if text[:1] in {"=", "+", "-", "@", "\t", "\r"} else text

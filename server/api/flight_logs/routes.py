@@ -88,10 +88,10 @@ async def get_logs(
     drone = watched_drone(hub, principal, drone_id)
     refuse_observers(drone, principal)
     kept = await asyncio.to_thread(flight_log_quota.of, drone.drone_id)
-    board = drone.board
+    onboard = drone.onboard
     return LogsView(
-        read_at=board.logs_read_at,
-        on_board=None if board.logs is None else [LogView.of(entry) for entry in board.logs],
+        read_at=onboard.logs_read_at,
+        on_board=None if onboard.logs is None else [LogView.of(entry) for entry in onboard.logs],
         kept=[KeptLogView.of_file(one) for one in kept],
     )
 

@@ -126,19 +126,19 @@ def _actions(routes: Iterable[BaseRoute]) -> dict[str, Action]:
 
 def _refusals_of(action: Action) -> list[type[Refusal]]:
     """What the one judgement at the door may answer (`server/api/access.py`)."""
-    at_the_door: list[type[Refusal]] = [NotSignedIn, SessionExpired, BadToken]
+    before_sign_in: list[type[Refusal]] = [NotSignedIn, SessionExpired, BadToken]
     if action not in WITH_ANY_PASSWORD:
-        at_the_door.append(PasswordChangeNeeded)
+        before_sign_in.append(PasswordChangeNeeded)
     if action not in WITHOUT_DEMANDED_FACTOR:
-        at_the_door.append(SecondFactorDemanded)
+        before_sign_in.append(SecondFactorDemanded)
     if NEEDS[action]:
-        at_the_door.append(ScopeMissing)
-    at_the_door.extend(refusals_for_roles(action))
+        before_sign_in.append(ScopeMissing)
+    before_sign_in.extend(refusals_for_roles(action))
     if action in IN_PERSON:
-        at_the_door.append(InPersonOnly)
+        before_sign_in.append(InPersonOnly)
     if action in WITH_FRESH_PROOF:
-        at_the_door.append(ProofNeeded)
-    return at_the_door
+        before_sign_in.append(ProofNeeded)
+    return before_sign_in
 
 
 def _complete(method: str, operation: dict[str, Any], action: Action | None) -> None:
@@ -161,7 +161,7 @@ def _line(kind: Kind) -> str:
 
 
 def _add(responses: dict[str, Any], kind: Kind) -> None:
-    told = responses.setdefault(str(kind.status), {"description": "", "content": _REF})
-    lines = [line for line in told["description"].split("; ") if line]
+    response = responses.setdefault(str(kind.status), {"description": "", "content": _REF})
+    lines = [line for line in response["description"].split("; ") if line]
     if _line(kind) not in lines:
-        told["description"] = "; ".join([*lines, _line(kind)])
+        response["description"] = "; ".join([*lines, _line(kind)])

@@ -87,14 +87,14 @@ async def get_plan(
     drone = watched_drone(hub, principal, drone_id)
     what = PlanKind(kind)
     if not fresh:
-        return _json(plans.plan_json(drone.board, what))
+        return _json(plans.plan_json(drone.onboard, what))
     operation = _being_read(hub, drone, what) or begin(hub, principal, drone, plans.download(what), address)
     await ended(operation)
     if operation.state is State.REFUSED:
         raise DroneBusy(operation.words)
     if operation.state is not State.DONE or operation.plan is None:
         raise PlanNotRead(operation.words or f"the plan of {drone.record.name} could not be read")
-    return _json(plans.fresh_json(drone.board, what, operation.plan, operation.ended_at or clock()))
+    return _json(plans.fresh_json(drone.onboard, what, operation.plan, operation.ended_at or clock()))
 
 
 @router.put(

@@ -20,7 +20,7 @@ from server.live.relay.live_drone import LiveDrone
 from wire.ids import DroneId
 
 TURN_WITHIN_S: Final = 2.0
-LOOK_EVERY_S: Final = 0.02
+CHECK_EVERY_S: Final = 0.02
 ASYNC: Final = "respond-async"
 
 Prefer = Annotated[
@@ -59,7 +59,7 @@ async def flown_drone(hub: Hub, principal: Principal, drone_id: int) -> LiveDron
             raise Assisted(drone.record.name)
         if time.monotonic() > until:
             raise TurnNotCome(drone.record.name)
-        await asyncio.sleep(LOOK_EVERY_S)
+        await asyncio.sleep(CHECK_EVERY_S)
         drone = watched_drone(hub, principal, drone_id)
     refuse_others(drone, principal, time.monotonic())
     return drone

@@ -63,14 +63,14 @@ async def get_parameters(
 ) -> Response:
     """All of them, as the agent knows them. It reads them when the autopilot comes, and hears of each change."""
     drone = watched_drone(hub, principal, drone_id)
-    reported = drone.board.parameters
-    tag = f'"{reported.told.hash}"'
+    reported = drone.onboard.parameters
+    tag = f'"{reported.state.hash}"'
     headers = {"ETag": tag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
-    if reported.told.hash is not None and _names(if_none_match, tag):
+    if reported.state.hash is not None and _names(if_none_match, tag):
         return Response(status_code=304, headers=headers)
     table = reported.table()
     if table is None:
-        raise ParametersUnknown(drone.record.name, reported.told.count, reported.told.total)
+        raise ParametersUnknown(drone.record.name, reported.state.count, reported.state.total)
     body = parameters_json(reported, table)
     if "gzip" in accepted_codings(accept_encoding or ""):
         # Some 1,400 of them are 65 kB, which is three round trips more than what this makes of them.
@@ -94,11 +94,11 @@ async def get_parameter_metadata(
     """What the vehicle itself says of its parameters: words, units, ranges, defaults, choices, bits. Its agent reads it
     from the autopilot, where that offers it (COMPONENT_METADATA)."""
     drone = watched_drone(hub, principal, drone_id)
-    metadata = drone.board.metadata
+    metadata = drone.onboard.metadata
     packed = metadata.packed()
     if packed is None:
         raise NoMetadata(drone.record.name, metadata.words)
-    tag = f'"{metadata.told}"'
+    tag = f'"{metadata.reported}"'
     headers = {"ETag": tag, "Cache-Control": "private, no-cache", "Vary": "Accept-Encoding"}
     if _names(if_none_match, tag):
         return Response(status_code=304, headers=headers)

@@ -35,7 +35,7 @@ JUNK_BESIDE: Final = 8
 agents send would be lost with it."""
 
 SLICE_S: Final = 0.002
-LOOK_EVERY: Final = 32
+CHECK_EVERY: Final = 32
 """After so many datagrams a round looks at the clock. One that took longer than SLICE_S goes on when others had their
 turn: sockets of drones that somebody flies, and sticks."""
 
@@ -113,7 +113,7 @@ class DataEndpoint:
                 except OSError:  # nothing left; or an ICMP answer to one of ours, which the keep-alive finds out
                     return min(count, most)
                 taken += received(datagram, address, now)
-                if taken == most or (count % LOOK_EVERY == LOOK_EVERY - 1 and time.monotonic() - now > SLICE_S):
+                if taken == most or (count % CHECK_EVERY == CHECK_EVERY - 1 and time.monotonic() - now > SLICE_S):
                     break
         finally:
             self.write_round.end()

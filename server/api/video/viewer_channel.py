@@ -21,9 +21,9 @@ from server.live.video.viewer import VideoViewer
 from server.live.video.viewer_messages import (
     MAX_REQUEST_BYTES,
     AskClock,
+    ClockMessage,
     Drawn,
     MalformedVideoRequest,
-    ToldClock,
     decode_video_request,
     stream_named,
 )
@@ -158,7 +158,7 @@ class ViewerChannel:
             self._stirs = 0
             self._hub.video.got(viewer, request, now)
         elif isinstance(request, AskClock):
-            viewer.notify(ToldClock(request.sent, round(now * 1e6)))
+            viewer.notify(ClockMessage(request.sent, round(now * 1e6)))
         else:
             self._hub.video.want(viewer, stream_named(request.quality, request.codec), now)
 

@@ -49,7 +49,7 @@ def add_drone(
 
     row, token = with_database(work)
     typer.echo(f"added drone {row.name} (id {row.id})")
-    _tell(token, token_file)
+    _print_token(token, token_file)
 
 
 @app.command("enrol")
@@ -61,7 +61,7 @@ def enrol_drone(drone: Which, token_file: TokenFile = None, hours: Hours = 1.0) 
             found = await find_named(session, drone)
             return await _new_token(session, found.id, hours, token_file)
 
-    _tell(with_database(work), token_file)
+    _print_token(with_database(work), token_file)
 
 
 @app.command("revoke")
@@ -146,5 +146,5 @@ def _identity(record: DroneRecord) -> str:
     return "a credential of an older version" if record.credential_hash else "none: not enrolled"
 
 
-def _tell(token: str, token_file: Path | None) -> None:
+def _print_token(token: str, token_file: Path | None) -> None:
     typer.echo(f"enrolment token: {token}" if token_file is None else f"enrolment token written to {token_file}")

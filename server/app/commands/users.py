@@ -70,13 +70,13 @@ def list_users(
             return await users.list_users(session)
 
     if as_json:
-        typer.echo(json.dumps([_told(one) for one in with_database(work)]))
+        typer.echo(json.dumps([_as_json(one) for one in with_database(work)]))
         return
     rows = [(one.id, one.name, one.role, _state(one)) for one in with_database(work)]
     typer.echo(as_table(("ID", "NAME", "ROLE", "STATE"), rows))
 
 
-def _told(row: UserRow) -> dict[str, Any]:
+def _as_json(row: UserRow) -> dict[str, Any]:
     return {
         "id": row.id,
         "name": row.name,
@@ -89,12 +89,12 @@ def _told(row: UserRow) -> dict[str, Any]:
 
 
 def _state(row: UserRow) -> str:
-    told = {
+    states = {
         "disabled": row.disabled,
         "first password" if row.password_changed_at is None else "password of an admin": row.must_change_password,
         "second factor": row.has_second_factor,
     }
-    return ", ".join(word for word, true in told.items() if true)
+    return ", ".join(word for word, true in states.items() if true)
 
 
 @app.command("password")

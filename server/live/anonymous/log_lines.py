@@ -12,7 +12,7 @@ class LogBudget:
         self._bucket = TokenBucket(per_s, burst, now)
         self.left_out = 0
         """Lines not written, since the tower began."""
-        self._told = 0
+        self._reported = 0
 
     def admits(self, now: float) -> bool:
         """Whether one more may be written."""
@@ -21,7 +21,7 @@ class LogBudget:
         self.left_out += 1
         return False
 
-    def untold(self) -> int:
+    def take_unreported(self) -> int:
         """How many lines were left out before the one that is being written; counted from here on anew."""
-        untold, self._told = self.left_out - self._told, self.left_out
-        return untold
+        take_unreported, self._reported = self.left_out - self._reported, self.left_out
+        return take_unreported

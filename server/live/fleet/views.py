@@ -11,7 +11,13 @@ from pydantic import BaseModel, ConfigDict, Field
 from server.domain.fleet import DroneRecord, LoanRecord
 from server.domain.people import UserRef
 from server.domain.relations import Relation
-from server.live.operations.board_views import ANSWER_CONFIG, NO_PARAMETERS, NO_PLANS, ParametersStateView, PlansView
+from server.live.operations.onboard_views import (
+    ANSWER_CONFIG,
+    NO_PARAMETERS,
+    NO_PLANS,
+    ParametersStateView,
+    PlansView,
+)
 from wire.drone_key import fingerprint
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
 from wire.stream_profiles import StreamChoice, StreamProfile

@@ -33,7 +33,7 @@ _SLACK_M: Final = 0.05
 
 
 def follow_me_order(
-    hub: Hub, principal: Principal, drone: LiveDrone, wish: FollowMe, now: float
+    hub: Hub, principal: Principal, drone: LiveDrone, request: FollowMe, now: float
 ) -> tuple[Order, Following]:
     """Raises CannotFollow, DroneBusy, LoanForbids, and what Vehicle raises."""
     name = drone.record.name
@@ -41,12 +41,12 @@ def follow_me_order(
     refuse_busy(hub, drone)
     if hub.follows.with_person(principal.user_id) is not None:
         raise CannotFollow(f"another drone follows you already: {name} might come too near to it")
-    if wish.accuracy_m > sure_m(wish.distance_m):
+    if request.accuracy_m > sure_m(request.distance_m):
         raise CannotFollow(
-            f"where you are is known to {wish.accuracy_m:.0f} m only: {sure_m(wish.distance_m):.0f} m are needed for "
-            f"{name} to follow you"
+            f"your position is accurate to {request.accuracy_m:.0f} m only: {name} needs "
+            f"{sure_m(request.distance_m):.0f} m to follow you"
         )
-    age_s = wish.age_ms / 1000.0
+    age_s = request.age_ms / 1000.0
     if age_s > PERSON_PATIENCE_S:
         raise CannotFollow(f"where you are was measured {age_s:.0f} s ago: {name} follows nobody by that")
     own = motion_of(drone)
@@ -55,21 +55,21 @@ def follow_me_order(
         raise CannotFollow(f"where {name} is was not heard within {STALE_S:g} s")
     if placed.alt_rel_m < LOWEST_M:
         raise CannotFollow(f"{name} is {placed.alt_rel_m:.1f} m above home: {LOWEST_M:g} m are the least to follow you")
-    here = Motion(wish.lat, wish.lon, own.alt_amsl_m, 0.0, 0.0, 0.0, own.at)
+    here = Motion(request.lat, request.lon, own.alt_amsl_m, 0.0, 0.0, 0.0, own.at)
     seen = Relative.of(here, own, own.at)
     if seen.distance_m < MIN_M:
         raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you, over ground: {MIN_M:g} m are the least")
     if seen.distance_m > FARTHEST_M:
         raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you: {FARTHEST_M:g} m are the most to begin with")
-    bearing, away_m = radians(seen.bearing_deg), wish.distance_m + _SLACK_M
+    bearing, away_m = radians(seen.bearing_deg), request.distance_m + _SLACK_M
     work = FollowWork(principal.name[:80], away_m * cos(bearing), away_m * sin(bearing), 0.0, PERSON_PATIENCE_S)
-    first = Fix(wish.lat, wish.lon, wish.accuracy_m, now - age_s)
-    person = PersonTrack(first, alt_amsl_m=own.alt_amsl_m, away_m=wish.distance_m, sign_in=principal.session_id)
+    first = Fix(request.lat, request.lon, request.accuracy_m, now - age_s)
+    person = PersonTrack(first, alt_amsl_m=own.alt_amsl_m, away_m=request.distance_m, sign_in=principal.session_id)
     following = Following(None, work, principal, person)
     beyond = why_beyond(drone, person.motion(), following)
     if beyond is not None:
         raise LoanForbids(name, f"with limits: {beyond}")
     # Where people were is nobody's business afterwards: the trail has it not.
-    about: dict[str, object] = {"command": FOLLOW_ME, "distance_m": wish.distance_m, "leader_name": work.leader_name}
-    order = order_for(vehicle, following, wish.for_s, work=FOLLOW_ME, needs=FOLLOW_PERSON, about=about)
+    about: dict[str, object] = {"command": FOLLOW_ME, "distance_m": request.distance_m, "leader_name": work.leader_name}
+    order = order_for(vehicle, following, request.for_s, work=FOLLOW_ME, needs=FOLLOW_PERSON, about=about)
     return order, following

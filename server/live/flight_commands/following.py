@@ -33,14 +33,16 @@ class CannotFollow(Refusal):
     """This drone that one, now."""
 
 
-def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow, now: float) -> tuple[Order, Following]:
+def follow_order(
+    hub: Hub, principal: Principal, drone: LiveDrone, request: Follow, now: float
+) -> tuple[Order, Following]:
     """Raises NoSuchLeader, CannotFollow, DroneBusy, LoanForbids, and what Vehicle raises."""
     name = drone.record.name
-    leader = hub.squads.drone(DroneId(wish.leader), principal.user_id, principal.role)
+    leader = hub.squads.drone(DroneId(request.leader), principal.user_id, principal.role)
     if leader is None or leader.blind_user_id == principal.user_id:
         raise NoSuchLeader
     leads = leader.record.name
-    work = FollowWork(leads[:80], wish.north_m, wish.east_m, wish.up_m)
+    work = FollowWork(leads[:80], request.north_m, request.east_m, request.up_m)
     following = Following(leader.drone_id, work, principal)
     vehicle = Vehicle.of(drone, now)
     _refuse(hub, drone, leader, work, now)
@@ -48,8 +50,8 @@ def follow_order(hub: Hub, principal: Principal, drone: LiveDrone, wish: Follow,
     if beyond is not None:
         raise LoanForbids(name, f"with limits: {beyond}")
 
-    about: dict[str, object] = wish.model_dump() | {"leader_name": leads}
-    return order_for(vehicle, following, wish.for_s, work=FOLLOW, needs=FOLLOW, about=about), following
+    about: dict[str, object] = request.model_dump() | {"leader_name": leads}
+    return order_for(vehicle, following, request.for_s, work=FOLLOW, needs=FOLLOW, about=about), following
 
 
 def order_for(

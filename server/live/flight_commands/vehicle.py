@@ -75,7 +75,7 @@ class Vehicle:
         profile = registry.of(autopilot, vehicle_type)
         if profile is None:
             raise NotKnownHow(f"the tower knows no vehicle of {name}'s kind, and has no commands for it")
-        plan, _ = drone.board.plan(PlanKind.MISSION)
+        plan, _ = drone.onboard.plan(PlanKind.MISSION)
         frame = drone.position_frame if now - drone.position_at <= PLACE_STALE_S else None
         place = whole_place_in(frame) if frame is not None else None
         state = VehicleState(

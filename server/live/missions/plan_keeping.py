@@ -15,7 +15,7 @@ from wire.plan_fields import Effect, KeptFields
 from wire.plan_keeping import change_words, changes_ahead, keeping_of
 from wire.plans import PlanItem, PlanKind
 
-TOLD_MOST: Final = 200
+MAX_LISTED: Final = 200
 _HEARTBEAT: Final = Struct("<IBBBBB")
 
 EffectName = Literal["flight", "refused"]
@@ -40,7 +40,7 @@ class PlanKeptView(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     autopilot: Annotated[str, Field(description="As people call it")]
-    changes: Annotated[list[ChangeView], Field(description=f"To be known before an upload; the first {TOLD_MOST}")]
+    changes: Annotated[list[ChangeView], Field(description=f"To be known before an upload; the first {MAX_LISTED}")]
     count: Annotated[int, Field(description="Of those in all")]
     quiet: Annotated[
         int, Field(description="Numbers that are kept in another way, which changes nothing in the flight")
@@ -59,7 +59,7 @@ def keeping_for(drone: LiveDrone) -> KeptFields:
 def plan_kept(keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem]) -> PlanKeptView:
     """What is to be told of these items beforehand."""
     changes = changes_ahead(keeping, kind, items)
-    told = [one for one in changes if one.effect > Effect.QUIET]
+    relevant = [one for one in changes if one.effect > Effect.QUIET]
     views = [
         ChangeView(
             item=one.item,
@@ -69,6 +69,6 @@ def plan_kept(keeping: KeptFields, kind: PlanKind, items: Sequence[PlanItem]) ->
             effect="refused" if one.effect is Effect.REFUSED else "flight",
             words=change_words(keeping, one),
         )
-        for one in told[:TOLD_MOST]
+        for one in relevant[:MAX_LISTED]
     ]
-    return PlanKeptView(autopilot=keeping.name, changes=views, count=len(told), quiet=len(changes) - len(told))
+    return PlanKeptView(autopilot=keeping.name, changes=views, count=len(relevant), quiet=len(changes) - len(relevant))

@@ -11,8 +11,8 @@ import msgspec
 from pydantic import Field
 
 from server.domain.refusal import Refusal
-from server.live.operations.board import Board
-from server.live.operations.board_views import PlanBoardView
+from server.live.operations.onboard_state import OnboardState
+from server.live.operations.onboard_views import OnboardPlanView
 from server.live.operations.operation import Lane, Order, Step
 from wire.plans import Plan, PlanItem, PlanKind, plan_hash, unpack_plan
 from wire.transactions import PlanClearWork, PlanDownloadWork, PlanUploadWork, PlanVerifyWork
@@ -30,7 +30,7 @@ class PlanNotRead(Refusal):
     """The agent tried, and says why not."""
 
 
-class PlanView(PlanBoardView):
+class PlanView(OnboardPlanView):
     """A plan on board, with its items."""
 
     items: Annotated[list[ItemRow] | None, Field(description="null: not known, or so many that only the hash was told")]
@@ -59,23 +59,23 @@ def clear(kind: PlanKind, *, while_flying: bool) -> Order:
     return Order("plan_clear", Lane.PLANS, [step], writes=True, kind=kind, about=about)
 
 
-def plan_json(board: Board, kind: PlanKind) -> bytes:
+def plan_json(onboard: OnboardState, kind: PlanKind) -> bytes:
     """The `PlanView` of what the agent told last."""
-    view, known = board.plan(kind)
+    view, known = onboard.plan(kind)
     return _json(view, known.items(), known.read_at)
 
 
-def fresh_json(board: Board, kind: PlanKind, packed: bytes, at: datetime) -> bytes:
+def fresh_json(onboard: OnboardState, kind: PlanKind, packed: bytes, at: datetime) -> bytes:
     """The `PlanView` of a plan that has just been read. `packed`: has been looked through by the service."""
     _, items = unpack_plan(packed)
-    told, _ = board.plan(kind)
+    known, _ = onboard.plan(kind)
     hash_ = sha256(packed).hexdigest()[:16]
-    sent_hash = told.sent_hash if told.hash == hash_ else None
-    fit = {"fit_to_fly": told.fit_to_fly, "sent_hash": sent_hash}
-    view = PlanBoardView(kind=kind, state="known", hash=hash_, count=len(items), **fit)  # type: ignore[arg-type]
+    sent_hash = known.sent_hash if known.hash == hash_ else None
+    fit = {"fit_to_fly": known.fit_to_fly, "sent_hash": sent_hash}
+    view = OnboardPlanView(kind=kind, state="known", hash=hash_, count=len(items), **fit)  # type: ignore[arg-type]
     return _json(view, items, at)
 
 
-def _json(view: PlanBoardView, items: Plan | None, at: datetime | None) -> bytes:
+def _json(view: OnboardPlanView, items: Plan | None, at: datetime | None) -> bytes:
     whole: dict[str, Any] = {**view.model_dump(), "items": items, "read_at": at}
     return _encoder.encode(whole)

@@ -16,9 +16,9 @@ def overruled_words(operation: Operation) -> str:
 
 def unknown_words(operation: Operation, what: str) -> str:
     """`what`: what the agent did instead of telling the end."""
-    look = ": look at what is on board before you fly it" if operation.order.writes else ""
+    advice = ": look at what is on board before you fly it" if operation.order.writes else ""
     if operation.order.lane is Lane.COMMANDS:
-        look = ": whether the command was carried out is not known"
+        advice = ": whether the command was carried out is not known"
     elif operation.order.lane is Lane.FOLLOWING:
-        look = ": whether it holds is not known, look at it"
-    return f"The agent of {operation.drone_name} {what}{look}."
+        advice = ": whether it holds is not known, look at it"
+    return f"The agent of {operation.drone_name} {what}{advice}."

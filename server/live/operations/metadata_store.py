@@ -9,7 +9,7 @@ from typing import Final
 from wire.control_messages import MalformedMessage
 from wire.parameter_metadata import MetadataKnown, MetadataPiece, metadata_hash
 
-NOT_TOLD: Final = "Its agent has told none."
+NOT_REPORTED: Final = "Its agent has told none."
 COMING: Final = "It is on its way from the drone."
 UNREADABLE: Final = "What its agent told is no metadata of parameters."
 
@@ -18,27 +18,27 @@ class MetadataStore:
     """One for each drone."""
 
     def __init__(self) -> None:
-        self.words = NOT_TOLD
+        self.words = NOT_REPORTED
         """Why there is none."""
-        self.told: str | None = None
+        self.reported: str | None = None
         """The hash that the agent told last."""
         self._size = 0
         self._hash: str | None = None
         self._packed = b""
         self._coming = bytearray()
 
-    def known_told(self, told: MetadataKnown) -> str | None:
+    def update_known(self, reported: MetadataKnown) -> str | None:
         """The hash to ask for, where it is not here."""
-        self.told, self._size = told.hash, told.size_bytes
-        bad = told.hash is not None and told.hash == self._hash and not self._packed
-        self.words = told.words or (UNREADABLE if bad else COMING)
+        self.reported, self._size = reported.hash, reported.size_bytes
+        bad = reported.hash is not None and reported.hash == self._hash and not self._packed
+        self.words = reported.words or (UNREADABLE if bad else COMING)
         self._coming.clear()
-        return told.hash if told.hash is not None and told.hash != self._hash else None
+        return reported.hash if reported.hash is not None and reported.hash != self._hash else None
 
-    def piece_told(self, piece: MetadataPiece) -> None:
+    def add_piece(self, piece: MetadataPiece) -> None:
         """Those of another one, and those out of order, say nothing. Raises MalformedMessage about a whole that is not
         what was said of it."""
-        if piece.hash != self.told or piece.hash == self._hash:
+        if piece.hash != self.reported or piece.hash == self._hash:
             return
         if piece.offset == 0:
             self._coming.clear()
@@ -56,7 +56,7 @@ class MetadataStore:
 
     def packed(self) -> bytes | None:
         """Of the hash that was told last; None where it is not here."""
-        return (self._packed or None) if self.told is not None and self.told == self._hash else None
+        return (self._packed or None) if self.reported is not None and self.reported == self._hash else None
 
     def unreadable(self, packed: bytes) -> None:
         """These bytes are no metadata: nobody is given them."""
@@ -65,5 +65,5 @@ class MetadataStore:
 
     def forget(self) -> None:
         """The agent is gone. What is here stays until it says that it has another."""
-        self.told, self.words = None, NOT_TOLD
+        self.reported, self.words = None, NOT_REPORTED
         self._coming.clear()

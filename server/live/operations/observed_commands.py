@@ -98,10 +98,10 @@ class ObservedCommands:
 
     def heard(self, drone_id: DroneId, frame: bytes) -> None:
         """A frame of the drone that may be an answer."""
-        told = answer_in(frame)
-        if told is None:
+        reply = answer_in(frame)
+        if reply is None:
             return
-        msgid, answered, result, system = told
+        msgid, answered, result, system = reply
         newest: _Open | None = None
         for one in self._open.get(drone_id, {}).values():
             fits = one.seen.answer_id == msgid and one.seen.answer == answered and system in (0, one.sender[0])

@@ -79,7 +79,7 @@ _NAMES: Final[Mapping[int, str]] = {
 }
 """Of MAV_CMDs, as `POST /drones/{id}/commands` names them."""
 
-_TOLD_APART: Final[Mapping[int, int]] = {
+_DISTINGUISHING_PARAMS: Final[Mapping[int, int]] = {
     _M.MAV_CMD_COMPONENT_ARM_DISARM: 2,
     _M.MAV_CMD_DO_SET_MODE: 3,
     _M.MAV_CMD_DO_PAUSE_CONTINUE: 1,
@@ -157,7 +157,7 @@ def _command(number: int, params: tuple[float, ...], *, repeat: bool) -> SeenCom
     while plain and plain[-1] == 0:
         plain.pop()
     # What is no number equals nothing, itself neither: a repeat would look like another command.
-    apart = tuple(None if not math.isfinite(one) else one for one in params[: _TOLD_APART.get(number, 0)])
+    apart = tuple(None if not math.isfinite(one) else one for one in params[: _DISTINGUISHING_PARAMS.get(number, 0)])
     return SeenCommand(
         name=name or mav_cmd,
         same=(number, *apart),

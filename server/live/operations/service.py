@@ -19,10 +19,10 @@ from typing import Final
 from server.domain.clock import Clock
 from server.domain.people import UserRef
 from server.live.hub_events import TurnWanted
-from server.live.operations.board import checked_plan
-from server.live.operations.board_reports import BoardReport, BoardReports
 from server.live.operations.end_words import moved_words, overruled_words, unknown_words
 from server.live.operations.kept_operations import KeptOperations
+from server.live.operations.onboard_reports import OnboardReport, OnboardReports
+from server.live.operations.onboard_state import checked_plan
 from server.live.operations.operation import AT_ONCE, STATE_OF, Lane, Operation, Order, State, is_another_agent
 from server.live.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
 from server.live.operations.table_fetching import FETCH, TableFetching
@@ -70,7 +70,7 @@ class OperationService:
         """By the transaction that runs."""
         self._kept = KeptOperations()
         self._tables = TableFetching(state, self._fetch_table)
-        self._board = BoardReports(clock, self._tables, reads_parameters=self._reads_parameters)
+        self._onboard = OnboardReports(clock, self._tables, reads_parameters=self._reads_parameters)
         self._now = 0.0
         self.on_began: Callable[[Operation], None] = lambda operation: None
         self.on_ended: Callable[[Operation], None] = lambda operation: None
@@ -128,8 +128,8 @@ class OperationService:
                 self._progress(drone, link, message)
             case TransactionResult():
                 self._result(drone, link, message, self._now)
-            case _ if isinstance(message, BoardReport):
-                self._board.receive(drone, message, self._now)
+            case _ if isinstance(message, OnboardReport):
+                self._onboard.receive(drone, message, self._now)
 
     def resumed(self, link: AgentLink) -> None:
         """The link has another control channel: what was said on the last may be lost, on either way."""
@@ -232,32 +232,37 @@ class OperationService:
         operation.link, operation.link_lost = link, False
         return operation
 
-    def _progress(self, drone: LiveDrone, link: AgentLink, told: TransactionProgress) -> None:
-        operation = self._of(drone, told.id, link)
+    def _progress(self, drone: LiveDrone, link: AgentLink, report: TransactionProgress) -> None:
+        operation = self._of(drone, report.id, link)
         if operation is None:
             return
         operation.ask_at = None
-        operation.phase = operation.step.phase or told.phase[:MAX_PHASE_LENGTH]
-        operation.done, operation.total = told.done, told.total
+        operation.phase = operation.step.phase or report.phase[:MAX_PHASE_LENGTH]
+        operation.done, operation.total = report.done, report.total
         self._notify(operation)
 
-    def _result(self, drone: LiveDrone, link: AgentLink, told: TransactionResult, now: float) -> None:
-        late = self._kept.late(told.id)
-        operation = self._of(drone, told.id, link) if late is None else late
+    def _result(self, drone: LiveDrone, link: AgentLink, report: TransactionResult, now: float) -> None:
+        late = self._kept.late(report.id)
+        operation = self._of(drone, report.id, link) if late is None else late
         if operation is None or operation.drone_id != drone.drone_id:
             return
         work = operation.step.work
-        if told.plan is not None and isinstance(work, PlanDownloadWork):
-            checked_plan(work.kind, told.plan)
-            operation.plan = told.plan
-        if told.logs is not None and isinstance(work, LogListWork) and told.outcome is Outcome.DONE:
-            drone.board.logs, drone.board.logs_read_at = told.logs, self._clock()
-        if isinstance(work, ParametersReadWork) and told.outcome is Outcome.DONE:
-            drone.board.parameters.read_again(self._clock())
-        operation.item, operation.code, operation.seen, operation.logs = told.item, told.code, told.seen, told.logs
-        operation.refusals, operation.refused = told.refusals, told.refused
-        if late is None and told.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
-            del self._running[told.id]
+        if report.plan is not None and isinstance(work, PlanDownloadWork):
+            checked_plan(work.kind, report.plan)
+            operation.plan = report.plan
+        if report.logs is not None and isinstance(work, LogListWork) and report.outcome is Outcome.DONE:
+            drone.onboard.logs, drone.onboard.logs_read_at = report.logs, self._clock()
+        if isinstance(work, ParametersReadWork) and report.outcome is Outcome.DONE:
+            drone.onboard.parameters.read_again(self._clock())
+        operation.item, operation.code, operation.seen, operation.logs = (
+            report.item,
+            report.code,
+            report.seen,
+            report.logs,
+        )
+        operation.refusals, operation.refused = report.refusals, report.refused
+        if late is None and report.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
+            del self._running[report.id]
             if operation.cancelling:
                 self._end(operation, State.CANCELLED, f"It was stopped after this step: {operation.step.phase}.")
                 return
@@ -269,13 +274,13 @@ class OperationService:
                 return
             if self._send_next(operation, link, now):
                 return
-        self._kept.end_late(told.id)
-        if told.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
+        self._kept.end_late(report.id)
+        if report.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
             rest = "it was told too late, and what was to follow was not sent"
             self._end(operation, State.FAILED, f"{operation.drone_name}, {operation.step.phase}: done, but {rest}.")
             return
-        words = operation.order.say(operation.step, told.outcome, told.words, told.seen)
-        self._end(operation, STATE_OF[told.outcome], words)
+        words = operation.order.say(operation.step, report.outcome, report.words, report.seen)
+        self._end(operation, STATE_OF[report.outcome], words)
 
     def _end(self, operation: Operation, state: State, words: str) -> None:
         if self._running.get(operation.transaction_id) is operation:

@@ -34,7 +34,7 @@ class TableFetching:
 
     def want(self, drone: LiveDrone, now: float) -> None:
         """The agent has told something of its parameters: its table is asked for, now or soon, if it is not here."""
-        if drone.board.parameters.lacks_table and drone.drone_id not in self._due:
+        if drone.onboard.parameters.lacks_table and drone.drone_id not in self._due:
             self._ask(drone, now)
 
     def came(self, drone: LiveDrone, now: float) -> None:
@@ -46,7 +46,7 @@ class TableFetching:
         """Several times a second."""
         for drone_id in list(self._over(now)):
             drone = self._state.drones.get(drone_id)
-            if drone is None or not drone.board.parameters.lacks_table:
+            if drone is None or not drone.onboard.parameters.lacks_table:
                 del self._due[drone_id]
             else:
                 self._ask(drone, now)

@@ -10,7 +10,7 @@ import msgspec
 from pydantic import BaseModel, Field
 
 from server.domain.refusal import Refusal
-from server.live.operations.board import ReportedParameters
+from server.live.operations.onboard_state import ReportedParameters
 from server.live.operations.operation import Lane, Order, Step
 from wire.parameters import Table
 from wire.transactions import MAX_VALUES, ParametersReadWork, ParametersWriteWork
@@ -80,5 +80,5 @@ def write(values: Mapping[str, float]) -> Order:
 def parameters_json(reported: ReportedParameters, table: Table) -> bytes:
     """The `ParametersView`."""
     values = [{"name": one.name, "value": one.value, "kind": one.kind} for one in table]
-    whole = {"hash": reported.told.hash, "complete": True, "read_at": reported.read_at, "values": values}
+    whole = {"hash": reported.state.hash, "complete": True, "read_at": reported.read_at, "values": values}
     return _encoder.encode(whole)

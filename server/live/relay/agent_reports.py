@@ -55,7 +55,7 @@ class AgentReports:
                     self._state.publish_drone(drone)
             case VideoState():
                 if VIDEO in link.takes:
-                    self._video.state_told(link, message)
+                    self._video.update_state(link, message)
             case MetadataKnown() | MetadataPiece():
                 if PARAMETER_METADATA in link.takes:
                     self._metadata(drone, link, message)
@@ -65,9 +65,9 @@ class AgentReports:
 
     def _metadata(self, drone: LiveDrone, link: AgentLink, message: MetadataToTower) -> None:
         if isinstance(message, MetadataPiece):
-            drone.board.metadata.piece_told(message)
+            drone.onboard.metadata.add_piece(message)
             return
-        lacking = drone.board.metadata.known_told(message)
+        lacking = drone.onboard.metadata.update_known(message)
         if lacking is not None:
             link.post(MetadataWanted(hash=lacking))
 
@@ -99,7 +99,7 @@ class AgentReports:
             return
         if progress.cause is not HoldCause.ORDER and not progress.step.final:
             drone.commanded += 1  # an order was counted when it was given
-        told = live.Hold(
+        event = live.Hold(
             drone.drone_id,
             progress.epoch,
             progress.step,
@@ -108,5 +108,5 @@ class AgentReports:
             progress.cause,
         )
         self._state.traffic.hold_steps[str(progress.step)] += 1
-        self._state.notify_watchers(drone, told)
+        self._state.notify_watchers(drone, event)
         self._state.on_event(HoldStepReported(drone.drone_id, progress, drone.orders.get(progress.order_id, "")))

@@ -88,7 +88,7 @@ class FramePaths:
             if msgid == POSITION:
                 drone.position_frame, drone.position_at = frame, now
             elif msgid == _HOME_POSITION:
-                drone.home, drone.home_told = home_in(frame), True
+                drone.home, drone.has_reported_home = home_in(frame), True
             elif msgid == _HEARTBEAT and key[1] == _AUTOPILOT:
                 drone.heartbeat, drone.heartbeat_at = frame, now
         for browser in watchers:

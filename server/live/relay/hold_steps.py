@@ -17,7 +17,7 @@ class HoldSteps:
     """Of one drone, for as long as the tower knows it."""
 
     def __init__(self) -> None:
-        self._told: deque[HoldProgress] = deque(maxlen=MAX_REMEMBERED)
+        self._received: deque[HoldProgress] = deque(maxlen=MAX_REMEMBERED)
         self._newest = 0
 
     def link_ended(self) -> None:
@@ -32,8 +32,8 @@ class HoldSteps:
         more; how a hold ended always is.
         """
         overtaken = 0 < progress.number < self._newest and not progress.step.final
-        if overtaken or progress in self._told:
+        if overtaken or progress in self._received:
             return False
-        self._told.append(progress)
+        self._received.append(progress)
         self._newest = max(self._newest, progress.number)
         return True

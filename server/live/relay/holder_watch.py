@@ -26,13 +26,13 @@ class HolderWatch:
     kept_until: float = float("-inf")
     """Until then the holder's program has said that it is there."""
     kept_by: UserId | None = None
-    _gone_told: bool = False
-    _expired_told: bool = False
+    _loss_reported: bool = False
+    _expiry_reported: bool = False
 
     def present(self) -> None:
         """The holder is there, or there is none."""
         self.missing_since = None
-        self._gone_told = self._expired_told = False
+        self._loss_reported = self._expiry_reported = False
 
     def keep(self, user_id: UserId, now: float) -> None:
         """A program of the holder says that it is there."""
@@ -50,22 +50,22 @@ class HolderWatch:
 
     def gone(self, now: float) -> bool:
         """True once, when somebody who flew by hand has been gone for too long."""
-        if self._gone_told or not self.by_hand or not self._missing_for(GONE_AFTER_S, now):
+        if self._loss_reported or not self.by_hand or not self._missing_for(GONE_AFTER_S, now):
             return False
-        self._gone_told = True
+        self._loss_reported = True
         return True
 
     def expired(self, now: float) -> bool:
         """True once, when the grace time is over."""
-        if self._expired_told or not self._missing_for(GRACE_S, now):
+        if self._expiry_reported or not self._missing_for(GRACE_S, now):
             return False
-        self._expired_told = True
+        self._expiry_reported = True
         return True
 
     @property
     def has_expired(self) -> bool:
         """Whether it was told that the grace time is over, and the holder is not back."""
-        return self._expired_told
+        return self._expiry_reported
 
     def _missing_for(self, seconds: float, now: float) -> bool:
         return self.missing_since is not None and now - self.missing_since >= seconds

@@ -15,7 +15,7 @@ from server.live.relay.live_drone import LeaseView, LiveDrone
 from server.live.relay.live_state import LiveState
 from wire.ids import DroneId
 
-DESK_SPEAKS_WITHIN_S: Final = 1.0
+CONTROL_ACTS_WITHIN_S: Final = 1.0
 """From the commit to `apply` it is one turn of the event loop; a second is long on any machine."""
 
 ELSEWHERE: Final = "changed by another process of the tower"
@@ -84,7 +84,7 @@ class LeaseChanges:
         """Several times a second: tells what nobody else has told."""
         for drone_id, move in list(self._moves.items()):
             if move.due_at is None:
-                move.due_at = now + DESK_SPEAKS_WITHIN_S
+                move.due_at = now + CONTROL_ACTS_WITHIN_S
             elif now >= move.due_at:
                 del self._moves[drone_id]
                 drone = self._state.drones.get(drone_id)
@@ -108,9 +108,9 @@ class LeaseChanges:
 
     def _notify(self, drone: LiveDrone, before: LeaseView, event: str, by: UserRef | None, reason: str) -> None:
         lease = drone.lease
-        told = live.Control(drone.drone_id, event, lease.epoch, lease.holder, by, reason)
-        self._state.notify_watchers(drone, told)
-        self._state.notify_former_viewers(drone, before.part_takers() - lease.part_takers(), told)
+        control_event = live.Control(drone.drone_id, event, lease.epoch, lease.holder, by, reason)
+        self._state.notify_watchers(drone, control_event)
+        self._state.notify_former_viewers(drone, before.part_takers() - lease.part_takers(), control_event)
 
 
 def _begin_anew(drone: LiveDrone) -> None:

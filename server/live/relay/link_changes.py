@@ -41,7 +41,7 @@ class LinkChanges:
         self._state.on_event(AgentLinked(drone.drone_id))
         link.post(drone.stream)
         self._state.send_safety_to_agent(drone)
-        drone.open_hold.linked(tells=link.knows_open_holds)
+        drone.open_hold.linked(reports=link.knows_open_holds)
         if drone.open_hold.must_be_ordered:
             self._order_hold(drone.drone_id, ORDERED_AGAIN)
         elif now - drone.sticks_at < HAND_REMEMBERED_S:

@@ -9,8 +9,8 @@ from server.domain.fleet import DroneRecord
 from server.domain.people import Principal, Role, UserRef
 from server.domain.relations import Relation, Right, TeamRole, may, relation_of
 from server.live.fleet.views import DroneView, IdentityView, LoanView, TeamRefView, UserRefView
-from server.live.operations.board import Board
-from server.live.operations.board_views import NO_PARAMETERS, NO_PLANS
+from server.live.operations.onboard_state import OnboardState
+from server.live.operations.onboard_views import NO_PARAMETERS, NO_PLANS
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.assist_turn import AssistTurn
 from server.live.relay.browser import Browser
@@ -139,7 +139,7 @@ class LiveDrone:
     """When it came."""
     home: Home | None = None
     """As HOME_POSITION says; before that, where it stood before it was armed."""
-    home_told: bool = False
+    has_reported_home: bool = False
     limit_watch: LimitWatch = field(default_factory=LimitWatch)
     commanded: int = 0
     """How often it was made to hold, or told how to fly: what was asked for in several steps ends with the next."""
@@ -152,7 +152,7 @@ class LiveDrone:
     """Until then the tower measures the round trip by itself (`safety_watch`)."""
     settled: bool = False
     """Nobody flies it and the clock changes nothing about it: `safety_watch` looks at its link only."""
-    board: Board = field(default_factory=Board)
+    onboard: OnboardState = field(default_factory=OnboardState)
     """What is on board, as the agent says."""
     heartbeat: bytes | None = None
     """The newest of the autopilot, as it came."""
@@ -294,7 +294,7 @@ class LiveDrone:
         self.open_hold.link_ended()
         self.hold_steps.link_ended()
         self.orders.clear()
-        self.board.forget()
+        self.onboard.forget()
         self.heartbeat = None
 
     def view(self) -> DroneView:
@@ -321,9 +321,9 @@ class LiveDrone:
             profile=self.stream_state.profile if self.stream_state else None,
             profile_chosen=self.stream.profile,
             profile_why=self.stream_state.why if self.stream_state else "",
-            plans=self.board.plans,
+            plans=self.onboard.plans,
             identity=IdentityView.of(self.record),
-            parameters=self.board.parameters.told,
+            parameters=self.onboard.parameters.state,
             suspicious_motion=self.motion_check.why if self.armed is not False else None,
         )
 

@@ -6,7 +6,7 @@ import msgspec
 
 from server.domain.people import UserRef
 from server.live.fleet.views import DroneView
-from server.live.operations.board_views import PlanBoardView
+from server.live.operations.onboard_views import OnboardPlanView
 from server.live.operations.operation import Operation
 from server.live.operations.views import OperationView
 from server.live.recordings.views import RecordingView
@@ -209,7 +209,7 @@ class PlanOnBoardChanged(msgspec.Struct, frozen=True, tag="plan_on_board", tag_f
     fit_to_fly: bool
 
     @classmethod
-    def of(cls, drone_id: int, view: PlanBoardView) -> Self:
+    def of(cls, drone_id: int, view: OnboardPlanView) -> Self:
         """As a `Drone` has it."""
         return cls(drone_id, view.kind.value, view.state, view.hash, view.sent_hash, view.count, view.fit_to_fly)
 

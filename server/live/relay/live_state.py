@@ -63,23 +63,23 @@ class LiveState:
 
     def publish_drone(self, drone: LiveDrone) -> None:
         """The drone as it is now. One event for all who stand to it alike: it is put into JSON once."""
-        told: dict[Viewpoint, live.DroneChanged] = {}
+        events: dict[Viewpoint, live.DroneChanged] = {}
         for browser in drone.watchers.values():
             standpoint = drone.standpoint_of(browser.viewer.user_id, browser.viewer.role)
-            event = told.get(standpoint)
+            event = events.get(standpoint)
             if event is None:
-                event = told[standpoint] = live.DroneChanged(drone.view_as(standpoint))
+                event = events[standpoint] = live.DroneChanged(drone.view_as(standpoint))
             browser.notify(event)
 
     def publish_links(self, drones: Iterable[LiveDrone], now: float) -> None:
         """How the links of those are that are online: to each browser in one message."""
-        told: dict[int, list[Raw]] = {}
+        events: dict[int, list[Raw]] = {}
         for drone in drones:
             if drone.link is not None and drone.online and drone.watchers:
                 quality = live.encode_quality(drone.link.quality(now))
                 for number in drone.watchers:
-                    told.setdefault(number, []).append(quality)
-        for number, links in told.items():
+                    events.setdefault(number, []).append(quality)
+        for number, links in events.items():
             self.browsers[number].notify(live.Links(links))
 
     def send_to_agent(self, drone: LiveDrone, message: ToAgent) -> None:

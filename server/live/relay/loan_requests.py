@@ -215,8 +215,8 @@ def _target_in(
     if command is None:
         return None
     if command.command == _M.MAV_CMD_DO_CHANGE_ALTITUDE:
-        told = int(command.param2) if isfinite(command.param2) else -1
-        return _Target(None, None, _or_here(command.param1), _readings(told, family))
+        frame_number = int(command.param2) if isfinite(command.param2) else -1
+        return _Target(None, None, _or_here(command.param1), _readings(frame_number, family))
     if command.command not in AT_A_PLACE and command.command != _M.MAV_CMD_DO_REPOSITION:
         return None
     if msgid == _M.MAVLINK_MSG_ID_COMMAND_INT:

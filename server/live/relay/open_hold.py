@@ -30,7 +30,7 @@ _LOST_WORDS: Final = {
 class OpenHold:
     """Of one drone, for as long as the tower knows it."""
 
-    _told: HoldState | None = None
+    _reported: HoldState | None = None
     _as_of: datetime | None = None
     _due_at: datetime | None = None
     _fresh: bool = False
@@ -41,12 +41,12 @@ class OpenHold:
     @property
     def must_be_ordered(self) -> bool:
         """Whether a new link is met with an order."""
-        return self._owed is not None or (self._told is not None and self._told.open)
+        return self._owed is not None or (self._reported is not None and self._reported.open)
 
     @property
-    def told(self) -> HoldState | None:
+    def reported(self) -> HoldState | None:
         """The newest that its agent told over the link that there is now."""
-        return self._told if self._fresh else None
+        return self._reported if self._fresh else None
 
     # -- orders ----------------------------------------------------------------------------------------------
 
@@ -61,11 +61,11 @@ class OpenHold:
 
     # -- links -----------------------------------------------------------------------------------------------
 
-    def linked(self, *, tells: bool) -> None:
+    def linked(self, *, reports: bool) -> None:
         """An agent signed in. `tells`: it knows of open holds; for one that does not, there is none."""
         self._fresh = False
-        if not tells:
-            self._told, self._owed = None, None
+        if not reports:
+            self._reported, self._owed = None, None
 
     def link_ended(self) -> None:
         """What was told last stays, as the last that is known."""
@@ -75,11 +75,11 @@ class OpenHold:
 
     def take(self, state: HoldState, at: datetime) -> bool:
         """Whether it is news for people. One that is no newer than the last of this link says nothing."""
-        if self._fresh and self._told is not None and state.number <= self._told.number:
+        if self._fresh and self._reported is not None and state.number <= self._reported.number:
             return False
         before = self.view(online=True)
         self._due_at = self._when_due(state, at)
-        self._told, self._as_of, self._fresh = state, at, True
+        self._reported, self._as_of, self._fresh = state, at, True
         after = self.view(online=True)
         if before is None or after is None:
             return before is not after
@@ -90,40 +90,44 @@ class OpenHold:
             return None
         due_at = at + timedelta(seconds=min(max(state.due_in_s, 0.0), 86_400.0))
         known = self._due_at
-        goes_on = self._told is not None and self._told.lost is state.lost and known is not None
+        goes_on = self._reported is not None and self._reported.lost is state.lost and known is not None
         return known if goes_on and known is not None and abs(due_at - known) <= MAX_JITTER else due_at
 
     # -- what people are told --------------------------------------------------------------------------------
 
     def view(self, *, online: bool) -> HoldView | None:
         """None where no hold is open, nobody is lost, and no lost action is under way or just done."""
-        told, as_of = self._told, self._as_of
-        if told is None or as_of is None or not (told.open or told.lost or told.phase is not LostPhase.QUIET):
+        reported, as_of = self._reported, self._as_of
+        if (
+            reported is None
+            or as_of is None
+            or not (reported.open or reported.lost or reported.phase is not LostPhase.QUIET)
+        ):
             return None
         return HoldView(
-            open=told.open,
-            stage=told.stage,
-            mode=told.mode,
-            sticks=told.sticks,
-            after_sticks=told.after_sticks,
-            waiting_for=told.waiting_for,
-            lost=told.lost,
-            phase=told.phase,
-            action=told.action,
+            open=reported.open,
+            stage=reported.stage,
+            mode=reported.mode,
+            sticks=reported.sticks,
+            after_sticks=reported.after_sticks,
+            waiting_for=reported.waiting_for,
+            lost=reported.lost,
+            phase=reported.phase,
+            action=reported.action,
             due_at=self._due_at,
-            detail=told.detail,
+            detail=reported.detail,
             as_of=as_of,
             stale=not (self._fresh and online),
         )
 
     def last_words(self) -> str:
         """What its agent told last, as a sentence; empty where it told of no hold and of nobody lost."""
-        told = self._told
-        if told is None or self.view(online=False) is None:
+        reported = self._reported
+        if reported is None or self.view(online=False) is None:
             return ""
-        action = told.action.value if told.action is not None else "not known"
+        action = reported.action.value if reported.action is not None else "not known"
         parts = [
-            f"held in {told.mode} (stage: {told.stage.value})" if told.open else f"was in {told.mode}",
-            _LOST_WORDS[told.phase].format(action=action),
+            f"held in {reported.mode} (stage: {reported.stage.value})" if reported.open else f"was in {reported.mode}",
+            _LOST_WORDS[reported.phase].format(action=action),
         ]
         return f"As its agent told last, it {', and '.join(part for part in parts if part)}."

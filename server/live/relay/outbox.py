@@ -53,12 +53,12 @@ class Outbox:
     ) -> bool:
         """Takes tagged frames of one drone, each kind in order. True if the sender must look again: something is due, a
         beat is set."""
-        look = False
+        recheck = False
         if transactional:
             self._queue(drone_id, transactional)
-            look = True
+            recheck = True
         if not state:
-            return look
+            return recheck
         if drone_id == self.focus:
             for key, tagged in state:
                 if len(self._focused) < MAX_STATE_KINDS or (drone_id, key) in self._focused:
@@ -68,14 +68,14 @@ class Outbox:
             return True
         kinds = self._watched.get(drone_id)
         if kinds is None:
-            look = look or not self._watched
+            recheck = recheck or not self._watched
             kinds = self._watched[drone_id] = {}
         for key, tagged in state:
             if key in kinds or len(kinds) < MAX_STATE_KINDS:
                 kinds[key] = tagged
             else:
                 self._lost[drone_id] += 1
-        return look
+        return recheck
 
     def offer(self, drone_id: DroneId, key: StateKey | None, tagged: bytes) -> bool:
         """`offer_all` of one frame; `key` None: it is transactional."""

@@ -53,17 +53,17 @@ class TooLong:
 
     def __init__(self) -> None:
         self._since: float | None = None
-        self._told = False
+        self._is_reported = False
 
     def check(self, value: float, *, limit: float, for_s: float, now: float) -> bool:
         """Call it regularly. `limit` has the unit of `value`."""
         if value <= limit:
             self._since = None
-            self._told = False
+            self._is_reported = False
             return False
         if self._since is None:
             self._since = now
-        if self._told or now - self._since < for_s:
+        if self._is_reported or now - self._since < for_s:
             return False
-        self._told = True
+        self._is_reported = True
         return True

@@ -121,7 +121,7 @@ class SafetyWatch:
         place = whole_place_in(drone.position_frame) if drone.position_frame is not None else None
         if place is None:
             return
-        if drone.armed is False and not drone.home_told:
+        if drone.armed is False and not drone.has_reported_home:
             drone.home = Home(place.lat_deg, place.lon_deg, place.alt_amsl_m)
         loan = next((one for one in drone.record.loans if one.user.id == drone.holder_id), None)
         if loan is None or drone.airborne is False or not drone.flown_by_hand(now):
@@ -131,8 +131,8 @@ class SafetyWatch:
         why = drone.limit_watch.must_hold(limits, place, drone.home) if limits is not None else None
         if why is not None:
             self._state.on_event(LoanLimitPassed(drone.drone_id, loan.user.id, why))
-            pilot_told = live.Notice("error", "loan", f"{drone.record.name} holds: {why}.", drone.drone_id, 1)
-            self._state.notify_watchers(drone, pilot_told)
+            pilot_notice = live.Notice("error", "loan", f"{drone.record.name} holds: {why}.", drone.drone_id, 1)
+            self._state.notify_watchers(drone, pilot_notice)
 
     def _watch_turn_and_offer(self, drone: LiveDrone, now: float) -> None:
         if drone.lease.assistant is not None and drone.turn.over(now):

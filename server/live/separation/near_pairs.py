@@ -44,7 +44,7 @@ def near_pairs(
             yield []
     found: list[Pair] = []
     seen: set[Pair] = set()
-    looked = 0
+    checked = 0
     for stays in cells.values():
         if len(stays) == 1:
             continue
@@ -55,10 +55,10 @@ def near_pairs(
             ):
                 if low > high:
                     break
-                looked += 1
-                if looked >= 20 * PAIRS_A_PORTION or len(found) >= PAIRS_A_PORTION:
+                checked += 1
+                if checked >= 20 * PAIRS_A_PORTION or len(found) >= PAIRS_A_PORTION:
                     yield found
-                    found, looked = [], 0
+                    found, checked = [], 0
                 if (
                     other_south > north
                     or south > other_north

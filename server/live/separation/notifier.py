@@ -23,7 +23,7 @@ from wire.ids import DroneId
 
 AGAIN_S: Final = 2.0
 """The figures of an alert that lasts are told anew so often."""
-MAX_RETOLD: Final = 50
+MAX_REPEATED: Final = 50
 """Of the worst ones. The others keep the figures of their last change."""
 MOTION_S: Final = 0.5
 """How often it is looked whether a drone moves as it can: a fifth of them at each tick."""
@@ -76,9 +76,9 @@ class SeparationNotifier:
         if now - self._again_at >= AGAIN_S:
             self._again_at = now
             encounters = self._watch.encounters
-            for one in encounters[:MAX_RETOLD]:
+            for one in encounters[:MAX_REPEATED]:
                 self._notify(one, now)
-            for one in encounters[MAX_RETOLD:]:
+            for one in encounters[MAX_REPEATED:]:
                 self._notify_strangers(one, now)  # one that is disarmed ends what was said
             self._strangers.forget_all_but(one.number for one in encounters)
 

@@ -15,7 +15,7 @@ from server.live.separation.near_pairs import Pair, near_pairs
 from wire.ids import DroneId
 
 SWEEP_S: Final = 1.0
-LOOK_S: Final = 0.5
+CHECK_EVERY_S: Final = 0.5
 MAX_PAIRS: Final = 10_000
 """That one sweep looks at closely. A thousand drones all over each other are not flown by people."""
 MAX_ENCOUNTERS: Final = 300
@@ -41,7 +41,7 @@ class SeparationWatch:
         self._sky = sky
         self._encounters: dict[Pair, Encounter] = {}
         self._portions: Iterator[list[Pair]] | None = None
-        self._swept_at = self._looked_at = float("-inf")
+        self._swept_at = self._checked_at = float("-inf")
         self._new_number = new_number or count(1).__next__
         self.cut_short = 0
         """How often there was more than could be looked at."""
@@ -49,16 +49,16 @@ class SeparationWatch:
     @property
     def encounters(self) -> list[Encounter]:
         """That people were told of and that are not over, the worst first."""
-        told = [one for one in self._encounters.values() if one.level is not Level.CLEAR]
-        return sorted(told, key=lambda one: (-one.level, one.judged.approach.in_s if one.judged else 0.0))
+        active = [one for one in self._encounters.values() if one.level is not Level.CLEAR]
+        return sorted(active, key=lambda one: (-one.level, one.judged.approach.in_s if one.judged else 0.0))
 
     def tick(self, now: float) -> list[Encounter]:
         """Those whose level changed: an encounter whose `over` is set is named for the last time."""
         if not self.bounds.horizontal_m:
             return []
         changed = []
-        if now - self._looked_at >= LOOK_S:
-            self._looked_at = now
+        if now - self._checked_at >= CHECK_EVERY_S:
+            self._checked_at = now
             changed = [one for one in list(self._encounters.values()) if self._check(one, now)]
         return changed + self._sweep(now)
 

@@ -58,7 +58,7 @@ class Flow:
     """Of the newest picture."""
     rate_hz: float = 0.0
     bits_per_s: int = 0
-    told: VideoSituation | None = None
+    reported: VideoSituation | None = None
     """What its takers were last told."""
 
     @property
@@ -214,11 +214,11 @@ class DroneVideo:
         """To all who take a stream, where it has changed."""
         for key, flow in self.flows.items():
             if not flow.taken:
-                flow.told = None
+                flow.reported = None
                 continue
             situation = self.situation(key, now)
-            if situation != flow.told:
-                flow.told = situation
+            if situation != flow.reported:
+                flow.reported = situation
                 for viewer in flow.viewers.values():
                     viewer.situation(situation)
                 for sink in list(flow.sinks):

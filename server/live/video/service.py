@@ -34,7 +34,7 @@ CHANNEL_REPLACED: Final = 4409
 AT_ONCE: Final = 32
 """Viewers written to before anything else has its turn: some tenths of a millisecond."""
 ASK_KEY_EVERY_S: Final = 1.0
-LOOK_AT_VIEWERS_EVERY_S: Final = 0.4
+CHECK_VIEWERS_EVERY_S: Final = 0.4
 
 Later = Callable[[Callable[[float], None]], object]
 """Calls back soon, with the time that it is then."""
@@ -52,7 +52,7 @@ class VideoService:
         self._tickets: dict[str, DroneVideo] = {}
         self._due: deque[VideoViewer | LockstepGroup] = deque()
         self._last_number = 0
-        self._look_at_viewers_at = float("-inf")
+        self._check_viewers_at = float("-inf")
         self._now = 0.0
         """As it was told last, for what is told without a time."""
         self.traffic = VideoTraffic()
@@ -117,8 +117,8 @@ class VideoService:
         flow = video.flow(viewer.key, now)
         flow.viewers[viewer.number] = flow.alone[viewer.number] = viewer
         situation = video.situation(viewer.key, now)
-        if flow.told is None:
-            flow.told = situation
+        if flow.reported is None:
+            flow.reported = situation
         viewer.situation(situation)
         viewer.stream = flow.stream
         viewer.pace.watch(flow.stream, now)
@@ -231,7 +231,7 @@ class VideoService:
         if video is not None and video.link is link:
             video.send_wanted()
 
-    def state_told(self, link: AgentLink, state: VideoState) -> None:
+    def update_state(self, link: AgentLink, state: VideoState) -> None:
         """The agent says how it is with its camera."""
         video = self._drones.get(link.drone_id)
         if video is not None and video.link is link:
@@ -340,9 +340,9 @@ class VideoService:
             video.send_situation(now)
             if video.is_idle(now):
                 self._forget(drone_id)
-        if now < self._look_at_viewers_at:
+        if now < self._check_viewers_at:
             return
-        self._look_at_viewers_at = now + LOOK_AT_VIEWERS_EVERY_S
+        self._check_viewers_at = now + CHECK_VIEWERS_EVERY_S
         for viewer in list(self._viewers.values()):
             viewer.tick(self.traffic, now)
             if viewer.ended:

@@ -19,17 +19,17 @@ from server.live.video.pacing import PICTURE_AGE_S, SentUnit, ViewerPace
 from server.live.video.situation import VideoSituation
 from server.live.video.streams import Relayed, Stream, StreamKey
 from server.live.video.traffic import VideoTraffic
-from server.live.video.viewer_messages import ToldSkipped, ToViewer, encode_to_viewer, state_message
+from server.live.video.viewer_messages import SkippedMessage, ToViewer, encode_to_viewer, state_message
 from wire.ids import DroneId
 
 MAX_MEMBERS: Final = 32
 """They are written to at one go: some tenths of a millisecond."""
-_LOOK_AT_LOG: Final = 200
+_MAX_LOG: Final = 200
 """Units: with so many in it, those that everybody has on its account are dropped."""
 REQUESTS_PER_S: Final = 150.0
 REQUESTS_BURST: Final = 600
 """Text messages of a viewer: one for each picture drawn, and a few more."""
-TELL_SKIPPED_EVERY_S: Final = 1.0
+REPORT_SKIPPED_EVERY_S: Final = 1.0
 TOO_SLOW: Final = 4408
 DEAF_AFTER_S: Final = 20.0
 """A viewer that does not say for so long what it has drawn is gone, whatever its connection says."""
@@ -76,17 +76,17 @@ class VideoViewer:
         self._has_room = has_room
         self._close = close
         self._held_up = held_up
-        self._untold: VideoSituation | None = None
-        self._skipped_told = 0
-        self._skipped_told_at = float("-inf")
+        self._pending_state: VideoSituation | None = None
+        self._skipped_reported = 0
+        self._skipped_reported_at = float("-inf")
 
     def pump(self, traffic: VideoTraffic, now: float) -> None:
         """Writes what is due. Not for one who is in a lockstep group."""
         if self.ended:
             return
         has_room = self._has_room
-        if self._untold is not None and has_room():
-            self.situation(self._untold)
+        if self._pending_state is not None and has_room():
+            self.situation(self._pending_state)
         next_unit, write = self.pace.next_unit, self.write
         group = self.stream.group if self.stream is not None else ()
         while has_room():
@@ -105,15 +105,15 @@ class VideoViewer:
 
     def is_in_step(self, now: float) -> bool:
         """Nothing waits for it, and nothing has to be asked before it is sent what comes next."""
-        return not self.ended and self._untold is None and self.pace.is_in_step(now) and self._has_room()
+        return not self.ended and self._pending_state is None and self.pace.is_in_step(now) and self._has_room()
 
     def situation(self, situation: VideoSituation) -> None:
         """Tells it; the newest only, if it does not read."""
         if self._has_room():
-            self._untold = None
+            self._pending_state = None
             self.notify(state_message(situation, self.key))
         else:
-            self._untold = situation
+            self._pending_state = situation
 
     def notify(self, message: ToViewer) -> None:
         """A text message, if it reads what it is sent."""
@@ -122,11 +122,11 @@ class VideoViewer:
 
     def tick(self, traffic: VideoTraffic, now: float) -> None:
         """Several times a second."""
-        skipped = self.pace.skipped - self._skipped_told
-        if skipped and now - self._skipped_told_at >= TELL_SKIPPED_EVERY_S and self._has_room():
-            self._skipped_told, self._skipped_told_at = self.pace.skipped, now
+        skipped = self.pace.skipped - self._skipped_reported
+        if skipped and now - self._skipped_reported_at >= REPORT_SKIPPED_EVERY_S and self._has_room():
+            self._skipped_reported, self._skipped_reported_at = self.pace.skipped, now
             traffic.skipped += skipped
-            self.notify(ToldSkipped(skipped))
+            self.notify(SkippedMessage(skipped))
         if self.pace.silent_for(now) > DEAF_AFTER_S:
             self.end(TOO_SLOW, "this viewer does not say what it has drawn")
 
@@ -201,7 +201,7 @@ class LockstepGroup:
             traffic.wait.observe(now - unit.at, len(writes))
             traffic.units_out += len(writes)
             traffic.bytes_out += len(framed) * len(writes)
-        oldest = min(self._members.values(), default=self._logged) if len(self._log) > _LOOK_AT_LOG else 0
+        oldest = min(self._members.values(), default=self._logged) if len(self._log) > _MAX_LOG else 0
         while len(self._log) > self._logged - oldest:
             self._log.popleft()
 

@@ -45,7 +45,7 @@ class Want(msgspec.Struct, frozen=True, tag="want", tag_field="type"):
     codec: CodecName
 
 
-class ToldState(msgspec.Struct, frozen=True, tag="state", tag_field="type"):
+class StateMessage(msgspec.Struct, frozen=True, tag="state", tag_field="type"):
     """How it is with the video, at the beginning and on each change."""
 
     state: str
@@ -55,21 +55,21 @@ class ToldState(msgspec.Struct, frozen=True, tag="state", tag_field="type"):
     codec: str
 
 
-class ToldClock(msgspec.Struct, frozen=True, tag="clock", tag_field="type"):
+class ClockMessage(msgspec.Struct, frozen=True, tag="clock", tag_field="type"):
     """The answer. `tower_us`: the tower's monotonic clock."""
 
     sent: float
     tower_us: int
 
 
-class ToldSkipped(msgspec.Struct, frozen=True, tag="skipped", tag_field="type"):
+class SkippedMessage(msgspec.Struct, frozen=True, tag="skipped", tag_field="type"):
     """So many units more were not sent: this viewer was too slow for them."""
 
     count: int
 
 
 VideoRequest = AskClock | Drawn | Want
-ToViewer = ToldState | ToldClock | ToldSkipped
+ToViewer = StateMessage | ClockMessage | SkippedMessage
 
 _decoder: Final[msgspec.json.Decoder[VideoRequest]] = msgspec.json.Decoder(VideoRequest)
 _encoder: Final = msgspec.json.Encoder()
@@ -88,9 +88,9 @@ def encode_to_viewer(message: ToViewer) -> bytes:
     return _encoder.encode(message)
 
 
-def state_message(situation: VideoSituation, key: StreamKey) -> ToldState:
+def state_message(situation: VideoSituation, key: StreamKey) -> StateMessage:
     """As the viewer of one stream is told."""
-    return ToldState(
+    return StateMessage(
         state=situation.condition.value,
         words=situation.words,
         codecs=[codec_name(codec) for codec in situation.codecs],

@@ -47,11 +47,11 @@ def main(words: list[str]) -> None:
     def work(line: bytes) -> None:
         question = json.loads(line)
         try:
-            told: dict[str, Any] = {"id": question["id"], "answer": answer(question)}
+            reply: dict[str, Any] = {"id": question["id"], "answer": answer(question)}
         except Exception as error:
-            told = {"id": question["id"], "error": type(error).__name__}
+            reply = {"id": question["id"], "error": type(error).__name__}
         with writing, contextlib.suppress(BrokenPipeError):
-            sys.stdout.buffer.write(json.dumps(told).encode() + b"\n")
+            sys.stdout.buffer.write(json.dumps(reply).encode() + b"\n")
             sys.stdout.buffer.flush()
 
     with ThreadPoolExecutor(int(words[0])) as threads:

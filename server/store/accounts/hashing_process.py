@@ -96,13 +96,13 @@ class HashingProcess:
         assert process.stdout is not None
         asked = self._asked
         async for line in process.stdout:
-            told = cast("dict[str, Any]", json.loads(line))
-            answered = asked.get(told["id"])
+            reply = cast("dict[str, Any]", json.loads(line))
+            answered = asked.get(reply["id"])
             if answered is not None and not answered.done():
-                if "error" in told:
-                    answered.set_exception(HashingFailed(told["error"]))
+                if "error" in reply:
+                    answered.set_exception(HashingFailed(reply["error"]))
                 else:
-                    answered.set_result(told["answer"])
+                    answered.set_result(reply["answer"])
         for answered in asked.values():
             if not answered.done():
                 answered.set_exception(HashingFailed("its process has ended"))

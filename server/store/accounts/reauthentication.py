@@ -50,37 +50,39 @@ async def renew(session: AsyncSession, principal: Principal, *, kind: str, actio
 
 
 async def prove_by_password(
-    door: SignInService, principal: Principal, *, password: str, code: str | None, action: AuditAction
+    service: SignInService, principal: Principal, *, password: str, code: str | None, action: AuditAction
 ) -> None:
     """The password, and a code where the account has a second factor.
 
     Raises SignInThrottled, TooManySignIns, WrongPassword, CodeNeeded, WrongCode or UnknownSession.
     """
-    async with door.database.reading() as session:
+    async with service.database.reading() as session:
         user = await get_user(session, principal.user_id)
-    await door.check_own_password(user=user, password=password, address=action.address, now=action.at)
+    await service.check_own_password(user=user, password=password, address=action.address, now=action.at)
     if user.has_second_factor:
         if not code:
             raise CodeNeeded
-        door.throttle_codes(principal, action.address, action.at)
-    if not await _renewed(door, principal, user, code or "", action):
-        async with door.database.writing() as session:
+        service.throttle_codes(principal, action.address, action.at)
+    if not await _renewed(service, principal, user, code or "", action):
+        async with service.database.writing() as session:
             refused = {"why": "wrong code"}
             record(
                 session, at=action.at, actor=action.by, action="session.refused", address=action.address, detail=refused
             )
         raise WrongCode
     if user.has_second_factor:
-        door.code_was_right(principal, action.address)
+        service.code_was_right(principal, action.address)
 
 
-async def _renewed(door: SignInService, principal: Principal, checked: UserRow, code: str, action: AuditAction) -> bool:
+async def _renewed(
+    service: SignInService, principal: Principal, checked: UserRow, code: str, action: AuditAction
+) -> bool:
     """False where the code is wrong."""
-    async with door.database.writing() as session:
+    async with service.database.writing() as session:
         user = await get_user(session, principal.user_id)
         if user.password_hash != checked.password_hash or user.has_second_factor != checked.has_second_factor:
             raise WrongPassword  # changed while it was being checked
-        if user.has_second_factor and not await spend(session, user, code, action.at, door.vault):
+        if user.has_second_factor and not await spend(session, user, code, action.at, service.vault):
             return False
         await renew(session, principal, kind="password", action=action)
     return True

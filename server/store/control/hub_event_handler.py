@@ -212,7 +212,7 @@ class HubEventHandler:
         for _ in range(MAX_RACES):
             try:
                 await self._service.system_change(
-                    event.drone_id, what, reason=event.reason, about=about, told_by=by, now=now
+                    event.drone_id, what, reason=event.reason, about=about, ordered_by=by, now=now
                 )
                 return
             except ControlRefused as error:

@@ -24,7 +24,7 @@ from server.store.control.undecided import DECIDED_WITHIN_S, ControlUndecided, U
 from server.store.database import TIMEOUT_S, DatabaseUnavailable, LockLost
 from wire.ids import DroneId, UserId
 
-TOLD_AS: Final = {
+EVENT_NAMES: Final = {
     Event.ACQUIRE: "acquired",
     Event.RELEASE: "released",
     Event.TAKE: "taken",
@@ -127,13 +127,13 @@ class ControlService:
         reason: str,
         now: float,
         by: Principal | None = None,
-        told_by: UserRef | None = None,
+        ordered_by: UserRef | None = None,
         about: UserId | None = None,
         turn_of: Literal["holder", "assistant"] | None = None,
     ) -> LeaseView:
         """An event of the tower's own. `about`: whose part in the lease it ends; refused if it is another's by now.
 
-        `by` is whoever caused it, for the audit trail and for everybody to read; `told_by` where the trail has the
+        `by` is whoever caused it, for the audit trail and for everybody to read; `ordered_by` where the trail has the
         action of which this is the consequence. `turn_of` goes with TURN: everybody is told as `by` whose frames pass.
 
         Raises UnknownDrone and ControlRefused.
@@ -150,9 +150,9 @@ class ControlService:
             as_tower=True,
             about=about,
         )
-        told_by = UserRef(by.user_id, by.name) if by else told_by
+        ordered_by = UserRef(by.user_id, by.name) if by else ordered_by
         fenced = event in (Event.REVOKE, Event.EXPIRE) and about in (None, live_drone.holder_id)
-        committed = await self._carry_out(ask, live_drone, fenced=fenced, by=told_by, now=now, turn_of=turn_of)
+        committed = await self._carry_out(ask, live_drone, fenced=fenced, by=ordered_by, now=now, turn_of=turn_of)
         return committed.view
 
     async def _carry_out(
@@ -171,7 +171,7 @@ class ControlService:
             if isinstance(outcome, Refused):
                 raise ControlRefused(outcome)
             # No await from here on: the refusal of the old holder and the order to hold are one step.
-            view, event, now = outcome.view, TOLD_AS[ask.event], now + time.perf_counter() - ask.began_at
+            view, event, now = outcome.view, EVENT_NAMES[ask.event], now + time.perf_counter() - ask.began_at
             if turn_of is not None:
                 by = view.assistant if turn_of == "assistant" else view.holder
             self._hub.apply_lease(ask.drone_id, view, event=event, by=by, reason=ask.reason, now=now)

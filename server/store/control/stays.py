@@ -40,10 +40,10 @@ def refusal_of(drone: LiveDrone, principal: Principal) -> Refused | None:
         return _SHUT_OUT
     if drone.link is None:
         return _OFFLINE
-    told = drone.open_hold.told
-    if told is None or told.phase is not LostPhase.COUNTING:
+    state = drone.open_hold.reported
+    if state is None or state.phase is not LostPhase.COUNTING:
         return _NOTHING
-    return None if told.lost is Lost.PERSON else _TOWER_LOST
+    return None if state.lost is Lost.PERSON else _TOWER_LOST
 
 
 class Stays:

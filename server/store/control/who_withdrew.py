@@ -14,7 +14,7 @@ from wire.ids import UserId
 RECENTLY_S: Final = 10.0
 """An action of another process is noticed within a second or two; an older one is another story."""
 
-_DEEDS: Final = (
+_ACTIONS: Final = (
     "drone.owner_removed",
     "drone.loan_ended",
     "team.member_removed",
@@ -33,7 +33,7 @@ async def who_withdrew(session: AsyncSession, event: RightLost, now: datetime) -
     """The user whose action ended this right; None where it was no user, or nobody knows."""
     recent = (
         select(AuditEventRow)
-        .where(AuditEventRow.action.in_(_DEEDS), AuditEventRow.at >= now - timedelta(seconds=RECENTLY_S))
+        .where(AuditEventRow.action.in_(_ACTIONS), AuditEventRow.at >= now - timedelta(seconds=RECENTLY_S))
         .order_by(AuditEventRow.id.desc())
         .limit(_MOST)
     )

@@ -92,8 +92,8 @@ async def set_key(session: AsyncSession, *, drone_id: int, public_key: bytes, ac
     await begin_fleet_change(session)
     row = await get_drone(session, drone_id)
     _put_key(row, public_key, action)
-    told = fingerprint(public_key)
-    action.record(session, "drone.key_set", drone_id=row.id, drone=row.name, fingerprint=told)
+    key_fingerprint = fingerprint(public_key)
+    action.record(session, "drone.key_set", drone_id=row.id, drone=row.name, fingerprint=key_fingerprint)
     return row
 
 
@@ -117,8 +117,8 @@ async def exchange_credential(
     if row is None or not credential_hash or row.credential_hash != credential_hash:
         return False
     _put_key(row, public_key, action)
-    told = fingerprint(public_key)
-    action.record(session, "drone.credential_exchanged", drone_id=row.id, drone=row.name, fingerprint=told)
+    key_fingerprint = fingerprint(public_key)
+    action.record(session, "drone.credential_exchanged", drone_id=row.id, drone=row.name, fingerprint=key_fingerprint)
     return True
 
 

@@ -33,7 +33,7 @@ from server.store.teams.tables import TeamDroneRow
 from wire.ids import UserId
 
 LONGEST: Final = timedelta(days=366)
-LOOK_EVERY_S: Final = 0.25
+CHECK_EVERY_S: Final = 0.25
 NO_LIMITS: Final = (Relation.TEAM_ADMIN, Relation.OWNER, Relation.TEAM_OPERATOR)
 """Whoever stands so to a drone flies it without a loan."""
 _log = structlog.get_logger(__name__)
@@ -153,7 +153,7 @@ class LoanExpiry:
                     await self._write()
                 except (SQLAlchemyError, OSError) as error:
                     _log.error("loan_end_not_written", error=type(error).__name__)
-            await rest(LOOK_EVERY_S)
+            await rest(CHECK_EVERY_S)
 
     async def _write(self) -> None:
         now = self._clock()

@@ -52,8 +52,8 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
     for loan in await session.scalars(select(LoanRow).order_by(LoanRow.drone_id, LoanRow.user_id)):
         borrower = ref(loan.user_id)
         if borrower is not None and (now is None or loan.until > now):
-            told = LoanRecord(borrower, loan.until, loan.may_arm, loan.max_height_m, loan.radius_m)
-            loans[loan.drone_id].append(told)
+            record = LoanRecord(borrower, loan.until, loan.may_arm, loan.max_height_m, loan.radius_m)
+            loans[loan.drone_id].append(record)
     teams = await _teams(session)
     leases = {one.drone_id: one for one in await session.scalars(select(ControlLeaseRow))}
 

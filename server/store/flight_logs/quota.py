@@ -187,7 +187,7 @@ def _files_in(folder: Path) -> Iterable[KeptLog]:
         if found is None:
             continue
         try:
-            told = path.stat()
+            file_stat = path.stat()
         except FileNotFoundError:
             continue  # removed meanwhile
-        yield KeptLog(int(found[1]), int(found[2]) or None, told.st_size, told.st_mtime, path)
+        yield KeptLog(int(found[1]), int(found[2]) or None, file_stat.st_size, file_stat.st_mtime, path)

@@ -71,7 +71,7 @@ class LogReceiver:
             await asyncio.to_thread(quota.write, arriving, bytes(waiting))
             if not still_wanted():
                 raise NotAskedFor
-            began = next((one.began_unix_s for one in drone.board.logs or () if one.log_id == work.log_id), None)
+            began = next((one.began_unix_s for one in drone.onboard.logs or () if one.log_id == work.log_id), None)
             await asyncio.to_thread(quota.keep, arriving, work.log_id, began)
         except NoRoom as error:
             raise FileNotTaken(str(error)) from None

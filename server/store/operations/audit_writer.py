@@ -66,8 +66,8 @@ class OperationAuditWriter:
             if self._running.pop(operation.id, None) is not None:
                 self._note_command(operation, _RESULTS.get(operation.state, operation.state.value))
         elif operation.order.writes or operation.order.noted:
-            told = {"state": operation.state.value, "words": operation.words, "code": operation.code}
-            self._note(operation, "operation.ended", told)
+            outcome = {"state": operation.state.value, "words": operation.words, "code": operation.code}
+            self._note(operation, "operation.ended", outcome)
 
     def observed(self, command: CommandObserved) -> None:
         """A command that came as frames, with its answer."""
@@ -117,9 +117,9 @@ class OperationAuditWriter:
     def _note_command(self, operation: Operation, result: str) -> None:
         if operation.by is None:
             return
-        told = {"result": result, "way": "operation", "operation": str(operation.id)}
+        outcome = {"result": result, "way": "operation", "operation": str(operation.id)}
         said = {"words": operation.words, "code": operation.code}
-        detail = operation.order.about | told | {name: value for name, value in said.items() if value}
+        detail = operation.order.about | outcome | {name: value for name, value in said.items() if value}
         actor = Actor(operation.by.id, operation.by.name)
         self._put(_Note(operation.began_at, actor, COMMAND, operation.address, operation.drone_id, detail))
 

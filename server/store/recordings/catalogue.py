@@ -103,8 +103,8 @@ async def mark_ended(
     row.state, row.words, row.ended_at = "finishing", words[:_MAX_TEXT_LENGTH], at
     row.size_bytes, row.pictures = size_bytes, pictures
     row.flights = [one.isoformat() for one in flights]
-    told = about(row) | ({"words": row.words} if words else {})
-    action.record(session, "recording.ended", drone_id=row.drone_id, **told)
+    detail = about(row) | ({"words": row.words} if words else {})
+    action.record(session, "recording.ended", drone_id=row.drone_id, **detail)
     return row
 
 

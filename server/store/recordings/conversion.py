@@ -42,7 +42,7 @@ _MP4: Final = {"movflags": "+faststart"}
 _X264: Final = {"preset": "veryfast", "crf": "23", "x264-params": "scenecut=0"}
 _KEY_EVERY: Final = 60
 
-Tell = Callable[[int], None]
+OnProgress = Callable[[int], None]
 """How many pictures are done."""
 
 
@@ -68,7 +68,7 @@ class Made(NamedTuple):
     recoded: bool
 
 
-def survey(file: IO[bytes], tell: Tell) -> Survey:
+def survey(file: IO[bytes], on_progress: OnProgress) -> Survey:
     """Raises NoRecording where there is no picture to begin with."""
     first: Unit | None = None
     sets: tuple[bytes, ...] = ()
@@ -80,7 +80,7 @@ def survey(file: IO[bytes], tell: Tell) -> Survey:
             if not unit.key:
                 continue
             first, sets = unit, parameter_sets(unit.payload)
-        tell(0)
+        on_progress(0)
         taken.append(Taken(unit.capture_us, came_us, unit.rate_hz))
         size = max(size, (unit.width, unit.height), key=lambda one: one[0] * one[1])
         uniform = uniform and (unit.width, unit.height) == (first.width, first.height)
@@ -91,13 +91,13 @@ def survey(file: IO[bytes], tell: Tell) -> Survey:
     return Survey(first.codec, *size, uniform, taken, first)
 
 
-def make(file: IO[bytes], found: Survey, target: Path, tell: Tell) -> Made:
+def make(file: IO[bytes], found: Survey, target: Path, on_progress: OnProgress) -> Made:
     """Writes `target`. Raises NoRecording, OSError, av.error.FFmpegError."""
     units = _units_from_key(file)
     shown = shown_times(found.taken)
     if found.codec is Codec.H264 and found.uniform:
-        return _pack(units, found, shown, target, tell)
-    return _code_again(units, found, shown, target, tell)
+        return _pack(units, found, shown, target, on_progress)
+    return _code_again(units, found, shown, target, on_progress)
 
 
 def _units_from_key(file: IO[bytes]) -> Iterator[Unit]:
@@ -108,7 +108,7 @@ def _units_from_key(file: IO[bytes]) -> Iterator[Unit]:
             yield entry.unit
 
 
-def _pack(units: Iterator[Unit], found: Survey, shown: list[Shown], target: Path, tell: Tell) -> Made:
+def _pack(units: Iterator[Unit], found: Survey, shown: list[Shown], target: Path, on_progress: OnProgress) -> Made:
     with (
         av.open(BytesIO(found.first_key.payload), format="h264") as sample,
         av.open(str(target), "w", format="mp4", options=_MP4) as output,
@@ -126,12 +126,14 @@ def _pack(units: Iterator[Unit], found: Survey, shown: list[Shown], target: Path
             packet.is_keyframe = unit.key
             output.mux_one(packet)
             done += 1
-            tell(done)
+            on_progress(done)
         width, height = template.codec_context.width, template.codec_context.height
     return Made(_seconds(shown), width, height, done, recoded=False)
 
 
-def _code_again(units: Iterator[Unit], found: Survey, shown: list[Shown], target: Path, tell: Tell) -> Made:
+def _code_again(
+    units: Iterator[Unit], found: Survey, shown: list[Shown], target: Path, on_progress: OnProgress
+) -> Made:
     width, height = _file_size(found.width, found.height)
     fitting = Fitting(width, height)
     decoder = _Decoder(found.codec)
@@ -162,7 +164,7 @@ def _code_again(units: Iterator[Unit], found: Survey, shown: list[Shown], target
             lasts_by_time[at] = lasts
             put(stream.encode(last))
             pictures += frame is not None
-            tell(number)
+            on_progress(number)
         if last is None:
             raise NoRecording("not one picture could be read")
         put(stream.encode(None))

@@ -146,24 +146,24 @@ class RecordingFinisher:
 
     async def _take_up(self, row: RecordingRow) -> None:
         units = self._store.path(row.drone_id, row.file, UNITS)
-        told = await asyncio.to_thread(_size_and_time, units)
+        file_stat = await asyncio.to_thread(_size_and_time, units)
         if row.state == "ready" and await asyncio.to_thread(self._store.path(row.drone_id, row.file, MP4).is_file):
             await asyncio.to_thread(units.unlink, missing_ok=True)
             return
-        if told is None and row.state == "failed":
+        if file_stat is None and row.state == "failed":
             return
         async with self._database.writing() as session:
-            if told is None:
+            if file_stat is None:
                 await catalogue.mark_failed(session, row.id, GONE, size_bytes=0)
                 return
             found = await session.get(RecordingRow, row.id)
             if found is None:
                 return
             if found.state == "recording":
-                found.words, found.ended_at = CUT_OFF, max(found.began_at, told[1])
+                found.words, found.ended_at = CUT_OFF, max(found.began_at, file_stat[1])
             elif found.state == "failed":
                 found.words = ""
-            found.state, found.size_bytes = "finishing", told[0]
+            found.state, found.size_bytes = "finishing", file_stat[0]
         self.add(row.id)
 
     async def work(self) -> None:
@@ -204,9 +204,9 @@ class RecordingFinisher:
 
     async def _fail(self, row: RecordingRow, words: str, units: Path, *, hopeless: bool) -> None:
         _log.error("recording_failed", recording=row.id, drone_id=row.drone_id, why=words)
-        told = None if hopeless else await asyncio.to_thread(_size_and_time, units)
+        file_stat = None if hopeless else await asyncio.to_thread(_size_and_time, units)
         async with self._database.writing() as session:
-            failed = await catalogue.mark_failed(session, row.id, words, size_bytes=told[0] if told else 0)
+            failed = await catalogue.mark_failed(session, row.id, words, size_bytes=file_stat[0] if file_stat else 0)
         if hopeless or failed is None:
             await asyncio.to_thread(self._store.remove, row.drone_id, row.file)
         if failed is not None:
@@ -216,7 +216,7 @@ class RecordingFinisher:
 def _size_and_time(path: Path) -> tuple[int, datetime] | None:
     """Bytes, and when it was written last. None where there is no such file."""
     try:
-        told = path.stat()
+        file_stat = path.stat()
     except FileNotFoundError:
         return None
-    return told.st_size, datetime.fromtimestamp(told.st_mtime, UTC)
+    return file_stat.st_size, datetime.fromtimestamp(file_stat.st_mtime, UTC)

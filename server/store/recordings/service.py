@@ -41,7 +41,7 @@ from wire.video import Quality
 
 MAX_RUNNING: Final = 50
 """Each has a thread, and places for what its disk does not have yet."""
-LOOK_EVERY_S: Final = 1.0
+CHECK_EVERY_S: Final = 1.0
 ROOM_EVERY_S: Final = 5.0
 NOTHING_COMES_S: Final = 600.0
 STOPPED_WITHIN_S: Final = 15.0
@@ -208,7 +208,7 @@ class RecordingService:
         """Until cancelled."""
         while True:
             with suppress(TimeoutError):
-                await asyncio.wait_for(self._something.wait(), LOOK_EVERY_S)
+                await asyncio.wait_for(self._something.wait(), CHECK_EVERY_S)
             self._something.clear()
             await self.tick(time.monotonic())
 

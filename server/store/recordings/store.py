@@ -88,8 +88,8 @@ class RecordingStore:
                 if ours[2]:
                     path.unlink(missing_ok=True)
                 elif ours[1] not in files:
-                    told = path.stat()
-                    strays.append(Stray(drone_id, path, told.st_size, told.st_mtime))
+                    file_stat = path.stat()
+                    strays.append(Stray(drone_id, path, file_stat.st_size, file_stat.st_mtime))
         return sorted(strays, key=lambda one: one.kept_at)
 
     def remove_stray(self, stray: Stray) -> None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from bench.control_verdict import Record, Told, announces, judge
+from bench.control_verdict import Announcement, Record, announces, judge
 from bench.tap import ModeSeen, Motion, Stick
 
 ALT_HOLD, AUTO, LOITER, RTL, LAND, BRAKE = 2, 3, 5, 6, 9, 17
@@ -22,13 +22,15 @@ def straight(until_s: float, alt_m: float, climb_mps: float = 0.0, since_s: floa
     return found
 
 
-def flight(motions: list[Motion], *modes: tuple[float, int], told: tuple[Told, ...] = (), **more: Any) -> Record:
+def flight(
+    motions: list[Motion], *modes: tuple[float, int], reported: tuple[Announcement, ...] = (), **more: Any
+) -> Record:
     """By hand in LOITER before; the trigger is at 0."""
     seen = [ModeSeen(at, mode, True) for at, mode in ((-1.0, LOITER), *modes)]
     present = frozenset({"admin"})
     sticks, present = more.pop("sticks", ()), more.pop("present", present)
-    told = (Told(0.1, "admin", OPEN), *told)
-    return Record(0.0, motions, seen, sticks, told, (0.01, 1.4), present, 1, **more)
+    reported = (Announcement(0.1, "admin", OPEN), *reported)
+    return Record(0.0, motions, seen, sticks, reported, (0.01, 1.4), present, 1, **more)
 
 
 def test_a_drone_that_stays_is_well() -> None:
@@ -56,15 +58,19 @@ def test_what_a_descent_still_sinks_while_it_is_stopped_is_well() -> None:
 
 def test_a_return_that_was_announced_before_is_well() -> None:
     motions = straight(30, 25) + straight(60, 25, -1.0, since_s=30)
-    verdict = judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), told=(Told(1.0, "admin", COUNTING),)))
+    verdict = judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), reported=(Announcement(1.0, "admin", COUNTING),)))
     assert verdict.wrong == ()
     assert (verdict.announced_s, verdict.returned_s) == (1.0, 30.0)
 
 
-@pytest.mark.parametrize("told", [(), (Told(31.0, "admin", COUNTING),), (Told(1.0, "operator", COUNTING),)])
-def test_a_return_that_nobody_present_was_told_of_before_is_wrong(told: tuple[Told, ...]) -> None:
+@pytest.mark.parametrize(
+    "reported", [(), (Announcement(31.0, "admin", COUNTING),), (Announcement(1.0, "operator", COUNTING),)]
+)
+def test_a_return_that_nobody_present_was_told_of_before_is_wrong(reported: tuple[Announcement, ...]) -> None:
     motions = straight(30, 25) + straight(60, 25, -1.0, since_s=30)
-    assert judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), told=told)).wrong == ("admin was not told of the RTL",)
+    assert judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), reported=reported)).wrong == (
+        "admin was not told of the RTL",
+    )
 
 
 def test_without_a_tower_what_stood_there_before_is_the_announcement() -> None:
@@ -75,13 +81,15 @@ def test_without_a_tower_what_stood_there_before_is_the_announcement() -> None:
 
 def test_a_countdown_that_was_taken_back_announces_nothing() -> None:
     motions = straight(30, 25) + straight(60, 25, -1.0, since_s=30)
-    told = (Told(1.0, "admin", COUNTING), Told(2.0, "admin", None))
-    assert judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), told=told)).wrong == ("admin was not told of the RTL",)
+    reported = (Announcement(1.0, "admin", COUNTING), Announcement(2.0, "admin", None))
+    assert judge(flight(motions, (0.03, ALT_HOLD), (30.0, RTL), reported=reported)).wrong == (
+        "admin was not told of the RTL",
+    )
 
 
 def test_a_drone_that_waits_and_nobody_is_told_is_wrong() -> None:
-    told = (Told(1.0, "admin", COUNTING), Told(2.0, "admin", None))
-    found = judge(flight(straight(120, 25), (0.03, ALT_HOLD), (1.5, BRAKE), told=told)).wrong
+    reported = (Announcement(1.0, "admin", COUNTING), Announcement(2.0, "admin", None))
+    found = judge(flight(straight(120, 25), (0.03, ALT_HOLD), (1.5, BRAKE), reported=reported)).wrong
     assert found == ("waits in BRAKE, and admin is not told of a hold",)
 
 
@@ -110,12 +118,14 @@ def test_a_flight_that_was_over_before_it_began_says_nothing() -> None:
 
 def test_a_hold_in_the_mode_that_was_flown_began_when_it_was_asked_for() -> None:
     seen = [ModeSeen(at, ALT_HOLD, True) for at in (-1.0, 0.2, 0.6)]
-    record = Record(0.0, straight(10, 25), seen, (), (Told(0.1, "admin", OPEN),), (0.5,), frozenset({"admin"}), 1)
+    record = Record(
+        0.0, straight(10, 25), seen, (), (Announcement(0.1, "admin", OPEN),), (0.5,), frozenset({"admin"}), 1
+    )
     assert judge(record).held_s == 0.6
 
 
 @pytest.mark.parametrize(
-    ("hold", "told"),
+    ("hold", "reported"),
     [
         (None, False),
         ({"phase": "quiet", "action": None, "after_sticks": "stays"}, False),
@@ -126,5 +136,5 @@ def test_a_hold_in_the_mode_that_was_flown_began_when_it_was_asked_for() -> None
         ({"phase": "asking", "action": "land", "after_sticks": "stays"}, True),
     ],
 )
-def test_what_announces_a_descent(hold: dict[str, Any] | None, told: bool) -> None:
-    assert announces(hold) is told
+def test_what_announces_a_descent(hold: dict[str, Any] | None, reported: bool) -> None:
+    assert announces(hold) is reported

@@ -33,7 +33,7 @@ def test_the_rows_have_both_systems_their_ratio_failures_and_what_was_lost(tmp_p
     figures.took("ours", "upload, far", 4.0)
     figures.failed("MAVSDK", "upload", "timeout")
     figures.carried["ours", "upload"] = [Carried(90, 10, 40, 0), Carried(70, 10, 20, 2)]
-    figures.tell("somewhere")
+    figures.announce("somewhere")
     found = {(row.case, row.system, row.metric): row.value for row in report.rows}
     case = "upload, somewhere"
     assert found[case, "ours", "took_p50"] == 1.0 and found[case, "ours", "took_max"] == 2.0

@@ -28,9 +28,9 @@ def test_a_missing_and_a_repeated_event_are_noticed_for_each_drone(make: type[Ev
     assert (watcher.events, watcher.out_of_order) == (5, 1)
     watcher.came(event(2, 2))
     assert (watcher.events, watcher.out_of_order) == (6, 2)
-    watcher.told(b'{"type":"lost","drone_id":1,"count":2}')
-    watcher.told(b'{"type":"links","links":[]}')
-    assert watcher.losses_told == 1
+    watcher.reported(b'{"type":"lost","drone_id":1,"count":2}')
+    watcher.reported(b'{"type":"links","links":[]}')
+    assert watcher.losses_reported == 1
 
 
 def test_the_age_of_state_is_told_and_that_of_the_picture() -> None:

@@ -8,7 +8,7 @@ from bench.rows import Report
 from bench.video.bench_run import CASES, LONG, ON_A_NETWORK, chosen
 from bench.video.settings import H264, LARGE, SMALL
 from bench.video.strip import Sight
-from bench.video.throttle import Times, tell
+from bench.video.throttle import Times, announce
 
 BEGIN_MS = 1_000_000.0
 TIMES = Times(BEGIN_MS, BEGIN_MS + 10_000, BEGIN_MS + 30_000, BEGIN_MS + 45_000)
@@ -31,14 +31,14 @@ def every(seconds: float, begin_ms: float, end_ms: float, delay_ms: float) -> li
     return [Sight(at, at - delay_ms) for at in (begin_ms + 1000 * seconds * n for n in range(count))]
 
 
-def told_of(throttled: list[Sight]) -> dict[str, float]:
+def sent_events(throttled: list[Sight]) -> dict[str, float]:
     report = Report("video")
-    tell(report, "case", TIMES, throttled, every(0.04, TIMES.begin, TIMES.end, 50), 25)
+    announce(report, "case", TIMES, throttled, every(0.04, TIMES.begin, TIMES.end, 50), 25)
     return {row.metric: row.value for row in report.rows}
 
 
 def test_a_viewer_that_keeps_up_with_key_pictures() -> None:
-    rows = told_of(
+    rows = sent_events(
         every(0.04, TIMES.begin, TIMES.throttled, 50)
         + every(0.5, TIMES.throttled, TIMES.freed, 400)
         + every(0.04, TIMES.freed + 800, TIMES.end, 50)
@@ -55,5 +55,5 @@ def test_a_viewer_that_keeps_up_with_key_pictures() -> None:
 
 
 def test_a_viewer_that_never_recovers() -> None:
-    rows = told_of(every(0.04, TIMES.begin, TIMES.throttled, 50) + every(0.04, TIMES.throttled, TIMES.end, 9000))
+    rows = sent_events(every(0.04, TIMES.begin, TIMES.throttled, 50) + every(0.04, TIMES.throttled, TIMES.end, 9000))
     assert math.isnan(rows["throttled: as before after"])

@@ -20,7 +20,7 @@ def drone(**changes: Any) -> dict[str, Any]:
     return base | changes
 
 
-def told(view: ControlView, now: float = 0.0, **event: Any) -> list[str]:
+def reported(view: ControlView, now: float = 0.0, **event: Any) -> list[str]:
     view.event(json.dumps(event), now)
     return view.pop_sentences()
 
@@ -29,7 +29,7 @@ def told(view: ControlView, now: float = 0.0, **event: Any) -> list[str]:
 def view() -> ControlView:
     made = ControlView(DroneId(3), "Kestrel")
     user = ANNA | {"role": "operator"}
-    assert told(made, type="welcome", user=user, drones=[drone()], server_time="") == ["Kestrel is online"]
+    assert reported(made, type="welcome", user=user, drones=[drone()], server_time="") == ["Kestrel is online"]
     return made
 
 
@@ -39,18 +39,18 @@ def test_a_ping_is_answered_at_once(view: ControlView) -> None:
 
 def test_the_controls_come_and_are_taken(view: ControlView) -> None:
     assert not view.has_controls
-    assert told(view, type="drone", drone=drone(holder=ANNA)) == ["you have the controls of Kestrel"]
+    assert reported(view, type="drone", drone=drone(holder=ANNA)) == ["you have the controls of Kestrel"]
     assert view.has_controls
-    taken = told(view, type="drone", drone=drone(holder=ROOT, taken_from=ANNA))
+    taken = reported(view, type="drone", drone=drone(holder=ROOT, taken_from=ANNA))
     assert taken == ["you do NOT have the controls of Kestrel"]
     assert not view.has_controls
-    said = told(view, type="control", drone_id=3, event="taken", epoch=2, holder=ROOT, by=ROOT, reason="gusts")
+    said = reported(view, type="control", drone_id=3, event="taken", epoch=2, holder=ROOT, by=ROOT, reason="gusts")
     assert said == ["Root took the controls: gusts"]
 
 
 def test_an_offer_says_what_to_do(view: ControlView) -> None:
-    told(view, type="drone", drone=drone(holder=ROOT, taken_from=ANNA, offered=True))
-    said = told(view, type="control", drone_id=3, event="given", epoch=3, holder=ROOT, by=ROOT, reason="")
+    reported(view, type="drone", drone=drone(holder=ROOT, taken_from=ANNA, offered=True))
+    said = reported(view, type="control", drone_id=3, event="given", epoch=3, holder=ROOT, by=ROOT, reason="")
     assert said[0] == "Root gives the controls back"
     assert "type accept" in said[1]
 
@@ -64,30 +64,30 @@ def test_refusals_are_said_and_not_repeated_all_the_time(view: ControlView) -> N
         "text": "No.",
         "count": 1,
     }
-    assert told(view, 0.0, **refused) == ["No."]
+    assert reported(view, 0.0, **refused) == ["No."]
     for second in range(1, 10):
-        assert told(view, float(second), **refused | {"count": 5}) == []
-    assert told(view, REPEATED_AFTER_S, **refused) == ["No. (46 times)"]
+        assert reported(view, float(second), **refused | {"count": 5}) == []
+    assert reported(view, REPEATED_AFTER_S, **refused) == ["No. (46 times)"]
     for number in range(3 * MAX_REMEMBERED):
-        told(view, 20.0, **refused | {"text": f"No {number}."})
+        reported(view, 20.0, **refused | {"text": f"No {number}."})
     assert len(view._said_at) <= MAX_REMEMBERED
 
 
 def test_a_loss_check_that_is_asked_for_is_remembered(view: ControlView) -> None:
-    told(view, type="notice", severity="warning", code="loss-check", drone_id=3, text="Read it.", count=1)
+    reported(view, type="notice", severity="warning", code="loss-check", drone_id=3, text="Read it.", count=1)
     assert view.loss_check_asked
 
 
 def test_other_drones_and_unknown_events_are_nothing(view: ControlView) -> None:
-    assert told(view, type="drone", drone=drone(id=4, name="Merlin", online=False)) == []
-    assert told(view, type="hold", drone_id=4, step="ordered", detail="x", elapsed_ms=0, cause="order") == []
-    assert told(view, type="something-new", drone_id=3) == []
+    assert reported(view, type="drone", drone=drone(id=4, name="Merlin", online=False)) == []
+    assert reported(view, type="hold", drone_id=4, step="ordered", detail="x", elapsed_ms=0, cause="order") == []
+    assert reported(view, type="something-new", drone_id=3) == []
     view.event("not json", 0.0)
     view.event("[1]", 0.0)
     for half in ({"type": "ping"}, {"type": "turn", "drone_id": 3}, {"type": "drone", "drone": 3}, {"type": "welcome"}):
-        assert told(view, **half) == []
+        assert reported(view, **half) == []
     assert not view.out_of_squad
-    told(view, type="drone_removed", drone_id=3)
+    reported(view, type="drone_removed", drone_id=3)
     assert view.out_of_squad
 
 

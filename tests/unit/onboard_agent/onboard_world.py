@@ -47,7 +47,7 @@ class World:
         self.tower_there = True
         self.beats = True
         self.sent: list[bytes] = []
-        self.told: list[Any] = []
+        self.reported: list[Any] = []
         self.link_up()
         self.pass_time(0.2)
         if receiver is not None:
@@ -83,7 +83,7 @@ class World:
 
     def collect(self) -> None:
         self.sent += self.onboard.frames_to_autopilot()
-        self.told += self.onboard.messages_to_tower(self.now)
+        self.reported += self.onboard.messages_to_tower(self.now)
 
     def tower_sends(self, *frames: bytes, epoch: int = 5) -> None:
         self.onboard.from_tower(Frames(DroneId(7), Epoch(epoch), int(self.now * 1000), list(frames)), self.now)
@@ -113,10 +113,10 @@ class World:
         return [int(m.param2) for m in self.messages("COMMAND_LONG") if m.command == 176]
 
     def causes(self) -> set[HoldCause]:
-        return {message.cause for message in self.told if isinstance(message, HoldProgress)}
+        return {message.cause for message in self.reported if isinstance(message, HoldProgress)}
 
     def steps(self) -> list[str]:
-        return [str(message.step) for message in self.told if isinstance(message, HoldProgress)]
+        return [str(message.step) for message in self.reported if isinstance(message, HoldProgress)]
 
     def messages(self, *kinds: str) -> list[Any]:
         found = [m for m in map(decode, self.sent) if m is not None and m.get_type() in kinds]

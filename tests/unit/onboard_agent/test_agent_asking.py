@@ -65,13 +65,13 @@ class RatesBench:
         return asked
 
     def hear_all(self, now: float, *, but: frozenset[int] = frozenset()) -> None:
-        for wish in RATE_REQUESTS:
-            if wish.message_id not in but:
-                self.rates.heard(wish.message_id, now)
+        for request in RATE_REQUESTS:
+            if request.message_id not in but:
+                self.rates.heard(request.message_id, now)
 
 
 def test_the_whole_table_is_asked_for_in_order() -> None:
-    assert RatesBench().grant_all(0.0) == [wish.message_id for wish in RATE_REQUESTS]
+    assert RatesBench().grant_all(0.0) == [request.message_id for request in RATE_REQUESTS]
 
 
 def test_the_interval_is_in_microseconds_and_the_version_is_asked_once() -> None:
@@ -123,7 +123,7 @@ def test_a_change_while_the_table_is_being_asked_for_asks_for_the_rest_too() -> 
     bench.ask(0.0)
     bench.rates.acknowledged(ack(511), 0.0)
     bench.rates.follow(StreamProfile.THIN)
-    assert set(bench.intervals(0.1)) == {wish.message_id for wish in RATE_REQUESTS}
+    assert set(bench.intervals(0.1)) == {request.message_id for request in RATE_REQUESTS}
 
 
 def test_a_wide_line_is_asked_for_everything_in_any_profile() -> None:

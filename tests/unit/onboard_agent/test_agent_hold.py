@@ -34,13 +34,13 @@ def rungs(*names: str) -> tuple[FlightMode, ...]:
 
 def test_a_second_hold_that_takes_as_long_is_told_apart_from_a_copy_of_the_first() -> None:
     hold = Hold(FrameMaker())
-    told = []
+    reported = []
     for now in (100.0, 200.0):
         hold.begin(cause=HoldCause.STICKS_STALE, order_id=0, epoch=4, rungs=(), stays=(), armed=True, now=now)
         hold.tick(now, Flying())
-        told += hold.pop_progress()
-    assert len(told) == 4
-    assert len(set(told)) == 4
+        reported += hold.pop_progress()
+    assert len(reported) == 4
+    assert len(set(reported)) == 4
 
 
 class Bench:

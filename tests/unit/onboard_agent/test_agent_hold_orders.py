@@ -62,7 +62,7 @@ def test_a_hold_that_a_fence_forbids_says_so() -> None:
         world.pass_time(0.1)
         world.ack(176, result=mavlink.MAV_RESULT_FAILED)
         world.pass_time(3.2)
-        (unconfirmed,) = [one for one in world.told if isinstance(one, HoldProgress) and one.step == "unconfirmed"]
+        (unconfirmed,) = [one for one in world.reported if isinstance(one, HoldProgress) and one.step == "unconfirmed"]
         assert ("outside its fence" in unconfirmed.detail) is said
         assert "refuses ALT_HOLD" in unconfirmed.detail
 

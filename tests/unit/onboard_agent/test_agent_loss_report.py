@@ -74,25 +74,25 @@ def read_all(parameters: Parameters, values: dict[str, float]) -> None:
 def test_it_is_told_when_all_are_read_then_on_each_change_and_to_each_new_link() -> None:
     report, parameters = LossReport(), Parameters(FrameMaker())
 
-    def told(has_radio: bool | None = None) -> LossParameters | None:
+    def reported(has_radio: bool | None = None) -> LossParameters | None:
         return report.changed(parameters, autopilot_kind=3, has_radio=has_radio)
 
     parameters.ask_all(3)
-    assert told() is None, "not read yet"
+    assert reported() is None, "not read yet"
     values = {"FS_GCS_ENABLE": 1.0, "FS_THR_ENABLE": 1.0, "RC_OVERRIDE_TIME": 3.0, "SYSID_MYGCS": 255.0}
     read_all(parameters, values)
     expected = LossParameters(autopilot="ardupilot", values=values, complete=True)
-    assert told() == expected
-    assert told() is None
+    assert reported() == expected
+    assert reported() is None
     parameters.value(param_value("FS_GCS_ENABLE", 2.0))
-    changed = told()
+    changed = reported()
     assert changed is not None
     assert changed.values == values | {"FS_GCS_ENABLE": 2.0}
-    with_radio = told(True)
+    with_radio = reported(True)
     assert with_radio is not None
     assert with_radio.has_radio is True
     report.resend()
-    assert told(True) == with_radio
+    assert reported(True) == with_radio
 
 
 def test_the_autopilot_is_named() -> None:
@@ -115,9 +115,9 @@ def test_what_decides_and_was_not_answered_is_not_known_and_asked_for_again() ->
         for name, number in some.items():
             parameters.value(param_value(name, number))
         now += ANSWER_WITHIN_S
-    told = report.changed(parameters, autopilot_kind=3, has_radio=False)
-    assert told is not None
-    assert not told.complete
+    reported = report.changed(parameters, autopilot_kind=3, has_radio=False)
+    assert reported is not None
+    assert not reported.complete
     asked: list[bytes] = []
     while now < 200.0:
         now += ANSWER_WITHIN_S
@@ -125,6 +125,6 @@ def test_what_decides_and_was_not_answered_is_not_known_and_asked_for_again() ->
     assert any(b"FS_THR_ENABLE" in frame for frame in asked)
     assert not any(b"FS_GCS_ENABLE" in frame for frame in asked)
     parameters.value(param_value("FS_THR_ENABLE", 0.0))
-    told = report.changed(parameters, autopilot_kind=3, has_radio=False)
-    assert told is not None
-    assert told.complete
+    reported = report.changed(parameters, autopilot_kind=3, has_radio=False)
+    assert reported is not None
+    assert reported.complete

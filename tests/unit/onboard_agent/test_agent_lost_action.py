@@ -7,7 +7,14 @@ import pytest
 from onboard_agent.autopilot.flight_modes import modes_of
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.failsafe.lost_action import RUNG_PATIENCE_S, Loss, LostActing, situation
-from onboard_agent.failsafe.lost_action_table import DEEDS, NEXT, TOLD_AS, LossResponse, LostEvent, Situation
+from onboard_agent.failsafe.lost_action_table import (
+    NEXT,
+    REPORTED_ACTION,
+    RESPONSES,
+    LossResponse,
+    LostEvent,
+    Situation,
+)
 from wire.autopilots.profile import FailsafeModes as Modes
 from wire.autopilots.px4_multicopter import custom_mode as px4_custom_mode
 from wire.control_messages import SafetySettings
@@ -41,15 +48,15 @@ class Bench:
         self.mode, self.modes, self.mission_before = mode, modes, mission_before
         self.ours = True
         self.acting = LostActing(FrameMaker())
-        self.deeds: list[tuple[float, LossResponse]] = []
+        self.actions: list[tuple[float, LossResponse]] = []
         self.sent: list[Any] = []
         self.lines: list[str] = []
 
     def until(self, second: float) -> "Bench":
         while self.now < self.lost_at + second:
-            deed = self.acting.tick(self.now, loss=self.loss(), settings=self.settings, modes=self.modes)
-            if deed is not None:
-                self.deeds.append((round(self.now - self.lost_at, 1), deed))
+            response = self.acting.tick(self.now, loss=self.loss(), settings=self.settings, modes=self.modes)
+            if response is not None:
+                self.actions.append((round(self.now - self.lost_at, 1), response))
             frames = self.acting.due(self.now, vehicle_system_id=1)
             self.sent += [decode(frame) for frame in frames]
             self.lines += self.acting.pop_notices()
@@ -80,9 +87,9 @@ class Bench:
 
 def test_it_returns_when_the_time_is_up_and_not_before() -> None:
     bench = Bench().until(29.9)
-    assert (bench.deeds, bench.sent) == ([], [])
+    assert (bench.actions, bench.sent) == ([], [])
     bench.until(30.1)
-    assert bench.deeds == [(30.0, LossResponse.RETURN)]
+    assert bench.actions == [(30.0, LossResponse.RETURN)]
     assert bench.asked() == [(RTL, 0)]
 
 
@@ -101,7 +108,7 @@ def test_it_is_confirmed_by_both_and_said() -> None:
     bench.until(60.0)
     assert bench.lines[-1] == "RTL confirmed"
     assert len(bench.asked()) == 1
-    assert len(bench.deeds) == 1
+    assert len(bench.actions) == 1
 
 
 def test_it_is_asked_for_again_until_then() -> None:
@@ -135,19 +142,19 @@ def test_silence_is_no_refusal_for_a_while() -> None:
 
 def test_land_lands() -> None:
     bench = Bench(LostAction.LAND, after_s=5.0, mode=GUIDED).until(5.1)
-    assert (bench.deeds[0][1], bench.asked()) == (LossResponse.LAND, [(LAND, 0)])
+    assert (bench.actions[0][1], bench.asked()) == (LossResponse.LAND, [(LAND, 0)])
 
 
 def test_a_mission_goes_on_where_that_is_wanted() -> None:
     bench = Bench(LostAction.CONTINUE, mode=AUTO).until(40.0)
-    assert (bench.deeds, bench.sent) == ([], [])
+    assert (bench.actions, bench.sent) == ([], [])
     assert bench.lines == ["the tower is lost: leave it as it is"]
     assert bench.acting.phase is LostPhase.QUIET
 
 
 def test_a_mission_that_the_loss_has_stopped_is_resumed_where_that_is_wanted() -> None:
     bench = Bench(LostAction.CONTINUE, mode=ALT_HOLD, mission_before=True).until(30.1)
-    assert (bench.deeds[0][1], bench.asked()) == (LossResponse.RESUME_MISSION, [(AUTO, 0)])
+    assert (bench.actions[0][1], bench.asked()) == (LossResponse.RESUME_MISSION, [(AUTO, 0)])
 
 
 @pytest.mark.parametrize("lost", list(Lost))
@@ -156,10 +163,10 @@ def test_staying_ends_when_the_battery_is_needed_for_the_way_home(action: LostAc
     bench = Bench(action, lost=lost).until(29.9)
     assert (bench.acting.phase, bench.acting.action) == (LostPhase.COUNTING, LostAction.STAY)
     bench.until(600.0)
-    assert (bench.acting.phase, bench.acting.due_in_s, bench.deeds) == (LostPhase.STAYED, None, [])
+    assert (bench.acting.phase, bench.acting.due_in_s, bench.actions) == (LostPhase.STAYED, None, [])
     bench.battery_due = True
     bench.until(600.1)
-    assert bench.deeds == [(600.0, LossResponse.RETURN)]
+    assert bench.actions == [(600.0, LossResponse.RETURN)]
     assert bench.asked() == [(RTL, 0)]
     assert "the battery is needed for the way home" in bench.lines
 
@@ -169,9 +176,9 @@ def test_a_battery_that_is_needed_ends_a_count_that_would_be_too_long() -> None:
     bench.battery_due = True
     bench.until(29.0)
     assert bench.acting.due_in_s == pytest.approx(1.0, abs=0.1)
-    assert bench.deeds == []
+    assert bench.actions == []
     bench.until(30.1)
-    assert [deed for _, deed in bench.deeds] == [LossResponse.RETURN]
+    assert [response for _, response in bench.actions] == [LossResponse.RETURN]
 
 
 @pytest.mark.parametrize("lost", list(Lost))
@@ -181,12 +188,12 @@ def test_stay_ends_the_count_for_a_person_and_not_for_the_tower(action: LostActi
     bench.stayed = True
     bench.until(40.0)
     if lost is Lost.TOWER:
-        assert [deed for _, deed in bench.deeds] == [LossResponse(action.value)]
+        assert [response for _, response in bench.actions] == [LossResponse(action.value)]
         return
-    assert (bench.acting.phase, bench.acting.due_in_s, bench.deeds) == (LostPhase.STAYED, None, [])
+    assert (bench.acting.phase, bench.acting.due_in_s, bench.actions) == (LostPhase.STAYED, None, [])
     bench.battery_due = True
     bench.until(41.0)
-    assert (bench.acting.phase, bench.deeds) == (LostPhase.COUNTING, []), "nobody is surprised"
+    assert (bench.acting.phase, bench.actions) == (LostPhase.COUNTING, []), "nobody is surprised"
     bench.until(50.1)
     assert bench.asked() == [(RTL if action is LostAction.RETURN else LAND, 0)]
 
@@ -200,7 +207,7 @@ def test_a_tower_that_is_lost_after_somebody_said_stay_counts_from_its_own_loss(
     assert (bench.acting.phase, bench.acting.lost) == (LostPhase.COUNTING, Lost.TOWER)
     assert bench.acting.due_in_s == pytest.approx(20.0, abs=0.1)
     bench.until(131.0)
-    assert bench.deeds == [(130.0, LossResponse.RETURN)]
+    assert bench.actions == [(130.0, LossResponse.RETURN)]
 
 
 def test_who_said_stay_and_is_gone_until_the_next_hold_is_counted_again() -> None:
@@ -221,7 +228,7 @@ def test_without_a_position_nothing_stays_when_the_tower_is_lost(action: LostAct
     bench.until(5.0)
     assert bench.acting.action is LostAction.LAND
     bench.until(30.1)
-    assert bench.deeds == [(30.0, LossResponse.LAND)]
+    assert bench.actions == [(30.0, LossResponse.LAND)]
     assert bench.asked() == [(LAND, 0)]
 
 
@@ -229,7 +236,7 @@ def test_without_a_position_it_may_stay_while_the_tower_sees_it() -> None:
     bench = Bench(LostAction.STAY, lost=Lost.PERSON)
     bench.drifts = True
     bench.until(60.0)
-    assert (bench.acting.phase, bench.deeds) == (LostPhase.STAYED, [])
+    assert (bench.acting.phase, bench.actions) == (LostPhase.STAYED, [])
 
 
 def test_what_will_be_done_is_told_while_it_is_counted_and_follows_the_situation() -> None:
@@ -255,14 +262,14 @@ def test_a_hold_that_begins_anew_counts_anew() -> None:
     assert (bench.acting.phase, bench.acting.lost, bench.acting.action) == (LostPhase.QUIET, None, None)
     bench.lost_at = bench.now
     bench.until(30.1)
-    assert [deed for _, deed in bench.deeds] == [LossResponse.RETURN, LossResponse.RETURN]
+    assert [response for _, response in bench.actions] == [LossResponse.RETURN, LossResponse.RETURN]
 
 
 def test_one_that_went_home_while_it_was_counted_is_left_alone() -> None:
     bench = Bench().until(20.0)
     bench.mode = RTL
     bench.until(40.0)
-    assert bench.deeds == [(30.0, LossResponse.LEAVE)]
+    assert bench.actions == [(30.0, LossResponse.LEAVE)]
     assert (bench.sent, bench.acting.phase) == ([], LostPhase.DONE)
 
 
@@ -270,16 +277,16 @@ def test_one_that_went_home_while_it_was_counted_is_left_alone() -> None:
 @pytest.mark.parametrize("action", list(LostAction))
 def test_what_goes_home_already_is_left_alone(mode: int, action: LostAction) -> None:
     bench = Bench(action, mode=mode).until(40.0)
-    assert (bench.deeds, bench.sent, bench.lines) == ([], [], [])
+    assert (bench.actions, bench.sent, bench.lines) == ([], [], [])
 
 
 def test_a_tower_that_comes_back_in_time_calls_it_off_and_the_next_loss_counts_anew() -> None:
     bench = Bench().until(25.0)
     bench.lost_at = bench.now + 5.0
     bench.until(0.0).until(29.9)
-    assert bench.deeds == []
+    assert bench.actions == []
     bench.until(30.1)
-    assert [deed for _, deed in bench.deeds] == [LossResponse.RETURN]
+    assert [response for _, response in bench.actions] == [LossResponse.RETURN]
 
 
 def test_a_tower_that_comes_back_later_changes_nothing_and_ends_the_asking() -> None:
@@ -295,7 +302,7 @@ def test_what_is_on_the_ground_or_not_ours_is_left_alone() -> None:
     bench = Bench()
     bench.ours = False
     bench.until(40.0)
-    assert (bench.deeds, bench.lines) == ([], [])
+    assert (bench.actions, bench.lines) == ([], [])
 
 
 def test_landing_ends_it() -> None:
@@ -309,13 +316,13 @@ def test_landing_ends_it() -> None:
 
 def test_a_vehicle_whose_modes_are_not_known_is_left_to_its_autopilot() -> None:
     bench = Bench(modes=None, mode=11).until(31.0)
-    assert bench.deeds == [(30.0, LossResponse.STOP_STICKS)]
+    assert bench.actions == [(30.0, LossResponse.STOP_STICKS)]
     assert "no such mode is known" in bench.lines[-1]
 
 
 def test_a_short_time_may_be_over_before_it_is_noticed() -> None:
     bench = Bench(after_s=2.0).until(2.1)
-    assert bench.deeds == [(2.0, LossResponse.RETURN)]
+    assert bench.actions == [(2.0, LossResponse.RETURN)]
 
 
 def test_px4_returns_and_lands_by_its_own_numbers() -> None:
@@ -353,9 +360,9 @@ def test_what_has_no_position_can_neither_return_nor_stay_unless_it_lands_alread
 
 
 def test_the_tables_have_every_cell_and_a_way_out_of_every_phase() -> None:
-    assert set(DEEDS) == {(action, one) for action in LostAction for one in Situation}
-    assert all(DEEDS[action, Situation.GOING_HOME] is LossResponse.LEAVE for action in LostAction)
-    assert set(TOLD_AS) == set(LossResponse)
+    assert set(RESPONSES) == {(action, one) for action in LostAction for one in Situation}
+    assert all(RESPONSES[action, Situation.GOING_HOME] is LossResponse.LEAVE for action in LostAction)
+    assert set(REPORTED_ACTION) == set(LossResponse)
     for phase in LostPhase:
         if phase is not LostPhase.QUIET:
             assert NEXT[phase, LostEvent.BACK] is LostPhase.QUIET

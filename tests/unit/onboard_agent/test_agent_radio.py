@@ -64,12 +64,12 @@ def test_a_transmitter_that_is_switched_off_is_told_by_the_receivers_health() ->
 
 def test_where_channels_are_sent_only_with_a_receiver_their_silence_tells() -> None:
     radio = Radio()
-    radio.look(NOW)
+    radio.check(NOW)
     assert radio.has_radio is None, "nobody has asked for them"
     radio.asked(NOW)
-    radio.look(NOW + SILENT_S - 0.1)
+    radio.check(NOW + SILENT_S - 0.1)
     assert radio.has_radio is None
-    radio.look(NOW + SILENT_S)
+    radio.check(NOW + SILENT_S)
     assert radio.has_radio is False
     say(radio, count=8, values=LOW, healthy=True, now=NOW + SILENT_S + 1.0)
     assert radio.has_radio is True

@@ -31,15 +31,15 @@ def test_the_loss_parameters_are_told_when_read_and_to_each_new_link() -> None:
             if request.param_id != "RC_OPTIONS":
                 value = mavlink.MAVLink_param_value_message(request.param_id.encode(), 1.0, 9, 900, 1)
                 world.onboard.from_autopilot([frame(value)], world.now)
-    assert not [m for m in world.told if isinstance(m, LossParameters)], "one is not answered yet"
+    assert not [m for m in world.reported if isinstance(m, LossParameters)], "one is not answered yet"
     world.pass_time(6.5)  # two that a real ArduPilot may not have are given up
-    (told,) = [m for m in world.told if isinstance(m, LossParameters)]
-    assert set(told.values) == set(LOSS_NAMES[3]) - {"MAV_GCS_SYSID", "RC_OPTIONS", "SIM_SPEEDUP"}
-    assert (told.autopilot, told.complete, told.has_radio) == ("ardupilot", True, None)
-    world.told.clear()
+    (reported,) = [m for m in world.reported if isinstance(m, LossParameters)]
+    assert set(reported.values) == set(LOSS_NAMES[3]) - {"MAV_GCS_SYSID", "RC_OPTIONS", "SIM_SPEEDUP"}
+    assert (reported.autopilot, reported.complete, reported.has_radio) == ("ardupilot", True, None)
+    world.reported.clear()
     world.link_up()
     world.collect()
-    assert told in world.told
+    assert reported in world.reported
 
 
 def test_losing_the_tower_in_an_autonomous_mode_leaves_the_mission_alone() -> None:
@@ -83,15 +83,15 @@ def test_progress_waits_for_a_link_within_a_bound() -> None:
 
 def test_the_state_is_told_on_change_and_to_each_new_link() -> None:
     world = World()
-    states = [m for m in world.told if isinstance(m, AutopilotState)]
+    states = [m for m in world.reported if isinstance(m, AutopilotState)]
     assert states[-1] == AutopilotState(heard=True, armed=True, airborne=False)
     world.pass_time(60.0)
-    world.told.clear()
+    world.reported.clear()
     world.pass_time(1.0)
-    assert world.told == []
+    assert world.reported == []
     world.link_up()
     world.collect()
-    assert [m for m in world.told if isinstance(m, AutopilotState)] == [
+    assert [m for m in world.reported if isinstance(m, AutopilotState)] == [
         AutopilotState(heard=True, armed=True, airborne=False)
     ]
 

@@ -282,8 +282,8 @@ def test_an_order_that_must_not_interrupt_is_answered_and_nothing_else() -> None
     bench = Bench()
     bench.hold.stand_aside(order_id=3, epoch=9, now=bench.now, why="the drone is in RTL, and goes on with it")
     assert not bench.sticks_come()
-    (told,) = bench.hold.pop_progress()
-    assert (told.order_id, told.epoch, told.step, told.detail) == (
+    (reported,) = bench.hold.pop_progress()
+    assert (reported.order_id, reported.epoch, reported.step, reported.detail) == (
         3,
         9,
         "not_needed",

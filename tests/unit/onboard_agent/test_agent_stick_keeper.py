@@ -14,8 +14,8 @@ STABILIZE, ALT_HOLD = 0, 2
 
 
 def turn(world: World, *, assistant: bool, epoch: int) -> None:
-    told = ControlChanged(epoch=epoch, holder="ada", holder_present=True, assistant_flies=assistant)
-    world.onboard.message(told, world.now)
+    reported = ControlChanged(epoch=epoch, holder="ada", holder_present=True, assistant_flies=assistant)
+    world.onboard.message(reported, world.now)
 
 
 def flown_by_hand(mode: int = LOITER, *, receiver: bool | None = True) -> World:

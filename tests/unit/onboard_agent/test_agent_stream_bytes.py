@@ -37,10 +37,10 @@ class Way:
                 codec.encode(mavlink.MAVLink_request_data_stream_message(1, 1, 0, EVERYTHING_HZ, 1)), 0.0
             )
         else:
-            for wish in RATE_REQUESTS:
-                if wish.rate_hz:
+            for request in RATE_REQUESTS:
+                if request.rate_hz:
                     message = mavlink.MAVLink_command_long_message(
-                        1, 1, 511, 0, wish.message_id, 1e6 / wish.rate_hz, 0, 0, 0, 0, 0
+                        1, 1, 511, 0, request.message_id, 1e6 / request.rate_hz, 0, 0, 0, 0, 0
                     )
                     self.vehicle.receive(codec.encode(message), 0.0)
         self.thinner = Thinner()

@@ -3,7 +3,7 @@
 import pytest
 
 from onboard_agent.link.backoff import Backoff
-from onboard_agent.link.succession import FIRST_LOOK_AFTER_S, SEEK_S, SILENT_S, Need, Succession
+from onboard_agent.link.succession import FIRST_CHECK_AFTER_S, SEEK_S, SILENT_S, Need, Succession
 from onboard_agent.onboard import Onboard
 from wire.control_messages import AutopilotState, ControlChanged, Welcome
 from wire.dialect import build, mavlink
@@ -29,8 +29,8 @@ def test_a_control_channel_that_is_there_is_left_alone(over_udp: bool, silent_s:
 
 def test_one_whose_uplink_is_silent_gets_a_successor_but_not_at_once_after_the_last() -> None:
     one = succession()
-    assert need(one, FIRST_LOOK_AFTER_S - 0.01, uplink_silent=True) is Need.NOTHING
-    assert need(one, FIRST_LOOK_AFTER_S, uplink_silent=True) is Need.ANOTHER
+    assert need(one, FIRST_CHECK_AFTER_S - 0.01, uplink_silent=True) is Need.NOTHING
+    assert need(one, FIRST_CHECK_AFTER_S, uplink_silent=True) is Need.ANOTHER
 
 
 @pytest.mark.parametrize("code", [None, 1005, 1006, 1011])
@@ -88,15 +88,15 @@ def test_a_resumed_link_keeps_its_epoch_and_tells_all_again() -> None:
 def test_who_holds_is_believed_in_the_order_in_which_it_was_told() -> None:
     onboard = linked()
 
-    def told(number: int, *, present: bool) -> None:
+    def reported(number: int, *, present: bool) -> None:
         changed = ControlChanged(number=number, epoch=3, holder="alice", holder_present=present)
         onboard.message(changed, 1.0)
 
-    told(1, present=False)
-    told(2, present=True)
-    told(1, present=False)
+    reported(1, present=False)
+    reported(2, present=True)
+    reported(1, present=False)
     assert onboard._holder_present, "a copy that came late says nothing"
-    told(3, present=False)
+    reported(3, present=False)
     assert not onboard._holder_present
-    told(0, present=True)
+    reported(0, present=True)
     assert onboard._holder_present, "a tower that does not count has one channel only"

@@ -18,7 +18,7 @@ class Bench:
         self.stream = TelemetryStream()
         self.now = 50.0
         self.stream.link_up(self.now)
-        self.told: list[StreamState] = []
+        self.reported: list[StreamState] = []
         self.sent = 0
 
     def run(self, seconds: float, *, loss: float = 0.0, give: Any = None) -> StreamProfile:
@@ -31,7 +31,7 @@ class Bench:
             self.sent += len(self.stream.due(self.now))
             state = self.stream.changed()
             if state is not None:
-                self.told.append(state)
+                self.reported.append(state)
         return self.stream.profile
 
 
@@ -43,8 +43,8 @@ def bench() -> Bench:
 def test_a_link_is_judged_when_it_has_been_measured_for_a_while(bench: Bench) -> None:
     assert bench.run(SETTLED_AFTER_S, loss=0.5) is FULL
     assert bench.run(2.0, loss=0.5) is MINIMAL
-    assert [state.profile for state in bench.told] == [FULL, MINIMAL]
-    assert bench.told[-1].why == "50% of the packets are lost"
+    assert [state.profile for state in bench.reported] == [FULL, MINIMAL]
+    assert bench.reported[-1].why == "50% of the packets are lost"
 
 
 def test_what_is_set_by_hand_wins_and_is_told(bench: Bench) -> None:
@@ -52,10 +52,10 @@ def test_what_is_set_by_hand_wins_and_is_told(bench: Bench) -> None:
     assert bench.run(30, loss=0.5) is FULL
     bench.stream.chosen(StreamSettings(profile=StreamChoice.MINIMAL))
     assert bench.run(60) is MINIMAL
-    assert bench.told[-1] == StreamState(profile=MINIMAL, chosen=StreamChoice.MINIMAL, why="set by an admin")
+    assert bench.reported[-1] == StreamState(profile=MINIMAL, chosen=StreamChoice.MINIMAL, why="set by an admin")
     bench.stream.chosen(StreamSettings())
     assert bench.run(60) is FULL
-    assert bench.told[-1].chosen is StreamChoice.AUTO
+    assert bench.reported[-1].chosen is StreamChoice.AUTO
 
 
 def test_the_way_back_to_auto_begins_where_the_link_is(bench: Bench) -> None:
@@ -67,13 +67,13 @@ def test_the_way_back_to_auto_begins_where_the_link_is(bench: Bench) -> None:
 
 def test_nothing_is_told_twice_but_all_again_on_a_new_link(bench: Bench) -> None:
     bench.run(10)
-    assert len(bench.told) == 1
+    assert len(bench.reported) == 1
     bench.stream.link_down()
     bench.stream.link_up(bench.now)
     bench.stream.resend()
     bench.run(10)
-    assert bench.told[0] == bench.told[1]
-    assert len(bench.told) == 2
+    assert bench.reported[0] == bench.reported[1]
+    assert len(bench.reported) == 2
 
 
 def test_without_a_link_nothing_is_measured_and_the_profile_stays(bench: Bench) -> None:

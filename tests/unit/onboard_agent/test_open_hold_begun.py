@@ -162,10 +162,10 @@ def test_a_new_link_is_told_of_it_first() -> None:
     world = taken()
     world.link_down()
     world.pass_time(5.0)
-    told = len(world.states())
+    reported = len(world.states())
     world.link_up()
     world.pass_time(0.1)
-    new = [one for _, one in world.states()[told:]]
+    new = [one for _, one in world.states()[reported:]]
     assert new[0].open
     assert [one.number for _, one in world.states()] == sorted({one.number for _, one in world.states()})
 
@@ -174,7 +174,7 @@ def test_a_tower_that_does_not_take_it_is_told_none() -> None:
     world = flown()
     world.link_down()
     world.link_up(takes=())
-    world.told.clear()
+    world.reported.clear()
     world.take()
     world.pass_time(5.0)
     assert world.states() == []

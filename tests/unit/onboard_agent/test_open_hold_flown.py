@@ -52,12 +52,12 @@ def test_an_idle_person_is_counted_aloud_and_then_the_drone_returns(receiver: Re
     taken_at = world.now
     world.take()
     world.pass_time(29.9)
-    told = [(at - taken_at, one) for at, one in world.states() if at > taken_at + 0.1]
-    assert {(one.lost, one.phase, one.action) for _, one in told} == {
+    reported = [(at - taken_at, one) for at, one in world.states() if at > taken_at + 0.1]
+    assert {(one.lost, one.phase, one.action) for _, one in reported} == {
         (Lost.PERSON, LostPhase.COUNTING, LostAction.RETURN)
     }
-    assert all(one.due_in_s == pytest.approx(30.0 - at, abs=0.1) for at, one in told)
-    times = [at for at, _ in told] + [29.9]
+    assert all(one.due_in_s == pytest.approx(30.0 - at, abs=0.1) for at, one in reported)
+    times = [at for at, _ in reported] + [29.9]
     assert max(later - earlier for earlier, later in pairwise(times)) <= 5.1
     assert world.copter.mode is not Mode.RTL
     world.pass_time(0.3)
@@ -158,8 +158,8 @@ def test_a_position_that_is_lost_in_stage_two_leads_back_to_stage_one_before_the
 ) -> None:
     """One second after its estimator has told, ArduCopter lands by itself."""
     world = taken(receiver)
-    reported_at = world.copter.estimator_told_at
-    world.pass_until(lambda: world.copter.estimator_told_at > reported_at)
+    reported_at = world.copter.estimator_reported_at
+    world.pass_until(lambda: world.copter.estimator_reported_at > reported_at)
     world.pass_time(after_s)
     height_m = world.copter.height_m
     world.copter.has_position = False

@@ -54,17 +54,17 @@ class Scene(HubWorld):
     def begin(self, order: Order = UPLOAD) -> Operation:
         return self.service.begin(self.drone, order, by=ALICE, now=self.now)
 
-    def tell(self, message: Any, agent: FakeAgent | None = None) -> None:
+    def announce(self, message: Any, agent: FakeAgent | None = None) -> None:
         self.hub.reports.receive((agent or self.agent_).link, message)
 
     def end(self, operation: Operation, outcome: Outcome = Outcome.DONE, words: str = "So it is.", **more: Any) -> None:
-        self.tell(TransactionResult(id=operation.transaction_id, outcome=outcome, words=words, **more))
+        self.announce(TransactionResult(id=operation.transaction_id, outcome=outcome, words=words, **more))
 
     def pass_time(self, seconds: float) -> None:
         self.now += seconds
         self.service.tick(self.now)
 
-    def told(self) -> list[Any]:
+    def reported(self) -> list[Any]:
         kinds = (live.OperationChanged, live.PlanOnBoardChanged, live.ParametersChanged)
         return [event for event in self.watcher.events() if isinstance(event, kinds)]
 

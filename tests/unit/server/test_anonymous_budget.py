@@ -328,8 +328,8 @@ def test_log_lines_are_bounded_and_what_was_left_out_is_told_once() -> None:
     some = LogBudget(per_s=1.0, burst=3.0, now=0.0)
     assert [some.admits(0.0) for _ in range(10)] == [True] * 3 + [False] * 7
     assert some.admits(1.0)
-    assert some.untold() == 7
-    assert some.untold() == 0
+    assert some.take_unreported() == 7
+    assert some.take_unreported() == 0
 
 
 # -- the table -----------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ LOITERS = DroneSettings(safety=SafetySettings(hold_ladder=("AUTO.LOITER",)))
 STAYS = DroneSettings(safety=SafetySettings(lost_action=LostAction.STAY))
 
 
-def told(values: dict[str, float], *, has_radio: bool | None = True, complete: bool = True) -> LossParameters:
+def reported(values: dict[str, float], *, has_radio: bool | None = True, complete: bool = True) -> LossParameters:
     kind = "px4" if "NAV_RCL_ACT" in values or "COM_RC_IN_MODE" in values else "ardupilot"
     return LossParameters(autopilot=kind, values=values, complete=complete, has_radio=has_radio)
 
@@ -35,7 +35,7 @@ def told(values: dict[str, float], *, has_radio: bool | None = True, complete: b
 @pytest.mark.parametrize("has_radio", [True, False])
 @pytest.mark.parametrize("values", [COPTER, PX4], ids=["copter", "px4"])
 def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], has_radio: bool) -> None:
-    sentences = loss_sentences(told(values, has_radio=has_radio), USUAL)
+    sentences = loss_sentences(reported(values, has_radio=has_radio), USUAL)
     assert not is_dangerous(sentences)
     assert {sentence.about for sentence in sentences} == {"operator", "tower", "radio"}
 
@@ -95,7 +95,7 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
 def test_what_the_parameters_mean(
     values: dict[str, float], has_radio: bool | None, settings: DroneSettings, about: str, severity: str, words: str
 ) -> None:
-    sentences = loss_sentences(told(values, has_radio=has_radio), settings)
+    sentences = loss_sentences(reported(values, has_radio=has_radio), settings)
     fitting = [one for one in sentences if one.about == about and words in one.text]
     assert [one.severity for one in fitting] == [severity], sentences
 
@@ -103,19 +103,19 @@ def test_what_the_parameters_mean(
 @pytest.mark.parametrize("missing", ["NAV_RCL_ACT", "NAV_DLL_ACT"])
 def test_what_px4_does_not_tell_is_said_to_be_unknown(missing: str) -> None:
     values = {name: value for name, value in PX4.items() if name != missing}
-    assert any(missing in one.text and one.severity == "warning" for one in loss_sentences(told(values), USUAL))
+    assert any(missing in one.text and one.severity == "warning" for one in loss_sentences(reported(values), USUAL))
 
 
 def test_the_newer_name_of_the_ground_station_counts_too() -> None:
     values = {name: value for name, value in COPTER.items() if name != "SYSID_MYGCS"}
-    assert any("255 is assumed" in one.text for one in loss_sentences(told(values), USUAL))
-    newer = loss_sentences(told(values | {"MAV_GCS_SYSID": 255.0}), USUAL)
+    assert any("255 is assumed" in one.text for one in loss_sentences(reported(values), USUAL))
+    newer = loss_sentences(reported(values | {"MAV_GCS_SYSID": 255.0}), USUAL)
     assert not any("255 is assumed" in one.text for one in newer)
 
 
 @pytest.mark.parametrize(
     "parameters",
-    [None, told(COPTER, complete=False), LossParameters(autopilot="", values={}, complete=True)],
+    [None, reported(COPTER, complete=False), LossParameters(autopilot="", values={}, complete=True)],
     ids=["nothing told", "incomplete", "another autopilot"],
 )
 def test_what_is_not_known_is_a_warning(parameters: LossParameters | None) -> None:
@@ -140,7 +140,7 @@ def test_our_own_side_is_told_with_the_drones_settings() -> None:
 
 def test_an_acknowledgement_holds_for_these_dangers_only() -> None:
     def hash_of(**values: float) -> str:
-        return findings_hash(loss_sentences(told(COPTER | values, has_radio=False), USUAL))
+        return findings_hash(loss_sentences(reported(COPTER | values, has_radio=False), USUAL))
 
     one_danger = hash_of(FS_THR_ENABLE=0.0)
     assert hash_of(FS_THR_ENABLE=0.0, FS_GCS_TIMEOUT=2.0) == one_danger

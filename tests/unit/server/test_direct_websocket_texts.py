@@ -108,10 +108,10 @@ messages = st.lists(
 )
 
 
-def bytes_of(told: list[tuple[str, int]]) -> tuple[bytes, Sent]:
+def bytes_of(reported: list[tuple[str, int]]) -> tuple[bytes, Sent]:
     """On the wire, and what is to be heard of it."""
     wire, expected = b"", []
-    for number, (kind, size) in enumerate(told):
+    for number, (kind, size) in enumerate(reported):
         payload = (b"%d." % number * size)[:size]
         if kind == "pieces":
             wire += frame(Opcode.TEXT, payload[:1], fin=False) + frame(Opcode.CONT, payload[1:])
@@ -124,15 +124,15 @@ def bytes_of(told: list[tuple[str, int]]) -> tuple[bytes, Sent]:
 
 @settings(max_examples=80, deadline=None)
 @given(
-    told=messages,
+    reported=messages,
     seed=st.integers(0, 1 << 30),
     largest=st.one_of(st.integers(1, 300), st.integers(1_000, 70_000)),
     binaries=st.booleans(),
 )
 def test_however_the_bytes_are_cut_everything_is_heard_once_and_in_order(
-    told: list[tuple[str, int]], seed: int, largest: int, binaries: bool
+    reported: list[tuple[str, int]], seed: int, largest: int, binaries: bool
 ) -> None:
-    wire, expected = bytes_of(told)
+    wire, expected = bytes_of(reported)
     rng, chunks = random.Random(seed), []
     while wire:
         size = rng.randint(1, largest)

@@ -59,14 +59,14 @@ class FollowScene(Scene):
         self.apply(*records)
 
     def flies(self, number: int, airborne: bool) -> None:
-        told = AutopilotState(heard=True, armed=airborne, airborne=airborne)
-        self.hub.reports.receive(self.agents[number].link, told)
+        reported = AutopilotState(heard=True, armed=airborne, airborne=airborne)
+        self.hub.reports.receive(self.agents[number].link, reported)
 
     def follow(self, drone: int = 1, leader: int = 2, north_m: float = -20.0, by: int = 1, **more: Any) -> Operation:
         follower = self.hub.state.drones.get(DroneId(drone))
         assert follower is not None
-        wish = Follow(command="follow", leader=leader, north_m=north_m, **more)
-        order, following = follow_order(self.hub, principal(by), follower, wish, self.now)
+        request = Follow(command="follow", leader=leader, north_m=north_m, **more)
+        order, following = follow_order(self.hub, principal(by), follower, request, self.now)
         operation = self.service.begin(follower, order, by=UserRef(UserId(by), NAMES[by]), now=self.now)
         self.hub.follows.began(operation, following)
         return operation
@@ -81,8 +81,8 @@ class FollowScene(Scene):
         agent = self.agents[number]
         sent, agent.sent_to = agent.sent_to, []
         urgent = [agent.sealed.receive(datagram, self.now).urgent for datagram, _ in sent]
-        told = [decode_to_agent(text) for text in urgent if text is not None]
-        return [one for one in told if isinstance(one, LeaderPosition)]
+        reported = [decode_to_agent(text) for text in urgent if text is not None]
+        return [one for one in reported if isinstance(one, LeaderPosition)]
 
 
 def test_its_agent_hears_of_the_leader_five_times_a_second() -> None:
@@ -93,10 +93,10 @@ def test_its_agent_hears_of_the_leader_five_times_a_second() -> None:
     assert (sent.epoch, sent.deadline_s) == (5, 600.0)
     for _ in range(20):
         scene.tick()
-    told = scene.heard_by()
-    assert len(told) in (10, 11)
-    assert [one.number for one in told] == list(range(1, len(told) + 1))
-    last = told[-1]
+    reported = scene.heard_by()
+    assert len(reported) in (10, 11)
+    assert [one.number for one in reported] == list(range(1, len(reported) + 1))
+    last = reported[-1]
     assert (last.id, last.lat_e7, last.lon_e7, last.alt_amsl_mm) == (sent.id, 470_020_000, 80_000_000, 500_002)
     assert (last.north_cm_s, last.east_cm_s, last.down_cm_s, last.airborne) == (300, 0, -50, True)
     assert last.age_ms == pytest.approx(1900, abs=110)
@@ -116,8 +116,8 @@ def test_a_leader_that_landed_is_told_and_one_that_is_not_heard_gets_old() -> No
     scene.flies(2, True)
     scene.hub.reports.receive(scene.agents[2].link, AutopilotState(heard=False, armed=False, airborne=False))
     scene.tick(3.0)
-    (told,) = scene.heard_by()
-    assert (told.airborne, told.age_ms > 3000) == (True, True)
+    (reported,) = scene.heard_by()
+    assert (reported.airborne, reported.age_ms > 3000) == (True, True)
 
 
 def test_first_the_mode_that_listens_and_nothing_is_told_before() -> None:

@@ -36,10 +36,10 @@ class PersonScene(FollowScene):
     def lat(self, south_m: float) -> float:
         return DRONE_LAT - south_m / METRES_PER_DEGREE
 
-    def follow_me(self, south_m: float = 30.0, by: int = 1, drone: int = 1, **wish: Any) -> Operation:
+    def follow_me(self, south_m: float = 30.0, by: int = 1, drone: int = 1, **request: Any) -> Operation:
         follower = self.hub.state.drones.get(DroneId(drone))
         assert follower is not None
-        fields = {"lat": self.lat(south_m), "lon": 8.0, "accuracy_m": 4.0} | wish
+        fields = {"lat": self.lat(south_m), "lon": 8.0, "accuracy_m": 4.0} | request
         body = FollowMe(command="follow_me", **fields)
         order, following = follow_me_order(self.hub, principal(by), follower, body, self.now)
         operation = self.service.begin(follower, order, by=UserRef(UserId(by), NAMES[by]), now=self.now)
@@ -47,8 +47,8 @@ class PersonScene(FollowScene):
         return operation
 
     def fix(self, south_m: float, *, accuracy_m: float = 4.0, age_ms: float = 200.0, late_s: float = 0.0) -> None:
-        told = PersonFix(1, self.lat(south_m), 8.0, accuracy_m, age_ms, stamp_ms(self.now + 50.0 - late_s))
-        self.hub.person_fix(self.phone.browser, told, self.now)
+        reported = PersonFix(1, self.lat(south_m), 8.0, accuracy_m, age_ms, stamp_ms(self.now + 50.0 - late_s))
+        self.hub.person_fix(self.phone.browser, reported, self.now)
 
 
 def test_it_stays_on_its_side_of_the_person_at_its_own_height() -> None:
@@ -63,17 +63,17 @@ def test_it_stays_on_its_side_of_the_person_at_its_own_height() -> None:
     assert operation.order.work == "follow_me"
     assert "lat" not in operation.order.about
     scene.tick()
-    (told,) = scene.heard_by()
-    assert told.lat_e7 == round(scene.lat(30.0) * 1e7)
-    assert (told.alt_amsl_mm, told.airborne) == (500_001, True)
+    (reported,) = scene.heard_by()
+    assert reported.lat_e7 == round(scene.lat(30.0) * 1e7)
+    assert (reported.alt_amsl_mm, reported.airborne) == (500_001, True)
     scene.tick(1.0)
     scene.heard_by()
     scene.fix(33.0)
     scene.tick()
     scene.tick()
-    told = scene.heard_by()[-1]
-    assert told.lat_e7 == round(scene.lat(33.0) * 1e7)
-    assert told.age_ms == pytest.approx(400, abs=110)
+    reported = scene.heard_by()[-1]
+    assert reported.lat_e7 == round(scene.lat(33.0) * 1e7)
+    assert reported.age_ms == pytest.approx(400, abs=110)
     scene.end(operation, Outcome.FAILED, "It follows alice no more: nothing new. It holds in BRAKE.")
     assert operation.words == "Drone 1: It follows alice no more: nothing new. It holds in BRAKE."
 
@@ -122,7 +122,7 @@ def test_it_must_be_high_enough_and_neither_too_near_nor_too_far() -> None:
         with pytest.raises(CannotFollow, match=words):
             PersonScene().follow_me(south_m)
     scene = PersonScene()
-    with pytest.raises(CannotFollow, match="known to 16 m only: 15 m are needed"):
+    with pytest.raises(CannotFollow, match="accurate to 16 m only: Drone 1 needs 15 m"):
         scene.follow_me(accuracy_m=16.0)
     with pytest.raises(CannotFollow, match="measured 4 s ago"):
         scene.follow_me(age_ms=4000.0)

@@ -183,14 +183,14 @@ acts = st.lists(
 @settings(max_examples=150)
 @given(acts=acts)
 def test_each_gets_what_it_would_get_alone(acts: list[Act]) -> None:
-    together = told_of(acts)
+    together = sent_events(acts)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Flow, "join_lockstep", lambda self, viewer, now: None)
-        alone = told_of(acts)
+        alone = sent_events(acts)
     assert together == alone
 
 
-def told_of(acts: list[Act]) -> list[Any]:
+def sent_events(acts: list[Act]) -> list[Any]:
     """What each viewer got, and how its account is at the end."""
     scene = Scene()
     viewers = [FakeViewer(scene, 9) for _ in range(5)]

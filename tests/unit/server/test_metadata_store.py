@@ -30,54 +30,54 @@ def pieces(packed: bytes = PACKED, hash_: str = HASH, size: int = 20) -> list[Me
 
 def filled() -> MetadataStore:
     store = MetadataStore()
-    assert store.known_told(KNOWN) == HASH
+    assert store.update_known(KNOWN) == HASH
     for piece in pieces():
         assert store.packed() is None
-        store.piece_told(piece)
+        store.add_piece(piece)
     assert store.packed() == PACKED
     return store
 
 
 def test_what_is_lacking_is_asked_for_and_what_is_here_is_not() -> None:
     store = filled()
-    assert store.known_told(KNOWN) is None
+    assert store.update_known(KNOWN) is None
     store.forget()
     assert store.packed() is None, "whoever is there now may be another autopilot"
-    assert store.known_told(KNOWN) is None
+    assert store.update_known(KNOWN) is None
     assert store.packed() == PACKED
     other = pack_text(TEXT + b" ")
-    assert store.known_told(MetadataKnown(hash=metadata_hash(other), size_bytes=len(other))) == metadata_hash(other)
+    assert store.update_known(MetadataKnown(hash=metadata_hash(other), size_bytes=len(other))) == metadata_hash(other)
     assert store.packed() is None
-    store.known_told(MetadataKnown(hash=None, words="The vehicle offers none."))
+    store.update_known(MetadataKnown(hash=None, words="The vehicle offers none."))
     assert (store.packed(), store.words) == (None, "The vehicle offers none.")
 
 
 def test_pieces_of_another_one_or_out_of_order_say_nothing() -> None:
     store = MetadataStore()
-    store.piece_told(pieces()[0])
-    store.known_told(KNOWN)
+    store.add_piece(pieces()[0])
+    store.update_known(KNOWN)
     for piece in (pieces()[1], pieces(hash_="0" * 16)[0]):
-        store.piece_told(piece)
+        store.add_piece(piece)
     for piece in pieces()[:-1]:
-        store.piece_told(piece)
+        store.add_piece(piece)
     for piece in pieces():  # another control channel: from the first on
-        store.piece_told(piece)
+        store.add_piece(piece)
     assert store.packed() == PACKED
-    store.piece_told(pieces()[0])
+    store.add_piece(pieces()[0])
     assert store.packed() == PACKED
 
 
 def test_more_than_was_said_or_something_else_ends_the_channel() -> None:
     store = MetadataStore()
-    store.known_told(MetadataKnown(hash=HASH, size_bytes=30))
-    store.piece_told(pieces()[0])
+    store.update_known(MetadataKnown(hash=HASH, size_bytes=30))
+    store.add_piece(pieces()[0])
     with pytest.raises(MalformedMessage):
-        store.piece_told(pieces()[1])
+        store.add_piece(pieces()[1])
     store = MetadataStore()
-    store.known_told(KNOWN)
+    store.update_known(KNOWN)
     with pytest.raises(MalformedMessage):
         for piece in pieces(bytes(len(PACKED))):
-            store.piece_told(piece)
+            store.add_piece(piece)
     assert store.packed() is None
 
 
@@ -94,11 +94,11 @@ def test_it_is_answered_in_the_form_and_what_is_none_is_given_to_nobody() -> Non
         metadata_json(junk)
     store = MetadataStore()
     known = MetadataKnown(hash=metadata_hash(junk), size_bytes=len(junk))
-    assert store.known_told(known) == known.hash
+    assert store.update_known(known) == known.hash
     for piece in pieces(junk, metadata_hash(junk)):
-        store.piece_told(piece)
+        store.add_piece(piece)
     store.unreadable(junk)
     assert store.packed() is None
-    assert store.known_told(known) is None, "it is not asked for again"
+    assert store.update_known(known) is None, "it is not asked for again"
     assert store.packed() is None
     assert "no metadata" in store.words

@@ -35,13 +35,13 @@ def ack(command: int, result: int = 0, system: int = 255) -> Any:
 
 @dataclass
 class Scene:
-    told: list[CommandObserved] = field(default_factory=list)
+    reported: list[CommandObserved] = field(default_factory=list)
     now: float = 100.0
     mode: int | None = None
 
     def __post_init__(self) -> None:
         self.core = ObservedCommands(utc_now)
-        self.core.on_settled = self.told.append
+        self.core.on_settled = self.reported.append
 
     def sent(self, message: Any, by: UserRef = ALICE) -> None:
         frame = build(message, system_id=255, component_id=190, sequence=0)
@@ -53,8 +53,8 @@ class Scene:
     def passes(self, seconds: float) -> list[tuple[str, str, int]]:
         self.now += seconds
         self.core.tick(self.now, lambda _: self.mode)
-        told, self.told[:] = [(one.command, one.result, one.count) for one in self.told], []
-        return told
+        reported, self.reported[:] = [(one.command, one.result, one.count) for one in self.reported], []
+        return reported
 
 
 @pytest.fixture
@@ -82,7 +82,7 @@ def scene() -> Scene:
 )
 def test_what_flies_a_drone_is_told_by_its_name(scene: Scene, message: Any, name: str) -> None:
     scene.sent(message)
-    assert [told[0] for told in scene.passes(61)] == [name]
+    assert [reported[0] for reported in scene.passes(61)] == [name]
 
 
 @pytest.mark.parametrize(
@@ -103,9 +103,14 @@ def test_a_command_is_told_with_who_where_and_the_answer(scene: Scene) -> None:
     scene.heard(ack(M.MAV_CMD_COMPONENT_ARM_DISARM, M.MAV_RESULT_DENIED))
     scene.now += SAME_WITHIN_S + 0.1
     scene.core.tick(scene.now, lambda _: None)
-    (told,) = scene.told
-    assert (told.drone_id, told.by, told.address, told.result) == (KESTREL, ALICE, "198.51.100.7", "denied")
-    assert told.detail == {
+    (reported,) = scene.reported
+    assert (reported.drone_id, reported.by, reported.address, reported.result) == (
+        KESTREL,
+        ALICE,
+        "198.51.100.7",
+        "denied",
+    )
+    assert reported.detail == {
         "message": "MAV_CMD_COMPONENT_ARM_DISARM",
         "params": [0.0, 21196.0],
         "sender": "255/190",
@@ -156,7 +161,7 @@ def test_arming_is_not_disarming_and_one_pilot_not_the_other(scene: Scene) -> No
     scene.sent(long(M.MAV_CMD_COMPONENT_ARM_DISARM, 1))
     scene.sent(long(M.MAV_CMD_COMPONENT_ARM_DISARM, 0))
     scene.sent(long(M.MAV_CMD_COMPONENT_ARM_DISARM, 0), BOB)
-    assert [told[0] for told in scene.passes(6)] == ["arm", "disarm", "disarm"]
+    assert [reported[0] for reported in scene.passes(6)] == ["arm", "disarm", "disarm"]
 
 
 def test_set_mode_is_answered_by_the_heartbeat(scene: Scene) -> None:
@@ -178,25 +183,25 @@ def test_plans_and_parameters_have_answers_of_their_own(scene: Scene) -> None:
 
 def test_a_stream_is_told_once_in_a_while(scene: Scene) -> None:
     stream = M.MAVLink_set_position_target_global_int_message(0, 1, 1, 6, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
-    told = []
+    reported = []
     for _ in range(int(MAX_STREAM_S * 20) + 40):
         scene.sent(stream)
-        told += scene.passes(0.05)
-    told += scene.passes(2)
-    assert [one[:2] for one in told] == [("SET_POSITION_TARGET_GLOBAL_INT", "sent")] * 2
-    assert sum(count for _, _, count in told) == int(MAX_STREAM_S * 20) + 40
+        reported += scene.passes(0.05)
+    reported += scene.passes(2)
+    assert [one[:2] for one in reported] == [("SET_POSITION_TARGET_GLOBAL_INT", "sent")] * 2
+    assert sum(count for _, _, count in reported) == int(MAX_STREAM_S * 20) + 40
 
 
 def test_a_flood_of_different_commands_is_bounded(scene: Scene) -> None:
     for number in range(10_000, 10_000 + 5 * MAX_OPEN):
         scene.sent(long(number))
-    told = scene.passes(6)
-    assert len(told) == MAX_OPEN + 1
-    assert sum(count for _, _, count in told) == 5 * MAX_OPEN
-    assert told[-1][0] == "more commands"
+    reported = scene.passes(6)
+    assert len(reported) == MAX_OPEN + 1
+    assert sum(count for _, _, count in reported) == 5 * MAX_OPEN
+    assert reported[-1][0] == "more commands"
 
 
 def test_what_is_open_when_the_tower_ends_is_told(scene: Scene) -> None:
     scene.sent(long(M.MAV_CMD_NAV_LAND))
     scene.core.settle_all()
-    assert [one.result for one in scene.told] == ["no answer"]
+    assert [one.result for one in scene.reported] == ["no answer"]

@@ -42,13 +42,13 @@ def test_an_operation_goes_to_the_agent_under_the_epoch_and_back_to_those_who_wa
         deadline_s=60.0,
         work=PlanUploadWork(PlanKind.MISSION, ITEMS),
     )
-    scene.tell(TransactionProgress(id=sent.id, phase="writing", done=1, total=2))
-    assert [event.operation.done for event in scene.told()] == [1]  # the newest of what waited
+    scene.announce(TransactionProgress(id=sent.id, phase="writing", done=1, total=2))
+    assert [event.operation.done for event in scene.reported()] == [1]  # the newest of what waited
     ended: list[Operation] = []
     operation.on_end.append(ended.append)
     scene.end(operation, words="It is on board.", item=None, code="MAV_MISSION_ACCEPTED")
     assert ended == [operation]
-    (last,) = scene.told()
+    (last,) = scene.reported()
     assert last.operation.state is State.DONE
     assert last.operation.words == "It is on board."
     assert last.operation.by.name == "alice"
@@ -59,11 +59,11 @@ def test_what_ended_stays_ended() -> None:
     scene = Scene()
     operation = scene.begin()
     scene.end(operation, Outcome.FAILED, "The old plan was put back.")
-    scene.told()
+    scene.reported()
     scene.end(operation)
-    scene.tell(TransactionProgress(id=operation.transaction_id, phase="writing", done=1, total=2))
+    scene.announce(TransactionProgress(id=operation.transaction_id, phase="writing", done=1, total=2))
     assert operation.state is State.FAILED
-    assert scene.told() == []
+    assert scene.reported() == []
 
 
 def test_an_agent_says_nothing_about_the_operations_of_another_drone() -> None:
@@ -71,8 +71,8 @@ def test_an_agent_says_nothing_about_the_operations_of_another_drone() -> None:
     bobs = scene.agent(2)
     bobs.link.takes = frozenset({TRANSACTIONS})
     operation = scene.begin()
-    scene.tell(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="Mine."), bobs)
-    scene.tell(TransactionProgress(id=operation.transaction_id, phase="mine", done=1, total=1), bobs)
+    scene.announce(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="Mine."), bobs)
+    scene.announce(TransactionProgress(id=operation.transaction_id, phase="mine", done=1, total=1), bobs)
     assert operation.running
     assert operation.phase == ""
 
@@ -182,7 +182,7 @@ def test_a_lost_link_ends_nothing_and_the_same_agent_tells_when_it_is_back() -> 
     back = scene.come(process=7, link_id=55)
     scene.pass_time(1.0)
     assert operation.phase == ""
-    scene.tell(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="All there."), back)
+    scene.announce(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="All there."), back)
     assert operation.state is State.DONE
 
 
@@ -212,7 +212,7 @@ def test_an_agent_that_is_back_and_says_nothing_of_a_plan_is_asked_once(resumed:
         scene.agent_ = scene.come(process=7, link_id=55)
     scene.pass_time(0.1)
     if speaks:
-        scene.tell(TransactionProgress(id=operation.transaction_id, phase="writing", done=1, total=2))
+        scene.announce(TransactionProgress(id=operation.transaction_id, phase="writing", done=1, total=2))
     scene.pass_time(ASK_AFTER_S - 0.2)
     assert scene.sent() == []
     scene.pass_time(0.2)
@@ -243,7 +243,7 @@ def test_an_end_that_nobody_heard_is_told_as_such_and_put_right_when_the_agent_i
     scene.pass_time(0.1)
     assert operation.state is State.TIMED_OUT
     back = scene.come(process=7, link_id=55)
-    scene.tell(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="All there."), back)
+    scene.announce(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="All there."), back)
     assert (operation.state, operation.words) == (State.DONE, "All there.")
 
 
@@ -273,7 +273,7 @@ def test_a_step_that_was_done_unheard_does_not_stand_for_those_that_were_to_foll
     scene.pass_time(5.0 + GRACE_S + 0.1)
     assert operation.state is State.TIMED_OUT
     back = scene.come(process=7, link_id=55)
-    scene.tell(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="Accepted."), back)
+    scene.announce(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="Accepted."), back)
     assert operation.state is State.FAILED
     assert "what was to follow was not sent" in operation.words
     assert [one for one in back.posted if isinstance(one, Transaction)] == []

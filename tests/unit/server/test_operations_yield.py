@@ -22,8 +22,8 @@ def ordered(scene: Scene) -> None:
 
 
 def noticed_by_the_agent(scene: Scene) -> None:
-    told = {"epoch": 0, "order_id": 0, "detail": "", "elapsed_ms": 0.0, "cause": HoldCause.PILOT_LOST}
-    scene.tell(HoldProgress(number=9, step=HoldStep.STICKS_CENTRED, **told))
+    reported = {"epoch": 0, "order_id": 0, "detail": "", "elapsed_ms": 0.0, "cause": HoldCause.PILOT_LOST}
+    scene.announce(HoldProgress(number=9, step=HoldStep.STICKS_CENTRED, **reported))
 
 
 def commanded(scene: Scene) -> None:

@@ -55,12 +55,12 @@ def test_it_is_full_of_what_happened_and_never_of_how_something_is() -> None:
 def test_operations_conflate_and_are_bounded_all_the_same() -> None:
     """Whoever flies can begin any number of them, and each is told to all who watch."""
 
-    def told(number: int) -> live.OperationChanged:
+    def reported(number: int) -> live.OperationChanged:
         return live.OperationChanged(SimpleNamespace(drone_id=1, id=str(number)))  # type: ignore[arg-type]
 
     queue = EventQueue()
-    assert [queue.put(told(number)) for number in range(MAX_EVENTS + 1)] == [*[True] * MAX_EVENTS, False]
-    assert queue.put(told(5))
+    assert [queue.put(reported(number)) for number in range(MAX_EVENTS + 1)] == [*[True] * MAX_EVENTS, False]
+    assert queue.put(reported(5))
     assert not queue.put(live.Ping(0))
     assert queue.put(live.DroneRemoved(1))
     assert (len(queue), queue.put(live.Ping(0)), len(queue.take())) == (1, True, 2)

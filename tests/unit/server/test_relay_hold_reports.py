@@ -130,8 +130,8 @@ def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_o
     scene.hub.tick(0.3)
     sent, scene.agent.sent_to = scene.agent.sent_to, []
     heard = [scene.agent.sealed.receive(datagram, 0.3).urgent for datagram, _ in sent]
-    told = [decode_to_agent(text) for text in heard if text]
-    assert [message for message in told if isinstance(message, HoldOrder)] == [order] * 4
+    reported = [decode_to_agent(text) for text in heard if text]
+    assert [message for message in reported if isinstance(message, HoldOrder)] == [order] * 4
     progress = HoldProgress(order_id=FIRST_ORDER, epoch=1, step=HoldStep.CONFIRMED, detail="ALT_HOLD", elapsed_ms=7.0)
     scene.hub.reports.receive(scene.agent.link, progress)
     for _ in range(2):
@@ -140,7 +140,7 @@ def test_an_order_to_hold_goes_over_both_channels_and_a_step_told_twice_counts_o
 
 
 def test_two_holds_of_one_epoch_that_go_alike_are_both_told(scene: Scene) -> None:
-    def told(step: HoldStep, number: int) -> None:
+    def reported(step: HoldStep, number: int) -> None:
         progress = HoldProgress(
             order_id=0, epoch=1, step=step, detail="", elapsed_ms=0.0, cause=HoldCause.STICKS_STALE, number=number
         )
@@ -148,8 +148,8 @@ def test_two_holds_of_one_epoch_that_go_alike_are_both_told(scene: Scene) -> Non
             scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()))
 
     for number in (1, 3):
-        told(HoldStep.ORDERED, number)
-        told(HoldStep.CONFIRMED, number + 1)
+        reported(HoldStep.ORDERED, number)
+        reported(HoldStep.CONFIRMED, number + 1)
     steps = [event.step for event in scene.alice.events() if isinstance(event, live.Hold)]
     assert steps == ["ordered", "confirmed", "ordered", "confirmed"]
 

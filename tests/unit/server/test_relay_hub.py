@@ -363,9 +363,9 @@ def test_watchers_are_told_how_the_link_is_seen_from_the_drone(world: HubWorld) 
     alice.events()
     world.hub.each_second(30.0)
     (links,) = [event for event in alice.events() if isinstance(event, live.Links)]
-    (told,) = [msgspec.json.decode(one, type=live.LinkQuality) for one in links.links]
-    assert (told.drone_id, told.transport, told.uplinks) == (1, "udp", 1)
-    assert told.over_30s.loss_up is not None and told.over_30s.loss_up > 0.5
-    assert told.over_30s.loss_down == 0.0
-    assert told.over_1s.rtt_ms is not None
-    assert told.path_mtu >= 1200
+    (reported,) = [msgspec.json.decode(one, type=live.LinkQuality) for one in links.links]
+    assert (reported.drone_id, reported.transport, reported.uplinks) == (1, "udp", 1)
+    assert reported.over_30s.loss_up is not None and reported.over_30s.loss_up > 0.5
+    assert reported.over_30s.loss_down == 0.0
+    assert reported.over_1s.rtt_ms is not None
+    assert reported.path_mtu >= 1200

@@ -10,7 +10,7 @@ from server.domain.people import UserRef
 from server.live.hub_events import HolderExpired
 from server.live.relay import live_messages as live
 from server.live.relay.holder_watch import GRACE_S
-from server.live.relay.lease_changes import DESK_SPEAKS_WITHIN_S, ELSEWHERE
+from server.live.relay.lease_changes import CONTROL_ACTS_WITHIN_S, ELSEWHERE
 from server.live.relay.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 from wire.tagged import tag
@@ -29,8 +29,8 @@ class Scene:
         self.snapshot(**({"holder": ALICE} if lease is None else lease))
         self.alice, self.admin = self.world.browser(1), self.world.browser(9)
         self.wait(0.0)
-        self.told(self.alice)
-        self.told(self.admin)
+        self.reported(self.alice)
+        self.reported(self.admin)
 
     def snapshot(self, *, owners: tuple[int, ...] = (1,), **lease: Any) -> None:
         self.epoch += 1
@@ -42,10 +42,10 @@ class Scene:
     def wait(self, since: float) -> None:
         """So long that the service has nothing more to say."""
         self.world.hub.tick(since)
-        self.world.hub.tick(since + DESK_SPEAKS_WITHIN_S)
+        self.world.hub.tick(since + CONTROL_ACTS_WITHIN_S)
 
     @staticmethod
-    def told(browser: FakeBrowser) -> list[tuple[str, int, str | None, str]]:
+    def reported(browser: FakeBrowser) -> list[tuple[str, int, str | None, str]]:
         """(event, epoch, by, reason)"""
         events = [event for event in browser.events() if isinstance(event, live.Control)]
         return [(one.event, one.epoch, one.by.name if one.by else None, one.reason) for one in events]
@@ -71,19 +71,19 @@ def test_what_another_process_did_is_told_after_a_while(
     scene = Scene(before)
     scene.snapshot(**after)
     scene.world.hub.tick(5.0)
-    scene.world.hub.tick(4.9 + DESK_SPEAKS_WITHIN_S)
-    assert scene.told(scene.alice) == []
-    scene.world.hub.tick(5.0 + DESK_SPEAKS_WITHIN_S)
-    assert scene.told(scene.alice) == scene.told(scene.admin) == [(event, 2, None, ELSEWHERE)]
+    scene.world.hub.tick(4.9 + CONTROL_ACTS_WITHIN_S)
+    assert scene.reported(scene.alice) == []
+    scene.world.hub.tick(5.0 + CONTROL_ACTS_WITHIN_S)
+    assert scene.reported(scene.alice) == scene.reported(scene.admin) == [(event, 2, None, ELSEWHERE)]
     scene.wait(9.0)
-    assert scene.told(scene.alice) == [], "once"
+    assert scene.reported(scene.alice) == [], "once"
 
 
 def test_an_epoch_that_grew_alone_is_no_news() -> None:
     scene = Scene()
     scene.snapshot(holder=ALICE)
     scene.wait(5.0)
-    assert scene.told(scene.alice) == []
+    assert scene.reported(scene.alice) == []
 
 
 def test_a_former_holder_whose_ownership_went_with_the_controls_hears_of_both() -> None:
@@ -103,10 +103,10 @@ def test_what_the_service_says_counts_and_comes_once_though_a_snapshot_was_first
     scene.snapshot(owners=())
     scene.world.hub.tick(5.0)
     scene.service(LeaseView(None, None, Epoch(2)), "revoked", 5.1)
-    assert scene.told(scene.alice) == scene.told(scene.admin) == [("revoked", 2, "admin", "gusts")]
+    assert scene.reported(scene.alice) == scene.reported(scene.admin) == [("revoked", 2, "admin", "gusts")]
     scene.wait(6.0)
     scene.wait(8.0)
-    assert scene.told(scene.alice) == scene.told(scene.admin) == []
+    assert scene.reported(scene.alice) == scene.reported(scene.admin) == []
 
 
 def test_a_change_of_the_service_that_comes_meanwhile_is_told_after_that_of_the_snapshot() -> None:
@@ -114,11 +114,11 @@ def test_a_change_of_the_service_that_comes_meanwhile_is_told_after_that_of_the_
     scene.snapshot()
     scene.world.hub.tick(5.0)
     scene.service(LeaseView(ADMIN, None, Epoch(3)), "acquired", 5.1)
-    told = scene.told(scene.alice)
-    assert [(event, by) for event, _, by, _ in told] == [("released", None), ("acquired", "admin")]
-    assert [epoch for _, epoch, _, _ in told] == [2, 3]
+    reported = scene.reported(scene.alice)
+    assert [(event, by) for event, _, by, _ in reported] == [("released", None), ("acquired", "admin")]
+    assert [epoch for _, epoch, _, _ in reported] == [2, 3]
     scene.wait(6.0)
-    assert scene.told(scene.alice) == []
+    assert scene.reported(scene.alice) == []
 
 
 def test_of_several_changes_that_snapshots_told_the_sum_is_told() -> None:
@@ -127,7 +127,7 @@ def test_of_several_changes_that_snapshots_told_the_sum_is_told() -> None:
     scene.world.hub.tick(5.0)
     scene.snapshot(holder=ADMIN)
     scene.wait(5.9)
-    assert scene.told(scene.alice) == scene.told(scene.admin) == [("acquired", 3, None, ELSEWHERE)]
+    assert scene.reported(scene.alice) == scene.reported(scene.admin) == [("acquired", 3, None, ELSEWHERE)]
 
 
 def test_a_drone_that_was_removed_meanwhile_has_no_news() -> None:
@@ -135,7 +135,7 @@ def test_a_drone_that_was_removed_meanwhile_has_no_news() -> None:
     scene.snapshot()
     scene.world.apply(record(2, (2,)))
     scene.wait(5.0)
-    assert scene.told(scene.admin) == []
+    assert scene.reported(scene.admin) == []
 
 
 def test_an_expiry_that_a_snapshot_told_is_told_as_one() -> None:
@@ -144,11 +144,11 @@ def test_an_expiry_that_a_snapshot_told_is_told_as_one() -> None:
     scene.world.hub.tick(10.0 + GRACE_S)
     scene.snapshot()
     scene.wait(50.0)
-    assert scene.told(scene.admin) == [("expired", 2, None, ELSEWHERE)]
+    assert scene.reported(scene.admin) == [("expired", 2, None, ELSEWHERE)]
     scene.snapshot(holder=ADMIN)
     scene.snapshot()
     scene.wait(60.0)
-    assert scene.told(scene.admin) == [], "and nothing of it is left for the next one: the sum is nothing"
+    assert scene.reported(scene.admin) == [], "and nothing of it is left for the next one: the sum is nothing"
 
 
 def test_hands_that_a_snapshot_told_of_inherit_neither_sticks_nor_absence() -> None:

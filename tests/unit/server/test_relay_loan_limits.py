@@ -28,8 +28,8 @@ def test_it_holds_at_the_limit_and_at_each_step_beyond_and_the_way_back_is_free(
 def test_turning_outward_again_after_coming_nearer_holds_at_once() -> None:
     watch = LimitWatch()
     limits = Limits(max_height_m=50.0)
-    told = [watch.must_hold(limits, Place(47, 8, 0, height), None) for height in (60, 62, 52, 54, 55.5)]
-    assert [one is not None for one in told] == [True, False, False, False, True]
+    reported = [watch.must_hold(limits, Place(47, 8, 0, height), None) for height in (60, 62, 52, 54, 55.5)]
+    assert [one is not None for one in reported] == [True, False, False, False, True]
 
 
 def test_a_radius_is_measured_over_ground() -> None:

@@ -241,10 +241,10 @@ def test_to_a_px4_zero_is_a_place(px4: bool | None) -> None:
 
 def test_every_bar_says_which_limit() -> None:
     limits = Limits(False, 50.0, 200.0)
-    told = {one: words_of(one, limits) for one in LoanBar}
-    assert told[HEIGHT] == "up to 50 m above home, and this goes higher."
-    assert told[RADIUS] == "within 200 m of home, and this goes further."
-    assert len(set(told.values())) == len(LoanBar)
+    reported = {one: words_of(one, limits) for one in LoanBar}
+    assert reported[HEIGHT] == "up to 50 m above home, and this goes higher."
+    assert reported[RADIUS] == "within 200 m of home, and this goes further."
+    assert len(set(reported.values())) == len(LoanBar)
 
 
 def test_the_tables_hold_nothing_that_moves_a_limit() -> None:

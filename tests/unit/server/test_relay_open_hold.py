@@ -29,13 +29,13 @@ ONE = DroneId(1)
 ALICE = UserRef(UserId(1), "alice")
 
 
-def told(number: int = 1, *, open: bool = True, **more: object) -> HoldState:
+def reported(number: int = 1, *, open: bool = True, **more: object) -> HoldState:
     usual = {"stage": HoldStage.STAY, "mode": "BRAKE", "sticks": False, "after_sticks": AfterSticks.STAYS}
     return HoldState(number=number, open=open, **(usual | more))  # type: ignore[arg-type]
 
 
 def counting(number: int = 1, due_in_s: float = 20.0, lost: Lost = Lost.PERSON) -> HoldState:
-    return told(number, lost=lost, phase=LostPhase.COUNTING, action=LostAction.RETURN, due_in_s=due_in_s)
+    return reported(number, lost=lost, phase=LostPhase.COUNTING, action=LostAction.RETURN, due_in_s=due_in_s)
 
 
 def at(seconds: float) -> datetime:
@@ -54,24 +54,24 @@ def view_of(hold: OpenHold) -> HoldView:
 def test_where_nothing_is_open_and_nobody_lost_there_is_nothing_to_see() -> None:
     hold = OpenHold()
     assert hold.view(online=True) is None
-    assert not hold.take(told(1, open=False), NOW)
+    assert not hold.take(reported(1, open=False), NOW)
     assert hold.view(online=True) is None
-    assert hold.take(told(2), NOW)
+    assert hold.take(reported(2), NOW)
     assert view_of(hold).stage is HoldStage.STAY
-    assert hold.take(told(3, open=False, phase=LostPhase.DONE, action=LostAction.RETURN), NOW), "just done"
+    assert hold.take(reported(3, open=False, phase=LostPhase.DONE, action=LostAction.RETURN), NOW), "just done"
     assert view_of(hold).phase is LostPhase.DONE
-    assert hold.take(told(4, open=False), NOW)
+    assert hold.take(reported(4, open=False), NOW)
     assert hold.view(online=True) is None
 
 
 def test_only_a_newer_number_counts_and_a_new_link_begins_anew() -> None:
     hold = OpenHold()
-    hold.take(told(5), NOW)
-    assert not hold.take(told(5, mode="GUIDED"), at(1))
-    assert not hold.take(told(4, mode="GUIDED"), at(1))
+    hold.take(reported(5), NOW)
+    assert not hold.take(reported(5, mode="GUIDED"), at(1))
+    assert not hold.take(reported(4, mode="GUIDED"), at(1))
     assert view_of(hold).mode == "BRAKE"
-    hold.linked(tells=True)
-    assert hold.take(told(1, mode="GUIDED"), at(2))
+    hold.linked(reports=True)
+    assert hold.take(reported(1, mode="GUIDED"), at(2))
     assert view_of(hold).mode == "GUIDED"
 
 
@@ -85,7 +85,7 @@ def test_the_countdown_does_not_jitter_and_a_repetition_is_no_news() -> None:
     assert view_of(hold).due_at == at(40.0)
     assert hold.take(counting(5, 29.5, Lost.TOWER), at(10.0)), "another count"
     assert view_of(hold).due_at == at(39.5)
-    assert hold.take(told(6, lost=Lost.PERSON, phase=LostPhase.STAYED), at(11.0))
+    assert hold.take(reported(6, lost=Lost.PERSON, phase=LostPhase.STAYED), at(11.0))
     assert view_of(hold).due_at is None
 
 
@@ -131,10 +131,10 @@ class Scene:
         assert drone is not None
         return drone
 
-    def tell(self, state: HoldState, seconds: float = 0.0) -> None:
+    def announce(self, state: HoldState, seconds: float = 0.0) -> None:
         self.hub.reports.receive(self.agent.link, state, at=at(seconds))
 
-    def drones_told(self) -> list[HoldView | None]:
+    def drone_events(self) -> list[HoldView | None]:
         return [event.drone.hold for event in self.alice.events() if isinstance(event, live.DroneChanged)]
 
     def kept(self) -> int:
@@ -151,41 +151,41 @@ def orders(agent: FakeAgent) -> list[HoldOrder]:
 
 
 def test_watchers_hear_of_each_change_and_of_nothing_else(scene: Scene) -> None:
-    scene.tell(counting(1, 20.0))
-    (hold,) = scene.drones_told()
+    scene.announce(counting(1, 20.0))
+    (hold,) = scene.drone_events()
     assert hold is not None
     assert (hold.open, hold.lost, hold.due_at, hold.stale) == (True, Lost.PERSON, at(20.0), False)
-    scene.tell(counting(2, 15.0), 5.0)
-    assert scene.drones_told() == []
+    scene.announce(counting(2, 15.0), 5.0)
+    assert scene.drone_events() == []
     assert scene.drone.view().hold == hold.model_copy(update={"as_of": at(5.0)})
 
 
 def test_it_comes_over_udp_as_well(scene: Scene) -> None:
-    scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(told(1)).encode()))
-    assert [hold is not None for hold in scene.drones_told()] == [True]
+    scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(reported(1)).encode()))
+    assert [hold is not None for hold in scene.drone_events()] == [True]
 
 
 def test_when_the_link_ends_the_last_that_was_told_stays_and_is_stale(scene: Scene) -> None:
-    scene.tell(counting(3))
+    scene.announce(counting(3))
     scene.hub.detach_link(scene.agent.link)
-    told_of = scene.drones_told()
-    assert told_of[-1] is not None
-    assert (told_of[-1].stale, told_of[-1].mode, told_of[-1].due_at) == (True, "BRAKE", at(20.0))
+    sent_events = scene.drone_events()
+    assert sent_events[-1] is not None
+    assert (sent_events[-1].stale, sent_events[-1].mode, sent_events[-1].due_at) == (True, "BRAKE", at(20.0))
     scene.agent = scene.link(102)
-    assert scene.drone.open_hold.told is None
-    scene.tell(told(1, open=False))
-    assert scene.drones_told() == [None]
+    assert scene.drone.open_hold.reported is None
+    scene.announce(reported(1, open=False))
+    assert scene.drone_events() == [None]
 
 
 def test_an_agent_that_says_it_but_does_not_know_it_has_no_hold(scene: Scene) -> None:
-    scene.tell(told(1))
+    scene.announce(reported(1))
     scene.agent = scene.link(102, knows=False)
-    scene.tell(told(2))
+    scene.announce(reported(2))
     assert scene.drone.view().hold is None
 
 
 def test_an_open_hold_is_ordered_again_on_a_new_link_and_lets_a_return_go_on(scene: Scene) -> None:
-    scene.tell(told(1))
+    scene.announce(reported(1))
     again = scene.link(102)
     assert orders(again) == [HoldOrder(order_id=FIRST_ORDER, epoch=0, reason=ORDERED_AGAIN, interrupts=False)]
     assert orders(scene.link(103)), "the end of that order was never told"
@@ -195,13 +195,13 @@ def test_a_hold_that_is_over_is_not_ordered_again(scene: Scene) -> None:
     scene.hub.holds.order(ONE, "gusts")
     done = HoldProgress(order_id=FIRST_ORDER, epoch=0, step=HoldStep.CONFIRMED, detail="BRAKE", elapsed_ms=9.0)
     scene.hub.reports.receive(scene.agent.link, done)
-    scene.tell(told(1))
-    scene.tell(told(2, open=False))
+    scene.announce(reported(1))
+    scene.announce(reported(2, open=False))
     assert orders(scene.link(102)) == []
 
 
 def test_a_hold_of_an_offline_drone_is_ordered_when_it_is_back(scene: Scene) -> None:
-    scene.tell(counting(1))
+    scene.announce(counting(1))
     scene.hub.detach_link(scene.agent.link)
     scene.alice.events()
     assert not scene.hub.holds.order(ONE, "taken")
@@ -221,7 +221,7 @@ def test_an_older_agent_is_not_told_again_for_it_would_interrupt_a_return(scene:
 
 
 def test_another_control_channel_of_the_link_orders_nothing_anew(scene: Scene) -> None:
-    scene.tell(told(1))
+    scene.announce(reported(1))
     scene.hub.resumed(scene.agent.link)
     assert orders(scene.agent) == []
 
@@ -229,7 +229,7 @@ def test_another_control_channel_of_the_link_orders_nothing_anew(scene: Scene) -
 def test_a_hand_on_the_sticks_and_an_open_hold_make_one_order(scene: Scene) -> None:
     scene.world.apply(record(1, (1,), holder=1, epoch=1), record(2, (2,)))
     scene.alice.send(tag(ONE, sticks()))
-    scene.tell(told(1))
+    scene.announce(reported(1))
     (order,) = orders(scene.link(102))
     assert order.reason == ORDERED_AGAIN
 
@@ -241,7 +241,7 @@ def test_what_must_be_ordered_again_is_noted_when_it_changes(scene: Scene) -> No
     done = HoldProgress(order_id=FIRST_ORDER + 1, epoch=0, step=HoldStep.NOT_NEEDED, detail="", elapsed_ms=9.0)
     scene.hub.reports.receive(scene.agent.link, done)
     assert (scene.kept(), scene.drone.hold_noted) == (2, False)
-    scene.tell(told(1))
+    scene.announce(reported(1))
     assert (scene.kept(), scene.drone.hold_noted) == (3, True)
 
 
@@ -280,9 +280,9 @@ def test_an_older_agent_gets_a_lost_action_that_it_knows(scene: Scene, knows: bo
     scene.hub.changes.apply_safety(ONE, stays)
     scene.hub.resumed(agent.link)
     again = scene.link(103, knows=knows)
-    told_of = [m for a in (agent, again) for m in a.posted if isinstance(m, SafetySettings)]
+    sent_events = [m for a in (agent, again) for m in a.posted if isinstance(m, SafetySettings)]
     expected = LostAction.STAY if knows else LostAction.CONTINUE
-    assert [one.lost_action for one in told_of] == [LostAction.RETURN, expected, expected, expected]
+    assert [one.lost_action for one in sent_events] == [LostAction.RETURN, expected, expected, expected]
     assert scene.drone.view().lost_action is LostAction.STAY
 
 

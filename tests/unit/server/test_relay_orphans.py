@@ -152,9 +152,9 @@ def test_take_shuts_the_old_holder_out_at_once_and_the_drone_hears_of_it(scene: 
     scene.hub.apply_lease(ONE, taken, event="taken", by=ADMIN, reason="", now=0.5)
     scene.hub.holds.order(ONE, "taken")
     scene.fly(0.6)
-    told = scene.urgent(0.6)
-    assert ControlChanged(number=ANY, epoch=2, holder="admin", holder_present=False) in told
-    assert HoldOrder(order_id=FIRST_ORDER, epoch=2, reason="taken", interrupts=False) in told
+    reported = scene.urgent(0.6)
+    assert ControlChanged(number=ANY, epoch=2, holder="admin", holder_present=False) in reported
+    assert HoldOrder(order_id=FIRST_ORDER, epoch=2, reason="taken", interrupts=False) in reported
     assert scene.agent.received(0.6) == []
 
 
@@ -215,45 +215,45 @@ def test_its_picture_goes_on_over_udp_and_the_control_channel_alone_has_it_again
     drone = scene.hub.state.drones.get(ONE)
     assert drone is not None
 
-    def tell(now: float, *, armed: bool, airborne: bool) -> None:
+    def announce(now: float, *, armed: bool, airborne: bool) -> None:
         state = AutopilotState(heard=True, armed=armed, airborne=airborne)
         scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(state).encode()), now=now)
 
-    tell(0.2, armed=True, airborne=False)
-    tell(0.4, armed=True, airborne=True)
+    announce(0.2, armed=True, airborne=False)
+    announce(0.4, armed=True, airborne=True)
     assert (drone.autopilot_heard, drone.armed, drone.airborne) == (True, True, True)
     assert drone.flight_start.since == NOW, "the time of day is known over UDP too"
     assert [one.drone.airborne for one in scene.alice.events() if isinstance(one, live.DroneChanged)][-1]
     scene.adopt()
-    tell(0.5, armed=False, airborne=False)
+    announce(0.5, armed=False, airborne=False)
     assert drone.airborne, "a datagram that was long on its way says nothing beside the control channel"
 
 
 def test_steps_of_a_hold_that_the_next_link_tells_again_are_told_once(scene: Scene) -> None:
-    told = [
+    reported = [
         HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=0.0, cause=OWN, number=7 + number)
         for number, step in enumerate((HoldStep.ORDERED, HoldStep.STICKS_CENTRED, HoldStep.CONFIRMED))
     ]
-    for progress in told[:2]:
+    for progress in reported[:2]:
         scene.agent.deliver(scene.agent.sealed.seal_urgent(encode_message(progress).encode()), now=0.2)
     scene.hub.tick(2.0 + SILENT_S)
     assert not scene.has_link
     new = scene.world.agent(1, link_id=500)
-    for progress in told:
+    for progress in reported:
         scene.hub.reports.receive(new.link, progress)
     holds = [event for event in scene.alice.events() if isinstance(event, live.Hold)]
-    assert [event.step for event in holds if event.cause == OWN] == [progress.step for progress in told]
+    assert [event.step for event in holds if event.cause == OWN] == [progress.step for progress in reported]
 
 
 def test_an_agent_that_was_started_again_is_heard_though_it_counts_from_elsewhere(scene: Scene) -> None:
-    def told(number: int) -> HoldProgress:
+    def reported(number: int) -> HoldProgress:
         step = HoldStep.STICKS_CENTRED
         return HoldProgress(order_id=0, epoch=1, step=step, detail="", elapsed_ms=0.0, number=number)
 
-    scene.hub.reports.receive(scene.agent.link, told(900))
+    scene.hub.reports.receive(scene.agent.link, reported(900))
     new = scene.world.agent(1, link_id=500)
     scene.alice.events()
-    scene.hub.reports.receive(new.link, told(3))
+    scene.hub.reports.receive(new.link, reported(3))
     assert [event for event in scene.alice.events() if isinstance(event, live.Hold)]
 
 

@@ -54,9 +54,9 @@ def test_the_agent_hears_that_the_holder_is_gone_before_it_hears_that_there_is_n
         scene.hub.tick(float(second))
     assert HolderExpired(ONE, UserId(1)) in scene.events
     scene.lease(LeaseView(holder=None, taken_from=None, epoch=Epoch(2)), "expired", 31.5)
-    told = [one for one in scene.agent.posted if isinstance(one, ControlChanged)]
-    assert [(one.holder, one.holder_present) for one in told] == [("alice", False), (None, False)]
-    assert told[0].number < told[1].number
+    reported = [one for one in scene.agent.posted if isinstance(one, ControlChanged)]
+    assert [(one.holder, one.holder_present) for one in reported] == [("alice", False), (None, False)]
+    assert reported[0].number < reported[1].number
 
 
 def test_a_holder_who_went_while_a_mission_flew_is_no_reason_to_hold(scene: Scene) -> None:
@@ -160,8 +160,8 @@ def test_assist_changes_turns_by_the_epoch_and_loses_no_command(scene: Scene) ->
     assert scene.events == [TurnWanted(ONE, "assistant")]
     scene.lease(replace(assisted, epoch=Epoch(3)), "turn", now=1.12)
     assert scene.agent.received() == [(3, command_long(400))]
-    told = scene.agent.posted[-1]
-    assert told == ControlChanged(number=ANY, epoch=3, holder="alice", holder_present=True, assistant_flies=True)
+    reported = scene.agent.posted[-1]
+    assert reported == ControlChanged(number=ANY, epoch=3, holder="alice", holder_present=True, assistant_flies=True)
     assert scene.notices(scene.alice) == ["assisted"]
     scene.fly(1.2)
     assert scene.agent.received() == []

@@ -40,9 +40,9 @@ def test_who_may_see_the_drone_is_told_what_is_in_force_and_why() -> None:
     assert shown(world.hub) == (None, "auto", "")
     world.hub.reports.receive(agent.link, THIN)
     assert shown(world.hub) == ("thin", "auto", "15% of the packets are lost")
-    (told,) = alice.events()
-    assert isinstance(told, live.DroneChanged)
-    assert told.drone.profile is StreamProfile.THIN
+    (reported,) = alice.events()
+    assert isinstance(reported, live.DroneChanged)
+    assert reported.drone.profile is StreamProfile.THIN
     world.hub.reports.receive(agent.link, THIN)
     assert alice.events() == [], "nothing has changed"
     assert bob.events() == [], "not theirs to see"

@@ -132,7 +132,7 @@ def test_a_sink_gets_everything_from_a_key_on(scene: Scene) -> None:
     scene.send(unit(8), unit(20), unit(21), unit(22, key=True), unit(23))
     assert early.units == [5, 6, 7, 8, 22, 23]
     assert late.units == [5, 6, 7, 8, 22, 23]
-    scene.video.state_told(scene.agent.link, VideoState(camera=CameraState.LOST))
+    scene.video.update_state(scene.agent.link, VideoState(camera=CameraState.LOST))
     assert early.states[0] is VideoCondition.WAITING
     assert early.states[-1] is VideoCondition.CAMERA_LOST
     scene.video.detach(ONE, early)
@@ -146,7 +146,7 @@ def test_a_sink_gets_everything_from_a_key_on(scene: Scene) -> None:
 def test_who_comes_when_pictures_have_stopped_sees_none_of_then(scene: Scene) -> None:
     first = FakeViewer(scene, 1)
     scene.open_channel()
-    scene.video.state_told(scene.agent.link, VideoState(camera=CameraState.LIVE))
+    scene.video.update_state(scene.agent.link, VideoState(camera=CameraState.LIVE))
     scene.send(unit(0, key=True))
     assert first.states[-1] == "live"
     scene.wait(3)
@@ -155,7 +155,7 @@ def test_who_comes_when_pictures_have_stopped_sees_none_of_then(scene: Scene) ->
     assert late.units == []
     scene.wait(8)
     assert late.states[-1] == "no-agent-video"
-    assert "Drone 1" in late.told[-1]["words"]
+    assert "Drone 1" in late.reported[-1]["words"]
     scene.send(unit(1, key=True))
     assert (late.sequences, late.states[-1]) == ([1], "live")
 
@@ -165,7 +165,7 @@ def test_a_viewer_that_does_not_read_is_told_the_newest_only_and_one_that_is_dea
     scene.open_channel()
     viewer.reads = False
     for camera in (CameraState.LOST, CameraState.LIVE, CameraState.LOST):
-        scene.video.state_told(scene.agent.link, VideoState(camera=camera))
+        scene.video.update_state(scene.agent.link, VideoState(camera=camera))
     scene.send(unit(0, key=True))
     assert viewer.states == ["waiting"]
     viewer.reads, viewer.draws = True, False
@@ -188,7 +188,7 @@ def test_what_was_skipped_is_told_once_a_second_and_counted(scene: Scene) -> Non
     viewer.reads = True
     scene.send(unit(40, key=True))
     scene.wait(0.5)
-    assert [one["count"] for one in viewer.told if one["type"] == "skipped"] == [39]
+    assert [one["count"] for one in viewer.reported if one["type"] == "skipped"] == [39]
     assert scene.video.traffic.skipped == 39
     assert viewer.sequences == [0, 40]
 
@@ -232,7 +232,7 @@ def test_of_several_codecs_the_first_that_the_agent_has_is_taken(scene: Scene) -
     assert scene.video.first_offered(ONE, low) == low[1], "nobody knows yet"
     assert scene.video.first_offered(DroneId(77), low) == low[1], "no such drone"
     for offered, taken in (((Codec.MPEG1,), low[1]), ((Codec.MPEG1, Codec.H264), low[0]), ((), low[1])):
-        scene.video.state_told(scene.agent.link, VideoState(camera=CameraState.IDLE, codecs=offered))
+        scene.video.update_state(scene.agent.link, VideoState(camera=CameraState.IDLE, codecs=offered))
         assert scene.video.first_offered(ONE, low) == taken
 
 

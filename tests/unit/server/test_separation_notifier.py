@@ -50,10 +50,10 @@ class NearWorld(HubWorld):
 
     def take_off(self, drone_id: int) -> None:
         agent = self.agents[drone_id] = self.agent(drone_id)
-        self.tell_state(drone_id, airborne=True)
+        self.report_state(drone_id, airborne=True)
         agent.received()
 
-    def tell_state(self, drone_id: int, *, airborne: bool) -> None:
+    def report_state(self, drone_id: int, *, airborne: bool) -> None:
         self.hub.reports.receive(
             self.agents[drone_id].link, AutopilotState(heard=True, armed=airborne, airborne=airborne)
         )
@@ -71,8 +71,8 @@ def heard(browser: FakeBrowser) -> list[live.Separation]:
 
 
 def as_json(event: live.Separation) -> dict[str, Any]:
-    told: dict[str, Any] = msgspec.json.decode(live.encode_event(event))
-    return told
+    reported: dict[str, Any] = msgspec.json.decode(live.encode_event(event))
+    return reported
 
 
 def test_who_may_see_one_of_two_is_told_where_the_other_is_and_not_which() -> None:
@@ -138,8 +138,8 @@ def test_whoever_comes_later_is_told_what_holds() -> None:
     late = FakeBrowser(world.hub, 1)
     welcome, *others = late.events()
     assert isinstance(welcome, live.WelcomeBrowser)
-    told = [event for event in others if isinstance(event, live.Separation)]
-    assert [event.level for event in told] == ["warning"]
+    reported = [event for event in others if isinstance(event, live.Separation)]
+    assert [event.level for event in reported] == ["warning"]
 
 
 def test_figures_are_told_again_while_it_lasts_and_the_end_is_told_once() -> None:
@@ -152,7 +152,7 @@ def test_figures_are_told_again_while_it_lasts_and_the_end_is_told_once() -> Non
     again = heard(admin)
     assert 1 <= len(again) <= 3
     assert again[-1].level == "warning" and again[-1].distance_m == 6.4
-    world.tell_state(2, airborne=False)
+    world.report_state(2, airborne=False)
     world.fly(8)
     (end,) = heard(admin)
     assert (end.level, end.why, end.in_s, end.distance_m) == ("clear", "landed", None, None)
@@ -208,6 +208,6 @@ def test_a_slow_browser_keeps_one_word_for_each_pair() -> None:
     def event(number: int, level: str) -> live.Separation:
         return live.Separation(number, level, (1, 2), None, None, None, None, None, None, "")  # type: ignore[arg-type]
 
-    for told in (event(1, "caution"), event(2, "caution"), event(1, "warning")):
-        queue.put(told)
+    for reported in (event(1, "caution"), event(2, "caution"), event(1, "warning")):
+        queue.put(reported)
     assert queue.take() == [event(1, "warning"), event(2, "caution")]

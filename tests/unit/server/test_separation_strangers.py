@@ -46,18 +46,18 @@ def look(
 def test_figures_are_rounded(
     east_m: float, north_m: float, up_m: float, in_s: float, expected: tuple[int, ...]
 ) -> None:
-    told = rounded(Level.WARNING, Approach(in_s, in_s, 1.0, 1.0), Relative(east_m, north_m, up_m, 0, 0, 0))
-    assert told[1:] == expected
+    reported = rounded(Level.WARNING, Approach(in_s, in_s, 1.0, 1.0), Relative(east_m, north_m, up_m, 0, 0, 0))
+    assert reported[1:] == expected
 
 
 def test_places_that_differ_by_less_than_a_step_are_told_as_one() -> None:
-    told = {
+    reported = {
         rounded(Level.CAUTION, None, Relative(40.0 + east, north, up, 1.0, 2.0, 3.0))
         for east in (-4.0, 0.0, 4.0)
         for north in (-5.0, 0.0, 5.0)
         for up in (-2.0, 0.0, 2.0)
     }
-    assert told == {Rounded(Level.CAUTION, None, 90, 40, 0)}
+    assert reported == {Rounded(Level.CAUTION, None, 90, 40, 0)}
 
 
 def test_a_silent_one_begins_nothing_and_ends_nothing() -> None:
@@ -81,8 +81,8 @@ def test_an_unfit_one_begins_nothing_and_ends_what_was_told_without_a_reason() -
 
 def test_a_worse_level_is_told_at_once_and_figures_seldom() -> None:
     of = alerts()
-    told = [now / 10 for now in range(301) if look(of, now / 10) is not None]
-    assert told == [n * FIGURES_EVERY_S for n in range(7)]
+    reported = [now / 10 for now in range(301) if look(of, now / 10) is not None]
+    assert reported == [n * FIGURES_EVERY_S for n in range(7)]
     worse = look(of, 30.1, level=Level.WARNING)
     assert worse is not None and worse.about.level is Level.WARNING
     assert look(of, 30.2, level=Level.CAUTION) is None

@@ -26,7 +26,7 @@ class Flown:
     up_m_s: float = 0.0
     airborne: bool = True
     heard: bool = True
-    told: Motion | None = None
+    reported: Motion | None = None
 
 
 class SkyWorld:
@@ -35,29 +35,29 @@ class SkyWorld:
     def __init__(self, *drones: Flown, bounds: SeparationBounds = BOUNDS) -> None:
         self.drones = {DroneId(number): drone for number, drone in enumerate(drones, 1)}
         self.watch = SeparationWatch(Sky(self._flying, self._motion), bounds)
-        self.told: list[tuple[float, tuple[int, int], str, str]] = []
+        self.reported: list[tuple[float, tuple[int, int], str, str]] = []
         self.now = 0.0
         self.ticks = 0
-        self._tell_positions()
+        self._report_positions()
 
-    def _tell_positions(self) -> None:
+    def _report_positions(self) -> None:
         for drone in self.drones.values():
             if drone.heard:
                 scale = METRES_PER_DEGREE * cos(radians(47.0))
                 lat, lon = 47.0 + drone.north_m / METRES_PER_DEGREE, 8.0 + drone.east_m / scale
                 speeds = (drone.north_m_s, drone.east_m_s, drone.up_m_s)
-                drone.told = Motion(lat, lon, 400 + drone.up_m, *speeds, self.now)
+                drone.reported = Motion(lat, lon, 400 + drone.up_m, *speeds, self.now)
 
     def _flying(self, now: float) -> dict[DroneId, Motion]:
         return {
-            number: drone.told
+            number: drone.reported
             for number, drone in self.drones.items()
-            if drone.airborne and drone.told and now - drone.told.at <= 3.0
+            if drone.airborne and drone.reported and now - drone.reported.at <= 3.0
         }
 
     def _motion(self, drone_id: DroneId) -> Motion | None:
         drone = self.drones[drone_id]
-        return drone.told if drone.airborne else None
+        return drone.reported if drone.airborne else None
 
     def fly(self, for_s: float) -> None:
         for _ in range(round(for_s / TICK_S)):
@@ -68,19 +68,19 @@ class SkyWorld:
                 drone.east_m += drone.east_m_s * TICK_S
                 drone.up_m += drone.up_m_s * TICK_S
             if self.ticks % 2 == 0:
-                self._tell_positions()
+                self._report_positions()
             for one in self.watch.tick(self.now):
-                self.told.append((round(self.now, 1), one.pair, one.level.name.lower(), one.over))
+                self.reported.append((round(self.now, 1), one.pair, one.level.name.lower(), one.over))
 
     def levels(self) -> list[str]:
-        return [level for _, _, level, _ in self.told]
+        return [level for _, _, level, _ in self.reported]
 
 
 def test_two_that_fly_at_each_other_are_a_caution_then_a_warning_and_clear_when_they_have_passed() -> None:
     world = SkyWorld(Flown(north_m_s=10), Flown(north_m=800, up_m=52, north_m_s=-10))
     world.fly(60)
     assert world.levels() == ["caution", "warning", "caution", "clear"]
-    caution, warning, _, clear = world.told
+    caution, warning, _, clear = world.reported
     # They are nearest after 40 s: half a minute before, and as long as it takes to be sure, a quarter of what is left.
     assert 40 - 30 + 5 <= caution[0] <= 40 - 30 + 8
     assert 40 - 10.6 <= warning[0] <= 40 - 10 + 3.5
@@ -116,7 +116,7 @@ def test_what_is_predicted_is_what_happens() -> None:
 def test_nobody_is_bothered_without_need(drones: tuple[Flown, ...]) -> None:
     world = SkyWorld(*(replace(drone) for drone in drones))
     world.fly(60)
-    assert world.told == []
+    assert world.reported == []
 
 
 def test_a_turn_that_lasts_a_moment_is_no_alert() -> None:
@@ -128,13 +128,13 @@ def test_a_turn_that_lasts_a_moment_is_no_alert() -> None:
         world.drones[DroneId(2)].east_m_s = 5
         world.fly(0.8)
         world.drones[DroneId(2)].east_m_s = 0
-    assert world.told == []
+    assert world.reported == []
 
 
 def test_a_swerve_towards_one_nearby_is_told_at_once() -> None:
     world = SkyWorld(Flown(north_m_s=5), Flown(east_m=40, north_m_s=5))
     world.fly(10)
-    assert world.told == []
+    assert world.reported == []
     world.drones[DroneId(2)].east_m_s = -8
     world.fly(1.5)
     assert "warning" in world.levels()
@@ -154,7 +154,7 @@ def test_an_alert_ends_when_one_of_them_has_landed() -> None:
     assert world.levels()[-1] == "warning"
     world.drones[DroneId(1)].airborne = False
     world.fly(1)
-    assert world.told[-1][2:] == ("clear", "landed")
+    assert world.reported[-1][2:] == ("clear", "landed")
     world.fly(10)
     assert world.watch.encounters == []
 
@@ -168,10 +168,10 @@ def test_one_that_is_not_heard_any_more_did_not_go_away() -> None:
     (one,) = world.watch.encounters
     assert one.seen is None
     world.fly(3)
-    assert world.told[-1][2:] == ("clear", "unheard")
-    told = len(world.told)
+    assert world.reported[-1][2:] == ("clear", "unheard")
+    reported = len(world.reported)
     world.fly(20)
-    assert len(world.told) == told
+    assert len(world.reported) == reported
 
 
 def test_heard_again_it_goes_on() -> None:
@@ -189,7 +189,7 @@ def test_an_old_position_makes_the_bound_wider() -> None:
     """Two on the bound: 21 m apart is none while they are heard, and one while nobody knows what they did for 2.5 s."""
     fresh = SkyWorld(Flown(), Flown(east_m=21))
     fresh.fly(30)
-    assert fresh.told == []
+    assert fresh.reported == []
     thin = SkyWorld(Flown(), Flown(east_m=21))
     for _ in range(10):
         thin.drones[DroneId(1)].heard = thin.drones[DroneId(2)].heard = False
@@ -202,7 +202,7 @@ def test_an_old_position_makes_the_bound_wider() -> None:
 def test_nothing_is_watched_where_the_distance_is_none() -> None:
     world = SkyWorld(Flown(), Flown(), bounds=SeparationBounds(horizontal_m=0.0))
     world.fly(10)
-    assert world.told == []
+    assert world.reported == []
 
 
 def test_a_crowd_is_bounded_and_said_to_be() -> None:

@@ -60,7 +60,7 @@ SEE, RULE = Action.SEE_DRONE, Action.ADMINISTER
         (OBSERVER, Action.COMMAND, Relation.OBSERVER, ReadOnlyAccount),
         (OBSERVER, Action.CHANGE_MISSIONS, None, ReadOnlyAccount),
         (OBSERVER, Action.LEAD_TEAMS, None, ReadOnlyAccount),
-        (OBSERVER, Action.LOOK_AFTER_TEAMS, None, None),
+        (OBSERVER, Action.MANAGE_TEAMS, None, None),
     ],
 )
 def test_the_matrix(who: Principal, action: Action, relation: Relation | None, refusal: type | None) -> None:
@@ -80,7 +80,7 @@ REACHES = {
     Action.ADMINISTER: "all none none",
     Action.READ_METRICS: "all none none",
     Action.CHANGE_USERS: "all none none",
-    Action.LOOK_AFTER_TEAMS: "all own own",
+    Action.MANAGE_TEAMS: "all own own",
     Action.LEAD_TEAMS: "all own none",
     Action.SEE_MISSIONS: "all own own",
     Action.CHANGE_MISSIONS: "all own none",

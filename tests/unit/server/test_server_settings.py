@@ -82,5 +82,5 @@ def test_settings_cannot_be_changed() -> None:
 
 def test_the_reference_has_every_field() -> None:
     rows = [line for line in REFERENCE.read_text().splitlines() if line.startswith("| `")]
-    told = {tuple(cell.strip().strip("`") for cell in row.split("|")[1:3]) for row in rows}
-    assert told == {(variable, name) for name, variable in variables().items()}
+    reported = {tuple(cell.strip().strip("`") for cell in row.split("|")[1:3]) for row in rows}
+    assert reported == {(variable, name) for name, variable in variables().items()}

@@ -47,10 +47,10 @@ class _Hub:
     def __init__(self) -> None:
         self.state, self.changes = self, self
         self.drones: dict[DroneId, object] = {}
-        self.told: list[str] = []
+        self.reported: list[str] = []
 
     def notify_undecided(self, drone_id: DroneId, severity: str, words: str) -> None:
-        self.told.append(words)
+        self.reported.append(words)
 
 
 async def _commit_that_ends_late(world: World, let_end: asyncio.Event) -> Any:

@@ -37,7 +37,7 @@ class FakeViewer:
 
     def __init__(self, scene: "Scene", user_id: int, drone_id: DroneId = ONE, key: StreamKey = MEDIUM) -> None:
         self.units: list[Unit] = []
-        self.told: list[dict[str, Any]] = []
+        self.reported: list[dict[str, Any]] = []
         self.closed: list[tuple[int, str]] = []
         self.reads, self.draws = True, True
         self._scene = scene
@@ -50,7 +50,7 @@ class FakeViewer:
             key,
             scene.now,
             write=self._write,
-            send_text=lambda text: self.told.append(json.loads(text)),
+            send_text=lambda text: self.reported.append(json.loads(text)),
             has_room=lambda: self.reads,
             close=lambda code, why: self.closed.append((code, why)),
         )
@@ -68,7 +68,7 @@ class FakeViewer:
 
     @property
     def states(self) -> list[str]:
-        return [one["state"] for one in self.told if one["type"] == "state"]
+        return [one["state"] for one in self.reported if one["type"] == "state"]
 
 
 class FakeChannel:

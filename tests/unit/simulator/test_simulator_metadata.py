@@ -36,7 +36,7 @@ def asked(ground: Any) -> tuple[int | None, list[bytes]]:
     return result, [frame[10 : 10 + frame[1]].ljust(108, b"\0") for frame in frames]
 
 
-def told(ground: Any) -> tuple[int, str]:
+def reported(ground: Any) -> tuple[int, str]:
     """CRC and address."""
     result, payloads = asked(ground)
     assert result == mavlink.MAV_RESULT_ACCEPTED
@@ -73,7 +73,7 @@ class Ftp:
 @pytest.mark.parametrize("options", [{"flavour": PX4}, {"metadata": True}], ids=["px4", "asked-for"])
 def test_both_files_are_there_whole_and_their_crcs_hold(ground: Callable[..., Any], options: dict[str, Any]) -> None:
     station = ground(**options)
-    crc, address = told(station)
+    crc, address = reported(station)
     ftp = Ftp(station)
     general = ftp.read(address)
     assert mavlink_crc32(general) == crc
@@ -111,7 +111,7 @@ def test_where_it_is_not_offered_it_is_refused_at_once(ground: Callable[..., Any
 def test_it_can_be_missing_or_damaged(ground: Callable[..., Any]) -> None:
     station = ground(metadata=True, failures={Failure.METADATA_MISSING})
     ftp = Ftp(station)
-    (offer,) = json.loads(ftp.read(told(station)[1]))["metadataTypes"]
+    (offer,) = json.loads(ftp.read(reported(station)[1]))["metadataTypes"]
     name = offer["uri"].removeprefix("mftp://").encode()
     assert ftp.ask(OPEN_TO_READ, data=name) == (NACK, bytes([NOT_FOUND]))
     station.vehicle.failures = {Failure.METADATA_DAMAGED}

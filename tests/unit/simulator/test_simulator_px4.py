@@ -379,10 +379,10 @@ def test_the_hash_of_all_parameters_is_told_before_the_list_and_stops_it(px4: Ma
         return [m for m in ground.run(seconds) if m.get_type() == "PARAM_VALUE"]
 
     ground.send(mavlink.MAVLink_param_request_list_message(1, 1))
-    told = values(0.5)
-    first = told[0]
+    reported = values(0.5)
+    first = reported[0]
     assert (first.param_id, first.param_index, first.param_type) == ("_HASH_CHECK", 65535, 5)
-    assert [m.param_index for m in told[1:]] == list(range(first.param_count))
+    assert [m.param_index for m in reported[1:]] == list(range(first.param_count))
     ground.send(mavlink.MAVLink_param_request_read_message(1, 1, b"_HASH_CHECK", -1))
     assert [m.param_value for m in values(0.1)] == [first.param_value]
     ground.vehicle.parameters.set("NAV_DLL_ACT", 3.0)

@@ -70,14 +70,14 @@ def test_a_height_between_two_centimetres_goes_to_the_nearer_one() -> None:
 
 
 def test_what_a_real_arducopter_refused_is_told_beforehand(measured: Measured) -> None:
-    told = {code: 0 for _, _, code in measured.refused}
+    reported = {code: 0 for _, _, code in measured.refused}
     for kind, item, code in measured.refused:
         is_known = any(one.effect is Effect.REFUSED for one in changes_ahead(ArduPilot(), kind, [item]))
         jumps_nowhere = item.command == 177  # which depends on the plan around it
         unknown = code in ("MAV_MISSION_UNSUPPORTED", "MAV_MISSION_INVALID") and kind is MISSION
         assert is_known or jumps_nowhere or unknown, (item, code)
-        told[code] += 1
-    assert min(told.values()) > 0 and len(told) > 6
+        reported[code] += 1
+    assert min(reported.values()) > 0 and len(reported) > 6
 
 
 # Whatever comes back otherwise than it must is another plan.
@@ -216,9 +216,9 @@ def test_of_any_item_it_is_known_what_becomes_of_it(
         assert same_plan(keeping, kind, [item], [back], exactly=True)
         changed = {one.field: one for one in changes_ahead(keeping, kind, [item])}
         sent, got = fields_of(item), fields_of(back)
-        told = {name for name, one in changed.items() if one.effect < Effect.REFUSED and one.sent != one.kept}
+        reported = {name for name, one in changed.items() if one.effect < Effect.REFUSED and one.sent != one.kept}
         unequal = {name for name in sent if sent[name] != got[name]}
-        assert told == unequal, keeping.name
+        assert reported == unequal, keeping.name
         assert all(change_words(keeping, one) for one in changed.values())
 
 
@@ -236,7 +236,7 @@ def but(item: PlanItem, **fields: Any) -> PlanItem:
 
 
 @pytest.mark.parametrize(
-    ("item", "kind", "told"),
+    ("item", "kind", "reported"),
     [
         (WAYPOINT, MISSION, {"param4": "QUIET"}),
         (but(WAYPOINT, params=(2.5, 0.0, 0.0, 0.0)), MISSION, {"param1": "FLIGHT"}),
@@ -257,12 +257,12 @@ def but(item: PlanItem, **fields: Any) -> PlanItem:
         (PlanItem(31000, 5, (1.5, 2.5, 3.5, 4.5), 1, 2, 3.0), MISSION, {"frame": "QUIET"}),
     ],
 )  # fmt: skip
-def test_what_arducopter_does_not_keep(item: PlanItem, kind: PlanKind, told: dict[str, str]) -> None:
-    assert effects(ArduPilot(), item, kind) == told
+def test_what_arducopter_does_not_keep(item: PlanItem, kind: PlanKind, reported: dict[str, str]) -> None:
+    assert effects(ArduPilot(), item, kind) == reported
 
 
 @pytest.mark.parametrize(
-    ("item", "kind", "told"),
+    ("item", "kind", "reported"),
     [
         (WAYPOINT, MISSION, {"frame": "QUIET"}),
         (but(WAYPOINT, frame=6, params=(2.5, 3.0, 0.0, -90.0)), MISSION, {"param4": "QUIET"}),
@@ -277,8 +277,8 @@ def test_what_arducopter_does_not_keep(item: PlanItem, kind: PlanKind, told: dic
         (PlanItem(5100, 3, z=20.9), RALLY, {"frame": "QUIET"}),
     ],
 )
-def test_what_px4_does_not_keep(item: PlanItem, kind: PlanKind, told: dict[str, str]) -> None:
-    assert effects(Px4(), item, kind) == told
+def test_what_px4_does_not_keep(item: PlanItem, kind: PlanKind, reported: dict[str, str]) -> None:
+    assert effects(Px4(), item, kind) == reported
 
 
 def test_a_plane_packs_a_waypoint_otherwise_and_knows_no_splines() -> None:
@@ -316,8 +316,8 @@ def test_a_new_item_of_each_kind_that_the_console_offers_is_flown_as_it_is_drawn
     offered = msgspec.json.decode(OFFERED.read_bytes(), type=dict[str, list[PlanItem]])
     assert {name: len(items) for name, items in offered.items()} == {"ardupilot": 33, "px4": 25}
     for keeping, items in ((ArduPilot(), offered["ardupilot"]), (Px4(), offered["px4"])):
-        told = [one for one in changes_ahead(keeping, MISSION, items) if one.effect > Effect.QUIET]
-        assert told == [], keeping.name
+        reported = [one for one in changes_ahead(keeping, MISSION, items) if one.effect > Effect.QUIET]
+        assert reported == [], keeping.name
 
 
 ROOM: Final = MEASURED.with_name("plan_room.json")

@@ -57,7 +57,7 @@ def test_what_is_to_be_done_survives_json(work: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "told",
+    "reported",
     [
         TransactionProgress(id=7, phase="writing", done=3, total=200),
         TransactionResult(id=7, outcome=Outcome.FAILED, words="No.", item=3, code="MAV_MISSION_UNSUPPORTED"),
@@ -73,10 +73,10 @@ def test_what_is_to_be_done_survives_json(work: Any) -> None:
             kind=PlanKind.RALLY, hash="00" * 8, count=1, plan=pack_plan(PlanKind.RALLY, (WIDEST,)), sent_hash="11" * 8
         ),
     ],
-    ids=lambda told: type(told).__name__,
+    ids=lambda reported: type(reported).__name__,
 )
-def test_what_came_of_it_survives_json(told: Any) -> None:
-    assert msgspec.json.decode(msgspec.json.encode(told), type=TransactionToTower) == told
+def test_what_came_of_it_survives_json(reported: Any) -> None:
+    assert msgspec.json.decode(msgspec.json.encode(reported), type=TransactionToTower) == reported
 
 
 def test_the_longest_plan_of_the_widest_items_fits_into_a_message() -> None:
@@ -101,7 +101,7 @@ def test_what_is_out_of_bounds_is_refused(changed: dict[str, Any]) -> None:
 def test_what_goes_to_the_tower_keeps_its_bound() -> None:
     refusal = ParameterRefusal("N" * 16, -1.1754943508222875e-38, -1.1754943508222875e-38, "w" * 160)
     plan = pack_plan(PlanKind.MISSION, (WIDEST,) * MAX_ITEMS_ANY)
-    for told in (
+    for reported in (
         TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, refusals=(refusal,) * MAX_REFUSALS),
         TransactionResult(id=2**32 - 1, outcome=Outcome.DONE, words="w" * 600, plan=plan),
         TransactionResult(
@@ -110,9 +110,9 @@ def test_what_goes_to_the_tower_keeps_its_bound() -> None:
         PlanOnBoard(kind=PlanKind.MISSION, hash="00" * 8, count=MAX_ITEMS_ANY, plan=plan, sent_hash="11" * 8),
         ParameterTable(hash="00" * 8, packed=b"x" * MAX_PACKED_TABLE_BYTES),
     ):
-        sent = control_messages.encode_message(told)
+        sent = control_messages.encode_message(reported)
         assert len(sent) <= control_messages.MAX_MESSAGE_BYTES
-        assert control_messages.decode_to_tower(sent) == told
+        assert control_messages.decode_to_tower(sent) == reported
 
 
 def test_the_control_channel_carries_them() -> None:

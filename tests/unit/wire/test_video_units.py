@@ -109,8 +109,8 @@ def test_the_messages_of_the_control_channel() -> None:
     wanted = VideoWanted(ticket="t", streams=(StreamRequest(Quality.MEDIUM, Codec.MPEG1),))
     assert decode_to_agent(encode_message(wanted)) == wanted
     assert decode_to_agent(encode_message(ClockProbe(number=3))) == ClockProbe(number=3)
-    for told in (VideoState(camera=CameraState.LOST, words="unplugged"), ClockAnswer(number=3, at_us=1 << 50)):
-        assert decode_to_tower(encode_message(told)) == told
+    for reported in (VideoState(camera=CameraState.LOST, words="unplugged"), ClockAnswer(number=3, at_us=1 << 50)):
+        assert decode_to_tower(encode_message(reported)) == reported
     assert msgspec.json.decode(encode_message(wanted))["streams"] == [{"quality": 1, "codec": 1}]
 
 

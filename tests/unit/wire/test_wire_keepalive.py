@@ -118,7 +118,7 @@ def test_at_leisure_what_was_not_answered_is_asked_again_as_soon_as_ever() -> No
 
 def test_there_is_no_leisure_while_the_other_side_pings_and_a_little_longer() -> None:
     keepalive = leisurely()
-    keepalive.told(Ping(1), 0.3)
+    keepalive.receive_ping(Ping(1), 0.3)
     assert keepalive.next_ping_at == PING_INTERVAL_S
     now = 0.5
     while keepalive.next_ping_at - now <= PING_INTERVAL_S:

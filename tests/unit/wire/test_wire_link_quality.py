@@ -32,9 +32,9 @@ def test_one_round_trip_has_no_jitter() -> None:
 
 def test_the_loss_of_a_window_is_what_was_added_in_it() -> None:
     quality = LinkQuality(0.0)
-    quality.told(Report(100, 50), 10.0)
-    quality.told(Report(200, 140), 10.6)
-    quality.told(Report(300, 240), 11.1)
+    quality.receive_report(Report(100, 50), 10.0)
+    quality.receive_report(Report(200, 140), 10.6)
+    quality.receive_report(Report(300, 240), 11.1)
     assert quality.over(1.0, 11.2).loss_sent == pytest.approx(1 - 190 / 200)
     assert quality.over(30.0, 11.2).loss_sent == pytest.approx(0.2)
     assert quality.over(1.0, 11.2).loss_received is None
@@ -42,8 +42,8 @@ def test_the_loss_of_a_window_is_what_was_added_in_it() -> None:
 
 def test_a_report_that_was_overtaken_says_nothing() -> None:
     quality = LinkQuality(0.0)
-    quality.told(Report(100, 100), 10.0)
-    quality.told(Report(90, 20), 10.1)
+    quality.receive_report(Report(100, 100), 10.0)
+    quality.receive_report(Report(90, 20), 10.1)
     assert quality.over(1.0, 10.2).loss_sent == 0.0
 
 
@@ -53,7 +53,7 @@ def test_silence_is_a_loss_of_everything_and_old_reports_are_no_news() -> None:
         now = 10.0 + tenths / 10
         quality.counted(Report(100, 100), now)
         if tenths == 0:
-            quality.told(Report(50, 50), now)
+            quality.receive_report(Report(50, 50), now)
     second = quality.over(1.0, 13.6)
     assert second.loss_received == 1.0
     assert second.loss_sent is None
@@ -91,7 +91,7 @@ def test_what_is_older_than_the_long_window_is_forgotten_but_for_where_the_windo
     for step in range(2000):
         now = step / 5
         quality.counted(Report(expected=step, received=step - step // 2), now)
-        quality.told(Report(expected=step, received=step), now)
+        quality.receive_report(Report(expected=step, received=step), now)
         quality.round_trip(0.1, now)
     assert len(quality._received._points) <= 30 * 5 + 2
     assert len(quality._trips) <= 30 * 5 + 1

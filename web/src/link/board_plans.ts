@@ -7,9 +7,9 @@ import { Store, type Readable } from './store';
 /** Of each kind that is known; nothing of what is being read, cannot be read, or is not known on the drone. */
 export type BoardRows = Readonly<Partial<Record<PlanKind, readonly Row[]>>>;
 
-type Told = Readonly<Partial<Record<PlanKind, PlanOnBoard>>>;
+type ReportedPlans = Readonly<Partial<Record<PlanKind, PlanOnBoard>>>;
 
-export class BoardPlans {
+export class OnboardPlans {
   readonly #read: (kind: PlanKind) => Promise<PlanRead>;
   readonly #rows = new Store<BoardRows>({});
   readonly #problem = new Store('');
@@ -30,7 +30,7 @@ export class BoardPlans {
   }
 
   /** What the agent tells now. What failed to be read is tried again when anything changes. */
-  told(plans: Told): void {
+  update(plans: ReportedPlans): void {
     for (const kind of PLAN_KINDS) {
       const hash = plans[kind]?.hash ?? null;
       if (this.#wanted.get(kind) === hash) continue;

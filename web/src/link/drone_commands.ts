@@ -19,8 +19,8 @@ const COMMANDS = '/drones/{drone_id}/commands';
 function outcomeOf({ state, seen, words: said }: Operation): Outcome {
   const words = said || 'The tower has not said how it ended.';
   const isDone = state === 'done';
-  if (state === 'timed_out') return { kind: 'told', isDone, words, doubt: 'no-answer' };
-  return { kind: 'told', isDone, words, ...(isDone && seen === false ? { doubt: 'unconfirmed' } : {}) };
+  if (state === 'timed_out') return { kind: 'reported', isDone, words, doubt: 'no-answer' };
+  return { kind: 'reported', isDone, words, ...(isDone && seen === false ? { doubt: 'unconfirmed' } : {}) };
 }
 
 /** The same as what became of it, in words. */
@@ -32,7 +32,7 @@ export async function outcomeOfCommand(
   try {
     return outcomeOf(await commandDrone(operations, droneId, command));
   } catch (error) {
-    return { kind: 'told', isDone: false, words: error instanceof Error ? error.message : String(error) };
+    return { kind: 'reported', isDone: false, words: error instanceof Error ? error.message : String(error) };
   }
 }
 

@@ -132,8 +132,8 @@ function actionWords(
       };
     }
     case 'asking': {
-      const told = action === null ? 'acts by itself' : `${hold.stale ? 'was' : 'is'} told to ${TO_DO[action]}`;
-      return { title: `${name} ${told}${whyThen(hold.lost, lostActionS)}`, badge: capital(told) };
+      const reported = action === null ? 'acts by itself' : `${hold.stale ? 'was' : 'is'} told to ${TO_DO[action]}`;
+      return { title: `${name} ${reported}${whyThen(hold.lost, lostActionS)}`, badge: capital(reported) };
     }
     case 'done': {
       const does = action === null ? 'has acted' : hold.stale ? `was ${DOING[action]}` : DOES[action];

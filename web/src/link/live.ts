@@ -135,7 +135,7 @@ export class Live {
   }
 
   /** Where the person at this browser is, for the drone that follows them. One that would wait is left out: it gets old. */
-  tellPlace(droneId: number, located: Located): void {
+  reportPlace(droneId: number, located: Located): void {
     if (!this.#isOpen() || !this.#socket || this.#socket.bufferedAmount > FRESH_LIMIT_BYTES) return;
     this.#socket.send(personFixText(droneId, located, Date.now(), this.#options.clock.monotonicMs()));
   }

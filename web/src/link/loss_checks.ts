@@ -7,10 +7,10 @@ import type { Clock } from './clock';
 
 export const TRY_AGAIN_MS = 5_000;
 
-type Told = (problem: string) => void;
+type Reported = (problem: string) => void;
 
 interface Watched {
-  readonly tellers: Set<Told>;
+  readonly reporters: Set<Reported>;
   isReading: boolean;
   /** It has changed while it was being read. */
   isOld: boolean;
@@ -28,19 +28,19 @@ export class LossChecks {
   }
 
   /** From now on it is kept current. `told` hears what went wrong, or the empty string. Returns what ends it. */
-  watch(droneId: number, told: Told): () => void {
+  watch(droneId: number, reported: Reported): () => void {
     const watched = this.#watched.get(droneId) ?? {
-      tellers: new Set<Told>(),
+      reporters: new Set<Reported>(),
       isReading: false,
       isOld: false,
       cancelRetry: () => undefined,
     };
-    watched.tellers.add(told);
+    watched.reporters.add(reported);
     this.#watched.set(droneId, watched);
     this.changed(droneId);
     return () => {
-      watched.tellers.delete(told);
-      if (watched.tellers.size > 0) return;
+      watched.reporters.delete(reported);
+      if (watched.reporters.size > 0) return;
       watched.cancelRetry();
       this.#watched.delete(droneId);
     };
@@ -74,6 +74,6 @@ export class LossChecks {
     watched.cancelRetry();
     if (this.#watched.get(droneId) !== watched) return;
     if (problem) watched.cancelRetry = this.#clock.after(TRY_AGAIN_MS, () => this.changed(droneId));
-    for (const told of watched.tellers) told(problem);
+    for (const reported of watched.reporters) reported(problem);
   }
 }

@@ -61,8 +61,8 @@ export function wasWords(last: LastHeard): string {
 
 /** What its agent told that it is about to do, else what the drone is set to; null: a newer tower knows another one. */
 function actionOf({ hold, lostAction }: LastHeard): LostAction | null {
-  const told = hold && hold.phase !== 'quiet' && hold.phase !== 'stayed' ? hold.action : null;
-  const action = told ?? lostAction;
+  const reported = hold && hold.phase !== 'quiet' && hold.phase !== 'stayed' ? hold.action : null;
+  const action = reported ?? lostAction;
   return action in DOING ? action : null;
 }
 

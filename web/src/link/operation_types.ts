@@ -12,7 +12,7 @@ export type OperationState = Operation['state'];
 /** A parameter that is not as it was asked to be. */
 export type Refusal = Schemas['RefusalView'];
 /** The plan of one kind on a drone, as its agent knows it. */
-export type PlanOnBoard = Schemas['PlanBoardView'];
+export type PlanOnBoard = Schemas['OnboardPlanView'];
 export type ParametersKnown = Schemas['ParametersStateView'];
 
 export interface OperationEvent {

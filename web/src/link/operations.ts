@@ -48,7 +48,7 @@ export class Operations {
     if (!isOver(operation)) return true;
     const waiting = this.#waiting.get(operation.id) ?? [];
     this.#waiting.delete(operation.id);
-    for (const tell of waiting) tell(operation);
+    for (const report of waiting) report(operation);
     return true;
   }
 

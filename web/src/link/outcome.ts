@@ -14,10 +14,10 @@ export type Outcome =
   /** Nobody can say whether it was carried out, or it was not sent at all: `why` says. */
   | { readonly kind: 'failed'; readonly why: string }
   /** By way of the tower: it, or the agent, has said how it ended, in a whole sentence. */
-  | { readonly kind: 'told'; readonly isDone: boolean; readonly words: string; readonly doubt?: Doubt };
+  | { readonly kind: 'reported'; readonly isDone: boolean; readonly words: string; readonly doubt?: Doubt };
 
 export const isGood = (outcome: Outcome): boolean =>
-  outcome.kind === 'accepted' || (outcome.kind === 'told' && outcome.isDone);
+  outcome.kind === 'accepted' || (outcome.kind === 'reported' && outcome.isDone);
 
 export const REPLACED: Outcome = { kind: 'failed', why: 'a newer command took its place' };
 
@@ -49,7 +49,7 @@ export function outcomeWords(droneName: string, outcome: Outcome): string {
       return `${droneName} accepted it, but ${outcome.detail}`;
     case 'failed':
       return `${droneName}: ${outcome.why}`;
-    case 'told':
+    case 'reported':
       return outcome.words;
   }
 }

@@ -13,7 +13,7 @@ export type LengthWords = (metres: number) => string;
 const METRES: LengthWords = (metres) => `${Math.round(metres)} m`;
 
 /** After a new connection the tower tells at once what holds; what it does not tell by then is over. */
-const TOLD_WITHIN_MS = 4_000;
+const REPORTED_WITHIN_MS = 4_000;
 const SOON_S = 1;
 
 const DIRECTIONS = ['north', 'north-east', 'east', 'south-east', 'south', 'south-west', 'west', 'north-west'] as const;
@@ -71,8 +71,8 @@ export class Separations {
   length: LengthWords = METRES;
   readonly #alerts: Alerts;
   readonly #worst = new Map<number, 'caution' | 'warning'>();
-  #untold = new Set<number>();
-  #untoldSinceMs = 0;
+  #unreported = new Set<number>();
+  #unreportedSinceMs = 0;
 
   constructor(alerts: Alerts) {
     this.#alerts = alerts;
@@ -80,7 +80,7 @@ export class Separations {
 
   take(event: SeparationEvent, nameOf: (droneId: number) => string, nowMs: number): void {
     const { number, level } = event;
-    this.#untold.delete(number);
+    this.#unreported.delete(number);
     if (level === 'clear') {
       this.#over(number);
       return;
@@ -103,14 +103,14 @@ export class Separations {
 
   /** A new connection: what is not told again is over. */
   connected(nowMs: number): void {
-    this.#untold = new Set(this.near.get().keys());
-    this.#untoldSinceMs = nowMs;
+    this.#unreported = new Set(this.near.get().keys());
+    this.#unreportedSinceMs = nowMs;
   }
 
   look(nowMs: number): void {
-    if (this.#untold.size === 0 || nowMs - this.#untoldSinceMs < TOLD_WITHIN_MS) return;
-    for (const number of this.#untold) this.#over(number);
-    this.#untold.clear();
+    if (this.#unreported.size === 0 || nowMs - this.#unreportedSinceMs < REPORTED_WITHIN_MS) return;
+    for (const number of this.#unreported) this.#over(number);
+    this.#unreported.clear();
   }
 
   /** A drone is no longer ours to see. */
@@ -121,14 +121,14 @@ export class Separations {
   clear(): void {
     this.near.set(new Map());
     this.#worst.clear();
-    this.#untold.clear();
+    this.#unreported.clear();
   }
 
   #over(number: number): void {
     const worst = this.#worst.get(number);
     if (worst) this.#alerts.over(nameFor(number, worst));
     this.#worst.delete(number);
-    this.#untold.delete(number);
+    this.#unreported.delete(number);
     if (!this.near.get().has(number)) return;
     const left = new Map(this.near.get());
     left.delete(number);

@@ -62,7 +62,7 @@ export class Vehicle {
   /** As this page saw it, on the link clock; null while not flying. */
   #airborneSeenMs: number | null = null;
   /** As the tower says, on the link clock: a page that was opened in mid-flight does not begin at zero. */
-  #airborneToldMs: number | null = null;
+  #airborneReportedMs: number | null = null;
   /** Since when the tower does not hear it, as far as we saw; null while it does. */
   silentSinceMs: number | null = null;
   /** In the air when it was last heard; null: nobody has said. */
@@ -99,7 +99,7 @@ export class Vehicle {
   /** The tower's newest view of it. `towerLagMs`: by how much the tower's time of day is behind our clock. */
   put(drone: Drone, nowMs: number, towerLagMs = 0): void {
     const sinceMs = drone.airborne_since === null ? NaN : Date.parse(drone.airborne_since) + towerLagMs;
-    this.#airborneToldMs = Number.isFinite(sinceMs) ? Math.min(sinceMs, nowMs) : null;
+    this.#airborneReportedMs = Number.isFinite(sinceMs) ? Math.min(sinceMs, nowMs) : null;
     if (drone.online) this.silentSinceMs = null;
     else if (this.drone.get().online) this.silentSinceMs = nowMs;
     this.towerLagMs = towerLagMs;
@@ -159,7 +159,7 @@ export class Vehicle {
     const { link } = this;
     const { online, armed } = this.drone.get();
     const seenMs = this.#airborneSeenMs;
-    const airborneSinceMs = seenMs === null ? null : Math.min(seenMs, this.#airborneToldMs ?? seenMs);
+    const airborneSinceMs = seenMs === null ? null : Math.min(seenMs, this.#airborneReportedMs ?? seenMs);
     const batteryTime = this.#battery.left(nowMs);
     const beside = {
       online,

@@ -75,23 +75,23 @@ export function withVehicle(ours: Facts, vehicle: Facts): Facts {
 export const factWithVehicle = (ours: Facts, vehicle: Facts, name: string): Fact | null =>
   factOf(withVehicle(ours, vehicle), name);
 
-function laidOver(name: string, known: Fact | null, told: Fact | null): Fact | null {
-  if (!known || !told) return known ?? told;
-  const hasRange = told.least !== null || told.most !== null;
+function laidOver(name: string, known: Fact | null, reported: Fact | null): Fact | null {
+  if (!known || !reported) return known ?? reported;
+  const hasRange = reported.least !== null || reported.most !== null;
   const worded = (list: readonly Choice[], ofOurs: readonly Choice[]): readonly Choice[] => {
     const wordsOf = new Map(ofOurs.map(({ value, words }) => [value, words]));
     return list.length === 0 ? ofOurs : list.map((one) => ({ ...one, words: wordsOf.get(one.value) ?? one.words }));
   };
   return withOpenness(name, {
     isOpen: false,
-    title: known.title || told.title,
-    text: known.text || told.text,
-    unit: told.unit || known.unit,
-    least: hasRange ? told.least : known.least,
-    most: hasRange ? told.most : known.most,
-    standard: told.standard ?? known.standard,
-    needsReboot: told.needsReboot,
-    choices: worded(told.choices, known.choices),
-    bits: worded(told.bits, known.bits),
+    title: known.title || reported.title,
+    text: known.text || reported.text,
+    unit: reported.unit || known.unit,
+    least: hasRange ? reported.least : known.least,
+    most: hasRange ? reported.most : known.most,
+    standard: reported.standard ?? known.standard,
+    needsReboot: reported.needsReboot,
+    choices: worded(reported.choices, known.choices),
+    bits: worded(reported.bits, known.bits),
   });
 }

@@ -17,7 +17,7 @@ export interface ParameterFile {
 const NAME = /^[A-Za-z][A-Za-z0-9_]{0,15}$/;
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
 const AUTOPILOT = '1';
-const TOLD_MOST = 5;
+const MAX_LISTED = 5;
 
 /** Throws a NotAParameterFile with a sentence for people. */
 export function readParameterFile(text: string): ParameterFile {
@@ -59,9 +59,9 @@ export function readParameterFile(text: string): ParameterFile {
   }
   const dropped: string[] = [];
   if (strange.length > 0) {
-    const more = strange.length - TOLD_MOST;
-    const told = strange.slice(0, TOLD_MOST).join(', ') + (more > 0 ? ` and ${more} more` : '');
-    dropped.push(`No name and number: ${told}.`);
+    const more = strange.length - MAX_LISTED;
+    const listed = strange.slice(0, MAX_LISTED).join(', ') + (more > 0 ? ` and ${more} more` : '');
+    dropped.push(`No name and number: ${listed}.`);
   }
   if (others > 0) dropped.push(`${others} of other parts than the autopilot.`);
   if (twice.size > 0) dropped.push(`More than once, the last one counts: ${[...twice].join(', ')}.`);

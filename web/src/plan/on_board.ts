@@ -5,7 +5,7 @@ import type { Plan, PlanKind } from './plan_types';
 import { itemsOf } from './wire_items';
 
 /** What the drone's agent tells; undefined where it never has. */
-export interface Told {
+export interface OnboardPlan {
   readonly hash: string | null;
   /** What was sent, where the autopilot keeps some fields in its own way. */
   readonly sent_hash: string | null;
@@ -28,18 +28,18 @@ export interface KindState {
 
 export const PLAN_KINDS: readonly PlanKind[] = ['mission', 'fence', 'rally'];
 
-export function kindState(plan: Plan, kind: PlanKind, told: Told | undefined): KindState {
+export function kindState(plan: Plan, kind: PlanKind, onboard: OnboardPlan | undefined): KindState {
   const items = itemsOf(plan, kind);
-  const isKnown = told !== undefined && told.hash !== null;
-  const state = { kind, here: items.length, there: isKnown ? told.count : null, isFit: told?.fit_to_fly ?? true };
+  const isKnown = onboard !== undefined && onboard.hash !== null;
+  const state = { kind, here: items.length, there: isKnown ? onboard.count : null, isFit: onboard?.fit_to_fly ?? true };
   if (!isKnown) return { ...state, standing: 'unknown' };
   const hash = planHash(kind, items);
-  const isThere = hash === told.hash || hash === told.sent_hash || (items.length === 0 && told.count === 0);
+  const isThere = hash === onboard.hash || hash === onboard.sent_hash || (items.length === 0 && onboard.count === 0);
   return { ...state, standing: isThere ? 'on the drone' : 'changed' };
 }
 
-export const kindStates = (plan: Plan, told: Readonly<Partial<Record<PlanKind, Told>>>): KindState[] =>
-  PLAN_KINDS.map((kind) => kindState(plan, kind, told[kind]));
+export const kindStates = (plan: Plan, onboard: Readonly<Partial<Record<PlanKind, OnboardPlan>>>): KindState[] =>
+  PLAN_KINDS.map((kind) => kindState(plan, kind, onboard[kind]));
 
 /** What an upload sends unless somebody chooses: what is here and not there. What is empty here is taken off by choice only. */
 export const toSend = (states: readonly KindState[]): PlanKind[] =>

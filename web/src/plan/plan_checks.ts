@@ -42,7 +42,7 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
   const findings: Finding[] = [];
   const { items } = plan;
   const named = (seq: number): string => `Item ${seq + 1} (${commandWords(items[seq]!.command)})`;
-  const tell = (severity: Finding['severity'], seq: number | null, words: string): void => {
+  const addFinding = (severity: Finding['severity'], seq: number | null, words: string): void => {
     const text = seq === null ? words : `${named(seq)} ${words}`;
     findings.push({ severity, kind: 'mission', part: seq === null ? null : items[seq]!.id, words: text });
   };
@@ -59,20 +59,20 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
     }
   }
   for (const [seq, item] of items.entries()) {
-    for (const fault of itemFaults(item, items.length)) tell('error', seq, `is not right. ${fault.words}`);
+    for (const fault of itemFaults(item, items.length)) addFinding('error', seq, `is not right. ${fault.words}`);
     const spec = specOf(item.command);
-    if (!spec) tell('warning', seq, 'is not known here: nothing of it is checked.');
+    if (!spec) addFinding('warning', seq, 'is not known here: nothing of it is checked.');
     else if (!spec.knownTo.includes(limits.autopilot)) {
-      tell('error', seq, `is not a part of missions of ${AUTOPILOT_WORDS[limits.autopilot]}.`);
+      addFinding('error', seq, `is not a part of missions of ${AUTOPILOT_WORDS[limits.autopilot]}.`);
     }
     for (const one of spec?.params ?? []) {
       if (item.params[one.at] !== null || !one.mayBeOpen || isOpenTo(one, limits.autopilot)) continue;
       const name = one.name.split(',')[0]!;
-      tell('error', seq, `is not right. ${name}: ${AUTOPILOT_WORDS[limits.autopilot]} needs a number.`);
+      addFinding('error', seq, `is not right. ${name}: ${AUTOPILOT_WORDS[limits.autopilot]} needs a number.`);
     }
   }
-  checkCourse(plan, path, tell);
-  checkPlaces(plan, limits, path, tell);
+  checkCourse(plan, path, addFinding);
+  checkPlaces(plan, limits, path, addFinding);
   findings.push(...fenceFindings(plan, path, named));
   for (const [at, point] of plan.rally.entries()) {
     for (const fault of rallyFaults(point)) {
@@ -87,66 +87,73 @@ export function planChecks(plan: Plan, limits: CheckLimits, path: FlownPath = fl
   return findings;
 }
 
-type Tell = (severity: Finding['severity'], seq: number | null, words: string) => void;
+type AddFinding = (severity: Finding['severity'], seq: number | null, words: string) => void;
 
 const isTakeOff = (command: number): boolean => command === CMD.TAKEOFF || command === CMD.VTOL_TAKEOFF;
 const isEnd = (command: number): boolean => command === CMD.RETURN || command === CMD.LAND || command === CMD.VTOL_LAND;
 
 /** Take-off, jumps, what is never reached, how it ends. */
-function checkCourse(plan: Plan, path: FlownPath, tell: Tell): void {
+function checkCourse(plan: Plan, path: FlownPath, addFinding: AddFinding): void {
   const { items } = plan;
   if (items.length === 0) return;
   const seqOf = new Map(items.map((item, seq) => [item.id, seq]));
   const first = items.findIndex((item) => specOf(item.command)?.flies);
   const takeOff = items.findIndex((item) => isTakeOff(item.command));
-  if (takeOff < 0) tell('warning', null, 'There is no take-off: the drone must be in the air when the mission begins.');
-  else if (takeOff > first) tell('warning', takeOff, `comes after item ${first + 1}, which flies somewhere already.`);
+  if (takeOff < 0)
+    addFinding('warning', null, 'There is no take-off: the drone must be in the air when the mission begins.');
+  else if (takeOff > first)
+    addFinding('warning', takeOff, `comes after item ${first + 1}, which flies somewhere already.`);
   for (const [seq, item] of items.entries()) {
     const target = item.command === CMD.JUMP && item.jumpTo !== null ? seqOf.get(item.jumpTo) : undefined;
     if (target === undefined) continue;
     const [from, to] = [Math.min(seq, target), Math.max(seq, target)];
     const flies = items.slice(from, to + 1).some((one) => specOf(one.command)?.flies);
-    if (target === seq) tell('error', seq, 'jumps to itself.');
-    else if (target < seq && !flies) tell('error', seq, `goes round to item ${target + 1} without flying anywhere.`);
+    if (target === seq) addFinding('error', seq, 'jumps to itself.');
+    else if (target < seq && !flies)
+      addFinding('error', seq, `goes round to item ${target + 1} without flying anywhere.`);
     else if (target < seq && (item.params[1] ?? 0) < 0) {
-      tell('warning', seq, `goes back to item ${target + 1} for ever: nothing after it is flown.`);
+      addFinding('warning', seq, `goes back to item ${target + 1} for ever: nothing after it is flown.`);
     }
   }
   const { steps, ending, last } = path.order;
   if (ending === 'too-long' && last !== null)
-    tell('error', last, 'is in a round of jumps that does not end in any flight.');
+    addFinding('error', last, 'is in a round of jumps that does not end in any flight.');
   const reached = new Set(steps);
   const dead = items.findIndex((item, seq) => !reached.has(seq) && item.command !== CMD.JUMP);
-  if (dead >= 0 && ending !== 'too-long') tell('warning', dead, 'is never reached.');
+  if (dead >= 0 && ending !== 'too-long') addFinding('warning', dead, 'is never reached.');
   const end = last === null ? undefined : items[last];
   if (ending === 'ends' && end && !isEnd(end.command)) {
-    tell('warning', last, 'is the last: the drone stays there, in the air, until somebody says otherwise.');
+    addFinding('warning', last, 'is the last: the drone stays there, in the air, until somebody says otherwise.');
   }
 }
 
 /** Heights, distances, places that come twice. */
-function checkPlaces(plan: Plan, limits: CheckLimits, path: FlownPath, tell: Tell): void {
+function checkPlaces(plan: Plan, limits: CheckLimits, path: FlownPath, addFinding: AddFinding): void {
   const { items, home } = plan;
   if (!home && items.length > 0) {
-    tell('warning', null, 'There is no planned home: distances from it and heights above sea level are not checked.');
+    addFinding(
+      'warning',
+      null,
+      'There is no planned home: distances from it and heights above sea level are not checked.',
+    );
   }
-  const isTold = new Set<number>();
+  const isFound = new Set<number>();
   for (const leg of path.legs) {
     const item = items[leg.seq]!;
-    if (isTold.has(leg.seq) || item.command === CMD.RETURN) continue;
-    isTold.add(leg.seq);
+    if (isFound.has(leg.seq) || item.command === CMD.RETURN) continue;
+    isFound.add(leg.seq);
     const away = home ? distanceM(home.spot, leg.to) : 0;
     if (limits.farthestM !== null && away > limits.farthestM) {
-      tell('error', leg.seq, `is ${metres(away)} from home; ${metres(limits.farthestM)} is the most.`);
+      addFinding('error', leg.seq, `is ${metres(away)} from home; ${metres(limits.farthestM)} is the most.`);
     }
     const height = heightAboveHomeM(plan, item);
     if (height === null) continue;
     if (limits.highestM !== null && height > limits.highestM) {
-      tell('error', leg.seq, `is ${metres(height)} above home; ${metres(limits.highestM)} is the most.`);
+      addFinding('error', leg.seq, `is ${metres(height)} above home; ${metres(limits.highestM)} is the most.`);
     }
     const mayBeLow = isEnd(item.command);
     if (!mayBeLow && height <= 0)
-      tell('warning', leg.seq, `is ${metres(height)} above home: on the ground or below it.`);
+      addFinding('warning', leg.seq, `is ${metres(height)} above home: on the ground or below it.`);
   }
   let before: number | null = null;
   for (const [seq, item] of items.entries()) {
@@ -157,7 +164,7 @@ function checkPlaces(plan: Plan, limits: CheckLimits, path: FlownPath, tell: Tel
     const other = before === null ? undefined : items[before];
     if (other && other.frame === item.frame && Math.abs(other.z - item.z) < SAME_PLACE_M) {
       const apart = distanceM({ latE7: other.x, lonE7: other.y }, { latE7: item.x, lonE7: item.y });
-      if (apart < SAME_PLACE_M) tell('warning', seq, `is at the same place as item ${before! + 1}.`);
+      if (apart < SAME_PLACE_M) addFinding('warning', seq, `is at the same place as item ${before! + 1}.`);
     }
     before = seq;
   }

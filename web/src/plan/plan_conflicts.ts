@@ -110,7 +110,7 @@ export function planConflicts(flights: readonly PlannedFlight[], wanted: Separat
       const met = meetings(ways[one]!, ways[other]!, wanted);
       if (met.closest) closest.push({ pair, ...met.closest });
       const named = met.near.map((meeting) => nearConflict(pair, ways, meeting, plane));
-      conflicts.push(...mostTelling(named));
+      conflicts.push(...mostRelevant(named));
       const crossing = worstCrossing(pair, ways, wanted, plane, met.near);
       if (crossing) conflicts.push(crossing);
     }
@@ -266,7 +266,7 @@ function nearConflict(
 }
 
 /** The first ones and the nearest. */
-function mostTelling(all: readonly PlanConflict[]): PlanConflict[] {
+function mostRelevant(all: readonly PlanConflict[]): PlanConflict[] {
   if (all.length <= MAX_PER_PAIR) return [...all];
   const nearest = all.reduce((best, one) => (one.horizontalM < best.horizontalM ? one : best));
   const first = all.filter((one) => one !== nearest).slice(0, MAX_PER_PAIR - 1);

@@ -82,31 +82,31 @@ async function sendOff(
   droneId: number,
   place: FollowPlace,
   isStopped: () => boolean,
-  tell: (answer: FormationAnswer) => void,
+  report: (answer: FormationAnswer) => void,
 ): Promise<string> {
   const drone = tower.drone(droneId);
   const cannot = drone ? whyNot(drone, tower.user) : 'It is no longer in your squad.';
   if (cannot) {
-    tell(answer('refused', cannot));
+    report(answer('refused', cannot));
     return 'does not follow';
   }
-  tell(answer('going', 'takes up the controls'));
+  report(answer('going', 'takes up the controls'));
   let newest: Operation;
   try {
     if (drone!.holder?.id !== tower.user.id) await tower.acquire(droneId);
     if (isStopped()) {
-      tell(answer('not-reached', 'You stopped before it was sent.'));
+      report(answer('not-reached', 'You stopped before it was sent.'));
       return '';
     }
     newest = await tower.follow(droneId, place);
   } catch (error) {
-    tell(answer('refused', wordsOf(error)));
+    report(answer('refused', wordsOf(error)));
     return 'does not follow';
   }
   let isThere = false;
   const put = (operation: Operation): void => {
     newest = operation;
-    tell(followAnswer(operation, isThere));
+    report(followAnswer(operation, isThere));
   };
   put(newest);
   tower.watch(newest.id, put);

@@ -46,7 +46,7 @@ export function answerOf(droneName: string, outcome: Outcome): Answer {
     case 'no-answer':
     case 'unconfirmed':
       return { kind: outcome.kind, why };
-    case 'told':
+    case 'reported':
       return { kind: outcome.doubt ?? (outcome.isDone ? 'done' : 'refused'), why };
     case 'refused':
     case 'failed':

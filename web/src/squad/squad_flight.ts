@@ -35,7 +35,7 @@ export interface SquadTower {
 }
 
 /** The steps of one drone. `tell`: how it goes on. Answers with the last operation; raises errors with words for people. */
-export type SquadAction = (drone: Drone, tell: (operation: Operation) => void) => Promise<Operation>;
+export type SquadAction = (drone: Drone, report: (operation: Operation) => void) => Promise<Operation>;
 
 export interface SquadRun {
   readonly droneIds: readonly number[];
@@ -82,20 +82,20 @@ async function one(
   tower: SquadTower,
   droneId: number,
   action: SquadAction,
-  tell: (answer: SquadAnswer) => void,
+  report: (answer: SquadAnswer) => void,
 ): Promise<SquadAnswer> {
   const drone = tower.drone(droneId);
   if (!drone) return answer('refused', 'It is no longer in your squad.');
   const why = whyNot(drone, tower.user);
   if (why) return answer('refused', why);
   const isOurs = drone.holder?.id === tower.user.id;
-  tell(answer('working', isOurs ? '' : 'takes up the controls'));
+  report(answer('working', isOurs ? '' : 'takes up the controls'));
   try {
     if (!isOurs) await tower.acquire(droneId);
   } catch (error) {
     return answer('refused', wordsOf(error));
   }
-  const came = await carriedOut(drone, action, tell);
+  const came = await carriedOut(drone, action, report);
   if (isOurs) return came;
   try {
     await tower.release(droneId);
@@ -117,10 +117,10 @@ export function whyNot(drone: Drone, user: User): string {
 async function carriedOut(
   drone: Drone,
   action: SquadAction,
-  tell: (answer: SquadAnswer) => void,
+  report: (answer: SquadAnswer) => void,
 ): Promise<SquadAnswer> {
   try {
-    const ended = await action(drone, ({ phase, done, total }) => tell(answer('working', phase, done, total)));
+    const ended = await action(drone, ({ phase, done, total }) => report(answer('working', phase, done, total)));
     if (ended.state === 'done') return answer('done', ended.words, 1, 1);
     return answer('refused', ended.words || `It ended as "${ended.state}".`);
   } catch (error) {

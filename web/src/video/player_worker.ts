@@ -17,7 +17,7 @@ interface Scope {
 }
 
 const scope = globalThis as unknown as Scope;
-const tell = (message: FromPlayer): void => scope.postMessage(message);
+const emit = (message: FromPlayer): void => scope.postMessage(message);
 
 // Behind what has come already, and before anything that a timer would wait for.
 const turns: (() => void)[] = [];
@@ -49,21 +49,21 @@ async function open({ canvas: given, page, droneId, quality, codec }: Opening): 
     screen,
     mpeg1: new Mpeg1Decoder(module),
     openH264: canH264 ? (onPicture, onFault) => new H264Decoder(onPicture, onFault) : null,
-    openSocket: (wish) => new WebSocket(videoUrl(page, droneId, wish), [SUBPROTOCOL]) as SocketLike,
-    tell,
+    openSocket: (request) => new WebSocket(videoUrl(page, droneId, request), [SUBPROTOCOL]) as SocketLike,
+    emit,
     afterWaiting,
   });
-  for (const message of waiting.splice(0)) void told(message);
+  for (const message of waiting.splice(0)) void reported(message);
 }
 
 function cannotPlay({ quality, codec }: Opening, why: unknown): void {
   const words = why instanceof Error ? why.message : String(why);
   const base = { codecs: [], quality, codec: codec === 'h264' ? codec : 'mpeg1', retryAtMs: null } as const;
   const status: VideoStatus = { state: 'unplayable', words, sinceMs: Date.now(), ...base };
-  tell({ type: 'status', status });
+  emit({ type: 'status', status });
 }
 
-async function told(message: ToPlayer): Promise<void> {
+async function reported(message: ToPlayer): Promise<void> {
   if (message.type === 'open') await open(message).catch((error: unknown) => cannotPlay(message, error));
   else if (message.type === 'snapshot') await snapshot(message.key);
   else if (message.type === 'stop') {
@@ -79,8 +79,8 @@ async function snapshot(key: number): Promise<void> {
   try {
     if (player?.drawAgain() && canvas) picture = await canvas.convertToBlob({ type: 'image/png' });
   } finally {
-    tell({ type: 'snapshot', key, picture });
+    emit({ type: 'snapshot', key, picture });
   }
 }
 
-scope.onmessage = ({ data }) => void told(data);
+scope.onmessage = ({ data }) => void reported(data);

@@ -52,7 +52,7 @@ export interface StreamRequest {
 
 export interface VideoLinkOptions {
   readonly clock: Clock;
-  readonly openSocket: (wish: StreamRequest) => SocketLike;
+  readonly openSocket: (request: StreamRequest) => SocketLike;
   readonly onLink: (state: LinkState) => void;
   readonly onTower: (says: TowerSays) => void;
   readonly onUnit: (unit: Unit, bytes: number) => void;
@@ -61,16 +61,16 @@ export interface VideoLinkOptions {
   readonly random?: () => number;
 }
 
-export function videoUrl(page: { protocol: string; host: string }, droneId: number, wish: StreamRequest): string {
+export function videoUrl(page: { protocol: string; host: string }, droneId: number, request: StreamRequest): string {
   const scheme = page.protocol === 'https:' ? 'wss' : 'ws';
-  const codecs = wish.rather ? `${wish.rather},${wish.codec}` : wish.codec;
-  return `${scheme}://${page.host}/api/v1/drones/${droneId}/video?quality=${wish.quality}&codec=${codecs}`;
+  const codecs = request.rather ? `${request.rather},${request.codec}` : request.codec;
+  return `${scheme}://${page.host}/api/v1/drones/${droneId}/video?quality=${request.quality}&codec=${codecs}`;
 }
 
 export class VideoLink {
   readonly #options: VideoLinkOptions;
   readonly clock = new TowerClock();
-  #wish: StreamRequest;
+  #request: StreamRequest;
   #state: LinkState = { phase: 'stopped', failures: 0, retryAtMs: null, why: '' };
   #socket: SocketLike | null = null;
   #cancelTimer: () => void = () => undefined;
@@ -81,13 +81,13 @@ export class VideoLink {
   #looksAtMs = Infinity;
   #cancelLook: () => void = () => undefined;
 
-  constructor(wish: StreamRequest, options: VideoLinkOptions) {
-    this.#wish = wish;
+  constructor(request: StreamRequest, options: VideoLinkOptions) {
+    this.#request = request;
     this.#options = options;
   }
 
-  get wish(): StreamRequest {
-    return this.#wish;
+  get request(): StreamRequest {
+    return this.#request;
   }
 
   start(): void {
@@ -100,10 +100,10 @@ export class VideoLink {
   }
 
   /** Another stream, over the same connection. */
-  want(wish: StreamRequest): void {
-    const isOther = wish.quality !== this.#wish.quality || wish.codec !== this.#wish.codec;
-    this.#wish = wish;
-    if (isOther) this.#say({ type: 'want', quality: wish.quality, codec: wish.codec });
+  want(request: StreamRequest): void {
+    const isOther = request.quality !== this.#request.quality || request.codec !== this.#request.codec;
+    this.#request = request;
+    if (isOther) this.#say({ type: 'want', quality: request.quality, codec: request.codec });
   }
 
   /** All up to this unit was decoded or is not needed. The tower is told when it is time to (GotCadence). */
@@ -140,12 +140,12 @@ export class VideoLink {
     this.#become({ phase: 'connecting', failures, retryAtMs: null, why: '' });
     let socket: SocketLike;
     try {
-      socket = this.#options.openSocket(this.#wish);
+      socket = this.#options.openSocket(this.#request);
     } catch {
       this.#lost(0);
       return;
     }
-    const asked = this.#wish;
+    const asked = this.#request;
     this.#socket = socket;
     socket.binaryType = 'arraybuffer';
     socket.onmessage = ({ data }) => this.#received(data, asked);
@@ -163,19 +163,19 @@ export class VideoLink {
       this.#cadence.came(unit.sequence, this.#unitAtMs);
       this.#options.onUnit(unit, data.byteLength);
     } else if (typeof data === 'string') {
-      this.#told(data);
+      this.#reported(data);
     }
   }
 
   /** By the tower's first word: before that nobody knows whether it lets us in. */
   #opened(asked: StreamRequest): void {
     this.#become({ phase: 'open', failures: 0, retryAtMs: null, why: '' });
-    const { quality, codec } = this.#wish;
+    const { quality, codec } = this.#request;
     if (quality !== asked.quality || codec !== asked.codec) this.#say({ type: 'want', quality, codec });
     this.#askTime(1);
   }
 
-  #told(text: string): void {
+  #reported(text: string): void {
     let said: Record<string, unknown>;
     try {
       said = (JSON.parse(text) as Record<string, unknown> | null) ?? {};

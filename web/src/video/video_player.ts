@@ -34,8 +34,8 @@ export interface VideoPlayerOptions {
         onFault: (words: string) => void,
       ) => FrameDecoder)
     | null;
-  readonly openSocket: (wish: StreamRequest) => SocketLike;
-  readonly tell: (message: FromPlayer) => void;
+  readonly openSocket: (request: StreamRequest) => SocketLike;
+  readonly emit: (message: FromPlayer) => void;
   /** Calls back after everything that waits already. */
   readonly afterWaiting: (callback: () => void) => void;
 }
@@ -80,8 +80,8 @@ export class VideoPlayer {
         (picture, unit) => this.#frameDecoded(picture, unit),
         () => this.#h264Failed(),
       ) ?? null;
-    const wish = this.#wish([]);
-    const { codec: first } = wish;
+    const request = this.#request([]);
+    const { codec: first } = request;
     this.#status = {
       state: 'connecting',
       words: '',
@@ -91,14 +91,14 @@ export class VideoPlayer {
       sinceMs: clock.nowMs(),
       retryAtMs: null,
     };
-    this.#link = new VideoLink(wish, {
+    this.#link = new VideoLink(request, {
       clock,
       openSocket: options.openSocket,
       onLink: (state) => this.#linkChanged(state),
       onTower: (says) => {
         this.#says = says;
-        this.#link.want(this.#wish(says.codecs));
-        this.#tellStatus();
+        this.#link.want(this.#request(says.codecs));
+        this.#reportStatus();
       },
       onUnit: (unit, bytes) => this.#came(unit, bytes),
       onSkipped: (count) => (this.#stats.skipped += count),
@@ -115,8 +115,8 @@ export class VideoPlayer {
 
   want(quality: QualityName, codec: CodecChoice): void {
     this.#choice = { quality, codec };
-    this.#link.want(this.#wish(this.#says?.codecs ?? this.#status.codecs));
-    this.#tellStatus();
+    this.#link.want(this.#request(this.#says?.codecs ?? this.#status.codecs));
+    this.#reportStatus();
   }
 
   watch(isWatched: boolean): void {
@@ -133,7 +133,7 @@ export class VideoPlayer {
 
   // --- what is asked for ---
 
-  #wish(offered: readonly CodecName[]): StreamRequest {
+  #request(offered: readonly CodecName[]): StreamRequest {
     const { quality, codec } = this.#choice;
     const isAble = this.#h264 !== null && this.#h264Faults < H264_FAULTS;
     const isWanted = codec === 'h264' || (codec === 'auto' && offered.includes('h264'));
@@ -178,8 +178,8 @@ export class VideoPlayer {
   #h264Failed(): void {
     this.#h264Faults += 1;
     this.#gate.shut();
-    this.#link.want(this.#wish(this.#says?.codecs ?? []));
-    this.#tellStatus();
+    this.#link.want(this.#request(this.#says?.codecs ?? []));
+    this.#reportStatus();
   }
 
   #decoded(decoded: Decoded): void {
@@ -235,12 +235,12 @@ export class VideoPlayer {
       this.#stats.restart(this.#options.clock.monotonicMs());
     }
     this.#linkState = state;
-    this.#tellStatus();
+    this.#reportStatus();
   }
 
-  #tellStatus(): void {
+  #reportStatus(): void {
     const { state, words } = this.#situation();
-    const { quality, codec } = this.#link.wish;
+    const { quality, codec } = this.#link.request;
     const before = this.#status;
     this.#status = {
       state,
@@ -251,7 +251,7 @@ export class VideoPlayer {
       sinceMs: state === before.state ? before.sinceMs : this.#options.clock.nowMs(),
       retryAtMs: this.#linkState.retryAtMs,
     };
-    this.#options.tell({ type: 'status', status: this.#status });
+    this.#options.emit({ type: 'status', status: this.#status });
   }
 
   #situation(): { state: VideoState; words: string } {
@@ -263,8 +263,8 @@ export class VideoPlayer {
   }
 
   #report(): void {
-    const { clock, tell } = this.#options;
-    tell({ type: 'stats', stats: this.#stats.report(clock.monotonicMs(), this.#gate.lost) });
+    const { clock, emit } = this.#options;
+    emit({ type: 'stats', stats: this.#stats.report(clock.monotonicMs(), this.#gate.lost) });
     this.#cancelReport = clock.after(REPORT_MS, () => this.#report());
   }
 }

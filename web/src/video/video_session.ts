@@ -52,7 +52,7 @@ export class VideoSession {
       sinceMs: clock.nowMs(),
       retryAtMs: null,
     });
-    player.onmessage = ({ data }) => this.#told(data);
+    player.onmessage = ({ data }) => this.#receive(data);
     player.postMessage(
       { type: 'open', canvas, page: { protocol: page.protocol, host: page.host }, droneId, quality, codec },
       [canvas],
@@ -96,7 +96,7 @@ export class VideoSession {
     this.#snapshots.clear();
   }
 
-  #told(message: FromPlayer): void {
+  #receive(message: FromPlayer): void {
     this.#silentLooks = 0;
     if (message.type === 'status') {
       this.#status.set(message.status);

@@ -1,6 +1,6 @@
 import { beforeEach, expect, it } from 'vitest';
 
-import { BoardPlans } from '../../src/link/board_plans';
+import { OnboardPlans } from '../../src/link/board_plans';
 import type { PlanRead, Row } from '../../src/link/mission_rest';
 import type { PlanKind, PlanOnBoard } from '../../src/link/operation_types';
 
@@ -13,9 +13,9 @@ interface Asked {
 }
 
 let asked: Asked[];
-let board: BoardPlans;
+let board: OnboardPlans;
 
-const told = (kind: PlanKind, hash: string | null): { [kind in PlanKind]?: PlanOnBoard } => ({
+const reported = (kind: PlanKind, hash: string | null): { [kind in PlanKind]?: PlanOnBoard } => ({
   [kind]: { kind, state: hash ? 'known' : 'unknown', hash, sent_hash: null, count: 1, fit_to_fly: true },
 });
 /** Until what waits for an answer has gone on. */
@@ -23,13 +23,13 @@ const settled = (): Promise<void> => new Promise((resolve) => setTimeout(resolve
 
 beforeEach(() => {
   asked = [];
-  board = new BoardPlans(
+  board = new OnboardPlans(
     (kind) =>
       new Promise<PlanRead>((resolve, reject) => {
         asked.push({
           kind,
           answer(hash, items) {
-            resolve({ ...told(kind, hash)[kind]!, items, read_at: null });
+            resolve({ ...reported(kind, hash)[kind]!, items, read_at: null });
             return settled();
           },
           fail(why) {
@@ -42,8 +42,8 @@ beforeEach(() => {
 });
 
 it('reads each plan that is on board once', async () => {
-  board.told(told('mission', 'aa'));
-  board.told(told('mission', 'aa'));
+  board.update(reported('mission', 'aa'));
+  board.update(reported('mission', 'aa'));
   expect(asked.map(({ kind }) => kind)).toEqual(['mission']);
   expect(board.rows.get()).toEqual({});
   await asked[0]!.answer('aa', WAY);
@@ -51,20 +51,20 @@ it('reads each plan that is on board once', async () => {
 });
 
 it('shows nothing where nobody knows what is on board', async () => {
-  board.told(told('fence', null));
+  board.update(reported('fence', null));
   expect(asked).toEqual([]);
-  board.told(told('fence', 'aa'));
+  board.update(reported('fence', 'aa'));
   await asked[0]!.answer('aa', WAY);
-  board.told(told('fence', null));
+  board.update(reported('fence', null));
   expect(board.rows.get()).toEqual({});
 });
 
 it('shows the old plan no more as soon as another is on board, and never an answer that came too late', async () => {
-  board.told(told('mission', 'aa'));
+  board.update(reported('mission', 'aa'));
   await asked[0]!.answer('aa', WAY);
-  board.told(told('mission', 'bb'));
+  board.update(reported('mission', 'bb'));
   expect(board.rows.get()).toEqual({});
-  board.told(told('mission', 'cc'));
+  board.update(reported('mission', 'cc'));
   await asked[1]!.answer('bb', WAY);
   expect(board.rows.get()).toEqual({});
   await asked[2]!.answer('cc', []);
@@ -72,19 +72,19 @@ it('shows the old plan no more as soon as another is on board, and never an answ
 });
 
 it('takes no items of another plan than the one that was told', async () => {
-  board.told(told('rally', 'aa'));
+  board.update(reported('rally', 'aa'));
   await asked[0]!.answer('bb', WAY);
   expect(board.rows.get()).toEqual({});
-  board.told(told('rally', 'bb'));
+  board.update(reported('rally', 'bb'));
   await asked[1]!.answer('bb', WAY);
   expect(board.rows.get()).toEqual({ rally: WAY });
 });
 
 it('says what could not be read, and tries again with the next change', async () => {
-  board.told(told('mission', 'aa'));
+  board.update(reported('mission', 'aa'));
   await asked[0]!.fail('No answer.');
   expect(board.problem.get()).toBe('The mission on board could not be read: No answer.');
-  board.told({ ...told('mission', 'aa'), ...told('fence', 'ff') });
+  board.update({ ...reported('mission', 'aa'), ...reported('fence', 'ff') });
   expect(asked.map(({ kind }) => kind)).toEqual(['mission', 'mission', 'fence']);
   await asked[1]!.answer('aa', WAY);
   expect(board.problem.get()).toBe('');

@@ -43,5 +43,5 @@ it.each([
   [{ state: 'failed', seen: false }, undefined],
 ])('tells what nobody knows: %j', async (fields, doubt) => {
   const { outcome } = await paused(200, { ...OVER, ...fields });
-  expect(outcome.kind === 'told' ? outcome.doubt : 'not told').toBe(doubt);
+  expect(outcome.kind === 'reported' ? outcome.doubt : 'not told').toBe(doubt);
 });

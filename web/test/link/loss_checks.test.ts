@@ -7,13 +7,13 @@ let clock: FakeClock;
 let checks: LossChecks;
 let reads: number[];
 let answers: ((error?: Error) => void)[];
-let told: string[];
+let reported: string[];
 
 beforeEach(() => {
   clock = new FakeClock();
   reads = [];
   answers = [];
-  told = [];
+  reported = [];
   checks = new LossChecks(clock, (droneId) => {
     reads.push(droneId);
     return new Promise((resolve, reject) => {
@@ -22,7 +22,7 @@ beforeEach(() => {
   });
 });
 
-const watch = (): (() => void) => checks.watch(1, (problem) => told.push(problem));
+const watch = (): (() => void) => checks.watch(1, (problem) => reported.push(problem));
 
 async function answer(error?: Error): Promise<void> {
   answers.shift()!(error);
@@ -40,7 +40,7 @@ describe('the check before flight of a drone that is looked at', () => {
     checks.allChanged();
     await answer();
     expect(reads).toEqual([1, 1, 1]);
-    expect(told).toEqual(['', '', '']);
+    expect(reported).toEqual(['', '', '']);
   });
 
   it('is read once more when it changed while it was read', async () => {
@@ -52,17 +52,17 @@ describe('the check before flight of a drone that is looked at', () => {
     expect(reads).toEqual([1, 1]);
     await answer();
     expect(reads).toEqual([1, 1]);
-    expect(told).toEqual(['']);
+    expect(reported).toEqual(['']);
   });
 
   it('is tried again after a failure, which is told', async () => {
     watch();
     await answer(new Error('no connection'));
-    expect(told).toEqual(['no connection']);
+    expect(reported).toEqual(['no connection']);
     await clock.pass(TRY_AGAIN_MS);
     expect(reads).toEqual([1, 1]);
     await answer();
-    expect(told).toEqual(['no connection', '']);
+    expect(reported).toEqual(['no connection', '']);
     expect(clock.waiting).toBe(0);
   });
 
@@ -84,7 +84,7 @@ describe('the check before flight of a drone that is looked at', () => {
     const end = watch();
     end();
     await answer(new Error('late'));
-    expect(told).toEqual([]);
+    expect(reported).toEqual([]);
     expect(clock.waiting).toBe(0);
   });
 });

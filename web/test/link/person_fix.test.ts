@@ -23,8 +23,8 @@ describe('where the person is', () => {
   });
 
   it('has no heading while the person stands: a browser then says NaN', () => {
-    const told = JSON.parse(personFixText(7, located({ speed: 0, heading: NaN }), 1_000_000, 0)) as object;
-    expect(told).toMatchObject({ speed_m_s: 0, heading_deg: null });
+    const reported = JSON.parse(personFixText(7, located({ speed: 0, heading: NaN }), 1_000_000, 0)) as object;
+    expect(reported).toMatchObject({ speed_m_s: 0, heading_deg: null });
   });
 
   it('is not younger than now, and however old it is the message is one that the tower takes', () => {

@@ -33,7 +33,7 @@ describe('commands', () => {
     expect(socket().sent).toEqual([]);
     const operation = { ...LANDS, state: 'done', words: 'Heron has accepted it: changing to LAND.' };
     socket().says({ type: 'operation', operation });
-    expect(await result).toEqual({ kind: 'told', isDone: true, words: operation.words });
+    expect(await result).toEqual({ kind: 'reported', isDone: true, words: operation.words });
     expect(texts()).toContain(`Land: ${operation.words}`);
   });
 
@@ -45,14 +45,14 @@ describe('commands', () => {
     await clock.pass(600);
     answers['/api/v1/operations/9'] = [200, { ...LANDS, state: 'failed', words: 'Heron, changing to LAND: denied.' }];
     socket().says({ type: 'welcome', user: OLGA, drones: [HERON], server_time: '' });
-    expect(await result).toEqual({ kind: 'told', isDone: false, words: 'Heron, changing to LAND: denied.' });
+    expect(await result).toEqual({ kind: 'reported', isDone: false, words: 'Heron, changing to LAND: denied.' });
     expect(socket().sent).toEqual([]);
   });
 
   it('that the tower refuses are over, with its words', async () => {
     answers[COMMANDS] = [409, { title: 'No', detail: 'boss has the controls of Heron.' }];
     const result = await vehicle(1).command('Arm', { command: 'arm' });
-    expect(result).toEqual({ kind: 'told', isDone: false, words: 'boss has the controls of Heron.' });
+    expect(result).toEqual({ kind: 'reported', isDone: false, words: 'boss has the controls of Heron.' });
   });
 
   it('end where the tower cannot be told what it must know first', async () => {

@@ -39,7 +39,7 @@ describe('a command', () => {
     await settled();
     expect(commanded).toEqual([[A_DRONE.id, { command: 'land' }]]);
     expect(vehicle.action.get()).toMatchObject({ label: 'Land', outcome: null });
-    end({ kind: 'told', isDone: false, words: 'Heron, changing to LAND: denied.' });
+    end({ kind: 'reported', isDone: false, words: 'Heron, changing to LAND: denied.' });
     await result;
     expect(vehicle.action.get()).toMatchObject({ text: 'Land: Heron, changing to LAND: denied.' });
     expect(journal.map(({ source, severity }) => [source, severity])).toEqual([['command', 'error']]);
@@ -50,7 +50,7 @@ describe('a command', () => {
     const land = vehicle.command('Land', { command: 'land' });
     await settled();
     void vehicle.sendHold();
-    end({ kind: 'told', isDone: true, words: 'Done.' });
+    end({ kind: 'reported', isDone: true, words: 'Done.' });
     await land;
     expect(vehicle.action.get()).toMatchObject({ label: 'Hold', outcome: null });
   });
@@ -58,7 +58,7 @@ describe('a command', () => {
 
 describe('go-to', () => {
   const GOTO = { command: 'goto', lat: 47.1, lon: 8.2, height_m: 20 } as const;
-  const DONE: Outcome = { kind: 'told', isDone: true, words: 'Done.' };
+  const DONE: Outcome = { kind: 'reported', isDone: true, words: 'Done.' };
 
   async function flyThere(outcome = DONE): Promise<void> {
     hears(heartbeat(4, true));
@@ -152,16 +152,16 @@ describe('the values', () => {
   });
 
   it('do not know whether it is armed once the autopilot is silent, unless the agent still hears it', async () => {
-    const tells = (armed: boolean | null): void => vehicle.drone.set({ ...A_DRONE, armed });
+    const reports = (armed: boolean | null): void => vehicle.drone.set({ ...A_DRONE, armed });
     const now = () => vehicle.values(clock.nowMs());
     hears(heartbeat(4, true));
     hears(fromAutopilot('EXTENDED_SYS_STATE', { landed_state: 2 }));
-    tells(null);
+    reports(null);
     await clock.pass(3_000);
     expect(now()).toMatchObject({ armed: true, airborne: true, state: 'flying' });
     await clock.pass(1);
     expect(now()).toMatchObject({ armed: null, airborne: null, state: 'lost' });
-    tells(true); // heartbeats were lost on the way to this page alone
+    reports(true); // heartbeats were lost on the way to this page alone
     expect(now()).toMatchObject({ armed: true, airborne: true, state: 'flying' });
     await clock.pass(2_000);
     expect(now()).toMatchObject({ armed: null, airborne: null, state: 'lost', mode: 'GUIDED' });
@@ -192,22 +192,22 @@ describe('the values', () => {
   });
 
   it('have the time in the air from the tower where the page was opened later', async () => {
-    const told = (msAgo: number): string => new Date(clock.nowMs() - msAgo).toISOString();
+    const reported = (msAgo: number): string => new Date(clock.nowMs() - msAgo).toISOString();
     const flies = (): void => {
       hears(heartbeat(4, true));
       hears(fromAutopilot('EXTENDED_SYS_STATE', { landed_state: 2 }));
     };
-    vehicle.put({ ...A_DRONE, airborne: true, airborne_since: told(60_000) }, clock.nowMs());
+    vehicle.put({ ...A_DRONE, airborne: true, airborne_since: reported(60_000) }, clock.nowMs());
     expect(vehicle.values(clock.nowMs()).airborneMs).toBeNull(); // its autopilot has not said that it flies
     flies();
     expect(vehicle.values(clock.nowMs()).airborneMs).toBe(60_000);
     // A tower whose clock is ten seconds behind ours.
-    vehicle.put({ ...A_DRONE, airborne: true, airborne_since: told(70_000) }, clock.nowMs(), 10_000);
+    vehicle.put({ ...A_DRONE, airborne: true, airborne_since: reported(70_000) }, clock.nowMs(), 10_000);
     expect(vehicle.values(clock.nowMs()).airborneMs).toBe(60_000);
     // One that does not know, or is wrong about the future, cannot make it shorter than what we saw.
     await clock.pass(4_000);
     flies();
-    for (const airborne_since of [null, told(-60_000), 'nonsense']) {
+    for (const airborne_since of [null, reported(-60_000), 'nonsense']) {
       vehicle.put({ ...A_DRONE, airborne: true, airborne_since }, clock.nowMs());
       expect(vehicle.values(clock.nowMs()).airborneMs).toBe(4_000);
     }

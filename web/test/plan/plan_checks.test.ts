@@ -165,15 +165,15 @@ describe('the fence', () => {
 
 describe('the checks before an upload', () => {
   const limits: CheckLimits = { autopilot: 'ardupilot', highestM: 120, farthestM: 1_000 };
-  const told = (plan: Plan, change: Partial<CheckLimits> = {}): string[] =>
+  const reported = (plan: Plan, change: Partial<CheckLimits> = {}): string[] =>
     planChecks(plan, { ...limits, ...change }).map(({ severity, words }) => `${severity}: ${words}`);
   const good = [up, to(north(100)), to(east(100)), back];
 
   it('have nothing to say of a plan that is well', () => {
-    expect(told(planOf(good))).toEqual([]);
-    expect(told(planOf(good, fenced(circle(HOME, 150, true), circle(east(-100), 40, false))))).toEqual([]);
-    expect(told(planOf([]))).toEqual([]);
-    expect(told(planOf([up, to(north(100)), jump(1, 3), back]))).toEqual([]);
+    expect(reported(planOf(good))).toEqual([]);
+    expect(reported(planOf(good, fenced(circle(HOME, 150, true), circle(east(-100), 40, false))))).toEqual([]);
+    expect(reported(planOf([]))).toEqual([]);
+    expect(reported(planOf([up, to(north(100)), jump(1, 3), back]))).toEqual([]);
   });
 
   it.each<[string, Plan, Partial<CheckLimits>?]>([
@@ -244,19 +244,19 @@ describe('the checks before an upload', () => {
       'warning: The mission has 650 items; ArduPilot has room for 649 on the usual boards. One that has no more refuses them all.',
       planOf(Array.from({ length: 650 }, () => back)),
     ],
-  ])('name the item and say: %s', (expected, plan, change) => expect(told(plan, change)).toContain(expected));
+  ])('name the item and say: %s', (expected, plan, change) => expect(reported(plan, change)).toContain(expected));
 
   it('say that home is outside, that rounds do not end, and what they cannot check', () => {
     const far = circle(north(500), 30, true);
-    expect(told(planOf(good, fenced(far)))).toContain(
+    expect(reported(planOf(good, fenced(far)))).toContain(
       'error: The planned home is not where the fence lets a drone be.',
     );
     const round = planOf([up, to(north(9)), jump(1, -1), back]);
-    expect(told(round)).toEqual([
+    expect(reported(round)).toEqual([
       'warning: Item 3 (Jump) goes back to item 2 for ever: nothing after it is flown.',
       'warning: Item 4 (Return) is never reached.',
     ]);
-    expect(told(planOf(good, { home: null }))[0]).toContain('There is no planned home');
+    expect(reported(planOf(good, { home: null }))[0]).toContain('There is no planned home');
   });
 
   it('name the part, so that the page can show it', () => {

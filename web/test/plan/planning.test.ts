@@ -7,7 +7,7 @@ import { addRally, insertItems, newItem, setJumpTarget } from '../../src/plan/ed
 import { savePlan } from '../../src/plan/formats/save_plan';
 import { spotAt } from '../../src/plan/ground';
 import { itemWords } from '../../src/plan/item_words';
-import { kindStates, overwritten, toSend, type Told } from '../../src/plan/on_board';
+import { kindStates, overwritten, toSend, type OnboardPlan } from '../../src/plan/on_board';
 import { planHash } from '../../src/plan/plan_hash';
 import { keepPlan, keptPlan } from '../../src/plan/plan_keeping';
 import { EMPTY_PLAN, spotOf, type Plan } from '../../src/plan/plan_types';
@@ -25,7 +25,11 @@ const add = (plan: Plan, ...commands: readonly number[]): Plan =>
 const PLAN = addRally({ frame: 3, spot: HERE, heightM: 30 }).apply(
   add(EMPTY_PLAN, CMD.TAKEOFF, CMD.WAYPOINT, CMD.RETURN),
 );
-const told = (plan: Plan, kind: 'mission' | 'fence' | 'rally', changes: Partial<Told> = {}): Told => ({
+const reported = (
+  plan: Plan,
+  kind: 'mission' | 'fence' | 'rally',
+  changes: Partial<OnboardPlan> = {},
+): OnboardPlan => ({
   hash: planHash(kind, itemsOf(plan, kind)),
   sent_hash: null,
   count: itemsOf(plan, kind).length,
@@ -35,7 +39,7 @@ const told = (plan: Plan, kind: 'mission' | 'fence' | 'rally', changes: Partial<
 
 describe('what is on board', () => {
   it('is the plan on the screen, another one, or unknown, of each kind', () => {
-    const states = kindStates(PLAN, { mission: told(PLAN, 'mission'), rally: told(EMPTY_PLAN, 'rally') });
+    const states = kindStates(PLAN, { mission: reported(PLAN, 'mission'), rally: reported(EMPTY_PLAN, 'rally') });
     expect(states.map(({ kind, standing, here, there }) => [kind, standing, here, there])).toEqual([
       ['mission', 'on the drone', 3, 3],
       ['fence', 'unknown', 0, null],
@@ -44,20 +48,24 @@ describe('what is on board', () => {
   });
 
   it('is the plan on the screen too where the autopilot kept it in its own way', () => {
-    const { hash } = told(PLAN, 'mission');
-    const other = told(PLAN, 'mission', { hash: 'ffffffffffffffff', sent_hash: hash });
+    const { hash } = reported(PLAN, 'mission');
+    const other = reported(PLAN, 'mission', { hash: 'ffffffffffffffff', sent_hash: hash });
     expect(kindStates(PLAN, { mission: other })[0]!.standing).toBe('on the drone');
     expect(kindStates(PLAN, { mission: { ...other, sent_hash: null } })[0]!.standing).toBe('changed');
     expect(kindStates(PLAN, { mission: { ...other, hash: null } })[0]!.standing).toBe('unknown');
   });
 
   it('that may be half a plan says so', () => {
-    expect(kindStates(PLAN, { mission: told(PLAN, 'mission', { fit_to_fly: false }) })[0]!.isFit).toBe(false);
+    expect(kindStates(PLAN, { mission: reported(PLAN, 'mission', { fit_to_fly: false }) })[0]!.isFit).toBe(false);
   });
 
   it('is left alone where the screen has none of it, and asked about where something would be overwritten', () => {
     const fence = { hash: 'ffffffffffffffff', sent_hash: null, count: 5, fit_to_fly: true };
-    const states = kindStates(PLAN, { mission: told(EMPTY_PLAN, 'mission'), fence, rally: told(PLAN, 'rally') });
+    const states = kindStates(PLAN, {
+      mission: reported(EMPTY_PLAN, 'mission'),
+      fence,
+      rally: reported(PLAN, 'rally'),
+    });
     expect(toSend(states)).toEqual(['mission']);
     expect(overwritten(states, ['mission'])).toEqual([]);
     expect(overwritten(states, ['mission', 'fence']).map(({ kind }) => kind)).toEqual(['fence']);

@@ -93,9 +93,9 @@ class World {
 describe('a job at several drones', () => {
   it('is done one after the other, and the controls are given back each time', async () => {
     const world = new World({}, {}, {});
-    const action: SquadAction = (drone, tell) => {
+    const action: SquadAction = (drone, report) => {
       world.log.push(`work ${drone.id}`);
-      tell(operation({ state: 'running', phase: 'writing', done: 3, total: 9 }));
+      report(operation({ state: 'running', phase: 'writing', done: 3, total: 9 }));
       return Promise.resolve(operation());
     };
     expect(await world.run(action)).toBe(3);

@@ -12,7 +12,7 @@ let clock: FakeClock;
 let sockets: FakeSocket[];
 let wishes: StreamRequest[];
 let states: LinkState[];
-let told: TowerSays[];
+let reported: TowerSays[];
 let units: Unit[];
 let skipped: number;
 let link: VideoLink;
@@ -22,18 +22,18 @@ const phase = (): string => states.at(-1)!.phase;
 
 beforeEach(() => {
   clock = new FakeClock();
-  [sockets, wishes, states, told, units, skipped] = [[], [], [], [], [], 0];
+  [sockets, wishes, states, reported, units, skipped] = [[], [], [], [], [], 0];
   link = new VideoLink(
     { quality: 'medium', codec: 'mpeg1' },
     {
       clock,
-      openSocket: (wish) => {
-        wishes.push(wish);
+      openSocket: (request) => {
+        wishes.push(request);
         sockets.push(new FakeSocket());
         return last();
       },
       onLink: (state) => states.push(state),
-      onTower: (says) => told.push(says),
+      onTower: (says) => reported.push(says),
       onUnit: (unit) => units.push(unit),
       onSkipped: (count) => (skipped += count),
       random: () => 1,
@@ -43,14 +43,14 @@ beforeEach(() => {
 
 describe('the link of a video', () => {
   it('takes its address from the page and from what is wanted', () => {
-    const wish = { quality: 'low', codec: 'h264' } as const;
-    expect(videoUrl({ protocol: 'https:', host: 'tower.example' }, 7, wish)).toBe(
+    const request = { quality: 'low', codec: 'h264' } as const;
+    expect(videoUrl({ protocol: 'https:', host: 'tower.example' }, 7, request)).toBe(
       'wss://tower.example/api/v1/drones/7/video?quality=low&codec=h264',
     );
     expect(
-      videoUrl({ protocol: 'https:', host: 'tower.example' }, 7, { ...wish, codec: 'mpeg1', rather: 'h264' }),
+      videoUrl({ protocol: 'https:', host: 'tower.example' }, 7, { ...request, codec: 'mpeg1', rather: 'h264' }),
     ).toBe('wss://tower.example/api/v1/drones/7/video?quality=low&codec=h264,mpeg1');
-    expect(videoUrl({ protocol: 'http:', host: '[::1]:80' }, 7, wish)).toMatch(/^ws:\/\/\[::1\]:80\//);
+    expect(videoUrl({ protocol: 'http:', host: '[::1]:80' }, 7, request)).toMatch(/^ws:\/\/\[::1\]:80\//);
   });
 
   it('is open by the first word of the tower, and hands on what it says', () => {
@@ -58,7 +58,7 @@ describe('the link of a video', () => {
     expect(phase()).toBe('connecting');
     last().says({ ...LIVE, codecs: ['mpeg1', 'av1'] });
     expect(phase()).toBe('open');
-    expect(told).toEqual([{ state: 'live', words: '', codecs: ['mpeg1'] }]);
+    expect(reported).toEqual([{ state: 'live', words: '', codecs: ['mpeg1'] }]);
     last().says({ type: 'skipped', count: 4 });
     expect(skipped).toBe(4);
   });
@@ -72,7 +72,7 @@ describe('the link of a video', () => {
     last().says({ type: 'state', state: 'singing' });
     last().says({ type: 'clock', sent: 'x' });
     expect(units.map((unit) => unit.sequence)).toEqual([2 ** 32 - 3]);
-    expect(told).toEqual([]);
+    expect(reported).toEqual([]);
   });
 
   it('asks for the time a few times at first, then now and then', async () => {
@@ -214,7 +214,7 @@ describe('the link of a video', () => {
   it('tries again when a socket cannot even be opened', async () => {
     let fails = 1;
     const opened: FakeSocket[] = [];
-    const other = new VideoLink(link.wish, {
+    const other = new VideoLink(link.request, {
       clock,
       openSocket: () => {
         if (fails-- > 0) throw new Error('no network');

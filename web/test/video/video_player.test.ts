@@ -33,7 +33,7 @@ class FakeFrame {
 let clock: FakeClock;
 let sockets: FakeSocket[];
 let wishes: StreamRequest[];
-let told: FromPlayer[];
+let reported: FromPlayer[];
 let turns: (() => void)[];
 let drawn: string[];
 let decoded: number;
@@ -45,8 +45,8 @@ let fault: (words: string) => void;
 let player: VideoPlayer;
 
 const last = (): FakeSocket => sockets.at(-1)!;
-const status = (): VideoStatus => told.findLast((one) => one.type === 'status')!.status;
-const stats = (): VideoStats => told.findLast((one) => one.type === 'stats')!.stats;
+const status = (): VideoStatus => reported.findLast((one) => one.type === 'status')!.status;
+const stats = (): VideoStats => reported.findLast((one) => one.type === 'stats')!.stats;
 const said = (type: string): object[] =>
   last().texts.filter((one) => (one as { type: string }).type === type) as object[];
 const takeTurns = (): void => turns.splice(0).forEach((turn) => turn());
@@ -86,12 +86,12 @@ function open(more: Partial<VideoPlayerOptions> = {}): void {
       fault = onFault;
       return { decode: (unit) => inside.push(unit), close: () => undefined };
     },
-    openSocket: (wish) => {
-      wishes.push(wish);
+    openSocket: (request) => {
+      wishes.push(request);
       sockets.push(new FakeSocket());
       return last();
     },
-    tell: (message) => told.push(message),
+    emit: (message) => reported.push(message),
     afterWaiting: (turn) => turns.push(turn),
     ...more,
   });
@@ -99,7 +99,7 @@ function open(more: Partial<VideoPlayerOptions> = {}): void {
 
 beforeEach(() => {
   clock = new FakeClock();
-  [sockets, told, turns, drawn, decoded, isDecoderBroken, inside, frames] = [[], [], [], [], 0, false, [], []];
+  [sockets, reported, turns, drawn, decoded, isDecoderBroken, inside, frames] = [[], [], [], [], 0, false, [], []];
   wishes = [];
 });
 
@@ -281,8 +281,8 @@ describe('the state', () => {
 
   it('is told with its figures twice a second', async () => {
     open();
-    told.length = 0;
+    reported.length = 0;
     await clock.pass(2_000);
-    expect(told.filter((one) => one.type === 'stats')).toHaveLength(4);
+    expect(reported.filter((one) => one.type === 'stats')).toHaveLength(4);
   });
 });

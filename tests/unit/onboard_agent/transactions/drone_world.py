@@ -50,7 +50,7 @@ class DroneWorld:
         self.journal = MemoryJournal() if journal is None else journal
         settings = VehicleSettings(FlightSettings(HOME, boot_s=0.5), flavour=flavour, metadata=metadata)
         self.vehicle = Vehicle(settings, failures)
-        self.told: list[Any] = []
+        self.reported: list[Any] = []
         self.seen: list[Any] = []
         self.sent: list[bytes] = []
         """Frames that went to the autopilot."""
@@ -116,7 +116,7 @@ class DroneWorld:
             self.sent.append(frame)
             if not self.deaf:
                 self.vehicle.receive(frame, self.now - 1000.0)
-        self.told += self.onboard.messages_to_tower(self.now)
+        self.reported += self.onboard.messages_to_tower(self.now)
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds / STEP_S)):
@@ -156,7 +156,7 @@ class DroneWorld:
         return self.results(wanted)[-1]
 
     def results(self, number: int) -> list[TransactionResult]:
-        return [one for one in self.told if isinstance(one, TransactionResult) and one.id == number]
+        return [one for one in self.reported if isinstance(one, TransactionResult) and one.id == number]
 
     def do(self, work: Any, **options: Any) -> TransactionResult:
         return self.result(self.begin(work, **options))
@@ -184,8 +184,8 @@ class DroneWorld:
 
     def on_board(self, kind: PlanKind = PlanKind.MISSION) -> str | None:
         """The hash that the tower was told last."""
-        told = [one for one in self.told if isinstance(one, PlanOnBoard) and one.kind == kind]
-        return told[-1].hash if told else None
+        reported = [one for one in self.reported if isinstance(one, PlanOnBoard) and one.kind == kind]
+        return reported[-1].hash if reported else None
 
     def asked_of_autopilot(self, *names: str) -> list[Any]:
         messages = [decode(frame) for frame in self.sent]

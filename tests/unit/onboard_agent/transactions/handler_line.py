@@ -128,7 +128,7 @@ class HandlerLine:
         for _ in range(round(seconds / self.step_s)):
             self.step()
 
-    def told(self, what: type) -> list[Any]:
+    def reported(self, what: type) -> list[Any]:
         return [one for one in self.news if isinstance(one, what)]
 
     def sent_count(self, name: str) -> int:

@@ -69,12 +69,12 @@ def table_of(line: HandlerLine) -> Table:
 
 
 def complete(line: HandlerLine) -> bool:
-    caches = line.told(ParameterCache)
+    caches = line.reported(ParameterCache)
     return bool(caches) and caches[-1].hash is not None and caches[-1].verified
 
 
 def tables(line: HandlerLine) -> list[Table]:
-    return [unpack_table(one.packed) for one in line.told(ParameterTable)]
+    return [unpack_table(one.packed) for one in line.reported(ParameterTable)]
 
 
 def remembered(kind: int = ARDUPILOT, said: Message | None = None) -> MemoryStore:

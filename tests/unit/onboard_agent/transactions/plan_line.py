@@ -76,14 +76,14 @@ class MemoryJournal:
     def remove(self, kind: PlanKind) -> None:
         self._call(lambda: self.records.pop(kind, None))
 
-    def _call(self, deed: Callable[[], Any]) -> None:
+    def _call(self, action: Callable[[], Any]) -> None:
         for half in range(2):
             if self.calls == self.dies_at:
                 self.dies_at = None
                 raise Killed
             self.calls += 1
             if half == 0:
-                deed()
+                action()
 
 
 class Server(Protocol):
@@ -281,9 +281,9 @@ class Line:
         """Of the transaction that was begun last."""
         until = self.now + limit_s
         while self.now < until:
-            for told in self.news:
-                if isinstance(told, TransactionResult) and told.id == self._id:
-                    return told
+            for reported in self.news:
+                if isinstance(reported, TransactionResult) and reported.id == self._id:
+                    return reported
             self.step()
         raise AssertionError("no result")
 
@@ -312,7 +312,7 @@ class Line:
             items = items[1:]
         return tuple(PlanItem(i.command, int(i.frame), i.params, i.x, i.y, i.z, i.autocontinue) for i in items)
 
-    def told(self, what: type) -> list[Any]:
+    def reported(self, what: type) -> list[Any]:
         return [one for one in self.news if isinstance(one, what)]
 
 

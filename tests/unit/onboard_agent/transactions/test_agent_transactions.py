@@ -38,7 +38,7 @@ AROUND = Around(
 )
 
 
-class NotingDesk:
+class RecordingHandler:
     """A handler that does what the test says, and notes what it is told."""
 
     def __init__(self, *works: type, hears: tuple[int, ...] = ()) -> None:
@@ -47,8 +47,8 @@ class NotingDesk:
         self.begun: list[int] = []
         self.cancelled: list[int] = []
         self.epochs: list[int] = []
-        self.to_tell: list[Any] = []
-        self.told_again = 0
+        self.to_send: list[Any] = []
+        self.sent_again = 0
         self.answers_us = False
 
     def autopilot_came(self, around: Around, now: float) -> None: ...
@@ -69,11 +69,11 @@ class NotingDesk:
         return []
 
     def news(self) -> list[Any]:
-        told, self.to_tell = self.to_tell, []
-        return told
+        reported, self.to_send = self.to_send, []
+        return reported
 
     def resend(self) -> None:
-        self.told_again += 1
+        self.sent_again += 1
 
 
 def transaction(number: int, work: Any, *, epoch: int = 1) -> Transaction:
@@ -88,8 +88,8 @@ def progress(number: int, done: int) -> TransactionProgress:
     return TransactionProgress(id=number, phase="writing", done=done, total=9)
 
 
-def with_a_handler(*works: type, taken: bool = True) -> tuple[Transactions, NotingDesk]:
-    handler = NotingDesk(*works)
+def with_a_handler(*works: type, taken: bool = True) -> tuple[Transactions, RecordingHandler]:
+    handler = RecordingHandler(*works)
     transactions = Transactions([handler])
     transactions.link_up(taken=taken)
     transactions.due(AROUND, 100.0)
@@ -97,7 +97,7 @@ def with_a_handler(*works: type, taken: bool = True) -> tuple[Transactions, Noti
 
 
 def test_each_piece_of_work_goes_to_its_handler_and_what_nobody_does_is_refused() -> None:
-    plans, parameters = NotingDesk(PlanDownloadWork), NotingDesk(ParametersReadWork)
+    plans, parameters = RecordingHandler(PlanDownloadWork), RecordingHandler(ParametersReadWork)
     transactions = Transactions([plans, parameters])
     transactions.link_up(taken=True)
     transactions.begin(transaction(1, PlanDownloadWork(PlanKind.FENCE)), AROUND, 0.0)
@@ -120,7 +120,7 @@ def test_whoever_cancels_what_is_not_here_is_told_so() -> None:
     (unknown,) = transactions.news()
     assert isinstance(unknown, TransactionResult)
     assert (unknown.id, unknown.outcome, unknown.words) == (2, Outcome.REFUSED, NOT_HERE)
-    handler.to_tell = [result(1)]
+    handler.to_send = [result(1)]
     transactions.cancel(1, 0.0)  # it ends at this moment
     transactions.news()
     transactions.cancel(1, 0.0)  # and has been told
@@ -146,25 +146,25 @@ def test_what_writes_is_refused_under_an_older_epoch_and_what_reads_is_not() -> 
 
 def test_a_tower_that_does_not_take_it_is_told_nothing() -> None:
     transactions, handler = with_a_handler(taken=False)
-    handler.to_tell = [progress(1, 1), PlanOnBoard(kind=PlanKind.RALLY, hash=None), result(1)]
+    handler.to_send = [progress(1, 1), PlanOnBoard(kind=PlanKind.RALLY, hash=None), result(1)]
     assert transactions.news() == []
     transactions.link_up(taken=True)
     assert transactions.news() == [result(1)], "results wait; the state comes from the handlers"
-    assert handler.told_again == 2
+    assert handler.sent_again == 2
 
 
 def test_what_may_be_lost_with_a_control_channel_is_told_again_on_the_next() -> None:
     transactions, handler = with_a_handler()
-    handler.to_tell = [result(1)]
+    handler.to_send = [result(1)]
     assert transactions.news() == [result(1)]
     transactions.due(AROUND, 100.0 + AGAIN_WITHIN_S + 1.0)
-    handler.to_tell = [result(2)]
+    handler.to_send = [result(2)]
     assert transactions.news() == [result(2)]
     transactions.link_up(taken=True)
     assert transactions.news() == [result(2)], "the first has been there long enough to have arrived"
     transactions.link_down()
     transactions.due(AROUND, 5000.0)
-    handler.to_tell = [result(3)]
+    handler.to_send = [result(3)]
     assert transactions.news() == []
     transactions.link_up(taken=True)
     assert transactions.news() == [result(2), result(3)], "the time without a link does not count"
@@ -172,7 +172,7 @@ def test_what_may_be_lost_with_a_control_channel_is_told_again_on_the_next() -> 
 
 def test_an_id_that_is_begun_anew_has_no_older_result() -> None:
     transactions, handler = with_a_handler(PlanDownloadWork)
-    handler.to_tell = [result(1), result(2)]
+    handler.to_send = [result(1), result(2)]
     transactions.news()
     transactions.link_down()
     transactions.link_up(taken=True)
@@ -184,7 +184,7 @@ def test_only_the_newest_progress_and_state_wait_and_none_of_what_is_over() -> N
     transactions, handler = with_a_handler()
     old, new = (PlanOnBoard(kind=PlanKind.RALLY, hash=None, count=count) for count in (1, 2))
     fence = PlanOnBoard(kind=PlanKind.FENCE, hash=None)
-    handler.to_tell = [old, fence, *(progress(1, done) for done in range(5)), progress(2, 1), result(2), new]
+    handler.to_send = [old, fence, *(progress(1, done) for done in range(5)), progress(2, 1), result(2), new]
     assert transactions.news(room=0) == []
     assert transactions.news(room=2) == [fence, progress(1, 4)]
     assert transactions.news() == [result(2), new]
@@ -192,17 +192,17 @@ def test_only_the_newest_progress_and_state_wait_and_none_of_what_is_over() -> N
 
 def test_where_too_much_waits_the_state_is_told_anew_and_results_stay() -> None:
     transactions, handler = with_a_handler()
-    handler.to_tell = [result(1), *(ParameterCache(hash=None, count=n, total=999) for n in range(MAX_WAITING))]
+    handler.to_send = [result(1), *(ParameterCache(hash=None, count=n, total=999) for n in range(MAX_WAITING))]
     assert transactions.news(room=0) == []
-    assert handler.told_again == 2
+    assert handler.sent_again == 2
     assert transactions.news() == [result(1)]
-    handler.to_tell = [result(number) for number in range(200)]
+    handler.to_send = [result(number) for number in range(200)]
     assert len(transactions.news()) == RESULTS_KEPT
 
 
 @pytest.mark.parametrize("answers_us", [True, False])
 def test_what_answers_a_handler_alone_need_not_go_up(answers_us: bool) -> None:
-    handlers = [NotingDesk(hears=(44,)), NotingDesk(hears=(44, 22))]
+    handlers = [RecordingHandler(hears=(44,)), RecordingHandler(hears=(44, 22))]
     transactions = Transactions(handlers)
     assert transactions.hears == {22, 44}
     handlers[1].answers_us = answers_us

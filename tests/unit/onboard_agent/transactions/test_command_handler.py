@@ -87,7 +87,7 @@ def test_a_mode_that_a_px4_accepts_and_does_not_enter_is_asked_for_again() -> No
     world.run(6.0)
     assert len(world.commands_sent(SET_MODE)) == TRIES
     world.run(3.0)
-    (result,) = [one for one in world.told if isinstance(one, TransactionResult) and one.id == number]
+    (result,) = [one for one in world.reported if isinstance(one, TransactionResult) and one.id == number]
     assert (result.outcome, "does not show it" in result.words) == (Outcome.TIMED_OUT, True)
 
 
@@ -222,8 +222,8 @@ def test_progress_of_what_takes_long_is_told() -> None:
     for percent in (10, 10, 60):
         says(world, mavlink.MAVLink_command_ack_message(SET_MODE, 5, percent, 0, 1, COMPONENTS[0]))
         world.run(0.3)
-    told = [one.done for one in world.told if isinstance(one, TransactionProgress) and one.id == number]
-    assert told == [10, 60]
+    reported = [one.done for one in world.reported if isinstance(one, TransactionProgress) and one.id == number]
+    assert reported == [10, 60]
 
 
 def test_what_comes_too_late_is_not_carried_out() -> None:
@@ -251,7 +251,7 @@ def test_it_takes_over_from_a_hold_as_a_frame_does() -> None:
     world = DroneWorld().ready().flies(LOITER)
     world.tower_sends(sticks(0))
     world.onboard.message(HoldOrder(order_id=1, epoch=world.epoch, reason="a test"), world.now)
-    world.until(lambda: any(isinstance(one, HoldProgress) and one.step is HoldStep.CONFIRMED for one in world.told))
+    world.until(lambda: any(isinstance(one, HoldProgress) and one.step is HoldStep.CONFIRMED for one in world.reported))
     assert world.command(SET_MODE, 1, RTL).outcome is Outcome.DONE
     world.run(0.1)
     streamed = len(world.asked_of_autopilot("MANUAL_CONTROL"))
@@ -265,7 +265,9 @@ def test_one_that_is_refused_leaves_the_hand_on_the_sticks_needed_as_a_frame_doe
     world.tower_sends(sticks(300))
     refused = world.command(SET_MODE, 1, 99)
     assert refused.outcome is Outcome.FAILED
-    world.until(lambda: any(isinstance(one, HoldProgress) for one in world.told), limit_s=1.0, what="sticks go stale")
+    world.until(
+        lambda: any(isinstance(one, HoldProgress) for one in world.reported), limit_s=1.0, what="sticks go stale"
+    )
 
 
 CHANGE_SPEED, SET_HOME, SET_ITEM = 178, 179, 224

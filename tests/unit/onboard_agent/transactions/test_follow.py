@@ -74,18 +74,18 @@ class FollowWorld(DroneWorld):
         self.leader_heard = True
         self.following = 0
         self._number = 0
-        self._tell_at = 0.0
-        self.tells_every_s = 0.2
+        self._report_at = 0.0
+        self.reports_every_s = 0.2
         self._heard_at = 0.0
 
     def step(self) -> None:
         super().step()
         self.north_m += self.speed_north * 0.005
-        if self.following and self.now >= self._tell_at:
-            self._tell_at = self.now + self.tells_every_s
-            self.tell()
+        if self.following and self.now >= self._report_at:
+            self._report_at = self.now + self.reports_every_s
+            self.announce()
 
-    def tell(self, *, number: int | None = None, **other: Any) -> None:
+    def announce(self, *, number: int | None = None, **other: Any) -> None:
         if self.leader_heard:
             self._heard_at = self.now
         if number is None:
@@ -101,8 +101,8 @@ class FollowWorld(DroneWorld):
             "age_ms": round((self.now - self._heard_at) * 1000),
             "airborne": self.leader_flies,
         }
-        told = {"id": self.following, "number": self._number if number is None else number}
-        message = LeaderPosition(**(told | {"sent_ms": stamp_ms(self.now)} | fields | other))
+        reported = {"id": self.following, "number": self._number if number is None else number}
+        message = LeaderPosition(**(reported | {"sent_ms": stamp_ms(self.now)} | fields | other))
         self.onboard.message(message, self.now)
         self._collect()
 
@@ -120,7 +120,7 @@ class FollowWorld(DroneWorld):
         """Of whom a fix comes once a second, at the follower's height."""
         self.ready().flies()
         self.alt_m = self.vehicle.flight.alt_over_home_m()
-        self.tells_every_s = 1.0
+        self.reports_every_s = 1.0
         self.following = self.begin(FollowWork("falcon", -15.0, 0.0, 0.0, PERSON_PATIENCE_S), deadline_s=600.0)
         self.until(lambda: self.targets(), what="a target")
         self.run(1.0)
@@ -154,12 +154,12 @@ def ended(world: FollowWorld, outcome: Outcome, *words: str) -> TransactionResul
 
 def holds(world: FollowWorld) -> None:
     """It stands, in BRAKE, and is told nothing more."""
-    told = len(world.targets())
+    reported = len(world.targets())
     world.run(5.0)
     assert world.vehicle.flight.mode == BRAKE
     body = world.vehicle.flight.body
     assert max(abs(body.vn_mps), abs(body.ve_mps)) < 0.5
-    assert len(world.targets()) == told
+    assert len(world.targets()) == reported
 
 
 def test_it_keeps_its_place_beside_a_leader_that_flies_on() -> None:
@@ -171,8 +171,8 @@ def test_it_keeps_its_place_beside_a_leader_that_flies_on() -> None:
     newest = world.targets()[-1]
     assert (newest.coordinate_frame, round(newest.vx, 1)) == (5, 3.0), "with the leader's speed, above the sea"
     assert newest.alt == pytest.approx(HOME.alt_amsl_m + 20.0, abs=0.1)
-    told = [one for one in world.told if isinstance(one, TransactionProgress) and one.id == world.following]
-    assert told[-1].phase.startswith("following falcon: ")
+    reported = [one for one in world.reported if isinstance(one, TransactionProgress) and one.id == world.following]
+    assert reported[-1].phase.startswith("following falcon: ")
     rate = len(world.targets())
     world.run(2.0)
     assert len(world.targets()) - rate in (9, 10, 11)
@@ -184,7 +184,7 @@ def lost(world: FollowWorld) -> None:
 
 def tower_lost(world: FollowWorld) -> None:
     world.link_down()
-    world._tell_at = float("inf")
+    world._report_at = float("inf")
 
 
 def landed(world: FollowWorld) -> None:
@@ -229,7 +229,7 @@ def test_a_person_may_be_silent_for_longer_and_then_it_holds() -> None:
     assert not world.results(world.following)
     assert world.off_m(-15, 0, 0) < 4.0
     silent_at = world.now
-    world._tell_at = float("inf")
+    world._report_at = float("inf")
     ended(world, Outcome.FAILED, "nothing new was heard of falcon for 3 s", "It holds in BRAKE.")
     assert world.now - silent_at > STALE_S
     holds(world)
@@ -287,20 +287,20 @@ def a_frame(world: FollowWorld) -> None:
 def test_who_commands_otherwise_is_not_disturbed(what: Callable[[FollowWorld], None]) -> None:
     world = FollowWorld().follows()
     what(world)
-    told = len(world.targets())
+    reported = len(world.targets())
     ended(world, Outcome.FAILED, "another command")
     world.run(3.0)
     assert world.vehicle.flight.mode == RTL
-    assert len(world.targets()) == told
+    assert len(world.targets()) == reported
 
 
 def test_a_hold_wins() -> None:
     world = FollowWorld().follows()
     world.onboard.message(HoldOrder(order_id=1, epoch=world.epoch, reason="a test"), world.now)
-    told = len(world.targets())
+    reported = len(world.targets())
     ended(world, Outcome.FAILED, "a hold")
     world.run(3.0)
-    assert len(world.targets()) == told
+    assert len(world.targets()) == reported
     assert world.vehicle.flight.mode != GUIDED
     brakes = [one for one in world.commands_sent(SET_MODE) if one.param2 == BRAKE]
     assert {one.get_srcComponent() for one in brakes} <= {191}, "the hold brakes, not the follower"
@@ -348,12 +348,12 @@ def test_one_leader_at_a_time() -> None:
 
 def test_what_is_older_or_held_up_does_not_count() -> None:
     world = FollowWorld().follows()
-    world.tell(number=1, lat_e7=0, lon_e7=0)
+    world.announce(number=1, lat_e7=0, lon_e7=0)
     world.run(0.5)
     assert not world.results(world.following)
-    world._tell_at = float("inf")
+    world._report_at = float("inf")
     for _ in range(20):  # a queue on the way: each comes, and three seconds late
-        world.tell(sent_ms=stamp_ms(world.now - 3.0))
+        world.announce(sent_ms=stamp_ms(world.now - 3.0))
         world.run(0.2)
     ended(world, Outcome.FAILED, "nothing new was heard of falcon")
 

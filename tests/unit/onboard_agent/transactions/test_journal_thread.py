@@ -31,7 +31,7 @@ class SlowJournal(MemoryJournal):
     def remove(self, kind: PlanKind) -> Any:
         return self._later(lambda: self.records.pop(kind, None))
 
-    def _later(self, deed: Callable[[], Any], *, fails: bool = False) -> Callable[[], bool]:
+    def _later(self, action: Callable[[], Any], *, fails: bool = False) -> Callable[[], bool]:
         asked = 0
 
         def lasting() -> bool:
@@ -41,7 +41,7 @@ class SlowJournal(MemoryJournal):
                 return False
             if fails:
                 raise OSError(28, "No space left on device")
-            deed()
+            action()
             return True
 
         return lasting

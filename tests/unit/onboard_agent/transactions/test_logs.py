@@ -240,9 +240,9 @@ def test_progress_is_told_of_both_halves(logs: Any) -> None:
     line.run(0.5)
     line.tower.state = Sent()
     assert line.result(number).outcome is Outcome.DONE
-    told = [(one.phase, one.total) for one in line.told(TransactionProgress)]
-    assert list(dict.fromkeys(told)) == [("listing", 1), ("reading", 200_000), ("sending", 200_000)]
-    assert line.told(TransactionProgress)[-1].done == 150_000
+    reported = [(one.phase, one.total) for one in line.reported(TransactionProgress)]
+    assert list(dict.fromkeys(reported)) == [("listing", 1), ("reading", 200_000), ("sending", 200_000)]
+    assert line.reported(TransactionProgress)[-1].done == 150_000
     assert line.tower.stops == 1
 
 
@@ -323,7 +323,7 @@ def test_when_it_is_armed_meanwhile_that_is_the_end_of_it(logs: Any, phase: str)
     line = logs(log_of(100_000))
     line.tower.answer = Sending(0)
     number = line.begin(LogDownloadWork(1))
-    line.until(lambda: any(one.phase == phase for one in line.told(TransactionProgress)))
+    line.until(lambda: any(one.phase == phase for one in line.reported(TransactionProgress)))
     line.around_options["armed"] = True
     result = line.result(number)
     assert (result.outcome, result.words.startswith(ARMED)) == (Outcome.FAILED, True)

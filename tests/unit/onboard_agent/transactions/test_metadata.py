@@ -76,7 +76,7 @@ class MetadataLine(HandlerLine):
         self.say(mavlink.MAVLink_autopilot_version_message(*names))
 
     def known(self) -> MetadataKnown:
-        return self.told(MetadataKnown)[-1]
+        return self.reported(MetadataKnown)[-1]
 
     def until_known(self) -> float:
         return self.until(lambda: self.news and self.known().hash is not None)
@@ -109,10 +109,10 @@ def whole(line: MetadataLine) -> MetadataDocument:
     assert hash_ is not None
     line.service.wanted(hash_)
     size = line.known().size_bytes
-    before = len(line.told(MetadataPiece))
-    line.until(lambda: sum(len(one.data) for one in line.told(MetadataPiece)[before:]) >= size)
+    before = len(line.reported(MetadataPiece))
+    line.until(lambda: sum(len(one.data) for one in line.reported(MetadataPiece)[before:]) >= size)
     data = b""
-    for piece in line.told(MetadataPiece)[before:]:
+    for piece in line.reported(MetadataPiece)[before:]:
         assert (piece.hash, piece.offset) == (hash_, len(data))
         assert len(piece.data) <= MAX_PIECE_BYTES
         data += piece.data
@@ -220,12 +220,12 @@ def test_pieces_wait_until_it_is_disarmed_and_begin_anew_on_another_link() -> No
     line.service.wanted("0" * 16)
     line.service.wanted(hash_)
     line.run(10.0)
-    assert line.told(MetadataPiece) == []
+    assert line.reported(MetadataPiece) == []
     line.around_options = {}
-    line.until(lambda: len(line.told(MetadataPiece)) == 2)
+    line.until(lambda: len(line.reported(MetadataPiece)) == 2)
     line.handler.resend()
     line.run(10.0)
-    assert len(line.told(MetadataPiece)) == 2, "the tower asks for what it lacks"
+    assert len(line.reported(MetadataPiece)) == 2, "the tower asks for what it lacks"
     assert line.known().hash == hash_
     assert len(whole(line).parameters) == 2000
 
@@ -235,16 +235,16 @@ def test_a_file_whose_crc_is_known_is_not_read_again_and_another_one_is() -> Non
     line = come(lambda name: files.get(name))
     line.offering.named = lambda: named(files)
     line.until_known()
-    told = len(line.told(MetadataKnown))
+    reported = len(line.reported(MetadataKnown))
     line.comes()
     line.version()
     line.run(20.0)
     assert line.opened() == [b"g", b"p", b"g"]
-    assert len(line.told(MetadataKnown)) == told
+    assert len(line.reported(MetadataKnown)) == reported
     files.update(offered([{"name": "BETA"}]))
     line.comes()
     line.version()
-    line.until(lambda: len(line.told(MetadataKnown)) == told + 1)
+    line.until(lambda: len(line.reported(MetadataKnown)) == reported + 1)
     assert line.opened()[-2:] == [b"g", b"p"]
     assert [one.name for one in whole(line).parameters] == ["BETA"]
 

@@ -35,13 +35,13 @@ def drone(*failures: Failure, takes: tuple[str, ...] = TAKES, **options: Any) ->
 
 
 def known(world: DroneWorld) -> MetadataKnown | None:
-    told = [one for one in world.told if isinstance(one, MetadataKnown)]
-    return told[-1] if told else None
+    reported = [one for one in world.reported if isinstance(one, MetadataKnown)]
+    return reported[-1] if reported else None
 
 
 def is_known(world: DroneWorld) -> bool:
-    told = known(world)
-    return told is not None and told.hash is not None
+    reported = known(world)
+    return reported is not None and reported.hash is not None
 
 
 def ftp_sent(world: DroneWorld) -> list[tuple[int, int]]:
@@ -58,17 +58,19 @@ def ftp_sent(world: DroneWorld) -> list[tuple[int, int]]:
 def test_the_tower_has_what_the_vehicle_says_once_plans_and_parameters_are_there(flavour: Flavour) -> None:
     world = drone(flavour=flavour, metadata=True)
     world.until(lambda: is_known(world), 60.0, "metadata")
-    assert any(isinstance(one, ParameterCache) and one.hash is not None for one in world.told)
-    assert {one.kind for one in world.told if isinstance(one, PlanOnBoard) and one.hash is not None} == {
+    assert any(isinstance(one, ParameterCache) and one.hash is not None for one in world.reported)
+    assert {one.kind for one in world.reported if isinstance(one, PlanOnBoard) and one.hash is not None} == {
         "mission",
         "fence",
         "rally",
     }
-    told = known(world)
-    assert told is not None and told.hash is not None
-    world.onboard.message(MetadataWanted(hash=told.hash), world.now)
-    world.until(lambda: sum(len(one.data) for one in world.told if isinstance(one, MetadataPiece)) == told.size_bytes)
-    packed = b"".join(one.data for one in world.told if isinstance(one, MetadataPiece))
+    reported = known(world)
+    assert reported is not None and reported.hash is not None
+    world.onboard.message(MetadataWanted(hash=reported.hash), world.now)
+    world.until(
+        lambda: sum(len(one.data) for one in world.reported if isinstance(one, MetadataPiece)) == reported.size_bytes
+    )
+    packed = b"".join(one.data for one in world.reported if isinstance(one, MetadataPiece))
     names = [one.name for one in read_metadata(unpack_text(packed)).parameters]
     assert names == [one.name for one in world.vehicle.parameters]
     assert not world.went_up("FILE_TRANSFER_PROTOCOL"), "what it reads is not on the uplink"
@@ -87,7 +89,7 @@ def test_an_older_tower_is_told_nothing_that_it_does_not_know(takes: tuple[str, 
     """An unknown type would end its channel."""
     world = drone(takes=takes, metadata=True)
     world.run(20.0)
-    assert not [one for one in world.told if isinstance(one, MetadataKnown | MetadataPiece)]
+    assert not [one for one in world.reported if isinstance(one, MetadataKnown | MetadataPiece)]
     world.link_down()
     world.takes = TAKES
     world.link_up()
@@ -97,7 +99,7 @@ def test_an_older_tower_is_told_nothing_that_it_does_not_know(takes: tuple[str, 
 def test_a_link_that_goes_on_is_told_again() -> None:
     world = drone(metadata=True)
     world.until(lambda: is_known(world), 60.0)
-    world.told.clear()
+    world.reported.clear()
     world.onboard.resumed()
     world.until(lambda: is_known(world), 5.0)
 

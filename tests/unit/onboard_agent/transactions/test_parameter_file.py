@@ -77,8 +77,8 @@ def test_the_file_is_read_in_a_fraction_of_what_the_list_takes() -> None:
     assert read_again(line) < 0.35
     assert asked(line, OPEN_TO_READ) == asked(line, TERMINATE) == 2
     assert [one for one in line.passed_up if one.get_type() == FILES] == []
-    told = [one for one in line.told(ParameterCache) if one.hash is not None]
-    assert told[-1].count == told[-1].total == 1400
+    reported = [one for one in line.reported(ParameterCache) if one.hash is not None]
+    assert reported[-1].count == reported[-1].total == 1400
 
 
 def test_what_is_lost_is_asked_for_after_a_round_trip_and_not_after_half_a_second() -> None:
@@ -117,7 +117,7 @@ def test_a_table_that_the_tower_has_is_not_sent_again() -> None:
     line.run(1.0)
     assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
     assert len(tables(line)) == 2, "the tower has it by the change that it was told"
-    assert line.told(ParameterChanged)[-1].hash == table_hash(table_of(line))
+    assert line.reported(ParameterChanged)[-1].hash == table_hash(table_of(line))
     line.do(ParametersReadWork())
     assert len(tables(line)) == 3, "a tower that asks for what is known does not have it"
     assert tables(line)[-1] == table_of(line)

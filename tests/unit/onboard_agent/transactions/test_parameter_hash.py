@@ -42,27 +42,27 @@ def test_px4_with_another_hash_is_read() -> None:
 def test_px4_with_a_change_unheard_while_it_was_read_has_no_hash_for_another_time() -> None:
     store = MemoryStore()
     line = parameter_line(PX4, store=store)
-    line.until(lambda: line.told(ParameterCache))
+    line.until(lambda: line.reported(ParameterCache))
     line.server.parameters.set("MAV_TYPE", 13.0)  # told already, and nobody says that it is another now
     line.until(lambda: store.records)
     again = parameter_line(PX4, store=store)
     again.server.parameters.set("MAV_TYPE", 13.0)
     again.until(lambda: complete(again))
     assert again.sent_count("PARAM_REQUEST_LIST") == 1
-    assert again.told(ParameterChanged)[-1].name == "MAV_TYPE"
+    assert again.reported(ParameterChanged)[-1].name == "MAV_TYPE"
 
 
 def test_px4_whose_hash_somebody_asks_for_in_the_middle_of_the_list() -> None:
     store = MemoryStore()
     line = parameter_line(PX4, store=store)
-    line.until(lambda: line.told(ParameterCache))
+    line.until(lambda: line.reported(ParameterCache))
     line.server.parameters.set("MAV_TYPE", 13.0)
     line.server.server.read("_HASH_CHECK", -1)
     line.until(lambda: store.records)
     again = parameter_line(PX4, store=store)
     again.server.parameters.set("MAV_TYPE", 13.0)
     again.until(lambda: complete(again))
-    assert again.told(ParameterChanged)[-1].name == "MAV_TYPE"
+    assert again.reported(ParameterChanged)[-1].name == "MAV_TYPE"
 
 
 def test_px4_that_tells_no_hash_any_more_is_read() -> None:

@@ -35,14 +35,14 @@ def test_a_remembered_table_is_told_at_once_as_such_and_then_verified() -> None:
     line = parameter_line(store=store)
     line.server.parameters.set("RTL_ALT", 3333.0)
     old = table_hash(tuple(row if row.name != "RTL_ALT" else Row("RTL_ALT", 1500.0, 6) for row in table_of(line)))
-    line.until(lambda: line.told(ParameterCache))
-    first = line.told(ParameterCache)[0]
+    line.until(lambda: line.reported(ParameterCache))
+    first = line.reported(ParameterCache)[0]
     assert (first.hash, first.verified) == (old, False)
-    assert not line.told(ParameterTable)
+    assert not line.reported(ParameterTable)
     known = line.do(ParametersReadWork())
     assert (known.outcome, "remembered" in known.words) == (Outcome.DONE, True)
     line.until(lambda: complete(line))
-    assert line.told(ParameterChanged) == [
+    assert line.reported(ParameterChanged) == [
         ParameterChanged(name="RTL_ALT", value=3333.0, kind=6, before=old, hash=table_hash(table_of(line)))
     ]
 
@@ -53,7 +53,7 @@ def test_it_is_remembered_by_its_chip_and_another_chip_has_its_own() -> None:
     line = parameter_line(store=store)
     line.say(version(uid=99))
     line.until(lambda: complete(line))
-    assert not any(one.hash and not one.verified for one in line.told(ParameterCache))
+    assert not any(one.hash and not one.verified for one in line.reported(ParameterCache))
     line.until(lambda: len(store.records) == 2)
     assert "chip-0000000000000063" in store.records
 
@@ -66,7 +66,7 @@ def test_what_is_left_of_a_record_after_a_power_cut_is_nothing(damage: Any) -> N
     store.records = {name: damage(record) for name, record in store.records.items()}
     line = parameter_line(store=store)
     line.until(lambda: complete(line))
-    assert not any(one.hash and not one.verified for one in line.told(ParameterCache))
+    assert not any(one.hash and not one.verified for one in line.reported(ParameterCache))
 
 
 def test_nothing_is_saved_while_it_is_armed() -> None:
@@ -88,20 +88,20 @@ def test_a_reboot_reads_anew_and_the_table_counts_as_remembered_until_then() -> 
     line.server.parameters.set("RTL_ALT", 1234.0)
     line.comes()
     line.run(0.6)
-    assert [one.verified for one in line.told(ParameterCache)] == [False]
+    assert [one.verified for one in line.reported(ParameterCache)] == [False]
     line.until(lambda: complete(line))
-    assert line.told(ParameterChanged)[-1].name == "RTL_ALT"
+    assert line.reported(ParameterChanged)[-1].name == "RTL_ALT"
 
 
 def test_a_chip_that_is_told_late_is_another_autopilot() -> None:
     store = remembered()
     line = parameter_line(store=store)
-    line.until(lambda: line.told(ParameterCache))
+    line.until(lambda: line.reported(ParameterCache))
     line.say(version(uid=5))
     line.run(0.3)
     line.handler.resend()
     line.run(0.3)
-    assert line.told(ParameterCache)[-1].hash is None
+    assert line.reported(ParameterCache)[-1].hash is None
     line.until(lambda: complete(line))
 
 
@@ -111,8 +111,8 @@ def test_a_remembered_table_with_one_too_many_becomes_another() -> None:
     line.server.parameters._ordered.pop()
     line.server.parameters.set("RTL_ALT", 1234.0)
     line.until(lambda: complete(line))
-    assert not line.told(ParameterChanged)
-    assert line.told(ParameterCache)[-1].hash == table_hash(table_of(line))
+    assert not line.reported(ParameterChanged)
+    assert line.reported(ParameterCache)[-1].hash == table_hash(table_of(line))
 
 
 @pytest.mark.parametrize("nothing", [Remembered((), 5), Remembered((Row("A", 1.0, 9),), 0)], ids=["empty", "of none"])

@@ -33,9 +33,9 @@ def test_all_are_read_in_the_time_that_the_autopilot_takes_to_list_them(kind: in
     assert FAST.list_after_s < took_s < FAST.list_after_s + 0.72
     assert line.do(ParametersReadWork()).outcome is Outcome.DONE
     assert tables(line) == [table_of(line)]
-    assert line.told(ParameterTable)[0].hash == line.told(ParameterCache)[-1].hash == table_hash(table_of(line))
+    assert line.reported(ParameterTable)[0].hash == line.reported(ParameterCache)[-1].hash == table_hash(table_of(line))
     assert line.passed_up == []
-    progress = [(one.count, one.total) for one in line.told(ParameterCache)[:-1]]
+    progress = [(one.count, one.total) for one in line.reported(ParameterCache)[:-1]]
     assert 1 <= len(progress) <= 3
     assert all(0 < done < total == 1400 for done, total in progress)
 
@@ -86,7 +86,7 @@ def test_whatever_is_lost_doubled_and_overtaken_the_table_is_whole(seed: int, ki
 
 def test_their_number_changes_in_the_middle_and_the_list_begins_anew() -> None:
     line = parameter_line()
-    line.until(lambda: line.told(ParameterCache))
+    line.until(lambda: line.reported(ParameterCache))
     ordered = line.server.parameters._ordered
     ordered.insert(0, Parameter("AAA_NEW", Kind.FLOAT, 1.5, 0))
     for index, parameter in enumerate(ordered):
@@ -100,7 +100,7 @@ def test_their_number_changes_in_the_middle_and_the_list_begins_anew() -> None:
 
 def test_they_move_while_they_are_read_and_their_number_stays() -> None:
     line = parameter_line()
-    line.until(lambda: line.told(ParameterCache))
+    line.until(lambda: line.reported(ParameterCache))
     ordered = line.server.parameters._ordered
     gone = ordered.pop()
     ordered.insert(0, Parameter("AAA_NEW", Kind.FLOAT, 1.5, 0))
@@ -194,7 +194,7 @@ def test_few_changes_are_a_chain_of_hashes_and_many_are_another_table() -> None:
     for name in ("RTL_ALT", "ANGLE_MAX", "LAND_SPEED"):
         line.server.server.set(name, 77.0, 4)
     line.run(0.6)
-    chain = line.told(ParameterChanged)
+    chain = line.reported(ParameterChanged)
     assert [one.name for one in chain] == ["RTL_ALT", "ANGLE_MAX", "LAND_SPEED"]
     assert [one.before for one in chain] == [hash_before, *(one.hash for one in chain[:-1])]
     assert chain[-1].hash == table_hash(table_of(line))
@@ -260,7 +260,7 @@ def test_on_a_narrow_line_in_the_air_a_table_that_is_known_will_do_unless_somebo
     line.comes()  # it was silent for a moment
     line.run(NARROW.list_after_s + 5.0)
     assert line.sent_count("PARAM_REQUEST_LIST") == 1
-    assert line.told(ParameterCache)[-1].verified is False
+    assert line.reported(ParameterCache)[-1].verified is False
     assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
     line.comes()
     line.run(NARROW.list_after_s + 5.0)
@@ -279,7 +279,7 @@ def test_a_reading_can_be_cancelled_times_out_and_is_shared() -> None:
     line.server.deaf = False
     assert line.result(third).outcome is Outcome.DONE
     assert len(tables(line)) == 1
-    progress = [one for one in line.told(TransactionProgress) if one.id == third]
+    progress = [one for one in line.reported(TransactionProgress) if one.id == third]
     assert progress
     assert progress[-1].phase == "reading"
     assert line.sent_count("PARAM_REQUEST_LIST") <= 2
@@ -296,8 +296,8 @@ def test_a_tower_that_has_the_table_by_its_changes_is_not_sent_it_again() -> Non
     line.run(1.0)
     line.server.parameters.set("RTL_ALT", 2500.0)  # by itself, as a flight counter does: nobody is told
     assert line.do(ParametersReadWork(again=True)).outcome is Outcome.DONE
-    assert [one.name for one in line.told(ParameterChanged)] == ["RTL_ALT"]
-    assert line.told(ParameterChanged)[-1].hash == table_hash(table_of(line))
+    assert [one.name for one in line.reported(ParameterChanged)] == ["RTL_ALT"]
+    assert line.reported(ParameterChanged)[-1].hash == table_hash(table_of(line))
     assert len(tables(line)) == 1
     for number in range(6):
         line.server.parameters.set(f"RC{number + 1}_MIN", 1_050.0)

@@ -13,12 +13,15 @@ def names_seen(drone: DroneWorld) -> set[str]:
 
 
 def read_by_the_agent(drone: DroneWorld) -> bool:
-    return any(isinstance(told, ParameterCache) and told.hash is not None for told in drone.told)
+    return any(isinstance(reported, ParameterCache) and reported.hash is not None for reported in drone.reported)
 
 
 def drone_that_is_read() -> DroneWorld:
     drone = DroneWorld(make_handlers=lambda maker: [ParameterHandler(maker, ParameterFiles(None))])
-    drone.until(lambda: any(isinstance(told, ParameterCache) for told in drone.told), what="the agent begins to read")
+    drone.until(
+        lambda: any(isinstance(reported, ParameterCache) for reported in drone.reported),
+        what="the agent begins to read",
+    )
     return drone
 
 

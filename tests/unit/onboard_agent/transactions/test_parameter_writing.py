@@ -18,7 +18,7 @@ from onboard_agent.transactions.parameter_encoding import (
     ParameterSetting,
     as_kept,
     encoding_of,
-    read_told,
+    read_param_value,
     why_not,
     words_of,
 )
@@ -79,7 +79,7 @@ def test_values_are_written_in_order_and_read_back(kind: int, values: list[tuple
     assert line.now - before < 0.1
     changed = [type(one) for one in line.news]
     assert changed.index(ParameterChanged) < len(changed) - 1  # the new table is told before that it is done
-    assert [one.name for one in line.told(ParameterChanged)] == [name for name, _ in values]
+    assert [one.name for one in line.reported(ParameterChanged)] == [name for name, _ in values]
 
 
 @pytest.mark.parametrize("flavour", [ARDUPILOT, PX4], ids=["ardupilot", "px4"])
@@ -320,7 +320,7 @@ def test_many_are_written_with_progress_five_times_a_second() -> None:
     number = line.begin(ParametersWriteWork(values))
     began = line.now
     assert line.result(number).outcome is Outcome.DONE
-    progress = [one for one in line.told(TransactionProgress) if one.id == number]
+    progress = [one for one in line.reported(TransactionProgress) if one.id == number]
     assert all(one.phase == "writing" and one.total == 40 for one in progress)
     assert len(progress) <= (line.now - began) * 5 + 1
     assert [one.done for one in progress] == sorted({one.done for one in progress})
@@ -331,10 +331,10 @@ def test_a_new_tower_is_told_the_table_while_parameters_are_written() -> None:
     line.begin(ParametersWriteWork(tuple((f"RC{number}_TRIM", 1501.0) for number in range(1, 9))))
     line.until(lambda: len(sets(line)) == 2)
     line.run(0.02)
-    assert line.told(ParameterCache) == line.told(ParameterChanged) == []
+    assert line.reported(ParameterCache) == line.reported(ParameterChanged) == []
     line.handler.resend()
     line.step()
-    assert [one.count for one in line.told(ParameterCache)] == [1390]
+    assert [one.count for one in line.reported(ParameterCache)] == [1390]
 
 
 # How a value travels.
@@ -351,8 +351,10 @@ def test_every_integer_of_px4_travels_bit_for_bit(kind: int, data: st.DataObject
     assert checksum_holds(frame)
     raw = payload(frame)[:4]
     assert raw == struct.pack("<" + KINDS[kind], value).ljust(4, b"\0")
-    told = build(mavlink.MAVLink_param_value_message(b"A", 0.0, kind, 1, 1), system_id=1, component_id=1, sequence=0)
-    assert read_told(told[:10] + raw + told[14:], Encoding.BYTES).parameter.value == value
+    reported = build(
+        mavlink.MAVLink_param_value_message(b"A", 0.0, kind, 1, 1), system_id=1, component_id=1, sequence=0
+    )
+    assert read_param_value(reported[:10] + raw + reported[14:], Encoding.BYTES).parameter.value == value
 
 
 @pytest.mark.parametrize("value", [0x7FA00001, -0x005FFFFF], ids=["positive", "negative"])

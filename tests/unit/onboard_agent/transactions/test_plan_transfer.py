@@ -49,14 +49,14 @@ def test_a_plan_goes_up_is_read_back_and_comes_down(kind: PlanKind) -> None:
     assert result.outcome is Outcome.DONE, result.words
     kept = as_kept(ArduPilot(), kind, plan)
     assert line.on_board(kind) == kept
-    told = line.told(PlanOnBoard)[-1]
-    assert (told.hash, told.count, told.plan, told.fit_to_fly) == (
+    reported = line.reported(PlanOnBoard)[-1]
+    assert (reported.hash, reported.count, reported.plan, reported.fit_to_fly) == (
         plan_hash(kind, kept),
         len(plan),
         pack_plan(kind, kept),
         True,
     )
-    assert told.sent_hash == plan_hash(kind, plan)
+    assert reported.sent_hash == plan_hash(kind, plan)
     assert line.journal.records == {}
     assert line.do(PlanDownloadWork(kind)).plan == pack_plan(kind, kept)
     assert line.do(PlanVerifyWork(kind, plan)).outcome is Outcome.DONE
@@ -192,12 +192,12 @@ def test_a_silent_autopilot_ends_in_words_and_a_refusal_to_fly_what_nobody_knows
     assert result.outcome is Outcome.FAILED
     assert "The mission on board is not known: do not fly it." in result.words
     assert line.handler.why_no_start is not None and "upload it again" in line.handler.why_no_start
-    assert line.told(PlanOnBoard)[-1].hash is None and not line.told(PlanOnBoard)[-1].fit_to_fly
+    assert line.reported(PlanOnBoard)[-1].hash is None and not line.reported(PlanOnBoard)[-1].fit_to_fly
     line.silent_until = 0.0
     line.run(60.0)
     assert line.handler.why_no_start is None
     assert line.on_board() == OLD
-    assert line.told(PlanOnBoard)[-1].plan == pack_plan(PlanKind.MISSION, OLD)
+    assert line.reported(PlanOnBoard)[-1].plan == pack_plan(PlanKind.MISSION, OLD)
 
 
 def test_nothing_is_written_where_the_old_plan_cannot_be_read_or_the_journal_cannot_be_kept() -> None:
@@ -233,7 +233,7 @@ def test_progress_is_told_five_times_a_second_at_most_and_grows() -> None:
     line.begin(PlanUploadWork(PlanKind.MISSION, waypoints(200)))
     began = line.now
     line.result()
-    progress = line.told(TransactionProgress)
+    progress = line.reported(TransactionProgress)
     assert 3 < len(progress) <= 5 * (line.now - began) + 2
     writing = [one.done for one in progress if one.phase == "writing"]
     assert writing == sorted(writing) and {one.total for one in progress if one.phase == "writing"} == {200}

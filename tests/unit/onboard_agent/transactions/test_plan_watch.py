@@ -43,11 +43,13 @@ def test_the_plans_are_read_when_the_autopilot_comes_and_after_its_reboot(flavou
     assert world.on_board() == plan_hash(MISSION, kept)
     assert world.on_board(PlanKind.FENCE) == plan_hash(PlanKind.FENCE, ())
     world.run(40.0)  # its clock must go back for a reboot of no time at all to be seen
-    told = len(world.told)
+    reported = len(world.reported)
     assert world.command(mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN, 1).outcome is Outcome.DONE
-    world.until(lambda: PlanOnBoard(kind=MISSION, hash=None) in world.told[told:], what="not known after the reboot")
-    told = len(world.told)
-    world.until(lambda: any(isinstance(one, PlanOnBoard) and one.hash for one in world.told[told:]))
+    world.until(
+        lambda: PlanOnBoard(kind=MISSION, hash=None) in world.reported[reported:], what="not known after the reboot"
+    )
+    reported = len(world.reported)
+    world.until(lambda: any(isinstance(one, PlanOnBoard) and one.hash for one in world.reported[reported:]))
     world.ready()
     assert not world.went_up("MISSION_ITEM_INT", "MISSION_COUNT"), "what we read for ourselves goes no further"
 
@@ -79,16 +81,18 @@ def test_an_upload_beside_the_drone_is_noticed_by_its_acknowledgement_or_by_the_
         (False, mavlink.MAVLink_mission_ack_message(1, 191, mavlink.MAV_MISSION_ACCEPTED, 1)),
     ):
         world.run(QUIET_S + 1.0)
-        told = len(world.told)
+        reported = len(world.reported)
         world.vehicle._send(message)
         world.run(0.05)
-        assert (PlanOnBoard(kind=PlanKind.FENCE, hash=None) in world.told[told:]) is there
+        assert (PlanOnBoard(kind=PlanKind.FENCE, hash=None) in world.reported[reported:]) is there
     world.until(lambda: world.went_up("MISSION_CURRENT"))
     world.run(QUIET_S + 2.0)
-    told = len(world.told)
+    reported = len(world.reported)
     _store(world, OTHER)
     world.until(
-        world.told[told:].__len__ if False else lambda: PlanOnBoard(kind=MISSION, hash=None) in world.told[told:]
+        world.reported[reported:].__len__
+        if False
+        else lambda: PlanOnBoard(kind=MISSION, hash=None) in world.reported[reported:]
     )
     world.until(lambda: world.on_board() == plan_hash(MISSION, OTHER), limit_s=QUIET_S + 1.0)
 
@@ -105,24 +109,26 @@ def test_our_own_upload_is_nobody_elses() -> None:
     world = DroneWorld(Failure.MISSION_WRITTEN_IN_PLACE).ready()
     world.run(2.0)
     for plan in (waypoints(400), OTHER, ()):
-        told = len(world.told)
+        reported = len(world.reported)
         assert world.do(PlanUploadWork(MISSION, plan)).outcome is Outcome.DONE
         world.run(QUIET_S + 3.0)
-        assert [one.hash for one in world.told[told:] if isinstance(one, PlanOnBoard)] == [plan_hash(MISSION, plan)]
+        assert [one.hash for one in world.reported[reported:] if isinstance(one, PlanOnBoard)] == [
+            plan_hash(MISSION, plan)
+        ]
 
 
 def test_what_was_sent_is_still_known_when_the_same_plan_is_read_again() -> None:
     world = DroneWorld().ready()
     plan = tuple(PlanItem(16, 3, (1.4, 0.0, 0.0, 0.0), item.x, item.y, item.z + 0.004) for item in PLAN)
     assert world.do(PlanUploadWork(MISSION, plan)).outcome is Outcome.DONE
-    told = [one for one in world.told if isinstance(one, PlanOnBoard)][-1]
-    assert told.sent_hash == plan_hash(MISSION, plan) != told.hash
+    reported = [one for one in world.reported if isinstance(one, PlanOnBoard)][-1]
+    assert reported.sent_hash == plan_hash(MISSION, plan) != reported.hash
     world.tower_sends(mavlink.MAVLink_mission_clear_all_message(1, 1, 1))
     world.tower_sends(mavlink.MAVLink_mission_write_partial_list_message(1, 1, 3, 3, 0))
     world.run(0.05)
     assert world.on_board() is None
     world.until(world.on_board)
-    assert [one for one in world.told if isinstance(one, PlanOnBoard) and one.kind == MISSION][-1] == told
+    assert [one for one in world.reported if isinstance(one, PlanOnBoard) and one.kind == MISSION][-1] == reported
 
 
 def test_while_we_write_others_do_not_and_it_is_counted() -> None:

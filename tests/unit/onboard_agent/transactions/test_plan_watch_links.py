@@ -62,17 +62,19 @@ def test_an_epoch_that_changes_puts_the_old_plan_back() -> None:
 def test_an_older_tower_is_told_nothing_of_it() -> None:
     world = DroneWorld(takes=())
     world.run(8.0)
-    assert world.told
-    assert not [one for one in world.told if isinstance(one, PlanOnBoard | TransactionProgress | TransactionResult)]
+    assert world.reported
+    assert not [one for one in world.reported if isinstance(one, PlanOnBoard | TransactionProgress | TransactionResult)]
 
 
 def test_the_state_is_told_again_to_a_new_link_and_on_another_channel_of_it() -> None:
     world = DroneWorld().ready()
     for again in (world.link_up, world.onboard.resumed):
-        told = len(world.told)
+        reported = len(world.reported)
         again()
         world.run(0.03)
-        assert {one.kind for one in world.told[told:] if isinstance(one, PlanOnBoard) and one.hash} == set(PlanKind)
+        assert {one.kind for one in world.reported[reported:] if isinstance(one, PlanOnBoard) and one.hash} == set(
+            PlanKind
+        )
 
 
 def test_on_a_narrow_line_nothing_is_read_while_somebody_flies_by_hand() -> None:
@@ -100,7 +102,7 @@ def test_an_agent_killed_in_a_write_refuses_the_start_until_the_old_plan_is_back
     assert world.do(PlanUploadWork(MISSION, PLAN)).outcome is Outcome.DONE
     number = uploading(world)
     world.run(0.2)
-    world.told.clear()
+    world.reported.clear()
     world.start_agent()
     world.run(0.03)
     refused = world.command(mavlink.MAV_CMD_MISSION_START)

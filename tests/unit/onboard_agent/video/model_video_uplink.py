@@ -107,13 +107,13 @@ class ModelUplink:
         self._answers.clear()
         self.rate.begin(self.now, hoped)
         if self._shapes is not None:
-            self._shapes = ShapeForBits(self._shapes.wish)
+            self._shapes = ShapeForBits(self._shapes.request)
         self._shaped_at, self.whole_rate_at = self.now, None
 
     def _shape(self) -> None:
         assert self._shapes is not None
         self._shaped_at += SHAPED_EVERY_S
-        limits = LIMITS[self._shapes.wish.quality]
+        limits = LIMITS[self._shapes.request.quality]
         bits_per_s = round(min(limits.bits_per_s, self.rate.budget_bps) / 1.1)
         self._rate_hz = self._shapes.choose(bits_per_s, self.now, is_free=self.rate.is_free(self.now)).rate_hz
         if self._rate_hz == limits.rate_hz and self.whole_rate_at is None:

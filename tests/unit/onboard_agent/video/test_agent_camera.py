@@ -25,7 +25,7 @@ class Scripted(Source):
         self.refuses: str | None = None
         self.opened = self.closed = 0
 
-    def open(self, wish: PictureRequest) -> None:
+    def open(self, request: PictureRequest) -> None:
         self.opened += 1
         if self.refuses:
             raise CameraLost(self.refuses)

@@ -52,8 +52,8 @@ def test_the_colours_are_said_in_each_stream_as_they_are_coded(frames: list[av.V
     for picture in pictures(frames[:2], RATE_HZ):
         (coded,) = encoder.encode(picture, force_key=True)
         (shown,) = decoder.decode(av.Packet(coded.payload))
-        told = decoder.color_range, decoder.color_primaries, decoder.color_trc, decoder.colorspace
-        assert told == (ColorRange.MPEG, ColorPrimaries.SMPTE170M, ColorTrc.SMPTE170M, SMPTE170M_MATRIX)
+        reported = decoder.color_range, decoder.color_primaries, decoder.color_trc, decoder.colorspace
+        assert reported == (ColorRange.MPEG, ColorPrimaries.SMPTE170M, ColorTrc.SMPTE170M, SMPTE170M_MATRIX)
         assert (shown.color_range, shown.colorspace) == (ColorRange.MPEG, SMPTE170M_MATRIX)
 
 

@@ -108,6 +108,6 @@ def test_ffprobe_finds_nothing_wrong(tmp_path: Path, begin: int) -> None:
     path = tmp_path / "units.ts"
     path.write_bytes(flown(begin))
     asked = ["ffprobe", "-v", "warning", "-count_frames", "-show_entries", "stream=codec_name,width,nb_read_frames"]
-    told = subprocess.run([*asked, "-of", "csv=p=0", path], capture_output=True, text=True, check=True, timeout=30)
-    assert told.stderr == ""
-    assert told.stdout.split() == [f"mpeg1video,320,{60 - begin}"] * 2  # the programme's, and the file's
+    reported = subprocess.run([*asked, "-of", "csv=p=0", path], capture_output=True, text=True, check=True, timeout=30)
+    assert reported.stderr == ""
+    assert reported.stdout.split() == [f"mpeg1video,320,{60 - begin}"] * 2  # the programme's, and the file's

@@ -97,9 +97,9 @@ def test_it_asks_for_compressed_pictures_of_the_size_and_keeps_none_waiting(tmp_
     assert capture.properties[cv2.CAP_PROP_BUFFERSIZE] == 1
     assert capture.properties[cv2.CAP_PROP_FOURCC] == cv2.VideoWriter.fourcc(*"MJPG")
     assert (capture.properties[cv2.CAP_PROP_FRAME_WIDTH], capture.properties[cv2.CAP_PROP_FPS]) == (640, 30)
-    told = FakeCapture(YUYV, "YUYV")
-    opened(tmp_path, told, Mode(1280, 720, 60))
-    assert (told.properties[cv2.CAP_PROP_FRAME_HEIGHT], told.properties[cv2.CAP_PROP_FPS]) == (720, 60)
+    reported = FakeCapture(YUYV, "YUYV")
+    opened(tmp_path, reported, Mode(1280, 720, 60))
+    assert (reported.properties[cv2.CAP_PROP_FRAME_HEIGHT], reported.properties[cv2.CAP_PROP_FPS]) == (720, 60)
 
 
 def test_the_drivers_stamp_counts_when_it_is_of_our_clock(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from onboard_agent.video.core.child_watch import FIRST_WORD_WITHIN_S, LOOK_EVERY_S, ChildWatch, Verdict, state_of
+from onboard_agent.video.core.child_watch import CHECK_EVERY_S, FIRST_WORD_WITHIN_S, ChildWatch, Verdict, state_of
 from onboard_agent.video.core.lines import REPORT_EVERY_S
 
 TICK_S = 0.1
@@ -21,7 +21,7 @@ class Scene:
         """After how long it was said to be silent, and given up. `states`: as the system has its threads."""
         began, said_s, hung_s = self.now, None, None
         while hung_s is None and self.now < began + most_s:
-            self.now += LOOK_EVERY_S
+            self.now += CHECK_EVERY_S
             verdict = self.watch.judge(states if self.watch.is_silent else "", self.now)
             if verdict is not Verdict.WELL and said_s is None:
                 said_s = self.now - began
@@ -88,7 +88,7 @@ def test_before_its_first_word_it_is_waited_for() -> None:
     scene.watch = ChildWatch(scene.now)
     said_s, hung_s = scene.silent_for("SSSS", 2 * FIRST_WORD_WITHIN_S)
     assert hung_s == said_s
-    assert hung_s == pytest.approx(FIRST_WORD_WITHIN_S, abs=2 * LOOK_EVERY_S)
+    assert hung_s == pytest.approx(FIRST_WORD_WITHIN_S, abs=2 * CHECK_EVERY_S)
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,7 @@ class TransactionHandler:
     def __init__(self) -> None:
         self.cameras: list[SlowCamera] = []
         self.process = VideoProcess(
-            Parts(lambda _wish, _changed: self.make(), lambda _codec, _quality: None, lambda: ()),  # type: ignore[arg-type, return-value]
+            Parts(lambda _request, _changed: self.make(), lambda _codec, _quality: None, lambda: ()),  # type: ignore[arg-type, return-value]
             None,
             (),
             lambda _report: None,

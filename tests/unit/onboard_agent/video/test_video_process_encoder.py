@@ -64,7 +64,7 @@ async def test_that_an_encoder_does_not_answer_is_said_until_it_does() -> None:
             lives.set()
 
     encoder = HangingEncoder()
-    parts = Parts(lambda _wish, _changed: OnePicture(), lambda _codec, _quality: cast(Encoder, encoder), lambda: ())
+    parts = Parts(lambda _request, _changed: OnePicture(), lambda _codec, _quality: cast(Encoder, encoder), lambda: ())
     process = VideoProcess(parts, None, (), say)
     process.watched(Watched(ticket="t", streams=(StreamRequest(Quality.LOW, Codec.MPEG1),)))
     process._channel = cast(VideoChannel, OpenChannel())

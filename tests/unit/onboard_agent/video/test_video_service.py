@@ -16,8 +16,8 @@ from onboard_agent.video.core.service import KEEP_S, SILENT_WORDS, STOPPED_WORDS
 from wire.transactions import TRANSACTIONS
 from wire.video import VIDEO, CameraState, Codec, Quality, StreamRequest, VideoWanted
 
-WISH = StreamRequest(Quality.LOW, Codec.MPEG1)
-WANTED = VideoWanted(ticket="t", streams=(WISH,))
+REQUEST = StreamRequest(Quality.LOW, Codec.MPEG1)
+WANTED = VideoWanted(ticket="t", streams=(REQUEST,))
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def service() -> VideoService:
     return service
 
 
-def told(service: VideoService) -> CameraState | None:
+def sent_states(service: VideoService) -> CameraState | None:
     state = service.messages_to_tower()
     return None if state is None else state.camera
 
@@ -37,7 +37,7 @@ def test_it_runs_when_something_is_watched_and_a_while_longer(service: VideoServ
     service.wanted(WANTED, 1.0)
     assert service.should_run(1.0)
     assert service.should_run(1e6)
-    assert service.watched == Watched(ticket="t", streams=(WISH,))
+    assert service.watched == Watched(ticket="t", streams=(REQUEST,))
     service.wanted(VideoWanted(ticket="t"), 2.0)
     assert service.watched.streams == ()
     assert service.should_run(2.0 + KEEP_S - 1)
@@ -51,25 +51,25 @@ def test_nothing_is_watched_over_a_link_that_is_down(service: VideoService) -> N
     assert service.should_run(3.0), "the next link comes soon"
     assert service.messages_to_tower() is None
     service.link_up((VIDEO,))
-    assert told(service) is CameraState.IDLE
+    assert sent_states(service) is CameraState.IDLE
     service.wanted(WANTED, 3.0)
-    assert told(service) is CameraState.OPENING
+    assert sent_states(service) is CameraState.OPENING
 
 
 def test_that_it_does_not_answer_is_said_until_it_does(service: VideoService) -> None:
     service.wanted(WANTED, 0.0)
     service.silent()
-    assert told(service) is CameraState.OPENING, "it has not said anything yet"
+    assert sent_states(service) is CameraState.OPENING, "it has not said anything yet"
     service.reported(Report(camera=CameraState.LIVE))
-    assert told(service) is CameraState.LIVE
+    assert sent_states(service) is CameraState.LIVE
     service.silent()
     state = service.messages_to_tower()
     assert state is not None
     assert (state.camera, state.words) == (CameraState.LOST, SILENT_WORDS)
     service.silent()
-    assert told(service) is None, "said once"
+    assert sent_states(service) is None, "said once"
     service.reported(Report(camera=CameraState.LIVE))
-    assert told(service) is CameraState.LIVE
+    assert sent_states(service) is CameraState.LIVE
     service.reported(Report(camera=CameraState.LOST, words="unplugged"))
     service.silent()
     state = service.messages_to_tower()
@@ -106,18 +106,18 @@ def test_without_a_camera_or_a_tower_for_it_there_is_no_video(has_camera: bool, 
 
 
 def test_the_tower_is_told_each_change_once(service: VideoService) -> None:
-    assert told(service) is CameraState.IDLE
-    assert told(service) is None
+    assert sent_states(service) is CameraState.IDLE
+    assert sent_states(service) is None
     service.wanted(WANTED, 0.0)
-    assert told(service) is CameraState.OPENING
+    assert sent_states(service) is CameraState.OPENING
     service.reported(Report(camera=CameraState.IDLE))
-    assert told(service) is None
+    assert sent_states(service) is None
     service.reported(Report(camera=CameraState.LIVE, codecs=(Codec.MPEG1,)))
     state = service.messages_to_tower()
     assert state is not None
     assert (state.camera, state.codecs) == (CameraState.LIVE, (Codec.MPEG1,))
     service.reported(Report(camera=CameraState.LIVE, codecs=(Codec.MPEG1,)))
-    assert told(service) is None
+    assert sent_states(service) is None
     service.reported(Report(camera=CameraState.LOST, words="x" * 500, thin=True))
     state = service.messages_to_tower()
     assert state is not None
@@ -127,19 +127,19 @@ def test_the_tower_is_told_each_change_once(service: VideoService) -> None:
     assert state is not None
     assert (state.camera, state.words) == (CameraState.LOST, STOPPED_WORDS)
     service.reported(Report(camera=CameraState.OPENING))
-    assert told(service) is CameraState.OPENING
+    assert sent_states(service) is CameraState.OPENING
     service.link_resumed()
-    assert told(service) is CameraState.OPENING, "all again on another control channel"
+    assert sent_states(service) is CameraState.OPENING, "all again on another control channel"
     service.wanted(VideoWanted(ticket="t"), 5.0)
     service.ended()
-    assert told(service) is CameraState.IDLE, "nobody watches: nobody need know"
+    assert sent_states(service) is CameraState.IDLE, "nobody watches: nobody need know"
 
 
 @pytest.mark.parametrize(
     "message",
     [
         SetUp(tower="https://t", camera="rtsp://u:p@h", uplinks=("",)),
-        Watched(ticket="t", streams=(WISH,)),
+        Watched(ticket="t", streams=(REQUEST,)),
         Watched(),
     ],
 )

@@ -16,8 +16,8 @@ HIGH_H264 = StreamRequest(Quality.HIGH, Codec.H264)
 
 
 def test_with_enough_everybody_has_the_most() -> None:
-    wishes = [HIGH, LOW, MEDIUM]
-    assert allot(10e6, wishes) == {wish: max_bps(wish) for wish in wishes}
+    requests = [HIGH, LOW, MEDIUM]
+    assert allot(10e6, requests) == {request: max_bps(request) for request in requests}
 
 
 def test_the_higher_quality_gives_way_first() -> None:
@@ -26,9 +26,9 @@ def test_the_higher_quality_gives_way_first() -> None:
     for budget in range(3_000_000, 0, -10_000):
         shares = allot(budget, [LOW, MEDIUM, HIGH])
         assert sum(shares.values()) <= max(budget, MIN_BPS)
-        for wish, share in shares.items():
-            if share <= min_bps(wish) and before[wish] > min_bps(wish):
-                gave_way.append(wish)
+        for request, share in shares.items():
+            if share <= min_bps(request) and before[request] > min_bps(request):
+                gave_way.append(request)
         before = shares
     assert gave_way == [HIGH, MEDIUM, LOW]
 
@@ -181,12 +181,12 @@ def test_a_break_is_kept_for_the_streams_that_do_not_take_its_picture() -> None:
     streaming = Streaming(0.0)
     streaming.watch([LOW, HIGH], 0.0)
     flow(streaming, 0)
-    told: dict[Quality, list[bool]] = {Quality.LOW: [], Quality.HIGH: []}
+    reported: dict[Quality, list[bool]] = {Quality.LOW: [], Quality.HIGH: []}
     for number in range(1, 30):
         for unit in flow(streaming, number * 33_333, is_break=number == 4):
-            told[decode_unit(unit).quality].append(decode_unit(unit).is_break)
-    assert told[Quality.HIGH].count(True) == 1
-    assert told[Quality.LOW].count(True) == 1
+            reported[decode_unit(unit).quality].append(decode_unit(unit).is_break)
+    assert reported[Quality.HIGH].count(True) == 1
+    assert reported[Quality.LOW].count(True) == 1
 
 
 def test_no_picture_is_encoded_that_would_come_late() -> None:

@@ -2132,6 +2132,29 @@ export interface components {
             /** @default operator */
             readonly role?: components["schemas"]["Role"];
         };
+        /** @description Which plan of one kind is on board, as far as the tower knows. */
+        readonly OnboardPlanView: {
+            /**
+             * @description Items
+             * @default 0
+             */
+            readonly count: number;
+            /**
+             * @description False: it may be half of one, and no mission can be started
+             * @default true
+             */
+            readonly fit_to_fly: boolean;
+            /** @description Of the plan as the autopilot has it; null: not known */
+            readonly hash: string | null;
+            readonly kind: components["schemas"]["PlanKind"];
+            /** @description Of the plan as it was sent, where the autopilot keeps some fields in its own way */
+            readonly sent_hash: string | null;
+            /**
+             * @default unknown
+             * @enum {string}
+             */
+            readonly state: "known" | "unknown";
+        };
         readonly OnlineView: {
             /** @description Live connections: browsers and programs */
             readonly connections: number;
@@ -2288,29 +2311,6 @@ export interface components {
             readonly kind?: "password";
             readonly password: string;
         };
-        /** @description Which plan of one kind is on board, as far as the tower knows. */
-        readonly PlanBoardView: {
-            /**
-             * @description Items
-             * @default 0
-             */
-            readonly count: number;
-            /**
-             * @description False: it may be half of one, and no mission can be started
-             * @default true
-             */
-            readonly fit_to_fly: boolean;
-            /** @description Of the plan as the autopilot has it; null: not known */
-            readonly hash: string | null;
-            readonly kind: components["schemas"]["PlanKind"];
-            /** @description Of the plan as it was sent, where the autopilot keeps some fields in its own way */
-            readonly sent_hash: string | null;
-            /**
-             * @default unknown
-             * @enum {string}
-             */
-            readonly state: "known" | "unknown";
-        };
         /** @description What becomes of a plan in the drone's autopilot. */
         readonly PlanKeptView: {
             /** @description As people call it */
@@ -2337,7 +2337,7 @@ export interface components {
              *       "state": "unknown"
              *     }
              */
-            readonly fence: components["schemas"]["PlanBoardView"];
+            readonly fence: components["schemas"]["OnboardPlanView"];
             /**
              * @default {
              *       "count": 0,
@@ -2346,7 +2346,7 @@ export interface components {
              *       "state": "unknown"
              *     }
              */
-            readonly mission: components["schemas"]["PlanBoardView"];
+            readonly mission: components["schemas"]["OnboardPlanView"];
             /**
              * @default {
              *       "count": 0,
@@ -2355,7 +2355,7 @@ export interface components {
              *       "state": "unknown"
              *     }
              */
-            readonly rally: components["schemas"]["PlanBoardView"];
+            readonly rally: components["schemas"]["OnboardPlanView"];
         };
         /** @description A plan on board, with its items. */
         readonly PlanView: {

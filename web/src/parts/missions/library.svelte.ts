@@ -14,11 +14,11 @@ export class Library {
   hasConflict = $state(false);
   /** What an opened plan could not keep. */
   dropped = $state.raw<readonly string[]>([]);
-  readonly #desk: PlanWorkspace;
+  readonly #workspace: PlanWorkspace;
   readonly #rest: MissionRest;
 
-  constructor(desk: PlanWorkspace, rest: MissionRest) {
-    this.#desk = desk;
+  constructor(workspace: PlanWorkspace, rest: MissionRest) {
+    this.#workspace = workspace;
     this.#rest = rest;
   }
 
@@ -28,13 +28,13 @@ export class Library {
 
   /** Over the one that it follows. True when it was saved. */
   save(): Promise<boolean> {
-    const { library } = this.#desk;
+    const { library } = this.#workspace;
     return library ? this.#over(library.id, library.version) : Promise.resolve(false);
   }
 
   /** Whatever anybody saved meanwhile. */
   async saveAllTheSame(): Promise<boolean> {
-    const { library } = this.#desk;
+    const { library } = this.#workspace;
     if (!library) return false;
     let version = library.version;
     const isRead = await this.request.run(async () => {
@@ -44,7 +44,7 @@ export class Library {
   }
 
   saveAs(name: string, shared: boolean): Promise<boolean> {
-    const document = documentOf(this.#desk.plan);
+    const document = documentOf(this.#workspace.plan);
     return this.request.run(async () => this.#saved(await this.#rest.addMission({ name, document, shared })));
   }
 
@@ -52,7 +52,7 @@ export class Library {
     return this.request.run(async () => {
       const { document, name, version } = await this.#rest.mission(id);
       const { plan, dropped } = planOfDocument(document);
-      this.#desk.open(plan, name, { id, version }, true);
+      this.#workspace.open(plan, name, { id, version }, true);
       this.hasConflict = false;
       this.dropped = dropped;
     });
@@ -63,21 +63,21 @@ export class Library {
       const { name, document, version } = await this.#rest.mission(one.id);
       const saved = await this.#rest.saveMission(one.id, version, { name, document, shared });
       // What is on the screen follows the version that was seen: only where nobody came between.
-      const { library } = this.#desk;
+      const { library } = this.#workspace;
       if (library?.id === one.id && library.version === version)
-        this.#desk.library = { id: one.id, version: saved.version };
+        this.#workspace.library = { id: one.id, version: saved.version };
     });
   }
 
   remove(one: SavedMission): Promise<boolean> {
     return this.request.run(async () => {
       await this.#rest.removeMission(one.id);
-      if (this.#desk.library?.id === one.id) this.#desk.library = null;
+      if (this.#workspace.library?.id === one.id) this.#workspace.library = null;
     });
   }
 
   #over(id: number, version: number): Promise<boolean> {
-    const { plan, name } = this.#desk;
+    const { plan, name } = this.#workspace;
     return this.request.run(async () => {
       try {
         const { shared } = await this.#rest.mission(id);
@@ -90,7 +90,7 @@ export class Library {
   }
 
   #saved({ id, name, version }: SavedMission): void {
-    this.#desk.markSaved(name, { id, version });
+    this.#workspace.markSaved(name, { id, version });
     this.hasConflict = false;
   }
 }

@@ -7,7 +7,7 @@ import type { FlightValues } from '../../link/flight_values';
 import { isGood, outcomeWords } from '../../link/outcome';
 import type { Vehicle } from '../../link/vehicle';
 
-export interface Told {
+export interface CommandReport {
   readonly isGood: boolean;
   readonly words: string;
 }
@@ -26,7 +26,7 @@ export class MissionActions {
   }
 
   /** Null: the pilot thought better of it. `items`: of the mission on board. */
-  async start(items: number): Promise<Told | null> {
+  async start(items: number): Promise<CommandReport | null> {
     const name = this.#name;
     const { airborne, armed } = this.#values();
     const what = `flies the mission that is on board (${items} items)`;
@@ -35,7 +35,7 @@ export class MissionActions {
         ? `${name} is in the air. It ${what}, from the first item on, at once.`
         : `${name} has its motors running. It ${what}: it takes off. Is everybody clear of it?`;
       if (!(await ask({ title: `Start the mission of ${name}?`, text, confirmLabel: 'Start' }))) return null;
-      return this.#begun(() => this.#tell('Start the mission', { command: 'start' }));
+      return this.#begun(() => this.#perform('Start the mission', { command: 'start' }));
     }
     const text = `The motors of ${name} will start to turn. It ${what}: it takes off. Is everybody clear of it?`;
     const acknowledge = await agreeToArm(this.#vehicle, {
@@ -45,41 +45,41 @@ export class MissionActions {
     });
     if (!acknowledge) return null;
     // The tower arms it as one of the steps.
-    return this.#begun(() => this.#tell('Arm and start the mission', { command: 'start' }, acknowledge));
+    return this.#begun(() => this.#perform('Arm and start the mission', { command: 'start' }, acknowledge));
   }
 
-  async #begun(action: () => Promise<Told>): Promise<Told> {
-    const told = await action();
-    if (told.isGood) this.#vehicle.mission.begun();
-    return told;
+  async #begun(action: () => Promise<CommandReport>): Promise<CommandReport> {
+    const reported = await action();
+    if (reported.isGood) this.#vehicle.mission.begun();
+    return reported;
   }
 
   /** Never asks: it is what one does when something is in the way. */
-  pause(): Promise<Told> {
-    return this.#tell('Pause', { command: 'pause' });
+  pause(): Promise<CommandReport> {
+    return this.#perform('Pause', { command: 'pause' });
   }
 
-  async resume(item: number | null): Promise<Told | null> {
+  async resume(item: number | null): Promise<CommandReport | null> {
     const where = item === null ? 'where it was interrupted' : `with item ${item + 1}`;
     const text = `${this.#name} flies on with its mission, ${where}, at once.`;
     if (!(await ask({ title: `${this.#name}: fly on?`, text, confirmLabel: 'Resume' }))) return null;
-    return this.#tell('Resume', { command: 'resume' });
+    return this.#perform('Resume', { command: 'resume' });
   }
 
-  async jump(item: number, label: string): Promise<Told | null> {
+  async jump(item: number, label: string): Promise<CommandReport | null> {
     const text = `${this.#name} goes on with item ${item + 1} (${label}) of its mission; what lies between is left out.`;
     const question = { title: `${this.#name}: fly on from item ${item + 1}?`, text, confirmLabel: 'Fly on from there' };
     if (!(await ask(question))) return null;
-    return this.#tell(`Jump to item ${item + 1}`, { command: 'jump', item });
+    return this.#perform(`Jump to item ${item + 1}`, { command: 'jump', item });
   }
 
-  async returnHome(): Promise<Told | null> {
+  async returnHome(): Promise<CommandReport | null> {
     const text = `${this.#name} leaves its mission, flies back to its home and lands there.`;
     if (!(await ask({ title: `Return ${this.#name}?`, text, confirmLabel: 'Return' }))) return null;
-    return this.#tell('Return', { command: 'rtl' });
+    return this.#perform('Return', { command: 'rtl' });
   }
 
-  async #tell(label: string, command: DroneCommand, before?: () => Promise<void>): Promise<Told> {
+  async #perform(label: string, command: DroneCommand, before?: () => Promise<void>): Promise<CommandReport> {
     const outcome = await this.#vehicle.command(label, command, before);
     return { isGood: isGood(outcome), words: `${label}: ${outcomeWords(this.#name, outcome)}` };
   }

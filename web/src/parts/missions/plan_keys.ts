@@ -19,12 +19,12 @@ const isOnMap = (event: KeyboardEvent): boolean =>
   event.target instanceof HTMLElement && event.target.classList.contains('maplibregl-canvas');
 
 /** To be asked in the capture phase: the map would move itself by the arrows that are ours. */
-export function planKeys(desk: PlanWorkspace, page: PlanKeysPage): (event: KeyboardEvent) => void {
+export function planKeys(workspace: PlanWorkspace, page: PlanKeysPage): (event: KeyboardEvent) => void {
   /** Arrows move the map while it has the focus; with Shift, what is chosen on it. */
   function shift(event: KeyboardEvent, north: number, east: number): boolean {
-    if (!event.shiftKey || !isOnMap(event) || desk.drawing.selected.size === 0) return false;
+    if (!event.shiftKey || !isOnMap(event) || workspace.drawing.selected.size === 0) return false;
     const far = event.repeat ? NUDGE_FAR_M : NUDGE_M;
-    desk.take(nudge(desk.drawing, north * far, east * far, desk.plan));
+    workspace.take(nudge(workspace.drawing, north * far, east * far, workspace.plan));
     event.stopPropagation();
     return true;
   }
@@ -32,28 +32,28 @@ export function planKeys(desk: PlanWorkspace, page: PlanKeysPage): (event: Keybo
   /** True when the key was for it. */
   const actions: Record<string, (event: KeyboardEvent) => boolean> = {
     escape: () => {
-      desk.drawing = back(desk.drawing);
-      if (desk.drawing.tool === 'select') desk.retaken = null;
+      workspace.drawing = back(workspace.drawing);
+      if (workspace.drawing.tool === 'select') workspace.retaken = null;
       return true;
     },
     delete: () => {
-      desk.take(remove(desk.drawing, desk.plan));
+      workspace.take(remove(workspace.drawing, workspace.plan));
       return true;
     },
     backspace: (event) => {
       if (!isOnMap(event) && event.target !== document.body) return false;
-      desk.take(remove(desk.drawing, desk.plan));
+      workspace.take(remove(workspace.drawing, workspace.plan));
       return true;
     },
     enter: (event) => {
-      if (desk.drawing.draft.length === 0) return false;
+      if (workspace.drawing.draft.length === 0) return false;
       if (isOnMap(event)) {
         const hasEnded = page.map()?.ends() ?? false;
         if (hasEnded) event.stopPropagation();
         return hasEnded;
       }
       if (event.target !== document.body) return false;
-      desk.take({ drawing: finish(desk.drawing), edits: [] });
+      workspace.take({ drawing: finish(workspace.drawing), edits: [] });
       return true;
     },
     '0': () => {
@@ -77,21 +77,21 @@ export function planKeys(desk: PlanWorkspace, page: PlanKeysPage): (event: Keybo
     const isInField = isTyping(event);
     if (isCtrl && key === 's') {
       event.preventDefault();
-      if (!desk.isEmpty) page.save();
+      if (!workspace.isEmpty) page.save();
       return;
     }
     // A field that is being typed in has an undo of its own.
     if (isCtrl && !isInField && (key === 'z' || key === 'y')) {
       event.preventDefault();
-      if (key === 'y' || event.shiftKey) desk.redo();
-      else desk.undo();
+      if (key === 'y' || event.shiftKey) workspace.redo();
+      else workspace.undo();
       return;
     }
     if (isInField || isCtrl || event.altKey) return;
     if (!actions[key]?.(event)) {
       const chosen = TOOLS.find((one) => one.key === key);
       if (!chosen || event.shiftKey) return;
-      desk.tool(chosen.tool);
+      workspace.tool(chosen.tool);
       if (chosen.tool !== 'select') document.querySelector<HTMLElement>('.maplibregl-canvas')?.focus();
     }
     event.preventDefault();

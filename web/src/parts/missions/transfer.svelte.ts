@@ -32,11 +32,11 @@ export class Transfer {
   operation = $state.raw<Operation | null>(null);
   came = $state.raw<Came | null>(null);
   isCancelling = $state(false);
-  readonly #desk: PlanWorkspace;
+  readonly #workspace: PlanWorkspace;
   readonly #ways: Ways;
 
-  constructor(desk: PlanWorkspace, ways: Ways) {
-    this.#desk = desk;
+  constructor(workspace: PlanWorkspace, ways: Ways) {
+    this.#workspace = workspace;
     this.#ways = ways;
   }
 
@@ -45,7 +45,7 @@ export class Transfer {
   }
 
   upload(kinds: readonly PlanKind[], whileFlying: boolean): Promise<void> {
-    const { plan } = this.#desk;
+    const { plan } = this.#workspace;
     const { rest, droneId, name } = this.#ways;
     return this.#each(kinds, `to ${name}`, (kind) =>
       rest.upload(droneId, kind, itemsOf(plan, kind).map(rowOf), whileFlying),
@@ -54,7 +54,7 @@ export class Transfer {
 
   /** What the drone's autopilot would not keep of these. Of a kind that nobody can say it of there is nothing. */
   async foresee(kinds: readonly PlanKind[]): Promise<Foreseen[]> {
-    const { plan } = this.#desk;
+    const { plan } = this.#workspace;
     const { rest, droneId } = this.#ways;
     const asked = kinds.map(async (kind): Promise<Foreseen[]> => {
       try {
@@ -67,7 +67,7 @@ export class Transfer {
   }
 
   verify(kinds: readonly PlanKind[]): Promise<void> {
-    const { plan } = this.#desk;
+    const { plan } = this.#workspace;
     const { rest, droneId, name } = this.#ways;
     return this.#each(kinds, `compared with ${name}`, (kind) =>
       rest.verify(droneId, kind, itemsOf(plan, kind).map(rowOf)),
@@ -85,7 +85,7 @@ export class Transfer {
     this.came = null;
     const { rest, droneId, name } = this.#ways;
     const dropped: string[] = [];
-    let after: Plan = this.#desk.plan;
+    let after: Plan = this.#workspace.plan;
     let kind: PlanKind = 'mission';
     const follow = this.#ways.operations.all.subscribe((all) => {
       const newest = [...all.values()].findLast((one) => one.drone_id === droneId && one.work === 'plan_download');
@@ -104,8 +104,8 @@ export class Transfer {
         after = part.plan;
         dropped.push(...part.dropped);
       }
-      this.#desk.apply(replacePlan(`Read from ${name}`, after));
-      this.#desk.shows += 1;
+      this.#workspace.apply(replacePlan(`Read from ${name}`, after));
+      this.#workspace.shows += 1;
       const words = [`What is on ${name} is on the screen.`, ...dropped].join(' ');
       this.came = { as: 'done', words };
     } catch (error) {

@@ -66,7 +66,7 @@ function rallyPoint({ fields, number: line }: TextLine, id: number, dropped: str
   const [heightM, breakM, direction] = fields.slice(3, 6).map((one) => float32Of(numberOf(one, line)));
   if (typeof heightM !== 'number') throw new NotAPlanFile(`Line ${line} has no height.`);
   const flags = wholeOf(fields[6]!, line, 'the flags', 0xff);
-  const told = (flags & 4) !== 0 ? HEIGHT_FRAMES[(flags >> 3) & 3]! : FRAME.GLOBAL_RELATIVE_ALT;
+  const reported = (flags & 4) !== 0 ? HEIGHT_FRAMES[(flags >> 3) & 3]! : FRAME.GLOBAL_RELATIVE_ALT;
   const lost = [
     ...(breakM ? [`the height to break off at (${shortFloat(breakM)} m)`] : []),
     ...(direction ? [`the direction to land in (${shortFloat(direction)})`] : []),
@@ -74,8 +74,8 @@ function rallyPoint({ fields, number: line }: TextLine, id: number, dropped: str
     ...(flags & 2 ? ['"land at once"'] : []),
   ];
   if (lost.length > 0) dropped.push(`Rally point ${id} was taken without ${lost.join(', ')}.`);
-  if (told === null) dropped.push(`Rally point ${id}: its height above the origin was taken as one above home.`);
-  return { id, frame: told ?? FRAME.GLOBAL_RELATIVE_ALT, spot, heightM };
+  if (reported === null) dropped.push(`Rally point ${id}: its height above the origin was taken as one above home.`);
+  return { id, frame: reported ?? FRAME.GLOBAL_RELATIVE_ALT, spot, heightM };
 }
 
 function readRally(lines: readonly TextLine[], settings: ReadSettings): ReadFile {

@@ -10,8 +10,14 @@ from hashlib import sha256
 
 import msgspec
 
-from server.live.operations.board_views import NO_PARAMETERS, NO_PLANS, ParametersStateView, PlanBoardView, PlansView
 from server.live.operations.metadata_store import MetadataStore
+from server.live.operations.onboard_views import (
+    NO_PARAMETERS,
+    NO_PLANS,
+    OnboardPlanView,
+    ParametersStateView,
+    PlansView,
+)
 from wire.control_messages import MalformedMessage
 from wire.parameters import Parameter, Table, by_name, table_hash, unpack_table
 from wire.plans import Plan, PlanKind, unpack_plan
@@ -41,7 +47,7 @@ def checked_plan(kind: PlanKind, packed: bytes, *, hash_: str | None = None, cou
     return items
 
 
-class Board:
+class OnboardState:
     """One for each drone. What is told to browsers is kept as the views that they are told."""
 
     def __init__(self) -> None:
@@ -53,29 +59,29 @@ class Board:
         self.logs_read_at: datetime | None = None
         self._known: dict[PlanKind, KnownPlan] = {}
 
-    def plan(self, kind: PlanKind) -> tuple[PlanBoardView, KnownPlan]:
+    def plan(self, kind: PlanKind) -> tuple[OnboardPlanView, KnownPlan]:
         """What is known of it."""
-        view: PlanBoardView = getattr(self.plans, kind.value)
+        view: OnboardPlanView = getattr(self.plans, kind.value)
         return view, self._known.get(kind, KnownPlan(None, None))
 
-    def plan_told(self, told: PlanOnBoard, at: datetime | None) -> bool:
+    def update_plan(self, reported: PlanOnBoard, at: datetime | None) -> bool:
         """Whether that is anything new. Raises MalformedMessage."""
-        packed = told.plan if told.hash is not None else None
+        packed = reported.plan if reported.hash is not None else None
         if packed is not None:
-            checked_plan(told.kind, packed, hash_=told.hash, count=told.count)
-        before, known = self.plan(told.kind)
-        if packed is None and told.hash is not None and told.hash == before.hash:
+            checked_plan(reported.kind, packed, hash_=reported.hash, count=reported.count)
+        before, known = self.plan(reported.kind)
+        if packed is None and reported.hash is not None and reported.hash == before.hash:
             packed = known.packed
-        self._known[told.kind] = KnownPlan(packed, at)
-        view = PlanBoardView(
-            kind=told.kind,
-            state="unknown" if told.hash is None else "known",
-            hash=told.hash,
-            sent_hash=told.sent_hash,
-            count=told.count if told.hash is not None else 0,
-            fit_to_fly=told.fit_to_fly,
+        self._known[reported.kind] = KnownPlan(packed, at)
+        view = OnboardPlanView(
+            kind=reported.kind,
+            state="unknown" if reported.hash is None else "known",
+            hash=reported.hash,
+            sent_hash=reported.sent_hash,
+            count=reported.count if reported.hash is not None else 0,
+            fit_to_fly=reported.fit_to_fly,
         )
-        self.plans = self.plans.model_copy(update={told.kind.value: view})
+        self.plans = self.plans.model_copy(update={reported.kind.value: view})
         return view != before
 
     def forget(self) -> None:
@@ -83,7 +89,7 @@ class Board:
         until a hash says that it is another."""
         self.plans = NO_PLANS
         self._known.clear()
-        self.parameters.told = NO_PARAMETERS
+        self.parameters.state = NO_PARAMETERS
         self.metadata.forget()
 
 
@@ -92,7 +98,7 @@ class ReportedParameters:
     drones have a million and a half of them."""
 
     def __init__(self) -> None:
-        self.told: ParametersStateView = NO_PARAMETERS
+        self.state: ParametersStateView = NO_PARAMETERS
         """As browsers are told."""
         self.read_at: datetime | None = None
         self._packed: bytes | None = None
@@ -107,44 +113,44 @@ class ReportedParameters:
     @property
     def lacks_table(self) -> bool:
         """Whether the agent has a table that is not here."""
-        return self.told.hash is not None and self.told.hash != self._hash
+        return self.state.hash is not None and self.state.hash != self._hash
 
-    def cache_told(self, told: ParameterCache) -> bool:
+    def update_cache(self, reported: ParameterCache) -> bool:
         """Whether that is anything new."""
-        before = self.told
-        self.told = ParametersStateView(hash=told.hash, count=told.count, total=told.total)
-        return self.told != before
+        before = self.state
+        self.state = ParametersStateView(hash=reported.hash, count=reported.count, total=reported.total)
+        return self.state != before
 
-    def table_told(self, told: ParameterTable, at: datetime | None) -> None:
+    def update_table(self, reported: ParameterTable, at: datetime | None) -> None:
         """Raises MalformedMessage."""
         try:
-            table = unpack_table(told.packed)
+            table = unpack_table(reported.packed)
         except ValueError as error:
             raise MalformedMessage(str(error)) from None
-        if table_hash(table) != told.hash:
+        if table_hash(table) != reported.hash:
             raise MalformedMessage("a table of parameters that is not what its hash says")
-        self._packed, self._hash, self.read_at = told.packed, told.hash, at
+        self._packed, self._hash, self.read_at = reported.packed, reported.hash, at
         self._changes.clear()
 
-    def changed(self, told: ParameterChanged, at: datetime | None) -> bool:
+    def changed(self, reported: ParameterChanged, at: datetime | None) -> bool:
         """One of them has another value. Whether browsers must hear of it. Raises MalformedMessage."""
         try:
-            parameter = msgspec.convert([told.name, told.value, told.kind], Parameter)
+            parameter = msgspec.convert([reported.name, reported.value, reported.kind], Parameter)
         except msgspec.ValidationError as error:
             raise MalformedMessage(str(error)) from None
-        if self.told.hash is None:
+        if self.state.hash is None:
             return False
-        if told.before == self._hash:
-            self._changes[told.name] = parameter
-            self._hash, self.read_at = told.hash, at
-        before = self.told
-        self.told = before.model_copy(update={"hash": told.hash})
-        return self.told != before
+        if reported.before == self._hash:
+            self._changes[reported.name] = parameter
+            self._hash, self.read_at = reported.hash, at
+        before = self.state
+        self.state = before.model_copy(update={"hash": reported.hash})
+        return self.state != before
 
     def table(self) -> Table | None:
         """All of them as they are now, or None where that is not known. Changes that do not add up to the hash that
         was told make the table one that is lacking."""
-        if self.told.hash is None or self._packed is None or self.lacks_table:
+        if self.state.hash is None or self._packed is None or self.lacks_table:
             return None
         table = unpack_table(self._packed)
         if self._changes:

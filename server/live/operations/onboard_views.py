@@ -13,7 +13,7 @@ ANSWER_CONFIG: Final = ConfigDict(frozen=True, json_schema_serialization_default
 """For views with defaults: every answer has every member, so the OpenAPI document requires them all."""
 
 
-class PlanBoardView(BaseModel):
+class OnboardPlanView(BaseModel):
     """Which plan of one kind is on board, as far as the tower knows."""
 
     model_config = ANSWER_CONFIG
@@ -34,9 +34,9 @@ class PlansView(BaseModel):
 
     model_config = ANSWER_CONFIG
 
-    mission: PlanBoardView = PlanBoardView(kind=PlanKind.MISSION)
-    fence: PlanBoardView = PlanBoardView(kind=PlanKind.FENCE)
-    rally: PlanBoardView = PlanBoardView(kind=PlanKind.RALLY)
+    mission: OnboardPlanView = OnboardPlanView(kind=PlanKind.MISSION)
+    fence: OnboardPlanView = OnboardPlanView(kind=PlanKind.FENCE)
+    rally: OnboardPlanView = OnboardPlanView(kind=PlanKind.RALLY)
 
 
 class ParametersStateView(BaseModel):
