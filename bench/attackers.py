@@ -168,7 +168,7 @@ async def slow_bodies(attack: Attack) -> None:
 
 
 async def connections(attack: Attack) -> None:
-    """So many connections that say nothing; each that is ended is opened anew."""
+    """So many connections that say nothing; each that is ended is opened again."""
 
     async def once(number: int) -> None:
         async with attack.connection(number) as (reader, _):

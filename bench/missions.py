@@ -40,7 +40,7 @@ LINE_WORDS: Final = "300 ms RTT, 2.5 % lost each way"
 FAR: Final = ", person behind a line too"
 UPLOAD, DOWNLOAD, PARAMETERS = "upload and verify", "download", "all parameters"
 CONNECTION: Final = "ground station connects"
-READ_ANEW: Final = "all parameters, read anew"
+READ_ANEW: Final = "all parameters, read again"
 TOWER_NEW: Final = "all parameters at a tower that has just been started"
 KNOCKS: Final = 10
 MAX_TOWERS: Final = 5
@@ -246,7 +246,7 @@ def _is_the_plan(got: list[list[Any]], rows: list[list[Any]]) -> bool:
 
 
 async def _mavsdk(trial: Trial, installed: Installed, number: int) -> None:
-    """Its server is started anew, so that it knows nothing; the clock runs from when it is connected."""
+    """Its server is started again, so that it knows nothing; the clock runs from when it is connected."""
     figures, rows = trial.figures, survey(trial.items, number)
     what = "connect"
     try:

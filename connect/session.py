@@ -139,7 +139,7 @@ class Session:
             self._say(f"you had the controls of {drone.name} before, and they stay yours when this ends")
             return False
         if not answer.done:
-            raise Ended(f"the controls of {drone.name} are not to be had: {answer.words}")
+            raise Ended(f"the controls of {drone.name} are not available: {answer.words}")
         return True
 
     async def _release(self, drone: Chosen) -> None:

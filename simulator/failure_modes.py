@@ -25,7 +25,7 @@ class Failure(StrEnum):
     MISSION_ENDS_EARLY = "mission-ends-early"
     """After half of the items the upload is acknowledged as accepted: what is stored is that half."""
     REBOOT_DURING_UPLOAD = "reboot-during-upload"
-    """After half of the items of an upload the vehicle starts anew, once; not while it is armed."""
+    """After half of the items of an upload the vehicle starts again, once; not while it is armed."""
     MISSION_FULL = "mission-full"
     """MISSION_COUNT is answered with MAV_MISSION_NO_SPACE."""
     OLD_MISSION_REQUESTS = "old-mission-requests"

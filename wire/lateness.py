@@ -38,7 +38,7 @@ class Lateness:
         """Seconds by which this stamp is late, 0 or more. The first one of a sender is never late.
 
         `at_most_s`: what is otherwise known of it. A stamp that claims more tells of a clock that stood still (a
-        computer that slept), and is measured anew by what is known.
+        computer that slept), and is measured again by what is known.
         """
         if self._first is None:
             self._first = (stamp, now)
@@ -47,7 +47,7 @@ class Lateness:
         sent_s = ((stamp - first_stamp + CLOCK_MS // 2) % CLOCK_MS - CLOCK_MS // 2) / 1000.0
         offset = (now - first_now) - sent_s
         if abs(sent_s) > CLOCK_MS / 4000.0:
-            # Twelve days on: begin anew long before the difference could wrap.
+            # Twelve days on: begin again long before the difference could wrap.
             self._first = (stamp, now)
             self._least.clear()
             self._least.append((now, 0.0))

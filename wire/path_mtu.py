@@ -2,7 +2,7 @@
 
 Begins at a size that every path must carry, tries the largest that makes sense, and else halves the gap. A probe says
 "do not fragment"; everything else may be cut up on its way, so a path that shrinks costs speed and not the link. The
-size that was found is tried again from time to time; where it does not pass any more, the search begins anew.
+size that was found is tried again from time to time; where it does not pass any more, the search begins again.
 
 The agent probes. The tower takes over what it saw arrive: on nearly every path both directions carry the same.
 Where several uplinks are in use, each datagram goes by all of them, so the least of what they carry counts.

@@ -130,7 +130,7 @@ def change_words(keeping: KeptFields, change: Change) -> str:
     """A sentence or two about a change ahead."""
     if change.field == COUNT:
         room = f"{keeping.name} has room for {change.kept:.0f} on the usual boards"
-        return f"{change.sent:.0f} items: {room}. One that has no more refuses them all."
+        return f"{change.sent:.0f} items: {room}. An autopilot with less space refuses all of them."
     what, sent, kept = (
         _FIELD_WORDS.get(change.field, change.field),
         number_words(change.sent),

@@ -80,7 +80,7 @@ class PlanVerifyWork(msgspec.Struct, frozen=True, tag="plan_verify", tag_field="
 
 
 class ParametersReadWork(msgspec.Struct, frozen=True, tag="parameters_read", tag_field="work"):
-    """Tell the parameters. `again`: ask the autopilot anew, not the cache."""
+    """Tell the parameters. `again`: ask the autopilot again, not the cache."""
 
     again: bool = False
 
@@ -220,7 +220,7 @@ class ParameterCache(msgspec.Struct, frozen=True, tag="parameter_cache", tag_fie
 
     `hash` (wire.parameters) None: not all are known yet, `count` of `total` are. A tower that has no table of that
     hash asks for it by a ParametersReadWork. `verified` False: the table is what the agent remembers of this autopilot
-    from another time, and is being read anew.
+    from another time, and is being read again.
     """
 
     hash: Hash | None

@@ -27,7 +27,7 @@ PROBE_IN_DOUBT_S: Final = 0.2
 PROBE_S: Final = 0.5
 
 ANSWERS_IN_A_ROW_WITHIN_S: Final = 1.5
-"""A longer gap between two answered probes begins the row anew."""
+"""A longer gap between two answered probes begins the row again."""
 
 MIN_NEEDED: Final = 2
 MAX_NEEDED: Final = 32

@@ -17,7 +17,7 @@ FORGOTTEN_AFTER_S: Final = 5.0
 """Silence after which it is taken for rebooted, and another sysid may be it."""
 
 CLOCK_STEP_BACK_MS: Final = 2_000
-"""A boot clock that goes back this far has begun anew; less is packets out of order."""
+"""A boot clock that goes back this far has begun again; less is packets out of order."""
 
 AIRBORNE_ABOVE_M: Final = 1.0
 

@@ -50,7 +50,7 @@ class AfterRestart:
         if record is None:
             return []
         if now - self._began_at > GIVE_UP_AFTER_S:
-            hold.overruled(needs_sticks=False, now=now, why="the autopilot is not heard")
+            hold.overruled(needs_sticks=False, now=now, why="no heartbeat from the autopilot")
             self._record = None
             return []
         if record.sticks and not hold.sticks_on:

@@ -156,7 +156,7 @@ class Failsafe:
         if cause is HoldCause.ORDER and modes is not None and view.custom_mode == modes.mission.custom_mode:
             self._holder.mission_before_hold = not self._hands_changed(now)
         stays_already = without_sticks or self._hold.stage is HoldStage.STAY
-        self.lost.begin_anew()
+        self.lost.restart()
         if armed:
             self._person.hold_began(now)
         stays = self._stays(stays_already=stays_already)

@@ -45,6 +45,6 @@ class HoldFiles:
             try:
                 change()
             except OSError as error:
-                _log.error("%s cannot be written (%s): an agent that starts anew will not know", self._path, error)
+                _log.error("%s cannot be written (%s): an agent that starts again will not know", self._path, error)
 
         self._worker.submit(carry_out)

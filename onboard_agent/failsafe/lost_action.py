@@ -177,7 +177,7 @@ class LostActing:
         self.phase, self.lost, self.action, self.due_in_s = LostPhase.DONE, Lost.PERSON, action, None
         self._say(words)
 
-    def begin_anew(self) -> None:
+    def restart(self) -> None:
         """A hold begins: what was done about a loss before is over."""
         self._ladder.stop()
         self.phase = LostPhase.QUIET

@@ -1,7 +1,7 @@
 """For how long nobody has flown a drone that is made to hold, or whose holder is gone. No I/O; takes `now`.
 
 Laws, each with a test:
-- A hold begins the count anew: whoever made it hold was there.
+- A hold begins the count again: whoever made it hold was there.
 - Whoever flies, by sticks or by a command that the autopilot shows, ends it.
 - A holder who is gone begins it; one who is back ends it, unless the drone holds: then they must fly or say "stay".
 - A lease that ends while the holder is gone changes nothing. One that is released is no loss.

@@ -108,7 +108,7 @@ def _check_private(path: Path) -> None:
     if mode & ~allowed & 0o777:
         raise Unusable(
             f"the drone's key in {path} can be read by others on this machine (mode {mode:03o}): chmod 600 it, and "
-            "enrol the drone anew if anybody may have read it"
+            "enrol the drone again if anybody may have read it"
         )
     if found.st_uid not in (os.geteuid(), _SUPERUSER):
         raise Unusable(f"the drone's key in {path} belongs to another user of this machine: chown it to the agent's")

@@ -43,7 +43,7 @@ class KeySignIn:
         if tower_key is not None and tower_key != challenge.tower_key:
             raise NotOurTower(
                 f"{tower} is not the tower that enrolled this drone: its key is {fingerprint(challenge.tower_key)}, "
-                f"and should be {fingerprint(tower_key)}. If it was set up anew, enrol the drone anew"
+                f"and should be {fingerprint(tower_key)}. If it was set up again, enrol the drone again"
             )
         binding = b""
         if challenge.bound:

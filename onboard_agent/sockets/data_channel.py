@@ -216,7 +216,7 @@ class DataChannel:
         self.sealed.fill_datagrams(self._path_mtu.datagram_bytes)
 
     async def _renew(self, uplink: _Uplink, now: float) -> None:
-        """Opens an uplink anew that is silent, or could not be opened."""
+        """Opens an uplink again that is silent, or could not be opened."""
         if now - max(uplink.heard_at, uplink.opened_at) < UDP_SILENT_S:
             return
         if not uplink.failure_logged:

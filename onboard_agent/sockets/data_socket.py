@@ -42,7 +42,7 @@ class DataSocket:
         return None if self._socket is None else str(self._socket.getsockname()[0])
 
     async def open(self, host: str, port: int) -> None:
-        """Opens, or opens anew from another source port. Raises OSError, and then the old one is still in use."""
+        """Opens, or opens again from another source port. Raises OSError, and then the old one is still in use."""
         opened = bound_socket(host, port, self.uplink)
         try:
             transport, _ = await asyncio.get_running_loop().create_datagram_endpoint(

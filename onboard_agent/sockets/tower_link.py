@@ -75,7 +75,7 @@ class LinkUser(Protocol):
         """The link that was up is gone."""
 
     def link_resumed(self) -> None:
-        """The link that is up has another control channel, on which everything is to be told anew."""
+        """The link that is up has another control channel, on which everything is to be told again."""
 
     def message(self, message: ToAgent) -> None:
         """A message of the control channel."""

@@ -78,7 +78,7 @@ class AutoProfile:
         self._patience = 1
 
     def new_link(self) -> None:
-        """The way may be another one: round trips are learnt anew. The profile stays until something is measured."""
+        """The way may be another one: round trips are learnt again. The profile stays until something is measured."""
         self._least_rtts.clear()
         self._too_much_since = self._at_ease_since = None
 

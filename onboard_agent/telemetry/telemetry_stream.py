@@ -42,7 +42,7 @@ class TelemetryStream:
         self._put_in_force()
 
     def link_up(self, now: float) -> None:
-        """A new link: it has to be measured anew."""
+        """A new link: it has to be measured again."""
         self._link_up_at = now
         self._auto.new_link()
 

@@ -112,5 +112,5 @@ class CommandAnswer:
     @property
     def _silence(self) -> str:
         if self._in_progress:
-            return "The autopilot began, and has not said how it ended."
-        return "The autopilot has not answered: whether it does it is not known."
+            return "The autopilot started, but did not report the result."
+        return "The autopilot has not answered. It is not known whether it carries out the command."

@@ -108,7 +108,7 @@ class CommandHandler:
         work = transaction.work
         assert isinstance(work, CommandWork)
         if around is None or not around.heard:
-            self._report(transaction.id, Outcome.REFUSED, "The autopilot is not heard.")
+            self._report(transaction.id, Outcome.REFUSED, "No heartbeat from the autopilot.")
             return
         self._system = around.system_id
         if not _fits(work):
@@ -120,7 +120,7 @@ class CommandHandler:
             self._report(
                 oldest.transaction.id,
                 Outcome.CANCELLED,
-                "Later commands took its place; whether the autopilot does it is not known.",
+                "Later commands replaced it. It is not known whether the autopilot carries it out.",
             )
         used = {waiting.component for waiting in self._waiting}
         component = next(one for one in COMPONENTS if one not in used)
@@ -221,7 +221,7 @@ class CommandHandler:
             words = f"The autopilot shows {mode}."
             self._end(waiting, CommandEnd(Outcome.DONE, words, end.code), around, seen=True)
         elif waiting.commanded != self._commanded():
-            words = f"The autopilot accepted {mode}, and was commanded otherwise before it showed it."
+            words = f"The autopilot accepted {mode}, then got another command before it showed the mode."
             self._end(waiting, CommandEnd(Outcome.FAILED, words, end.code), around)
         elif now >= waiting.deadline:
             words = f"The autopilot accepted {mode}, but its heartbeat does not show it."
@@ -251,7 +251,7 @@ class CommandHandler:
         shown = wanted.shown
         if shown is not None or late or waiting.commanded != self._commanded():
             there = f": {wanted.words}" if wanted.words else ""
-            words = f"Seen{there}." if shown else f"Accepted, not yet seen{there}."
+            words = f"Seen{there}." if shown else f"Accepted, not confirmed yet{there}."
             self._end(waiting, CommandEnd(Outcome.DONE, words, end.code), around, seen=bool(shown))
         elif wanted.asks is not None and now >= waiting.show_again_at:
             waiting.show_again_at = now + SHOW_EVERY_S
@@ -274,7 +274,7 @@ class CommandHandler:
 
     def _give_up(self, waiting: _Waiting, outcome: Outcome, why: str) -> None:
         self._waiting.remove(waiting)
-        known = "whether the autopilot does it is not known" if waiting.answer.sent else "it was not sent"
+        known = "it is not known whether the autopilot carries it out" if waiting.answer.sent else "it was not sent"
         self._report(waiting.transaction.id, outcome, f"{why}; {known}.")
 
     def _repeat_no_more(self) -> None:
@@ -303,7 +303,7 @@ def state_words(around: Around) -> str:
     armed = "armed" if around.armed else "disarmed"
     where = "in the air" if around.airborne else "on the ground"
     if not around.heard:
-        return f"The autopilot is not heard; last it was {armed}, {where}, in {mode}."
+        return f"No heartbeat from the autopilot. At the last one it was {armed}, {where}, in {mode}."
     return f"The drone is {armed}, {where}, in {mode}."
 
 

@@ -5,7 +5,7 @@ Laws, each with a test:
 - All blocks are of one size: ArduPilot pads a file of parameters so that no value lies across two of them.
 - What is lost is asked for again after about a round trip; a block that is lost too often ends it.
 - The file ends with a block that is not full, or where the autopilot says so.
-- A session of ours that was left open is closed and opened anew; somebody else's is left alone.
+- A session of ours that was left open is closed and opened again; somebody else's is left alone.
 """
 
 from typing import Final

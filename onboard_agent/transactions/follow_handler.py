@@ -114,7 +114,7 @@ class FollowHandler:
     def autopilot_came(self, around: Around, now: float) -> None:
         """What it was told before it rebooted is forgotten."""
         if self._one is not None:
-            self._over(Outcome.FAILED, "The autopilot was started anew. Nothing more was sent to it.")
+            self._over(Outcome.FAILED, "The autopilot was restarted. Nothing more was sent to it.")
 
     def begin(self, transaction: Transaction, around: Around | None, now: float) -> None:
         """The tower wants it to follow."""
@@ -154,7 +154,7 @@ class FollowHandler:
     def cancel(self, transaction_id: int, now: float) -> None:
         """The tower wants it no more."""
         if self._one is not None and self._one.transaction.id == transaction_id:
-            self._stop(Outcome.CANCELLED, f"It was told to follow {self._one.work.leader_name} no more")
+            self._stop(Outcome.CANCELLED, f"It was ordered to stop following {self._one.work.leader_name}")
 
     def epoch_changed(self, epoch: int, now: float) -> None:
         """Whoever has it now did not ask for this."""
@@ -193,7 +193,7 @@ class FollowHandler:
         if one.end is None:
             why = self._why_leave_alone(one, around)
             if why is not None:
-                self._over(Outcome.FAILED, f"It follows {one.work.leader_name} no more: {why}. {state_words(around)}")
+                self._over(Outcome.FAILED, f"It no longer follows {one.work.leader_name}: {why}. {state_words(around)}")
                 return []
             self._check(one, now)
             if self._one is None:
@@ -217,7 +217,7 @@ class FollowHandler:
 
     def _why_not(self, work: FollowWork, around: Around | None) -> str | None:
         if around is None or not around.heard:
-            return "the autopilot is not heard"
+            return "no heartbeat from the autopilot"
         if self._one is not None:
             return f"it follows {self._one.work.leader_name}; stop that first"
         if _targets_mode(around) is None:
@@ -241,7 +241,7 @@ class FollowHandler:
     def _why_leave_alone(self, one: _Following, around: Around) -> str | None:
         """Why somebody else has it now, or nobody can."""
         if not around.heard:
-            return "the autopilot is not heard"
+            return "no heartbeat from the autopilot"
         if one.commanded != self._commanded() or around.holding:
             return "a hold or another command came"
         return self._why_not_flying(around)
@@ -252,7 +252,7 @@ class FollowHandler:
         if one.leader is None or one.own is None:
             if now - one.began_at > FIRST_WITHIN_S:
                 which = f"where {name} is" if one.leader is None else "where it is itself"
-                self._over(Outcome.REFUSED, f"It does not follow {name}: it was not told {which}.")
+                self._over(Outcome.REFUSED, f"It does not follow {name}: it did not receive {which}.")
             return
         why = why_stop(one.own, one.leader, one.work, now, home_alt_m=one.home_alt_m)
         if not one.leader_flies:
@@ -266,9 +266,9 @@ class FollowHandler:
         elif now >= one.deadline:
             self._stop(Outcome.TIMED_OUT, f"The time for which it was to follow {name} is over")
         elif why is not None:
-            self._stop(Outcome.FAILED, f"It follows {name} no more: {why}")
+            self._stop(Outcome.FAILED, f"It no longer follows {name}: {why}")
         elif one.refusals >= MAX_REFUSALS:
-            self._stop(Outcome.FAILED, f"It follows {name} no more: the autopilot refuses the place ({one.refusal})")
+            self._stop(Outcome.FAILED, f"It no longer follows {name}: the autopilot refuses the place ({one.refusal})")
 
     # On its way.
 
@@ -296,7 +296,7 @@ class FollowHandler:
         one.commanded = self._commanded()
         if why_not is None:
             return [frame]
-        self._stop(Outcome.FAILED, f"It follows {one.work.leader_name} no more: {why_not}")
+        self._stop(Outcome.FAILED, f"It no longer follows {one.work.leader_name}: {why_not}")
         return []
 
     def _acknowledged(self, one: _Following, ack: Any, now: float) -> bool:

@@ -27,7 +27,7 @@ class LogFiles:
         return self._path
 
     def open(self, log: LogEntry) -> int:
-        """A log whose beginning is known is the same if number, beginning and size are; any other is read anew."""
+        """A log whose beginning is known is the same if number, beginning and size are; any other is read again."""
         if self._directory is None:
             raise OSError("the agent was given no directory for it")
         self._directory.mkdir(parents=True, exist_ok=True)

@@ -30,7 +30,7 @@ from wire.transactions import (
     TransactionToTower,
 )
 
-ARMED: Final = "The drone is armed: logs are read and sent on the ground only."
+ARMED: Final = "The drone is armed. Logs are read on the ground only, when it is disarmed."
 
 
 class Phase(StrEnum):
@@ -74,7 +74,7 @@ class LogHandler:
         """A list or a log."""
         asked = Asked(transaction, now)
         if around is None or not around.heard:
-            self._news.append(asked.result(Outcome.REFUSED, "The autopilot is not heard."))
+            self._news.append(asked.result(Outcome.REFUSED, "No heartbeat from the autopilot."))
         elif self._asked is not None:
             self._news.append(asked.result(Outcome.REFUSED, "Busy: a log is being read, or the list of them."))
         elif around.armed:
@@ -113,7 +113,7 @@ class LogHandler:
             if around.armed:
                 self._end(Outcome.FAILED, f"{ARMED} {self._what_is_left}")
             elif now >= self._asked.deadline:
-                self._end(Outcome.TIMED_OUT, f"The time for it was up. {self._what_is_left}")
+                self._end(Outcome.TIMED_OUT, f"It timed out. {self._what_is_left}")
             else:
                 self._go_on(self._asked, now)
         out, self._out = self._out, []
@@ -157,7 +157,7 @@ class LogHandler:
         outcome, words = Outcome.DONE, f"There {how_many} on board."
         if end.missing:
             outcome = Outcome.FAILED
-            words = f"The autopilot has told {len(end.logs)} of its {len(end.logs) + end.missing} logs."
+            words = f"The autopilot listed {len(end.logs)} of its {len(end.logs) + end.missing} logs."
         self._end(outcome, words, logs=end.logs[:MAX_LOGS])
 
     def _begin_download(self, log: LogEntry | None) -> None:
@@ -184,7 +184,7 @@ class LogHandler:
         if isinstance(state, Sending):
             self._news += asked.progress(Phase.SENDING, state.done, self._sending_bytes, now)
         elif isinstance(state, NotSent):
-            words = f"The log was read, and the tower does not take it: {state.why}. {self._what_is_left}"
+            words = f"The log was read, but the tower refuses it: {state.why}. {self._what_is_left}"
             self._end(Outcome.FAILED, words)
         else:
             self._store.remove()
@@ -194,7 +194,7 @@ class LogHandler:
     def _what_is_left(self) -> str:
         if self._wanted is None or isinstance(self._at, LogListing):
             return "Nothing was read."
-        return "What was read of it is kept on the drone: ask for it again and it goes on from there."
+        return "The drone keeps what was read. Fetch the log again to continue from there."
 
     def _end(self, outcome: Outcome, words: str, *, logs: tuple[LogEntry, ...] | None = None) -> None:
         assert self._asked is not None and self._talk is not None

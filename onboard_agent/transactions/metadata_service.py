@@ -92,7 +92,7 @@ class MetadataService:
     # TransactionHandler.
 
     def autopilot_came(self, around: Around, now: float) -> None:
-        """It is asked anew. What is known of this one stays until it says something else."""
+        """It is asked again. What is known of this one stays until it says something else."""
         if self._autopilot != (around.system_id, around.autopilot_kind):
             self._autopilot = (around.system_id, around.autopilot_kind)
             self._known_file = None
@@ -225,7 +225,7 @@ class MetadataService:
         self._stop()
 
     def _stop(self) -> None:
-        """What is being read or unpacked is begun anew later: it says nothing of how it would have ended."""
+        """What is being read or unpacked is begun again later: it says nothing of how it would have ended."""
         self._unpacking = None
         if self._read is not None:
             self._read.give_up()

@@ -103,12 +103,12 @@ def why_not(value: float, kind: int, encoding: Encoding) -> str | None:
         try:
             _FLOAT.pack(value)
         except (OverflowError, error):
-            return "The number is too large for it."
+            return "The number is too large."
         return None
     if kind not in INTEGERS:
         return "It is of a kind that this protocol cannot carry."
     if value != int(value):
-        return "It takes whole numbers only."
+        return "Whole numbers only."
     lowest, highest = _RANGES[kind]
     if not lowest <= value <= highest:
         return f"It takes whole numbers from {lowest} to {highest}."

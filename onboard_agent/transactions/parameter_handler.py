@@ -54,7 +54,7 @@ MAX_READERS: Final = 4
 SOON_S: Final = 10.0
 """Who wants the autopilot's files for something else begins nothing so shortly before they are read."""
 
-_NOT_HEARD: Final = "The autopilot is not heard."
+_NOT_HEARD: Final = "No heartbeat from the autopilot."
 
 
 class ParameterHandler:
@@ -314,7 +314,7 @@ class ParameterHandler:
     def _check_readers(self, now: float) -> None:
         for asked in self._readers:
             if now >= asked.deadline:
-                self._report(asked, Outcome.TIMED_OUT, "The parameters were not all read in the time for it.")
+                self._report(asked, Outcome.TIMED_OUT, "Reading all parameters timed out.")
             elif self._listing is not None:
                 self._news += asked.progress("reading", *self._listing.progress, now)
         self._readers = [asked for asked in self._readers if now < asked.deadline]
@@ -324,7 +324,7 @@ class ParameterHandler:
         if received is None or received != self._sent_hash:
             packed = pack_table(table)
             if received is None or len(packed) > MAX_PACKED_TABLE_BYTES:
-                self._report(asked, Outcome.FAILED, "There are more parameters than can be told.")
+                self._report(asked, Outcome.FAILED, "There are more parameters than can be sent.")
                 return
             self._sent_hash = received
             self._news.append(ParameterTable(hash=received, packed=packed))
@@ -350,7 +350,7 @@ class ParameterHandler:
         if self._write is None or self._writer is None:
             return []
         if now >= self._writer.deadline:
-            self._stop_write(Outcome.TIMED_OUT, "the time for it was up", at_once=True)
+            self._stop_write(Outcome.TIMED_OUT, "it timed out", at_once=True)
         out = self._write.due(now)
         end = self._write.end
         if end is None:

@@ -4,7 +4,7 @@ Laws, each with a test:
 - What was told is counted by its number in the list, whatever its name is; a name that is told again has the newer
   value.
 - A number of parameters that changes in the middle moves them all, and so does a name that comes at two numbers: the
-  list begins anew, a few times at the most.
+  list begins again, a few times at the most.
 - As long as the list flows, nothing is asked for besides; it is over when its last number was told or it is silent.
 - A number that does not come is asked for again after about a round trip, as it was measured.
 - Where so much is missing that the numbers, at their pace, would take longer than the list did, the list is asked for
@@ -278,5 +278,5 @@ class ParameterListing:
             self._asked[index] = _Asked(asked.tries + 1, now, now + self._answers.wait_s(asked.tries + 1))
             out.append(self._talk.ask_index(index))
         if given_up and not out and not waiting:
-            self.end = ListingFailed(f"the autopilot does not tell {given_up} of its {self._count} parameters")
+            self.end = ListingFailed(f"the autopilot does not report {given_up} of its {self._count} parameters")
         return out

@@ -1,8 +1,8 @@
 """Reads all parameters in the quickest way that the autopilot has: its file of them, else its list. No I/O.
 
 Laws, each with a test:
-- The file is asked for where the autopilot says that it has files. What comes of it is a whole table or nothing.
-- A file that cannot be had, or is broken twice (they move while it is read), leaves it to the list, each time anew.
+- The file is asked for where the autopilot says that it has files. The result is a whole table or nothing.
+- A file that cannot be had, or is broken twice (they move while it is read), leaves it to the list, each time again.
 - A value that is told while the file is read is newer than the file.
 """
 

@@ -25,13 +25,13 @@ MAX_SETS: Final = 2
 MAX_SILENT: Final = 2
 MAX_NAMES_LISTED: Final = 5
 
-_NOT_ANSWERED: Final = "The autopilot has not answered: whether it has the new value is not known."
+_NOT_ANSWERED: Final = "The autopilot has not answered. It is not known whether it has the new value."
 
 _ERRORS: Final = {
     mavlink.MAV_PARAM_ERROR_DOES_NOT_EXIST: "The autopilot has no parameter of this name.",
-    mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE: "The autopilot calls the value out of range.",
+    mavlink.MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE: "The autopilot reports that the value is out of range.",
     mavlink.MAV_PARAM_ERROR_PERMISSION_DENIED: "The autopilot does not permit it.",
-    mavlink.MAV_PARAM_ERROR_COMPONENT_NOT_FOUND: "The autopilot does not know whom it is for.",
+    mavlink.MAV_PARAM_ERROR_COMPONENT_NOT_FOUND: "The autopilot does not know the component.",
     mavlink.MAV_PARAM_ERROR_READ_ONLY: "It can be read only.",
 }
 
@@ -186,7 +186,7 @@ class ParameterWrite:
             return
         self._silent += 1
         if self._at is _At.CHECKING:
-            self._refuse("It was taken, and could not be read back.")
+            self._refuse("It was accepted but could not be read back.")
         else:
             self._has = None
             self._refuse(_NOT_ANSWERED)
@@ -194,10 +194,10 @@ class ParameterWrite:
     @property
     def _difference(self) -> str:
         if self._has is None:
-            return "The autopilot has no number there."
+            return "The autopilot reports no number for it."
         if self._has == self._before:
             return f"The autopilot keeps {words_of(self._has)}."
-        return f"The autopilot has made it {words_of(self._has)}."
+        return f"The autopilot changed it to {words_of(self._has)}."
 
     def _refuse(self, words: str) -> None:
         self._at = None

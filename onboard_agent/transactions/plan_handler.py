@@ -88,9 +88,9 @@ class PlanHandler:
     def why_no_start(self) -> str | None:
         """A sentence where no mission may be started now, or None."""
         if self._running is not None and self.writes:
-            return f"The {THE[self._running.kind]} is being written: no mission is started now."
+            return f"The {THE[self._running.kind]} is being written. No mission can start now."
         for kind in self._open:
-            return f"The {THE[kind]} on board is not known: upload it again before a mission is started."
+            return f"The {THE[kind]} on board is unknown. Upload it again before you start a mission."
         return None
 
     @property
@@ -182,7 +182,7 @@ class PlanHandler:
         """The mission is being flown, whoever began that: of what was not begun to be written nothing is."""
         machine = None if self._running is None or self._running.transaction is None else self._running.machine
         if isinstance(machine, PlanReplacement) and not machine.has_written:
-            self._stop(Outcome.REFUSED, "the drone began to fly its mission")
+            self._stop(Outcome.REFUSED, "the drone started its mission")
             self._settle(now)
 
     def receive(self, frame: bytes, now: float) -> bool:
@@ -207,7 +207,7 @@ class PlanHandler:
         if running is None:
             return []
         if now >= running.deadline:
-            self._stop(Outcome.TIMED_OUT, "the time for it was up")
+            self._stop(Outcome.TIMED_OUT, "it timed out")
         if self._running is None:
             return []
         out = running.machine.due(now)
@@ -220,13 +220,13 @@ class PlanHandler:
         self.cancel_reads()
         if isinstance(work, _WRITES):
             if transaction.epoch < self._epoch:
-                return Outcome.STALE_EPOCH, "The controls have changed hands since this was asked for."
+                return Outcome.STALE_EPOCH, "The controls have changed hands since this request."
             self._epoch = transaction.epoch
         if self._running is not None:
             doing = "written" if self._running.writes else "read"
             return Outcome.REFUSED, f"Busy: the {THE[self._running.kind]} is being {doing}."
         if self._system is None:
-            return Outcome.REFUSED, "The autopilot is not heard."
+            return Outcome.REFUSED, "No heartbeat from the autopilot."
         return None
 
     def _begin_recovery(self, now: float) -> None:

@@ -51,7 +51,7 @@ class PlanPause:
         if any(reached.step is LadderStep.CONFIRMED for reached in self._ladder.pop_reached()):
             self.mode = mode_name(around.autopilot_kind, around.vehicle_type, around.custom_mode)
         elif around.holding or around.commanded != self._commanded:
-            self.why_not = "somebody else has said meanwhile how it is to fly"
+            self.why_not = "somebody else has commanded it in the meantime"
         elif now - self.began_at >= self._patience_s:
             self.why_not = self._ladder.why_not()
         else:

@@ -273,7 +273,7 @@ class PlanReplacement:
             self._unknown()
 
     def _unknown(self) -> None:
-        words = f"The {self._the} on board is not known: do not fly it."
+        words = f"The {self._the} on board is unknown: do not fly it."
         self._finish(on_board=None, is_new=False, words=words, proved=False)
 
     def _finish(self, *, on_board: Plan | None, is_new: bool, words: str, proved: bool = True) -> None:

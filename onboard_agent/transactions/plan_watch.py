@@ -89,7 +89,7 @@ class PlanWatch:
     def why_no_start(self) -> str | None:
         """A sentence where no mission may be started now, or None."""
         if self._pause is not None:
-            return "The plan on board is about to be written: no mission is started now."
+            return "The plan on board is about to be written. No mission can start now."
         return self._handler.why_no_start
 
     def keeps_out(self, frame: bytes, now: float) -> bool:
@@ -129,7 +129,7 @@ class PlanWatch:
         """The tower wants something of `works`."""
         work = transaction.work
         if around is None or not around.heard:
-            self._refuse(transaction, "The autopilot is not heard.")
+            self._refuse(transaction, "No heartbeat from the autopilot.")
         elif self._pause is not None:
             self._refuse(transaction, "Busy: the mission is being stopped, so that another plan can be written.")
         elif (
@@ -140,10 +140,12 @@ class PlanWatch:
                 patience_s = min(PATIENCE_S, transaction.deadline_s)
                 self._pause = transaction, PlanPause(self._maker, around, now, patience_s=patience_s)
             elif _shows_mission(around):
-                self._refuse(transaction, f"The drone is flying its mission ({mode}): nothing is written under way.")
+                self._refuse(
+                    transaction, f"The drone is flying its mission ({mode}): no plan is written during a mission."
+                )
             else:
                 words = (
-                    "The drone has just been told to fly its mission: nothing is written until it shows what it does."
+                    "The drone has just been ordered to fly its mission. No plan is written until it shows its mode."
                 )
                 self._refuse(transaction, words)
         else:
@@ -270,7 +272,9 @@ class PlanWatch:
         in_doubt = _shows_mission(around) and self._handler.mission_in_doubt and not around.holding
         if in_doubt and self._pause is None and self._stop is None and now >= self._stop_again_at:
             self._stop = PlanPause(self._maker, around, now)
-            self._warnings.append("The mission was started while it may be half of one: the drone is made to hold.")
+            self._warnings.append(
+                "The mission was started although it may be incomplete. The drone is ordered to hold."
+            )
         if self._stop is None:
             return []
         out = self._stop.due(around, now)
@@ -284,7 +288,7 @@ class PlanWatch:
     def _go_on_pausing(self, transaction: Transaction, pause: PlanPause, around: Around, now: float) -> list[bytes]:
         out = pause.due(around, now)
         if pause.why_not:
-            self._no_pause(Outcome.REFUSED, f"The drone could not be brought to a hold: {pause.why_not}")
+            self._no_pause(Outcome.REFUSED, f"The drone could not be put on hold: {pause.why_not}")
         elif pause.mode:
             self._pause = None
             self._start_stopped = True

@@ -18,15 +18,15 @@ _SENTENCES: Final[dict[int, str]] = {
     mavlink.MAV_MISSION_ERROR: "the autopilot reports an error and does not say which",
     mavlink.MAV_MISSION_UNSUPPORTED_FRAME: "the autopilot does not know this coordinate frame",
     mavlink.MAV_MISSION_UNSUPPORTED: "the autopilot does not know this command",
-    mavlink.MAV_MISSION_NO_SPACE: "the autopilot has no room for so many items",
-    mavlink.MAV_MISSION_INVALID: "the autopilot calls a value invalid",
-    mavlink.MAV_MISSION_INVALID_PARAM1: "the autopilot calls parameter 1 invalid",
-    mavlink.MAV_MISSION_INVALID_PARAM2: "the autopilot calls parameter 2 invalid",
-    mavlink.MAV_MISSION_INVALID_PARAM3: "the autopilot calls parameter 3 invalid",
-    mavlink.MAV_MISSION_INVALID_PARAM4: "the autopilot calls parameter 4 invalid",
-    mavlink.MAV_MISSION_INVALID_PARAM5_X: "the autopilot calls the latitude (x) invalid",
-    mavlink.MAV_MISSION_INVALID_PARAM6_Y: "the autopilot calls the longitude (y) invalid",
-    mavlink.MAV_MISSION_INVALID_PARAM7: "the autopilot calls the height (z) invalid",
+    mavlink.MAV_MISSION_NO_SPACE: "the autopilot has no space for so many items",
+    mavlink.MAV_MISSION_INVALID: "the autopilot reports an invalid value",
+    mavlink.MAV_MISSION_INVALID_PARAM1: "the autopilot reports an invalid parameter 1",
+    mavlink.MAV_MISSION_INVALID_PARAM2: "the autopilot reports an invalid parameter 2",
+    mavlink.MAV_MISSION_INVALID_PARAM3: "the autopilot reports an invalid parameter 3",
+    mavlink.MAV_MISSION_INVALID_PARAM4: "the autopilot reports an invalid parameter 4",
+    mavlink.MAV_MISSION_INVALID_PARAM5_X: "the autopilot reports an invalid latitude (x)",
+    mavlink.MAV_MISSION_INVALID_PARAM6_Y: "the autopilot reports an invalid longitude (y)",
+    mavlink.MAV_MISSION_INVALID_PARAM7: "the autopilot reports an invalid height (z)",
     mavlink.MAV_MISSION_INVALID_SEQUENCE: "the autopilot got an item out of order",
     mavlink.MAV_MISSION_DENIED: "the autopilot denies it now",
     mavlink.MAV_MISSION_OPERATION_CANCELLED: "the autopilot cancelled it",
@@ -55,10 +55,10 @@ def kept_words(keeping: KeptFields, kind: PlanKind, plan: Plan) -> str:
     flown = [change for change in changed if change.effect > Effect.QUIET and change.field != COUNT]
     if flown:
         more = f" There are {len(flown) - 1} more of these." if len(flown) > 1 else ""
-        return f" It is not flown quite as it was sent. {change_words(keeping, flown[0])}{more}"
+        return f" It is not flown exactly as sent. {change_words(keeping, flown[0])}{more}"
     quiet = sum(change.field != COUNT for change in changed)
     if quiet:
-        return f" {keeping.name} keeps {quiet} values in its own way, which changes nothing in the flight."
+        return f" {keeping.name} keeps {quiet} values differently, with no effect on the flight."
     return ""
 
 

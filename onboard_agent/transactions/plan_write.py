@@ -102,7 +102,7 @@ class PlanWrite:
         if self._asking.given_up(now):
             self.end = WriteFailed("the autopilot does not answer")
         elif self._heard_at is not None and now - self._heard_at >= self._patience.silence_s:
-            self.end = WriteFailed("the autopilot stopped asking for items and never said whether it has them")
+            self.end = WriteFailed("the autopilot stopped requesting items and never confirmed them")
 
     @property
     def _item(self) -> int | None:

@@ -5,9 +5,9 @@ Laws, each with a test:
   older epoch than the one that is known, is refused here.
 - Nothing is told to a tower that has not said that it takes it. Results wait for one that does.
 - What was told shortly before a control channel was lost may be lost with it: results of the last AGAIN_WITHIN_S are
-  told again on the next one, and the state of every handler. An id that is begun anew has no older result.
+  told again on the next one, and the state of every handler. An id that is begun again has no older result.
 - Who cancels what never came here, or ended long ago, is told so: nobody waits for the end of what was lost on its way.
-- Of progress only the newest waits, and none of what is over. Where too much waits, state is thrown away and told anew.
+- Of progress only the newest waits, and none of what is over. Where too much waits, state is thrown away and told again.
 """
 
 from collections import deque
@@ -40,7 +40,7 @@ AGAIN_WITHIN_S: Final = 60.0
 RESULTS_KEPT: Final = 16
 """Told again, or kept until there is somebody to tell. A tower runs a few at a time; the oldest go first."""
 
-NOT_HERE: Final = "The agent knows nothing of it: it never came to the drone, or it ended long ago."
+NOT_HERE: Final = "The agent does not know it: it never reached the drone, or it ended long ago."
 
 MAX_WAITING: Final = 128
 """Messages that wait for the control channel."""
@@ -94,7 +94,7 @@ class Transactions:
         if handler is None:
             self.refuse(transaction.id, Outcome.REFUSED, "The agent on this drone is too old for that.")
         elif isinstance(transaction.work, WRITES) and transaction.epoch < self._epoch:
-            words = "The controls have changed hands since this was asked for."
+            words = "The controls have changed hands since this request."
             self.refuse(transaction.id, Outcome.STALE_EPOCH, words)
         else:
             self._forget(transaction.id)
@@ -180,7 +180,7 @@ class Transactions:
             handler.resend()
 
     def _forget(self, transaction_id: int) -> None:
-        """A tower that was started anew may count from the beginning."""
+        """A tower that was started again may count from the beginning."""
         self._sent = deque((sending for sending in self._sent if sending[1].id != transaction_id), RESULTS_KEPT)
         self._waiting = deque(one for one in self._waiting if getattr(one, "id", None) != transaction_id)
 

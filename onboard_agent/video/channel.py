@@ -97,7 +97,7 @@ class VideoChannel:
         if (known := self._rate.known) is not None and self._local is not None:
             self._memory.note(known, self._local, now)
         if self._rate.is_hopeless(now):
-            _log.warning("video: nothing gets through; connecting anew")
+            _log.warning("video: nothing gets through; connecting again")
             self._connection.transport.abort()
             self._connection = None
 

@@ -34,7 +34,7 @@ CAMERA_REQUEST: Final = PictureRequest(
     max(limits.height for limits in LIMITS.values()),
     max(limits.rate_hz for limits in LIMITS.values()),
 )
-"""Whatever is watched first: who then asks for more must not have the camera opened anew under the others."""
+"""Whatever is watched first: who then asks for more must not have the camera opened again under the others."""
 HANGS_S: Final = 5.0
 """An encoder that takes so long for a picture."""
 SAID_AFTER_S: Final = 0.7
@@ -146,7 +146,7 @@ class VideoProcess:
                 watched.ticket,
                 self._streaming.rate,
                 self._memory,
-                opened=self._streaming.begin_anew,
+                opened=self._streaming.restart,
                 key_wanted=self._key_wanted,
             )
             self._channel_task = asyncio.create_task(self._channel.run(), name="video channel")

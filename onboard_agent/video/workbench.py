@@ -19,7 +19,7 @@ Done = Callable[[Order, Encoded], None]
 Broken = Callable[[Order, str], None]
 
 NOTICEABLE: Final = 0.06
-"""A change of the bit rate by less is not worth tuning anew."""
+"""A change of the bit rate by less is not worth tuning again."""
 
 
 class Workbench:

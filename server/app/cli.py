@@ -95,10 +95,10 @@ def forget_tower_identity(
 ) -> None:
     """Give the tower a new identity at its next start, where the key that sealed the old one is lost.
 
-    No drone takes this tower for its own then, until it has been enrolled anew.
+    No drone takes this tower for its own then, until it has been enrolled again.
     """
     if not sure:
-        raise CommandError("every drone has to be enrolled anew then: say --every-drone-is-enrolled-anew")
+        raise CommandError("every drone must then be enrolled again: confirm with --every-drone-is-enrolled-anew")
 
     async def work(database: Database, _settings: Settings) -> None:
         async with database.writing() as session:

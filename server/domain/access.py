@@ -30,7 +30,7 @@ class ProofNeeded(Refusal):
     """The last proof is too old for what was asked."""
 
     def __init__(self) -> None:
-        super().__init__("confirm first that it is you: this needs a proof that is not older than 5 minutes")
+        super().__init__("confirm your identity first: this needs a proof from the last 5 minutes")
 
 
 def is_fresh(proved_at: datetime | None, now: datetime) -> bool:
@@ -60,17 +60,17 @@ class BadToken(Refusal):
 
 
 class ScopeMissing(Refusal):
-    """The token was not made for this."""
+    """The token lacks the scope."""
 
     def __init__(self, missing: Collection[Scope]) -> None:
-        super().__init__(f"this token was not made for that: it lacks the scope {' and '.join(sorted(missing))}")
+        super().__init__(f"this token does not allow that: it lacks the scope {' and '.join(sorted(missing))}")
 
 
 class InPersonOnly(Refusal):
     """A token cannot look after tokens, sessions, passwords, users, nor change how its owner's sticks are read."""
 
     def __init__(self) -> None:
-        super().__init__("this is done in person: sign in with name and password, not with a token")
+        super().__init__("this needs a person: sign in with name and password, not with a token")
 
 
 class PasswordChangeNeeded(Refusal):
@@ -84,7 +84,7 @@ class SecondFactorDemanded(Refusal):
     """The tower is set to demand a second factor of admins, and this admin has none."""
 
     def __init__(self) -> None:
-        super().__init__("admins of this tower need a second factor: set one up under your account first")
+        super().__init__("admins of this tower need a second factor: set one up in your account first")
 
 
 class AdminsOnly(Refusal):
@@ -96,7 +96,7 @@ class ReadOnlyAccount(Refusal):
     """The role of the account is observer."""
 
     def __init__(self) -> None:
-        super().__init__("this account only watches: its role is observer")
+        super().__init__("this account can only watch: its role is observer")
 
 
 class UnknownDrone(Refusal):

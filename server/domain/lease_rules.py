@@ -9,8 +9,8 @@ _NO_PILOT = Refused("not-an-owner", "only its owners and the pilots of its team 
 _ADMINS_ONLY_TAKE = Refused("admins-only", "only an admin can take the controls from somebody")
 _ALREADY_YOURS = Refused("already-yours", "you already have the controls")
 _HOLDS_ANOTHER = Refused("holds-another", "release the drone that you are flying first")
-_OUTRANKED = Refused("held-by-admin", "an admin of the tower has the controls or assists: a team admin waits for them")
-_TOO_LATE = Refused("moved-on", "the controls have changed hands meanwhile")
+_OUTRANKED = Refused("held-by-admin", "an admin of the tower has the controls or assists: a team admin must wait")
+_TOO_LATE = Refused("moved-on", "the controls have changed hands in the meantime")
 _TOWER_ONLY = Refused("tower-only", "the tower itself decides this")
 
 

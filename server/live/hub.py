@@ -132,13 +132,13 @@ class Hub:
         """Why this user may not open one more live connection from there; None if they may."""
         bounds = self._socket_bounds
         if not self.flood.admits_opening(user_id, now, most_open=bounds.per_user):
-            return "too many connections of this user were opened in a short time: wait a little"
+            return "this user opened too many connections in a short time: wait a little"
         return bounds.refusal(self.state.browsers.values(), user_id, address)
 
     def video_capacity_refusal(self, user_id: UserId, address: str, now: float) -> str | None:
         """The same for one more stream of video."""
         if not self.flood.admits_opening(user_id, now, most_open=self._video_bounds.per_user, video=True):
-            return "too many streams were opened by this user in a short time: wait a little"
+            return "this user opened too many streams in a short time: wait a little"
         return self.video.capacity_refusal(user_id, address)
 
     def admits_request(self, browser: Browser, now: float) -> bool:
@@ -208,9 +208,9 @@ class Hub:
     def close_all(self) -> None:
         """The tower is going down: everybody is told, so that they come back instead of wondering."""
         for browser in self.state.browsers.values():
-            browser.close(GOING_DOWN, "the tower is going down")
+            browser.close(GOING_DOWN, "the tower is shutting down")
         for link in self.state.links.values():
-            link.close(GOING_DOWN, "the tower is going down")
+            link.close(GOING_DOWN, "the tower is shutting down")
         self.video.close_all()
 
     def frames_from_browser(self, browser: Browser, message: bytes, now: float) -> None:

@@ -99,7 +99,7 @@ class Vault:
             raise VaultError("a sealed secret was found where another one belongs")
         return secret
 
-    def sealed_anew(self, sealed: str) -> str:
+    def reseal(self, sealed: str) -> str:
         """The same secret under the newest key. Raises VaultError where it cannot be opened."""
         try:
             return self._opened().rotate(sealed).decode()

@@ -1,4 +1,4 @@
-"""For how long one caller still waits for a database that fails: all its transactions together, and not each anew.
+"""For how long one caller still waits for a database that fails: all its transactions together, and not each again.
 
 A request asks the database several times: who sent it, what they want, what is to be shown. Where each waited for its
 own timeout, the answer would come after several of them.

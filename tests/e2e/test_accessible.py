@@ -164,7 +164,7 @@ def test_the_administration(come: Somebody, axe: Axe) -> None:
 
 def test_an_operator_who_comes_to_the_administration(come: Somebody, axe: Axe) -> None:
     console = entered(come, "alice", "/#/admin")
-    expect(console.page.get_by_text("Only an admin may see this page.")).to_be_visible()
+    expect(console.page.get_by_text("This page is for admins only.")).to_be_visible()
     axe.look(console, "admin-not-for-you")
     console.open("/#/drone/99")
     expect(console.part("no-such-drone")).to_be_visible()

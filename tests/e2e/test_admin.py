@@ -82,7 +82,7 @@ def test_what_an_admin_takes_away_is_asked_first_with_the_drone_that_is_flown(
     admin.part("drone-menu-1").click()
     admin.part("drone-lend").click()
     admin.part("loan-end-bob").click()
-    expect(admin.part("confirm-dialog")).to_contain_text("bob flies it now: Kestrel is told to hold")
+    expect(admin.part("confirm-dialog")).to_contain_text("bob is flying it: Kestrel is ordered to hold")
     admin.page.keyboard.press("Escape")
     admin.part("loan-close").click()
 
@@ -176,4 +176,4 @@ def test_an_operator_has_no_way_into_the_administration(somebody_early: Somebody
     alice = signed_in(somebody_early, "alice")
     expect(alice.part("open-admin")).to_have_count(0)
     alice.open("/#/admin/users")
-    expect(alice.page.get_by_text("Only an admin may see this page.")).to_be_visible()
+    expect(alice.page.get_by_text("This page is for admins only.")).to_be_visible()

@@ -107,7 +107,9 @@ def test_following_is_stopped_by_a_button_and_the_drone_holds(somebody: Somebody
     alice.confirm("Osprey")
     expect(alice.part("follow-phase")).to_contain_text("following Osprey")
     alice.part("follow-stop").click()
-    expect(alice.part("follow-end")).to_contain_text("Kestrel: It was told to follow Osprey no more. It holds in BRAKE")
+    expect(alice.part("follow-end")).to_contain_text(
+        "Kestrel: It was ordered to stop following Osprey. It holds in BRAKE"
+    )
     alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
 
 
@@ -190,7 +192,7 @@ def test_it_follows_the_person_at_the_browser_and_holds_when_that_is_closed(some
     alice.page.context.grant_permissions(["geolocation"])
     alice.page.context.set_geolocation({"latitude": person[0], "longitude": person[1], "accuracy": 30.0})
     alice.part("action-follow-me").click()
-    expect(alice.page.get_by_role("dialog")).to_contain_text("Where you are is known to 30 m")
+    expect(alice.page.get_by_role("dialog")).to_contain_text("Your position is accurate to 30 m")
     alice.confirm("Kestrel")
     expect(alice.part("action-report")).to_contain_text("accurate to 30 m only: Kestrel needs 15 m to follow you")
 

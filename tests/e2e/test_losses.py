@@ -30,7 +30,7 @@ def test_a_lost_tower_is_counted_down_in_the_air(somebody: Somebody, world: Worl
     alice.take_off("Kestrel", 8)
     expect(alice.part("countdown")).to_have_count(0)
     kill_9(world.tower)
-    expect(alice.part("countdown")).to_contain_text("When this page heard it last, Kestrel was in GUIDED.")
+    expect(alice.part("countdown")).to_contain_text("At the last contact, Kestrel was in GUIDED.")
     expect(alice.part("countdown")).to_contain_text("its agent will return it in about")
     expect(alice.part("countdown")).to_contain_text("if its agent is alive")
     expect(alice.part("action-land")).to_be_disabled()

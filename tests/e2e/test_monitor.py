@@ -89,7 +89,7 @@ def test_a_squad_of_three_drones_of_two_owners_is_seen_searched_filtered_and_sor
     expect(admin.page.get_by_role("columnheader", name="Height")).to_have_attribute("aria-sort", "descending")
     assert admin.squad()[0] == "1"
 
-    # Her page, opened anew in mid-flight, knows how long the flight is: the tower tells.
+    # Her page, opened again in mid-flight, knows how long the flight is: the tower tells.
     alice.wait("five seconds in the air", lambda: alice.number("flight-time") > 5_000)
     before_ms = alice.number("flight-time")
     alice.page.reload()

@@ -50,7 +50,9 @@ def test_an_idle_admin_reads_the_countdown_and_stay_ends_it(somebody: Somebody) 
     admin.page.keyboard.press("Enter")
     for console in (alice, admin):
         expect(console.part("hold-banner")).to_have_attribute("data-phase", "stayed")
-        expect(console.part("hold-banner")).to_contain_text("Kestrel stays until its battery needs the way home")
+        expect(console.part("hold-banner")).to_contain_text(
+            "Kestrel stays until the battery is needed for the way home"
+        )
     expect(admin.part("stay")).to_have_count(0)
     admin.wait("the time to be over", lambda: time.monotonic() > over_s)
     expect(admin.part("hold-banner")).to_have_attribute("data-phase", "stayed")

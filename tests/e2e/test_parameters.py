@@ -47,7 +47,7 @@ def test_what_is_written_is_seen_by_others_and_what_is_refused_is_said(come: Som
     searched(alice, "before it flies back")
     expect(alice.part("parameter-row")).to_have_count(1)
     alice.part("value-of-RTL_ALT").fill("high")
-    expect(alice.page.get_by_text("This is no number.")).to_be_visible()
+    expect(alice.page.get_by_text("This is not a number.")).to_be_visible()
     alice.part("value-of-RTL_ALT").fill("3000")
     alice.part("value-of-RTL_ALT").press("Enter")
     searched(alice, "fence_type")

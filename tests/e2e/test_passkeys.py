@@ -124,7 +124,7 @@ def test_a_passkey_from_its_first_day_to_its_last(somebody_here: Somebody, axe: 
     console.part("sign-in-button").click()
     is_open(console)
 
-    # A second device: from then on the first browser has to prove anew who sits there, and its passkey does.
+    # A second device: from then on the first browser has to prove again who sits there, and its passkey does.
     there = before_sign_in(somebody_here)
     Device(there)
     there.sign_in("alice")

@@ -207,7 +207,7 @@ def test_a_video_that_is_closed_is_not_asked_for(tower: FakeTower, visitor: Cons
 
 
 def test_the_videos_of_a_squad_go_on_beside_each_other(tower: FakeTower, visitor: ConsolePage) -> None:
-    """For longer than the page needs to learn anything new of its drones, which is no reason to begin a video anew."""
+    """For longer than the page needs to learn anything new of its drones, which is no reason to begin a video again."""
     visitor.sign_in("bob", "any")
     expect(visitor.part("squad-row").first).to_be_visible()
     visitor.open("/#/videos")

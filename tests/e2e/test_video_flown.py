@@ -126,7 +126,7 @@ def test_the_wall_shows_drones_beside_each_other(come: Somebody) -> None:
     expect(tiles).to_have_count(2)
     for which in range(2):
         wait_until_live(admin, which)
-    # Long enough for the page to hear of its drones anew, which must not begin a video anew.
+    # Long enough for the page to hear of its drones again, which must not begin a video again.
     seen = [moves(admin, which, lasts_s=3.0, at_least=15) for which in (0, 1)]
     for which, pictures in enumerate(seen):
         assert median(one.delay_ms for one in pictures) < PAST_LIVE_MS

@@ -172,7 +172,7 @@ class FakeTower(asyncio.DatagramProtocol):
             else:
                 transcript = signed_transcript(challenge, hello)
                 if transcript is None:
-                    await connection.close(4401, "this drone's key is not known")
+                    await connection.close(4401, "unknown drone key")
                     return
                 if hello.sign_in is not None and hello.sign_in.purpose == SignInPurpose.TRIAL:
                     await connection.close(1000, "the drone's key is good")

@@ -128,7 +128,7 @@ async def test_parameters_and_logs(world: World) -> None:
     asked = (("RTL_ALT", 3000.0), ("FS_THR_ENABLE", 1.5), ("LAND_SPEED", 61.0))
     result = await world.do(2, ParametersWriteWork(asked))
     assert result.words == "2 of 3 parameters are written and read back, not FS_THR_ENABLE."
-    assert result.refusals == (ParameterRefusal("FS_THR_ENABLE", 1.5, 1.0, "It takes whole numbers only."),)
+    assert result.refusals == (ParameterRefusal("FS_THR_ENABLE", 1.5, 1.0, "Whole numbers only."),)
     assert (world.vehicle.parameters["RTL_ALT"], world.vehicle.parameters["LAND_SPEED"]) == (3000.0, 61.0)
 
     assert (await world.do(3, LogListWork())).logs == (LogEntry(1, len(LOG), 1_767_225_600),)

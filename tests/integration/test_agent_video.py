@@ -170,7 +170,7 @@ async def test_another_quality_comes_and_goes_and_the_first_goes_on() -> None:
             await there.tower.more(LOW, 12)
         units = there.tower.of(LOW, since)
         assert in_order(units)
-        assert not any(unit.is_break for unit in units), "the camera was opened anew"
+        assert not any(unit.is_break for unit in units), "the camera was opened again"
         assert camera.opened == 1
         assert len(there.tower.channels) == 1
         pauses = sorted((after.capture_us - before.capture_us) / 1e6 for before, after in pairwise(units))

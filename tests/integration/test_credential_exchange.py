@@ -203,7 +203,7 @@ async def test_an_agent_of_an_older_version_still_links_until_a_day(
     with pytest.raises(InvalidStatus) as turned_away:
         await old_agent()
     assert turned_away.value.response.status_code == 401
-    assert b"enrol the drone anew" in turned_away.value.response.body
+    assert b"enrol the drone again" in turned_away.value.response.body
     with pytest.raises(CredentialRefused):
         await open_channel(url(world), Identity(Kept(credential.drone_id, None, credential), lambda _: None))
     later = replace(until_now, credentials_until=world.clock() + timedelta(hours=1))

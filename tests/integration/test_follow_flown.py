@@ -75,4 +75,4 @@ async def test_it_keeps_its_place_until_it_is_told_to_stop(world: World) -> None
             await asyncio.sleep(0.1)
             answer = await asyncio.to_thread(ended)
         assert answer["state"] == "cancelled"
-        assert answer["words"] == "Kestrel: It was told to follow Merlin no more. It holds in BRAKE."
+        assert answer["words"] == "Kestrel: It was ordered to stop following Merlin. It holds in BRAKE."

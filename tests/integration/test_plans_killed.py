@@ -43,7 +43,7 @@ def known(alice: Visitor) -> Any:
     return wait_for("the plan on board to be known", look)
 
 
-def read_anew(alice: Visitor) -> Any:
+def reread(alice: Visitor) -> Any:
     """From the autopilot, as soon as the agent is not busy: it writes on without its tower, and puts things right first
     when it was killed."""
 
@@ -81,13 +81,13 @@ def test_the_tower_and_the_agent_are_killed_in_the_middle_of_an_upload(world: Wo
             world.restart("agent-Kestrel")
         alice = world.visitor("alice")
         world.wait_until_online(alice, 1)
-        there = read_anew(alice)
+        there = reread(alice)
         assert there["items"] in (old, new)
         assert there["fit_to_fly"]
         assert known(alice)["hash"] == there["hash"]
         if victim == "agent":
             ended = alice.ask("GET", f"/operations/{operation['id']}").json
-            assert (ended["state"], "look at what is on board" in ended["words"]) == ("failed", True)
+            assert (ended["state"], "check what is on board" in ended["words"]) == ("failed", True)
         old, new = there["items"], plan(90)
     alice.ask("POST", "/drones/1/control/acquire")
     assert alice.ask("PUT", PLAN, {"items": new}).json["state"] == "done"

@@ -158,7 +158,7 @@ def drones(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, tuple
 
 
 def goes_up_and_comes_back(drone: str, drone_id: int, program: Program, kind: PlanKind, plan: Plan) -> None:
-    """Put on board, then read from the autopilot anew."""
+    """Put on board, then read from the autopilot again."""
     status, said = program.ask("PUT", f"/drones/{drone_id}/{kind}", b'{"items":' + plan_to_json(plan) + b"}")
     assert status == 200, said
     operation: dict[str, Any] = msgspec.json.decode(said)

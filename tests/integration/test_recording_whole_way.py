@@ -165,7 +165,7 @@ async def test_a_tower_that_is_killed_finishes_what_it_was_recording_when_it_is_
             assert (await client.post("/api/v1/session", json={"name": "alice", "password": PASSWORD})).is_success
             path = f"{recordings}/{begun['id']}"
             ready = await came_to(client, path, is_over)
-            assert (ready["state"], ready["words"]) == ("ready", "the tower went down while it was recorded")
+            assert (ready["state"], ready["words"]) == ("ready", "the tower stopped during the recording")
             assert ready["ended_at"] > ready["began_at"]
             reported = await downloaded(client, path, tmp_path / "a.mp4")
             # What came in the very instant may not have been written yet.

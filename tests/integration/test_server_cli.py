@@ -82,7 +82,7 @@ async def test_users(shell: Shell) -> None:
 
 MISTAKES = (
     (("user", "add", "ROOT"), "", "another user has this name"),
-    (("user", "add", "Eve", "--password-stdin"), "short\n", "a password has at least 12 characters"),
+    (("user", "add", "Eve", "--password-stdin"), "short\n", "a password needs at least 12 characters"),
     (("user", "add", " "), "", "a name must not be empty"),
     (("user", "disable", "Root"), "", "the last admin"),
     (("user", "disable", "Nobody"), "", "there is no user named Nobody"),

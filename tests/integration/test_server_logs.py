@@ -118,7 +118,7 @@ async def test_a_file_is_taken_whole_or_not_at_all(scene: LogScene) -> None:
     await writer.drain()
     files = scene.world.settings.files
     await until("a part of it", lambda: any(files.rglob("*.part")))
-    # An agent that begins anew has given up what it sent before.
+    # An agent that begins again has given up what it sent before.
     assert (await scene.send(transaction)).status_code == 204
     writer.write(LOG[300_000:310_000])
     assert b" 404 " in await asyncio.wait_for(reader.readline(), 20)

@@ -80,7 +80,7 @@ async def test_values_are_written_in_their_order_and_what_was_not_taken_is_told_
 
 async def test_who_only_watches_has_them_read_anew_but_writes_nothing_and_neither_does_a_borrower(scene: Scene) -> None:
     anew = await scene.watcher.post(f"{scene.path}/parameters/read")
-    assert anew.json()["state"] == "done"
+    assert again.json()["state"] == "done"
     assert scene.agent.asked[0].work == ParametersReadWork(again=True)
     values = {"values": {"RTL_ALT": 3000}}
     assert_problem(await scene.watcher.patch(f"{scene.path}/parameters", json=values), 409, "not-in-control")

@@ -54,7 +54,7 @@ async def test_recovery_codes_come_with_the_first_factor_and_go_with_the_last(wo
     assert (await with_password(world, code=anna.recovery_codes[0])).status_code == 200
     assert_problem(await with_password(world, code=anna.recovery_codes[0]), 401, "wrong-code")
     assert_problem(await with_password(world, code="000000"), 401, "wrong-code")
-    # A second factor of the other kind makes none anew, and without the passkeys it keeps those that there are.
+    # A second factor of the other kind makes none again, and without the passkeys it keeps those that there are.
     secret = (await anna.client.post(f"{ME}/second-factor")).json()["secret"]
     code = pyotp.TOTP(secret).at(world.clock())
     confirmed = await anna.client.post(f"{ME}/second-factor/confirm", json={"code": code})

@@ -218,11 +218,11 @@ async def test_nothing_came_so_there_is_no_file(scene: RecordingScene) -> None:
     begun = await scene.record()
     await scene.stop(begun["id"])
     failed = await scene.came_to(begun["id"], "failed")
-    assert (failed["words"], failed["size_bytes"]) == ("not one picture came", 0)
+    assert (failed["words"], failed["size_bytes"]) == ("no picture came", 0)
     answer = assert_problem(
         await scene.holder.get(f"{scene.path}/recordings/{begun['id']}/file"), 409, "recording-not-ready"
     )
-    assert answer["detail"] == "not one picture came"
+    assert answer["detail"] == "no picture came"
     assert scene.files == []
 
 

@@ -115,7 +115,7 @@ async def test_the_towers_key_outlives_it_and_is_sealed(world: TowerWorld, tmp_p
     await TowerIdentity().load(Vault(keys=[newest, old_key], key_file=tmp_path / "nothing"), world.database)
     renewed = TowerIdentity()
     await renewed.load(Vault(keys=[newest], key_file=tmp_path / "nothing"), world.database)
-    assert renewed.public_key == first, "sealed anew by the newest key, as the second factors are"
+    assert renewed.public_key == first, "sealed again by the newest key, as the second factors are"
     async with world.database.writing() as session:
         await forget_identity(session)
     await renewed.load(world.tower.vault, world.database)

@@ -339,7 +339,7 @@ class PlanWorld:
                 assert operation.state is STATE_OF[reported.outcome]
             else:  # nobody heard it in time: then it is said that nobody knows
                 assert not operation.running and operation.state in (State.FAILED, State.TIMED_OUT)
-                assert "look at what is on board" in operation.words, operation.words
+                assert "check what is on board" in operation.words, operation.words
             if reported.outcome is Outcome.DONE:
                 assert same_plan(ArduPilot(), work.kind, work.items, reported.on_board)
                 assert reported.epoch == operation.epoch

@@ -103,7 +103,7 @@ def planning(come: Somebody, drone_id: int) -> ConsolePage:
 
 
 def uploaded(console: ConsolePage, world: World, drone_id: int) -> list[PlanItem]:
-    """Up by the page, compared by the page, read from the autopilot anew by the page: what is on board."""
+    """Up by the page, compared by the page, read from the autopilot again by the page: what is on board."""
     console.part("upload").click()
     dialog = console.part("upload-dialog")
     came = console.part("transfer-came")

@@ -30,7 +30,7 @@ class FarAway:
         self._loop.call_soon_threadsafe(self._open.clear)
 
     def mend(self) -> None:
-        """What was under way is lost, as after a change of network: everybody connects anew."""
+        """What was under way is lost, as after a change of network: everybody connects again."""
         self._loop.call_soon_threadsafe(self._mend)
 
     def _mend(self) -> None:

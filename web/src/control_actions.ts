@@ -13,12 +13,12 @@ const pilotOf = (drone: Drone): string => drone.holder?.name ?? 'nobody';
 /** What a hold does to it as it is now. */
 function holdWords({ name, airborne, armed }: Drone): string {
   if (airborne === null && armed !== false) {
-    return `Whether ${name} is in the air is not known: if it is, it is put on hold (sticks centred, its hold mode).`;
+    return `It is not known whether ${name} is in the air. If it is, it will hold (sticks centred, its hold mode).`;
   }
-  if (airborne) return `${name} is in the air: it is put on hold (sticks centred, its hold mode).`;
+  if (airborne) return `${name} is in the air. It will hold (sticks centred, its hold mode).`;
   return armed
-    ? `${name} is on the ground with its motors running: it is put on hold, and they go on running.`
-    : `${name} is on the ground with its motors off: it does nothing.`;
+    ? `${name} is on the ground with its motors running. It will hold, and the motors keep running.`
+    : `${name} is on the ground with its motors off. Nothing happens.`;
 }
 
 /** `asksViews`: the two checks are about what the pilot may still see. False when the user thought better of it. Raises RestError with words to show. */
@@ -41,7 +41,7 @@ export const release = (drone: Drone): Promise<boolean> =>
     drone.airborne !== false
       ? {
           title: drone.airborne ? `Release ${drone.name} in flight?` : `Release ${drone.name}?`,
-          text: `${drone.name} ${drone.airborne ? 'is' : 'may be'} in the air and nobody will have its controls. Flown by hand, it is put on hold.`,
+          text: `${drone.name} ${drone.airborne ? 'is' : 'may be'} in the air and will have no pilot. If flown by hand, it holds.`,
           confirmLabel: 'Release',
           isDanger: true,
         }
@@ -59,7 +59,7 @@ function goingHome(drone: Drone): string | null {
 
 function takeQuestion(drone: Drone): Question {
   const pilot = drone.holder?.name ?? 'The pilot';
-  const loses = `${pilotOf(drone)} loses the controls and you get them`;
+  const loses = `${pilotOf(drone)} loses the controls; you get them`;
   const views = {
     reasonLabel: 'Reason (the pilot reads it)',
     checkLabel: `${pilot} may still watch ${drone.name}`,
@@ -88,7 +88,7 @@ export async function takeInEmergency(drone: Drone): Promise<boolean> {
   const now = going === null ? '' : `${going}: that is interrupted. `;
   const consent = await ask({
     title: `Emergency: take ${drone.name} and stop it?`,
-    text: `${now}${drone.name} stops and holds where it is, also out of a return or a landing. ${pilotOf(drone)} loses the controls and you get them.`,
+    text: `${now}${drone.name} stops and holds where it is, even during a return or a landing. ${pilotOf(drone)} loses the controls; you get them.`,
     confirmLabel: `Take ${drone.name} and stop it`,
     isDanger: true,
     reasonLabel: 'Reason (the pilot reads it)',

@@ -10,5 +10,5 @@ export function flownNow(user: NamedRef): string {
     .filter(({ holder }) => holder?.id === user.id)
     .map(({ name }) => name);
   if (names.length === 0) return '';
-  return `${user.name} flies ${names.join(' and ')} now: told to hold, and without a pilot from then on.`;
+  return `${user.name} is flying ${names.join(' and ')}: ordered to hold, with no pilot from then on.`;
 }

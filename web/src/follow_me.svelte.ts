@@ -29,14 +29,14 @@ export const sharing = $state<{ operationId: string | null; accuracyM: number | 
 /** Why this browser cannot say where it is; empty when it can be asked. */
 export function whyNoPlace(): string {
   if (!window.isSecureContext)
-    return 'A browser says where it is to a page of https only: "Follow me" needs this tower by its https address.';
-  return 'geolocation' in navigator ? '' : 'This browser does not know where it is.';
+    return 'Browsers share their position over https only. Open this tower by its https address to use "Follow me".';
+  return 'geolocation' in navigator ? '' : 'This browser does not know its position.';
 }
 
 const FAULTS: Record<number, string> = {
-  1: 'This browser was not allowed to say where it is. Allow it in the settings of this page.',
-  2: 'This browser does not know where it is.',
-  3: 'This browser has not said in time where it is.',
+  1: 'This browser may not share its position. Allow it in the site settings.',
+  2: 'This browser does not know its position.',
+  3: 'This browser did not give its position in time.',
 };
 
 function locate(timeoutMs: number): Promise<Located> {
@@ -55,12 +55,12 @@ const wordsOf = (error: unknown): string => (error instanceof Error ? error.mess
 export const personEndWords = (): string => {
   const { units } = preferences;
   return (
-    'It holds where it is when this browser has said nothing for 3 s, is closed or loses the tower, when you come nearer than ' +
-    `${measured(units, 'distance', 5)}, or after ${FOLLOW_FOR_S / 60} minutes. Any other command and moved sticks end it too.`
+    'It holds where it is if this browser is silent for 3 s, is closed or loses the tower, if you come nearer than ' +
+    `${measured(units, 'distance', 5)}, or after ${FOLLOW_FOR_S / 60} minutes. Any other command, and moved sticks, end it too.`
   );
 };
 
-/** Asks where the person is, then them, then the tower. What comes of it stands in the action report. */
+/** Asks where the person is, then them, then the tower. Result stands in the action report. */
 export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number | null): Promise<void> {
   const { id, name } = vehicle.drone.get();
   const { units } = preferences;
@@ -77,7 +77,7 @@ export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number 
   const height = measured(units, 'height', altRelM, 0);
   const text =
     `${name} stays on the side of you on which it is now, ${measured(units, 'distance', awayM)} away over ground and ${height} ` +
-    `above home, and flies as you go. It sees neither trees nor rising ground. Where you are is known to ${sure}; what is less ` +
+    `above home, and flies as you go. It does not see trees or rising ground. Your position is accurate to ${sure}; what is less ` +
     `sure than ${needed} does not count. ${personEndWords()}`;
   if (!(await ask({ title: `Have ${name} follow you?`, text, confirmLabel: 'Follow me', isDanger: true }))) return;
   await vehicle.perform('Follow me', async () => {

@@ -113,7 +113,7 @@ export class GuidedActions {
     const label = `Start the mission${from}`;
     const command = { command: 'start', item } as const;
     if (airborne) {
-      const text = `${name} leaves what it does and flies its mission of ${count} items${from}.`;
+      const text = `${name} stops what it is doing and flies its mission of ${count} items${from}.`;
       if (await ask({ title, text, confirmLabel: 'Start' })) await this.#command(label, command);
       return;
     }
@@ -137,7 +137,7 @@ export class GuidedActions {
 
   async jumpTo(item: number, words: string): Promise<void> {
     const name = this.#name;
-    const text = `${name} goes on with ${number(item)} (${words}), and leaves out what is between.`;
+    const text = `${name} goes on with ${number(item)} (${words}), and skips what is between.`;
     if (await ask({ title: `Send ${name} to ${number(item)}?`, text, confirmLabel: 'Jump' })) {
       await this.#command(`Jump to ${number(item)}`, { command: 'jump', item });
     }

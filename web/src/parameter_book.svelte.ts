@@ -51,7 +51,7 @@ export class ParameterBook {
       this.#ours = await loadFacts(autopilot);
     } catch {
       this.problem =
-        'What is known of the parameters could not be loaded from the tower. They can be changed all the same.';
+        'The descriptions of the parameters could not be loaded from the tower. You can still change parameters.';
     }
   }
 
@@ -61,7 +61,7 @@ export class ParameterBook {
       const reported = await tower.parameterTables.metadata(this.#droneId);
       this.#vehicles = reported === null ? null : factsOfComponent(reported);
     } catch {
-      // Nobody waits for it.
+      // Nobody is waiting for it.
     }
   }
 

@@ -48,7 +48,7 @@ export interface Hands {
 /** Writes what differs. Controls that were taken up for it are released afterwards, whatever came of it. */
 export async function copyTo(plan: CopyPlan, user: User, hands: Hands): Promise<CopyAnswer> {
   const { drone, differences } = plan;
-  if (differences.length === 0) return { kind: 'done', words: 'had all of them already' };
+  if (differences.length === 0) return { kind: 'done', words: 'already had all of them' };
   const way = wayToWrite(drone, user);
   if (typeof way === 'object') return { kind: 'refused', words: way.why };
   let isOurs = false;

@@ -11,8 +11,8 @@ import { preferences } from './preferences.svelte';
 import { latLon } from './words/format';
 import { measured, type Quantity } from './words/units';
 
-const NO_PLACE: Outcome = { kind: 'failed', why: 'it has not said where it is' };
-const NO_HOME: Outcome = { kind: 'failed', why: 'it has no home yet whose height could be kept' };
+const NO_PLACE: Outcome = { kind: 'failed', why: 'its position is unknown' };
+const NO_HOME: Outcome = { kind: 'failed', why: 'it has no home yet, so the height of home is unknown' };
 
 const words = (quantity: Quantity, value: number | null): string =>
   measured(preferences.units, quantity, value, value !== null && Number.isInteger(value) ? 0 : undefined);
@@ -52,7 +52,7 @@ export class PilotActions {
       title: `Disarm ${name} in flight?`,
       text:
         airborne === null
-          ? `Whether ${name} is in the air is not known. If it is, it falls without its motors.`
+          ? `It is not known whether ${name} is in the air. If it is, it falls.`
           : `${name} is in the air. Without its motors it falls.`,
       confirmLabel: 'Disarm in flight',
       isDanger: true,
@@ -60,7 +60,7 @@ export class PilotActions {
     if (!first) return;
     const second = await ask({
       title: `Let ${name} fall?`,
-      text: `Asked twice on purpose: the motors of ${name} stop at once and it drops from ${high(this.#values().altRelM)}.`,
+      text: `Second confirmation: the motors of ${name} stop at once and it drops from ${high(this.#values().altRelM)}.`,
       confirmLabel: 'Stop the motors now',
       isDanger: true,
     });
@@ -119,7 +119,7 @@ export class PilotActions {
     const isUnflown =
       mode.obeysSticks && this.#values().airborne !== false && this.#vehicle.manual.state.get().phase !== 'flying';
     return isUnflown
-      ? ' It obeys the sticks, and this page sends none: with the radio at rest it sinks to the ground.'
+      ? ' This mode follows the sticks, and this page sends none. With the radio at rest it sinks to the ground.'
       : '';
   }
 
@@ -152,7 +152,7 @@ export class PilotActions {
   }
 
   async changeSpeed(speedMps: number): Promise<void> {
-    const text = `${this.#name} flies at ${fast(speedMps)} over the ground from now on, where it flies by itself.`;
+    const text = `${this.#name} flies at ${fast(speedMps)} over the ground from now on when it flies automatically.`;
     if (await ask({ title: `${this.#name} at ${fast(speedMps)}?`, text, confirmLabel: 'Change speed' })) {
       await this.#vehicle.command(`Speed ${fast(speedMps)}`, { command: 'speed', m_s: speedMps });
     }
@@ -171,7 +171,7 @@ export class PilotActions {
     const isOnGround = this.#values().airborne === false;
     const height = place || !isOnGround ? ', as high as its home was' : '';
     const where = `${place ? `at ${latLon(place)}` : 'where it is now'}${height}`;
-    const text = `${name} returns to this place from now on, also by itself when it loses somebody: home is ${where}.`;
+    const text = `${name} returns to this place from now on, also by itself when it loses tower or pilot. Home is ${where}.`;
     if (!(await ask({ title: `Set the home of ${name}?`, text, confirmLabel: 'Set home' }))) return;
     const label = place ? `Home at ${latLon(place)}` : 'Home here';
     const flying = isOnGround ? {} : { while_flying: true };

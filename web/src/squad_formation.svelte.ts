@@ -34,7 +34,7 @@ export class SquadFormation {
     if (!vehicle) return 'One of them is no longer in your squad.';
     const { name } = vehicle.drone.get();
     const { airborne, place, altAmslM } = vehicle.values(tower.clock.nowMs());
-    if (airborne === null) return `Whether ${name} is in the air is not known.`;
+    if (airborne === null) return `It is not known whether ${name} is in the air.`;
     if (!airborne) return `${name} is not in the air.`;
     if (!place || altAmslM === null) return `Nobody knows where ${name} is.`;
     return { id: droneId, name, place, altM: altAmslM };

@@ -124,6 +124,6 @@ describe('each button asks the tower for one command', () => {
     values = { ...values, place: null };
     await pilot.changeHeight(10);
     expect(commands).toEqual([]);
-    expect(vehicle.action.get()?.text).toContain('it has not said where it is');
+    expect(vehicle.action.get()?.text).toContain('its position is unknown');
   });
 });

@@ -215,25 +215,25 @@ class VehicleState:
     def here(self) -> tuple[float, float]:
         """Latitude and longitude. Raises NotHeardYet."""
         if self.place_deg is None:
-            raise NotHeardYet(f"where {self.name} is has not been heard yet")
+            raise NotHeardYet(f"the position of {self.name} is not known yet")
         return self.place_deg
 
     def height(self) -> float:
         """Above home. Raises NotHeardYet."""
         if self.height_m is None:
-            raise NotHeardYet(f"how high {self.name} is has not been heard yet")
+            raise NotHeardYet(f"the height of {self.name} is not known yet")
         return self.height_m
 
     def heading(self) -> float:
         """Clockwise from north. Raises NotHeardYet."""
         if self.heading_deg is None:
-            raise NotHeardYet(f"which way {self.name} looks has not been heard yet")
+            raise NotHeardYet(f"the heading of {self.name} is not known yet")
         return self.heading_deg
 
     def above_sea(self, height_m: float) -> float:
         """Of a height above home. Raises NotHeardYet."""
         if self.home_alt_m is None:
-            raise NotHeardYet(f"where home is of {self.name} has not been heard yet")
+            raise NotHeardYet(f"the home of {self.name} is not known yet")
         return self.home_alt_m + height_m
 
     def check_item(self, item: int) -> None:

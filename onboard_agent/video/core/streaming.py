@@ -83,7 +83,7 @@ class Streaming:
     def watched(self) -> tuple[StreamRequest, ...]:
         return tuple(self._streams)
 
-    def begin_anew(self) -> None:
+    def restart(self) -> None:
         """Nothing of what was sent counts any more: every stream goes on with a key picture."""
         for stream in self._streams.values():
             stream.key_due = True
@@ -95,7 +95,7 @@ class Streaming:
             stream.key_due, stream.key_asked_at = True, now
 
     def rest(self, request: StreamRequest, until: float) -> None:
-        """Its encoder has failed; it begins anew after a while."""
+        """Its encoder has failed; it begins again after a while."""
         stream = self._streams.get(request)
         if stream is not None:
             stream.rests_until, stream.key_due = until, True

@@ -1,4 +1,4 @@
-"""What all encoders have in common: one codec at a time, opened anew at a key picture when something has changed.
+"""What all encoders have in common: one codec at a time, opened again at a key picture when something has changed.
 
 Key pictures come by the camera's clock, not by counting, because pictures that are not sent are not coded. Times reach
 the codec as a count for the same reason: each picture then gets the same share of the bit rate, however many are
@@ -56,7 +56,7 @@ class PyavEncoder(ABC):
     name: str
     pixel_format = "yuv420p"
     forces_keys = True
-    """Whether a key picture can be asked of an open codec; otherwise it is opened anew for each."""
+    """Whether a key picture can be asked of an open codec; otherwise it is opened again for each."""
 
     def __init__(self, limits: QualityLimits, bits_per_s: int | None = None) -> None:
         self._limits = limits

@@ -8,7 +8,7 @@ from typing import Final
 
 _WINDOW_US: Final = 5_000_000
 _MAX_JUMP_US: Final = 2_000_000
-"""A stamp that is off by more is of another epoch: the camera has begun anew, or set its clock."""
+"""A stamp that is off by more is of another epoch: the camera has begun again, or set its clock."""
 
 
 class ArrivalClock:

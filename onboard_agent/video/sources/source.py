@@ -16,7 +16,7 @@ NETWORK_LETS_GO_WITHIN_S: Final = OPEN_PATIENCE_S + 1.0
 """A connection that is being made can be given up by nobody but the system or FFmpeg, when patience ends."""
 
 READ_PATIENCE_S: Final = 2.0
-"""A camera that says nothing for so long is opened anew. That it is silent is said sooner (`camera_watch`)."""
+"""A camera that says nothing for so long is opened again. That it is silent is said sooner (`camera_watch`)."""
 
 
 class CameraLost(Exception):

@@ -130,7 +130,7 @@ async def add_passkey(
 ) -> PasskeyAdded:
     """Adds what the browser has made. With the first factor of an account come recovery codes, told this once.
 
-    The user's other sessions prove anew who they are before they change credentials.
+    The user's other sessions prove again who they are before they change credentials.
     """
     clean_name(body.name)  # before the challenge is used up
     asked = passkey_request.of_session(principal, Purpose.ADD)

@@ -87,7 +87,7 @@ async def confirm_second_factor(
 ) -> RecoveryCodes:
     """From here on the code is asked for at each sign-in. Tells the recovery codes, once.
 
-    The user's other sessions prove anew who they are before they change credentials.
+    The user's other sessions prove again who they are before they change credentials.
     """
     sign_in.throttle_codes(principal, address, clock())
     async with database.writing() as session:

@@ -69,7 +69,7 @@ class NewToken(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    name: Annotated[str, Field(description="What it is for, in 1 to 64 printable characters")]
+    name: Annotated[str, Field(description="Purpose, in 1 to 64 printable characters")]
     scopes: Annotated[list[Scope], Field(max_length=16)]
     expires_at: Annotated[
         AwareDatetime | None, Field(description="null: in 90 days, or as late as this tower allows if that is earlier")

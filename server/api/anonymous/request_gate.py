@@ -24,7 +24,7 @@ from server.live.relay.token_bucket import TokenBucket
 
 RETRY_AFTER_S: Final = 5
 MAX_REMEMBERED: Final = 1_000
-"""Known addresses whose pace is remembered; the one that was quiet for longest begins anew."""
+"""Known addresses whose pace is remembered; the one that was quiet for longest begins again."""
 _BEAT_S: Final = 0.01
 _TYPE: Final = "/problems/too-many-requests"
 _FORWARDED: Final = b"x-forwarded-for"
@@ -162,7 +162,7 @@ async def _refuse(scope: Scope, send: Send) -> None:
             "type": _TYPE,
             "title": "Too many requests",
             "status": 429,
-            "detail": "too many requests at this moment: try again in a few seconds",
+            "detail": "too many requests: try again in a few seconds",
             "instance": scope["path"],
         }
     ).encode()

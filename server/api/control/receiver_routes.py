@@ -102,9 +102,9 @@ async def set_up_without_receiver(
 def refusal_of(drone: LiveDrone, setup: ReceiverSetup) -> Refused | None:
     """Why it may not be set up now; None if it may."""
     if drone.armed is None or drone.airborne is None:
-        return Refused("not-known-yet", "whether the drone is armed is not known: its autopilot is silent")
+        return Refused("not-known-yet", "it is not known whether the drone is armed: its autopilot is silent")
     if drone.armed or drone.airborne:
         return Refused("armed", "the drone is armed: this is set on the ground, disarmed")
     if setup.has_radio or (setup.known and not setup.to_write):
         return Refused("nothing-to-set", setup.text)
-    return None if setup.known else Refused("not-known-yet", "not every parameter that matters is known yet")
+    return None if setup.known else Refused("not-known-yet", "not all relevant parameters are known yet")

@@ -105,7 +105,7 @@ async def delete_drone(
 async def revoke_key(
     admin: Admin, database: DatabaseDep, audit: AuditDep, roster: RosterDep, hub: HubDep, drone_id: DronePath
 ) -> DroneView:
-    """The link of the drone's agent ends at once, and no agent can sign in as it until one has been enrolled anew."""
+    """The link of the drone's agent ends at once, and no agent can sign in as it until one has been enrolled again."""
     async with database.writing() as session:
         await drones.revoke_key(session, drone_id=drone_id, action=audit.action(admin))
     await roster.refresh()

@@ -12,8 +12,7 @@ from server.runtime.settings import Settings
 class AddressUnknown(Refusal):
     def __init__(self) -> None:
         super().__init__(
-            "the tower does not know the address at which agents find it: set TOWER_PUBLIC_URL (docs/settings.md) and "
-            "start it anew"
+            "the tower does not know its public address: set TOWER_PUBLIC_URL (docs/settings.md) and restart it"
         )
 
 

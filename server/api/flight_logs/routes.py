@@ -184,7 +184,7 @@ async def put_agent_file(
     if drone is None or operation is None:
         raise NotAskedFor
     if not (length.isascii() and length.isdigit() and len(length) < 16):
-        raise FileIncomplete("say with Content-Length how long the file is")
+        raise FileIncomplete("the file's length is required: send Content-Length")
     await log_receiver.receive(drone, operation, int(length), _pieces(request))
 
 

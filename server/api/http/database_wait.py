@@ -17,7 +17,7 @@ _WORDS: Final = "the database did not answer in time"
 
 
 class BoundedDatabaseWait:
-    """Answers for a request that cannot let go of its database. An open WebSocket goes on for hours, and asks anew
+    """Answers for a request that cannot let go of its database. An open WebSocket goes on for hours, and asks again
     each time."""
 
     def __init__(self, app: ASGIApp, database: Database) -> None:

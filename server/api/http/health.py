@@ -27,5 +27,5 @@ async def health(request: Request) -> Health:
 async def ready(request: Request, lock: TowerLockDep) -> Health:
     """Whether the tower can do everything: the database took its last write, half a second ago. 503 where not."""
     if not lock.is_renewed:
-        raise DatabaseUnavailable("the database takes no writes: who flies goes on flying, and nothing can be changed")
+        raise DatabaseUnavailable("the database accepts no writes: flights go on, and nothing can be changed")
     return Health(status="ok", version=request.app.version)

@@ -126,7 +126,7 @@ class Kind:
 
 INVALID: Final = Kind("invalid-request", 422, "The request is not valid")
 MALFORMED_JSON: Final = Kind("malformed-json", 400, "The body is not JSON")
-JSON_ONLY: Final = Kind("json-only", 415, "Only JSON is taken")
+JSON_ONLY: Final = Kind("json-only", 415, "Only JSON is accepted")
 TOO_LARGE: Final = Kind("too-large", 413, "The body is too large")
 WRONG_ORIGIN: Final = Kind("wrong-origin", 403, "The request came from another site")
 DATABASE: Final = Kind("database-unavailable", 503, "The database does not answer")
@@ -137,18 +137,18 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     NotSignedIn: Kind("not-signed-in", 401, "Not signed in"),
     SessionExpired: Kind("session-expired", 401, "The session has ended"),
     BadToken: Kind("bad-token", 401, "The token is not valid"),
-    ScopeMissing: Kind("scope-missing", 403, "The token was not made for this"),
+    ScopeMissing: Kind("scope-missing", 403, "The token lacks the scope"),
     PasswordChangeNeeded: Kind("password-change-needed", 403, "The first password must be changed"),
     SecondFactorDemanded: Kind("second-factor-demanded", 403, "A second factor must be set up"),
     InPersonOnly: Kind("in-person-only", 403, "Not with a token"),
     WrongSignIn: Kind("wrong-sign-in", 401, "Wrong name or password"),
     SecondFactorNeeded: Kind("second-factor-needed", 401, "A code is needed"),
     WrongSecondFactor: Kind("wrong-code", 401, "Wrong code"),
-    WrongCode: Kind("code-refused", 403, "The code is not good"),
+    WrongCode: Kind("code-refused", 403, "The code is wrong"),
     WrongPassword: Kind("wrong-password", 403, "Wrong password"),
     ProofNeeded: Kind("proof-needed", 403, "Confirm that it is you"),
     CodeNeeded: Kind("code-needed", 403, "A code is needed"),
-    SecondFactorOn: Kind("second-factor-on", 409, "There is a second factor already"),
+    SecondFactorOn: Kind("second-factor-on", 409, "A second factor exists already"),
     NoSecondFactorBegun: Kind("no-second-factor-begun", 409, "There is no second factor"),
     PasskeyRefused: Kind("passkey-refused", 401, "The passkey is not accepted"),
     WrongPasskey: Kind("wrong-passkey", 403, "The passkey is not accepted"),
@@ -158,7 +158,7 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     PasskeysUnavailable: Kind("passkeys-unavailable", 409, "No passkeys at this address"),
     UnknownPasskey: Kind("unknown-passkey", 404, "No such passkey"),
     TooManyPasskeys: Kind("too-many-passkeys", 409, "Too many passkeys"),
-    PasskeyKnown: Kind("passkey-known", 409, "The passkey is there already"),
+    PasskeyKnown: Kind("passkey-known", 409, "The passkey exists already"),
     LastFactor: Kind("last-factor", 409, "The last second factor must stay"),
     UnknownSession: Kind("unknown-session", 404, "No such session"),
     SignInThrottled: Kind("too-many-tries", 429, "Too many tries"),
@@ -178,18 +178,18 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     BadExpiry: Kind(INVALID.slug, INVALID.status, INVALID.title, field="expires_at"),
     UnknownEnrolment: Kind("unknown-enrolment", 404, "No such enrolment"),
     AddressUnknown: Kind("address-unknown", 409, "The tower's own address is not known"),
-    BadDroneKey: Kind("bad-drone-key", 403, "The key is not good"),
-    BadEnrolment: Kind("bad-enrolment", 403, "The enrolment token is not good"),
+    BadDroneKey: Kind("bad-drone-key", 403, "The key is not valid"),
+    BadEnrolment: Kind("bad-enrolment", 403, "The enrolment token is not valid"),
     NotPrivate: Kind("https-only", 403, "Not over plain http"),
     OwnerAlready: Kind("owner-already", 409, "The user owns the drone"),
     BadLoan: Kind(INVALID.slug, INVALID.status, INVALID.title, field="until"),
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),
-    ControlRefused: Kind("control-refused", 409, "The controls did not change hands"),
+    ControlRefused: Kind("control-refused", 409, "The controls did not change"),
     BadDroneSettings: Kind(INVALID.slug, INVALID.status, INVALID.title, field="lost_action_s"),
     DroneOffline: Kind("drone-offline", 409, "The drone is offline"),
     AgentTooOld: Kind("agent-too-old", 409, "The drone's agent is too old"),
-    TooManyOperations: Kind("too-many-operations", 429, "Too much in too short a time"),
+    TooManyOperations: Kind("too-many-operations", 429, "Too many requests"),
     DroneBusy: Kind("drone-busy", 409, "The drone is busy"),
     UnknownOperation: Kind("unknown-operation", 404, "No such operation"),
     NotInControl: Kind("not-in-control", 409, "You do not have the controls"),
@@ -205,8 +205,8 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     MalformedBody: Kind(MALFORMED_JSON.slug, MALFORMED_JSON.status, MALFORMED_JSON.title),
     BadPlan: Kind(INVALID.slug, INVALID.status, INVALID.title),
     ParametersUnknown: Kind("parameters-unknown", 409, "The parameters are not known yet"),
-    NoMetadata: Kind("no-metadata", 404, "The vehicle says nothing of its parameters"),
-    NotKnownHow: Kind("not-supported", 409, "Not with this vehicle"),
+    NoMetadata: Kind("no-metadata", 404, "The vehicle offers no parameter metadata"),
+    NotKnownHow: Kind("not-supported", 409, "Not supported by this vehicle"),
     NotKnownYet: Kind("not-known-yet", 409, "Not known yet"),
     NoSuchMode: Kind(INVALID.slug, INVALID.status, INVALID.title, field="mode"),
     NoSuchItem: Kind(INVALID.slug, INVALID.status, INVALID.title, field="item"),
@@ -219,19 +219,19 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     VersionNeeded: Kind("version-needed", 428, "Say which version"),
     DocumentTooLarge: Kind(TOO_LARGE.slug, TOO_LARGE.status, TOO_LARGE.title),
     UnknownLog: Kind("unknown-log", 404, "No such log here"),
-    BadCredential: Kind("bad-credential", 401, "The ticket or credential is not good"),
-    NotAskedFor: Kind("not-asked-for", 404, "Nobody waits for it"),
-    FileNotTaken: Kind("no-room", 413, "The file is not taken"),
-    FileIncomplete: Kind("incomplete", 400, "The file is not whole"),
+    BadCredential: Kind("bad-credential", 401, "The ticket or credential is not valid"),
+    NotAskedFor: Kind("not-asked-for", 404, "Nobody is waiting for it"),
+    FileNotTaken: Kind("no-room", 413, "The file is refused"),
+    FileIncomplete: Kind("incomplete", 400, "The file is incomplete"),
     UnknownRecording: Kind("unknown-recording", 404, "No such recording"),
     NotReady: Kind("recording-not-ready", 409, "There is no file yet"),
     NotYoursToRecord: Kind("not-in-control", 409, "You do not have the controls"),
     NotYourRecording: Kind("not-your-recording", 403, "Not your recording"),
-    AlreadyRecording: Kind("already-recording", 409, "It is recorded already"),
+    AlreadyRecording: Kind("already-recording", 409, "It is being recorded already"),
     TooManyRecordings: Kind("too-many-recordings", 409, "Too many recordings"),
     RecordingBusy: Kind("recording-busy", 409, "It is not over yet"),
     NoVideo: Kind("no-video", 409, "There is no video"),
-    RecordingStorageFull: Kind("no-room", 413, "There is no room for it"),
+    RecordingStorageFull: Kind("no-room", 413, "No space left"),
     PlanNotRead: Kind("plan-not-read", 409, "The plan could not be read"),
     UnknownTeam: Kind("unknown-team", 404, "No such team"),
     UnknownInvitation: Kind("unknown-invitation", 404, "No such invitation"),
@@ -331,7 +331,7 @@ async def _on_invalid(request: Request, error: Exception) -> JSONResponse:
         for one in found
     ]
     named = ", ".join(sorted({one["field"] for one in errors if one["field"]}))
-    detail = f"not valid: {named}" if named else "a JSON object is needed"
+    detail = f"not valid: {named}" if named else "a JSON object is required"
     return problem(INVALID, instance=request.url.path, detail=detail, errors=errors)
 
 

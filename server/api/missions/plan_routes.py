@@ -81,7 +81,7 @@ async def get_plan(
     clock: ClockDep,
     drone_id: DronePath,
     kind: KindPath,
-    fresh: Annotated[bool, Query(description="Read from the autopilot now")] = False,
+    fresh: Annotated[bool, Query(description="Load from the autopilot now")] = False,
 ) -> Response:
     """The plan on board, as its agent told last, or as it is now."""
     drone = watched_drone(hub, principal, drone_id)

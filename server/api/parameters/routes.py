@@ -35,7 +35,7 @@ from server.live.parameters.orders import (
     ParametersView,
     ValuesToWrite,
     parameters_json,
-    read_anew,
+    reread,
     write,
 )
 
@@ -124,9 +124,9 @@ def _metadata_body(packed: bytes, *, coded: bool) -> bytes:
 async def read_parameters(
     response: Response, principal: Viewer, hub: HubDep, address: AddressDep, drone_id: DronePath, prefer: Prefer = None
 ) -> OperationView:
-    """Reads them from the autopilot anew."""
+    """Reads them from the autopilot again."""
     drone = watched_drone(hub, principal, drone_id)
-    return await answer(begin(hub, principal, drone, read_anew(), address), response, prefer)
+    return await answer(begin(hub, principal, drone, reread(), address), response, prefer)
 
 
 @router.patch(

@@ -171,9 +171,7 @@ async def get_recording_file(
     if row.store != recordings.store.id:
         raise NotReady(NOT_HERE)
     if row.state != "ready":
-        raise NotReady(
-            row.words if row.state == "failed" else "it is not ready yet: it is being recorded or made ready"
-        )
+        raise NotReady(row.words if row.state == "failed" else "it is not ready yet: it is being recorded or processed")
     path = recordings.store.path(row.drone_id, row.file, MP4)
     if not await asyncio.to_thread(path.is_file):
         raise UnknownRecording

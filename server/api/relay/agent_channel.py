@@ -296,7 +296,7 @@ class AgentChannel:
 
     def _post(self, message: ToAgent) -> None:
         if len(self._outgoing) >= MAX_WAITING:
-            self._ending.request(TOO_SLOW, "the agent does not read what it is sent")
+            self._ending.request(TOO_SLOW, "the agent does not read its messages")
             return
         self._outgoing.append(message)
         self._something_to_send.set()

@@ -31,7 +31,7 @@ from wire.ids import DroneId, LinkId
 from wire.key_agreement import LinkKeys, agree, agree_by_credential, public_bytes
 from wire.sign_in import NONCE_BYTES, MalformedTranscript, SignInPurpose, Transcript
 
-NO_CREDENTIALS: Final = "this tower takes no bearer credentials any more: enrol the drone anew"
+NO_CREDENTIALS: Final = "this tower no longer accepts bearer credentials: enrol the drone again"
 _NOBODY: Final = public_half(Ed25519PrivateKey.generate())
 """Stands in for the key of a drone that is not there: nobody has the private half."""
 _NO_HASH: Final = "0" * 64
@@ -122,7 +122,7 @@ def _credential(hub: Hub, headers: Headers) -> Credential:
     known = drone.record.credential_hash if drone is not None else ""
     same = hmac.compare_digest(known or _NO_HASH, credential.hashed())
     if not known or not same:
-        raise AgentRefused(401, "this credential is not known")
+        raise AgentRefused(401, "unknown credential")
     return credential
 
 
@@ -211,7 +211,7 @@ class KeySignIn:
         known = drone.record.public_key if drone is not None else b""
         signed = is_signed(known or _NOBODY, signature, transcript.for_agent())
         if drone is None or not known or not hmac.compare_digest(known, transcript.drone_key) or not signed:
-            raise AgentRefused(401, "this drone's key is not known")
+            raise AgentRefused(401, "unknown drone key")
         return drone.record.identity
 
     async def _exchange(
@@ -225,5 +225,5 @@ class KeySignIn:
             raise AgentRefused(401, "this key is not the agent's own")
         done = await self._rules.exchange(credential, transcript.drone_key, address)
         if done is False:
-            raise AgentRefused(401, "this credential is not known")
+            raise AgentRefused(401, "unknown credential")
         return ("", transcript.drone_key) if done else (credential.hashed(), b"")

@@ -33,6 +33,6 @@ def drone_of(hub: Hub, connection: HTTPConnection, *, credentials_until: datetim
         return read_credential(hub, connection, until=credentials_until, now=now).drone_id
     link = hub.state.links.get(LinkId(int(match[1], 16)))
     if link is None or not hmac.compare_digest(link.ticket, text.strip()):
-        raise AgentRefused(401, "this ticket is not known")
+        raise AgentRefused(401, "unknown ticket")
     admitted(connection)
     return link.drone_id

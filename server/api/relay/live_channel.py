@@ -127,7 +127,7 @@ class LiveChannel:
             self._bad_requests += 1
             self._hub.state.drops[DropReason.MALFORMED] += 1
             if self._bad_requests >= MAX_BAD_REQUESTS:
-                self._ending.request(BAD_REQUEST, "too many messages that make no sense")
+                self._ending.request(BAD_REQUEST, "too many malformed messages")
             self._browser.notify(
                 Notice("warning", "malformed", f"Not understood: {str(error)[:MAX_QUOTED_LENGTH]}", None, 1)
             )

@@ -45,7 +45,7 @@ class AgentVideoSocket:
         scheme, _, ticket = self._websocket.headers.get("authorization", "").partition(" ")
         video = self._hub.video.drone_of_ticket(ticket.strip()) if scheme.lower() == "bearer" else None
         if video is None:
-            await self._deny(401, "this ticket is not known")
+            await self._deny(401, "unknown ticket")
             return
         admitted(self._websocket)
         offered = self._websocket.scope["subprotocols"]
@@ -102,7 +102,7 @@ class AgentVideoSocket:
         drops, now = self._hub.state.drops, time.monotonic()
         if not video.may_send(len(unit), now):
             drops[DropReason.FLOOD] += 1
-            self._ending.request(FLOODING, "more video was sent than any camera gives")
+            self._ending.request(FLOODING, "more video was sent than any camera produces")
             return
         try:
             head = self._hub.video.unit(video, self, unit, now)

@@ -147,7 +147,7 @@ class ViewerChannel:
         if not viewer.requests.take(1.0, now):
             self._hub.state.drops[DropReason.FLOOD] += 1
             if not self._patience.take(1.0, now):
-                self._hub.video.end(viewer, FLOODING, "too much was sent, and it did not stop")
+                self._hub.video.end(viewer, FLOODING, "too much was sent for too long")
             return
         try:
             request = decode_video_request(text)

@@ -66,7 +66,7 @@ def enrol_drone(drone: Which, token_file: TokenFile = None, hours: Hours = 1.0) 
 
 @app.command("revoke")
 def revoke_key(drone: Which) -> None:
-    """Make what the drone's agent signs in by worth nothing. Its link ends; it has to be enrolled anew."""
+    """Make what the drone's agent signs in by worth nothing. Its link ends; it has to be enrolled again."""
 
     async def work(database: Database, _settings: Settings) -> str:
         async with database.writing() as session:

@@ -91,7 +91,7 @@ def set_member(
 def set_drone(
     team: Which,
     drone: Annotated[str, typer.Argument(help="The drone's name or its id.", metavar="DRONE|ID")],
-    remove: Annotated[bool, typer.Option("--remove", help="Take it out of the team.")] = False,
+    remove: Annotated[bool, typer.Option("--remove", help="Take the drone out of the team.")] = False,
 ) -> None:
     """Put a drone into a team, or take it out."""
 

@@ -40,12 +40,12 @@ class ChallengeOver(Refusal):
     """Never given, answered before, too old, or given to another browser: on purpose not said which."""
 
     def __init__(self) -> None:
-        super().__init__("this took too long, or was answered already: try again")
+        super().__init__("this took too long or was already answered: try again")
 
 
 class TooManyChallenges(RetryLater):
     def __init__(self) -> None:
-        super().__init__("too many tries from your network: wait before the next one", retry_after_s=1 / ASKED_PER_S)
+        super().__init__("too many attempts from your network: wait before the next one", retry_after_s=1 / ASKED_PER_S)
 
 
 @dataclass(frozen=True)

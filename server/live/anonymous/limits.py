@@ -18,7 +18,7 @@ class AnonymousLimits:
     max_head_bytes: int = 16 * 1024
     max_headers: int = 100
     head_within_s: float = 10.0
-    """A browser opens connections ahead of time; one that is closed is opened anew when it is needed."""
+    """A browser opens connections ahead of time; one that is closed is opened again when it is needed."""
     max_sign_in_body_bytes: int = 16 * 1024
     """`POST /session`, `/session/passkey` and `/enrol`: the only bodies that are read of somebody unknown."""
     sign_in_body_within_s: float = 10.0

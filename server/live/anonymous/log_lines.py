@@ -22,6 +22,6 @@ class LogBudget:
         return False
 
     def take_unreported(self) -> int:
-        """How many lines were left out before the one that is being written; counted from here on anew."""
+        """How many lines were left out before the one that is being written; counted from here on again."""
         take_unreported, self._reported = self.left_out - self._reported, self.left_out
         return take_unreported

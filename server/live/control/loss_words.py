@@ -29,12 +29,14 @@ def loss_sentences(parameters: LossParameters | None, settings: DroneSettings) -
     """In the order operator, tower, radio. `parameters` is None while the agent has told nothing."""
     found = [*_of_ours(settings)]
     if parameters is None:
-        found.append(warning("operator", "The autopilot's own failsafes are not known: its parameters were not read."))
+        found.append(
+            warning("operator", "The autopilot's own failsafes are unknown: its parameters have not been read.")
+        )
         return found
     sane = {name: value for name, value in parameters.values.items() if isfinite(value)}
     parameters = msgspec.structs.replace(parameters, values=sane)
     if not parameters.complete:
-        found.append(warning("operator", "Not every parameter that decides on a loss is known."))
+        found.append(warning("operator", "Not all parameters that matter for a loss are known."))
     if parameters.autopilot == "ardupilot":
         found += ardupilot_sentences(parameters)
     elif parameters.autopilot == "px4":
@@ -59,7 +61,7 @@ def _of_ours(settings: DroneSettings) -> Iterable[Sentence]:
         f"{safety.rtt_limit_s:g} s: at once in {modes} with centred sticks, and as soon as it is level and has a "
         "position in a mode that stays and uses nobody's sticks.",
     )
-    stays_away = f"When the person stays away for {safety.lost_action_s:g} s, {then}."
+    stays_away = f"When the person is lost for {safety.lost_action_s:g} s, {then}."
     yield info("operator", f"A hold does not end by itself. {stays_away}")
     yield info(
         "operator", "Without a position it stays in altitude hold, which keeps the height and drifts with the wind."
@@ -77,7 +79,7 @@ def is_dangerous(sentences: Iterable[Sentence]) -> bool:
 
 
 def findings_hash(sentences: Iterable[Sentence]) -> str:
-    """Of what is dangerous. An acknowledgement holds for exactly these sentences; a new danger is asked for anew."""
+    """Of what is dangerous. An acknowledgement holds for exactly these sentences; a new danger is asked for again."""
     dangers = sorted(f"{one.about}: {one.text}" for one in sentences if one.severity == "danger")
     return hashlib.sha256("\n".join(dangers).encode()).hexdigest()
 

@@ -71,7 +71,7 @@ def _overrides(values: dict[str, float]) -> Iterable[Sentence]:
         )
     if _bits(values, "RC_OPTIONS") & OVERRIDES_IGNORED:
         yield danger(
-            "operator", "RC_OPTIONS tells the autopilot to ignore sticks from the tower: a hold cannot centre them."
+            "operator", "RC_OPTIONS makes the autopilot ignore sticks from the tower: a hold cannot centre them."
         )
 
 
@@ -80,9 +80,9 @@ def _ground_station(values: dict[str, float], *, complete: bool) -> Iterable[Sen
     after_s = values.get("FS_GCS_TIMEOUT", 5.0)
     if action is None:
         if complete:
-            yield warning("tower", "The autopilot does not tell what it does when the ground station is lost.")
+            yield warning("tower", "The autopilot does not report what it does when the ground station is lost.")
     elif action <= 0:
-        words = "FS_GCS_ENABLE is 0: if the computer on board fails, the autopilot does not mind that nobody is there"
+        words = "FS_GCS_ENABLE is 0: if the computer on board fails, the autopilot does not react to the loss"
         if values.get("FS_THR_ENABLE", 1.0) <= 0:
             yield danger("tower", f"{words}, and nothing else is set to bring the drone down or back.")
         else:
@@ -126,9 +126,7 @@ def _radio(values: dict[str, float], has_radio: bool | None) -> Iterable[Sentenc
     if failsafe is not None and failsafe <= 0 and has_radio is not False:
         yield warning("radio", "FS_THR_ENABLE is 0: the autopilot does nothing when the transmitter is lost.")
     if _bits(values, "RC_OPTIONS") & RECEIVER_FAILSAFE_IGNORED:
-        yield warning(
-            "radio", "RC_OPTIONS tells the autopilot to ignore the receiver's own word that it has lost contact."
-        )
+        yield warning("radio", "RC_OPTIONS makes the autopilot ignore the receiver's own failsafe signal.")
     if failsafe is not None and failsafe > 0 and _bits(values, "FS_OPTIONS") & AUTO_GOES_ON_WITHOUT_RADIO:
         yield info("radio", "FS_OPTIONS: a mission goes on without the radio.")
 
@@ -143,7 +141,7 @@ def _with_receiver(values: dict[str, float]) -> Iterable[Sentence]:
         "throttle low makes the drone descend.",
     )
     if _bits(values, "RC_OPTIONS") & RADIO_IGNORED:
-        yield warning("radio", "RC_OPTIONS tells the autopilot to ignore the radio receiver: it cannot help.")
+        yield warning("radio", "RC_OPTIONS makes the autopilot ignore the radio receiver: it cannot help.")
 
 
 def _without_receiver(values: dict[str, float], failsafe: float | None) -> Iterable[Sentence]:
@@ -152,7 +150,7 @@ def _without_receiver(values: dict[str, float], failsafe: float | None) -> Itera
     if failsafe is None:
         yield warning(
             "radio",
-            "The autopilot does not tell FS_THR_ENABLE: what it does when sticks from the tower end is not known.",
+            "The autopilot does not report FS_THR_ENABLE. It is not known what it does when sticks from the tower end.",
         )
         return
     if failsafe <= 0:
@@ -172,8 +170,9 @@ def _without_receiver(values: dict[str, float], failsafe: float | None) -> Itera
         return
     yield danger(
         "radio",
-        f"There is no radio and FS_OPTIONS lacks 4: in GUIDED or BRAKE without sticks {does} after {wait_s:g} s. The "
-        "agent keeps centred sticks coming in a hold to prevent that; if it fails, a hold ends so, and nobody is told.",
+        f"There is no radio and FS_OPTIONS lacks 4: in GUIDED or BRAKE without sticks {does} after {wait_s:g} s. "
+        "The agent keeps centred sticks coming in a hold to prevent that; if it fails, a hold ends that way without a "
+        "warning.",
     )
 
 

@@ -57,7 +57,7 @@ def px4_sentences(parameters: LossParameters, settings: DroneSettings) -> Iterab
     lost = f"Without the computer on board, after {after_s:g} s,"
     link_action = values.get("NAV_DLL_ACT")
     if link_action == 0:
-        words = "NAV_DLL_ACT is 0: if the computer on board fails, the autopilot does not mind that nobody is there"
+        words = "NAV_DLL_ACT is 0: if the computer on board fails, the autopilot does not react to the loss"
         if values.get("NAV_RCL_ACT") == 0:
             yield danger("tower", f"{words}, and nothing else is set to bring the drone down or back.")
         else:
@@ -90,7 +90,7 @@ def _hold_without_sticks(parameters: LossParameters) -> Iterable[Sentence]:
             "radio",
             f"There is no radio and COM_RCL_EXCEPT lacks 2: in {HOLDS_WITHOUT_STICKS} without sticks the autopilot "
             f"{does} after {values.get('COM_RC_LOSS_T', 0.5):g} s. The agent keeps centred sticks coming in a hold to "
-            "prevent that; if it fails, a hold ends so, and nobody is told.",
+            "prevent that; if it fails, a hold ends that way without a warning.",
         )
 
 
@@ -103,7 +103,7 @@ def _sticks_lost(parameters: LossParameters) -> str:
 
 def _action(value: float | None, *, about: About, name: str, what: str) -> Iterable[Sentence]:
     if value is None:
-        yield warning(about, f"The autopilot does not tell {name}: what it does then is not known.")
+        yield warning(about, f"The autopilot does not tell {name}: it is not known what it does then.")
     elif value == 0:
         yield danger(about, f"{name} is 0: when sticks end, nothing brings the drone down or back.")
     elif value in (TERMINATE, DISARM):

@@ -62,13 +62,13 @@ class ReceiverSetup:
     def text(self) -> str:
         """For people, in a sentence or two."""
         if not self.rows:
-            return "The tower knows this set-up for ArduPilot and PX4 only, and has not heard that this is one of them."
+            return "This set-up exists for ArduPilot and PX4 only. The autopilot is not known to be one of them."
         if self.has_radio is None:
             return "It is not known whether a radio receiver is on board."
         if self.has_radio:
             return "A radio receiver is on board: none of this is needed."
         if not self.known:
-            return "There is no radio receiver, and not every parameter that matters is known yet."
+            return "There is no radio receiver, and not all relevant parameters are known yet."
         if self.needed:
             return "There is no radio receiver, and the autopilot is not set up to fly without one."
         return "There is no radio receiver, and the autopilot is set up to fly without one."

@@ -48,19 +48,21 @@ def follow_me_order(
         )
     age_s = request.age_ms / 1000.0
     if age_s > PERSON_PATIENCE_S:
-        raise CannotFollow(f"where you are was measured {age_s:.0f} s ago: {name} follows nobody by that")
+        raise CannotFollow(f"your position was measured {age_s:.0f} s ago: that is too old for {name} to follow you")
     own = motion_of(drone)
     placed = None if drone.position_frame is None else whole_place_in(drone.position_frame)
     if own is None or placed is None or now - drone.position_at > STALE_S:
-        raise CannotFollow(f"where {name} is was not heard within {STALE_S:g} s")
+        raise CannotFollow(f"no position of {name} within {STALE_S:g} s")
     if placed.alt_rel_m < LOWEST_M:
-        raise CannotFollow(f"{name} is {placed.alt_rel_m:.1f} m above home: {LOWEST_M:g} m are the least to follow you")
+        raise CannotFollow(
+            f"{name} is {placed.alt_rel_m:.1f} m above home: {LOWEST_M:g} m is the minimum to follow you"
+        )
     here = Motion(request.lat, request.lon, own.alt_amsl_m, 0.0, 0.0, 0.0, own.at)
     seen = Relative.of(here, own, own.at)
     if seen.distance_m < MIN_M:
         raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you, over ground: {MIN_M:g} m are the least")
     if seen.distance_m > FARTHEST_M:
-        raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you: {FARTHEST_M:g} m are the most to begin with")
+        raise CannotFollow(f"{name} is {seen.distance_m:.0f} m from you: {FARTHEST_M:g} m is the maximum to begin with")
     bearing, away_m = radians(seen.bearing_deg), request.distance_m + _SLACK_M
     work = FollowWork(principal.name[:80], away_m * cos(bearing), away_m * sin(bearing), 0.0, PERSON_PATIENCE_S)
     first = Fix(request.lat, request.lon, request.accuracy_m, now - age_s)

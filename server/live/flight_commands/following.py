@@ -84,13 +84,13 @@ def _refuse(hub: Hub, drone: LiveDrone, leader: LiveDrone, work: FollowWork, now
         whom = other.work.leader_name
         raise CannotFollow(f"{leads} follows {whom} itself: {name} can follow one that follows nobody")
     if hub.follows.taken_place(leader.drone_id, work) is not None:
-        raise CannotFollow(f"that place at {leads} is too near to another drone's that follows it")
+        raise CannotFollow(f"that place is too near to another drone that follows {leads}")
     if leader.online and leader.airborne is None:
-        raise CannotFollow(f"whether {leads} is in the air is not known: its autopilot is silent")
+        raise CannotFollow(f"it is not known whether {leads} is in the air: its autopilot is silent")
     if not leader.online or not leader.airborne:
         raise CannotFollow(f"{leads} is not in the air: there is nobody to follow")
     if motion_of(leader) is None or now - leader.position_at > STALE_S:
-        raise CannotFollow(f"where {leads} is was not heard within {STALE_S:g} s")
+        raise CannotFollow(f"no position of {leads} within {STALE_S:g} s")
 
 
 def refuse_busy(hub: Hub, drone: LiveDrone) -> None:
@@ -102,6 +102,6 @@ def refuse_busy(hub: Hub, drone: LiveDrone) -> None:
     if hub.follows.followers_of(drone.drone_id):
         raise CannotFollow(f"{name} is followed by another drone, and can follow nobody")
     if drone.airborne is None:
-        raise CannotFollow(f"whether {name} is in the air is not known: its autopilot is silent")
+        raise CannotFollow(f"it is not known whether {name} is in the air: its autopilot is silent")
     if not drone.airborne:
         raise CannotFollow(f"{name} is not in the air: take off first")

@@ -5,7 +5,7 @@ from server.domain.refusal import Refusal
 
 class UnknownLog(Refusal):
     def __init__(self) -> None:
-        super().__init__("the tower has no such log: have it fetched first")
+        super().__init__("the tower does not have this log: fetch it from the drone first")
 
 
 class BadCredential(Refusal):
@@ -20,7 +20,7 @@ class NotAskedFor(Refusal):
 
 
 class FileNotTaken(Refusal):
-    """There is no room for it."""
+    """No space left."""
 
 
 class FileIncomplete(Refusal):

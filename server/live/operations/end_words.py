@@ -11,14 +11,14 @@ def moved_words(operation: Operation) -> str:
 def overruled_words(operation: Operation) -> str:
     """Between two steps the drone was made to hold, or told to do something else."""
     step = operation.step.phase
-    return f"It was stopped after this step: {step}. What was to follow was not sent: a hold or another command came."
+    return f"It was stopped after this step: {step}. The rest was not sent because a hold or another command came."
 
 
 def unknown_words(operation: Operation, what: str) -> str:
     """`what`: what the agent did instead of telling the end."""
-    advice = ": look at what is on board before you fly it" if operation.order.writes else ""
+    advice = ": check what is on board before you fly it" if operation.order.writes else ""
     if operation.order.lane is Lane.COMMANDS:
-        advice = ": whether the command was carried out is not known"
+        advice = ": it is not known whether the command was carried out"
     elif operation.order.lane is Lane.FOLLOWING:
-        advice = ": whether it holds is not known, look at it"
+        advice = ": it is not known whether it holds, check it"
     return f"The agent of {operation.drone_name} {what}{advice}."

@@ -168,7 +168,7 @@ def why_beyond(drone: LiveDrone, motion: Motion | None, following: Following) ->
     if limits is None or not limits.in_space:
         return None
     if drone.home is None or motion is None:
-        return "where that is within the limits of the loan is not known"
+        return "it is not known whether that is within the limits of the loan"
     work, home = following.work, drone.home
     lat_deg = motion.lat_deg + work.north_m / METRES_PER_DEGREE
     reach_m = home.distance_m(lat_deg, motion.lon_deg) + abs(work.east_m)

@@ -9,9 +9,9 @@ from typing import Final
 from wire.control_messages import MalformedMessage
 from wire.parameter_metadata import MetadataKnown, MetadataPiece, metadata_hash
 
-NOT_REPORTED: Final = "Its agent has told none."
+NOT_REPORTED: Final = "Its agent has reported none."
 COMING: Final = "It is on its way from the drone."
-UNREADABLE: Final = "What its agent told is no metadata of parameters."
+UNREADABLE: Final = "What its agent sent is not parameter metadata."
 
 
 class MetadataStore:
@@ -46,12 +46,12 @@ class MetadataStore:
             return
         self._coming += piece.data
         if len(self._coming) > self._size:
-            raise MalformedMessage("more metadata than was said")
+            raise MalformedMessage("more metadata than announced")
         if len(self._coming) == self._size:
             whole = bytes(self._coming)
             self._coming.clear()
             if metadata_hash(whole) != piece.hash:
-                raise MalformedMessage("metadata that is not what its hash says")
+                raise MalformedMessage("metadata that does not match its hash")
             self._packed, self._hash = whole, piece.hash
 
     def packed(self) -> bytes | None:

@@ -43,7 +43,7 @@ def checked_plan(kind: PlanKind, packed: bytes, *, hash_: str | None = None, cou
         raise MalformedMessage(f"no plan: {error}") from None
     right_hash = hash_ is None or sha256(packed).hexdigest()[:16] == hash_
     if found is not kind or not right_hash or (count is not None and count != len(items)):
-        raise MalformedMessage("a plan that is not what is said of it")
+        raise MalformedMessage("a plan that does not match its description")
     return items
 
 
@@ -106,7 +106,7 @@ class ReportedParameters:
         self._changes: dict[str, Parameter] = {}
 
     def read_again(self, at: datetime) -> None:
-        """They were read anew. An agent whose table is here already sends nothing but its hash."""
+        """They were read again. An agent whose table is here already sends nothing but its hash."""
         if not self.lacks_table:
             self.read_at = at
 
@@ -128,7 +128,7 @@ class ReportedParameters:
         except ValueError as error:
             raise MalformedMessage(str(error)) from None
         if table_hash(table) != reported.hash:
-            raise MalformedMessage("a table of parameters that is not what its hash says")
+            raise MalformedMessage("a parameter table that does not match its hash")
         self._packed, self._hash, self.read_at = reported.packed, reported.hash, at
         self._changes.clear()
 

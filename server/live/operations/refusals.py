@@ -10,7 +10,7 @@ class DroneOffline(Refusal):
 
 class AgentTooOld(Refusal):
     def __init__(self, name: str) -> None:
-        super().__init__(f"the agent of {name} is too old for this: install a newer one on the drone")
+        super().__init__(f"the agent of {name} is too old for this: update it on the drone")
 
 
 class DroneBusy(Refusal):
@@ -21,14 +21,14 @@ class TooManyOperations(Refusal):
     """Of one user, whatever the drone."""
 
     def __init__(self) -> None:
-        super().__init__("too much was asked for in too short a time: wait a few seconds")
+        super().__init__("too many requests in a short time: wait a few seconds")
 
 
 class UnknownOperation(Refusal):
     """Never was, long over, or at a drone that this user may not see."""
 
     def __init__(self) -> None:
-        super().__init__("there is no such operation: it may be long over")
+        super().__init__("there is no such operation: it may have ended long ago")
 
 
 class NotInControl(Refusal):
@@ -42,12 +42,12 @@ class OnlyWatches(Refusal):
     """An observer of the drone's team."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(f"you may watch {name}, and neither read from it nor see what was kept of it")
+        super().__init__(f"you may watch {name}, but not read from it or see its records")
 
 
 class Assisted(Refusal):
     def __init__(self, name: str) -> None:
-        super().__init__(f"an admin is assisting {name}: yours has to wait until they have finished")
+        super().__init__(f"an admin is assisting {name}: wait until they have finished")
 
 
 class TurnNotCome(Refusal):
@@ -59,7 +59,7 @@ class TurnNotCome(Refusal):
 
 class LossCheckOpen(Refusal):
     def __init__(self, name: str) -> None:
-        super().__init__(f"read what a loss would do to {name}, and say so, before arming it")
+        super().__init__(f"read and acknowledge what a loss would do to {name} before arming it")
 
 
 class NotThroughTheTower(Refusal):
@@ -70,7 +70,7 @@ class NotThroughTheTower(Refusal):
 class WouldFall(Refusal):
     def __init__(self, name: str, *, known: bool) -> None:
         where = "is in the air and would fall" if known else "may be in the air and would fall"
-        super().__init__(f"{name} {where}: say `force` if that is what you want")
+        super().__init__(f"{name} {where}: send `force` if you really want that")
 
 
 class MovesHome(Refusal):

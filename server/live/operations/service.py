@@ -183,13 +183,15 @@ class OperationService:
             for one in there:
                 if not one.order.writes:
                     self.cancel(one)
-                    self._end(one, State.CANCELLED, "Reading the plan was stopped: another one is being written.")
+                    self._end(
+                        one, State.CANCELLED, "Reading the plan was stopped because another one is being written."
+                    )
             there = self._asked_at(drone, order.lane)
         if order.lane is Lane.PARAMETERS:  # the agent reads and writes them side by side
             there = [one for one in there if one.order.writes == order.writes]
         if order.overrules and len(there) >= AT_ONCE[order.lane]:
             self.cancel(there[0])
-            self._end(there[0], State.CANCELLED, unknown_words(there[0], "was given other commands before it answered"))
+            self._end(there[0], State.CANCELLED, unknown_words(there[0], "got other commands before it answered"))
         elif len(there) >= AT_ONCE[order.lane]:
             busy = there[0]
             who = f" for {busy.by.name}" if busy.by else ""
@@ -276,7 +278,7 @@ class OperationService:
                 return
         self._kept.end_late(report.id)
         if report.outcome is Outcome.DONE and operation.next_step < len(operation.order.steps):
-            rest = "it was told too late, and what was to follow was not sent"
+            rest = "the report came too late, and the rest was not sent"
             self._end(operation, State.FAILED, f"{operation.drone_name}, {operation.step.phase}: done, but {rest}.")
             return
         words = operation.order.say(operation.step, report.outcome, report.words, report.seen)
@@ -335,7 +337,7 @@ class OperationService:
         if link is not None and link.has_channel:
             link.post(CancelTransaction(id=operation.transaction_id))
         self._kept.add_late(operation)
-        self._end(operation, State.TIMED_OUT, unknown_words(operation, "has not said in time how it ended"))
+        self._end(operation, State.TIMED_OUT, unknown_words(operation, "did not report the result in time"))
 
     def _reads_parameters(self, drone: LiveDrone) -> bool:
         there = self.running_at(drone.drone_id, Lane.PARAMETERS)

@@ -65,7 +65,7 @@ VALUES_SCHEMA: Final[dict[str, Any]] = {
 }
 
 
-def read_anew() -> Order:
+def reread() -> Order:
     step = Step(ParametersReadWork(again=True), READ_WITHIN_S)
     return Order("parameters_read", Lane.PARAMETERS, [step], writes=False)
 

@@ -36,7 +36,7 @@ class TooManyRecordings(Refusal):
 
 class RecordingBusy(Refusal):
     def __init__(self) -> None:
-        super().__init__("it is still being recorded or made ready: wait until it is over")
+        super().__init__("it is still being recorded or processed: wait until it is ready")
 
 
 class NoVideo(Refusal):

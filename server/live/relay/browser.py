@@ -65,7 +65,7 @@ class Browser:
         if self._events.put(event):
             self._wake()
         else:
-            self.close(TOO_SLOW, "this browser does not read what it is sent")
+            self.close(TOO_SLOW, "this browser does not read its messages")
 
     def end(self, code: int, why: str) -> None:
         """Closes it for what it did."""

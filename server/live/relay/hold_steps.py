@@ -21,7 +21,7 @@ class HoldSteps:
         self._newest = 0
 
     def link_ended(self) -> None:
-        """What comes next may be from another process, which counts anew."""
+        """What comes next may be from another process, which counts again."""
         self._newest = 0
 
     def is_news(self, progress: HoldProgress) -> bool:

@@ -33,7 +33,7 @@ class _Move:
 
 
 class LeaseChanges:
-    """`note_presence`: looks anew whether the drone's holder is there."""
+    """`note_presence`: looks again whether the drone's holder is there."""
 
     def __init__(self, state: LiveState, *, note_presence: Callable[[LiveDrone, float], None]) -> None:
         self._state = state
@@ -57,7 +57,7 @@ class LeaseChanges:
         else:
             drone.turn.reset()
         if known.holder != lease.holder:  # else a snapshot has said so first
-            _begin_anew(drone)
+            _restart(drone)
         self._note_presence(drone, now)
         self._state.send_holder_to_agent(drone)
         if waiting and drone.link is not None:
@@ -78,7 +78,7 @@ class LeaseChanges:
         move.why_lost = move.why_lost or why_lost
         move.due_at = None
         if before.holder != drone.lease.holder:
-            _begin_anew(drone)
+            _restart(drone)
 
     def tick(self, now: float) -> None:
         """Several times a second: tells what nobody else has told."""
@@ -113,7 +113,7 @@ class LeaseChanges:
         self._state.notify_former_viewers(drone, before.part_takers() - lease.part_takers(), control_event)
 
 
-def _begin_anew(drone: LiveDrone) -> None:
+def _restart(drone: LiveDrone) -> None:
     """Other hands, or none: neither whose sticks came nor who was missing says anything of them."""
     drone.sticks_at = float("-inf")
     drone.holder_watch.present()

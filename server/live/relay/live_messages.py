@@ -89,7 +89,7 @@ class Rehearsal(msgspec.Struct, frozen=True, tag="rehearsal", tag_field="type"):
 
 
 class LossCheckChanged(msgspec.Struct, frozen=True, tag="loss_check", tag_field="type"):
-    """The check before flight says something else than before, or somebody has read it: to be asked for anew."""
+    """The check before flight says something else than before, or somebody has read it: to be asked for again."""
 
     drone_id: int
 

@@ -127,7 +127,7 @@ class LiveState:
         name = drone.record.name if drone is not None and browser.number in drone.watchers else ""
         browser.refuse(reason, drone_id, name, now, words)
         if reason is DropReason.FLOOD and not browser.patience.take(1.0, now):
-            browser.end(FLOODING, "too much was sent, and it did not stop")
+            browser.end(FLOODING, "too much was sent for too long")
 
     def mode_of(self, drone_id: DroneId) -> int | None:
         """The custom mode of the newest heartbeat; None where there was none."""

@@ -106,7 +106,7 @@ def words_of(bar: LoanBar, limits: Limits) -> str:
         LoanBar.ARMING: "without the right to arm it, and this could start its motors.",
         LoanBar.HEIGHT: f"up to {limits.max_height_m or 0:.0f} m above home, and this goes higher.",
         LoanBar.RADIUS: f"within {limits.radius_m or 0:.0f} m of home, and this goes further.",
-        LoanBar.UNJUDGED: "within limits, and whether this keeps them cannot be told.",
+        LoanBar.UNJUDGED: "within limits, and it is not known whether this keeps them.",
         LoanBar.OWNERS: "within limits: its parameters, fences, home and the like are its owner's to change.",
     }[bar]
 

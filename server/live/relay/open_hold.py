@@ -12,17 +12,17 @@ from server.live.fleet.views import HoldView
 from wire.open_holds import HoldState, LostPhase
 
 MAX_JITTER: Final = timedelta(seconds=1)
-"""The agent tells anew each 5 s how long it counts; what differs by less is the network, not another countdown."""
+"""The agent tells again each 5 s how long it counts; what differs by less is the network, not another countdown."""
 
 NO_ORDER: Final = 0
 """Of a hold that is owed and was not sent to anybody."""
 
 _LOST_WORDS: Final = {
     LostPhase.QUIET: "",
-    LostPhase.COUNTING: "counts until it does by itself: {action}",
+    LostPhase.COUNTING: "counts down to its lost action: {action}",
     LostPhase.STAYED: "stays until the battery is needed for the way home",
-    LostPhase.ASKING: "is being told by its agent: {action}",
-    LostPhase.DONE: "has done by itself: {action}",
+    LostPhase.ASKING: "is getting the order of its agent: {action}",
+    LostPhase.DONE: "carried out its lost action: {action}",
 }
 
 
@@ -130,4 +130,4 @@ class OpenHold:
             f"held in {reported.mode} (stage: {reported.stage.value})" if reported.open else f"was in {reported.mode}",
             _LOST_WORDS[reported.phase].format(action=action),
         ]
-        return f"As its agent told last, it {', and '.join(part for part in parts if part)}."
+        return f"By the last report of its agent, it {', and '.join(part for part in parts if part)}."

@@ -19,7 +19,7 @@ MAX_OPEN: Final = 64
 """Different refusals told apart at one time; a browser that invents drone ids gets one sum for the rest."""
 
 _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
-    DropReason.MALFORMED: lambda _: "A message from this browser was not understood, so nothing of it was sent.",
+    DropReason.MALFORMED: lambda _: "A message from this browser was malformed. Nothing was sent.",
     DropReason.BAD_FRAME: lambda name: f"A frame for {name} was damaged and was not sent.",
     DropReason.UNKNOWN_DRONE: lambda _: "There is no such drone in your squad.",
     DropReason.NOT_IN_CONTROL: lambda name: f"You do not have the controls of {name}. Nothing was sent to it.",
@@ -27,17 +27,17 @@ _TEXTS: Final[dict[DropReason, Callable[[str], str]]] = {
     DropReason.NOT_ALLOWED: lambda name: f"This kind of message may not be sent to {name} through the tower.",
     DropReason.ASSISTED: lambda name: f"An admin is assisting {name}: your commands wait until they have finished.",
     DropReason.ASK_TWICE: lambda name: (
-        f"This would make {name} fall. Send it again within 5 s if that is what you want."
+        f"This would make {name} fall. Send it again within 5 s if you really want that."
     ),
-    DropReason.LOSS_CHECK: lambda name: f"Read what a loss would do to {name}, and say so, before arming it.",
+    DropReason.LOSS_CHECK: lambda name: f"Read and acknowledge what a loss would do to {name} before arming it.",
     DropReason.LOAN: lambda name: f"{name} is lent to you ",  # the limit follows
     DropReason.FLOOD: lambda name: (
-        f"This was more than may be sent{f' to {name}' if name else ''} at once. The rest of it was not sent."
+        f"This was more than you may send{f' to {name}' if name else ''} at once. The rest of it was not sent."
     ),
     DropReason.OTHER_HANDS: lambda name: (
         f"Another window or program of yours flies {name} by hand: its sticks count, and these were not sent."
     ),
-    DropReason.LATE: lambda name: f"Your link was stalled; what came late was not sent to {name}.",
+    DropReason.LATE: lambda name: f"Your link stalled. Late messages were not sent to {name}.",
 }
 
 NOT_IN_CONTROL: Final = 10

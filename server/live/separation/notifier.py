@@ -22,7 +22,7 @@ from server.live.separation.watch import SeparationWatch, Sky
 from wire.ids import DroneId
 
 AGAIN_S: Final = 2.0
-"""The figures of an alert that lasts are told anew so often."""
+"""The figures of an alert that lasts are told again so often."""
 MAX_REPEATED: Final = 50
 """Of the worst ones. The others keep the figures of their last change."""
 MOTION_S: Final = 0.5

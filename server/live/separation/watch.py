@@ -31,7 +31,7 @@ class Sky(NamedTuple):
 
 
 class SeparationWatch:
-    """One for the tower. Call `tick` some ten times a second; it answers what people are to be told anew.
+    """One for the tower. Call `tick` some ten times a second; it answers what people are to be told again.
 
     `new_number`: names an encounter to people. Counted ones, the default, tell how many others have.
     """

@@ -36,17 +36,17 @@ class DroneInUse(Refusal):
     """Whoever flies it now must neither lose it in the air nor be shown to the team."""
 
     def __init__(self, name: str) -> None:
-        super().__init__(f"somebody outside the team has a part in the controls of {name}: wait until they are free")
+        super().__init__(f"somebody outside the team has or shares the controls of {name}: wait until they are free")
 
 
 class LastTeamAdmin(Refusal):
     def __init__(self) -> None:
-        super().__init__("the last admin of a team stays: make somebody else its admin first, or delete the team")
+        super().__init__("a team needs an admin: make somebody else its admin first, or delete the team")
 
 
 class MemberAlready(Refusal):
     def __init__(self) -> None:
-        super().__init__("somebody of this name is in the team already: change their role instead")
+        super().__init__("this user is in the team already: change the role instead")
 
 
 class TooManyTeams(Refusal):

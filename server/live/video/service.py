@@ -177,10 +177,10 @@ class VideoService:
     def close_all(self) -> None:
         """The tower is going down."""
         for viewer in list(self._viewers.values()):
-            self.end(viewer, GOING_DOWN, "the tower is going down")
+            self.end(viewer, GOING_DOWN, "the tower is shutting down")
         for drone_id, video in list(self._drones.items()):
-            video.end_channel("the tower is going down", GOING_DOWN)
-            self._end_sinks(drone_id, "the tower is going down")
+            video.end_channel("the tower is shutting down", GOING_DOWN)
+            self._end_sinks(drone_id, "the tower is shutting down")
 
     # -- whoever takes everything --------------------------------------------------------------------------------
 
@@ -250,7 +250,7 @@ class VideoService:
 
     def open_channel(self, video: DroneVideo, channel: AgentVideoChannel) -> None:
         """The agent's video process is there. A channel that it had is closed: the newest one counts."""
-        video.end_channel("the agent's video process has come again", CHANNEL_REPLACED)
+        video.end_channel("the agent's video process has reconnected", CHANNEL_REPLACED)
         video.channel = channel
         for flow in video.flows.values():
             flow.stream.broken()

@@ -128,7 +128,7 @@ class VideoViewer:
             traffic.skipped += skipped
             self.notify(SkippedMessage(skipped))
         if self.pace.silent_for(now) > DEAF_AFTER_S:
-            self.end(TOO_SLOW, "this viewer does not say what it has drawn")
+            self.end(TOO_SLOW, "this viewer does not acknowledge pictures")
 
     def end(self, code: int, why: str) -> None:
         """Nothing more is written to it from this instant."""

@@ -44,7 +44,7 @@ class BadPassword(Refusal):
 
 class TooManyJudgements(RetryLater):
     def __init__(self) -> None:
-        super().__init__("too many passwords are being judged at this moment", retry_after_s=2)
+        super().__init__("too many passwords are being checked: try again", retry_after_s=2)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Judgement:
 def judge_password(password: str, names: Collection[str] = ()) -> Judgement:
     """`names`: of the user, of the tower. Takes some tens of milliseconds: not for the event loop."""
     if len(password) < MIN_LENGTH:
-        return Judgement(f"a password has at least {MIN_LENGTH} characters")
+        return Judgement(f"a password needs at least {MIN_LENGTH} characters")
     if len(password) > MAX_LENGTH:
         return Judgement(f"a password has at most {MAX_LENGTH} characters")
     known = [part for name in (*names, *_ALWAYS_TRIED) if (part := name.strip().lower()[:64])]

@@ -24,7 +24,7 @@ from server.store.accounts.hashing_process import Hashing, HashingFailed, Hashin
 
 class TooManySignIns(RetryLater):
     def __init__(self) -> None:
-        super().__init__("too many people are signing in at this moment", retry_after_s=5)
+        super().__init__("too many people are signing in: try again", retry_after_s=5)
 
 
 def generate_password() -> str:

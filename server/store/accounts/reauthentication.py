@@ -30,7 +30,7 @@ class CodeNeeded(Refusal):
     """The password is right, and the account has a second factor."""
 
     def __init__(self) -> None:
-        super().__init__("the code of your authenticator is needed as well, or a recovery code")
+        super().__init__("enter the code of your authenticator too, or a recovery code")
 
 
 def fresh_until(proved_at: datetime | None) -> datetime | None:

@@ -22,7 +22,7 @@ def about(user_id: int) -> str:
 
 
 async def prepare_vault(vault: Vault, database: Database) -> None:
-    """Finds the keys, or makes the first one where nothing has been sealed; seals anew what an older key has sealed.
+    """Finds the keys, or makes the first one where nothing has been sealed; seals again what an older key has sealed.
 
     Raises VaultError, in words for whoever starts the tower, where something sealed cannot be opened.
     """
@@ -47,13 +47,13 @@ async def prepare_vault(vault: Vault, database: Database) -> None:
                 if not vault.by_newest_key(sealed):
                     older.append(user.id)
     if older:
-        await _seal_anew(vault, database, set(older))
+        await _reseal(vault, database, set(older))
 
 
-async def _seal_anew(vault: Vault, database: Database, user_ids: set[int]) -> None:
+async def _reseal(vault: Vault, database: Database, user_ids: set[int]) -> None:
     async with database.writing() as session:
         for user in await session.scalars(select(UserRow).where(UserRow.id.in_(user_ids)).with_for_update()):
             if user.totp_sealed is not None:
-                user.totp_sealed = vault.sealed_anew(user.totp_sealed)
+                user.totp_sealed = vault.reseal(user.totp_sealed)
             if user.totp_pending_sealed is not None:
-                user.totp_pending_sealed = vault.sealed_anew(user.totp_pending_sealed)
+                user.totp_pending_sealed = vault.reseal(user.totp_pending_sealed)

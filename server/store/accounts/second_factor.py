@@ -28,19 +28,19 @@ class SecondFactorOn(Refusal):
 
 class NoSecondFactorBegun(Refusal):
     def __init__(self) -> None:
-        super().__init__("there is no second factor to confirm or to change: begin with one")
+        super().__init__("there is no second factor to confirm or change: set one up first")
 
 
 class LastFactor(Refusal):
     def __init__(self) -> None:
-        super().__init__("a second factor is demanded of you, and this is your only one: add another one first")
+        super().__init__("you must have a second factor, and this is your only one: add another one first")
 
 
 class WrongCode(Refusal):
     """Wrong, or used before: on purpose not said which."""
 
     def __init__(self) -> None:
-        super().__init__("the code is wrong, or was used already: wait for the next one")
+        super().__init__("the code is wrong or was already used: wait for the next one")
 
 
 def factors_of(row: UserRow) -> list[str]:

@@ -144,7 +144,7 @@ async def end_sessions_of(session: AsyncSession, user_id: int) -> None:
 
 
 async def void_proofs(session: AsyncSession, user_id: int, *, but: SignInId) -> None:
-    """The other sessions of this user prove anew who they are: what they proved was without the newest factor."""
+    """The other sessions of this user prove again who they are: what they proved was without the newest factor."""
     others = update(SessionRow).where(
         SessionRow.user_id == user_id, SessionRow.id != (but if isinstance(but, int) else 0)
     )

@@ -28,7 +28,7 @@ class SecondFactorNeeded(Refusal):
 
     def __init__(self, kinds: Sequence[str] = ("code",)) -> None:
         words = " or ".join(_KINDS[kind] for kind in kinds)
-        super().__init__(f"{words} is needed as well, or a recovery code")
+        super().__init__(f"{words} is needed too, or a recovery code")
         self.more = {"kinds": list(kinds)}
 
 

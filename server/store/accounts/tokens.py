@@ -85,7 +85,7 @@ async def create_token(
         raise BadScopes("a token needs at least one scope")
     beyond = set(scopes) - TOKEN_SCOPES[Role(owner.role)]
     if Scope.FLY in beyond:
-        raise BadScopes("a token of an observer can have the scope watch alone")
+        raise BadScopes("a token of an observer can have the scope watch only")
     if beyond:
         raise BadScopes("only an admin's token can have the scopes admin and metrics")
     if expires_at is None:

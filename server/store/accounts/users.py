@@ -31,7 +31,7 @@ class WrongSignIn(Refusal):
 
 class SignInThrottled(RetryLater):
     def __init__(self, *, retry_after_s: float) -> None:
-        super().__init__("too many failed tries: wait before the next one", retry_after_s=retry_after_s)
+        super().__init__("too many failed attempts: wait before the next one", retry_after_s=retry_after_s)
 
 
 class UnknownUser(Refusal):

@@ -27,7 +27,7 @@ from server.store.database import Database
 from server.store.fleet.snapshot import ties_of
 from wire.ids import DroneId, Epoch, UserId
 
-MOVED: Final = Refused("control-changed", "who has the controls has just changed; look again")
+MOVED: Final = Refused("control-changed", "the holder has just changed: check again")
 HOLDS_ANOTHER: Final = Refused("holds-another", "release the drone that you are flying first")
 
 

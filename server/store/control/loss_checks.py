@@ -28,7 +28,9 @@ from wire.control_messages import LossParameters
 from wire.ids import DroneId, UserId
 
 _NOT_THE_HOLDER: Final = Refused("not-the-holder", "whoever has the controls, or assists, must acknowledge this")
-_WRONG_NAME: Final = Refused("wrong-name", "that is not the name of this drone: say whose dangers you know")
+_WRONG_NAME: Final = Refused(
+    "wrong-name", "that is not the name of this drone: name the drone whose dangers you accept"
+)
 
 
 @dataclass(frozen=True)

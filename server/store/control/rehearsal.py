@@ -59,7 +59,7 @@ def refusal_of(drone: LiveDrone, principal: Principal, what: What, *, in_flight:
     on_ground = drone.armed is False and drone.airborne is False
     if not on_ground and not (in_flight or is_simulator(drone.loss_parameters)):
         why = "is armed" if drone.armed or drone.airborne else "may be in the air, its autopilot is silent"
-        return Refused("in-flight", f"the drone {why}: say that you want this in flight")
+        return Refused("in-flight", f"the drone {why}: confirm that you want this in flight")
     return None
 
 

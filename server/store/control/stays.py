@@ -25,8 +25,8 @@ from wire.open_holds import Lost, LostPhase
 _SHUT_OUT: Final = Refused("taken-away", "an admin has taken the controls; wait until they are given back")
 _ONLY_WATCHES: Final = Refused("not-an-owner", "you may watch this drone, and do nothing with it")
 _OFFLINE: Final = Refused("offline", "the drone is offline")
-_NOTHING: Final = Refused("nothing-to-stay", "nothing is being counted that a person could stop")
-_TOWER_LOST: Final = Refused("nothing-to-stay", "the drone has lost the tower, and nobody's word stops that count")
+_NOTHING: Final = Refused("nothing-to-stay", "there is no countdown that a person could stop")
+_TOWER_LOST: Final = Refused("nothing-to-stay", "the drone has lost the tower, and nobody can stop that countdown")
 
 _log = structlog.get_logger(__name__)
 

@@ -68,7 +68,7 @@ class UndecidedTakes:
 
     def hold(self, drone_id: DroneId, name: str, *, interrupts: bool) -> None:
         """At once, whatever the database does. Everybody who may see the drone is told."""
-        reason = f"{name} takes the controls, and the database has not decided it yet"
+        reason = f"{name} takes the controls, and the database has not confirmed it yet"
         self._hub.holds.order(drone_id, reason, interrupts=interrupts)
         words = f"{reason}: nobody's commands pass until it has."
         self._hub.changes.notify_undecided(drone_id, "warning", words)

@@ -41,12 +41,12 @@ class BadEnrolment(Refusal):
     """Never was, used, expired or cancelled: on purpose not said which."""
 
     def __init__(self) -> None:
-        super().__init__("this enrolment token is not (any more) good: ask an admin for a new one")
+        super().__init__("this enrolment token is not valid, or no longer valid: ask an admin for a new one")
 
 
 class BadDroneKey(Refusal):
     def __init__(self) -> None:
-        super().__init__("the public key, or the signature that shows whose it is, is not good")
+        super().__init__("the public key or its signature is not valid")
 
 
 class EnrolmentState(StrEnum):

@@ -41,7 +41,7 @@ _log = structlog.get_logger(__name__)
 
 class OwnerAlready(Refusal):
     def __init__(self) -> None:
-        super().__init__("this user may fly the drone anyhow: there is nothing to lend")
+        super().__init__("this user may fly the drone already: a loan is not needed")
 
 
 class BadLoan(Refusal):

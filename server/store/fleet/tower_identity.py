@@ -19,7 +19,7 @@ from wire.drone_key import key_bytes, key_text, public_half
 _ABOUT: Final = "identity of the tower"
 _WHAT_TO_DO: Final = (
     "put the key back (TOWER_SECRET_KEYS, or the key file from the backup), or give the tower a new identity with "
-    "`tower forget-identity`: every drone has to be enrolled anew then"
+    "`tower forget-identity`: every drone must then be enrolled again"
 )
 
 
@@ -52,7 +52,7 @@ class TowerIdentity:
             except VaultError as error:
                 raise VaultError(f"the tower's identity: {error}; {_WHAT_TO_DO}") from None
             if not vault.by_newest_key(row.sealed_key):
-                row.sealed_key = vault.sealed_anew(row.sealed_key)
+                row.sealed_key = vault.reseal(row.sealed_key)
         self._private_key = Ed25519PrivateKey.from_private_bytes(seed)
         self.public_key = public_half(self._private_key)
 

@@ -97,7 +97,7 @@ class FlightLogQuota:
         """A place for a file of that size. `write` to it, then `keep` it; `discard` it in any case. Raises NoRoom,
         OSError."""
         if size_bytes > self.largest_bytes:
-            raise NoRoom(f"the tower takes files of {self.largest_bytes // 1_000_000} MB at the most")
+            raise NoRoom(f"the tower accepts files of at most {self.largest_bytes // 1_000_000} MB")
         folder = self._folder(drone_id)
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not disk_takes(folder, size_bytes):
@@ -170,7 +170,7 @@ class FlightLogQuota:
             account = to_shrink(used, removable, coming=coming.account, budget_bytes=self._budget_bytes)
             if account is None:
                 if used[coming.account] > share_bytes(used, budget_bytes=self._budget_bytes):
-                    raise NoRoom("the tower's room for the files of this drone's owner is used up")
+                    raise NoRoom("the file quota of this drone's owner is used up")
                 break  # others who send at this moment have too much: their next piece is refused
             oldest = kept[account].pop()
             oldest.path.unlink(missing_ok=True)

@@ -16,7 +16,7 @@ from server.store.flight_logs.quota import FlightLogQuota
 from wire.transactions import LogDownloadWork
 
 SILENCE_S: Final = 30.0
-"""An agent that sends nothing for so long has gone; it begins anew."""
+"""An agent that sends nothing for so long has gone; it begins again."""
 MAX_REMEMBERED: Final = 1000
 """Transactions; many times what drones can send at one time."""
 WRITE_AT_ONCE_BYTES: Final = 256 * 1024
@@ -29,7 +29,7 @@ class LogReceiver:
         self._quota = quota
         self._accounts = accounts
         self._attempts: Counter[int] = Counter()
-        """By transaction: an agent that begins anew has given up what it sent before."""
+        """By transaction: an agent that begins again has given up what it sent before."""
 
     async def receive(
         self, drone: LiveDrone, operation: Operation, size_bytes: int, body: AsyncIterator[bytes]
@@ -61,7 +61,7 @@ class LogReceiver:
                     raise NotAskedFor
                 taken += len(piece)
                 if taken > size_bytes:
-                    raise FileIncomplete("more came than was promised")
+                    raise FileIncomplete("more bytes came than announced")
                 waiting += piece
                 if len(waiting) >= WRITE_AT_ONCE_BYTES:
                     await asyncio.to_thread(quota.write, arriving, bytes(waiting))
@@ -88,5 +88,5 @@ async def _within(body: AsyncIterator[bytes], silence_s: float) -> AsyncIterator
         except StopAsyncIteration:
             return
         except TimeoutError:
-            raise FileIncomplete("nothing came any more") from None
+            raise FileIncomplete("the sender fell silent") from None
         yield piece

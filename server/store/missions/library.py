@@ -45,12 +45,12 @@ class TooManyMissions(Refusal):
 
 class ChangedMeanwhile(Refusal):
     def __init__(self, version: int) -> None:
-        super().__init__(f"somebody has changed this mission meanwhile: it is at version {version}")
+        super().__init__(f"somebody else has changed this mission: it is at version {version}")
 
 
 class VersionNeeded(Refusal):
     def __init__(self) -> None:
-        super().__init__("say with If-Match which version is to be replaced")
+        super().__init__("send If-Match with the version to replace")
 
 
 Found = tuple[MissionRow, str]

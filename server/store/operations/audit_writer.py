@@ -1,4 +1,4 @@
-"""Writes into the audit trail who had what done at which drone, and how it ended. Nobody waits for it.
+"""Writes into the audit trail who had what done at which drone, and how it ended. Nobody is waiting for it.
 
 A command of a pilot is one row, `command.given`, with its answer, whichever way it came: as an operation, or as a frame
 that the hub saw pass. Work that takes longer (plans, parameters, following) has one row at its beginning and one at its

@@ -1,6 +1,6 @@
 """From the units of a recording to an MP4 that plays everywhere: H.264, yuv420p, its index in front.
 
-H.264 that has one set of parameters is packed anew, picture for picture. All else is decoded and coded again: MPEG-1,
+H.264 that has one set of parameters is packed again, picture for picture. All else is decoded and coded again: MPEG-1,
 which browsers and phones do not play from a file, and H.264 whose size changed in the middle. Blocking and heavy; runs
 in the process of `make_mp4`.
 """
@@ -87,7 +87,7 @@ def survey(file: IO[bytes], on_progress: OnProgress) -> Survey:
         if unit.key and unit.codec is Codec.H264:
             uniform = uniform and parameter_sets(unit.payload) == sets
     if first is None:
-        raise NoRecording("not one picture came")
+        raise NoRecording("no picture came")
     return Survey(first.codec, *size, uniform, taken, first)
 
 
@@ -166,7 +166,7 @@ def _code_again(
             pictures += frame is not None
             on_progress(number)
         if last is None:
-            raise NoRecording("not one picture could be read")
+            raise NoRecording("no picture could be decoded")
         put(stream.encode(None))
     return Made(_seconds(shown), width, height, pictures, recoded=True)
 

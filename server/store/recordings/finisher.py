@@ -31,7 +31,7 @@ MAX_DURATION_S: Final = 6 * 3600.0
 """For one file: the others wait for it. Two hours of the highest quality take a small computer less than two; a drone
 that sends what no camera gives may keep it busy for days."""
 HOPELESS: Final = 2
-"""Its exit code where no other try will do better: not one picture came."""
+"""Its exit code where no other try will do better: no picture came."""
 _ROOT: Final = Path(__file__).resolve().parents[3]
 _MAX_TEXT_LENGTH: Final = 150
 
@@ -75,7 +75,7 @@ async def make_mp4(source: Path, target: Path) -> Finished:
             f"the program that makes the file {'takes too long' if whole.expired() else 'hangs'}"
         ) from None
     except (msgspec.DecodeError, KeyError, ValueError):
-        raise CannotFinish("the program that makes the file said nothing that can be read") from None
+        raise CannotFinish("the program that makes the file gave no readable result") from None
     finally:
         with suppress(ProcessLookupError):
             process.kill()
@@ -84,7 +84,7 @@ async def make_mp4(source: Path, target: Path) -> Finished:
             await asyncio.to_thread(target.unlink, missing_ok=True)
 
 
-CUT_OFF: Final = "the tower went down while it was recorded"
+CUT_OFF: Final = "the tower stopped during the recording"
 GONE: Final = "its file is gone"
 NO_ROOM: Final = "there is no room to make its file; it is tried again when the tower starts"
 _log = structlog.get_logger(__name__)

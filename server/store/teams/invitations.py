@@ -37,7 +37,7 @@ class Received(NamedTuple):
 async def invite(
     session: AsyncSession, team_id: int, *, name: str, role: TeamRole, manager: TeamManager, action: AuditAction
 ) -> TeamInvitationRow:
-    """Inviting a name again while it is invited changes nothing: to ask anew, withdraw first.
+    """Inviting a name again while it is invited changes nothing: to ask again, withdraw first.
 
     Raises BadName, UnknownTeam, TeamAdminsOnly, MemberAlready (whom a team admin knows), TeamFull.
     """

@@ -62,7 +62,7 @@ def test_a_mode_is_foreign_once_it_was_shown_for_a_while() -> None:
     foreign.shown(6, ours=17, now=10.5)
     assert foreign.mode(10.01 + FOREIGN_FOR_S) == 6
     foreign.shown(9, ours=17, now=10.7)
-    assert foreign.mode(10.8) is None, "another one begins anew"
+    assert foreign.mode(10.8) is None, "another one begins again"
     foreign.shown(17, ours=17, now=10.9)
     assert foreign.mode(20.0) is None
     foreign.shown(6, ours=17, now=21.0)

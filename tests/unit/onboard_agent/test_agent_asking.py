@@ -179,7 +179,7 @@ def test_one_message_that_does_not_come_is_asked_for_again(answered: bool) -> No
     assert bench.grant_all(now + 0.1) == [gps]
     bench.hear_all(now + 1.0)
     bench.hear_all(2 * now + 0.2, but=frozenset({gps}))
-    assert bench.grant_all(2 * now + 0.2) == [gps], "each time anew"
+    assert bench.grant_all(2 * now + 0.2) == [gps], "each time again"
     bench.hear_all(3 * now + 0.3)
     assert bench.grant_all(3 * now + 0.4) == []
 

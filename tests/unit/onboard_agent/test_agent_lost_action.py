@@ -258,7 +258,7 @@ def test_a_hold_that_begins_anew_counts_anew() -> None:
     bench = Bench().until(31.0).ack(0)
     bench.acting.heartbeat(RTL)
     assert bench.acting.phase is LostPhase.DONE
-    bench.acting.begin_anew()
+    bench.acting.restart()
     assert (bench.acting.phase, bench.acting.lost, bench.acting.action) == (LostPhase.QUIET, None, None)
     bench.lost_at = bench.now
     bench.until(30.1)

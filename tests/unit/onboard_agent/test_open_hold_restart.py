@@ -62,7 +62,7 @@ def test_the_autopilots_own_return_goes_on_and_is_told(dead_s: float, by_hand: b
     assert world.copter.mode is Mode.RTL
     world.link_up(present=False)
     world.pass_time(40.0)
-    assert [change.why for change in world.copter.changes].count("radio failsafe") == 1, "it is not begun anew"
+    assert [change.why for change in world.copter.changes].count("radio failsafe") == 1, "it is not begun again"
     assert not world.copter.armed
     assert "commanded" not in [change.why for change in world.copter.changes[-1:]]
 

@@ -49,7 +49,7 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
         (COPTER | {"RC_OVERRIDE_TIME": 60.0}, True, USUAL, "operator", "warning", "60 s"),
         (COPTER | {"RC_OPTIONS": 2.0}, True, USUAL, "operator", "danger", "RC_OPTIONS"),
         (COPTER | {"RC_OPTIONS": 1.0}, True, USUAL, "radio", "warning", "ignore the radio receiver"),
-        (COPTER | {"RC_OPTIONS": 4.0}, True, USUAL, "radio", "warning", "lost contact"),
+        (COPTER | {"RC_OPTIONS": 4.0}, True, USUAL, "radio", "warning", "failsafe signal"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, False, USUAL, "radio", "danger", "the last sticks stay"),
         ({"RC_OVERRIDE_TIME": 3.0}, False, USUAL, "radio", "warning", "not known"),
         (COPTER | {"FS_THR_ENABLE": 0.0}, True, USUAL, "radio", "warning", "does nothing"),
@@ -132,7 +132,7 @@ def test_our_own_side_is_told_with_the_drones_settings() -> None:
         "LOITER, then altitude hold",
         "0.7 s",
         "300 ms",
-        "stays away for 30 s, it is told to land where it is",
+        "is lost for 30 s, it is told to land where it is",
     ):
         assert words in text
     assert "until the battery is needed" in " ".join(one.text for one in loss_sentences(None, STAYS))

@@ -51,8 +51,8 @@ def test_each_row_is_explained_in_a_short_sentence(autopilot: str) -> None:
         (True, COPTER, False, True, "none of this is needed"),
         (None, COPTER, False, True, "not known whether"),
         (False, COPTER, True, True, "not set up"),
-        (False, {"FS_THR_ENABLE": 1.0}, True, False, "not every parameter"),
-        (False, COPTER | {"FS_OPTIONS": float("nan")}, True, False, "not every parameter"),
+        (False, {"FS_THR_ENABLE": 1.0}, True, False, "not all relevant parameters"),
+        (False, COPTER | {"FS_OPTIONS": float("nan")}, True, False, "not all relevant parameters"),
     ],
 )
 def test_what_is_said(has_radio: bool | None, values: dict[str, float], needed: bool, known: bool, words: str) -> None:

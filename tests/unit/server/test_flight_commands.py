@@ -176,7 +176,7 @@ def test_a_go_to_may_say_which_way_to_look() -> None:
 def test_a_home_without_a_height_is_as_high_as_the_present_one(vehicle: Vehicle) -> None:
     body = {"command": "set_home", **PLACE}
     assert works(body, vehicle) == [at(179, 0, 500.0, 0, 0, 0, 0)]
-    with pytest.raises(NotKnownYet, match="where home is of hawk"):
+    with pytest.raises(NotKnownYet, match="the home of hawk"):
         works(body, but(vehicle, home_alt_m=None))
 
 
@@ -234,8 +234,8 @@ def test_the_words_name_the_drone_and_the_step() -> None:
         "hawk, arming: The autopilot tried and failed."
     )
     assert order.say(order.steps[2], Outcome.DONE, "", None) == "hawk has accepted it: climbing to 20 m."
-    assert order.say(order.steps[2], Outcome.DONE, "Accepted, not yet seen: it stands still.", False) == (
-        "hawk, climbing to 20 m: Accepted, not yet seen: it stands still."
+    assert order.say(order.steps[2], Outcome.DONE, "Accepted, not confirmed yet: it stands still.", False) == (
+        "hawk, climbing to 20 m: Accepted, not confirmed yet: it stands still."
     )
 
 

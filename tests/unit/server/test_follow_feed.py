@@ -156,8 +156,8 @@ def test_who_may_not_see_the_leader_any_more_follows_it_no_more(what: Callable[[
     scene.tick(0.3)
     assert scene.sent() == [CancelTransaction(id=operation.transaction_id)]
     assert scene.heard_by() == []
-    scene.end(operation, Outcome.CANCELLED, "It was told to follow Drone 2 no more. It holds in BRAKE.")
-    assert operation.words.startswith("Drone 1: Drone 2 is not yours to see any more. It was told")
+    scene.end(operation, Outcome.CANCELLED, "It was ordered to follow Drone 2 no more. It holds in BRAKE.")
+    assert operation.words.startswith("Drone 1: Drone 2 is not yours to see any more. It was ordered")
 
 
 def lend(scene: FollowScene, height_m: float | None, radius_m: float | None) -> None:
@@ -199,7 +199,7 @@ def test_nobody_follows_one_that_follows_nor_itself_nor_one_on_the_ground() -> N
         scene.follow(3, 1)
     with pytest.raises(CannotFollow, match="Drone 2 is followed"):
         scene.follow(2, 3)
-    with pytest.raises(CannotFollow, match="too near to another drone's"):
+    with pytest.raises(CannotFollow, match="too near to another drone that follows"):
         scene.follow(3, 2, east_m=5.0)
     assert scene.follow(3, 2, east_m=12.0).running
     scene = FollowScene()
@@ -211,7 +211,7 @@ def test_nobody_follows_one_that_follows_nor_itself_nor_one_on_the_ground() -> N
             scene.follow()
     scene = FollowScene()
     scene.now = 2.5
-    with pytest.raises(CannotFollow, match="was not heard within 2 s"):
+    with pytest.raises(CannotFollow, match="no position of Drone 2 within 2 s"):
         scene.follow()
 
 

@@ -112,9 +112,9 @@ def test_the_browser_that_is_gone_ends_it_and_another_one_does_not() -> None:
     assert scene.sent() == []
     scene.hub.detach_browser(scene.phone.browser, scene.now)
     assert scene.sent() == [CancelTransaction(id=operation.transaction_id)]
-    scene.end(operation, Outcome.CANCELLED, "It was told to follow alice no more. It holds in BRAKE.")
+    scene.end(operation, Outcome.CANCELLED, "It was ordered to follow alice no more. It holds in BRAKE.")
     assert operation.state is State.CANCELLED
-    assert operation.words.startswith("Drone 1: the browser of alice is gone. It was told")
+    assert operation.words.startswith("Drone 1: the browser of alice is gone. It was ordered")
 
 
 def test_it_must_be_high_enough_and_neither_too_near_nor_too_far() -> None:
@@ -131,7 +131,7 @@ def test_it_must_be_high_enough_and_neither_too_near_nor_too_far() -> None:
         scene.follow_me()
     scene = PersonScene()
     scene.now = 2.5
-    with pytest.raises(CannotFollow, match="was not heard within 2 s"):
+    with pytest.raises(CannotFollow, match="no position of Drone 1 within 2 s"):
         scene.follow_me()
 
 
@@ -145,7 +145,7 @@ def test_it_must_be_so_high_that_a_wrong_fix_is_above_the_person() -> None:
         if is_high_enough:
             assert scene.follow_me().running
         else:
-            with pytest.raises(CannotFollow, match=r"7\.9 m above home: 8 m are the least"):
+            with pytest.raises(CannotFollow, match=r"7\.9 m above home: 8 m is the minimum"):
                 scene.follow_me()
 
 

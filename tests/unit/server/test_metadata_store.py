@@ -101,4 +101,4 @@ def test_it_is_answered_in_the_form_and_what_is_none_is_given_to_nobody() -> Non
     assert store.packed() is None
     assert store.update_known(known) is None, "it is not asked for again"
     assert store.packed() is None
-    assert "no metadata" in store.words
+    assert "not parameter metadata" in store.words

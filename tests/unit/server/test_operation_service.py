@@ -231,7 +231,7 @@ def test_what_ran_in_an_agent_that_was_started_again_has_failed() -> None:
     scene.pass_time(1.0)
     assert operation.state is State.FAILED
     assert "Drone 1" in operation.words
-    assert "look at what is on board" in operation.words
+    assert "check what is on board" in operation.words
 
 
 def test_an_end_that_nobody_heard_is_told_as_such_and_put_right_when_the_agent_is_back() -> None:
@@ -275,7 +275,7 @@ def test_a_step_that_was_done_unheard_does_not_stand_for_those_that_were_to_foll
     back = scene.come(process=7, link_id=55)
     scene.announce(TransactionResult(id=operation.transaction_id, outcome=Outcome.DONE, words="Accepted."), back)
     assert operation.state is State.FAILED
-    assert "what was to follow was not sent" in operation.words
+    assert "the rest was not sent" in operation.words
     assert [one for one in back.posted if isinstance(one, Transaction)] == []
 
 

@@ -81,7 +81,7 @@ def test_the_countdown_does_not_jitter_and_a_repetition_is_no_news() -> None:
     assert not hold.take(counting(2, 15.2), at(5.0))
     assert not hold.take(counting(3, 9.3), at(10.0))
     assert (view_of(hold).due_at, view_of(hold).as_of) == (at(20.0), at(10.0))
-    assert hold.take(counting(4, 30.0), at(10.0)), "it began anew"
+    assert hold.take(counting(4, 30.0), at(10.0)), "it began again"
     assert view_of(hold).due_at == at(40.0)
     assert hold.take(counting(5, 29.5, Lost.TOWER), at(10.0)), "another count"
     assert view_of(hold).due_at == at(39.5)
@@ -208,7 +208,7 @@ def test_a_hold_of_an_offline_drone_is_ordered_when_it_is_back(scene: Scene) -> 
     (said,) = [event for event in scene.alice.events() if isinstance(event, live.Hold)]
     assert said.step == "unconfirmed"
     assert said.detail.startswith(OFFLINE)
-    assert "held in BRAKE (stage: stay), and counts until it does by itself: return" in said.detail
+    assert "held in BRAKE (stage: stay), and counts down to its lost action: return" in said.detail
     (order,) = orders(scene.link(102))
     assert not order.interrupts
 

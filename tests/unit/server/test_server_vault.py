@@ -38,7 +38,7 @@ def test_a_new_key_goes_first_and_the_old_one_may_go_then() -> None:
     sealed = with_keys(old).seal("JBSWY3DP", about=ABOUT)
     both = with_keys(new, old)
     assert not both.by_newest_key(sealed)
-    again = both.sealed_anew(sealed)
+    again = both.reseal(sealed)
     assert both.by_newest_key(again)
     assert with_keys(new).open(again, about=ABOUT) == "JBSWY3DP"
     with pytest.raises(VaultError):

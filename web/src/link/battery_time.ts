@@ -27,7 +27,7 @@ export class BatteryMeter {
   #saidMs: number | null = null;
   #saidAtMs = 0;
 
-  /** Whether it flies; with each flight all begins anew. */
+  /** Whether it flies; with each flight all begins again. */
   inAir(isInAir: boolean): void {
     if (isInAir === this.#isInAir) return;
     this.#isInAir = isInAir;

@@ -20,7 +20,7 @@ export const SILENCE = 'autopilot-silent';
 export const BATTERY_LOW_PERCENT = 30;
 export const BATTERY_CRITICAL_PERCENT = 15;
 
-const WRONG_PLACE = 'Where it is shown may be wrong, and others are not warned of it.';
+const WRONG_PLACE = 'Its position on the map may be wrong, and others are not warned of it.';
 const MOTION_WORDS: Record<NonNullable<Drone['suspicious_motion']>, string> = {
   jump: `Its position jumped. ${WRONG_PLACE}`,
   speed: `It says that it flies faster than a drone can. ${WRONG_PLACE}`,
@@ -44,10 +44,10 @@ export function conditionsOf(drone: Drone, values: FlightValues, wasAirborne: bo
   }
   sayLostAction(drone.hold, say);
   if (values.heartbeatAgeMs !== null && values.state === 'lost') {
-    say(SILENCE, wasAirborne ? 'critical' : 'warning', 'Its autopilot is not heard any more.');
+    say(SILENCE, wasAirborne ? 'critical' : 'warning', 'Its autopilot is silent.');
     return found;
   }
-  if (values.state === 'alert') say('emergency', 'critical', 'Its autopilot says that it is in an emergency.');
+  if (values.state === 'alert') say('emergency', 'critical', 'Its autopilot reports an emergency.');
   const battery = values.batteryPercent;
   if (battery !== null && battery <= BATTERY_CRITICAL_PERCENT) {
     say('battery-critical', 'critical', `Battery at ${BATTERY_CRITICAL_PERCENT} % or less.`);

@@ -17,7 +17,7 @@ export type FollowMeCommand = Schemas['FollowMe'];
 const COMMANDS = '/drones/{drone_id}/commands';
 
 function outcomeOf({ state, seen, words: said }: Operation): Outcome {
-  const words = said || 'The tower has not said how it ended.';
+  const words = said || 'The tower did not report the result.';
   const isDone = state === 'done';
   if (state === 'timed_out') return { kind: 'reported', isDone, words, doubt: 'no-answer' };
   return { kind: 'reported', isDone, words, ...(isDone && seen === false ? { doubt: 'unconfirmed' } : {}) };

@@ -61,5 +61,5 @@ export function farewellWords(why: string, flown: readonly string[]): string {
   const ended = why ? `You were signed out: ${why.replace(/\.$/, '')}.` : 'You were signed out.';
   if (flown.length === 0) return ended;
   const names = flown.join(', ');
-  return `${ended} You had the controls of ${names}: you have them no longer, and the drone holds if it was in the air.`;
+  return `${ended} You have lost the controls of ${names}. A drone that was in the air holds.`;
 }

@@ -19,9 +19,9 @@ const CONFIRM_LIMIT_MS = 3_000;
 const CUSTOM_MODE = 1;
 const COMMAND = MAV_CMD.DO_SET_MODE;
 
-const NOT_HEARD: Outcome = { kind: 'failed', why: 'its autopilot has not been heard yet' };
-const NOT_KNOWN: Outcome = { kind: 'failed', why: 'this console does not know how its autopilot holds' };
-const NOT_SENT: Outcome = { kind: 'failed', why: 'not sent: there is no connection to it' };
+const NOT_HEARD: Outcome = { kind: 'failed', why: 'no heartbeat from its autopilot yet' };
+const NOT_KNOWN: Outcome = { kind: 'failed', why: 'this console does not know the hold modes of its autopilot' };
+const NOT_SENT: Outcome = { kind: 'failed', why: 'not sent: no connection' };
 
 /** Sends a COMMAND_LONG to the autopilot; false when nothing could be sent. */
 export type Transmit = (fields: Partial<MessageFields['COMMAND_LONG']>) => boolean;

@@ -49,7 +49,7 @@ const IF_AGENT_STOPS: Record<HoldView['after_sticks'], (name: string) => string>
   sinks: (name) => `If its agent stops, ${name} sinks to the ground.`,
   returns: (name) => `If its agent stops, the autopilot returns ${name}.`,
   lands: (name) => `If its agent stops, the autopilot lands ${name}.`,
-  unknown: (name) => `What ${name} does if its agent stops is not known.`,
+  unknown: (name) => `It is not known what ${name} does if its agent stops.`,
 };
 
 /** Modes as the console writes them. */
@@ -71,8 +71,8 @@ export function dueMs(hold: HoldView | null, towerLagMs: number): number | null 
 /** Without its last point. */
 function nowWords(name: string, hold: HoldView): string {
   const mode = plainMode(hold.mode);
-  if (!hold.open) return mode ? `${name} flies on in ${mode}` : `What ${name} does is not known`;
-  if (hold.stage === 'none') return `${name} is told to hold, not confirmed yet`;
+  if (!hold.open) return mode ? `${name} flies on in ${mode}` : `It is not known what ${name} is doing`;
+  if (hold.stage === 'none') return `${name} was ordered to hold, not confirmed yet`;
   if (hold.stage === 'altitude') {
     return `${name} holds height only: ${hold.waiting_for.replace(/\.$/, '') || 'still slowing down'}`;
   }
@@ -113,7 +113,7 @@ function actionWords(
       return null;
     case 'stayed':
       return {
-        title: `${name} ${hold.open ? 'stays' : 'flies on'} until its battery needs the way home`,
+        title: `${name} ${hold.open ? 'stays' : 'flies on'} until the battery is needed for the way home`,
         badge: hold.open ? 'Stays' : 'Flies on',
       };
     case 'counting': {
@@ -178,8 +178,8 @@ export function readHold(hold: HoldView | null, context: HoldContext, nowMs: num
 
 function staleWords({ as_of: asOf }: HoldView, towerLagMs: number, nowMs: number): string {
   const atMs = Date.parse(asOf) + towerLagMs;
-  if (!Number.isFinite(atMs)) return 'As its agent told last: its link is down.';
+  if (!Number.isFinite(atMs)) return 'From the last report of its agent: its link is down.';
   const seconds = Math.max(0, Math.round((nowMs - atMs) / 1000));
   const ago = seconds < 120 ? `${seconds} s` : `${Math.round(seconds / 60)} min`;
-  return `As its agent told last, ${ago} ago: its link is down.`;
+  return `From the last report of its agent, ${ago} ago: its link is down.`;
 }

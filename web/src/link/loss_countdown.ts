@@ -52,7 +52,7 @@ export function wasWords(last: LastHeard): string {
   if (task === 'landing') return 'was landing';
   if (hold?.open) {
     if (hold.stage === 'stay') return `held in ${plainMode(hold.mode)}`;
-    return hold.stage === 'altitude' ? 'held its height only' : 'was told to hold, not confirmed';
+    return hold.stage === 'altitude' ? 'held its height only' : 'was ordered to hold, not confirmed';
   }
   if (task === 'mission') return 'was flying its mission';
   if (task === 'by-hand') return `was in ${mode ?? 'a mode'}, which obeys sticks`;
@@ -81,19 +81,19 @@ function thenWords(last: LastHeard, when: string): string {
     case 'land':
       return `${agent} will land it ${when} ${surely}`;
     case 'stay':
-      return `${isOnMission ? `${goesOn}; ` : ''}${agent} returns it when its battery needs the way home ${surely}`;
+      return `${isOnMission ? `${goesOn}; ` : ''}${agent} returns it when the battery is needed for the way home ${surely}`;
     case 'continue':
       if (isOnMission) return goesOn;
       return `${agent} goes on with a mission, or leaves it where it is ${surely}`;
     case null:
-      return 'what its agent will do is not known to this page';
+      return 'this page does not know what its agent will do';
   }
 }
 
 function beforeWords(name: string, last: LastHeard, heard = ''): string {
-  const airborne = last.isAirborne === null ? `Whether ${name} is in the air is not known. ` : '';
+  const airborne = last.isAirborne === null ? `It is not known whether ${name} is in the air. ` : '';
   const was = wasWords(last);
-  return airborne + (was ? `${heard}${name} ${was}` : `What ${name} was doing is not known`);
+  return airborne + (was ? `${heard}${name} ${was}` : `It is not known what ${name} was doing`);
 }
 
 /** For an alert, which stands still: without a countdown. */
@@ -116,7 +116,7 @@ export function countdown(droneName: string, silence: Silence, nowMs: number): C
       : thenWords(silence, `in about ${secondsLeft} s`);
   const text =
     whose === 'own'
-      ? `${beforeWords(droneName, silence, 'When this page heard it last, ')}. If it has lost the tower too, ${then}.`
+      ? `${beforeWords(droneName, silence, 'At the last contact, ')}. If it has lost the tower too, ${then}.`
       : `${beforeWords(droneName, silence)}; ${then}.`;
   return { whose, secondsLeft, text };
 }

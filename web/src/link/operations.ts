@@ -10,7 +10,7 @@ import { Store } from './store';
 
 /** Beyond these the oldest that have ended are forgotten. */
 const MAX_KEPT = 300;
-const NOBODY_KNOWS = 'The connection broke meanwhile, and the tower does not know any more how this ended.';
+const NOBODY_KNOWS = 'The connection broke, and the tower no longer knows the result.';
 
 /** An id is a text everywhere but in a path. */
 const pathOf = (id: string) => ({ operation_id: Number(id) });
@@ -111,7 +111,7 @@ export class Operations {
     } catch (error) {
       const isForgotten = error instanceof RestError && error.status === 404;
       if (isForgotten) this.put({ ...operation, state: 'failed', words: NOBODY_KNOWS });
-      // Otherwise the connection went again: the next welcome asks anew.
+      // Otherwise the connection went again: the next welcome asks again.
     }
   }
 }

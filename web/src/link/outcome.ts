@@ -19,7 +19,7 @@ export type Outcome =
 export const isGood = (outcome: Outcome): boolean =>
   outcome.kind === 'accepted' || (outcome.kind === 'reported' && outcome.isDone);
 
-export const REPLACED: Outcome = { kind: 'failed', why: 'a newer command took its place' };
+export const REPLACED: Outcome = { kind: 'failed', why: 'a newer command replaced it' };
 
 const MAV_RESULT_CANCELLED = 6;
 const MAV_RESULT_UNSUPPORTED_FRAME = 9;
@@ -31,10 +31,10 @@ const RESULT_WORDS: Record<number, string> = {
   [MAV_RESULT.UNSUPPORTED]: 'does not know this command',
   [MAV_RESULT.FAILED]: 'could not do it (failed)',
   [MAV_RESULT_CANCELLED]: 'cancelled it',
-  [MAV_RESULT.COMMAND_LONG_ONLY]: 'takes this command as COMMAND_LONG only',
-  [MAV_RESULT.COMMAND_INT_ONLY]: 'takes this command as COMMAND_INT only',
+  [MAV_RESULT.COMMAND_LONG_ONLY]: 'accepts this command as COMMAND_LONG only',
+  [MAV_RESULT.COMMAND_INT_ONLY]: 'accepts this command as COMMAND_INT only',
   [MAV_RESULT_UNSUPPORTED_FRAME]: 'does not know this coordinate frame',
-  [MAV_RESULT_NOT_IN_CONTROL]: 'says that we are not in control',
+  [MAV_RESULT_NOT_IN_CONTROL]: 'reports that we are not in control',
 };
 
 export function outcomeWords(droneName: string, outcome: Outcome): string {

@@ -1,6 +1,6 @@
 /**
  * Passkeys where the name is typed: the browser lists them, and waits. One question is open at a time, so it is taken
- * back while the button asks; and it is asked anew before its challenge is too old.
+ * back while the button asks; and it is asked again before its challenge is too old.
  */
 
 import { PasskeyError, type Asking, type PasskeyCredential, type PasskeyOptions } from './passkeys';

@@ -94,7 +94,7 @@ async function answerOf(ask: () => Promise<Credential | null>, towerName = ''): 
   } catch (error) {
     throw inWords(error, towerName);
   }
-  if (answer === null) throw new PasskeyError('The browser gave no passkey.');
+  if (answer === null) throw new PasskeyError('The browser returned no passkey.');
   return answer as PublicKeyCredential;
 }
 
@@ -102,7 +102,7 @@ function inWords(error: unknown, towerName: string): PasskeyError {
   const name = error instanceof Error || error instanceof DOMException ? error.name : '';
   switch (name) {
     case 'AbortError':
-      return new PasskeyError('The passkey is no longer asked for.', true);
+      return new PasskeyError('The passkey request has expired.', true);
     case 'NotAllowedError':
       return new PasskeyError('No passkey was used: the request was cancelled, or it took too long.');
     case 'InvalidStateError':
@@ -112,7 +112,7 @@ function inWords(error: unknown, towerName: string): PasskeyError {
     case 'NotSupportedError':
     case 'ConstraintError':
       return new PasskeyError(
-        'This device cannot hold such a passkey: it has to store it and check you by PIN, fingerprint or face.',
+        'This device cannot store such a passkey. It must verify you by PIN, fingerprint or face.',
       );
     default:
       return new PasskeyError('The browser could not use a passkey. Try again, or use another device.');

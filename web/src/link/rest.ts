@@ -177,7 +177,7 @@ export class Rest {
     try {
       return (await answer.json()) as unknown;
     } catch {
-      throw new RestError(answer.status, 'Unexpected answer', 'The tower gave an answer that is not JSON.', '');
+      throw new RestError(answer.status, 'Unexpected answer', 'The tower sent an answer that is not JSON.', '');
     }
   }
 }

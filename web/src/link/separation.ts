@@ -45,7 +45,7 @@ function strangerWords(event: SeparationEvent, ownName: string, length: LengthWo
   const both = `${ownName} and another drone`;
   const when =
     inS !== null && inS > SOON_S
-      ? `${both} will be near each other in about ${Math.round(inS)} s.`
+      ? `${both} will be close in about ${Math.round(inS)} s.`
       : `${both} are near each other.`;
   if (bearing === null || away === null || above === null) return when;
   const height =

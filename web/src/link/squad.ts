@@ -46,7 +46,7 @@ export class Squad {
     this.#set(this.drones().filter(({ id }) => id !== droneId));
   }
 
-  /** The whole squad anew. */
+  /** The whole squad again. */
   replace(drones: readonly Drone[]): void {
     const kept = new Set(drones.map(({ id }) => id));
     for (const { id } of this.drones()) if (!kept.has(id)) this.#dropped(id);

@@ -79,7 +79,7 @@ export function readDocument(document: unknown): StickSettings {
   if (document === undefined || document === null) return DEFAULT_SETTINGS;
   const { version, mode, touchThrottleSprings, pads } = object(document);
   if (typeof version !== 'number' || version > SETTINGS_VERSION) {
-    throw new UnreadableSettings('a newer console has written your stick settings: reload this page');
+    throw new UnreadableSettings('a newer console wrote your stick settings: reload this page');
   }
   return {
     mode: oneOf(mode, STICK_MODES),
@@ -125,7 +125,7 @@ const readShape = (value: Record<string, unknown>): Shape => ({
 });
 
 function fail(): never {
-  throw new UnreadableSettings('your stick settings on the tower cannot be read: set your sticks up anew');
+  throw new UnreadableSettings('your stick settings on the tower cannot be read: set up your sticks again');
 }
 
 const object = (value: unknown): Record<string, unknown> =>

@@ -22,6 +22,6 @@ export function offCentre(axes: Axes): (keyof Axes)[] {
 /** Something that a pilot moves. */
 export interface AxesSource {
   readonly name: string;
-  /** `nowMs` never goes back or jumps. Null when it is gone (a pad that was unplugged). It is not asked again then: what comes back must be started anew. */
+  /** `nowMs` never goes back or jumps. Null when it is gone (a pad that was unplugged). It is not asked again then: what comes back must be started again. */
   read(nowMs: number): Axes | null;
 }

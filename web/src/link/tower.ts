@@ -97,7 +97,7 @@ export class Tower {
       if (phase === 'open') this.deafSinceMs.set(null);
       else if (this.live.heardAtMs !== null) this.deafSinceMs.update((since) => since ?? this.live.heardAtMs);
       if (phase === 'waiting') {
-        this.#abortAll('the connection broke before an answer came; it may have been carried out');
+        this.#abortAll('the connection broke before the answer; the command may have been carried out');
         // A tower that refuses the upgrade looks like a network fault from here: ask which of the two it is.
         if (failures === 1 || failures % 4 === 0) void this.#checkSession();
       }
@@ -158,7 +158,7 @@ export class Tower {
     this.#squad.put(answer);
   }
 
-  /** Reads the check before flight anew. */
+  /** Reads the check before flight again. */
   async readLossCheck(droneId: number): Promise<void> {
     const check = await this.rest.lossCheck(droneId);
     this.vehicles.get().get(droneId)?.lossCheck.set(check);
@@ -249,7 +249,7 @@ export class Tower {
         this.#say(
           event.drone_id,
           'warning',
-          `${event.count} messages of this drone were lost: this browser is too slow`,
+          `${event.count} messages of this drone were lost because this browser is too slow`,
         );
         break;
     }
@@ -302,7 +302,8 @@ export class Tower {
     const vehicle = drone_id === null ? undefined : this.vehicles.get().get(drone_id);
     if (!vehicle) return;
     if (REFUSING_NOTICES.has(code)) vehicle.abort(text);
-    if (code === 'other-hands') vehicle.manual.stop('another window or program of yours flies it', { holds: false });
+    if (code === 'other-hands')
+      vehicle.manual.stop('it is flown from another window or program of yours', { holds: false });
     if (code === 'assisted') this.assist.refused(vehicle.drone.get());
     if (code === 'loss-check') void this.readLossCheck(vehicle.drone.get().id).catch(() => undefined);
   }
@@ -313,7 +314,7 @@ export class Tower {
     for (const { droneId, frame } of splitTagged(message) ?? []) vehicles.get(droneId)?.receive(frame, nowMs);
   }
 
-  /** The whole picture anew: what changed while we were away explains itself no more. */
+  /** The whole picture again: what changed while we were away explains itself no more. */
   #welcome(drones: readonly Drone[]): void {
     this.#squad.replace(drones);
     for (const vehicle of this.vehicles.get().values()) vehicle.rehearsal.set(null); // its end was said to nobody

@@ -17,7 +17,7 @@ export type User = Pick<Schemas['Me'], 'id' | 'name' | 'role'> & Partial<Schemas
 export type UserRef = Schemas['UserRefView'];
 /** Somebody with live connections: browsers and programs. */
 export type Online = Schemas['OnlineView'];
-/** What the drone does by itself when the tower or the person stays away. `stay`: until the battery needs the way home. */
+/** What the drone does by itself when the tower or the person stays away. `stay`: until the battery is needed for the way home. */
 export type LostAction = Schemas['LostAction'];
 /** An open hold and a lost action, as the drone's agent told last (wire/open_holds.py). */
 export type HoldView = Schemas['HoldView'];

@@ -20,7 +20,7 @@ export class BoardLayer {
     this.#stopTheme = onThemeChange(() => this.#overlay.renewTheme());
   }
 
-  /** Lays the way out anew only where the plan or home is another. Raises RangeError for items that are none. */
+  /** Lays the way out again only where the plan or home is another. Raises RangeError for items that are none. */
   show(board: Board): void {
     const before = this.#board;
     this.#board = board;

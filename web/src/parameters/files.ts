@@ -50,21 +50,21 @@ export function readParameterFile(text: string): ParameterFile {
   if (values.size === 0) {
     throw new NotAParameterFile(
       others > 0
-        ? 'This file has no parameters of an autopilot, only of other parts of a drone.'
-        : 'This is no parameter file: no line of it has a name and a number.',
+        ? 'This file has no autopilot parameters, only those of other components.'
+        : 'This is not a parameter file: no line has a name and a number.',
     );
   }
   if (strange.length > values.size) {
-    throw new NotAParameterFile('This is no parameter file: most of its lines are something else.');
+    throw new NotAParameterFile('This is not a parameter file: most lines are something else.');
   }
   const dropped: string[] = [];
   if (strange.length > 0) {
     const more = strange.length - MAX_LISTED;
     const listed = strange.slice(0, MAX_LISTED).join(', ') + (more > 0 ? ` and ${more} more` : '');
-    dropped.push(`No name and number: ${listed}.`);
+    dropped.push(`Lines without a name and a number: ${listed}.`);
   }
-  if (others > 0) dropped.push(`${others} of other parts than the autopilot.`);
-  if (twice.size > 0) dropped.push(`More than once, the last one counts: ${[...twice].join(', ')}.`);
+  if (others > 0) dropped.push(`${others} of other components.`);
+  if (twice.size > 0) dropped.push(`Listed more than once (the last one counts): ${[...twice].join(', ')}.`);
   return { format: tabled > 0 ? 'QGroundControl' : 'Mission Planner', values, dropped };
 }
 

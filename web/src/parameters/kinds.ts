@@ -65,15 +65,15 @@ export function readValue(text: string, kind: number): Typed {
   const none = (fault: string): Typed => ({ value: null, fault });
   if (typed === '') return none('A number is missing.');
   if (/^[+-]?\d+,\d+$/.test(typed)) return none('Write the decimals after a point.');
-  if (!NUMBER.test(typed) && !HEXADECIMAL.test(typed)) return none('This is no number.');
+  if (!NUMBER.test(typed) && !HEXADECIMAL.test(typed)) return none('This is not a number.');
   const value = Number(typed);
   const bounds = WHOLE[kind];
   if (!bounds) {
     const isTooLarge = !Number.isFinite(kept(value, kind));
     return isTooLarge ? none('This number is too large.') : { value: kept(value, kind), fault: '' };
   }
-  if (!Number.isInteger(value)) return none('It takes whole numbers only.');
+  if (!Number.isInteger(value)) return none('Whole numbers only.');
   const [least, most] = bounds;
-  if (value < least || value > most) return none(`It holds ${least} to ${most}.`);
+  if (value < least || value > most) return none(`Enter ${least} to ${most}.`);
   return { value: value + 0, fault: '' };
 }

@@ -1,6 +1,6 @@
 /**
  * One job for several drones: an area split among them, or the same plan above each other. Answers a plan for each, estimates, and
- * what of it conflicts. Pure: computed anew with each change of what is drawn and set.
+ * what of it conflicts. Pure: computed again with each change of what is drawn and set.
  */
 
 import { CMD, specOf } from '../plan/catalogue';

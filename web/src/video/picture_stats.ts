@@ -27,7 +27,7 @@ export class PictureStats {
     this.#beganMs = nowMs;
   }
 
-  /** Rates begin anew; what was lost stays counted. */
+  /** Rates begin again; what was lost stays counted. */
   restart(nowMs: number): void {
     this.#beganMs = nowMs;
     this.#came = [];

@@ -2,7 +2,7 @@
 
 import type { Unit } from './unit';
 
-/** A leap beyond this is no loss: the stream began anew. Some half a minute. */
+/** A leap beyond this is no loss: the stream began again. Some half a minute. */
 const MAX_LOSS = 1000;
 
 type Head = Pick<Unit, 'quality' | 'codec' | 'sequence' | 'isKey' | 'isBreak'>;

@@ -14,7 +14,7 @@ import { TOWER_STATES, type CodecName, type QualityName, type TowerState } from 
 
 export const SUBPROTOCOL = 'tower-video.v1';
 
-/** The tower said no. That changes when somebody gives the view back, or signs in anew: no hurry. */
+/** The tower said no. That changes when somebody gives the view back, or signs in again: no hurry. */
 const REFUSED_RETRY_MS = 5_000;
 /** The tower answers each question for its clock, so that silence means a dead socket. */
 const SILENCE_LIMIT_MS = 6_000;

@@ -62,7 +62,7 @@ class WebglScreen implements Screen {
     this.#canvas = canvas;
     this.#gl = gl;
     [this.#planes, this.#frame] = this.#begin();
-    // The graphics card may be taken away for a while (a driver that starts anew, a tablet that sleeps).
+    // The graphics card may be taken away for a while (a driver that starts again, a tablet that sleeps).
     canvas.addEventListener('webglcontextlost', (event) => {
       event.preventDefault();
       this.#last = null;

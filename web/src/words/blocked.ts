@@ -23,7 +23,7 @@ export function blockedWords({ drone, user, isConnected, isHeard, waitsFor }: Si
       : `${whose} They were taken from you.`;
   }
   if (waitsFor) return `${waitsFor.name} assists: your commands wait.`;
-  return isHeard ? '' : 'The autopilot has not been heard yet.';
+  return isHeard ? '' : 'No heartbeat from the autopilot yet.';
 }
 
 /** Who flies, for somebody who may. */

@@ -55,7 +55,7 @@ describe('alerts come from', () => {
     tower.look();
     expect(alerts()).toEqual([]);
     tower.look();
-    expect(alerts()).toEqual(['warning: Its autopilot is not heard any more.']);
+    expect(alerts()).toEqual(['warning: Its autopilot is silent.']);
   });
 
   it('no page that stood still while messages were waiting', async () => {

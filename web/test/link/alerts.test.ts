@@ -10,7 +10,7 @@ const lost = { id: 'link-lost', severity: 'critical', text: 'Link lost' } as con
 beforeEach(() => (alerts = new Alerts()));
 
 describe('a condition', () => {
-  it('is one alert for as long as it lasts, and a new one when it begins anew', () => {
+  it('is one alert for as long as it lasts, and a new one when it begins again', () => {
     alerts.holds(1, [low], 0);
     alerts.holds(1, [low], 1_000);
     expect(alerts.list.get()).toMatchObject([{ text: 'Battery low', isLasting: true, beganMs: 0 }]);

@@ -32,7 +32,7 @@ describe('the log of a hold', () => {
     expect(log).toMatchObject({ phase: 'confirmed', confirmedMs: 12, beganMs: 1_000, changedMs: 1_003 });
   });
 
-  it('begins anew with an order, another epoch, another cause, or after its end', () => {
+  it('begins again with an order, another epoch, another cause, or after its end', () => {
     const done = [hold('ordered'), hold('confirmed', { elapsed_ms: 5 })] as const;
     for (const next of [
       hold('ordered'),

@@ -24,9 +24,9 @@ describe('a hold in words', () => {
       'Holds height only',
     ],
     [{ stage: 'altitude' }, 'Kestrel holds height only: still slowing down.', 'Holds height only'],
-    [{ stage: 'none' }, 'Kestrel is told to hold, not confirmed yet.', 'Hold not confirmed'],
+    [{ stage: 'none' }, 'Kestrel was ordered to hold, not confirmed yet.', 'Hold not confirmed'],
     [{ open: false, mode: 'GUIDED' }, 'Kestrel flies on in GUIDED.', 'Flies on: GUIDED'],
-    [{ open: false, mode: '' }, 'What Kestrel does is not known.', 'Flies on: '],
+    [{ open: false, mode: '' }, 'It is not known what Kestrel is doing.', 'Flies on: '],
   ])('says what it does now: %j', (changes, title, badge) => {
     expect(read({ ...QUIET, ...changes })).toMatchObject({ title, said: title, badge, secondsLeft: null });
   });
@@ -111,12 +111,12 @@ describe('the lost action', () => {
 
   it('waits for the battery once somebody has said "stay"', () => {
     expect(read({ ...over, phase: 'stayed', detail: 'olga said so' })).toMatchObject({
-      title: 'Kestrel stays until its battery needs the way home.',
+      title: 'Kestrel stays until the battery is needed for the way home.',
       notes: ['Kestrel holds: BRAKE, stays by itself.', 'Olga said so.'],
       tone: 'good',
     });
     expect(read({ ...over, phase: 'stayed', open: false, mode: 'AUTO' }).title).toBe(
-      'Kestrel flies on until its battery needs the way home.',
+      'Kestrel flies on until the battery is needed for the way home.',
     );
   });
 });
@@ -125,7 +125,7 @@ describe('what the agent told before its link broke', () => {
   it('says how old it is, and what should have come of it', () => {
     const before = read({ stale: true }, NOW_MS + 12_000);
     expect(before.title).toBe('Kestrel should return in 12 s: nobody flies it.');
-    expect(before.notes[0]).toBe('As its agent told last, 12 s ago: its link is down.');
+    expect(before.notes[0]).toBe('From the last report of its agent, 12 s ago: its link is down.');
     expect(before.badge).toBe('Last told: should return in 12 s');
     const after = read({ stale: true }, NOW_MS + 600_000);
     expect(after.title).toBe('Kestrel should be returning now: nobody flies it.');
@@ -133,6 +133,6 @@ describe('what the agent told before its link broke', () => {
     expect(read({ stale: true, phase: 'done', due_at: null, open: false }).title).toBe(
       'Kestrel was returning: nobody flew it for 30 s.',
     );
-    expect(read({ stale: true, as_of: '' }).notes[0]).toBe('As its agent told last: its link is down.');
+    expect(read({ stale: true, as_of: '' }).notes[0]).toBe('From the last report of its agent: its link is down.');
   });
 });

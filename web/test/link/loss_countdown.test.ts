@@ -43,23 +43,23 @@ describe('the words of a lost link', () => {
     [
       'never heard',
       { task: null, mode: null },
-      `What Heron was doing is not known; its agent will return it in about 11 s ${ALIVE}.`,
+      `It is not known what Heron was doing; its agent will return it in about 11 s ${ALIVE}.`,
     ],
     [
       'who knows where',
       { isAirborne: null },
-      `Whether Heron is in the air is not known. Heron was flying its mission; its agent will return it in about 11 s ${ALIVE}.`,
+      `It is not known whether Heron is in the air. Heron was flying its mission; its agent will return it in about 11 s ${ALIVE}.`,
     ],
     ['set to go on', { lostAction: 'continue' }, 'Heron was flying its mission; it should go on with that.'],
     [
       'set to stay',
       { lostAction: 'stay', task: 'by-hand', mode: 'LOITER' },
-      `Heron was in LOITER, which obeys sticks; its agent puts it on hold and returns it when its battery needs the way home ${ALIVE}.`,
+      `Heron was in LOITER, which obeys sticks; its agent puts it on hold and returns it when the battery is needed for the way home ${ALIVE}.`,
     ],
     [
       'set to what a newer tower knows',
       { lostAction: 'tomorrow' as LostAction },
-      'Heron was flying its mission; what its agent will do is not known to this page.',
+      'Heron was flying its mission; this page does not know what its agent will do.',
     ],
   ])('are true of one that was %s', (_, silence, expected) => {
     expect(text(silence)).toBe(expected);
@@ -80,7 +80,7 @@ describe('the words of a lost link', () => {
 
   it('do not claim to know more than a page that is deaf itself can', () => {
     expect(text({ whose: 'own' })).toBe(
-      `When this page heard it last, Heron was flying its mission. If it has lost the tower too, its agent will return it in about 11 s ${ALIVE}.`,
+      `At the last contact, Heron was flying its mission. If it has lost the tower too, its agent will return it in about 11 s ${ALIVE}.`,
     );
     expect(text({ whose: 'own' }, 50_000)).toContain('If it has lost the tower too, it should be returning now');
   });

@@ -41,7 +41,7 @@ it('remembers what was reached until there is another mission or another beginni
   expect(mission.now.get()).toEqual({ current: null, reached: new Set() });
 });
 
-it('is the same value while nothing changes: who shows it draws nothing anew', () => {
+it('is the same value while nothing changes: who shows it draws nothing again', () => {
   mission.receive(current(3), MAV_AUTOPILOT.ARDUPILOTMEGA);
   const before = mission.now.get();
   mission.receive(current(3), MAV_AUTOPILOT.ARDUPILOTMEGA);

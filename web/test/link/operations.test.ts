@@ -108,7 +108,7 @@ describe('an operation', () => {
     operations.put(operation());
     await operations.reread();
     expect(seen()!.state).toBe('failed');
-    expect(seen()!.words).toContain('does not know');
+    expect(seen()!.words).toContain('no longer knows');
   });
 
   it('goes on when it cannot be asked for', async () => {

@@ -59,7 +59,7 @@ const settled = async (): Promise<void> => {
 };
 
 describe('passkeys where the name is typed', () => {
-  it('are asked for anew before the challenge is too old', async () => {
+  it('are asked for again before the challenge is too old', async () => {
     const scene = new Scene();
     void scene.offer.run();
     await settled();

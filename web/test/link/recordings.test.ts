@@ -86,7 +86,7 @@ describe('the recordings of a drone that is looked at', () => {
     expect(asked).toEqual([]);
   });
 
-  it('are read anew after a lost connection, while somebody looks', async () => {
+  it('are read again after a lost connection, while somebody looks', async () => {
     const end = recordings.watch(1);
     await next().answer(200, [recording(1, 'recording')]);
     recordings.reread();

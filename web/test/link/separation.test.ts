@@ -108,7 +108,7 @@ describe('in words', () => {
     [event({ in_s: 0.4, horizontal_m: 6, vertical_m: 3 }), 'heron and kite are 6 m apart, 3 m in height.'],
     [
       event({ drones: [1, null], in_s: 15, horizontal_m: null, vertical_m: null, above_m: 5 }),
-      'heron and another drone will be near each other in about 15 s. Seen from heron it is about 120 m to the east (090°), about 5 m higher.',
+      'heron and another drone will be close in about 15 s. Seen from heron it is about 120 m to the east (090°), about 5 m higher.',
     ],
     [
       event({ drones: [2, null], in_s: 0, horizontal_m: null, vertical_m: null, above_m: 0, bearing_deg: 30 }),

@@ -125,7 +125,7 @@ describe('the session', () => {
     socket().onclose?.({ code: 4401, reason: 'the account was disabled' });
     expect(tower.farewell.get()).toBe(
       'You were signed out: the account was disabled. ' +
-        'You had the controls of Heron: you have them no longer, and the drone holds if it was in the air.',
+        'You have lost the controls of Heron. A drone that was in the air holds.',
     );
     await tower.signIn('olga', 'secret');
     expect(tower.farewell.get()).toBe('');
@@ -170,7 +170,7 @@ describe('events', () => {
     const entries = tower.journal.entries.get().map(({ droneId, severity, text }) => [droneId, severity, text]);
     expect(entries).toEqual([
       [1, 'error', 'Hold NOT CONFIRMED after 2000 ms: no answer'],
-      [2, 'warning', '12 messages of this drone were lost: this browser is too slow'],
+      [2, 'warning', '12 messages of this drone were lost because this browser is too slow'],
     ]);
   });
 

@@ -165,7 +165,10 @@ describe('who may fly', () => {
     const notice = { severity: 'warning', code: 'other-hands', text: 'Another window.', drone_id: 1, count: 1 };
     socket().says({ type: 'notice', ...notice });
     await clock.pass(200);
-    expect(manual.state.get()).toMatchObject({ phase: 'off', ended: 'another window or program of yours flies it' });
+    expect(manual.state.get()).toMatchObject({
+      phase: 'off',
+      ended: 'it is flown from another window or program of yours',
+    });
     expect(socket().frames.length).toBe(before);
   });
 
@@ -178,7 +181,7 @@ describe('who may fly', () => {
     expect(vehicle(1).lossCheck.get()).toEqual(check);
   });
 
-  it('reads the check before flight anew when the tower says that it has changed, and after a reconnection', async () => {
+  it('reads the check before flight again when the tower says that it has changed, and after a reconnection', async () => {
     const check = { complete: true, has_radio: null, sentences: [], dangerous: false, acknowledged: false };
     answers['/api/v1/drones/1/loss-check'] = [200, check];
     tower.lossChecks.watch(1, () => undefined);

@@ -29,7 +29,7 @@ const scene = (changes: Partial<Scene> = {}): Scene => ({
 });
 
 describe('a scene', () => {
-  it('made anew of the same is not drawn again', () => {
+  it('made again of the same is not drawn again', () => {
     expect(sameScene(scene(), scene())).toBe(true);
   });
 

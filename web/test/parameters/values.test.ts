@@ -31,9 +31,9 @@ describe('a value', () => {
     ['1e3', INT32, 1000, ''],
     ['', FLOAT, null, 'A number is missing.'],
     ['0,5', FLOAT, null, 'Write the decimals after a point.'],
-    ['ten', FLOAT, null, 'This is no number.'],
-    ['1.5', INT8, null, 'It takes whole numbers only.'],
-    ['200', INT8, null, 'It holds -128 to 127.'],
+    ['ten', FLOAT, null, 'This is not a number.'],
+    ['1.5', INT8, null, 'Whole numbers only.'],
+    ['200', INT8, null, 'Enter -128 to 127.'],
     ['1e39', FLOAT, null, 'This number is too large.'],
   ])('is read from %j of kind %i', (text, kind, value, fault) => {
     expect(readValue(text, kind)).toEqual({ value, fault });
@@ -113,13 +113,16 @@ describe('files', () => {
       ['RTL_ALT', 2500],
       ['WPNAV_SPEED', 500],
     ]);
-    expect(read.dropped).toEqual(['No name and number: line 5.', 'More than once, the last one counts: RTL_ALT.']);
+    expect(read.dropped).toEqual([
+      'Lines without a name and a number: line 5.',
+      'Listed more than once (the last one counts): RTL_ALT.',
+    ]);
   });
 
   it('of QGroundControl give the autopilot its own, and not the gimbal its name', () => {
     const read = readParameterFile('1\t1\tRTL_ALT\t2000\t6\n1\t154\tMNT_RC\t1\t6\n');
     expect([...read.values]).toEqual([['RTL_ALT', 2000]]);
-    expect(read.dropped).toEqual(['1 of other parts than the autopilot.']);
+    expect(read.dropped).toEqual(['1 of other components.']);
   });
 
   it.each([

@@ -124,7 +124,7 @@ describe('a formation', () => {
 
   it('tells why one follows no more, during and after', async () => {
     const world = new World(squad({}, {}));
-    const words = 'drone-1: It follows Merlin no more: Merlin is not in the air. It holds in BRAKE.';
+    const words = 'drone-1: It no longer follows Merlin: Merlin is not in the air. It holds in BRAKE.';
     world.waits.push(() => world.heard.get('op-1')!(world.operation(1, { state: 'failed', words })));
     await world.run();
     expect(world.last(1)).toEqual(['ended', words]);

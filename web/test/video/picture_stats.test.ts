@@ -54,7 +54,7 @@ describe('the figures of a video', () => {
     expect(stats.report(1, 3)).toMatchObject({ lost: 0, skipped: 5 });
   });
 
-  it('begin anew with another connection, and keep what was lost', () => {
+  it('begin again with another connection, and keep what was lost', () => {
     const stats = new PictureStats(0);
     stats.skipped = 1;
     stats.came(100, 5000);

@@ -53,7 +53,7 @@ describe('what is decoded', () => {
     );
   });
 
-  it('begins anew with another stream, which loses nothing', () => {
+  it('begins again with another stream, which loses nothing', () => {
     expect(admits(head(1, true), head(900, false, { quality: 'high' }), head(901, true, { quality: 'high' }))).toEqual([
       true,
       false,
@@ -63,7 +63,7 @@ describe('what is decoded', () => {
     expect(gate.lost).toBe(0);
   });
 
-  it('a count that begins anew, or a unit that comes twice, is no loss', () => {
+  it('a count that begins again, or a unit that comes twice, is no loss', () => {
     expect(admits(head(5000, true), head(0, true), head(0), head(1))).toEqual([true, true, false, false]);
     expect(gate.lost).toBe(0);
   });

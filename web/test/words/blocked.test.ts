@@ -28,7 +28,7 @@ describe('why nothing can be commanded', () => {
     ['They were taken from you', { drone: { ...A_DRONE, holder: BOSS, taken_from: OLGA } }],
     ['accept the controls first', { drone: { ...A_DRONE, holder: BOSS, taken_from: OLGA, offered: true } }],
     ['boss assists: your commands wait', { drone: { ...MINE, assistant: BOSS }, waitsFor: BOSS }],
-    ['not been heard', { isHeard: false }],
+    ['No heartbeat', { isHeard: false }],
   ])('is said: %s', (words, situation) => {
     expect(blocked(situation)).toContain(words);
   });

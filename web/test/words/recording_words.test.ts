@@ -50,9 +50,7 @@ it('counts while it goes on, and says the length of the file when it is there', 
 it('says what became of it and why', () => {
   expect(recordingState(recording)).toBe('Ready');
   expect(recordingState({ ...recording, words: 'the tower was stopped' })).toBe('Ready: the tower was stopped');
-  expect(recordingState({ ...recording, state: 'failed', words: 'not one picture came' })).toBe(
-    'Failed: not one picture came',
-  );
+  expect(recordingState({ ...recording, state: 'failed', words: 'no picture came' })).toBe('Failed: no picture came');
   expect(recordingState({ ...recording, state: 'new-state' as Recording['state'] })).toBe('new-state');
 });
 

@@ -243,7 +243,7 @@ def test_a_value_that_no_frame_can_carry_is_refused(value: float) -> None:
 
 def test_an_autopilot_that_is_not_heard_gets_no_command() -> None:
     world = DroneWorld()
-    assert world.command(ARM, 1).words == "The autopilot is not heard."
+    assert world.command(ARM, 1).words == "No heartbeat from the autopilot."
 
 
 def test_it_takes_over_from_a_hold_as_a_frame_does() -> None:
@@ -296,7 +296,7 @@ def test_a_speed_is_done_when_the_motion_shows_it() -> None:
 def test_a_drone_that_flies_on_as_fast_as_before_is_told_as_such() -> None:
     result = change_speed(DroneWorld().ready(), *[7.4] * 60)
     assert (result.outcome, result.seen) == (Outcome.DONE, False)
-    assert result.words.startswith("Accepted, not yet seen: it flies at 7.4 m/s.")
+    assert result.words.startswith("Accepted, not confirmed yet: it flies at 7.4 m/s.")
 
 
 def test_of_a_drone_that_stands_still_no_speed_is_waited_for() -> None:
@@ -326,4 +326,4 @@ def test_a_home_that_stays_where_it_was_is_not_seen() -> None:
     )
     result = world.do(place)
     assert (result.outcome, result.seen) == (Outcome.DONE, False), result.words
-    assert "not yet seen: home is at" in result.words
+    assert "not confirmed yet: home is at" in result.words

@@ -257,7 +257,7 @@ def test_a_lost_tower_ends_it_with_a_hold_and_is_told_when_it_is_back() -> None:
 def test_who_wants_it_no_more_gets_a_hold() -> None:
     world = FollowWorld().follows()
     world.onboard.message(CancelTransaction(id=world.following), world.now)
-    ended(world, Outcome.CANCELLED, "no more", "It holds in BRAKE.")
+    ended(world, Outcome.CANCELLED, "stop following", "It holds in BRAKE.")
     holds(world)
 
 
@@ -331,7 +331,7 @@ def test_it_does_not_begin_on_the_ground_or_in_another_mode_or_where_it_would_be
     refused = world.do(FollowWork("falcon", -4, 0, NEAR_M))
     assert (refused.outcome, "too near" in refused.words) == (Outcome.REFUSED, True)
     blind = world.do(FollowWork("falcon", -15, 0, 0))
-    assert (blind.outcome, "not told where falcon is" in blind.words) == (Outcome.REFUSED, True)
+    assert (blind.outcome, "did not receive where falcon is" in blind.words) == (Outcome.REFUSED, True)
     late = world.do(FollowWork("falcon", -15, 0, 0), late_s=5.0)
     assert late.outcome is Outcome.REFUSED
     stale = world.do(FollowWork("falcon", -15, 0, 0), epoch=world.epoch - 1)

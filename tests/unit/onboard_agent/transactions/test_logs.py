@@ -122,7 +122,7 @@ def test_an_entry_that_never_comes_makes_it_a_part_of_the_list(logs: Any) -> Non
     line = logs(*(bytes([n]) * 10 for n in range(3)))
     line.to_agent = lambda _number, message: () if message.id == 2 else (0.0,)
     result = line.do(LogListWork())
-    assert (result.outcome, result.words) == (Outcome.FAILED, "The autopilot has told 2 of its 3 logs.")
+    assert (result.outcome, result.words) == (Outcome.FAILED, "The autopilot listed 2 of its 3 logs.")
     assert [log.log_id for log in result.logs] == [3, 1]
 
 
@@ -254,7 +254,7 @@ def test_what_was_read_is_kept_until_it_is_sent_and_goes_on_from_there(logs: Any
     line.handler.cancel(number, line.now)
     result = line.result(number)
     assert result.outcome is Outcome.CANCELLED
-    assert "goes on from there" in result.words
+    assert "continue from there" in result.words
     assert [size for _, size in kept(tmp_path)] == [LOGS_FAST.window * 2]
     line.sent.clear()
     line.tower.answer = NotSent("there is no room for it")
@@ -307,7 +307,9 @@ def test_it_stops_sending_in_the_middle(logs: Any) -> None:
     line.to_agent = lambda number, _message: (0.0,) if number < 300 else ()
     result = line.do(LogDownloadWork(1))
     assert result.outcome is Outcome.FAILED
-    assert result.words.startswith("The log was not read to its end: the autopilot sends no more of it. What was read")
+    assert result.words.startswith(
+        "The log was not read to its end: the autopilot sends no more of it. The drone keeps"
+    )
 
 
 def test_armed_there_are_no_logs(logs: Any) -> None:

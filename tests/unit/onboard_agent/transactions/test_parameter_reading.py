@@ -150,7 +150,7 @@ def test_one_number_is_never_told() -> None:
     line.to_agent = lambda _number, message: () if message.param_index == 700 else (0.0,)
     result = line.do(ParametersReadWork())
     assert result.outcome is Outcome.FAILED
-    assert result.words == "The parameters could not be read: the autopilot does not tell 1 of its 1390 parameters."
+    assert result.words == "The parameters could not be read: the autopilot does not report 1 of its 1390 parameters."
     assert not complete(line)
 
 

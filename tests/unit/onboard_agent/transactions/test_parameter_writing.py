@@ -88,11 +88,11 @@ def test_what_cannot_be_is_refused_without_being_sent(flavour: int) -> None:
     whole = "RTL_ALT" if flavour == ARDUPILOT else "NAV_DLL_ACT"
     real = "WPNAV_SPEED" if flavour == ARDUPILOT else "NAV_ACC_RAD"
     asked = [
-        (whole, 1.5, "It takes whole numbers only."),
+        (whole, 1.5, "Whole numbers only."),
         (whole, 3e9, "It takes whole numbers from -2147483648 to 2147483647."),
         (whole, math.nan, "It takes a number."),
         (real, math.inf, "It takes a number."),
-        (real, 1e39, "The number is too large for it."),
+        (real, 1e39, "The number is too large."),
         ("_HASH_CHECK", 0.0, "No parameter can have this name."),
         ("TWO WORDS", 0.0, "No parameter can have this name."),
     ]
@@ -129,7 +129,7 @@ def test_a_value_that_the_autopilot_clamps_keeps_or_does_not_know_is_told_by_nam
     result = write(line, ("RTL_ALT", 9000.0), ("RTL_SPEED", 500.0), ("RTL_NOTHING", 1.0), ("LAND_SPEED", 60.0))
     assert result.outcome is Outcome.FAILED
     assert result.refusals == (
-        ParameterRefusal("RTL_ALT", 9000.0, 8000.0, "The autopilot has made it 8000."),
+        ParameterRefusal("RTL_ALT", 9000.0, 8000.0, "The autopilot changed it to 8000."),
         ParameterRefusal("RTL_SPEED", 500.0, 0.0, "The autopilot keeps 0."),
         ParameterRefusal(
             "RTL_NOTHING", 1.0, None, "The autopilot knows no parameter of this name, or does not answer."
@@ -244,7 +244,7 @@ def test_it_taken_but_cannot_be_read_back() -> None:
     line = ready()
     line.to_server = lambda _number, message: () if message.get_type() == "PARAM_REQUEST_READ" else (0.0,)
     (refusal,) = write(line, ("RTL_ALT", 2000.0)).refusals
-    assert (refusal.has, refusal.words) == (2000.0, "It was taken, and could not be read back.")
+    assert (refusal.has, refusal.words) == (2000.0, "It was accepted but could not be read back.")
 
 
 @pytest.mark.parametrize(
@@ -277,7 +277,7 @@ def test_the_deadline_ends_it_at_once_and_says_that_one_is_not_known() -> None:
     line.to_agent = lambda _number, _message: ()
     result = write(line, ("RTL_ALT", 2000.0), ("LAND_SPEED", 60.0), deadline_s=0.3)
     assert result.outcome is Outcome.TIMED_OUT
-    assert "whether it has the new value is not known" in result.refusals[0].words
+    assert "It is not known whether it has the new value" in result.refusals[0].words
     assert result.refusals[1].words == "Not sent."
 
 
@@ -294,7 +294,7 @@ def test_nothing_is_begun_with_an_autopilot_that_is_not_heard() -> None:
     line = ready()
     line.around_options["heard"] = False
     for work in (ParametersWriteWork((("RTL_ALT", 2000.0),)), ParametersReadWork(again=True)):
-        assert line.do(work).words == "The autopilot is not heard."
+        assert line.do(work).words == "No heartbeat from the autopilot."
     assert line.sent == []
 
 

@@ -84,7 +84,7 @@ def test_jumps_and_numbers_are_those_of_the_plan_whatever_the_autopilot_counts(f
 def test_what_the_autopilot_does_not_keep_is_told_and_what_matters_first() -> None:
     line = line_with()
     quiet = line.upload((PlanItem(20, 2), PlanItem(22, 6, z=20.0)))
-    assert quiet.words.endswith("ArduPilot keeps 2 values in its own way, which changes nothing in the flight.")
+    assert quiet.words.endswith("ArduPilot keeps 2 values differently, with no effect on the flight.")
     flown = line.upload((PlanItem(20, 2), PlanItem(16, 3, (2.5, 0.0, 0.0, 90.0), 473970000, 85450000, 20.0)))
     assert flown.outcome is Outcome.DONE
     assert "Item 2: ArduPilot keeps parameter 1 as 2, not 2.5. There are 1 more of these." in flown.words
@@ -135,7 +135,7 @@ def test_half_a_plan_that_was_acknowledged_too_early_is_noticed_and_replaced(in_
     result = line.upload(NEW)
     assert result.outcome is Outcome.FAILED
     assert result.words == (
-        "The autopilot took it, but 2 items of 5 are on board. The mission on board is not known: do not fly it."
+        "The autopilot took it, but 2 items of 5 are on board. The mission on board is unknown: do not fly it."
     )  # for the old one ends early too
     assert line.on_board() not in (OLD, NEW) and line.handler.why_no_start is not None
     line.server.failures.clear()
@@ -190,8 +190,8 @@ def test_a_silent_autopilot_ends_in_words_and_a_refusal_to_fly_what_nobody_knows
     line.silent_until = line.now + 300.0
     result = line.result(300.0)
     assert result.outcome is Outcome.FAILED
-    assert "The mission on board is not known: do not fly it." in result.words
-    assert line.handler.why_no_start is not None and "upload it again" in line.handler.why_no_start
+    assert "The mission on board is unknown: do not fly it." in result.words
+    assert line.handler.why_no_start is not None and "Upload it again" in line.handler.why_no_start
     assert line.reported(PlanOnBoard)[-1].hash is None and not line.reported(PlanOnBoard)[-1].fit_to_fly
     line.silent_until = 0.0
     line.run(60.0)
@@ -253,7 +253,7 @@ def test_while_a_plan_is_written_no_mission_is_started_and_nobody_else_writes() 
     line = line_with()
     assert line.handler.why_no_start is None and not line.handler.keeps_out(44)
     line.begin(PlanUploadWork(PlanKind.MISSION, NEW))
-    assert line.handler.why_no_start == "The mission is being written: no mission is started now."
+    assert line.handler.why_no_start == "The mission is being written. No mission can start now."
     assert line.handler.keeps_out(44) and line.handler.keeps_out(73) and not line.handler.keeps_out(43)
     line.result()
     assert line.handler.why_no_start is None and not line.handler.keeps_out(44)

@@ -103,7 +103,7 @@ def test_a_mission_that_is_started_past_us_while_it_may_be_half_of_one_is_brough
         assert world.result(number).outcome is Outcome.DONE
     assert world.on_board() == plan_hash(MISSION, waypoints(200) if agent == "writes" else PLAN)
     said = "".join(one.text for one in world.went_up("STATUSTEXT") if one.get_srcComponent() == 191)
-    assert said.count("the drone is made to hold") == 1
+    assert said.count("The drone is ordered to hold") == 1
     switched_to_the_mission(world)
     world.run(3.0)
     assert world.vehicle.flight.mode == AUTO, "a whole one is nobody's business"
@@ -183,7 +183,7 @@ def test_a_drone_that_cannot_be_brought_to_a_hold_is_not_written_to() -> None:
     world.vehicle.failures.add(Failure.MODE_CHANGE_IGNORED)
     refused = world.do(PlanUploadWork(MISSION, OTHER, while_flying=True))
     assert refused.outcome is Outcome.REFUSED
-    assert "could not be brought to a hold" in refused.words and "heartbeat does not show it" in refused.words
+    assert "could not be put on hold" in refused.words and "heartbeat does not show it" in refused.words
     assert world.on_board() == plan_hash(MISSION, PLAN)
 
 

@@ -128,7 +128,7 @@ def test_a_start_that_no_heartbeat_shows_yet_keeps_the_plan_as_it_is(name: str, 
         world.step()
     result = world.do(PlanUploadWork(MISSION, OTHER))
     assert result.outcome is Outcome.REFUSED
-    assert "nothing is written" in result.words
+    assert "plan is written" in result.words
     world.run(0.05)
     assert world.on_board() == plan_hash(MISSION, PLAN) and world.vehicle.flight.mode == AUTO
 
@@ -136,7 +136,7 @@ def test_a_start_that_no_heartbeat_shows_yet_keeps_the_plan_as_it_is(name: str, 
 def test_a_start_that_came_to_nothing_is_in_the_way_for_a_moment_only() -> None:
     world = DroneWorld().ready()
     world.tower_sends(STARTS["start"])  # there is no mission
-    assert "just been told to fly" in world.do(PlanUploadWork(MISSION, OTHER)).words
+    assert "just been ordered to fly" in world.do(PlanUploadWork(MISSION, OTHER)).words
     world.run(SHOWN_WITHIN_S + 0.1)
     assert world.do(PlanUploadWork(MISSION, OTHER)).outcome is Outcome.DONE
 
@@ -163,7 +163,7 @@ def test_a_pilot_who_switches_to_the_mission_while_the_old_plan_is_read_ends_the
     world.vehicle.flight.set_mode(Mode.AUTO)
     result = world.result(number)
     assert result.outcome is Outcome.REFUSED
-    assert result.words.startswith("The drone began to fly its mission. Nothing was written")
+    assert result.words.startswith("The drone started its mission. Nothing was written")
     assert world.do(PlanDownloadWork(MISSION)).plan == pack_plan(MISSION, PLAN)
 
 

@@ -13,7 +13,7 @@ def test_the_same_link_within_some_minutes() -> None:
     memory.note(KNOWN, HERE, 10.0)
     assert memory.recall(HERE, 10.0 + REMEMBERED_S) == KNOWN
     assert memory.recall(HERE, 11.0 + REMEMBERED_S) is None
-    assert memory.recall(HERE, 9.0) is None, "the computer has started anew"
+    assert memory.recall(HERE, 9.0) is None, "the computer has started again"
 
 
 def test_another_uplink_is_another_link() -> None:

@@ -152,7 +152,7 @@ def test_a_new_connection_begins_with_a_key_and_the_sequence_goes_on() -> None:
     streaming.watch([MEDIUM], 0.0)
     flow(streaming, 0)
     order = streaming.orders(42_000, 0.05)[0]
-    streaming.begin_anew()
+    streaming.restart()
     assert streaming.unit(order, encoded(key=False), 0.06) is None, "its chain is broken"
     (unit,) = flow(streaming, 84_000)
     assert decode_unit(unit).key

@@ -2120,7 +2120,7 @@ export interface components {
         readonly NewToken: {
             /** @description null: in 90 days, or as late as this tower allows if that is earlier */
             readonly expires_at?: string | null;
-            /** @description What it is for, in 1 to 64 printable characters */
+            /** @description Purpose, in 1 to 64 printable characters */
             readonly name: string;
             readonly scopes: readonly components["schemas"]["Scope"][];
         };
@@ -3042,7 +3042,7 @@ export interface operations {
     readonly get_plan: {
         readonly parameters: {
             readonly query?: {
-                /** @description Read from the autopilot now */
+                /** @description Load from the autopilot now */
                 readonly fresh?: boolean;
             };
             readonly header?: never;

@@ -6,9 +6,9 @@ import type { Drone } from '../../link/wire_types';
 /** The question's text, before ownership of `drone` or a loan of it is taken from `user`. */
 export function lossOfAccess(drone: Drone, user: NamedRef, users: readonly Account[]): string {
   if (users.find(({ id }) => id === user.id)?.role === 'admin')
-    return `${user.name} is an admin, and sees ${drone.name} and may fly it all the same.`;
+    return `${user.name} is an admin, and can still see and fly ${drone.name}.`;
   const sees = `${drone.name} leaves the squad of ${user.name} at once.`;
   return drone.holder?.id === user.id
-    ? `${sees} ${user.name} flies it now: ${drone.name} is told to hold, and has no pilot from then on.`
+    ? `${sees} ${user.name} is flying it: ${drone.name} is ordered to hold and has no pilot from then on.`
     : sees;
 }

@@ -29,7 +29,7 @@ export class MissionActions {
   async start(items: number): Promise<CommandReport | null> {
     const name = this.#name;
     const { airborne, armed } = this.#values();
-    const what = `flies the mission that is on board (${items} items)`;
+    const what = `flies the mission on board (${items} items)`;
     if (armed === true) {
       const text = airborne
         ? `${name} is in the air. It ${what}, from the first item on, at once.`
@@ -67,7 +67,7 @@ export class MissionActions {
   }
 
   async jump(item: number, label: string): Promise<CommandReport | null> {
-    const text = `${this.#name} goes on with item ${item + 1} (${label}) of its mission; what lies between is left out.`;
+    const text = `${this.#name} goes on with item ${item + 1} (${label}) of its mission and skips what is between.`;
     const question = { title: `${this.#name}: fly on from item ${item + 1}?`, text, confirmLabel: 'Fly on from there' };
     if (!(await ask(question))) return null;
     return this.#perform(`Jump to item ${item + 1}`, { command: 'jump', item });

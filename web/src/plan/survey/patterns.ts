@@ -1,4 +1,4 @@
-/** What is drawn and set of a survey, a corridor or a circle, and the items that it stands for: computed anew with each change, as a preview. */
+/** What is drawn and set of a survey, a corridor or a circle, and the items that it stands for: computed again with each change, as a preview. */
 
 import { flownPath } from '../flown_path';
 import { distanceM } from '../ground';
