@@ -7,7 +7,7 @@ Laws, each with a test:
 - What was told shortly before a control channel was lost may be lost with it: results of the last AGAIN_WITHIN_S are
   told again on the next one, and the state of every handler. An id that is begun again has no older result.
 - Who cancels what never came here, or ended long ago, is told so: nobody waits for the end of what was lost on its way.
-- Of progress only the newest waits, and none of what is over. Where too much waits, state is thrown away and told again.
+- Of progress only the newest waits, and none of what is over. Where too much waits, state is dropped and sent again.
 """
 
 from collections import deque

@@ -79,7 +79,7 @@ async def test_values_are_written_in_their_order_and_what_was_not_taken_is_told_
 
 
 async def test_who_only_watches_has_them_read_anew_but_writes_nothing_and_neither_does_a_borrower(scene: Scene) -> None:
-    anew = await scene.watcher.post(f"{scene.path}/parameters/read")
+    again = await scene.watcher.post(f"{scene.path}/parameters/read")
     assert again.json()["state"] == "done"
     assert scene.agent.asked[0].work == ParametersReadWork(again=True)
     values = {"values": {"RTL_ALT": 3000}}

@@ -139,7 +139,7 @@ def _turn(state: VehicleState, command: Turn) -> Steps:
 
 def _set_item(item: int, *, anew: bool) -> CommandStep:
     """Home is item 0. `anew`: counted jumps begin again."""
-    work = common.command_long(_M.MAV_CMD_DO_SET_MISSION_CURRENT, item + 1.0, 1.0 if again else 0.0)
+    work = common.command_long(_M.MAV_CMD_DO_SET_MISSION_CURRENT, item + 1.0, 1.0 if anew else 0.0)
     return CommandStep(f"going to item {item + 1}", work)
 
 

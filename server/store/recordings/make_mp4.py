@@ -70,7 +70,7 @@ def _say(what: dict[str, Any]) -> None:
 
 
 def _end_with_parent() -> None:
-    """Standard input is a pipe to whoever waits for the file. A tower that was killed makes it again when it is back."""
+    """Standard input is a pipe to whoever waits for the file. A tower that was killed makes it again at its start."""
     with suppress(OSError):
         while os.read(0, 1024):
             pass
