@@ -183,7 +183,7 @@ class AgentLink:
     # -- without a control channel, and with another one ------------------------------------------------------
 
     def forget_channel(self) -> None:
-        """The control channel is gone and the link goes on: what would be posted is lost, and sent again on the next."""
+        """The control channel is gone and the link goes on: what would be posted is lost, and sent on the next one."""
         self.has_channel = False
         self.post = _lose
         self.close = _close_nothing
