@@ -97,7 +97,7 @@ def test_what_an_admin_takes_away_is_asked_first_with_the_drone_that_is_flown(
                 admin.part(action).click()
             else:
                 admin.part("session-row").filter(has_text="bob").get_by_test_id(action).click()
-            expect(admin.page.get_by_role("dialog")).to_contain_text("bob flies Kestrel now: told to hold")
+            expect(admin.page.get_by_role("dialog")).to_contain_text("bob is flying Kestrel: ordered to hold")
             admin.page.keyboard.press("Escape")
             expect(admin.page.get_by_role("dialog")).to_have_count(0)
 

@@ -188,7 +188,7 @@ def test_it_follows_the_person_at_the_browser_and_holds_when_that_is_closed(some
 
     # Without leave to know where they are, nobody is followed.
     alice.part("action-follow-me").click()
-    expect(alice.part("action-report")).to_contain_text("was not allowed to say where it is")
+    expect(alice.part("action-report")).to_contain_text("may not share its position")
     alice.page.context.grant_permissions(["geolocation"])
     alice.page.context.set_geolocation({"latitude": person[0], "longitude": person[1], "accuracy": 30.0})
     alice.part("action-follow-me").click()

@@ -105,7 +105,7 @@ def test_a_rehearsal_on_the_ground_says_that_no_hold_is_needed(somebody: Somebod
     admin.part("rehearse").click()
     dialog = admin.page.get_by_role("dialog")
     expect(dialog).to_contain_text("on the ground, disarmed")
-    expect(dialog).to_contain_text("For 4 s the tower says nothing")
+    expect(dialog).to_contain_text("For 4 s the tower is silent")
     admin.part("rehearse-tower").check()
     admin.part("rehearse-confirm").click()
     expect(admin.part("rehearsal")).to_have_attribute("data-phase", "not_needed")

@@ -101,7 +101,7 @@ def test_an_emergency_take_stops_a_return(somebody: Somebody) -> None:
     alice.confirm("Kestrel")
     admin.wait("RTL", lambda: admin.word("mode") == "RTL")
     admin.part("control-take-emergency").click()
-    expect(admin.page.get_by_role("dialog")).to_contain_text("also out of a return or a landing")
+    expect(admin.page.get_by_role("dialog")).to_contain_text("even during a return or a landing")
     admin.confirm("Kestrel")
     expect(admin.part("hold-strip")).to_have_attribute("data-phase", "confirmed")
     expect(admin.part("hold-banner")).to_contain_text("nobody flies it")

@@ -164,7 +164,7 @@ def test_whose_account_is_disabled_reads_why_and_what_they_fly_no_longer(somebod
     assert admin.ask("PATCH", f"/users/{owner['id']}", {"disabled": True}).status == 200
     farewell = alice.part("sign-in-problem")
     expect(farewell).to_contain_text("You were signed out: the account was disabled.")
-    expect(farewell).to_contain_text("You had the controls of Kestrel")
+    expect(farewell).to_contain_text("You have lost the controls of Kestrel")
     assert admin.drone(1)["holder"] is None
 
 
@@ -172,8 +172,8 @@ def test_taken_without_watching_freezes_and_covers_the_view(somebody: Somebody) 
     alice, admin = alice_and_admin(somebody)
     alice.wait_for_frames()
     admin.takes_from("alice", "Kestrel", reason="inquiry", may_watch=False)
-    expect(alice.part("view-cover")).to_contain_text("The view of Kestrel was taken as well")
-    expect(alice.part("taken-banner")).to_contain_text("The view was taken as well")
+    expect(alice.part("view-cover")).to_contain_text("The view of Kestrel was taken too")
+    expect(alice.part("taken-banner")).to_contain_text("The view was taken too")
     alice.frames_heard.clear()
     admin.frames_heard.clear()
     admin.wait("frames at the admin's", lambda: admin.frames_heard[1] > 100)

@@ -139,7 +139,7 @@ async def test_parameters_and_logs(world: World) -> None:
     assert (await world.result(4)).outcome is Outcome.CANCELLED
     world.files.answers = [413]
     refused = await world.do(5, LogDownloadWork(1))
-    assert (refused.outcome, "The tower has no room for it. What was read" in refused.words) == (Outcome.FAILED, True)
+    assert (refused.outcome, "The tower has no room for it. The drone keeps" in refused.words) == (Outcome.FAILED, True)
     assert (await world.do(6, LogDownloadWork(1))).outcome is Outcome.DONE
     assert world.files.files == [(f"/api/v1/agent/files/{number}", LOG) for number in (5, 6)]
     assert list((world.state / "logs").iterdir()) == []

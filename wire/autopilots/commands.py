@@ -209,7 +209,7 @@ class VehicleState:
     def is_armed(self) -> bool:
         """Raises NotHeardYet: what arms is not begun where nobody knows."""
         if self.armed is None:
-            raise NotHeardYet(f"whether {self.name} is armed is not known: its autopilot is silent")
+            raise NotHeardYet(f"it is not known whether {self.name} is armed: its autopilot is silent")
         return self.armed
 
     def here(self) -> tuple[float, float]:

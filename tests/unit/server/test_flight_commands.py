@@ -114,7 +114,7 @@ def test_what_is_done_already_is_left_out() -> None:
 def test_nothing_that_arms_is_begun_where_nobody_knows_whether_it_is_armed(
     vehicle: Vehicle, body: dict[str, object]
 ) -> None:
-    with pytest.raises(NotKnownYet, match="whether hawk is armed is not known"):
+    with pytest.raises(NotKnownYet, match="not known whether hawk is armed"):
         works(body, but(vehicle, armed=None))
 
 

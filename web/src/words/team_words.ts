@@ -14,7 +14,7 @@ export const ROLE_WORDS: Record<TeamRole, { readonly label: string; readonly doe
 export function flownThen(drones: readonly Drone[], userIds: readonly number[] | null): string {
   const flown = drones.filter(({ holder }) => holder && (userIds === null || userIds.includes(holder.id)));
   return flown
-    .map(({ name, holder }) => `${holder?.name} has the controls of ${name} now: ${name} is told to hold.`)
+    .map(({ name, holder }) => `${holder?.name} has the controls of ${name} now: ${name} is ordered to hold.`)
     .join(' ');
 }
 

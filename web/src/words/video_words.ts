@@ -71,7 +71,7 @@ export function videoWords(
 /** For whom an admin shut out of the video too, with TAKE. */
 export const videoTaken = (drone: Pick<Drone, 'name' | 'holder'>): VideoSays =>
   says(
-    `The video of ${drone.name} was taken as well.`,
+    `The video of ${drone.name} was taken too.`,
     `${drone.holder?.name ?? 'An admin'} took the controls without letting you watch the video. It comes back with them.`,
   );
 

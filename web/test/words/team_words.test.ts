@@ -8,7 +8,7 @@ const KESTREL = { ...A_DRONE, id: 1, name: 'Kestrel', owners: [PETE], holder: PE
 const MERLIN = { ...A_DRONE, id: 2, name: 'Merlin', owners: [PETE], team: { id: 9, name: 'rescue' } };
 
 it('names the drones that are flown, and what becomes of them', () => {
-  const words = 'pete has the controls of Kestrel now: Kestrel is told to hold.';
+  const words = 'pete has the controls of Kestrel now: Kestrel is ordered to hold.';
   expect(flownThen([KESTREL, MERLIN], null)).toBe(words);
   expect(flownThen([KESTREL, MERLIN], [6])).toBe(words);
   expect(flownThen([KESTREL, MERLIN], [5])).toBe('');
