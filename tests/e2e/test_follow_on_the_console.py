@@ -126,7 +126,7 @@ def test_an_admin_forms_a_line_and_lets_all_hold(somebody: Somebody, world: Worl
     admin.part("choose-all").check()
     admin.part("squad-mission-link").click()
     admin.part("squad-job").get_by_text("Formation").click()
-    expect(admin.part("formation-cannot")).to_contain_text("Choose who leads")
+    expect(admin.part("formation-cannot")).to_contain_text("Choose the leader")
     admin.part("formation-leader").select_option(label="Osprey")
     admin.part("formation-shape").get_by_text("Line").click()
     admin.part("formation-heading").fill("0")

@@ -79,7 +79,7 @@ def test_without_a_tower_it_opens_and_says_so_and_goes_on_when_the_tower_is_back
     expect(visitor.part("no-connection")).to_contain_text("No connection to the tower")
     # A page of the console below another address is the console as well.
     visitor.open("/#/drone/1")
-    expect(visitor.part("no-connection")).to_contain_text("tries again")
+    expect(visitor.part("no-connection")).to_contain_text("Next try in")
     kept = kept_addresses(visitor)
     assert any(path.startswith("/assets/") for path in kept)
     assert any(path.startswith("/basemap/") for path in kept)

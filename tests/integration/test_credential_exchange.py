@@ -174,7 +174,7 @@ async def test_of_two_who_show_the_same_credential_the_first_is_the_drone(
         thief = _agent(challenge, DroneKey(DroneId(hawk.id), b"t" * 32))
         thief._transcript = replace(thief._transcript, purpose=SignInPurpose.EXCHANGE)
         await late.send(encode_message(thief.hello()))
-        assert "not known" in await refused(late)
+        assert "unknown credential" in await refused(late)
     with pytest.raises(CredentialRefused):
         await open_channel(url(world), read_identity(copied))
     await assert_exchanged(world, hawk, file, credential)

@@ -78,7 +78,7 @@ async def test_a_signature_is_worth_nothing_a_second_time_nor_with_anything_else
         async with channel(world) as again:
             await again.recv()
             await again.send(encode_message(said))
-            assert "key is not known" in await refused(again)
+            assert "unknown drone key" in await refused(again)
     changes: dict[str, dict[str, Any]] = {
         "another drone": {"drone_id": kite.id},
         "another tower": {"tower": "tower.example.org:443"},
@@ -97,7 +97,7 @@ async def test_a_signature_is_worth_nothing_a_second_time_nor_with_anything_else
             public_key = b"\x09" + bytes(31) if what == "another public key" else hello.public_key
             resume = 5 if what == "another link" else None
             await opened.send(encode_message(_with(hello, sign_in=sign_in, public_key=public_key, resume=resume)))
-            assert "key is not known" in await refused(opened), what
+            assert "unknown drone key" in await refused(opened), what
     async with channel(world) as opened:
         hello = (await key_sign_in(opened, hawk.key)).hello()
         await opened.send(encode_message(_with(hello, sign_in=_with(hello.sign_in, binding=b"b" * 32))))
@@ -117,7 +117,7 @@ async def test_who_relays_to_another_tower_gets_nowhere(world: TowerWorld, hawk:
             shown = _with(challenge, **{lie: public_half_of(thief) if lie == "tower_key" else thief})
             sign_in = _agent(shown, hawk.key)
             await opened.send(encode_message(sign_in.hello()))
-            assert "key is not known" in await refused(opened)
+            assert "unknown drone key" in await refused(opened)
 
 
 async def test_what_is_answered_and_done_does_not_tell_whether_there_is_such_a_drone(
@@ -178,7 +178,7 @@ async def test_revoking_ends_the_link_at_once_and_comes_before_whatever_is_still
         if isinstance(asked, ResumeChallenge):
             await another.send('{"type":"resume_proof","proof":""}')
             assert "revoked" in await refused(another)
-    with pytest.raises(CredentialRefused, match="key is not known"):
+    with pytest.raises(CredentialRefused, match="unknown drone key"):
         await open_channel(url(world), hawk.identity)
 
 

@@ -111,7 +111,7 @@ async def test_it_follows_a_person_who_walks_and_holds_when_nothing_is_heard_of_
         answer = await end_of(visitor, operation_id)
         assert answer["state"] == "failed"
         assert answer["words"] == (
-            "Kestrel: It follows alice no more: nothing new was heard of alice for 3 s. It holds in BRAKE."
+            "Kestrel: It no longer follows alice: nothing new was heard of alice for 3 s. It holds in BRAKE."
         )
         await pilot.until(lambda: pilot.mode == BRAKE, "BRAKE")
         north, _ = person.seen()

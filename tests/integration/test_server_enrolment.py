@@ -155,7 +155,7 @@ def test_the_pasted_command_puts_a_simulated_drone_on_the_map(tmp_path: Path) ->
         assert list(kept.parent.iterdir()) == [kept]
         again = world.start("again", *shlex.split(begun["command"]), "--token", str(tmp_path / "second"))
         assert again.wait(20) == 2
-        assert "not (any more) good" in world.log_of("again")
+        assert "no longer valid" in world.log_of("again")
         assert not (tmp_path / "second").exists()
 
 

@@ -117,7 +117,7 @@ def knows_of_metadata(scene: Scene) -> None:
 async def test_what_the_vehicle_says_of_them_is_answered_with_its_hash(scene: Scene) -> None:
     knows_of_metadata(scene)
     path, packed = f"{scene.path}/parameters/metadata", pack_text(encode_metadata(DOCUMENT))
-    assert "has told none" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
+    assert "has reported none" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
     scene.agent.announce(MetadataKnown(hash=None, words="The vehicle offers none."))
     assert "offers none" in assert_problem(await scene.watcher.get(path), 404, "no-metadata")["detail"]
     scene.agent.announce(MetadataKnown(hash=metadata_hash(packed), size_bytes=len(packed)))
@@ -147,7 +147,7 @@ async def test_what_is_no_metadata_is_given_to_nobody(scene: Scene, junk: bytes)
     report_metadata(scene, junk)
     for _ in range(2):
         problem = assert_problem(await scene.watcher.get(f"{scene.path}/parameters/metadata"), 404, "no-metadata")
-        assert "no metadata" in problem["detail"]
+        assert "not parameter metadata" in problem["detail"]
     good = pack_text(encode_metadata(DOCUMENT))
     report_metadata(scene, good)
     assert (await scene.watcher.get(f"{scene.path}/parameters/metadata")).status_code == 200

@@ -318,7 +318,7 @@ async def test_a_wrong_key_is_refused(world: World) -> None:
     wrong = DroneKey(key.drone_id, bytes(byte ^ 1 for byte in key.seed))
     world.token_file("Kestrel").write_text(f"{wrong}\n")
     world.start_agent("Kestrel", f"udpin:127.0.0.1:{free_udp_ports(1)[0]}")
-    wait_for("the agent to say so", lambda: "key is not known" in world.log_of("agent-Kestrel"))
+    wait_for("the agent to say so", lambda: "unknown drone key" in world.log_of("agent-Kestrel"))
     assert not world.visitor("alice").drone(1)["online"]
     assert str(wrong)[-20:] not in world.log_of("agent-Kestrel")
 

@@ -161,7 +161,7 @@ def test_px4_turns_where_it_is_and_leaves_what_it_flies_for_it() -> None:
     for unknown in ({"place_deg": None}, {"height_m": None}, {"home_alt_m": None}):
         with pytest.raises(NotKnownYet, match="hawk"):
             works(to, but(there, **unknown))
-    with pytest.raises(NotKnownYet, match="which way hawk looks"):
+    with pytest.raises(NotKnownYet, match="the heading of hawk"):
         works(by, but(there, heading_deg=None))
 
 

@@ -74,8 +74,8 @@ def test_it_stays_on_its_side_of_the_person_at_its_own_height() -> None:
     reported = scene.heard_by()[-1]
     assert reported.lat_e7 == round(scene.lat(33.0) * 1e7)
     assert reported.age_ms == pytest.approx(400, abs=110)
-    scene.end(operation, Outcome.FAILED, "It follows alice no more: nothing new. It holds in BRAKE.")
-    assert operation.words == "Drone 1: It follows alice no more: nothing new. It holds in BRAKE."
+    scene.end(operation, Outcome.FAILED, "It no longer follows alice: nothing new. It holds in BRAKE.")
+    assert operation.words == "Drone 1: It no longer follows alice: nothing new. It holds in BRAKE."
 
 
 def test_what_does_not_count_gets_old_and_what_was_held_up_is_old() -> None:
